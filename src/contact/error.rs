@@ -1,0 +1,68 @@
+//! What can go wrong in a contact solve.
+
+/// A contact solve that has no trustworthy result.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ContactError {
+    /// The solver used up its iterations.
+    #[error(
+        "the {problem} contact did not converge: error {error:.3e} after {iterations} iterations, {tolerance:.1e} asked"
+    )]
+    NotConverged {
+        /// `"normal"`, `"tangential"` or `"stiffness"`.
+        problem: &'static str,
+        /// Iterations spent.
+        iterations: usize,
+        /// The error reached, in the measure of the solver.
+        error: f64,
+        /// The error asked for.
+        tolerance: f64,
+    },
+    /// More load than the pressure cap can carry on every kept cell.
+    #[error(
+        "the load of {load:.6e} N cannot be carried: {capacity:.6e} N is all that {cells} cells of {cell_area:.4e} m² bear at the pressure cap of {cap:.4e} Pa"
+    )]
+    CapExceeded {
+        /// The load asked for \[N\].
+        load: f64,
+        /// Cap times area \[N\].
+        capacity: f64,
+        /// Kept cells.
+        cells: usize,
+        /// Area of a cell \[m²\].
+        cell_area: f64,
+        /// The cap \[Pa\].
+        cap: f64,
+    },
+    /// A value that is not a finite number.
+    #[error("the {field} of cell ({i}, {j}) is {value}; it must be a finite number")]
+    NotFinite {
+        /// Name of the field.
+        field: &'static str,
+        /// Cell along x.
+        i: usize,
+        /// Cell along y.
+        j: usize,
+        /// The value found.
+        value: f64,
+    },
+    /// A number out of its range.
+    #[error("{name} is {value:e}; it must be {expected}")]
+    OutOfRange {
+        /// What the number is.
+        name: &'static str,
+        /// The value found.
+        value: f64,
+        /// What would be right.
+        expected: &'static str,
+    },
+    /// A field whose length is not that of the grid.
+    #[error("the {field} has {found} values; the grid has {expected} cells")]
+    Length {
+        /// Name of the field.
+        field: &'static str,
+        /// Its length.
+        found: usize,
+        /// Cells of the grid.
+        expected: usize,
+    },
+}

@@ -1,0 +1,111 @@
+//! The regular grid of the joint and the cells of it that belong to the joint.
+//!
+//! A field is a flat slice of `nx * ny` values, x slow and y fast: cell (i, j) is at `i * ny + j`. Every module that takes a
+//! field takes the [`Grid`] or [`Patch`] beside it; nothing else in the crate knows this ordering.
+
+use serde::{Deserialize, Serialize};
+
+/// A regular grid of `nx * ny` rectangular cells of `dx * dy` metres.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Grid {
+    /// Cells along x.
+    pub nx: usize,
+    /// Cells along y.
+    pub ny: usize,
+    /// Cell width along x \[m\].
+    pub dx: f64,
+    /// Cell width along y \[m\].
+    pub dy: f64,
+}
+
+impl Grid {
+    /// The grid that divides a rectangle of `size` metres into `cells`.
+    pub fn over(size: [f64; 2], cells: [usize; 2]) -> Self {
+        Grid {
+            nx: cells[0],
+            ny: cells[1],
+            dx: size[0] / cells[0] as f64,
+            dy: size[1] / cells[1] as f64,
+        }
+    }
+
+    /// Number of cells.
+    pub fn len(&self) -> usize {
+        self.nx * self.ny
+    }
+
+    /// True for a grid without cells.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Position of cell (i, j) in a field.
+    pub fn index(&self, i: usize, j: usize) -> usize {
+        i * self.ny + j
+    }
+
+    /// The cell (i, j) at a position in a field.
+    pub fn cell(&self, index: usize) -> (usize, usize) {
+        (index / self.ny, index % self.ny)
+    }
+
+    /// Centre of cell (i, j) measured from the centre of the grid \[m\].
+    pub fn centre(&self, i: usize, j: usize) -> (f64, f64) {
+        (
+            (i as f64 + 0.5 - 0.5 * self.nx as f64) * self.dx,
+            (j as f64 + 0.5 - 0.5 * self.ny as f64) * self.dy,
+        )
+    }
+
+    /// Area of one cell \[m²\].
+    pub fn cell_area(&self) -> f64 {
+        self.dx * self.dy
+    }
+
+    /// Lengths of the grid's sides \[m\].
+    pub fn size(&self) -> [f64; 2] {
+        [self.nx as f64 * self.dx, self.ny as f64 * self.dy]
+    }
+}
+
+/// A grid and the cells of it that belong to the joint. Cells outside (the bolt hole) carry no load and have no surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Patch {
+    /// The grid.
+    pub grid: Grid,
+    /// One entry a cell, true where the cell belongs to the joint.
+    pub kept: Vec<bool>,
+}
+
+impl Patch {
+    /// The whole rectangle.
+    pub fn full(grid: Grid) -> Self {
+        Patch {
+            grid,
+            kept: vec![true; grid.len()],
+        }
+    }
+
+    /// The rectangle without the cells whose centre lies within `diameter / 2` of the grid's centre.
+    pub fn with_hole(grid: Grid, diameter: f64) -> Self {
+        let radius = 0.5 * diameter;
+        let kept = (0..grid.len())
+            .map(|index| {
+                let (i, j) = grid.cell(index);
+                let (x, y) = grid.centre(i, j);
+                x.hypot(y) > radius
+            })
+            .collect();
+        Patch { grid, kept }
+    }
+
+    /// Number of cells that belong to the joint.
+    pub fn cells(&self) -> usize {
+        self.kept.iter().filter(|&&k| k).count()
+    }
+
+    /// Nominal area of the joint \[m²\].
+    pub fn area(&self) -> f64 {
+        self.cells() as f64 * self.grid.cell_area()
+    }
+}

@@ -1,0 +1,16 @@
+//! Fretting wear of rough joints over millions of vibration cycles.
+//!
+//! The numerics ([`contact`], [`surface`], [`wear`], [`reference`]) are pure: they know no file, no scene and no terminal.
+//! [`scene`] is what the user writes, [`tables`] and [`store`] are what a run leaves on disk, and [`stages`] joins them.
+
+pub mod contact;
+pub mod fft;
+pub mod grid;
+pub mod reference;
+pub mod scene;
+pub mod stages;
+pub mod store;
+pub mod surface;
+pub mod tables;
+pub mod units;
+pub mod wear;

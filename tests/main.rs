@@ -1,0 +1,1 @@
+//! All tests of the crate's outside, one binary; its modules mirror `src/`.
