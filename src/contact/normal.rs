@@ -273,7 +273,7 @@ impl<'a, 'h> Solver<'a, 'h> {
                 slope += if scaled < self.cap { self.pressure[c] } else { 0.0 };
             }
             let next = factor + (self.sum - sum) / slope;
-            if slope == 0.0 || !(next > factor * (1.0 + f64::EPSILON)) {
+            if slope == 0.0 || next <= factor * (1.0 + f64::EPSILON) {
                 break;
             }
             factor = next;
@@ -372,7 +372,7 @@ impl<'a, 'h> Solver<'a, 'h> {
                 }
             }
             let curvature: f64 = self.free.iter().map(|&c| self.direction[c] * self.image[c]).sum();
-            if !(curvature > 0.0) {
+            if curvature <= 0.0 {
                 return;
             }
             let step = product / curvature;
@@ -442,7 +442,7 @@ impl<'a, 'h> Solver<'a, 'h> {
             slope += step * residual[c];
             curvature += step * (self.residual[c] - residual[c]);
         }
-        if !(curvature > 0.0) || slope >= 0.0 {
+        if curvature <= 0.0 || slope >= 0.0 {
             return;
         }
         let part = (-slope / curvature).min(1.0);

@@ -378,10 +378,8 @@ impl<'a, 'h> Solver<'a, 'h> {
             if first == 0.0 {
                 first = new_product;
             }
-            if !(new_product > forcing * forcing * first * (1.0 + f64::EPSILON)) && product > 0.0
-                || !(new_product > 0.0)
-                || self.iterations >= self.options.max_iterations
-            {
+            let enough = product > 0.0 && new_product <= forcing * forcing * first;
+            if enough || new_product <= 0.0 || self.iterations >= self.options.max_iterations {
                 self.image = image;
                 break;
             }
@@ -402,7 +400,7 @@ impl<'a, 'h> Solver<'a, 'h> {
                 }
             }
             let curvature: f64 = self.contact.iter().map(|&c| dot(&direction, &image, c)).sum();
-            if !(curvature > 0.0) {
+            if curvature <= 0.0 {
                 self.image = image;
                 break;
             }
@@ -467,7 +465,7 @@ impl<'a, 'h> Solver<'a, 'h> {
             descent += dot(&self.slip, &self.step, c);
             curvature += dot(&self.image, &self.step, c);
         }
-        if !(descent > 0.0 && curvature > 0.0) {
+        if descent <= 0.0 || curvature <= 0.0 {
             return false;
         }
         let full = descent - 0.5 * curvature >= SUFFICIENT_DECREASE * descent;
