@@ -122,7 +122,6 @@ impl FrettingJoint {
         let half = self.step(&limit, None, &motion.end, start)?;
         let mut tally = Tally::new(limit.len());
         tally.add(&half, 4.0);
-        let period = self.motion.samples() as f64;
         let load = self.motion.mean_load();
         let instant = |time: f64, sign: f64| Instant {
             time,
@@ -131,7 +130,7 @@ impl FrettingJoint {
             force: half.force.iter().map(|f| sign * f).collect(),
         };
         if motion.top == 0 {
-            let middle = motion.bottom as f64 / period;
+            let middle = self.motion.time_of(motion.bottom);
             let instants = vec![instant(0.0, 1.0), instant(middle, -1.0), instant(1.0, 1.0)];
             return Ok(tally.finish(self.patch.grid.cell_area(), half.shear, instants));
         }
@@ -147,8 +146,8 @@ impl FrettingJoint {
         let other = motion.top + motion.bottom - from;
         let instants = vec![
             at_zero(0.0),
-            instant(other as f64 / period, -sign),
-            instant(from as f64 / period, sign),
+            instant(self.motion.time_of(other), -sign),
+            instant(self.motion.time_of(from), sign),
             at_zero(1.0),
         ];
         Ok(tally.finish(self.patch.grid.cell_area(), first.shear, instants))
@@ -179,7 +178,7 @@ impl FrettingJoint {
                 let step = self.step(limit(k + 1), Some(&shear), &change, None)?;
                 tally.add(&step, 1.0);
                 instants.push(Instant {
-                    time: (k + 1) as f64 / samples as f64,
+                    time: self.motion.time_of(k + 1),
                     displacement: to,
                     normal_load: self.motion.normal_load[(k + 1) % samples],
                     force: step.force,

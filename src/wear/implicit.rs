@@ -16,6 +16,7 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use super::joint::{FrettingJoint, WearError, WornState};
+use crate::contact::normal::NormalSolution;
 use crate::grid::ByAxis;
 
 /// γ of the two-stage SDIRK method.
@@ -44,8 +45,8 @@ pub struct Step {
     pub cycles: u64,
     /// Wear depth after it \[m\].
     pub wear: Vec<f64>,
-    /// Static pressure after it, to start the next contact from \[Pa\].
-    pub pressure: Vec<f64>,
+    /// Static contact after it, as the last stage found it: what the next contact starts from.
+    pub contact: NormalSolution,
     /// Shear at t = 0 in its middle, to start the next cycle from \[Pa\].
     pub shear: ByAxis<Vec<f64>>,
     /// Estimated error of the worn volume in this step (L1 of the wear field) \[m³\].
@@ -161,7 +162,7 @@ fn attempt(
         reach * (taken - simpson).abs() / (1.0 + reach * middle.proportion[c] / lambda)
     });
     let error = error.sum::<f64>() * joint.patch.grid.cell_area();
-    Ok(Step { cycles, wear, pressure: second.pressure, shear: cycle.shear, error, proposal: 0.0, rejected: 0 })
+    Ok(Step { cycles, wear, contact: second, shear: cycle.shear, error, proposal: 0.0, rejected: 0 })
 }
 
 fn rate(joint: &FrettingJoint, state: &WornState) -> Rate {

@@ -7,9 +7,13 @@ use crate::grid::ByAxis;
 /// Two loads or displacements this close, relative to the largest, are the same: rounding of cosines.
 const SAME: f64 = 1e-12;
 
-/// One closed cycle, sampled at equal steps: sample k is at t = kT/n, and the cycle returns to sample 0 at t = T.
+/// One closed cycle, by samples: sample 0 is at t = 0, and the cycle returns to it at t = T.
+///
+/// A joint that does not move has no axis and one sample of the load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
+    /// Time of each sample as a part of the period, increasing from 0 and below 1.
+    pub time: Vec<f64>,
     /// Relative displacement of the upper body, one series an axis \[m\].
     pub displacement: ByAxis<Vec<f64>>,
     /// Total normal load \[N\].
@@ -30,17 +34,29 @@ pub struct StraightMotion {
 impl Motion {
     /// Harmonic motion `amplitude · cos(2πt/T + phase)` along each axis, under `load + load_amplitude · cos(2πt/T)`.
     pub fn harmonic(axes: &[(f64, f64)], load: f64, load_amplitude: f64, samples: usize) -> Self {
-        let angle = |k: usize| TAU * k as f64 / samples as f64;
+        let time: Vec<f64> = (0..samples).map(|k| k as f64 / samples as f64).collect();
+        let angle = |k: usize| TAU * time[k];
         let series = |amplitude: f64, phase: f64| (0..samples).map(|k| amplitude * (angle(k) + phase).cos()).collect();
         Motion {
             displacement: axes.iter().map(|&(amplitude, phase)| series(amplitude, phase)).collect(),
             normal_load: (0..samples).map(|k| load + load_amplitude * angle(k).cos()).collect(),
+            time,
         }
+    }
+
+    /// A joint that only bears a load.
+    pub fn none(load: f64) -> Self {
+        Motion { time: vec![0.0], displacement: Vec::new(), normal_load: vec![load] }
     }
 
     /// Number of samples of the cycle.
     pub fn samples(&self) -> usize {
         self.normal_load.len()
+    }
+
+    /// Time of a sample as a part of the period; sample n is at 1.
+    pub fn time_of(&self, sample: usize) -> f64 {
+        self.time.get(sample).copied().unwrap_or(1.0)
     }
 
     /// Displacement at a sample; sample n is sample 0 again.

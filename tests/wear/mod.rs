@@ -63,7 +63,7 @@ pub fn unworn(joint: &mut FrettingJoint) -> WornState {
 
 /// The joint after a step.
 pub fn after(joint: &mut FrettingJoint, step: Step) -> WornState {
-    let contact = joint.static_contact(&step.wear, Some(&step.pressure)).expect("static contact");
+    let contact = joint.static_contact(&step.wear, Some(&step.contact.pressure)).expect("static contact");
     let cycle = joint.cycle(&step.wear, &contact, Some(&step.shear)).expect("cycle");
     WornState { wear: step.wear, pressure: contact.pressure, cycle }
 }

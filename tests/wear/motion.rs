@@ -26,7 +26,11 @@ fn a_changing_load_is_not_straight() {
 
 #[test]
 fn a_motion_with_a_mean_or_with_inner_turns_is_not_straight() {
-    let series = |values: &[f64]| Motion { displacement: vec![values.to_vec()], normal_load: vec![1.0; values.len()] };
+    let series = |values: &[f64]| Motion {
+        time: (0..values.len()).map(|k| k as f64 / values.len() as f64).collect(),
+        displacement: vec![values.to_vec()],
+        normal_load: vec![1.0; values.len()],
+    };
     assert!(series(&[1.0, 0.0, -1.0, 0.0]).straight().is_some());
     assert!(series(&[2.0, 1.0, 0.0, 1.0]).straight().is_none());
     assert!(series(&[1.0, 0.0, 0.5, -1.0, 0.0, 0.2]).straight().is_none());
