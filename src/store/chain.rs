@@ -76,7 +76,11 @@ pub(super) fn folders(files: &Files, layout: &Layout) -> Result<BTreeSet<u64>, S
 ///
 /// A pruned iteration stands in the chain with the hashes that `run.json` keeps of it. An iteration that is absent and was not
 /// pruned breaks the chain.
-pub(super) fn walk(files: &Files, layout: &Layout, record: &RunRecord) -> Result<Chain, StoreError> {
+pub(super) fn walk(
+    files: &Files,
+    layout: &Layout,
+    record: &RunRecord,
+) -> Result<Chain, StoreError> {
     let mut present = folders(files, layout)?;
     present.retain(|wear_iteration| !record.pruned.contains_key(wear_iteration));
     let mut chain = Chain {
@@ -162,7 +166,11 @@ fn check_files<'a>(
     let mut damage = Vec::new();
     for entry in entries {
         let path = folder.join(&entry.file);
-        damage.extend(files.read_verified(&path, entry.bytes, &entry.blake3)?.err());
+        damage.extend(
+            files
+                .read_verified(&path, entry.bytes, &entry.blake3)?
+                .err(),
+        );
     }
     Ok(damage)
 }

@@ -70,7 +70,11 @@ impl Commit {
 
     /// The names of all tables.
     pub(super) fn names(&self) -> Vec<String> {
-        self.tables.keys().chain(self.unchained.keys()).cloned().collect()
+        self.tables
+            .keys()
+            .chain(self.unchained.keys())
+            .cloned()
+            .collect()
     }
 
     /// The hash that the content gives.

@@ -230,7 +230,11 @@ pub enum DamageKind {
         found: u64,
     },
     /// A commit whose parent is not the one before it.
-    #[error("follows {}, but the iteration before it is {}", hash(found), hash(expected))]
+    #[error(
+        "follows {}, but the iteration before it is {}",
+        hash(found),
+        hash(expected)
+    )]
     Parent {
         /// Hash of the iteration before.
         expected: Option<String>,

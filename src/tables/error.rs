@@ -93,7 +93,9 @@ pub enum TableError {
         expected: &'static str,
     },
     /// A column with absent values, which no table of this program has.
-    #[error("the column `{column}` of the table `{table}` has {nulls} absent values; it may have none")]
+    #[error(
+        "the column `{column}` of the table `{table}` has {nulls} absent values; it may have none"
+    )]
     Nulls {
         /// Name of the table.
         table: String,
@@ -103,7 +105,9 @@ pub enum TableError {
         nulls: usize,
     },
     /// A column whose unit in the file is not that of the schema.
-    #[error("the column `{column}` of the file of `{table}` is in `{found}`; its schema says `{expected}`")]
+    #[error(
+        "the column `{column}` of the file of `{table}` is in `{found}`; its schema says `{expected}`"
+    )]
     Unit {
         /// Name of the table.
         table: String,
@@ -115,7 +119,9 @@ pub enum TableError {
         expected: String,
     },
     /// A Parquet file that this program did not write.
-    #[error("the file has no valid `fretwear` entry in its metadata ({reason}); it should hold the table `{expected}`")]
+    #[error(
+        "the file has no valid `fretwear` entry in its metadata ({reason}); it should hold the table `{expected}`"
+    )]
     NotOurs {
         /// Name of the table wanted.
         expected: String,

@@ -298,13 +298,7 @@ fn append(
             values.extend(array.as_boolean().iter().flatten());
         }
         (Column::Text(values), DataType::Utf8) => {
-            values.extend(
-                array
-                    .as_string::<i32>()
-                    .iter()
-                    .flatten()
-                    .map(str::to_owned),
-            );
+            values.extend(array.as_string::<i32>().iter().flatten().map(str::to_owned));
         }
         (_, found) => {
             return Err(TableError::ColumnType {
