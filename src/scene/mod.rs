@@ -7,6 +7,7 @@ mod difference;
 mod document;
 mod error;
 mod keys;
+pub mod plan;
 mod reader;
 mod resolve;
 
@@ -17,6 +18,7 @@ use serde::Serialize;
 use crate::grid::{Grid, Patch};
 
 pub use difference::{Difference, differences};
+pub use plan::{Decision, Plan, PlanError};
 pub use error::{Place, Problem, SceneError};
 
 /// A complete, checked scene. All quantities are SI.

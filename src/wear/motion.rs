@@ -32,14 +32,27 @@ pub struct StraightMotion {
 }
 
 impl Motion {
-    /// Harmonic motion `amplitude · cos(2πt/T + phase)` along each axis, under `load + load_amplitude · cos(2πt/T)`.
+    /// Harmonic motion `amplitude · cos(2πt/T + phase)` along each axis, under `load + load_amplitude · cos(2πt/T)`: equally
+    /// spaced samples, and the two ends of a motion whose axes turn together.
     pub fn harmonic(axes: &[(f64, f64)], load: f64, load_amplitude: f64, samples: usize) -> Self {
-        let time: Vec<f64> = (0..samples).map(|k| k as f64 / samples as f64).collect();
-        let angle = |k: usize| TAU * time[k];
-        let series = |amplitude: f64, phase: f64| (0..samples).map(|k| amplitude * (angle(k) + phase).cos()).collect();
+        let mut time: Vec<f64> = (0..samples).map(|k| k as f64 / samples as f64).collect();
+        let moving: Vec<f64> = axes.iter().filter(|axis| axis.0 != 0.0).map(|axis| axis.1 / TAU).collect();
+        if let Some(&first) = moving.first()
+            && moving.iter().all(|phase| (2.0 * (phase - first)).rem_euclid(1.0) <= SAME)
+        {
+            for end in [-first, 0.5 - first] {
+                let end = end.rem_euclid(1.0);
+                if end < 1.0 - SAME && time.iter().all(|t| (t - end).abs() > SAME) {
+                    time.push(end);
+                }
+            }
+            time.sort_by(f64::total_cmp);
+        }
+        let series =
+            |amplitude: f64, phase: f64| time.iter().map(|t| amplitude * (TAU * t + phase).cos()).collect();
         Motion {
             displacement: axes.iter().map(|&(amplitude, phase)| series(amplitude, phase)).collect(),
-            normal_load: (0..samples).map(|k| load + load_amplitude * angle(k).cos()).collect(),
+            normal_load: time.iter().map(|t| load + load_amplitude * (TAU * t).cos()).collect(),
             time,
         }
     }
@@ -94,7 +107,6 @@ impl Motion {
             across.sqrt() <= SAME * reach
         });
         let bottom = (0..self.samples()).fold(top, |best, k| if along(k) < along(best) { k } else { best });
-        // The ends of the true motion need not be samples; what matters is that both are equally far.
         let centred = (along(bottom) + reach).abs() <= SAME * reach;
         let n = self.samples();
         let falls = |from: usize, to: usize, sign: f64| {

@@ -49,10 +49,8 @@ fn the_phase_moves_the_start_and_nothing_else() {
     for phase in [0.9, 2.5, -1.3] {
         let shifted = cycle(&mut joint(along_x(PARTIAL, phase), March::Reversal));
         let stepped = cycle(&mut joint(along_x(PARTIAL, phase), March::Stepped));
-        // The ends of a shifted cosine need not be samples, so the two samplings reach slightly different ends.
-        let end = shifted.instants.iter().map(|i| i.displacement[0].abs()).fold(0.0, f64::max);
-        assert!(end <= PARTIAL && end > 0.98 * PARTIAL);
-        assert!(shifted.dissipation <= reference.dissipation * (1.0 + SOLVER));
+        let ratio = shifted.dissipation / reference.dissipation;
+        assert!((ratio - 1.0).abs() < SOLVER, "phase {phase}: energies differ by {ratio}");
         let (first, last) = (&shifted.instants[0], &shifted.instants[shifted.instants.len() - 1]);
         assert_eq!((first.time, last.time), (0.0, 1.0));
         assert_eq!(first.force, last.force);
