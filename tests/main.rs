@@ -1,3 +1,6 @@
 //! All tests of the crate's outside, one binary; its modules mirror `src/`.
 
+mod scene;
+mod surface;
+mod units;
 mod wear;

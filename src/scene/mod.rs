@@ -324,6 +324,7 @@ pub enum Keep {
     /// All of them.
     All,
     /// Some of them.
+    #[serde(untagged)]
     Some {
         /// Every so many; none: only those below.
         every: Option<u64>,
