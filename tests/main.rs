@@ -1,1 +1,3 @@
 //! All tests of the crate's outside, one binary; its modules mirror `src/`.
+
+mod surface;
