@@ -8,11 +8,11 @@ use serde::Serialize;
 use super::{Boundary, CycleMode, Scene, Scheme, Solid, Transverse};
 use crate::contact::normal::NormalOptions;
 use crate::contact::tangential::TangentialOptions;
-use crate::contact::{self, Elastic, HalfSpace, Pair, Shear};
+use crate::contact::{Elastic, HalfSpace, Pair, Shear};
 use crate::fft::fast_length;
 use crate::grid::Patch;
 use crate::wear::cycle::March;
-use crate::wear::joint::{self, FrettingOptions};
+use crate::wear::joint::FrettingOptions;
 use crate::wear::{FrettingJoint, Motion};
 
 /// |β| below which bodies count as elastically alike: rounding of equal constants.
@@ -67,7 +67,9 @@ pub enum PlanError {
         load: f64,
     },
     /// No cell is left.
-    #[error("the joint has no cell: `joint.hole.diameter` takes all of {cells} cells; make it smaller")]
+    #[error(
+        "the joint has no cell: `joint.hole.diameter` takes all of {cells} cells; make it smaller"
+    )]
     NoCells {
         /// Cells of the grid.
         cells: usize,
@@ -116,23 +118,17 @@ pub struct Plan {
     pub cost: Cost,
 }
 
-/// The wear scheme that a scene names.
-impl From<Scheme> for joint::Scheme {
-    fn from(scheme: Scheme) -> Self {
-        match scheme {
-            Scheme::Implicit => joint::Scheme::Implicit,
-            Scheme::Explicit => joint::Scheme::Explicit,
-        }
-    }
-}
-
 impl Plan {
     /// Decides what a scene needs. `motion` is its motion over a cycle (see [`motion_of`]), `patch` its kept cells.
     pub fn decide(scene: &Scene, patch: &Patch, motion: &Motion) -> Result<Plan, PlanError> {
         check(scene, patch, motion)?;
         let mut decisions = Vec::new();
         let mut decide = |what: &str, choice: String, why: &str| {
-            decisions.push(Decision { what: what.to_owned(), choice, why: why.to_owned() });
+            decisions.push(Decision {
+                what: what.to_owned(),
+                choice,
+                why: why.to_owned(),
+            });
         };
         let grid = patch.grid;
         let plane = match scene.contact.boundary {
@@ -140,15 +136,27 @@ impl Plan {
             Boundary::Periodic => [grid.nx, grid.ny],
         };
         let padding = match scene.contact.boundary {
-            Boundary::Free => "contact.boundary = \"free\": fields are padded with zeros to twice their length",
-            Boundary::Periodic => "contact.boundary = \"periodic\": fields are transformed as they are",
+            Boundary::Free => {
+                "contact.boundary = \"free\": fields are padded with zeros to twice their length"
+            }
+            Boundary::Periodic => {
+                "contact.boundary = \"periodic\": fields are transformed as they are"
+            }
         };
-        decide("transforms", format!("real, {} x {}", plane[0], plane[1]), padding);
+        decide(
+            "transforms",
+            format!("real, {} x {}", plane[0], plane[1]),
+            padding,
+        );
         let outside = grid.len() - patch.cells();
         decide(
             "cells",
             format!("{} of {}", patch.cells(), grid.len()),
-            if outside > 0 { "cells in the hole and unmeasured ones carry nothing" } else { "no hole" },
+            if outside > 0 {
+                "cells in the hole and unmeasured ones carry nothing"
+            } else {
+                "no hole"
+            },
         );
         let (cap, why) = match scene.contact.pressure_cap {
             Some(cap) => (format!("at {cap:e} Pa"), "contact.pressure_cap is given"),
@@ -186,23 +194,36 @@ impl Plan {
             ),
             Some(March::Stepped) => decide(
                 "fretting cycle",
-                format!("stepped: {} exact solves a cycle, until it closes", motion.samples()),
+                format!(
+                    "stepped: {} exact solves a cycle, until it closes",
+                    motion.samples()
+                ),
                 match scene.fidelity.cycle {
                     Some(_) => "fidelity.cycle or the preset asks for it",
                     None => "the load varies, or the motion is not straight about zero",
                 },
             ),
-            None => decide("fretting cycle", "none".to_owned(), "no [motion]: static contact"),
+            None => decide(
+                "fretting cycle",
+                "none".to_owned(),
+                "no [motion]: static contact",
+            ),
         }
         match &scene.wear {
             Some(wear) => {
                 let (choice, why) = match wear.scheme {
                     Scheme::Implicit => (
-                        format!("implicit, second order, error {} of the volume of each step", wear.tolerance),
+                        format!(
+                            "implicit, second order, error {} of the volume of each step",
+                            wear.tolerance
+                        ),
                         "wear.scheme = \"implicit\": stable at any step",
                     ),
                     Scheme::Explicit => (
-                        format!("explicit, {:e} m a step", wear.depth_step.unwrap_or(f64::NAN)),
+                        format!(
+                            "explicit, {:e} m a step",
+                            wear.depth_step.unwrap_or(f64::NAN)
+                        ),
                         "wear.scheme = \"explicit\": the published step [A eq. 2.7-2.8]",
                     ),
                 };
@@ -210,20 +231,39 @@ impl Plan {
             }
             None => decide("wear", "none".to_owned(), "no [wear]: a single pass"),
         }
-        decide("structure, dynamic response, model update", "none".to_owned(), "the motion is prescribed");
+        decide(
+            "structure, dynamic response, model update",
+            "none".to_owned(),
+            "the motion is prescribed",
+        );
         let cost = cost(scene, patch, motion, shear, march, plane);
-        Ok(Plan { shear, march, decisions, cost })
+        Ok(Plan {
+            shear,
+            march,
+            decisions,
+            cost,
+        })
+    }
+
+    /// The elastic bodies of a scene.
+    pub fn pair(scene: &Scene) -> Pair {
+        Pair {
+            lower: solid(&scene.material.lower),
+            upper: solid(&scene.material.upper),
+        }
     }
 
     /// Builds what was decided, on the given unworn heights.
-    pub fn build(&self, scene: &Scene, patch: Patch, height: Vec<f64>, motion: Motion) -> FrettingJoint {
-        let boundary = match scene.contact.boundary {
-            Boundary::Free => contact::Boundary::Free,
-            Boundary::Periodic => contact::Boundary::Periodic,
-        };
+    pub fn build(
+        &self,
+        scene: &Scene,
+        patch: Patch,
+        height: Vec<f64>,
+        motion: Motion,
+    ) -> FrettingJoint {
         let fidelity = &scene.fidelity;
         FrettingJoint {
-            half_space: HalfSpace::new(patch.grid, pair(scene), boundary),
+            half_space: HalfSpace::new(patch.grid, Plan::pair(scene), scene.contact.boundary),
             patch,
             height,
             pressure_cap: scene.contact.pressure_cap,
@@ -231,7 +271,10 @@ impl Plan {
             motion,
             march: self.march.unwrap_or(March::Reversal),
             options: FrettingOptions {
-                normal: NormalOptions { tolerance: fidelity.normal_tolerance, ..NormalOptions::default() },
+                normal: NormalOptions {
+                    tolerance: fidelity.normal_tolerance,
+                    ..NormalOptions::default()
+                },
                 tangential: TangentialOptions {
                     tolerance: fidelity.tangential_tolerance,
                     ..TangentialOptions::default()
@@ -248,52 +291,91 @@ pub fn motion_of(scene: &Scene) -> Option<Motion> {
     match &scene.motion {
         None => Some(Motion::none(load)),
         Some(super::Motion::History { .. }) => None,
-        Some(super::Motion::Harmonic { amplitude, phase, normal_load_amplitude }) => {
+        Some(super::Motion::Harmonic {
+            amplitude,
+            phase,
+            normal_load_amplitude,
+        }) => {
             let mut axes = vec![(amplitude[0], phase[0])];
             if scene.contact.transverse != Transverse::Absent {
                 axes.push((amplitude[1], phase[1]));
             }
-            Some(Motion::harmonic(&axes, load, *normal_load_amplitude, scene.fidelity.steps_per_cycle))
+            Some(Motion::harmonic(
+                &axes,
+                load,
+                *normal_load_amplitude,
+                scene.fidelity.steps_per_cycle,
+            ))
         }
     }
 }
 
 fn solid(solid: &Solid) -> Elastic {
-    Elastic { youngs_modulus: solid.youngs_modulus, poisson_ratio: solid.poisson_ratio }
-}
-
-fn pair(scene: &Scene) -> Pair {
-    Pair { lower: solid(&scene.material.lower), upper: solid(&scene.material.upper) }
+    Elastic {
+        youngs_modulus: solid.youngs_modulus,
+        poisson_ratio: solid.poisson_ratio,
+    }
 }
 
 fn check(scene: &Scene, patch: &Patch, motion: &Motion) -> Result<(), PlanError> {
     if patch.cells() == 0 {
-        return Err(PlanError::NoCells { cells: patch.grid.len() });
+        return Err(PlanError::NoCells {
+            cells: patch.grid.len(),
+        });
     }
-    let beta = pair(scene).dundurs_beta();
+    let beta = Plan::pair(scene).dundurs_beta();
     if beta.abs() > ALIKE {
         return Err(PlanError::Dissimilar { beta });
     }
     if scene.contact.transverse == Transverse::Free {
-        let (value, instead) = ("\"free\"", "\"fixed\" (no mean displacement along y) or \"absent\" (no y at all)");
-        return Err(PlanError::NotAvailable { key: "contact.transverse", value, instead });
+        let (value, instead) = (
+            "\"free\"",
+            "\"fixed\" (no mean displacement along y) or \"absent\" (no y at all)",
+        );
+        return Err(PlanError::NotAvailable {
+            key: "contact.transverse",
+            value,
+            instead,
+        });
     }
     if scene.fidelity.cycle == Some(CycleMode::Superposition) {
-        let (value, instead) = ("\"superposition\"", "\"reversal\" or \"stepped\", which are exact");
-        return Err(PlanError::NotAvailable { key: "fidelity.cycle", value, instead });
+        let (value, instead) = (
+            "\"superposition\"",
+            "\"reversal\" or \"stepped\", which are exact",
+        );
+        return Err(PlanError::NotAvailable {
+            key: "fidelity.cycle",
+            value,
+            instead,
+        });
     }
     if scene.output.cycle_fields {
         let (value, instead) = ("true", "false: the fields at t = 0 are in contact_field");
-        return Err(PlanError::NotAvailable { key: "output.cycle_fields", value, instead });
+        return Err(PlanError::NotAvailable {
+            key: "output.cycle_fields",
+            value,
+            instead,
+        });
     }
-    let least = motion.normal_load.iter().fold(f64::INFINITY, |m, n| m.min(*n));
+    let least = motion
+        .normal_load
+        .iter()
+        .fold(f64::INFINITY, |m, n| m.min(*n));
     if least <= 0.0 && scene.motion.is_some() {
         return Err(PlanError::LiftsOff { load: least });
     }
     if let Some(cap) = scene.contact.pressure_cap {
-        let (area, load) = (patch.area(), motion.normal_load.iter().fold(0.0f64, |m, n| m.max(*n)));
+        let (area, load) = (
+            patch.area(),
+            motion.normal_load.iter().fold(0.0f64, |m, n| m.max(*n)),
+        );
         if load > cap * area {
-            return Err(PlanError::CapTooLow { cap, area, capacity: cap * area, load });
+            return Err(PlanError::CapTooLow {
+                cap,
+                area,
+                capacity: cap * area,
+                load,
+            });
         }
     }
     Ok(())
@@ -334,7 +416,10 @@ fn cost(
     let (kernels, fields) = (3.0 * axes - 2.0, 24.0 + 8.0 * axes);
     let spectrum = (plane[0] * (plane[1] / 2 + 1)) as f64;
     let cells = patch.grid.len() as f64;
-    let doubles = spectrum * (1.0 + kernels) + cells * (1.0 + kernels) * 0.5 + cells * (2.0 + 2.0 * axes) + cells * fields;
+    let doubles = spectrum * (1.0 + kernels)
+        + cells * (1.0 + kernels) * 0.5
+        + cells * (2.0 + 2.0 * axes)
+        + cells * fields;
     let cycle = match march {
         None => 0.0,
         Some(March::Reversal) => TANGENTIAL * axes,

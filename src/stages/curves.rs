@@ -25,14 +25,23 @@ impl Curve {
     }
 
     pub fn table(self, name: TableName) -> Result<Table, TableError> {
-        Table::builder(name).column("load", self.load).column("displacement", self.displacement).build()
+        Table::builder(name)
+            .column("load", self.load)
+            .column("displacement", self.displacement)
+            .build()
     }
 }
 
 /// Normal load over approach about the static contact. Loads that a pressure cap does not carry are left out.
-pub fn indentation(joint: &mut FrettingJoint, wear: &[f64], at_load: &NormalSolution) -> Result<Curve, WearError> {
+pub fn indentation(
+    joint: &mut FrettingJoint,
+    wear: &[f64],
+    at_load: &NormalSolution,
+) -> Result<Curve, WearError> {
     let load = joint.motion.mean_load();
-    let capacity = joint.pressure_cap.map_or(f64::INFINITY, |cap| cap * joint.patch.area());
+    let capacity = joint
+        .pressure_cap
+        .map_or(f64::INFINITY, |cap| cap * joint.patch.area());
     let mut curve = Curve::default();
     for part in LOADS {
         if part == 1.0 {
@@ -53,7 +62,11 @@ pub fn hysteresis(
     cycle: &CycleSolution,
 ) -> Result<Curve, WearError> {
     let mut curve = Curve::default();
-    let Some(motion) = joint.motion.straight().filter(|_| joint.march == crate::wear::cycle::March::Reversal) else {
+    let Some(motion) = joint
+        .motion
+        .straight()
+        .filter(|_| joint.march == crate::wear::cycle::March::Reversal)
+    else {
         for instant in &cycle.instants {
             curve.push(instant.force[0], instant.displacement[0]);
         }
@@ -73,7 +86,10 @@ pub fn hysteresis(
     let (top_force, top) = first[BRANCH];
     for sign in [1.0, -1.0] {
         for (force, displacement) in &first {
-            curve.push(sign * (top_force - 2.0 * force), sign * (top - 2.0 * displacement));
+            curve.push(
+                sign * (top_force - 2.0 * force),
+                sign * (top - 2.0 * displacement),
+            );
         }
     }
     Ok(curve)

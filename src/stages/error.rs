@@ -93,7 +93,9 @@ pub enum HistoryProblem {
     #[error("{0}")]
     Table(#[from] TableError),
     /// A column is missing.
-    #[error("there is no column `{column}`; a history has time (parts of the period), displacement_x and, if they exist, displacement_y [m] and normal_load [N]")]
+    #[error(
+        "there is no column `{column}`; a history has time (parts of the period), displacement_x and, if they exist, displacement_y [m] and normal_load [N]"
+    )]
     MissingColumn {
         /// The column.
         column: &'static str,

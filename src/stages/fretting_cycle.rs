@@ -28,20 +28,41 @@ pub fn fretting_cycle(
     let curve_due = context.curves_due();
     let ((solution, curve), fft_pairs) = context.timed(Stage::FrettingCycle, |joint| {
         let solution = joint.cycle(wear, &contact.solution, start)?;
-        let curve = curve_due.then(|| curves::hysteresis(joint, &contact.solution, &solution)).transpose()?;
+        let curve = curve_due
+            .then(|| curves::hysteresis(joint, &contact.solution, &solution))
+            .transpose()?;
         Ok((solution, curve))
     })?;
     if let Some(curve) = curve {
-        draft.put(TableName::Hysteresis, &keys.fretting_cycle, &curve.table(TableName::Hysteresis)?)?;
+        draft.put(
+            TableName::Hysteresis,
+            &keys.fretting_cycle,
+            &curve.table(TableName::Hysteresis)?,
+        )?;
     }
-    draft.put(TableName::Cycle, &keys.fretting_cycle, &instants(&solution.instants)?)?;
-    draft.put(TableName::ContactField, &keys.fretting_cycle, &fields(context, contact, &solution)?)?;
-    Ok(Cycle { solution, fft_pairs })
+    draft.put(
+        TableName::Cycle,
+        &keys.fretting_cycle,
+        &instants(&solution.instants)?,
+    )?;
+    draft.put(
+        TableName::ContactField,
+        &keys.fretting_cycle,
+        &fields(context, contact, &solution)?,
+    )?;
+    Ok(Cycle {
+        solution,
+        fft_pairs,
+    })
 }
 
 /// True if an earlier start completed the tables of the cycle and the summary.
 pub fn is_complete(context: &Context, draft: &mut Draft, keys: &Keys) -> Result<bool, RunError> {
-    let mut tables = vec![TableName::ContactField, TableName::Cycle, TableName::Summary];
+    let mut tables = vec![
+        TableName::ContactField,
+        TableName::Cycle,
+        TableName::Summary,
+    ];
     if context.curves_due() {
         tables.push(TableName::Hysteresis);
     }
@@ -53,7 +74,11 @@ pub fn is_complete(context: &Context, draft: &mut Draft, keys: &Keys) -> Result<
     Ok(true)
 }
 
-fn fields(context: &Context, contact: &StaticContact, cycle: &CycleSolution) -> Result<Table, TableError> {
+fn fields(
+    context: &Context,
+    contact: &StaticContact,
+    cycle: &CycleSolution,
+) -> Result<Table, TableError> {
     let patch = &context.joint.patch;
     let (i, j) = kept_cells(patch);
     let mut table = Table::builder(TableName::ContactField)
@@ -70,12 +95,18 @@ fn fields(context: &Context, contact: &StaticContact, cycle: &CycleSolution) -> 
 }
 
 fn instants(instants: &[Instant]) -> Result<Table, TableError> {
-    let series = |value: &dyn Fn(&Instant) -> f64| -> Vec<f64> { instants.iter().map(value).collect() };
-    let in_plane = instants.first().is_some_and(|instant| instant.displacement.len() > 1);
+    let series =
+        |value: &dyn Fn(&Instant) -> f64| -> Vec<f64> { instants.iter().map(value).collect() };
+    let in_plane = instants
+        .first()
+        .is_some_and(|instant| instant.displacement.len() > 1);
     Table::builder(TableName::Cycle)
         .column("time", series(&|i| i.time))
         .column("displacement_x", series(&|i| i.displacement[0]))
-        .maybe("displacement_y", in_plane.then(|| series(&|i| i.displacement[1])))
+        .maybe(
+            "displacement_y",
+            in_plane.then(|| series(&|i| i.displacement[1])),
+        )
         .column("normal_load", series(&|i| i.normal_load))
         .column("force_x", series(&|i| i.force[0]))
         .maybe("force_y", in_plane.then(|| series(&|i| i.force[1])))

@@ -30,16 +30,20 @@ impl Inputs {
     pub fn of(scene: Scene) -> Result<Inputs, RunError> {
         let mut canonical = scene.canonical();
         if let Surface::File { path, .. } = &scene.surface {
-            let bytes = std::fs::read(path).map_err(|source| crate::surface::readers::ReadError {
-                path: path.clone(),
-                problem: crate::surface::readers::ReadProblem::Io { source },
-            })?;
+            let bytes =
+                std::fs::read(path).map_err(|source| crate::surface::readers::ReadError {
+                    path: path.clone(),
+                    problem: crate::surface::readers::ReadProblem::Io { source },
+                })?;
             canonical["surface"]["content"] = json!(blake3::hash(&bytes).to_hex().as_str());
         }
         let motion = match (motion_of(&scene), &scene.motion) {
             (Some(motion), _) => motion,
             (None, Some(SceneMotion::History { path })) => {
-                let wrong = |problem| RunError::History { path: path.clone(), problem };
+                let wrong = |problem| RunError::History {
+                    path: path.clone(),
+                    problem,
+                };
                 let bytes = std::fs::read(path).map_err(|e| wrong(e.into()))?;
                 canonical["motion"]["content"] = json!(blake3::hash(&bytes).to_hex().as_str());
                 history(&scene, path, &bytes).map_err(wrong)?
@@ -47,12 +51,21 @@ impl Inputs {
             (None, _) => Motion::none(scene.contact.normal_load),
         };
         let plan = Plan::decide(&scene, &scene.patch(), &motion)?;
-        Ok(Inputs { scene, motion, plan, canonical })
+        Ok(Inputs {
+            scene,
+            motion,
+            plan,
+            canonical,
+        })
     }
 
     /// Sections of the canonical scene, by name: what a stage reads goes into its key.
     pub fn sections(&self, names: &[&str]) -> Value {
-        names.iter().map(|name| ((*name).to_owned(), self.canonical[*name].clone())).collect::<serde_json::Map<_, _>>().into()
+        names
+            .iter()
+            .map(|name| ((*name).to_owned(), self.canonical[*name].clone()))
+            .collect::<serde_json::Map<_, _>>()
+            .into()
     }
 }
 
@@ -66,8 +79,14 @@ struct Columns {
 
 /// A motion from a `cycle` table (Parquet), or from a CSV file with columns of the same names, in SI units.
 fn history(scene: &Scene, path: &Path, bytes: &[u8]) -> Result<Motion, HistoryProblem> {
-    let parquet = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet"));
-    let mut columns = if parquet { from_parquet(bytes)? } else { from_csv(bytes)? };
+    let parquet = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("parquet"));
+    let mut columns = if parquet {
+        from_parquet(bytes)?
+    } else {
+        from_csv(bytes)?
+    };
     if columns.time.last().is_some_and(|t| (t - 1.0).abs() <= SAME) {
         columns.close()?;
     }
@@ -77,21 +96,34 @@ fn history(scene: &Scene, path: &Path, bytes: &[u8]) -> Result<Motion, HistoryPr
     }
     for row in 0..rows {
         let time = columns.time[row];
-        let early = if row == 0 { time != 0.0 } else { time <= columns.time[row - 1] };
+        let early = if row == 0 {
+            time != 0.0
+        } else {
+            time <= columns.time[row - 1]
+        };
         if early || time >= 1.0 {
             return Err(HistoryProblem::Time { row: row + 1, time });
         }
     }
     let mut displacement = vec![columns.displacement_x];
     if scene.contact.transverse == Transverse::Absent {
-        if columns.displacement_y.is_some_and(|y| y.iter().any(|v| *v != 0.0)) {
+        if columns
+            .displacement_y
+            .is_some_and(|y| y.iter().any(|v| *v != 0.0))
+        {
             return Err(HistoryProblem::TransverseAbsent);
         }
     } else {
         displacement.push(columns.displacement_y.unwrap_or_else(|| vec![0.0; rows]));
     }
-    let normal_load = columns.normal_load.unwrap_or_else(|| vec![scene.contact.normal_load; rows]);
-    Ok(Motion { time: columns.time, displacement, normal_load })
+    let normal_load = columns
+        .normal_load
+        .unwrap_or_else(|| vec![scene.contact.normal_load; rows]);
+    Ok(Motion {
+        time: columns.time,
+        displacement,
+        normal_load,
+    })
 }
 
 impl Columns {
@@ -106,7 +138,11 @@ impl Columns {
             let largest = values.iter().fold(0.0f64, |m, v| m.max(v.abs()));
             let (first, last) = (values[0], values.pop().unwrap_or(f64::NAN));
             if (last - first).abs() > SAME * largest {
-                return Err(HistoryProblem::NotClosed { column, first, last });
+                return Err(HistoryProblem::NotClosed {
+                    column,
+                    first,
+                    last,
+                });
             }
         }
         self.time.pop();
@@ -119,13 +155,19 @@ fn from_parquet(bytes: &[u8]) -> Result<Columns, HistoryProblem> {
     Ok(Columns {
         time: table.f64("time")?.to_vec(),
         displacement_x: table.f64("displacement_x")?.to_vec(),
-        displacement_y: table.has("displacement_y").then(|| table.f64("displacement_y").map(<[f64]>::to_vec)).transpose()?,
+        displacement_y: table
+            .has("displacement_y")
+            .then(|| table.f64("displacement_y").map(<[f64]>::to_vec))
+            .transpose()?,
         normal_load: Some(table.f64("normal_load")?.to_vec()),
     })
 }
 
 fn from_csv(bytes: &[u8]) -> Result<Columns, HistoryProblem> {
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(bytes);
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(bytes);
     let names: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
     let mut values: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
     for (row, record) in reader.records().enumerate() {
@@ -138,10 +180,17 @@ fn from_csv(bytes: &[u8]) -> Result<Columns, HistoryProblem> {
             })?);
         }
     }
-    let mut take = |name: &str| names.iter().position(|n| n == name).map(|k| std::mem::take(&mut values[k]));
+    let mut take = |name: &str| {
+        names
+            .iter()
+            .position(|n| n == name)
+            .map(|k| std::mem::take(&mut values[k]))
+    };
     Ok(Columns {
         time: take("time").ok_or(HistoryProblem::MissingColumn { column: "time" })?,
-        displacement_x: take("displacement_x").ok_or(HistoryProblem::MissingColumn { column: "displacement_x" })?,
+        displacement_x: take("displacement_x").ok_or(HistoryProblem::MissingColumn {
+            column: "displacement_x",
+        })?,
         displacement_y: take("displacement_y"),
         normal_load: take("normal_load"),
     })

@@ -41,7 +41,12 @@ pub enum Stage {
 
 impl Stage {
     /// All stages.
-    pub const ALL: [Stage; 4] = [Stage::Surface, Stage::Wear, Stage::StaticContact, Stage::FrettingCycle];
+    pub const ALL: [Stage; 4] = [
+        Stage::Surface,
+        Stage::Wear,
+        Stage::StaticContact,
+        Stage::FrettingCycle,
+    ];
 
     /// Name in tables, keys and on the command line.
     pub fn name(self) -> &'static str {
@@ -75,6 +80,8 @@ impl FromStr for Stage {
         Stage::ALL
             .into_iter()
             .find(|stage| stage.name() == name)
-            .ok_or_else(|| UnknownStage { name: name.to_owned() })
+            .ok_or_else(|| UnknownStage {
+                name: name.to_owned(),
+            })
     }
 }

@@ -94,7 +94,12 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
     if options.until == Some(Stage::Surface) {
         return outcome(&store, Ending::Until(Stage::Surface));
     }
-    let joint = inputs.plan.build(&inputs.scene, unworn.patch, unworn.height, inputs.motion.clone());
+    let joint = inputs.plan.build(
+        &inputs.scene,
+        unworn.patch,
+        unworn.height,
+        inputs.motion.clone(),
+    );
     let mut context = Context {
         inputs,
         joint,
@@ -122,7 +127,13 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
         context.wear_iteration = store.next();
         let mut draft = store.draft(context.wear_iteration)?;
         let keys = Keys::of(inputs, &store, &context.surface_key, context.wear_iteration)?;
-        if let Some(stage) = iterate(&mut context, &mut draft, &keys, before.as_ref(), options.until)? {
+        if let Some(stage) = iterate(
+            &mut context,
+            &mut draft,
+            &keys,
+            before.as_ref(),
+            options.until,
+        )? {
             return outcome(&store, Ending::Until(stage));
         }
         let timing = context.timing_table()?;
@@ -130,7 +141,11 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
         draft.commit(&mut store)?;
         committed(&store, inputs, observer)?;
         prune(&mut store, inputs)?;
-        let last = if inputs.scene.motion.is_some() { Stage::FrettingCycle } else { Stage::StaticContact };
+        let last = if inputs.scene.motion.is_some() {
+            Stage::FrettingCycle
+        } else {
+            Stage::StaticContact
+        };
         if options.until == Some(last) {
             return outcome(&store, Ending::Until(last));
         }
@@ -140,9 +155,9 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
 fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunError> {
     let inputs = options.inputs;
     let seed = match &inputs.scene.surface {
-        Surface::Gaussian { seed, .. } | Surface::Exponential { seed, .. } | Surface::SelfAffine { seed, .. } => {
-            Some(*seed)
-        }
+        Surface::Gaussian { seed, .. }
+        | Surface::Exponential { seed, .. }
+        | Surface::SelfAffine { seed, .. } => Some(*seed),
         Surface::Flat | Surface::Sphere { .. } | Surface::File { .. } => None,
     };
     let identity = RunIdentity {
@@ -157,9 +172,13 @@ fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunEr
     let file_system = options.file_system.clone();
     let (store, opening) = match &options.source {
         None => RunStore::create_or_open(file_system, &options.root, &identity)?,
-        Some(source) => {
-            RunStore::create_sibling(file_system, &options.root, &identity, &source.run, source.wear_iteration)?
-        }
+        Some(source) => RunStore::create_sibling(
+            file_system,
+            &options.root,
+            &identity,
+            &source.run,
+            source.wear_iteration,
+        )?,
     };
     observer.opened(&opening);
     if inputs.scene.wear.is_some() {
@@ -178,14 +197,17 @@ fn iterate(
 ) -> Result<Option<Stage>, RunError> {
     let scene = &context.inputs.scene;
     let mut worn = match (&keys.wear, &scene.wear, before) {
-        (Some(key), Some(wear), Some(before)) => wear::wear(context, draft, keys, key, wear, before)?,
+        (Some(key), Some(wear), Some(before)) => {
+            wear::wear(context, draft, keys, key, wear, before)?
+        }
         _ => wear::unworn(context, draft, keys)?,
     };
     if until == Some(Stage::Wear) && keys.wear.is_some() {
         return Ok(Some(Stage::Wear));
     }
     let predicted = worn.predicted.take();
-    let (contact, shear) = static_contact::static_contact(context, draft, keys, &worn.wear, predicted)?;
+    let (contact, shear) =
+        static_contact::static_contact(context, draft, keys, &worn.wear, predicted)?;
     if scene.motion.is_none() {
         let row = summary(context, before, &worn, &contact, None)?;
         put_summary(draft, &keys.static_contact, &row)?;
@@ -195,7 +217,8 @@ fn iterate(
         return Ok(Some(Stage::StaticContact));
     }
     if !fretting_cycle::is_complete(context, draft, keys)? {
-        let cycle = fretting_cycle::fretting_cycle(context, draft, keys, &worn.wear, &contact, &shear)?;
+        let cycle =
+            fretting_cycle::fretting_cycle(context, draft, keys, &worn.wear, &contact, &shear)?;
         let row = summary(context, before, &worn, &contact, Some(&cycle))?;
         put_summary(draft, &keys.fretting_cycle, &row)?;
     }
@@ -210,17 +233,26 @@ fn put_summary(draft: &mut Draft, key: &StageKey, row: &Table) -> Result<(), Run
 }
 
 fn is_finished(wear: &Wear, at: &Committed) -> bool {
-    wear.cycles.is_some_and(|cycles| at.cycles >= cycles) || wear.volume.is_some_and(|volume| at.volume >= volume)
+    wear.cycles.is_some_and(|cycles| at.cycles >= cycles)
+        || wear.volume.is_some_and(|volume| at.volume >= volume)
 }
 
 fn committed(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Result<(), RunError> {
-    let Some(wear_iteration) = store.latest() else { return Ok(()) };
+    let Some(wear_iteration) = store.latest() else {
+        return Ok(());
+    };
     let summary = store.read(wear_iteration, TableName::Summary)?;
     let worn = inputs.scene.wear.is_some();
-    let number = |column: &str| -> Result<f64, RunError> { Ok(if worn { summary.f64(column)?[0] } else { 0.0 }) };
+    let number = |column: &str| -> Result<f64, RunError> {
+        Ok(if worn { summary.f64(column)?[0] } else { 0.0 })
+    };
     observer.committed(&Progress {
         wear_iteration,
-        cycles: if worn { summary.i64("cycles")?[0] as u64 } else { 0 },
+        cycles: if worn {
+            summary.i64("cycles")?[0] as u64
+        } else {
+            0
+        },
         volume: number("wear_volume")?,
         error: number("error_wear")?,
     });
@@ -228,8 +260,17 @@ fn committed(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Resu
 }
 
 fn prune(store: &mut RunStore, inputs: &Inputs) -> Result<(), RunError> {
-    if let scene::Keep::Some { every, last, updates: _ } = inputs.scene.output.keep {
-        store.prune(&Keep { every, last, also: Default::default() })?;
+    if let scene::Keep::Some {
+        every,
+        last,
+        updates: _,
+    } = inputs.scene.output.keep
+    {
+        store.prune(&Keep {
+            every,
+            last,
+            also: Default::default(),
+        })?;
     }
     Ok(())
 }
@@ -243,6 +284,13 @@ fn outcome(store: &RunStore, ending: Ending) -> Result<Outcome, RunError> {
         }
     }
     let wear_iteration = store.latest();
-    let summary = wear_iteration.map(|k| store.read(k, TableName::Summary)).transpose()?;
-    Ok(Outcome { ending, wear_iteration, summary, timing })
+    let summary = wear_iteration
+        .map(|k| store.read(k, TableName::Summary))
+        .transpose()?;
+    Ok(Outcome {
+        ending,
+        wear_iteration,
+        summary,
+        timing,
+    })
 }

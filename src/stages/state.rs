@@ -22,12 +22,22 @@ pub struct Committed {
 }
 
 /// Reads an iteration of a run with wear.
-pub fn read(context: &Context, store: &RunStore, wear_iteration: u64) -> Result<Committed, RunError> {
-    let wear = context.field(&store.read(wear_iteration, TableName::WearField)?, "wear_depth")?;
+pub fn read(
+    context: &Context,
+    store: &RunStore,
+    wear_iteration: u64,
+) -> Result<Committed, RunError> {
+    let wear = context.field(
+        &store.read(wear_iteration, TableName::WearField)?,
+        "wear_depth",
+    )?;
     let fields = store.read(wear_iteration, TableName::ContactField)?;
     let summary = store.read(wear_iteration, TableName::Summary)?;
     let step = store.read(wear_iteration, TableName::WearStep)?;
-    let shear = SHEAR.iter().filter(|name| fields.has(name)).map(|name| context.field(&fields, name));
+    let shear = SHEAR
+        .iter()
+        .filter(|name| fields.has(name))
+        .map(|name| context.field(&fields, name));
     let cycle = CycleSolution {
         shear: shear.collect::<Result<_, _>>()?,
         slip_path: context.field(&fields, "slip_path")?,
@@ -39,10 +49,16 @@ pub fn read(context: &Context, store: &RunStore, wear_iteration: u64) -> Result<
     };
     let volume = summary.f64("wear_volume")?[0];
     Ok(Committed {
-        worn: WornState { wear, pressure: context.field(&fields, "pressure")?, cycle },
+        worn: WornState {
+            wear,
+            pressure: context.field(&fields, "pressure")?,
+            cycle,
+        },
         cycles: summary.i64("cycles")?[0] as u64,
         volume,
         error: summary.f64("error_wear")?[0] * volume,
-        proposal: (wear_iteration > 0).then(|| step.f64("next_n_cycles").map(|v| v[0])).transpose()?,
+        proposal: (wear_iteration > 0)
+            .then(|| step.f64("next_n_cycles").map(|v| v[0]))
+            .transpose()?,
     })
 }

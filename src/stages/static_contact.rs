@@ -48,7 +48,10 @@ impl Predicted {
 
     /// From such a table.
     pub fn of(context: &Context, table: &Table) -> Result<Predicted, RunError> {
-        let shear = SHEAR.iter().filter(|name| table.has(name)).map(|name| context.field(table, name));
+        let shear = SHEAR
+            .iter()
+            .filter(|name| table.has(name))
+            .map(|name| context.field(table, name));
         Ok(Predicted {
             gap: context.field(table, "gap")?,
             pressure: context.field(table, "pressure")?,
@@ -72,10 +75,14 @@ pub fn static_contact(
         None => kept(draft, TableName::ContactField, &keys.fretting_cycle)?,
     };
     let row = kept(draft, TableName::StaticContact, &keys.static_contact)?;
-    let curve_done =
-        !context.curves_due() || kept(draft, TableName::Indentation, &keys.static_contact)?.is_some();
+    let curve_done = !context.curves_due()
+        || kept(draft, TableName::Indentation, &keys.static_contact)?.is_some();
     if let (Some(fields), Some(row), true) = (fields, row, curve_done) {
-        let Predicted { gap, pressure, shear } = Predicted::of(context, &fields)?;
+        let Predicted {
+            gap,
+            pressure,
+            shear,
+        } = Predicted::of(context, &fields)?;
         let solution = NormalSolution {
             pressure,
             gap,
@@ -84,8 +91,20 @@ pub fn static_contact(
             exchanges: 0,
             error: row.f64("error")?[0],
         };
-        let (kn, kt, fft_pairs) = (row.f64("kn")?[0], row.f64("kt")?[0], row.f64("fft_pairs")?[0]);
-        return Ok((StaticContact { solution, kn, kt, fft_pairs }, shear));
+        let (kn, kt, fft_pairs) = (
+            row.f64("kn")?[0],
+            row.f64("kt")?[0],
+            row.f64("fft_pairs")?[0],
+        );
+        return Ok((
+            StaticContact {
+                solution,
+                kn,
+                kt,
+                fft_pairs,
+            },
+            shear,
+        ));
     }
 
     let shear_axes = context.inputs.plan.shear;
@@ -94,15 +113,25 @@ pub fn static_contact(
     let ((solution, kn, kt, curve), fft_pairs) = context.timed(Stage::StaticContact, |joint| {
         let solution = joint.static_contact(wear, start)?;
         let cap = joint.pressure_cap.unwrap_or(f64::INFINITY);
-        let elastic: Vec<bool> = solution.pressure.iter().map(|&p| p > 0.0 && p < cap).collect();
+        let elastic: Vec<bool> = solution
+            .pressure
+            .iter()
+            .map(|&p| p > 0.0 && p < cap)
+            .collect();
         let closed: Vec<bool> = solution.pressure.iter().map(|&p| p > 0.0).collect();
         let kn = stiffness::normal(&mut joint.half_space, &elastic)?.total;
         let kt = stiffness::tangential(&mut joint.half_space, &closed, shear_axes)?.total;
-        let curve = curve_due.then(|| curves::indentation(joint, wear, &solution)).transpose()?;
+        let curve = curve_due
+            .then(|| curves::indentation(joint, wear, &solution))
+            .transpose()?;
         Ok((solution, kn, kt, curve))
     })?;
     if let Some(curve) = curve {
-        draft.put(TableName::Indentation, &keys.static_contact, &curve.table(TableName::Indentation)?)?;
+        draft.put(
+            TableName::Indentation,
+            &keys.static_contact,
+            &curve.table(TableName::Indentation)?,
+        )?;
     }
     let row = Table::builder(TableName::StaticContact)
         .column("approach", vec![solution.approach])
@@ -114,7 +143,23 @@ pub fn static_contact(
         .build()?;
     draft.put(TableName::StaticContact, &keys.static_contact, &row)?;
     let shear = predicted.map_or_else(Vec::new, |p| p.shear);
-    let fields = Predicted { gap: solution.gap.clone(), pressure: solution.pressure.clone(), shear };
-    draft.put(TableName::ContactField, &keys.static_contact, &fields.table(context)?)?;
-    Ok((StaticContact { solution, kn, kt, fft_pairs }, fields.shear))
+    let fields = Predicted {
+        gap: solution.gap.clone(),
+        pressure: solution.pressure.clone(),
+        shear,
+    };
+    draft.put(
+        TableName::ContactField,
+        &keys.static_contact,
+        &fields.table(context)?,
+    )?;
+    Ok((
+        StaticContact {
+            solution,
+            kn,
+            kt,
+            fft_pairs,
+        },
+        fields.shear,
+    ))
 }

@@ -28,7 +28,12 @@ pub fn summary(
     let kept = joint.patch.cells() as f64;
     let largest = pressure.iter().fold(0.0f64, |m, p| m.max(*p));
     let fraction = |above: f64| pressure.iter().filter(|&&p| p > above).count() as f64 / kept;
-    let height: Vec<f64> = joint.height.iter().zip(&worn.wear).map(|(h, w)| h - w).collect();
+    let height: Vec<f64> = joint
+        .height
+        .iter()
+        .zip(&worn.wear)
+        .map(|(h, w)| h - w)
+        .collect();
     let shape = roughness(&joint.patch, &height)?;
     let mut fft_pairs = contact.fft_pairs + worn.fft_pairs;
     let mut table = Table::builder(TableName::Summary)
@@ -42,7 +47,10 @@ pub fn summary(
         .column("rq", vec![shape.rq])
         .column("sk", vec![shape.sk])
         .column("ku", vec![shape.ku])
-        .column("normal_iterations", vec![contact.solution.iterations as i64])
+        .column(
+            "normal_iterations",
+            vec![contact.solution.iterations as i64],
+        )
         .column("error_normal", vec![contact.solution.error]);
     if let Some(cycle) = cycle {
         fft_pairs += cycle.fft_pairs;
@@ -55,12 +63,21 @@ pub fn summary(
         let volume = before.map_or(0.0, |b| b.volume) + worn.volume;
         let error = before.map_or(0.0, |b| b.error) + worn.error;
         table = table
-            .column("cycles", vec![(before.map_or(0, |b| b.cycles) + worn.n_cycles) as i64])
+            .column(
+                "cycles",
+                vec![(before.map_or(0, |b| b.cycles) + worn.n_cycles) as i64],
+            )
             .column("n_cycles", vec![worn.n_cycles as i64])
             .column("wear_volume", vec![volume])
-            .column("wear_rate", vec![wear.coefficient * cycle.solution.dissipation])
+            .column(
+                "wear_rate",
+                vec![wear.coefficient * cycle.solution.dissipation],
+            )
             .column("dissipated_energy_total", vec![volume / wear.coefficient])
-            .column("error_wear", vec![if volume > 0.0 { error / volume } else { 0.0 }]);
+            .column(
+                "error_wear",
+                vec![if volume > 0.0 { error / volume } else { 0.0 }],
+            );
     }
     Ok(table.column("fft_pairs", vec![fft_pairs]).build()?)
 }

@@ -20,18 +20,37 @@ pub struct Unworn {
 }
 
 /// Computes the surface, or takes the one that an earlier start computed from the same inputs.
-pub fn surface(inputs: &Inputs, store: &mut RunStore, observer: &dyn Observer) -> Result<Unworn, RunError> {
-    let key = StageKey::new(Stage::Surface.name(), &[TableName::Surface], &inputs.sections(&["joint", "surface"]), &[]);
+pub fn surface(
+    inputs: &Inputs,
+    store: &mut RunStore,
+    observer: &dyn Observer,
+) -> Result<Unworn, RunError> {
+    let key = StageKey::new(
+        Stage::Surface.name(),
+        &[TableName::Surface],
+        &inputs.sections(&["joint", "surface"]),
+        &[],
+    );
     let grid = inputs.scene.grid();
     if let Kept::Valid(table) = store.once(TableName::Surface, &key)? {
-        let patch = Patch { grid, kept: table.bool("kept")?.to_vec() };
-        return Ok(Unworn { patch, height: table.f64("height")?.to_vec(), key, timing: None });
+        let patch = Patch {
+            grid,
+            kept: table.bool("kept")?.to_vec(),
+        };
+        return Ok(Unworn {
+            patch,
+            height: table.f64("height")?.to_vec(),
+            key,
+            timing: None,
+        });
     }
     observer.stage(Stage::Surface, 0);
     let begin = std::time::Instant::now();
     let (patch, height) = heights(&inputs.scene, observer)?;
     let cells = |value: fn((usize, usize)) -> usize| -> Vec<i32> {
-        (0..grid.len()).map(|c| value(grid.cell(c)) as i32).collect()
+        (0..grid.len())
+            .map(|c| value(grid.cell(c)) as i32)
+            .collect()
     };
     let table = Table::builder(TableName::Surface)
         .column("i", cells(|c| c.0))
@@ -40,8 +59,17 @@ pub fn surface(inputs: &Inputs, store: &mut RunStore, observer: &dyn Observer) -
         .column("kept", patch.kept.clone())
         .build()?;
     store.put_once(TableName::Surface, &key, &table)?;
-    let timing = Timing { stage: Stage::Surface, seconds: begin.elapsed().as_secs_f64(), fft_pairs: 0.0 };
-    Ok(Unworn { patch, height, key, timing: Some(timing) })
+    let timing = Timing {
+        stage: Stage::Surface,
+        seconds: begin.elapsed().as_secs_f64(),
+        fft_pairs: 0.0,
+    };
+    Ok(Unworn {
+        patch,
+        height,
+        key,
+        timing: Some(timing),
+    })
 }
 
 fn heights(scene: &Scene, observer: &dyn Observer) -> Result<(Patch, Vec<f64>), RunError> {
@@ -56,13 +84,35 @@ fn heights(scene: &Scene, observer: &dyn Observer) -> Result<(Patch, Vec<f64>), 
     let height = match &scene.surface {
         scene::Surface::Flat => generate::flat(&patch),
         scene::Surface::Sphere { radius } => generate::sphere(&patch, *radius)?,
-        scene::Surface::Gaussian { rq, correlation_length, seed } => {
-            random(Spectrum::Gaussian { correlation_length: *correlation_length }, *rq, *seed)?
-        }
-        scene::Surface::Exponential { rq, correlation_length, seed } => {
-            random(Spectrum::Exponential { correlation_length: *correlation_length }, *rq, *seed)?
-        }
-        scene::Surface::SelfAffine { rq, hurst, rolloff_wavelength, cutoff_wavelength, seed } => {
+        scene::Surface::Gaussian {
+            rq,
+            correlation_length,
+            seed,
+        } => random(
+            Spectrum::Gaussian {
+                correlation_length: *correlation_length,
+            },
+            *rq,
+            *seed,
+        )?,
+        scene::Surface::Exponential {
+            rq,
+            correlation_length,
+            seed,
+        } => random(
+            Spectrum::Exponential {
+                correlation_length: *correlation_length,
+            },
+            *rq,
+            *seed,
+        )?,
+        scene::Surface::SelfAffine {
+            rq,
+            hurst,
+            rolloff_wavelength,
+            cutoff_wavelength,
+            seed,
+        } => {
             let spectrum = Spectrum::SelfAffine {
                 hurst: *hurst,
                 rolloff_wavelength: *rolloff_wavelength,
@@ -70,12 +120,29 @@ fn heights(scene: &Scene, observer: &dyn Observer) -> Result<(Patch, Vec<f64>), 
             };
             random(spectrum, *rq, *seed)?
         }
-        scene::Surface::File { path, unit, detrend, fill, spacing } => {
-            let options = ReadOptions { height_unit: *unit, lateral_unit: None, spacing: *spacing };
+        scene::Surface::File {
+            path,
+            unit,
+            detrend,
+            fill,
+            spacing,
+        } => {
+            let options = ReadOptions {
+                height_unit: *unit,
+                lateral_unit: None,
+                spacing: *spacing,
+            };
             let topography = readers::read(path, &options)?;
-            let options = PrepareOptions { detrend: *detrend, fill: *fill };
-            let prepared = prepare::onto_joint(&topography, &patch, options)
-                .map_err(|source| RunError::Prepare { path: path.clone(), source })?;
+            let options = PrepareOptions {
+                detrend: *detrend,
+                fill: *fill,
+            };
+            let prepared = prepare::onto_joint(&topography, &patch, options).map_err(|source| {
+                RunError::Prepare {
+                    path: path.clone(),
+                    source,
+                }
+            })?;
             for notice in &prepared.notices {
                 observer.notice(&format!("[surface]: {notice}"));
             }

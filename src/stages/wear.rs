@@ -8,8 +8,8 @@ use crate::grid::ByAxis;
 use crate::scene::{Scheme, Wear};
 use crate::store::{Draft, StageKey};
 use crate::tables::{Table, TableName};
-use crate::wear::implicit::{self, Limits};
 use crate::wear::explicit;
+use crate::wear::implicit::{self, Limits};
 
 /// Proposals are written to a table, which holds no infinity: a joint that does not wear proposes this.
 const LONGEST_PROPOSAL: f64 = 1e18;
@@ -33,9 +33,23 @@ pub struct Worn {
 pub fn unworn(context: &Context, draft: &mut Draft, keys: &Keys) -> Result<Worn, RunError> {
     let wear = vec![0.0; context.joint.patch.grid.len()];
     if context.inputs.scene.wear.is_some() {
-        put(context, draft, &keys.static_contact, &wear, [0.0; 4], [0, 0])?;
+        put(
+            context,
+            draft,
+            &keys.static_contact,
+            &wear,
+            [0.0; 4],
+            [0, 0],
+        )?;
     }
-    Ok(Worn { wear, n_cycles: 0, volume: 0.0, error: 0.0, fft_pairs: 0.0, predicted: None })
+    Ok(Worn {
+        wear,
+        n_cycles: 0,
+        volume: 0.0,
+        error: 0.0,
+        fft_pairs: 0.0,
+        predicted: None,
+    })
 }
 
 /// Makes the step, or takes it from the draft.
@@ -50,20 +64,31 @@ pub fn wear(
     if let Some(worn) = resume(context, draft, keys, key)? {
         return Ok(worn);
     }
-    let volume_left = wear.volume.map_or(f64::INFINITY, |volume| volume - before.volume);
+    let volume_left = wear
+        .volume
+        .map_or(f64::INFINITY, |volume| volume - before.volume);
     let rate = wear.coefficient * before.worn.cycle.dissipation;
     if wear.cycles.is_none() && rate <= 0.0 {
         let volume = wear.volume.unwrap_or(f64::INFINITY);
-        return Err(RunError::WearsNoMore { volume, reached: before.volume });
+        return Err(RunError::WearsNoMore {
+            volume,
+            reached: before.volume,
+        });
     }
-    let remaining = wear.cycles.map_or(u64::MAX, |cycles| cycles - before.cycles);
+    let remaining = wear
+        .cycles
+        .map_or(u64::MAX, |cycles| cycles - before.cycles);
     let until_volume = (volume_left / rate * VOLUME_MARGIN).ceil().max(1.0);
     let coefficient = wear.coefficient;
     let (step, fft_pairs) = context.timed(Stage::Wear, |joint| match wear.scheme {
         Scheme::Implicit => {
             let first = || implicit::first_proposal(joint, &before.worn, coefficient);
             let proposal = before.proposal.unwrap_or_else(first).min(until_volume);
-            let limits = Limits { tolerance: wear.tolerance, depth_step: wear.depth_step, remaining };
+            let limits = Limits {
+                tolerance: wear.tolerance,
+                depth_step: wear.depth_step,
+                remaining,
+            };
             let step = implicit::advance(joint, &before.worn, coefficient, proposal, limits)?;
             Ok(Outcome {
                 wear: step.wear,
@@ -80,7 +105,11 @@ pub fn wear(
     })?;
     let volume = context.joint.volume(&step.wear) - context.joint.volume(&before.worn.wear);
     let gap = step.gap.unwrap_or_else(|| vec![0.0; step.wear.len()]);
-    let predicted = Predicted { gap, pressure: step.pressure, shear: step.shear };
+    let predicted = Predicted {
+        gap,
+        pressure: step.pressure,
+        shear: step.shear,
+    };
     // The prediction goes first: with the wear field in the draft, the later stages have what they start from.
     draft.put(TableName::ContactField, key, &predicted.table(context)?)?;
     let proposal = step.proposal.min(LONGEST_PROPOSAL);
@@ -117,7 +146,11 @@ fn explicit_step(before: &crate::wear::joint::WornState, wear: &Wear, remaining:
     let deepest = wear.coefficient * before.cycle.energy.iter().fold(0.0f64, |m, e| m.max(*e));
     let depth_step = wear.depth_step.unwrap_or(f64::INFINITY);
     // A joint that does not wear would make a step without end.
-    let cycles = if deepest > 0.0 { explicit::cycles(depth_step, deepest) } else { remaining };
+    let cycles = if deepest > 0.0 {
+        explicit::cycles(depth_step, deepest)
+    } else {
+        remaining
+    };
     Outcome {
         wear: explicit::advance(&before.wear, &before.cycle.energy, wear.coefficient, cycles),
         cycles,
@@ -162,10 +195,17 @@ fn put(
 }
 
 /// The step as an earlier start left it, if the contact that it predicts, or what replaced it, is there too.
-fn resume(context: &Context, draft: &mut Draft, keys: &Keys, key: &StageKey) -> Result<Option<Worn>, RunError> {
+fn resume(
+    context: &Context,
+    draft: &mut Draft,
+    keys: &Keys,
+    key: &StageKey,
+) -> Result<Option<Worn>, RunError> {
     let field = kept(draft, TableName::WearField, key)?;
     let step = kept(draft, TableName::WearStep, key)?;
-    let (Some(field), Some(step)) = (field, step) else { return Ok(None) };
+    let (Some(field), Some(step)) = (field, step) else {
+        return Ok(None);
+    };
     let predicted = match kept(draft, TableName::ContactField, key)? {
         Some(table) => Some(Predicted::of(context, &table)?),
         None => {
