@@ -142,7 +142,7 @@ pub(super) fn encode(
 ) -> Result<(Vec<u8>, KeyedEntry), StoreError> {
     let table_error = |source| StoreError::Table {
         path: path.to_owned(),
-        source,
+        source: Box::new(source),
     };
     if values.schema() != table.schema() {
         return Err(table_error(TableError::OtherTable {
@@ -212,7 +212,10 @@ pub(super) fn read_entry(
     };
     from_parquet(&bytes, table.schema())
         .map(Ok)
-        .map_err(|source| StoreError::Table { path, source })
+        .map_err(|source| StoreError::Table {
+            path,
+            source: Box::new(source),
+        })
 }
 
 /// Removes from staging what belongs to no draft of `next`, or does not verify. Returns what is left and what was removed.

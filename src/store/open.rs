@@ -175,9 +175,11 @@ pub(super) fn create(
         files.make_dir(&folder)?;
     }
     write_identity(files, layout, identity)?;
-    let record = RunRecord::new(identity, origin, pruned);
-    write_record(files, layout, &record)?;
-    Ok(record)
+    write_record(files, layout, &RunRecord::new(identity, origin, pruned))?;
+    // As any later start finds it.
+    read_record(files, layout)?.ok_or_else(|| StoreError::NoRun {
+        path: layout.root.clone(),
+    })
 }
 
 /// Brings `scene.toml` and `plan.json` up to date.

@@ -236,7 +236,7 @@ impl RunStore {
             k == 0
                 || k == latest
                 || k + keep.last > latest
-                || keep.every.is_some_and(|every| every > 0 && k % every == 0)
+                || keep.every.is_some_and(|every| k.is_multiple_of(every))
                 || keep.also.contains(&k)
         };
         let gone: Vec<u64> = self.reader.iterations().filter(|&k| !kept(k)).collect();
