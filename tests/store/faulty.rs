@@ -63,11 +63,15 @@ impl Undo {
 #[derive(Default)]
 struct State {
     calls: usize,
+    changes: usize,
     ended: bool,
     undo: Vec<Undo>,
 }
 
-/// The real file system without its waits for the disk, and with faults. Counts every call.
+/// The real file system without its waits for the disk, and with faults.
+///
+/// An error may come at every call. An end is told apart only by what was changed before it, so that it counts the calls that
+/// change something.
 pub struct FaultyFileSystem {
     fault: Option<(usize, Fault)>,
     free_space: u64,
@@ -90,7 +94,7 @@ impl FaultyFileSystem {
         }
     }
 
-    /// One that fails at the `call`-th call, counted from 1.
+    /// One that fails at a call, counted from 1 among those at which the fault may come.
     pub fn failing(call: usize, fault: Fault) -> Self {
         FaultyFileSystem {
             fault: Some((call, fault)),
@@ -106,9 +110,13 @@ impl FaultyFileSystem {
         }
     }
 
-    /// Calls so far.
-    pub fn calls(&self) -> usize {
-        self.state.lock().expect("no panic while held").calls
+    /// Calls so far at which the fault may come.
+    pub fn calls(&self, fault: Fault) -> usize {
+        let state = self.state.lock().expect("no panic while held");
+        match fault {
+            Fault::Error => state.calls,
+            _ => state.changes,
+        }
     }
 
     /// After power is lost: undoes what was not made durable.
@@ -121,25 +129,36 @@ impl FaultyFileSystem {
         }
     }
 
-    fn verdict(&self) -> Verdict {
+    fn verdict(&self, changes: bool) -> Verdict {
         let mut state = self.state.lock().expect("no panic while held");
         state.calls += 1;
+        state.changes += usize::from(changes);
         if state.ended {
             return Verdict::Stop { cut_file: false };
         }
         match self.fault {
-            Some((call, fault)) if call == state.calls => {
-                state.ended = fault != Fault::Error;
+            Some((call, Fault::Error)) if call == state.calls => Verdict::Stop { cut_file: false },
+            Some((call, fault)) if fault != Fault::Error && changes && call == state.changes => {
+                state.ended = true;
                 Verdict::Stop {
-                    cut_file: matches!(fault, Fault::EndTruncating | Fault::PowerLoss),
+                    cut_file: fault != Fault::EndBefore,
                 }
             }
             _ => Verdict::Go,
         }
     }
 
-    fn check(&self) -> io::Result<()> {
-        match self.verdict() {
+    /// For a call that changes something.
+    fn check_change(&self) -> io::Result<()> {
+        match self.verdict(true) {
+            Verdict::Go => Ok(()),
+            Verdict::Stop { .. } => Err(injected()),
+        }
+    }
+
+    /// For a call that only looks.
+    fn check_look(&self) -> io::Result<()> {
+        match self.verdict(false) {
             Verdict::Go => Ok(()),
             Verdict::Stop { .. } => Err(injected()),
         }
@@ -163,7 +182,7 @@ impl LockGuard for NoGuard {}
 
 impl FileSystem for FaultyFileSystem {
     fn create_dir_all(&self, path: &Path) -> io::Result<()> {
-        self.check()?;
+        self.check_change()?;
         let missing: Vec<&Path> = path
             .ancestors()
             .take_while(|level| !level.exists())
@@ -176,7 +195,7 @@ impl FileSystem for FaultyFileSystem {
     }
 
     fn write_new(&self, path: &Path, bytes: &[u8]) -> io::Result<()> {
-        match self.verdict() {
+        match self.verdict(true) {
             Verdict::Go => {
                 if path.exists() {
                     return Err(io::Error::from(io::ErrorKind::AlreadyExists));
@@ -195,12 +214,12 @@ impl FileSystem for FaultyFileSystem {
     }
 
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        self.check()?;
+        self.check_look()?;
         fs::read(path)
     }
 
     fn rename(&self, from: &Path, to: &Path) -> io::Result<()> {
-        self.check()?;
+        self.check_change()?;
         let replaced = fs::read(to).ok();
         fs::rename(from, to)?;
         // What is still unsynced inside a renamed folder is so under its new name.
@@ -222,14 +241,14 @@ impl FileSystem for FaultyFileSystem {
     }
 
     fn sync_dir(&self, path: &Path) -> io::Result<()> {
-        self.check()?;
+        self.check_change()?;
         let mut state = self.state.lock().expect("no panic while held");
         state.undo.retain(|undo| undo.path().parent() != Some(path));
         Ok(())
     }
 
     fn remove_file(&self, path: &Path) -> io::Result<()> {
-        self.check()?;
+        self.check_change()?;
         let bytes = fs::read(path)?;
         fs::remove_file(path)?;
         self.note(Undo::Removed(path.to_owned(), bytes));
@@ -237,7 +256,7 @@ impl FileSystem for FaultyFileSystem {
     }
 
     fn remove_dir_all(&self, path: &Path) -> io::Result<()> {
-        match self.verdict() {
+        match self.verdict(true) {
             Verdict::Go => fs::remove_dir_all(path),
             Verdict::Stop { .. } => {
                 // Half of it is gone when the process ends.
@@ -253,22 +272,22 @@ impl FileSystem for FaultyFileSystem {
     }
 
     fn list(&self, path: &Path) -> io::Result<Vec<Entry>> {
-        self.check()?;
+        self.check_look()?;
         RealFileSystem.list(path)
     }
 
     fn metadata(&self, path: &Path) -> io::Result<Option<Metadata>> {
-        self.check()?;
+        self.check_look()?;
         RealFileSystem.metadata(path)
     }
 
     fn free_space(&self, _path: &Path) -> io::Result<u64> {
-        self.check()?;
+        self.check_look()?;
         Ok(self.free_space)
     }
 
     fn try_lock(&self, path: &Path) -> io::Result<LockAttempt> {
-        self.check()?;
+        self.check_change()?;
         fs::write(path, "")?;
         Ok(LockAttempt::Taken(Box::new(NoGuard)))
     }
