@@ -339,14 +339,13 @@ pub(super) fn discard(
     if gone.is_empty() {
         return Ok(());
     }
-    files.make_dir(&target)?;
+    files.make_dir_unsynced(&target)?;
     for wear_iteration in gone {
         files.rename(
             &layout.iteration(wear_iteration),
             &target.join(iteration_name(wear_iteration)),
         )?;
     }
-    files.sync_dir(&target)?;
     files.sync_dir(&layout.iterations())?;
     files.remove_dir_if_there(&target)
 }

@@ -148,7 +148,7 @@ impl RunStore {
         let (bytes, keyed) = encode(&folder.join(&file), table, key, values, &self.provenance)?;
         files.require_space(&folder, keyed.entry.bytes)?;
         files.remove_dir_if_there(&staged)?;
-        files.make_dir(&staged)?;
+        files.make_dir_unsynced(&staged)?;
         files.write_new(&staged.join(&file), &bytes)?;
         let key_path = staged.join(&key_file);
         files.write_new(&key_path, &json(&key_path, &keyed)?)?;
@@ -212,6 +212,9 @@ impl RunStore {
             if !taken {
                 files.remove_file_if_there(&draft.join(&entry.name))?;
             }
+        }
+        for table in commit.tables.values().chain(commit.unchained.values()) {
+            files.sync_file(&draft.join(&table.file))?;
         }
         let manifest = draft.join(COMMIT_FILE);
         let bytes = json(&manifest, &commit)?;

@@ -15,12 +15,15 @@ pub enum Fault {
     EndTruncating,
     /// The process ends, before a file being written has any name.
     EndBefore,
-    /// The machine loses power: as `EndTruncating`, and every name that no `sync_dir` made durable is undone.
+    /// The machine loses power: as `EndTruncating`, every name that no `sync_dir` made durable is undone, and every file whose
+    /// content no `sync_file` made durable is cut.
     PowerLoss,
 }
 
 enum Undo {
     Created(PathBuf),
+    /// A file whose content is not on the disk yet.
+    Written(PathBuf),
     Renamed {
         from: PathBuf,
         to: PathBuf,
@@ -33,14 +36,14 @@ impl Undo {
     /// The path whose folder has to be synced for this to last.
     fn path(&self) -> &Path {
         match self {
-            Undo::Created(path) | Undo::Removed(path, _) => path,
+            Undo::Created(path) | Undo::Written(path) | Undo::Removed(path, _) => path,
             Undo::Renamed { to, .. } => to,
         }
     }
 
     fn path_mut(&mut self) -> &mut PathBuf {
         match self {
-            Undo::Created(path) | Undo::Removed(path, _) => path,
+            Undo::Created(path) | Undo::Written(path) | Undo::Removed(path, _) => path,
             Undo::Renamed { to, .. } => to,
         }
     }
@@ -49,6 +52,11 @@ impl Undo {
         match self {
             Undo::Created(path) if path.is_dir() => drop(fs::remove_dir_all(path)),
             Undo::Created(path) => drop(fs::remove_file(path)),
+            Undo::Written(path) => {
+                if let Ok(bytes) = fs::read(&path) {
+                    drop(fs::write(path, &bytes[..bytes.len() / 2]));
+                }
+            }
             Undo::Renamed { from, to, replaced } => {
                 drop(fs::rename(&to, &from));
                 if let Some(bytes) = replaced {
@@ -202,6 +210,7 @@ impl FileSystem for FaultyFileSystem {
                 }
                 fs::write(path, bytes)?;
                 self.note(Undo::Created(path.to_owned()));
+                self.note(Undo::Written(path.to_owned()));
                 Ok(())
             }
             Verdict::Stop { cut_file } => {
@@ -211,6 +220,15 @@ impl FileSystem for FaultyFileSystem {
                 Err(injected())
             }
         }
+    }
+
+    fn sync_file(&self, path: &Path) -> io::Result<()> {
+        self.check_change()?;
+        let mut state = self.state.lock().expect("no panic while held");
+        state
+            .undo
+            .retain(|undo| !matches!(undo, Undo::Written(written) if written == path));
+        Ok(())
     }
 
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
@@ -225,11 +243,14 @@ impl FileSystem for FaultyFileSystem {
         // What is still unsynced inside a renamed folder is so under its new name.
         let mut state = self.state.lock().expect("no panic while held");
         for undo in &mut state.undo {
+            let content = matches!(undo, Undo::Written(_));
             let path = undo.path_mut();
-            if let Ok(inside) = path.strip_prefix(from)
-                && inside.components().next().is_some()
-            {
-                *path = to.join(inside);
+            if let Ok(inside) = path.strip_prefix(from) {
+                if inside.components().next().is_some() {
+                    *path = to.join(inside);
+                } else if content {
+                    *path = to.to_owned();
+                }
             }
         }
         state.undo.push(Undo::Renamed {
@@ -243,7 +264,9 @@ impl FileSystem for FaultyFileSystem {
     fn sync_dir(&self, path: &Path) -> io::Result<()> {
         self.check_change()?;
         let mut state = self.state.lock().expect("no panic while held");
-        state.undo.retain(|undo| undo.path().parent() != Some(path));
+        state
+            .undo
+            .retain(|undo| matches!(undo, Undo::Written(_)) || undo.path().parent() != Some(path));
         Ok(())
     }
 
