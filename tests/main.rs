@@ -1,8 +1,11 @@
 //! All tests of the crate's outside, one binary; its modules mirror `src/`.
 
+mod cli;
+mod imports;
+mod plan;
 mod scene;
-mod store;
+mod stages;
+mod support;
 mod surface;
-mod tables;
 mod units;
 mod wear;
