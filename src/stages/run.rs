@@ -221,6 +221,7 @@ fn iterate(
             fretting_cycle::fretting_cycle(context, draft, keys, &worn.wear, &contact, &shear)?;
         let row = summary(context, before, &worn, &contact, Some(&cycle))?;
         put_summary(draft, &keys.fretting_cycle, &row)?;
+        fretting_cycle::put_fields(context, draft, keys, &contact, &cycle)?;
     }
     Ok(None)
 }

@@ -1,6 +1,6 @@
 //! A fault at every single call of a sequence of commits: nothing committed is lost, and the end is the same.
 
-use super::faulty::{Fault, FaultyFileSystem};
+use crate::support::faulty::{Fault, FaultyFileSystem};
 use super::*;
 
 const LAST: u64 = 4;

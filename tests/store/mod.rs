@@ -2,12 +2,11 @@
 
 mod damage;
 mod faults;
-mod faulty;
 mod keys;
 mod lifecycle;
 mod sibling;
 
-use faulty::FaultyFileSystem;
+use crate::support::faulty::FaultyFileSystem;
 use fretwear::store::{
     FileSystem, Keep, Kept, Opening, RunIdentity, RunStore, StageKey, StoreError,
 };
