@@ -9,7 +9,9 @@ use super::state::{self, Committed};
 use super::summary::{FREE_KEYS, summary};
 use super::{Inputs, RunError, Stage, fretting_cycle, static_contact, surface, wear};
 use crate::scene::{self, Surface, Wear};
-use crate::store::{Draft, FileSystem, Keep, Opening, RunIdentity, RunStore, StageKey};
+use crate::store::{
+    Draft, FileSystem, Keep, Opening, RunIdentity, RunStore, StageKey, StoreError,
+};
 use crate::tables::{Table, TableName};
 
 /// Where a sibling run begins.
@@ -170,7 +172,7 @@ fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunEr
         free_keys: FREE_KEYS.map(str::to_owned).to_vec(),
     };
     let file_system = options.file_system.clone();
-    let (store, opening) = match &options.source {
+    let (mut store, opening) = match &options.source {
         None => RunStore::create_or_open(file_system, &options.root, &identity)?,
         Some(source) => RunStore::create_sibling(
             file_system,
@@ -184,6 +186,8 @@ fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunEr
     if inputs.scene.wear.is_some() {
         committed(&store, inputs, observer)?;
     }
+    // A run that was killed before it pruned, or is finished and now keeps less, has no commit that would do it.
+    prune(&mut store, inputs)?;
     Ok(store)
 }
 
@@ -279,7 +283,12 @@ fn prune(store: &mut RunStore, inputs: &Inputs) -> Result<(), RunError> {
 fn outcome(store: &RunStore, ending: Ending) -> Result<Outcome, RunError> {
     let mut timing = BTreeMap::new();
     for wear_iteration in store.reader().iterations() {
-        let table = store.read(wear_iteration, TableName::Timing)?;
+        let table = match store.read(wear_iteration, TableName::Timing) {
+            Ok(table) => table,
+            // No result depends on it.
+            Err(StoreError::Damaged(_)) => continue,
+            Err(error) => return Err(error.into()),
+        };
         for (stage, seconds) in table.text("stage")?.iter().zip(table.f64("seconds")?) {
             *timing.entry(stage.clone()).or_insert(0.0) += seconds;
         }

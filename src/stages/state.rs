@@ -15,6 +15,8 @@ pub struct Committed {
     pub cycles: u64,
     /// Volume worn away \[m³\].
     pub volume: f64,
+    /// Energy dissipated \[J\].
+    pub energy: f64,
     /// Sum of the errors of all steps \[m³\].
     pub error: f64,
     /// Cycles proposed to the next step; `None` before the first.
@@ -56,6 +58,7 @@ pub fn read(
         },
         cycles: summary.i64("cycles")?[0] as u64,
         volume,
+        energy: summary.f64("dissipated_energy_total")?[0],
         error: summary.f64("error_wear")?[0] * volume,
         proposal: (wear_iteration > 0)
             .then(|| step.f64("next_n_cycles").map(|v| v[0]))

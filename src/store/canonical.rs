@@ -18,7 +18,7 @@ pub struct KeyChange {
 impl fmt::Display for KeyChange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let text = |value: &Option<Value>| match value {
-            None => "absent".to_owned(),
+            None | Some(Value::Null) => "absent".to_owned(),
             Some(value) => value.to_string(),
         };
         write!(
