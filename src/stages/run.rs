@@ -6,12 +6,10 @@ use std::sync::Arc;
 
 use super::context::{Context, Keys, kept};
 use super::state::{self, Committed};
-use super::summary::{FREE_KEYS, summary};
+use super::summary::{FREE_KEYS, INHERITED_KEYS, summary};
 use super::{Inputs, RunError, Stage, fretting_cycle, static_contact, surface, wear};
 use crate::scene::{self, Surface, Wear};
-use crate::store::{
-    Draft, FileSystem, Keep, Opening, RunIdentity, RunStore, StageKey, StoreError,
-};
+use crate::store::{Draft, FileSystem, Keep, Opening, RunIdentity, RunStore, StageKey, StoreError};
 use crate::tables::{Table, TableName};
 
 /// Where a sibling run begins.
@@ -114,7 +112,10 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
         // Whatever the next iteration depends on is read back from what is committed, so that a run which is continued
         // computes from the very same numbers as one that is not interrupted.
         let before = match (store.latest(), &inputs.scene.wear) {
-            (Some(latest), Some(_)) => Some(state::read(&context, &store, latest)?),
+            (Some(latest), Some(_)) => {
+                context.wear_iteration = latest;
+                Some(state::read(&mut context, &store, latest)?)
+            }
             (Some(_), None) => return outcome(&store, Ending::Done),
             (None, _) => None,
         };
@@ -170,6 +171,7 @@ fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunEr
         threads: 1,
         seed,
         free_keys: FREE_KEYS.map(str::to_owned).to_vec(),
+        inherited_keys: INHERITED_KEYS.map(str::to_owned).to_vec(),
     };
     let file_system = options.file_system.clone();
     let (mut store, opening) = match &options.source {

@@ -12,6 +12,9 @@ use crate::tables::{Table, TableName};
 /// Keys that cannot alter what is already computed: where a run stops and what it keeps.
 pub const FREE_KEYS: [&str; 3] = ["wear.cycles", "wear.volume", "output.keep.*"];
 
+/// Keys that a run shares with the one it begins from: wear belongs to the cells and heights that wore.
+pub const INHERITED_KEYS: [&str; 2] = ["joint.*", "surface.*"];
+
 /// Pressure above this part of the largest counts as load: area by p > 0 alone hangs on cells that carry next to nothing.
 const LOADED: f64 = 1e-3;
 

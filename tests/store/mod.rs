@@ -40,6 +40,7 @@ fn identity_of(scene: Value) -> RunIdentity {
         threads: 1,
         seed: Some(1),
         free_keys: vec!["wear.cycles".to_owned(), "output.*".to_owned()],
+        inherited_keys: Vec::new(),
     }
 }
 
