@@ -1,5 +1,14 @@
 //! Contact of two elastic half spaces: kernels, convolution, normal and tangential problem, stiffness.
 
 mod error;
+mod half_space;
+mod kernel;
+mod material;
+pub mod normal;
+pub mod stiffness;
+pub mod tangential;
 
 pub use error::ContactError;
+pub use half_space::{Boundary, HalfSpace, Shear};
+pub use kernel::{CellIntegrals, cell_integrals};
+pub use material::{Elastic, Pair};

@@ -1,0 +1,269 @@
+//! The elastic half spaces: surface displacement under a traction field, and an approximate inverse of it.
+//!
+//! Displacements are relative (upper minus lower body), so the kernels add the compliance of both bodies. Fields have one
+//! value a cell: tractions \[Pa\], displacements \[m\].
+
+use std::f64::consts::{PI, TAU};
+
+use serde::{Deserialize, Serialize};
+
+use super::kernel::{CellIntegrals, cell_integrals};
+use super::material::Pair;
+use crate::fft::{Convolution, VectorKernel, fast_length};
+use crate::grid::Grid;
+
+/// What lies beyond the grid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Boundary {
+    /// A free surface without traction.
+    Free,
+    /// The same field again, in both directions. The mean displacement is taken as zero.
+    Periodic,
+}
+
+/// Which tangential tractions exist.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Shear {
+    /// Along x only: no field q_y, no kernels yy and xy.
+    AlongX,
+    /// Along x and y.
+    InPlane,
+}
+
+/// The compliance K of both half spaces on a grid, as convolutions, with the preconditioners of the contact solvers.
+///
+/// The tangential kernels are built when first asked for, so a normal contact has no storage for them.
+pub struct HalfSpace {
+    grid: Grid,
+    pair: Pair,
+    boundary: Boundary,
+    /// Zero-padded (free) or as it is (periodic).
+    convolution: Convolution,
+    /// Unpadded and periodic: good enough for a preconditioner, at a quarter of the cost.
+    inverse: Convolution,
+    normal: Vec<f64>,
+    normal_inverse: Vec<f64>,
+    shear_x: Option<[Vec<f64>; 2]>,
+    shear: Option<[VectorKernel; 2]>,
+}
+
+impl HalfSpace {
+    /// Half spaces of the given pair under a grid.
+    pub fn new(grid: Grid, pair: Pair, boundary: Boundary) -> Self {
+        let (px, py) = match boundary {
+            Boundary::Free => (fast_length(2 * grid.nx - 1), fast_length(2 * grid.ny - 1)),
+            Boundary::Periodic => (grid.nx, grid.ny),
+        };
+        let mut convolution = Convolution::new(grid.nx, grid.ny, px, py);
+        let weight = grid.len() as f64 / (px * py) as f64;
+        let inverse = Convolution::new(grid.nx, grid.ny, grid.nx, grid.ny).with_pair_weight(weight);
+        let symbols = Symbols { grid, pair };
+        let normal = match boundary {
+            Boundary::Free => {
+                let integrals = Integrals::new(grid);
+                let compliance = pair.compliance();
+                convolution.kernel(|i, j| compliance * integrals.at(i, j).inverse)
+            }
+            Boundary::Periodic => convolution.symbol(|m, n| symbols.compliance(m, n)[0]),
+        };
+        let normal_inverse = inverse.symbol(|m, n| symbols.stiffness(m, n)[0]);
+        HalfSpace { grid, pair, boundary, convolution, inverse, normal, normal_inverse, shear_x: None, shear: None }
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    /// The materials.
+    pub fn pair(&self) -> Pair {
+        self.pair
+    }
+
+    /// What lies beyond the grid.
+    pub fn boundary(&self) -> Boundary {
+        self.boundary
+    }
+
+    /// Pairs of transforms done so far, in units of a pair at the size of the compliance's convolution.
+    pub fn pairs(&self) -> f64 {
+        self.convolution.pairs() + self.inverse.pairs()
+    }
+
+    /// Displacement of a cell under unit pressure on itself alone \[m/Pa\]: the scale of the smallest eigenvalues of K.
+    pub fn self_compliance(&self) -> f64 {
+        self.pair.compliance() * cell_integrals(0.0, 0.0, self.grid.dx, self.grid.dy).inverse
+    }
+
+    /// The same for shear along x \[m/Pa\].
+    pub fn self_shear_compliance(&self) -> f64 {
+        let cell = cell_integrals(0.0, 0.0, self.grid.dx, self.grid.dy);
+        self.pair.compliance() * cell.inverse + self.pair.lateral_compliance() * cell.xx.min(cell.yy)
+    }
+
+    /// Normal displacement under a pressure field: u = K_zz ⊗ p [A eq. 2.4].
+    pub fn normal(&mut self, pressure: &[f64], displacement: &mut [f64]) {
+        self.convolution.apply(&self.normal, pressure, displacement);
+    }
+
+    /// An approximate pressure for a normal displacement: the preconditioner.
+    pub fn normal_inverse(&mut self, displacement: &[f64], pressure: &mut [f64]) {
+        self.inverse.apply(&self.normal_inverse, displacement, pressure);
+    }
+
+    /// Tangential displacement under shear along x alone: u_x = K_xx ⊗ q_x.
+    pub fn shear_x(&mut self, shear: &[f64], displacement: &mut [f64]) {
+        self.build_shear_x();
+        if let Some([kernel, _]) = &self.shear_x {
+            self.convolution.apply(kernel, shear, displacement);
+        }
+    }
+
+    /// An approximate shear for a displacement along x.
+    pub fn shear_x_inverse(&mut self, displacement: &[f64], shear: &mut [f64]) {
+        self.build_shear_x();
+        if let Some([_, kernel]) = &self.shear_x {
+            self.inverse.apply(kernel, displacement, shear);
+        }
+    }
+
+    /// Tangential displacement under shear in both directions: u_x = K_xx ⊗ q_x + K_xy ⊗ q_y, and so on.
+    pub fn shear(&mut self, shear: [&[f64]; 2], displacement: [&mut [f64]; 2]) {
+        self.build_shear();
+        if let Some([kernel, _]) = &self.shear {
+            self.convolution.apply_vector(kernel, shear, displacement);
+        }
+    }
+
+    /// An approximate shear for a displacement in both directions.
+    pub fn shear_inverse(&mut self, displacement: [&[f64]; 2], shear: [&mut [f64]; 2]) {
+        self.build_shear();
+        if let Some([_, kernel]) = &self.shear {
+            self.inverse.apply_vector(kernel, displacement, shear);
+        }
+    }
+
+    fn build_shear_x(&mut self) {
+        if self.shear_x.is_some() {
+            return;
+        }
+        let symbols = Symbols { grid: self.grid, pair: self.pair };
+        let forward = match self.boundary {
+            Boundary::Free => {
+                let integrals = Integrals::new(self.grid);
+                let (a, b) = (self.pair.compliance(), self.pair.lateral_compliance());
+                self.convolution.kernel(|i, j| {
+                    let cell = integrals.at(i, j);
+                    a * cell.inverse + b * cell.xx
+                })
+            }
+            Boundary::Periodic => self.convolution.symbol(|m, n| symbols.compliance(m, n)[1]),
+        };
+        self.shear_x = Some([forward, self.inverse.symbol(|m, n| symbols.stiffness(m, n)[1])]);
+    }
+
+    fn build_shear(&mut self) {
+        if self.shear.is_some() {
+            return;
+        }
+        let symbols = Symbols { grid: self.grid, pair: self.pair };
+        let convolution = &mut self.convolution;
+        let forward = match self.boundary {
+            Boundary::Free => {
+                let integrals = Integrals::new(self.grid);
+                let (a, b) = (self.pair.compliance(), self.pair.lateral_compliance());
+                VectorKernel {
+                    xx: convolution.kernel(|i, j| a * integrals.at(i, j).inverse + b * integrals.at(i, j).xx),
+                    yy: convolution.kernel(|i, j| a * integrals.at(i, j).inverse + b * integrals.at(i, j).yy),
+                    xy: convolution.kernel(|i, j| b * integrals.at(i, j).xy),
+                }
+            }
+            Boundary::Periodic => VectorKernel {
+                xx: convolution.symbol(|m, n| symbols.compliance(m, n)[1]),
+                yy: convolution.symbol(|m, n| symbols.compliance(m, n)[2]),
+                xy: convolution.symbol(|m, n| symbols.compliance(m, n)[3]),
+            },
+        };
+        let inverse = VectorKernel {
+            xx: self.inverse.symbol(|m, n| symbols.stiffness(m, n)[1]),
+            yy: self.inverse.symbol(|m, n| symbols.stiffness(m, n)[2]),
+            xy: self.inverse.symbol(|m, n| symbols.stiffness(m, n)[3]),
+        };
+        self.shear = Some([forward, inverse]);
+    }
+}
+
+/// The cell integrals at all offsets of a grid; those with a negative offset follow by symmetry.
+struct Integrals {
+    ny: usize,
+    quadrant: Vec<CellIntegrals>,
+}
+
+impl Integrals {
+    fn new(grid: Grid) -> Self {
+        let quadrant = (0..grid.len())
+            .map(|index| {
+                let (i, j) = grid.cell(index);
+                cell_integrals(i as f64 * grid.dx, j as f64 * grid.dy, grid.dx, grid.dy)
+            })
+            .collect();
+        Integrals { ny: grid.ny, quadrant }
+    }
+
+    fn at(&self, i: isize, j: isize) -> CellIntegrals {
+        let mut cell = self.quadrant[i.unsigned_abs() * self.ny + j.unsigned_abs()];
+        if (i < 0) != (j < 0) {
+            cell.xy = -cell.xy;
+        }
+        cell
+    }
+}
+
+/// The half spaces in wave-number space, periodic over the grid: order zz, xx, yy, xy.
+#[derive(Clone, Copy)]
+struct Symbols {
+    grid: Grid,
+    pair: Pair,
+}
+
+impl Symbols {
+    fn wave(&self, m: isize, n: usize) -> (f64, f64, f64) {
+        let [lx, ly] = self.grid.size();
+        let (x, y) = (TAU * m as f64 / lx, TAU * n as f64 / ly);
+        (x, y, x.hypot(y))
+    }
+
+    /// True where the sign of a wave number is not defined, so that an odd product has no real value.
+    fn nyquist(&self, m: isize, n: usize) -> bool {
+        2 * m.unsigned_abs() == self.grid.nx || 2 * n == self.grid.ny
+    }
+
+    /// 2/(E*|k|) for zz; in plane 1/r and x²/r³ transform to 2π/k and 2π k_y²/k³.
+    fn compliance(&self, m: isize, n: usize) -> [f64; 4] {
+        let (x, y, k) = self.wave(m, n);
+        if k == 0.0 {
+            return [0.0; 4];
+        }
+        let (a, b) = (TAU * self.pair.compliance() / k, TAU * self.pair.lateral_compliance() / k);
+        let xy = if self.nyquist(m, n) { 0.0 } else { -b * x * y / (k * k) };
+        [a, a + b * (y / k).powi(2), a + b * (x / k).powi(2), xy]
+    }
+
+    /// The inverse of [`Symbols::compliance`]. The rigid mode gets the stiffness of the patch as a punch, 2E*√(A/π) over A.
+    fn stiffness(&self, m: isize, n: usize) -> [f64; 4] {
+        let (x, y, k) = self.wave(m, n);
+        let (a, b) = (TAU * self.pair.compliance(), TAU * self.pair.lateral_compliance());
+        if k == 0.0 {
+            let [lx, ly] = self.grid.size();
+            let rigid = 4.0 / (PI * lx * ly).sqrt();
+            return [rigid / a, rigid / (a + 0.5 * b), rigid / (a + 0.5 * b), 0.0];
+        }
+        // Along k the compliance is a/k, across it (a + b)/k.
+        let (along, across) = (k / a, k / (a + b));
+        let (cx, cy) = (x / k, y / k);
+        let xy = if self.nyquist(m, n) { 0.0 } else { (along - across) * cx * cy };
+        [along, across + (along - across) * cx * cx, across + (along - across) * cy * cy, xy]
+    }
+}

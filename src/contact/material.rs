@@ -1,0 +1,63 @@
+//! Elastic constants of the two bodies and of the pair.
+
+use serde::{Deserialize, Serialize};
+
+use std::f64::consts::PI;
+
+/// Linear elastic, isotropic material of one body.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Elastic {
+    /// Young's modulus \[Pa\].
+    pub youngs_modulus: f64,
+    /// Poisson ratio.
+    pub poisson_ratio: f64,
+}
+
+impl Elastic {
+    /// Shear modulus G = E / 2(1 + ν) \[Pa\].
+    pub fn shear_modulus(&self) -> f64 {
+        0.5 * self.youngs_modulus / (1.0 + self.poisson_ratio)
+    }
+}
+
+/// The two bodies in contact.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Pair {
+    /// The body below the contact plane.
+    pub lower: Elastic,
+    /// The body above it.
+    pub upper: Elastic,
+}
+
+impl Pair {
+    /// Two bodies of one material.
+    pub fn same(material: Elastic) -> Self {
+        Pair { lower: material, upper: material }
+    }
+
+    /// E* with 1/E* = Σ (1 − ν²)/E over both bodies \[Pa\].
+    pub fn effective_modulus(&self) -> f64 {
+        1.0 / self.sum(|m| (1.0 - m.poisson_ratio.powi(2)) / m.youngs_modulus)
+    }
+
+    /// Dundurs' second constant β: normal and tangential problems are uncoupled where it is zero.
+    pub fn dundurs_beta(&self) -> f64 {
+        let term = |m: &Elastic| (1.0 - 2.0 * m.poisson_ratio) / m.shear_modulus();
+        let scale = |m: &Elastic| 2.0 * (1.0 - m.poisson_ratio) / m.shear_modulus();
+        (term(&self.lower) - term(&self.upper)) / (scale(&self.lower) + scale(&self.upper))
+    }
+
+    /// Σ (1 − ν²)/(πE): the factor of 1/r in the displacements zz, xx and yy \[1/Pa\].
+    pub(crate) fn compliance(&self) -> f64 {
+        1.0 / (PI * self.effective_modulus())
+    }
+
+    /// Σ ν(1 + ν)/(πE): the factor of x²/r³, y²/r³ and xy/r³ in xx, yy and xy \[1/Pa\].
+    pub(crate) fn lateral_compliance(&self) -> f64 {
+        self.sum(|m| m.poisson_ratio * (1.0 + m.poisson_ratio) / m.youngs_modulus) / PI
+    }
+
+    fn sum(&self, term: impl Fn(&Elastic) -> f64) -> f64 {
+        term(&self.lower) + term(&self.upper)
+    }
+}
