@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use super::{Bodies, Hertz};
+use super::{Hertz, elastic};
+use crate::contact::Pair;
 
 /// A Hertz contact under constant normal load, then a tangential force along x below or up to µN.
 ///
@@ -22,17 +23,13 @@ pub struct CattaneoMindlin {
     /// Friction coefficient µ.
     pub friction_coefficient: f64,
     /// The two bodies.
-    pub bodies: Bodies,
+    pub pair: Pair,
 }
 
 impl CattaneoMindlin {
     /// The normal contact.
     pub fn hertz(&self) -> Hertz {
-        Hertz {
-            radius: self.radius,
-            load: self.load,
-            effective_modulus: self.bodies.effective_modulus(),
-        }
+        Hertz { radius: self.radius, load: self.load, effective_modulus: elastic::effective_modulus(&self.pair) }
     }
 
     /// Force at which the whole contact slides, µN \[N\].
@@ -42,13 +39,12 @@ impl CattaneoMindlin {
 
     /// Displacement at which the whole contact slides, 3µN/16aG* \[m\].
     pub fn sliding_displacement(&self) -> f64 {
-        3.0 * self.sliding_force()
-            / (16.0 * self.hertz().contact_radius() * self.bodies.tangential_modulus())
+        3.0 * self.sliding_force() / (16.0 * self.hertz().contact_radius() * elastic::tangential_modulus(&self.pair))
     }
 
     /// Tangential stiffness of the stuck contact kt = 8G*a \[N/m\].
     pub fn tangential_stiffness(&self) -> f64 {
-        8.0 * self.bodies.tangential_modulus() * self.hertz().contact_radius()
+        8.0 * elastic::tangential_modulus(&self.pair) * self.hertz().contact_radius()
     }
 
     /// Radius of the stick circle c = a(1 − T/µN)^{1/3} on first loading; 0 in full sliding \[m\].
@@ -103,15 +99,12 @@ impl CattaneoMindlin {
     pub fn elliptical_displacement(&self, peak: f64, radius: f64, x: f64, y: f64) -> f64 {
         let r_squared = x * x + y * y;
         let r = r_squared.sqrt();
-        let isotropic = 1.0 / self.bodies.tangential_modulus();
-        let directional = self.bodies.directional_compliance();
+        let isotropic = 1.0 / elastic::tangential_modulus(&self.pair);
+        let directional = elastic::directional_compliance(&self.pair);
         let scale = peak / (8.0 * radius);
         if r <= radius {
             let square = radius * radius;
-            scale
-                * 0.25
-                * PI
-                * (2.0 * isotropic * (2.0 * square - r_squared) + directional * (x * x - y * y))
+            scale * 0.25 * PI * (2.0 * isotropic * (2.0 * square - r_squared) + directional * (x * x - y * y))
         } else {
             let s = radius / r;
             let (arc, root) = (s.asin(), (1.0 - s * s).sqrt());
@@ -137,8 +130,7 @@ impl CattaneoMindlin {
         let remaining = (1.0 - x).cbrt();
         let square = remaining * remaining;
         let bracket = 1.0 - square * square * remaining - 5.0 / 6.0 * x * (1.0 + square);
-        9.0 * sliding * sliding
-            / (10.0 * self.hertz().contact_radius() * self.bodies.tangential_modulus())
+        9.0 * sliding * sliding / (10.0 * self.hertz().contact_radius() * elastic::tangential_modulus(&self.pair))
             * bracket
     }
 

@@ -1,6 +1,6 @@
 //! Closed forms and independent oracles that the solvers are held to.
 //!
-//! Nothing here shares code with the solvers: elastic constants are reduced from both bodies anew, and the only discrete
+//! Nothing here shares code with the solvers: the elastic constants of the pair are reduced anew, and the only discrete
 //! solution ([`axisymmetric`]) has a dense matrix of elliptic integrals for a kernel. Lengths are in metres, pressures in
 //! pascals, compression positive. Inputs are taken to be positive and finite; every function states what lies outside its
 //! range of validity.
@@ -16,7 +16,6 @@ pub mod westergaard;
 
 pub use axisymmetric::CappedHertz;
 pub use cattaneo_mindlin::CattaneoMindlin;
-pub use elastic::Bodies;
 pub use hertz::Hertz;
 pub use punch::CircularPunch;
 pub use wear::WinklerWear;

@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use super::Bodies;
+use super::elastic;
+use crate::contact::Pair;
 
 /// A flat circular region of radius a that moves as one: pressed, or sheared without slip.
 ///
@@ -13,27 +14,23 @@ pub struct CircularPunch {
     /// Radius a \[m\].
     pub radius: f64,
     /// The two bodies.
-    pub bodies: Bodies,
+    pub pair: Pair,
 }
 
 impl CircularPunch {
     /// Normal stiffness kn = 2E*a \[N/m\].
     pub fn normal_stiffness(&self) -> f64 {
-        2.0 * self.bodies.effective_modulus() * self.radius
+        2.0 * elastic::effective_modulus(&self.pair) * self.radius
     }
 
     /// Tangential stiffness kt = 8G*a \[N/m\].
     pub fn tangential_stiffness(&self) -> f64 {
-        8.0 * self.bodies.tangential_modulus() * self.radius
+        8.0 * elastic::tangential_modulus(&self.pair) * self.radius
     }
 
     /// Traction at `r` < a under a total force: F / (2πa²√(1 − r²/a²)) \[Pa\]; zero outside, unbounded at the rim.
     pub fn traction(&self, force: f64, r: f64) -> f64 {
         let ratio = r / self.radius;
-        if ratio < 1.0 {
-            force / (2.0 * PI * self.radius * self.radius * (1.0 - ratio * ratio).sqrt())
-        } else {
-            0.0
-        }
+        if ratio < 1.0 { force / (2.0 * PI * self.radius * self.radius * (1.0 - ratio * ratio).sqrt()) } else { 0.0 }
     }
 }
