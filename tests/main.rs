@@ -2,3 +2,4 @@
 
 mod quadrature;
 mod reference;
+mod wear;

@@ -18,6 +18,9 @@ const INNER_REDUCTION: f64 = 0.02;
 /// Outer exchanges after which the full exchange is taken to cycle and shortened steps are made instead.
 const PATIENCE: usize = 40;
 
+/// Rounding of a sum over a transform, relative to the largest term.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
+
 /// What is pressed on what.
 #[derive(Debug, Clone, Copy)]
 pub struct NormalProblem<'a> {
@@ -273,7 +276,7 @@ impl<'a, 'h> Solver<'a, 'h> {
                 slope += if scaled < self.cap { self.pressure[c] } else { 0.0 };
             }
             let next = factor + (self.sum - sum) / slope;
-            if slope == 0.0 || !(next > factor * (1.0 + f64::EPSILON)) {
+            if slope == 0.0 || next <= factor * (1.0 + f64::EPSILON) {
                 break;
             }
             factor = next;
@@ -372,7 +375,7 @@ impl<'a, 'h> Solver<'a, 'h> {
                 }
             }
             let curvature: f64 = self.free.iter().map(|&c| self.direction[c] * self.image[c]).sum();
-            if !(curvature > 0.0) {
+            if curvature <= 0.0 {
                 return;
             }
             let step = product / curvature;
@@ -412,7 +415,10 @@ impl<'a, 'h> Solver<'a, 'h> {
     }
 
     fn error(&self) -> f64 {
-        (0..self.cells.len()).map(|c| self.violation(c)).fold(0.0, f64::max) / self.scale()
+        let worst = (0..self.cells.len()).map(|c| self.violation(c)).fold(0.0, f64::max);
+        // A residual is a difference of heights, displacements and approach: it cannot be smaller than their rounding.
+        let rounding = ROUNDING * self.approach.abs();
+        if worst.is_nan() { f64::INFINITY } else { (worst - rounding).max(0.0) / self.scale() }
     }
 
     /// Puts each cell where its sign says it belongs.
@@ -442,7 +448,7 @@ impl<'a, 'h> Solver<'a, 'h> {
             slope += step * residual[c];
             curvature += step * (self.residual[c] - residual[c]);
         }
-        if !(curvature > 0.0) || slope >= 0.0 {
+        if curvature <= 0.0 || slope >= 0.0 {
             return;
         }
         let part = (-slope / curvature).min(1.0);

@@ -174,6 +174,19 @@ fn dot(a: &ByAxis<Vec<f64>>, b: &ByAxis<Vec<f64>>, c: usize) -> f64 {
     a.iter().zip(b).map(|(a, b)| a[c] * b[c]).sum()
 }
 
+/// Both components at a cell, an absent one as zero.
+fn pair(field: &ByAxis<Vec<f64>>, c: usize) -> [f64; 2] {
+    [field[0][c], field.get(1).map_or(0.0, |y| y[c])]
+}
+
+/// The change of a vector that turns by an angle. Written without a difference of nearly equal numbers: beside the slip of
+/// sliding cells, rounding of their shear would drown the last steps of the sticking ones.
+fn turn(vector: [f64; 2], angle: f64) -> [f64; 2] {
+    let (sin, half) = (angle.sin(), (0.5 * angle).sin());
+    let shrink = -2.0 * half * half;
+    [shrink * vector[0] - sin * vector[1], shrink * vector[1] + sin * vector[0]]
+}
+
 /// What is free to change on a contact cell in a Newton step.
 #[derive(Clone, Copy)]
 enum Freedom {
@@ -378,10 +391,8 @@ impl<'a, 'h> Solver<'a, 'h> {
             if first == 0.0 {
                 first = new_product;
             }
-            if !(new_product > forcing * forcing * first * (1.0 + f64::EPSILON)) && product > 0.0
-                || !(new_product > 0.0)
-                || self.iterations >= self.options.max_iterations
-            {
+            let enough = product > 0.0 && new_product <= forcing * forcing * first;
+            if enough || new_product <= 0.0 || self.iterations >= self.options.max_iterations {
                 self.image = image;
                 break;
             }
@@ -402,7 +413,7 @@ impl<'a, 'h> Solver<'a, 'h> {
                 }
             }
             let curvature: f64 = self.contact.iter().map(|&c| dot(&direction, &image, c)).sum();
-            if !(curvature > 0.0) {
+            if curvature <= 0.0 {
                 self.image = image;
                 break;
             }
@@ -424,25 +435,26 @@ impl<'a, 'h> Solver<'a, 'h> {
     fn turn_and_project(&mut self) {
         for (freedom, &c) in self.freedom.iter().zip(&self.contact) {
             let limit = self.problem.limit[c];
-            match freedom {
+            let (q, d) = (pair(&self.shear, c), pair(&self.step, c));
+            let moved = match freedom {
                 Freedom::Slip { tangent, .. } => {
-                    let along: f64 = self.step.iter().zip(tangent).map(|(s, t)| s[c] * t).sum();
-                    let (sin, cos) = (along / limit).clamp(-LARGEST_TURN, LARGEST_TURN).sin_cos();
-                    for axis in 0..self.axes {
-                        let turned = cos * self.shear[axis][c] + sin * limit * tangent[axis];
-                        self.step[axis][c] = turned - self.shear[axis][c];
-                    }
+                    let along = d[0] * tangent[0] + d[1] * tangent[1];
+                    turn(q, (along / limit).clamp(-LARGEST_TURN, LARGEST_TURN))
                 }
                 Freedom::Stick => {
-                    let moved: [f64; 2] =
-                        std::array::from_fn(|a| if a < self.axes { self.shear[a][c] + self.step[a][c] } else { 0.0 });
-                    let size = moved[0].hypot(moved[1]);
-                    if size > limit {
-                        for axis in 0..self.axes {
-                            self.step[axis][c] = moved[axis] * (limit / size) - self.shear[axis][c];
-                        }
+                    let target = [q[0] + d[0], q[1] + d[1]];
+                    let size = target[0].hypot(target[1]);
+                    if size <= limit {
+                        d
+                    } else if q[0].hypot(q[1]) >= limit * (1.0 - ON_CIRCLE) {
+                        turn(q, (q[0] * target[1] - q[1] * target[0]).atan2(q[0] * target[0] + q[1] * target[1]))
+                    } else {
+                        [target[0] * (limit / size) - q[0], target[1] * (limit / size) - q[1]]
                     }
                 }
+            };
+            for axis in 0..self.axes {
+                self.step[axis][c] = moved[axis];
             }
         }
     }
@@ -467,7 +479,7 @@ impl<'a, 'h> Solver<'a, 'h> {
             descent += dot(&self.slip, &self.step, c);
             curvature += dot(&self.image, &self.step, c);
         }
-        if !(descent > 0.0 && curvature > 0.0) {
+        if descent <= 0.0 || curvature <= 0.0 {
             return false;
         }
         let full = descent - 0.5 * curvature >= SUFFICIENT_DECREASE * descent;

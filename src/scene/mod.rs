@@ -1,1 +1,381 @@
-//! (skeleton)
+//! The scene: the TOML a user writes, resolved to SI with every default filled in.
+//!
+//! [`load`] reads a file, the files it is based on and the `--set` of a command line, refuses what it does not know, and gives a
+//! [`Scene`]. A scene knows what is wanted; what is built for it is decided elsewhere.
+
+mod difference;
+mod document;
+mod error;
+mod keys;
+mod reader;
+mod resolve;
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use crate::grid::{Grid, Patch};
+
+pub use difference::{Difference, differences};
+pub use error::{Place, Problem, SceneError};
+
+/// A complete, checked scene. All quantities are SI.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Scene {
+    /// What the user calls it.
+    pub title: Option<String>,
+    /// The name of its file without the extension.
+    pub name: String,
+    /// Extent and grid of the joint.
+    pub joint: Joint,
+    /// Elastic constants of the two bodies.
+    pub material: Material,
+    /// The rough surface (one composite surface against a flat).
+    pub surface: Surface,
+    /// Friction, load and boundary conditions.
+    pub contact: Contact,
+    /// The prescribed cyclic motion; none for a static contact.
+    pub motion: Option<Motion>,
+    /// Wear over many cycles; none for a single pass.
+    pub wear: Option<Wear>,
+    /// Accuracy against cost.
+    pub fidelity: Fidelity,
+    /// What a run keeps.
+    pub output: Output,
+    #[serde(skip)]
+    document: toml::Table,
+}
+
+/// `[joint]`
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Joint {
+    /// Side lengths along x and y \[m\].
+    pub size: [f64; 2],
+    /// Cells along x and y.
+    pub grid: [usize; 2],
+    /// Contact elements along x and y, for a structure.
+    pub elements: Option<[usize; 2]>,
+    /// A round hole in the middle.
+    pub hole: Option<Hole>,
+}
+
+/// `[joint] hole`
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Hole {
+    /// Diameter \[m\].
+    pub diameter: f64,
+}
+
+/// `[material]`
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Material {
+    /// The body below the joint.
+    pub lower: Solid,
+    /// The body above the joint.
+    pub upper: Solid,
+}
+
+/// An isotropic linear elastic body.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Solid {
+    /// Young's modulus \[Pa\].
+    pub youngs_modulus: f64,
+    /// Poisson's ratio.
+    pub poisson_ratio: f64,
+    /// Density \[kg/m³\].
+    pub density: Option<f64>,
+}
+
+/// `[surface]`: where the heights come from. Heights are positive towards the other body.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Surface {
+    /// Gaussian heights with a Gaussian autocorrelation, exp(−(x²/clx² + y²/cly²)).
+    Gaussian {
+        /// Root mean square height \[m\].
+        rq: f64,
+        /// Lengths along x and y at which the autocorrelation is 1/e \[m\].
+        correlation_length: [f64; 2],
+        /// Seed of the random stream.
+        seed: u64,
+    },
+    /// Gaussian heights with an exponential autocorrelation.
+    Exponential {
+        /// Root mean square height \[m\].
+        rq: f64,
+        /// Lengths along x and y at which the autocorrelation is 1/e \[m\].
+        correlation_length: [f64; 2],
+        /// Seed of the random stream.
+        seed: u64,
+    },
+    /// Gaussian heights with a self-affine power spectrum.
+    SelfAffine {
+        /// Root mean square height \[m\].
+        rq: f64,
+        /// Hurst exponent.
+        hurst: f64,
+        /// Wavelength above which the spectrum is flat \[m\].
+        rolloff_wavelength: f64,
+        /// Wavelength below which there is no roughness \[m\]; none: down to the grid.
+        cutoff_wavelength: Option<f64>,
+        /// Seed of the random stream.
+        seed: u64,
+    },
+    /// A perfectly flat surface.
+    Flat,
+    /// A sphere with its apex at height 0 in the middle of the joint.
+    Sphere {
+        /// Radius \[m\].
+        radius: f64,
+    },
+    /// Heights from a file.
+    File {
+        /// The file, absolute.
+        path: PathBuf,
+        /// Metres per unit of height, for a file that does not carry its unit.
+        unit: Option<f64>,
+        /// What is subtracted from the heights.
+        detrend: Detrend,
+        /// What becomes of points without a height.
+        fill: Fill,
+        /// Distance of the points along x and y \[m\], in place of what the file says.
+        spacing: Option<[f64; 2]>,
+    },
+}
+
+/// What is subtracted from measured heights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Detrend {
+    /// Nothing.
+    None,
+    /// Their mean.
+    Mean,
+    /// The plane of least squares.
+    Plane,
+    /// The quadratic form of least squares.
+    Quadratic,
+}
+
+/// What becomes of measured points without a height.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fill {
+    /// They do not belong to the joint.
+    Mask,
+    /// They get a height from their neighbours.
+    Interpolate,
+}
+
+/// `[contact]`
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Contact {
+    /// Coulomb's coefficient of friction; there whenever there is a motion.
+    pub friction_coefficient: Option<f64>,
+    /// Static load that presses the bodies together \[N\].
+    pub normal_load: f64,
+    /// Largest pressure a point can carry \[Pa\], [A eq. 4.3]; none: elastic.
+    pub pressure_cap: Option<f64>,
+    /// What lies beyond the edges of the joint.
+    pub boundary: Boundary,
+    /// What happens to the in-plane direction that is not driven.
+    pub transverse: Transverse,
+    /// What happens to the rotations of the bodies.
+    pub rotation: Rotation,
+}
+
+/// What lies beyond the edges of the joint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Boundary {
+    /// Unloaded half space.
+    Free,
+    /// The joint again and again.
+    Periodic,
+}
+
+/// What happens to the in-plane direction that is not driven.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Transverse {
+    /// It does not exist: neither shear nor displacement along y.
+    Absent,
+    /// The mean displacement along y is held; local shear along y is free to arise.
+    Fixed,
+    /// The mean force along y is zero.
+    Free,
+}
+
+/// What happens to the rotations of the bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Rotation {
+    /// They are held; the moments are reactions.
+    Fixed,
+}
+
+/// `[motion]`: what drives the joint in every cycle of period T.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Motion {
+    /// u(t) = amplitude · cos(2πt/T + phase), N(t) = normal_load + normal_load_amplitude · cos(2πt/T).
+    Harmonic {
+        /// Half ranges of the relative displacement along x and y \[m\].
+        amplitude: [f64; 2],
+        /// Phases along x and y \[rad\].
+        phase: [f64; 2],
+        /// Half range of the normal load \[N\].
+        normal_load_amplitude: f64,
+    },
+    /// One cycle as a table in a file.
+    History {
+        /// The file, absolute.
+        path: PathBuf,
+    },
+}
+
+/// `[wear]`. At least one of `cycles` and `volume` is there; the run ends at the first that is reached.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Wear {
+    /// Worn volume per dissipated energy \[m³/J\], [A eq. 2.5].
+    pub coefficient: f64,
+    /// Number of cycles to reach.
+    pub cycles: Option<u64>,
+    /// Worn volume to reach \[m³\].
+    pub volume: Option<f64>,
+    /// How a wear step is taken.
+    pub scheme: Scheme,
+    /// Largest local wear depth of a step \[m\]; always there for an explicit scheme.
+    pub depth_step: Option<f64>,
+    /// Relative error that a wear step may make, from `wear.tolerance`, `fidelity.wear_tolerance` or the preset.
+    pub tolerance: f64,
+}
+
+/// How a wear step is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scheme {
+    /// The pressure after the step decides the wear of the step: stable at any size.
+    Implicit,
+    /// The pressure before the step does, [A eq. 2.7–2.8].
+    Explicit,
+}
+
+/// `[fidelity]`
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Fidelity {
+    /// The set of defaults that the other values come from.
+    pub preset: Preset,
+    /// How a cycle is marched; none: the plan decides.
+    pub cycle: Option<CycleMode>,
+    /// Time steps of a stepped cycle.
+    pub steps_per_cycle: usize,
+    /// Relative error of a normal contact solve.
+    pub normal_tolerance: f64,
+    /// Relative duality gap of a tangential contact solve.
+    pub tangential_tolerance: f64,
+    /// Relative closure of a steady cycle.
+    pub cycle_tolerance: f64,
+}
+
+/// A set of defaults.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Preset {
+    /// The published algorithm.
+    Paper,
+    /// Within 5 % of `reference`.
+    Fast,
+    /// Within 1 % of `reference`.
+    Balanced,
+    /// As exact as is practical.
+    Reference,
+}
+
+/// How a cycle is marched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CycleMode {
+    /// The Ciavarella–Jäger superposition.
+    Superposition,
+    /// One solve for each branch between load reversals.
+    Reversal,
+    /// Many solves a cycle.
+    Stepped,
+}
+
+/// `[output]`
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Output {
+    /// Which iterations are kept.
+    pub keep: Keep,
+    /// Whether the fields at every step of a cycle are written.
+    pub cycle_fields: bool,
+    /// Indentation and hysteresis curves are written every so many iterations; 0: never.
+    pub curves_every: u64,
+}
+
+/// Which iterations are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Keep {
+    /// All of them.
+    All,
+    /// Some of them.
+    Some {
+        /// Every so many; none: only those below.
+        every: Option<u64>,
+        /// The last so many, at least one.
+        last: u64,
+        /// Those that updated the model.
+        updates: bool,
+    },
+}
+
+/// Reads the scene in the file at `path` with `sets` (`key=value` each) applied.
+///
+/// Paths inside a file are relative to that file, paths in `sets` to the working folder.
+///
+/// # Errors
+/// [`SceneError`] for the first fault found: a file that cannot be read, an unknown, missing or contradictory key, a value of the
+/// wrong type, dimension or range.
+pub fn load(path: &Path, sets: &[String]) -> Result<Scene, SceneError> {
+    let tree = document::read(path, sets)?;
+    let name = path
+        .file_stem()
+        .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    resolve::scene(&tree, name)
+}
+
+impl Scene {
+    /// The document with its bases and `--set` applied and paths made absolute: loading it again gives this scene.
+    pub fn document(&self) -> &toml::Table {
+        &self.document
+    }
+
+    /// [`Scene::document`] as TOML.
+    pub fn to_toml(&self) -> String {
+        self.document.to_string()
+    }
+
+    /// The resolved values as nested objects with sorted keys: what a hash of the scene is made of.
+    ///
+    /// Scenes that mean the same in other units are equal here. Title, name and paths are left out, since they do not influence
+    /// a result; the content of a file must be hashed beside.
+    pub fn canonical(&self) -> serde_json::Value {
+        difference::canonical(self)
+    }
+
+    /// The grid of the joint.
+    pub fn grid(&self) -> Grid {
+        Grid::over(self.joint.size, self.joint.grid)
+    }
+
+    /// The grid and the cells of it that belong to the joint.
+    pub fn patch(&self) -> Patch {
+        match self.joint.hole {
+            Some(hole) => Patch::with_hole(self.grid(), hole.diameter),
+            None => Patch::full(self.grid()),
+        }
+    }
+}

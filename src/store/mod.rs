@@ -1,1 +1,43 @@
-//! (skeleton)
+//! The run store: what a run leaves on disk, and how it survives being killed.
+//!
+//! ```text
+//! runs/<name>/
+//!   scene.toml plan.json run.json lock     the scene as resolved, what was decided, who computes; one writer
+//!   once/          surface.parquet surface.json …               written once a run, each with the key of its stage
+//!   iterations/    wear_iteration=0/ …/ commit.json             one folder a committed state
+//!   staging/       the draft; never scanned by readers
+//!   damaged/       what did not verify and was set aside
+//! ```
+//!
+//! Nothing exists until it is committed. A draft's tables are written and synced in `staging/`, `commit.json` last; the folder
+//! is then renamed into `iterations/`. A commit names the hash of every file and of its parent, so the latest state is the
+//! highest commit whose chain verifies, never the newest file. `run.json` is written last when a run is created: a folder
+//! without it is no run yet and is completed by the next start.
+//!
+//! All access goes through [`FileSystem`], so that tests can make any call fail.
+
+mod canonical;
+mod chain;
+mod commit;
+mod draft;
+mod error;
+mod file_system;
+mod files;
+mod key;
+mod open;
+mod reader;
+mod record;
+mod run;
+mod sibling;
+
+pub use canonical::KeyChange;
+pub use chain::{CommitReport, OnceReport, VerifyReport};
+pub use commit::{Commit, TableEntry};
+pub use draft::{Draft, Kept, Recompute};
+pub use error::{Damage, DamageKind, StoreError};
+pub use file_system::{Entry, FileSystem, LockAttempt, LockGuard, Metadata, RealFileSystem};
+pub use key::StageKey;
+pub use open::{Opening, SetAside};
+pub use reader::RunReader;
+pub use record::{Continuation, Machine, Origin, Pruned, RunIdentity, RunRecord};
+pub use run::{Keep, RunStore};

@@ -1,1 +1,17 @@
-//! (skeleton)
+//! The tables of a run: their schemas, their values in memory, and their Parquet files.
+//!
+//! `schemas/*.toml` is the one source of column names, types, units and encodings. A [`Table`] that breaks its schema cannot be built,
+//! and a file carries the schema with it, in each column's field metadata and as one JSON text under the key
+//! [`METADATA_KEY`] of the file, since some readers hide field metadata.
+//!
+//! Arrow and Parquet are named in this folder only.
+
+mod error;
+mod parquet_file;
+mod schema;
+mod table;
+
+pub use error::TableError;
+pub use parquet_file::{METADATA_KEY, Provenance, from_parquet, provenance_of, to_parquet};
+pub use schema::{ColumnSchema, ColumnType, Schema, TableName};
+pub use table::{Column, Table, TableBuilder};

@@ -1,1 +1,10 @@
-//! (skeleton)
+//! Fretting of a joint under a given motion: the steady cycle, the energy it dissipates, and the wear that follows.
+
+pub mod cycle;
+pub mod explicit;
+pub mod implicit;
+pub mod joint;
+pub mod motion;
+
+pub use joint::{FrettingJoint, WearError};
+pub use motion::Motion;

@@ -1,0 +1,90 @@
+//! Scenes as plain values, to be hashed and compared.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Map, Value};
+
+use super::Scene;
+
+/// What does not influence a result: texts for people, and places of files whose content counts instead.
+const LEFT_OUT: [(&str, &str); 4] = [
+    ("", "title"),
+    ("", "name"),
+    ("surface", "path"),
+    ("motion", "path"),
+];
+
+/// See [`Scene::canonical`].
+pub(super) fn canonical(scene: &Scene) -> Value {
+    let mut value = serde_json::to_value(scene)
+        .expect("a scene consists of numbers, words and UTF-8 paths, which JSON can hold");
+    for (section, key) in LEFT_OUT {
+        let object = match section {
+            "" => value.as_object_mut(),
+            _ => value.get_mut(section).and_then(Value::as_object_mut),
+        };
+        if let Some(object) = object {
+            object.remove(key);
+        }
+    }
+    sorted(value)
+}
+
+/// The same value with the keys of every object in order, which serde_json does or does not keep depending on features that
+/// other crates switch on.
+fn sorted(value: Value) -> Value {
+    match value {
+        Value::Object(object) => {
+            let ordered: BTreeMap<String, Value> = object
+                .into_iter()
+                .map(|(key, inner)| (key, sorted(inner)))
+                .collect();
+            Value::Object(ordered.into_iter().collect::<Map<_, _>>())
+        }
+        other => other,
+    }
+}
+
+/// A key in which two scenes differ.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Difference {
+    /// The dotted key.
+    pub key: String,
+    /// Its value in the first, as JSON in SI; `absent` if it is not there.
+    pub before: String,
+    /// Its value in the second.
+    pub after: String,
+}
+
+/// The keys in which two [canonical](Scene::canonical) scenes differ, in alphabetical order.
+pub fn differences(a: &Value, b: &Value) -> Vec<Difference> {
+    let mut pairs: BTreeMap<String, [Option<String>; 2]> = BTreeMap::new();
+    for (side, value) in [a, b].into_iter().enumerate() {
+        flatten("", value, &mut |key, text| {
+            pairs.entry(key).or_default()[side] = Some(text);
+        });
+    }
+    let shown = |text: Option<String>| text.unwrap_or_else(|| "absent".to_owned());
+    pairs
+        .into_iter()
+        .filter(|(_, [before, after])| before != after)
+        .map(|(key, [before, after])| Difference {
+            key,
+            before: shown(before),
+            after: shown(after),
+        })
+        .collect()
+}
+
+/// Every leaf with its dotted key. A null is a key that is not given.
+fn flatten(prefix: &str, value: &Value, leaf: &mut impl FnMut(String, String)) {
+    match value {
+        Value::Object(object) => {
+            for (name, inner) in object {
+                flatten(&super::keys::join(prefix, name), inner, leaf);
+            }
+        }
+        Value::Null => {}
+        other => leaf(prefix.to_owned(), other.to_string()),
+    }
+}

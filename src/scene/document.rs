@@ -1,0 +1,360 @@
+//! The document of a scene: a file, the files it is based on, and `--set`, merged into one tree that remembers where every key
+//! was written.
+
+use std::collections::{BTreeMap, HashMap};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use toml::de::{DeTable, DeValue};
+use toml::{Table, Value};
+
+use super::error::{Place, Problem, SceneError};
+use super::keys::{self, join};
+
+/// A section or a value, and where it was written.
+#[derive(Debug, Clone)]
+pub(super) struct Node {
+    pub place: Rc<Place>,
+    pub content: Content,
+}
+
+#[derive(Debug, Clone)]
+pub(super) enum Content {
+    Section(BTreeMap<String, Node>),
+    Value(Value),
+}
+
+impl Node {
+    fn section(place: &Rc<Place>, entries: BTreeMap<String, Node>) -> Self {
+        Node {
+            place: Rc::clone(place),
+            content: Content::Section(entries),
+        }
+    }
+
+    /// The node at a dotted key below this one.
+    pub fn get(&self, key: &str) -> Option<&Node> {
+        key.split('.')
+            .try_fold(self, |node, name| match &node.content {
+                Content::Section(entries) => entries.get(name),
+                Content::Value(_) => None,
+            })
+    }
+
+    /// The value as TOML would write it, for messages.
+    pub fn shown(&self) -> String {
+        match self.to_value() {
+            Value::Table(table) => {
+                let entries: Vec<String> = table
+                    .iter()
+                    .map(|(name, value)| format!("{name} = {value}"))
+                    .collect();
+                format!("{{ {} }}", entries.join(", "))
+            }
+            value => value.to_string(),
+        }
+    }
+
+    fn to_value(&self) -> Value {
+        match &self.content {
+            Content::Section(_) => Value::Table(self.to_table()),
+            Content::Value(value) => value.clone(),
+        }
+    }
+
+    /// The tree without its places; empty for a value.
+    pub fn to_table(&self) -> Table {
+        match &self.content {
+            Content::Section(entries) => entries
+                .iter()
+                .map(|(name, node)| (name.clone(), node.to_value()))
+                .collect(),
+            Content::Value(_) => Table::new(),
+        }
+    }
+
+    /// Lays `over` on top of this tree. A section keeps the place where it first appeared. With `drop_rivals`, keys that `over` makes meaningless are dropped: those of the other
+    /// kinds when it changes the kind of a surface, and the other way of giving the motion.
+    fn merge(&mut self, over: Node, drop_rivals: bool) {
+        if drop_rivals {
+            self.drop_rivals(&over);
+        }
+        match (&mut self.content, over.content) {
+            (Content::Section(under), Content::Section(entries)) => {
+                for (name, node) in entries {
+                    match under.get_mut(&name) {
+                        Some(existing) => existing.merge(node, false),
+                        None => {
+                            under.insert(name, node);
+                        }
+                    }
+                }
+            }
+            (content, replacement) => {
+                *content = replacement;
+                self.place = over.place;
+            }
+        }
+    }
+
+    fn drop_rivals(&mut self, over: &Node) {
+        if let Some(kind) = over.text("surface.kind")
+            && self.text("surface.kind") != Some(kind)
+            && let Some(own) = keys::surface_keys(kind)
+        {
+            let others = keys::SURFACE_KINDS.iter().flat_map(|entry| entry.1);
+            for name in others.filter(|name| !own.contains(name)) {
+                self.remove("surface", name);
+            }
+        }
+        if over.get("motion.history").is_some() {
+            for name in ["amplitude", "phase", "normal_load_amplitude"] {
+                self.remove("motion", name);
+            }
+        } else if over.get("motion.amplitude").is_some() {
+            self.remove("motion", "history");
+        }
+    }
+
+    fn text(&self, key: &str) -> Option<&str> {
+        match &self.get(key)?.content {
+            Content::Value(Value::String(text)) => Some(text),
+            _ => None,
+        }
+    }
+
+    fn entry(&mut self, section: &str) -> Option<&mut BTreeMap<String, Node>> {
+        let Content::Section(entries) = &mut self.content else {
+            return None;
+        };
+        match &mut entries.get_mut(section)?.content {
+            Content::Section(inner) => Some(inner),
+            Content::Value(_) => None,
+        }
+    }
+
+    fn remove(&mut self, section: &str, name: &str) {
+        if let Some(entries) = self.entry(section) {
+            entries.remove(name);
+        }
+    }
+
+    /// Makes the paths of files absolute, from `folder`.
+    fn resolve_paths(&mut self, folder: &Path) -> Result<(), SceneError> {
+        for [section, name] in keys::PATHS {
+            let Some(node) = self.entry(section).and_then(|inner| inner.get_mut(*name)) else {
+                continue;
+            };
+            let Content::Value(Value::String(text)) = &mut node.content else {
+                continue;
+            };
+            // An empty path is reported where the value is read.
+            if text.is_empty() {
+                continue;
+            }
+            let path = absolute(&folder.join(&*text));
+            match path.to_str() {
+                Some(resolved) => *text = resolved.to_owned(),
+                None => {
+                    let key = join(section, name);
+                    let value = node.shown();
+                    return Err(SceneError::new(
+                        &node.place,
+                        Problem::PathEncoding { key, value, path },
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The absolute form of a path; the path itself where there is no working folder to start from.
+fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
+}
+
+/// Reads a scene file and those it is based on, and applies `sets` (`key=value` each).
+pub(super) fn read(path: &Path, sets: &[String]) -> Result<Node, SceneError> {
+    let text =
+        fs::read_to_string(path).map_err(|e| SceneError::new(&file(path), Problem::Read(e)))?;
+    let mut tree = read_layers(path, &text, &mut Vec::new())?;
+    if sets.is_empty() {
+        return Ok(tree);
+    }
+    let mut settings: Option<Node> = None;
+    for text in sets {
+        let setting = parse_set(text)?;
+        match &mut settings {
+            Some(earlier) => earlier.merge(setting, false),
+            None => settings = Some(setting),
+        }
+    }
+    if let Some(mut settings) = settings {
+        settings.resolve_paths(Path::new(""))?;
+        tree.merge(settings, true);
+    }
+    Ok(tree)
+}
+
+/// A file of a chain of bases: as it is to be shown, and as the file system knows it, since two spellings may be one file.
+struct Link {
+    path: PathBuf,
+    identity: PathBuf,
+}
+
+impl Link {
+    fn new(path: &Path) -> Self {
+        Link {
+            path: path.to_owned(),
+            identity: fs::canonicalize(path).unwrap_or_else(|_| absolute(path)),
+        }
+    }
+}
+
+/// The tree of a file laid on top of that of its base, if it has one. `chain` holds the files that led here.
+fn read_layers(path: &Path, text: &str, chain: &mut Vec<Link>) -> Result<Node, SceneError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut own = parse_file(path, text)?;
+    own.resolve_paths(folder)?;
+    let base = match &mut own.content {
+        Content::Section(entries) => entries.remove("base"),
+        Content::Value(_) => None,
+    };
+    let Some(base) = base else { return Ok(own) };
+    chain.push(Link::new(path));
+    let (base_path, base_text) = open_base(&base, folder, chain)?;
+    let mut tree = read_layers(&base_path, &base_text, chain)?;
+    // What is missing from the document as a whole is missing from the file that was asked for.
+    tree.place = Rc::clone(&own.place);
+    tree.merge(own, true);
+    Ok(tree)
+}
+
+/// The file that a `base` names, and its text.
+fn open_base(base: &Node, folder: &Path, chain: &[Link]) -> Result<(PathBuf, String), SceneError> {
+    let wrong = |problem| SceneError::new(&base.place, problem);
+    let Content::Value(Value::String(written)) = &base.content else {
+        return Err(wrong(Problem::Type {
+            key: "base".to_owned(),
+            value: base.shown(),
+            expected: "the path of a scene file, such as \"other.toml\"".to_owned(),
+        }));
+    };
+    let path = folder.join(written);
+    let text = fs::read_to_string(&path).map_err(|source| {
+        wrong(Problem::Base {
+            base: written.clone(),
+            path: path.clone(),
+            source,
+        })
+    })?;
+    let link = Link::new(&path);
+    if let Some(start) = chain
+        .iter()
+        .position(|earlier| earlier.identity == link.identity)
+    {
+        let circle = chain[start..].iter().chain([&link]);
+        return Err(wrong(Problem::BaseCycle {
+            chain: circle.map(|l| l.path.display().to_string()).collect(),
+        }));
+    }
+    Ok((path, text))
+}
+
+fn file(path: &Path) -> Place {
+    Place::File {
+        path: path.to_owned(),
+        line: None,
+    }
+}
+
+fn parse_file(path: &Path, text: &str) -> Result<Node, SceneError> {
+    let syntax = |error: toml::de::Error| {
+        SceneError::new(
+            &file(path),
+            Problem::Syntax(error.to_string().trim_end().to_owned()),
+        )
+    };
+    let table: Table = text.parse().map_err(syntax)?;
+    let spans = DeTable::parse(text).map_err(syntax)?;
+    let mut lines = HashMap::new();
+    collect_lines("", spans.get_ref(), text, &mut lines);
+    let place_of = |key: &str| {
+        Rc::new(Place::File {
+            path: path.to_owned(),
+            line: lines.get(key).copied(),
+        })
+    };
+    Ok(build("", Value::Table(table), &place_of))
+}
+
+/// The line of every key of a document.
+fn collect_lines(
+    section: &str,
+    table: &DeTable<'_>,
+    text: &str,
+    lines: &mut HashMap<String, usize>,
+) {
+    for (name, value) in table.iter() {
+        let key = join(section, name.get_ref());
+        let start = name.span().start.min(text.len());
+        let line = 1 + text.as_bytes()[..start]
+            .iter()
+            .filter(|byte| **byte == b'\n')
+            .count();
+        if let DeValue::Table(inner) = value.get_ref() {
+            collect_lines(&key, inner, text, lines);
+        }
+        lines.insert(key, line);
+    }
+}
+
+fn build(key: &str, value: Value, place_of: &impl Fn(&str) -> Rc<Place>) -> Node {
+    let place = place_of(key);
+    match value {
+        Value::Table(table) => {
+            let entries = table
+                .into_iter()
+                .map(|(name, inner)| {
+                    let node = build(&join(key, &name), inner, place_of);
+                    (name, node)
+                })
+                .collect();
+            Node::section(&place, entries)
+        }
+        value => Node {
+            place,
+            content: Content::Value(value),
+        },
+    }
+}
+
+/// A tree with the one key of `key=value`. The value is TOML if it can be read as such, else a string.
+fn parse_set(text: &str) -> Result<Node, SceneError> {
+    let place = Rc::new(Place::Set(text.to_owned()));
+    let malformed = || SceneError::new(&place, Problem::SetSyntax);
+    let (key, value) = text.split_once('=').ok_or_else(malformed)?;
+    let names: Vec<&str> = key.split('.').map(str::trim).collect();
+    let is_bare = |name: &&str| {
+        !name.is_empty()
+            && name
+                .chars()
+                .all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'))
+    };
+    if !names.iter().all(is_bare) {
+        return Err(malformed());
+    }
+    if names == ["base"] {
+        return Err(SceneError::new(&place, Problem::SetBase));
+    }
+    let value = value.trim();
+    let value = value
+        .parse()
+        .unwrap_or_else(|_| Value::String(value.to_owned()));
+    let leaf = build("", value, &|_| Rc::clone(&place));
+    Ok(names.into_iter().rev().fold(leaf, |node, name| {
+        Node::section(&place, BTreeMap::from([(name.to_owned(), node)]))
+    }))
+}

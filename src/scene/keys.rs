@@ -1,0 +1,178 @@
+//! The keys of a scene: which exist, which are paths, which belong to which kind of surface, and which are still to come.
+
+/// Every key. A table that is itself listed may also be written as a plain value.
+pub(super) const KEYS: &[&str] = &[
+    "title",
+    "joint.size",
+    "joint.grid",
+    "joint.elements",
+    "joint.hole.diameter",
+    "material.youngs_modulus",
+    "material.poisson_ratio",
+    "material.density",
+    "material.lower.youngs_modulus",
+    "material.lower.poisson_ratio",
+    "material.lower.density",
+    "material.upper.youngs_modulus",
+    "material.upper.poisson_ratio",
+    "material.upper.density",
+    "surface.kind",
+    "surface.rq",
+    "surface.correlation_length",
+    "surface.hurst",
+    "surface.rolloff_wavelength",
+    "surface.cutoff_wavelength",
+    "surface.seed",
+    "surface.radius",
+    "surface.path",
+    "surface.unit",
+    "surface.detrend",
+    "surface.fill",
+    "surface.spacing",
+    "contact.friction_coefficient",
+    "contact.normal_load",
+    "contact.pressure_cap",
+    "contact.boundary",
+    "contact.transverse",
+    "contact.rotation",
+    "contact.stiffness",
+    "contact.distribution",
+    "motion.amplitude",
+    "motion.phase",
+    "motion.normal_load_amplitude",
+    "motion.history",
+    "wear.coefficient",
+    "wear.cycles",
+    "wear.volume",
+    "wear.scheme",
+    "wear.depth_step",
+    "wear.tolerance",
+    "fidelity.preset",
+    "fidelity.cycle",
+    "fidelity.steps_per_cycle",
+    "fidelity.normal_tolerance",
+    "fidelity.tangential_tolerance",
+    "fidelity.cycle_tolerance",
+    "fidelity.wear_tolerance",
+    "output.keep",
+    "output.keep.every",
+    "output.keep.last",
+    "output.keep.updates",
+    "output.cycle_fields",
+    "output.curves_every",
+    "output.response_at",
+];
+
+/// Keys whose value is the path of a file.
+pub(super) const PATHS: &[[&str; 2]] = &[["surface", "path"], ["motion", "history"]];
+
+/// Kinds of surface and the keys that each has beside `kind`.
+pub(super) const SURFACE_KINDS: &[(&str, &[&str])] = &[
+    ("gaussian", &["rq", "correlation_length", "seed"]),
+    ("exponential", &["rq", "correlation_length", "seed"]),
+    (
+        "self_affine",
+        &[
+            "rq",
+            "hurst",
+            "rolloff_wavelength",
+            "cutoff_wavelength",
+            "seed",
+        ],
+    ),
+    ("flat", &[]),
+    ("sphere", &["radius"]),
+    ("file", &["path", "unit", "detrend", "fill", "spacing"]),
+];
+
+/// The keys of one kind of surface.
+pub(super) fn surface_keys(kind: &str) -> Option<&'static [&'static str]> {
+    SURFACE_KINDS
+        .iter()
+        .find(|entry| entry.0 == kind)
+        .map(|entry| entry.1)
+}
+
+const GIVE_MOTION: &str = "give [motion] instead";
+const GIVE_AMPLITUDE: &str = "give motion.amplitude instead";
+const GIVE_SURFACE: &str =
+    "it needs [dynamics]; give [surface], from which the contact stiffness is computed";
+const NEEDS_DYNAMICS: &str = "it acts only through [dynamics]; leave it out";
+
+/// Sections and keys of the whole program that this version does not have, and what to do instead.
+pub(super) const UNAVAILABLE: &[(&str, &str)] = &[
+    ("structure", GIVE_MOTION),
+    ("dynamics", GIVE_MOTION),
+    ("update", GIVE_MOTION),
+    ("motion.force", GIVE_AMPLITUDE),
+    ("motion.moment", GIVE_AMPLITUDE),
+    ("motion.rotation", GIVE_AMPLITUDE),
+    ("contact.kn", GIVE_SURFACE),
+    ("contact.kt", GIVE_SURFACE),
+    ("contact.bolt_stiffness", NEEDS_DYNAMICS),
+    ("fidelity.aft_samples", NEEDS_DYNAMICS),
+];
+
+/// Words less alike than this are not suggested: at 0.6 `frq` still finds `rq` and `bolt` finds nothing.
+const LIKENESS: f64 = 0.6;
+
+/// The word most like `word`, if any is like it at all.
+pub(super) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    known
+        .into_iter()
+        .map(|candidate| {
+            let likeness = strsim::normalized_damerau_levenshtein(
+                &word.to_lowercase(),
+                &candidate.to_lowercase(),
+            );
+            (likeness, candidate)
+        })
+        .filter(|(likeness, _)| *likeness >= LIKENESS)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, candidate)| candidate)
+}
+
+/// What stands directly under a section (`""`: at the top), in the order of [`KEYS`].
+pub(super) fn children(section: &str) -> Vec<&'static str> {
+    let mut names: Vec<&str> = Vec::new();
+    for key in KEYS {
+        let below = if section.is_empty() {
+            Some(*key)
+        } else {
+            key.strip_prefix(section)
+                .and_then(|rest| rest.strip_prefix('.'))
+        };
+        let Some(name) = below.and_then(|rest| rest.split('.').next()) else {
+            continue;
+        };
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
+}
+
+/// The known key that an unknown one was probably meant to be: in its own section, else of the same name elsewhere, else alike elsewhere.
+pub(super) fn nearest_key(key: &str) -> Option<String> {
+    let (section, name) = key.rsplit_once('.').unwrap_or(("", key));
+    if let Some(sibling) = nearest(name, children(section)) {
+        return Some(join(section, sibling));
+    }
+    let last = |key: &'static str| key.rsplit('.').next().unwrap_or(key);
+    if let Some(same) = KEYS.iter().find(|known| last(known) == name) {
+        return Some((*same).to_owned());
+    }
+    let alike = nearest(name, KEYS.iter().map(|known| last(known)))?;
+    KEYS.iter()
+        .find(|known| last(known) == alike)
+        .map(|known| (*known).to_owned())
+}
+
+/// A dotted key from its section and its name.
+pub(super) fn join(section: &str, name: &str) -> String {
+    if section.is_empty() {
+        name.to_owned()
+    } else {
+        format!("{section}.{name}")
+    }
+}

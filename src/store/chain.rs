@@ -1,0 +1,204 @@
+//! Verification: which commits are sound, and what is wrong with the others.
+
+use super::commit::{Commit, TableEntry};
+use super::draft::KeyedEntry;
+use super::error::{Damage, DamageKind, StoreError};
+use super::files::{Files, Layout, iteration_of};
+use super::record::RunRecord;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// What verification found of one iteration.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CommitReport {
+    /// The iteration.
+    pub wear_iteration: u64,
+    /// What keeps it from being continued; empty if it is sound.
+    pub damage: Vec<Damage>,
+    /// Damage to tables outside the chain, which no result depends on.
+    pub unchained_damage: Vec<Damage>,
+}
+
+/// What verification found of one table of `once/`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OnceReport {
+    /// Name of the table.
+    pub table: String,
+    /// What is wrong with it; it is then computed again.
+    pub damage: Option<Damage>,
+}
+
+/// What verification found of a run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct VerifyReport {
+    /// The iterations, ascending, those missing without having been pruned among them.
+    pub commits: Vec<CommitReport>,
+    /// The iterations that were pruned, ascending; the chain passes over them by their recorded hashes.
+    pub pruned: Vec<u64>,
+    /// The tables of `once/`.
+    pub once: Vec<OnceReport>,
+}
+
+impl VerifyReport {
+    /// True if nothing at all is damaged.
+    pub fn is_sound(&self) -> bool {
+        self.damage().next().is_none()
+    }
+
+    /// Everything that is damaged.
+    pub fn damage(&self) -> impl Iterator<Item = &Damage> {
+        self.commits
+            .iter()
+            .flat_map(|commit| commit.damage.iter().chain(&commit.unchained_damage))
+            .chain(self.once.iter().filter_map(|once| once.damage.as_ref()))
+    }
+}
+
+/// The iterations of a run as found on disk.
+pub(super) struct Chain {
+    /// The commits up to the first that does not verify.
+    pub sound: BTreeMap<u64, Commit>,
+    /// One report an iteration.
+    pub reports: Vec<CommitReport>,
+}
+
+/// The iterations whose folders are there, ascending.
+pub(super) fn folders(files: &Files, layout: &Layout) -> Result<BTreeSet<u64>, StoreError> {
+    Ok(files
+        .list(&layout.iterations())?
+        .iter()
+        .filter(|entry| entry.is_dir)
+        .filter_map(|entry| iteration_of(&entry.name))
+        .collect())
+}
+
+/// Verifies every iteration, and that each follows the one before it.
+///
+/// A pruned iteration stands in the chain with the hashes that `run.json` keeps of it. An iteration that is absent and was not
+/// pruned breaks the chain.
+pub(super) fn walk(
+    files: &Files,
+    layout: &Layout,
+    record: &RunRecord,
+) -> Result<Chain, StoreError> {
+    let mut present = folders(files, layout)?;
+    present.retain(|wear_iteration| !record.pruned.contains_key(wear_iteration));
+    let mut chain = Chain {
+        sound: BTreeMap::new(),
+        reports: Vec::new(),
+    };
+    let Some(&highest) = present.last() else {
+        return Ok(chain);
+    };
+    let mut before: Option<String> = None;
+    let mut broken_at: Option<u64> = None;
+    for wear_iteration in 0..=highest {
+        let mut report = CommitReport {
+            wear_iteration,
+            damage: Vec::new(),
+            unchained_damage: Vec::new(),
+        };
+        let mut found = None;
+        let link = if let Some(pruned) = record.pruned.get(&wear_iteration) {
+            Some((layout.record(), pruned.parent.clone(), pruned.hash.clone()))
+        } else if !present.contains(&wear_iteration) {
+            report.damage.push(Damage {
+                path: layout.iteration(wear_iteration),
+                kind: DamageKind::Missing,
+            });
+            None
+        } else {
+            match Commit::read(files, layout, wear_iteration)? {
+                Err(damage) => {
+                    report.damage.push(damage);
+                    None
+                }
+                Ok(commit) => {
+                    let folder = layout.iteration(wear_iteration);
+                    report.damage = check_files(files, &folder, commit.tables.values())?;
+                    report.unchained_damage =
+                        check_files(files, &folder, commit.unchained.values())?;
+                    let link = (
+                        layout.commit(wear_iteration),
+                        commit.parent.clone(),
+                        commit.hash.clone(),
+                    );
+                    found = Some(commit);
+                    Some(link)
+                }
+            }
+        };
+        if let Some(first) = broken_at {
+            report.damage.push(Damage {
+                path: layout.iteration(wear_iteration),
+                kind: DamageKind::After(first),
+            });
+        } else if let Some((path, parent, _)) = &link
+            && *parent != before
+        {
+            report.damage.push(Damage {
+                path: path.clone(),
+                kind: DamageKind::Parent {
+                    expected: before.clone(),
+                    found: parent.clone(),
+                },
+            });
+        }
+        if broken_at.is_none() && !report.damage.is_empty() {
+            broken_at = Some(wear_iteration);
+        }
+        before = link.map(|(_, _, hash)| hash);
+        if let (Some(commit), None) = (found, broken_at) {
+            chain.sound.insert(wear_iteration, commit);
+        }
+        if !record.pruned.contains_key(&wear_iteration) || !report.damage.is_empty() {
+            chain.reports.push(report);
+        }
+    }
+    Ok(chain)
+}
+
+fn check_files<'a>(
+    files: &Files,
+    folder: &Path,
+    entries: impl Iterator<Item = &'a TableEntry>,
+) -> Result<Vec<Damage>, StoreError> {
+    let mut damage = Vec::new();
+    for entry in entries {
+        let path = folder.join(&entry.file);
+        damage.extend(
+            files
+                .read_verified(&path, entry.bytes, &entry.blake3)?
+                .err(),
+        );
+    }
+    Ok(damage)
+}
+
+/// Verifies the tables of `once/`.
+pub(super) fn check_once(files: &Files, layout: &Layout) -> Result<Vec<OnceReport>, StoreError> {
+    let folder = layout.once();
+    let entries = files.list(&folder)?;
+    let stems: BTreeSet<&str> = entries
+        .iter()
+        .filter_map(|entry| entry.name.strip_suffix(".parquet"))
+        .collect();
+    let mut reports = Vec::new();
+    for stem in stems {
+        let damage = match files.read_json::<KeyedEntry>(&folder.join(format!("{stem}.json")))? {
+            Err(damage) => Some(damage),
+            Ok(keyed) => files
+                .read_verified(
+                    &folder.join(&keyed.entry.file),
+                    keyed.entry.bytes,
+                    &keyed.entry.blake3,
+                )?
+                .err(),
+        };
+        reports.push(OnceReport {
+            table: stem.to_owned(),
+            damage,
+        });
+    }
+    Ok(reports)
+}

@@ -1,0 +1,127 @@
+//! `commit.json`: the manifest that makes an iteration exist.
+
+use super::canonical::{canonical, hash};
+use super::error::{Damage, DamageKind, StoreError};
+use super::files::{Files, Layout};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use std::collections::BTreeMap;
+
+/// Version of the layout of `commit.json`.
+pub(super) const COMMIT_FORMAT: u32 = 1;
+
+/// One file of an iteration.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TableEntry {
+    /// Name of the file in the iteration's folder.
+    pub file: String,
+    /// Its length.
+    pub bytes: u64,
+    /// Rows of the table.
+    pub rows: usize,
+    /// Columns of the table, in order.
+    pub columns: Vec<String>,
+    /// Hash of the file.
+    pub blake3: String,
+    /// Hash of the key of the stage that wrote it.
+    pub stage_key: String,
+}
+
+/// The manifest of an iteration.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Commit {
+    /// Version of this layout.
+    pub format: u32,
+    /// The iteration.
+    pub wear_iteration: u64,
+    /// Hash of the commit before, `None` for the first.
+    pub parent: Option<String>,
+    /// The tables by name.
+    pub tables: BTreeMap<String, TableEntry>,
+    /// Hash of all of the above: equal runs have equal hashes.
+    pub hash: String,
+    /// The tables that differ between equal runs.
+    pub unchained: BTreeMap<String, TableEntry>,
+}
+
+impl Commit {
+    pub(super) fn new(
+        wear_iteration: u64,
+        parent: Option<String>,
+        tables: BTreeMap<String, TableEntry>,
+        unchained: BTreeMap<String, TableEntry>,
+    ) -> Commit {
+        let mut commit = Commit {
+            format: COMMIT_FORMAT,
+            wear_iteration,
+            parent,
+            tables,
+            hash: String::new(),
+            unchained,
+        };
+        commit.hash = commit.computed_hash();
+        commit
+    }
+
+    /// The entry of a table, chained or not.
+    pub fn table(&self, name: &str) -> Option<&TableEntry> {
+        self.tables.get(name).or_else(|| self.unchained.get(name))
+    }
+
+    /// The names of all tables.
+    pub(super) fn names(&self) -> Vec<String> {
+        self.tables
+            .keys()
+            .chain(self.unchained.keys())
+            .cloned()
+            .collect()
+    }
+
+    /// The hash that the content gives.
+    fn computed_hash(&self) -> String {
+        hash(
+            canonical(&json!({
+                "format": self.format,
+                "wear_iteration": self.wear_iteration,
+                "parent": self.parent,
+                "tables": self.tables,
+            }))
+            .as_bytes(),
+        )
+    }
+
+    /// The manifest of an iteration, if it is sound in itself.
+    pub(super) fn read(
+        files: &Files,
+        layout: &Layout,
+        wear_iteration: u64,
+    ) -> Result<Result<Commit, Damage>, StoreError> {
+        let path = layout.commit(wear_iteration);
+        let commit: Commit = match files.read_json(&path)? {
+            Ok(commit) => commit,
+            Err(damage) => return Ok(Err(damage)),
+        };
+        if commit.format != COMMIT_FORMAT {
+            return Err(StoreError::Format {
+                path,
+                found: commit.format,
+                expected: COMMIT_FORMAT,
+            });
+        }
+        let computed = commit.computed_hash();
+        let kind = if commit.hash != computed {
+            DamageKind::Hash {
+                expected: commit.hash,
+                found: computed,
+            }
+        } else if commit.wear_iteration != wear_iteration {
+            DamageKind::Iteration {
+                expected: wear_iteration,
+                found: commit.wear_iteration,
+            }
+        } else {
+            return Ok(Ok(commit));
+        };
+        Ok(Err(Damage { path, kind }))
+    }
+}

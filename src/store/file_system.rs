@@ -1,0 +1,163 @@
+//! The calls that the run store makes to the file system.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, Read, Seek, Write};
+use std::path::Path;
+
+/// One entry of a folder.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Entry {
+    /// Name within the folder.
+    pub name: String,
+    /// True for a folder.
+    pub is_dir: bool,
+}
+
+/// What the store asks of a path that exists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Metadata {
+    /// Length in bytes.
+    pub len: u64,
+    /// True for a folder.
+    pub is_dir: bool,
+}
+
+/// Held as long as the lock is.
+pub trait LockGuard: Send + Sync {}
+impl LockGuard for File {}
+
+/// What came of asking for a lock.
+pub enum LockAttempt {
+    /// The lock is ours until the guard is dropped or the process ends.
+    Taken(Box<dyn LockGuard>),
+    /// Another process, or another store of this one, holds it.
+    Held {
+        /// Its process number, if the lock file tells.
+        pid: Option<u32>,
+    },
+}
+
+/// The file system as the store needs it.
+///
+/// Every method returns the error of the system; the store adds the path.
+pub trait FileSystem: Send + Sync {
+    /// Creates a folder and those above it; one that exists is no error.
+    fn create_dir_all(&self, path: &Path) -> io::Result<()>;
+    /// Writes a file that must not exist, and returns when its content is on the disk.
+    fn write_new(&self, path: &Path, bytes: &[u8]) -> io::Result<()>;
+    /// The content of a file.
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
+    /// Renames a file, replacing one at the target, or a folder.
+    fn rename(&self, from: &Path, to: &Path) -> io::Result<()>;
+    /// Returns when the names in a folder are on the disk.
+    fn sync_dir(&self, path: &Path) -> io::Result<()>;
+    /// Removes a file.
+    fn remove_file(&self, path: &Path) -> io::Result<()>;
+    /// Removes a folder and what is in it.
+    fn remove_dir_all(&self, path: &Path) -> io::Result<()>;
+    /// The entries of a folder, sorted by name.
+    fn list(&self, path: &Path) -> io::Result<Vec<Entry>>;
+    /// What there is at a path, `None` if nothing.
+    fn metadata(&self, path: &Path) -> io::Result<Option<Metadata>>;
+    /// Bytes that this user may still write where the path is.
+    fn free_space(&self, path: &Path) -> io::Result<u64>;
+    /// Takes the exclusive lock of a file, created if need be, without waiting.
+    fn try_lock(&self, path: &Path) -> io::Result<LockAttempt>;
+}
+
+/// The file system of the machine.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct RealFileSystem;
+
+impl FileSystem for RealFileSystem {
+    fn create_dir_all(&self, path: &Path) -> io::Result<()> {
+        fs::create_dir_all(path)
+    }
+
+    fn write_new(&self, path: &Path, bytes: &[u8]) -> io::Result<()> {
+        let mut file = File::create_new(path)?;
+        file.write_all(bytes)?;
+        file.sync_all()
+    }
+
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        fs::read(path)
+    }
+
+    fn rename(&self, from: &Path, to: &Path) -> io::Result<()> {
+        fs::rename(from, to)
+    }
+
+    #[cfg(unix)]
+    fn sync_dir(&self, path: &Path) -> io::Result<()> {
+        File::open(path)?.sync_all()
+    }
+
+    // Other systems have no such call: names are as durable there as the system makes them.
+    #[cfg(not(unix))]
+    fn sync_dir(&self, _path: &Path) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn remove_file(&self, path: &Path) -> io::Result<()> {
+        fs::remove_file(path)
+    }
+
+    fn remove_dir_all(&self, path: &Path) -> io::Result<()> {
+        fs::remove_dir_all(path)
+    }
+
+    fn list(&self, path: &Path) -> io::Result<Vec<Entry>> {
+        let mut entries = fs::read_dir(path)?
+            .map(|entry| {
+                let entry = entry?;
+                Ok(Entry {
+                    name: entry.file_name().to_string_lossy().into_owned(),
+                    is_dir: entry.file_type()?.is_dir(),
+                })
+            })
+            .collect::<io::Result<Vec<Entry>>>()?;
+        entries.sort();
+        Ok(entries)
+    }
+
+    fn metadata(&self, path: &Path) -> io::Result<Option<Metadata>> {
+        match fs::metadata(path) {
+            Ok(found) => Ok(Some(Metadata {
+                len: found.len(),
+                is_dir: found.is_dir(),
+            })),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    fn free_space(&self, path: &Path) -> io::Result<u64> {
+        fs4::available_space(path)
+    }
+
+    fn try_lock(&self, path: &Path) -> io::Result<LockAttempt> {
+        let mut file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(path)?;
+        match file.try_lock() {
+            Ok(()) => {
+                file.set_len(0)?;
+                file.rewind()?;
+                write!(file, "{}", std::process::id())?;
+                Ok(LockAttempt::Taken(Box::new(file)))
+            }
+            Err(TryLockError::WouldBlock) => {
+                let mut holder = String::new();
+                file.read_to_string(&mut holder)?;
+                Ok(LockAttempt::Held {
+                    pid: holder.trim().parse().ok(),
+                })
+            }
+            Err(TryLockError::Error(error)) => Err(error),
+        }
+    }
+}

@@ -1,0 +1,350 @@
+//! Starting: a new run is created, an existing one is checked and put in order.
+
+use super::canonical::{KeyChange, as_read, differences, matches};
+use super::chain;
+use super::draft::clean_staging;
+use super::error::{Damage, DamageKind, StoreError};
+use super::file_system::{FileSystem, LockGuard};
+use super::files::{Files, Layout, iteration_name, json};
+use super::reader::{RunReader, read_record};
+use super::record::{Continuation, Machine, Origin, Pruned, RunIdentity, RunRecord};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// What a start found and did, for the caller to print.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Opening {
+    /// True if the run is new.
+    pub created: bool,
+    /// The iteration it continues from.
+    pub latest: Option<u64>,
+    /// Iterations that cannot be continued from and were moved to `damaged/`, ascending.
+    pub set_aside: Vec<SetAside>,
+    /// Damage that nothing computed depends on.
+    pub harmless_damage: Vec<Damage>,
+    /// Tables of an unfinished iteration that are used again if their inputs are the same.
+    pub drafts_kept: Vec<String>,
+    /// Leftovers removed from staging.
+    pub drafts_removed: Vec<PathBuf>,
+    /// Free keys whose values changed.
+    pub changed_keys: Vec<KeyChange>,
+    /// Version of the program before and now, if it changed. Results need not be bit-identical to those of one version.
+    pub program_changed: Option<(String, String)>,
+    /// Threads before and now, if they changed. Results need not be bit-identical to those of one number.
+    pub threads_changed: Option<(usize, usize)>,
+    /// Machine before and now, if it changed.
+    pub machine_changed: Option<(Machine, Machine)>,
+}
+
+/// An iteration that was moved to `damaged/`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SetAside {
+    /// The iteration.
+    pub wear_iteration: u64,
+    /// What is wrong with it.
+    pub damage: Vec<Damage>,
+    /// Where it is now.
+    pub moved_to: PathBuf,
+}
+
+impl Opening {
+    /// The findings as sentences, those that a user must know first.
+    pub fn notices(&self) -> Vec<String> {
+        let mut notices = Vec::new();
+        for aside in &self.set_aside {
+            notices.push(format!(
+                "iteration {} does not verify ({}); it was moved to {}",
+                aside.wear_iteration,
+                super::error::list(&aside.damage),
+                aside.moved_to.display()
+            ));
+        }
+        for damage in &self.harmless_damage {
+            notices.push(format!("damaged, but nothing depends on it: {damage}"));
+        }
+        for change in &self.changed_keys {
+            notices.push(format!("changed since the last start: {change}"));
+        }
+        let changed = |what: &str, before: &dyn std::fmt::Display, now: &dyn std::fmt::Display| {
+            format!(
+                "{what} changed from {before} to {now}: results need not be bit-identical to an unbroken run"
+            )
+        };
+        if let Some((before, now)) = &self.program_changed {
+            notices.push(changed("the program version", before, now));
+        }
+        if let Some((before, now)) = &self.threads_changed {
+            notices.push(changed("the number of threads", before, now));
+        }
+        if let Some((before, now)) = &self.machine_changed
+            && (&before.architecture, &before.cpu_features)
+                != (&now.architecture, &now.cpu_features)
+        {
+            notices.push(changed("the processor", &describe(before), &describe(now)));
+        }
+        notices
+    }
+}
+
+fn describe(machine: &Machine) -> String {
+    format!(
+        "{} ({})",
+        machine.architecture,
+        machine.cpu_features.join(" ")
+    )
+}
+
+/// A run folder under our lock.
+pub(super) struct Locked {
+    pub files: Files,
+    pub layout: Layout,
+    pub guard: Box<dyn LockGuard>,
+    /// `None` if the folder is new, or its creation was not completed.
+    pub record: Option<RunRecord>,
+    /// The sibling whose copy was not completed.
+    pub unfinished: Option<Origin>,
+}
+
+/// Entries that a folder may have whose creation was not completed.
+const BEFORE_THE_RECORD: [&str; 7] = [
+    "scene.toml",
+    "plan.json",
+    "run.json",
+    "copying.json",
+    "once",
+    "iterations",
+    "staging",
+];
+
+/// Creates the folder if need be and takes its lock.
+pub(super) fn lock(fs: Arc<dyn FileSystem>, root: &Path) -> Result<Locked, StoreError> {
+    let files = Files(fs);
+    let layout = Layout {
+        root: root.to_owned(),
+    };
+    if !files.is_there(&layout.record())? {
+        refuse_foreign(&files, &layout)?;
+    }
+    files.make_dir(root)?;
+    let guard = files.lock(&layout)?;
+    let record = read_record(&files, &layout)?;
+    let mut unfinished = None;
+    if record.is_none() {
+        // A marker that was being written when the process ended says nothing: nothing was copied yet.
+        unfinished = files.read_json::<Origin>(&layout.copying())?.ok();
+        if unfinished.is_none() && !chain::folders(&files, &layout)?.is_empty() {
+            return Err(StoreError::Damaged(Damage {
+                path: layout.record(),
+                kind: DamageKind::Missing,
+            }));
+        }
+    }
+    Ok(Locked {
+        files,
+        layout,
+        guard,
+        record,
+        unfinished,
+    })
+}
+
+/// Refuses a folder without `run.json` that holds what the creation of a run does not put there.
+fn refuse_foreign(files: &Files, layout: &Layout) -> Result<(), StoreError> {
+    for entry in files.list(&layout.root)? {
+        let name = entry.name.strip_suffix(".new").unwrap_or(&entry.name);
+        if name != "lock" && !BEFORE_THE_RECORD.contains(&name) {
+            return Err(StoreError::NotARun {
+                path: layout.root.clone(),
+                found: entry.name,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Writes the folder of a run; `run.json` comes last and makes it one.
+pub(super) fn create(
+    files: &Files,
+    layout: &Layout,
+    identity: &RunIdentity,
+    origin: Option<Origin>,
+    pruned: BTreeMap<u64, Pruned>,
+) -> Result<RunRecord, StoreError> {
+    for folder in [layout.once(), layout.iterations(), layout.staging()] {
+        files.make_dir(&folder)?;
+    }
+    write_identity(files, layout, identity)?;
+    let record = RunRecord::new(identity, origin, pruned);
+    write_record(files, layout, &record)?;
+    Ok(record)
+}
+
+/// Brings `scene.toml` and `plan.json` up to date.
+fn write_identity(
+    files: &Files,
+    layout: &Layout,
+    identity: &RunIdentity,
+) -> Result<(), StoreError> {
+    files.replace_if_different(&layout.scene(), identity.scene_toml.as_bytes())?;
+    let plan = layout.plan();
+    files.replace_if_different(&plan, &json(&plan, &identity.plan)?)
+}
+
+pub(super) fn write_record(
+    files: &Files,
+    layout: &Layout,
+    record: &RunRecord,
+) -> Result<(), StoreError> {
+    let path = layout.record();
+    files.replace_if_different(&path, &json(&path, record)?)
+}
+
+/// Checks an existing run against its identity and puts it in order: what does not verify is set aside, pruning that was
+/// interrupted is completed, staging is cleaned.
+pub(super) fn resume(
+    files: Files,
+    layout: Layout,
+    mut record: RunRecord,
+    identity: &RunIdentity,
+) -> Result<(RunReader, Opening), StoreError> {
+    let mut opening = Opening::default();
+    let (changed, refused): (Vec<_>, Vec<_>) =
+        differences(&record.scene, &as_read(&identity.scene))
+            .into_iter()
+            .partition(|change| matches(&change.key, &identity.free_keys));
+    if !refused.is_empty() {
+        return Err(StoreError::SceneChanged {
+            path: layout.root,
+            keys: refused,
+        });
+    }
+    opening.changed_keys = changed;
+    // As it is in memory, not as it was read: the text of a float must not drift.
+    record.scene = identity.scene.clone();
+    record.scene_hash = identity.scene_hash();
+    files.remove_file_if_there(&layout.copying())?;
+    for folder in [layout.once(), layout.iterations(), layout.staging()] {
+        files.make_dir(&folder)?;
+    }
+    discard(&files, &layout, record.pruned.keys().copied())?;
+
+    let chain = chain::walk(&files, &layout, &record)?;
+    opening.latest = chain.sound.keys().next_back().copied();
+    let mut reports = chain.reports;
+    opening.harmless_damage = reports
+        .iter()
+        .filter(|report| report.damage.is_empty())
+        .flat_map(|report| report.unchained_damage.iter().cloned())
+        .collect();
+    // The highest first: a crash in between leaves the lower ones to be found damaged again.
+    for report in reports.iter().rev() {
+        let beyond = opening
+            .latest
+            .is_none_or(|latest| report.wear_iteration > latest);
+        if beyond && files.is_there(&layout.iteration(report.wear_iteration))? {
+            let moved_to = set_aside(&files, &layout, report.wear_iteration)?;
+            opening.set_aside.push(SetAside {
+                wear_iteration: report.wear_iteration,
+                damage: report.damage.clone(),
+                moved_to,
+            });
+        }
+    }
+    opening.set_aside.reverse();
+    reports.retain(|report| report.damage.is_empty());
+    // What was pruned beyond the latest will be computed anew.
+    record
+        .pruned
+        .retain(|&wear_iteration, _| Some(wear_iteration) < opening.latest);
+
+    let next = opening.latest.map_or(0, |latest| latest + 1);
+    (opening.drafts_kept, opening.drafts_removed) = clean_staging(&files, &layout, next)?;
+    note_circumstances(&mut record, &mut opening, identity);
+    write_identity(&files, &layout, identity)?;
+    write_record(&files, &layout, &record)?;
+    Ok((
+        RunReader {
+            files,
+            layout,
+            record,
+            commits: chain.sound,
+            reports,
+        },
+        opening,
+    ))
+}
+
+/// Records a start under other circumstances than the last.
+fn note_circumstances(record: &mut RunRecord, opening: &mut Opening, identity: &RunIdentity) {
+    let (version, threads, machine) = record.circumstances();
+    let this = Machine::this();
+    if version != identity.program_version {
+        opening.program_changed = Some((version.to_owned(), identity.program_version.clone()));
+    }
+    if threads != identity.threads {
+        opening.threads_changed = Some((threads, identity.threads));
+    }
+    if *machine != this {
+        opening.machine_changed = Some((machine.clone(), this.clone()));
+    }
+    if opening.program_changed.is_some()
+        || opening.threads_changed.is_some()
+        || opening.machine_changed.is_some()
+        || !opening.changed_keys.is_empty()
+    {
+        record.continued.push(Continuation {
+            wear_iteration: opening.latest,
+            program_version: identity.program_version.clone(),
+            threads: identity.threads,
+            machine: this,
+            changed_keys: opening
+                .changed_keys
+                .iter()
+                .map(ToString::to_string)
+                .collect(),
+        });
+    }
+}
+
+/// Moves an iteration to `damaged/`, beside what an earlier start may have put there.
+fn set_aside(files: &Files, layout: &Layout, wear_iteration: u64) -> Result<PathBuf, StoreError> {
+    let folder = layout.damaged();
+    files.make_dir(&folder)?;
+    let name = iteration_name(wear_iteration);
+    let mut target = folder.join(&name);
+    let mut count = 1;
+    while files.is_there(&target)? {
+        count += 1;
+        target = folder.join(format!("{name}.{count}"));
+    }
+    files.rename(&layout.iteration(wear_iteration), &target)?;
+    files.sync_dir(&folder)?;
+    files.sync_dir(&layout.iterations())?;
+    Ok(target)
+}
+
+/// Removes iterations that `run.json` lists as pruned. Each leaves the readers' sight in one step.
+pub(super) fn discard(
+    files: &Files,
+    layout: &Layout,
+    iterations: impl Iterator<Item = u64>,
+) -> Result<(), StoreError> {
+    let present = chain::folders(files, layout)?;
+    let target = layout.discarded();
+    files.remove_dir_if_there(&target)?;
+    let gone: Vec<u64> = iterations.filter(|k| present.contains(k)).collect();
+    if gone.is_empty() {
+        return Ok(());
+    }
+    files.make_dir(&target)?;
+    for wear_iteration in gone {
+        files.rename(
+            &layout.iteration(wear_iteration),
+            &target.join(iteration_name(wear_iteration)),
+        )?;
+    }
+    files.sync_dir(&target)?;
+    files.sync_dir(&layout.iterations())?;
+    files.remove_dir_if_there(&target)
+}

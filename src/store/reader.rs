@@ -1,0 +1,168 @@
+//! A run as a reader sees it.
+
+use super::chain::{self, CommitReport, VerifyReport};
+use super::commit::Commit;
+use super::draft::{KeyedEntry, read_entry};
+use super::error::{Damage, DamageKind, StoreError};
+use super::file_system::FileSystem;
+use super::files::{Files, Layout};
+use super::record::{RUN_FORMAT, RunRecord};
+use crate::tables::{Table, TableName};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+/// A run open for reading. Needs no lock: what is committed does not change.
+pub struct RunReader {
+    pub(super) files: Files,
+    pub(super) layout: Layout,
+    pub(super) record: RunRecord,
+    pub(super) commits: BTreeMap<u64, Commit>,
+    pub(super) reports: Vec<CommitReport>,
+}
+
+impl RunReader {
+    /// Opens a run and verifies its iterations. Those after the first that is damaged do not count.
+    ///
+    /// # Errors
+    /// [`StoreError::NoRun`], [`StoreError::Damaged`] for an unreadable `run.json`, [`StoreError::Format`],
+    /// [`StoreError::Io`].
+    pub fn open(fs: Arc<dyn FileSystem>, root: &Path) -> Result<RunReader, StoreError> {
+        let files = Files(fs);
+        let layout = Layout {
+            root: root.to_owned(),
+        };
+        let Some(record) = read_record(&files, &layout)? else {
+            return Err(StoreError::NoRun {
+                path: root.to_owned(),
+            });
+        };
+        let chain = chain::walk(&files, &layout, &record)?;
+        Ok(RunReader {
+            files,
+            layout,
+            record,
+            commits: chain.sound,
+            reports: chain.reports,
+        })
+    }
+
+    /// The folder of the run.
+    pub fn path(&self) -> &Path {
+        &self.layout.root
+    }
+
+    /// The content of `run.json`.
+    pub fn record(&self) -> &RunRecord {
+        &self.record
+    }
+
+    /// The highest iteration whose whole chain verifies.
+    pub fn latest(&self) -> Option<u64> {
+        self.commits.keys().next_back().copied()
+    }
+
+    /// The iterations that verify, ascending; pruned ones are not among them.
+    pub fn iterations(&self) -> impl Iterator<Item = u64> {
+        self.commits.keys().copied()
+    }
+
+    /// The manifest of an iteration.
+    ///
+    /// # Errors
+    /// [`StoreError::NoIteration`], with those there are.
+    pub fn commit_of(&self, wear_iteration: u64) -> Result<&Commit, StoreError> {
+        self.commits
+            .get(&wear_iteration)
+            .ok_or_else(|| StoreError::NoIteration {
+                path: self.layout.root.clone(),
+                wear_iteration,
+                remaining: self.iterations().collect(),
+            })
+    }
+
+    /// A table of an iteration, verified.
+    ///
+    /// # Errors
+    /// [`StoreError::NoIteration`], [`StoreError::NoTable`], [`StoreError::Damaged`], [`StoreError::Table`],
+    /// [`StoreError::Io`].
+    pub fn read(&self, wear_iteration: u64, table: TableName) -> Result<Table, StoreError> {
+        let commit = self.commit_of(wear_iteration)?;
+        let folder = self.layout.iteration(wear_iteration);
+        let entry = commit
+            .table(table.as_str())
+            .ok_or_else(|| StoreError::NoTable {
+                path: folder.clone(),
+                table: table.as_str().to_owned(),
+                known: commit.names(),
+            })?;
+        read_entry(&self.files, &folder, table, entry)?.map_err(StoreError::Damaged)
+    }
+
+    /// A table of `once/`, verified, whatever it was computed from; `None` if it is not there.
+    ///
+    /// # Errors
+    /// [`StoreError::Damaged`], [`StoreError::Table`], [`StoreError::Io`].
+    pub fn read_once(&self, table: TableName) -> Result<Option<Table>, StoreError> {
+        let folder = self.layout.once();
+        let key_path = folder.join(format!("{table}.json"));
+        if !self.files.is_there(&key_path)? {
+            return Ok(None);
+        }
+        let keyed: KeyedEntry = self
+            .files
+            .read_json(&key_path)?
+            .map_err(StoreError::Damaged)?;
+        read_entry(&self.files, &folder, table, &keyed.entry)?
+            .map(Some)
+            .map_err(StoreError::Damaged)
+    }
+
+    /// What opening the run found of each iteration.
+    pub fn reports(&self) -> &[CommitReport] {
+        &self.reports
+    }
+
+    /// Verifies every file of the run as it is now.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`] if something that is there cannot be read.
+    pub fn verify(&self) -> Result<VerifyReport, StoreError> {
+        Ok(VerifyReport {
+            commits: chain::walk(&self.files, &self.layout, &self.record)?.reports,
+            pruned: self.record.pruned.keys().copied().collect(),
+            once: chain::check_once(&self.files, &self.layout)?,
+        })
+    }
+}
+
+/// The content of `run.json`, `None` if there is none.
+pub(super) fn read_record(files: &Files, layout: &Layout) -> Result<Option<RunRecord>, StoreError> {
+    let path = layout.record();
+    if !files.is_there(&path)? {
+        return Ok(None);
+    }
+    let damaged = |reason: String| {
+        StoreError::Damaged(Damage {
+            path: path.clone(),
+            kind: DamageKind::Unreadable { reason },
+        })
+    };
+    let value: Value = files.read_json(&path)?.map_err(StoreError::Damaged)?;
+    // The version is looked at first: another one may lack what this one needs.
+    let format = value["format"]
+        .as_u64()
+        .and_then(|format| u32::try_from(format).ok())
+        .ok_or_else(|| damaged("no `format`".to_owned()))?;
+    if format != RUN_FORMAT {
+        return Err(StoreError::Format {
+            path,
+            found: format,
+            expected: RUN_FORMAT,
+        });
+    }
+    serde_json::from_value(value)
+        .map(Some)
+        .map_err(|error| damaged(error.to_string()))
+}

@@ -1,0 +1,174 @@
+//! `run.json`: what a run is and how it came about.
+
+use super::canonical::{canonical, flatten, hash, matches};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+
+/// Version of the layout of the run folder and of `run.json`.
+pub(super) const RUN_FORMAT: u32 = 1;
+
+/// What the caller says a run is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunIdentity {
+    /// The scene as resolved, all defaults in it, as nested JSON objects.
+    pub scene: Value,
+    /// The same as the text of `scene.toml`.
+    pub scene_toml: String,
+    /// What was decided from the scene, as `plan.json` shows it.
+    pub plan: Value,
+    /// Version of the program.
+    pub program_version: String,
+    /// Threads that compute.
+    pub threads: usize,
+    /// Seed of the random surface, if there is one.
+    pub seed: Option<u64>,
+    /// Keys that cannot alter what is already computed: in full, as `wear.cycles`, or a section as `output.*`. They may change
+    /// on an existing run and do not count in the scene hash.
+    pub free_keys: Vec<String>,
+}
+
+impl RunIdentity {
+    /// Hash of the scene without the free keys, so that a run that was extended has the same as one that was not.
+    pub fn scene_hash(&self) -> String {
+        let fixed: BTreeMap<String, Value> = flatten(&self.scene)
+            .into_iter()
+            .filter(|(key, _)| !matches(key, &self.free_keys))
+            .collect();
+        hash(canonical(&json!(fixed)).as_bytes())
+    }
+}
+
+/// The machine that computes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Machine {
+    /// Operating system.
+    pub os: String,
+    /// Processor architecture.
+    pub architecture: String,
+    /// The vector instructions of the processor that the transforms choose by.
+    pub cpu_features: Vec<String>,
+    /// Processors there are.
+    pub processors: usize,
+}
+
+impl Machine {
+    /// This machine.
+    pub fn this() -> Machine {
+        Machine {
+            os: std::env::consts::OS.to_owned(),
+            architecture: std::env::consts::ARCH.to_owned(),
+            cpu_features: cpu_features(),
+            processors: std::thread::available_parallelism().map_or(1, usize::from),
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+fn cpu_features() -> Vec<String> {
+    [
+        ("sse4.1", std::arch::is_x86_feature_detected!("sse4.1")),
+        ("avx", std::arch::is_x86_feature_detected!("avx")),
+        ("avx2", std::arch::is_x86_feature_detected!("avx2")),
+        ("fma", std::arch::is_x86_feature_detected!("fma")),
+        ("avx512f", std::arch::is_x86_feature_detected!("avx512f")),
+    ]
+    .into_iter()
+    .filter(|(_, present)| *present)
+    .map(|(name, _)| name.to_owned())
+    .collect()
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn cpu_features() -> Vec<String> {
+    Vec::new()
+}
+
+/// Where a sibling run began.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Origin {
+    /// Folder name of the run it was copied from.
+    pub run: String,
+    /// The iteration it began from.
+    pub wear_iteration: u64,
+    /// Hash of that iteration's commit.
+    pub commit: String,
+}
+
+/// What remains of an iteration that was pruned: its place in the chain.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Pruned {
+    /// Hash of its commit.
+    pub hash: String,
+    /// Hash of its parent.
+    pub parent: Option<String>,
+}
+
+/// A start that continued the run under other circumstances than before.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Continuation {
+    /// The iteration it continued from, `None` before the first.
+    pub wear_iteration: Option<u64>,
+    /// Version of the program.
+    pub program_version: String,
+    /// Threads that computed.
+    pub threads: usize,
+    /// The machine.
+    pub machine: Machine,
+    /// Free keys whose values changed, each in words.
+    pub changed_keys: Vec<String>,
+}
+
+/// The content of `run.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RunRecord {
+    /// Version of this layout.
+    pub format: u32,
+    /// Version of the program that began the run.
+    pub program_version: String,
+    /// Threads that it began with.
+    pub threads: usize,
+    /// The machine it began on.
+    pub machine: Machine,
+    /// Seed of the random surface.
+    pub seed: Option<u64>,
+    /// See [`RunIdentity::scene_hash`].
+    pub scene_hash: String,
+    /// Where a sibling began.
+    pub origin: Option<Origin>,
+    /// The starts that continued under other circumstances, in order.
+    pub continued: Vec<Continuation>,
+    /// The iterations that were pruned.
+    pub pruned: BTreeMap<u64, Pruned>,
+    /// The scene as resolved.
+    pub scene: Value,
+}
+
+impl RunRecord {
+    pub(super) fn new(
+        identity: &RunIdentity,
+        origin: Option<Origin>,
+        pruned: BTreeMap<u64, Pruned>,
+    ) -> RunRecord {
+        RunRecord {
+            format: RUN_FORMAT,
+            program_version: identity.program_version.clone(),
+            threads: identity.threads,
+            machine: Machine::this(),
+            seed: identity.seed,
+            scene_hash: identity.scene_hash(),
+            origin,
+            continued: Vec::new(),
+            pruned,
+            scene: identity.scene.clone(),
+        }
+    }
+
+    /// Version, threads and machine of the last start that is on record.
+    pub(super) fn circumstances(&self) -> (&str, usize, &Machine) {
+        match self.continued.last() {
+            Some(last) => (&last.program_version, last.threads, &last.machine),
+            None => (&self.program_version, self.threads, &self.machine),
+        }
+    }
+}

@@ -1,0 +1,305 @@
+//! A run open for writing.
+
+use super::chain::VerifyReport;
+use super::commit::{Commit, TableEntry};
+use super::draft::{Draft, Kept, clean_staging, encode, read_keyed};
+use super::error::StoreError;
+use super::file_system::{FileSystem, LockGuard};
+use super::files::{COMMIT_FILE, Files, Layout, json};
+use super::key::StageKey;
+use super::open::{self, Locked, Opening};
+use super::reader::RunReader;
+use super::record::{Pruned, RunIdentity};
+use crate::tables::{Provenance, Table, TableName};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::sync::Arc;
+
+/// A run and the right to write to it.
+///
+/// What is committed stays: a process that ends at any instant leaves a run that opens at the last commit, and the tables of
+/// the iteration in progress are used again where their inputs are the same.
+pub struct RunStore {
+    reader: RunReader,
+    provenance: Provenance,
+    _guard: Box<dyn LockGuard>,
+}
+
+/// Which iterations to keep. The unworn one and the latest stay in any case.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Keep {
+    /// Every iteration whose number is a multiple of this; `None` keeps none for its number.
+    pub every: Option<u64>,
+    /// That many of the last ones.
+    pub last: u64,
+    /// These besides, such as those with a model update.
+    pub also: BTreeSet<u64>,
+}
+
+impl RunStore {
+    /// Creates a run, completes its creation, or continues it.
+    ///
+    /// # Errors
+    /// [`StoreError::Locked`] if another process writes it; [`StoreError::SceneChanged`] if the scene differs in keys that are not
+    /// free; [`StoreError::NotARun`] for a folder of something else; [`StoreError::UnfinishedSibling`] for one that
+    /// [`RunStore::create_sibling`] has to complete; [`StoreError::Damaged`] and [`StoreError::Format`] for a `run.json` that is
+    /// lost, unreadable or of another version; [`StoreError::Io`]. Damaged iterations are no error: see [`Opening`].
+    pub fn create_or_open(
+        fs: Arc<dyn FileSystem>,
+        root: &Path,
+        identity: &RunIdentity,
+    ) -> Result<(RunStore, Opening), StoreError> {
+        let locked = open::lock(fs, root)?;
+        if let Some(origin) = &locked.unfinished {
+            return Err(StoreError::UnfinishedSibling {
+                path: root.to_owned(),
+                source_run: origin.run.clone(),
+                wear_iteration: origin.wear_iteration,
+            });
+        }
+        RunStore::over(locked, identity)
+    }
+
+    /// Opens a run for reading, without the lock. Errors as for [`RunReader::open`].
+    pub fn open_readonly(fs: Arc<dyn FileSystem>, root: &Path) -> Result<RunReader, StoreError> {
+        RunReader::open(fs, root)
+    }
+
+    pub(super) fn over(
+        locked: Locked,
+        identity: &RunIdentity,
+    ) -> Result<(RunStore, Opening), StoreError> {
+        let Locked {
+            files,
+            layout,
+            guard,
+            record,
+            ..
+        } = locked;
+        let created = record.is_none();
+        let record = match record {
+            Some(record) => record,
+            None => open::create(&files, &layout, identity, None, BTreeMap::new())?,
+        };
+        let (reader, mut opening) = open::resume(files, layout, record, identity)?;
+        opening.created = created;
+        let provenance = Provenance {
+            scene_hash: identity.scene_hash(),
+            program_version: identity.program_version.clone(),
+        };
+        Ok((
+            RunStore {
+                reader,
+                provenance,
+                _guard: guard,
+            },
+            opening,
+        ))
+    }
+
+    /// The run as a reader sees it.
+    pub fn reader(&self) -> &RunReader {
+        &self.reader
+    }
+
+    /// See [`RunReader::latest`].
+    pub fn latest(&self) -> Option<u64> {
+        self.reader.latest()
+    }
+
+    /// The iteration that comes next.
+    pub fn next(&self) -> u64 {
+        self.latest().map_or(0, |latest| latest + 1)
+    }
+
+    /// See [`RunReader::read`].
+    pub fn read(&self, wear_iteration: u64, table: TableName) -> Result<Table, StoreError> {
+        self.reader.read(wear_iteration, table)
+    }
+
+    /// See [`RunReader::verify`].
+    pub fn verify(&self) -> Result<VerifyReport, StoreError> {
+        self.reader.verify()
+    }
+
+    /// A table that is computed once a run, if it was computed under this key and verifies; otherwise why not.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`] if it is there and cannot be read, [`StoreError::Table`] if it holds another table.
+    pub fn once(&self, table: TableName, key: &StageKey) -> Result<Kept, StoreError> {
+        let folder = self.layout().once();
+        let key_path = folder.join(format!("{table}.json"));
+        Ok(read_keyed(self.files(), &folder, &key_path, table, key)?.0)
+    }
+
+    /// Writes a table that is computed once a run, in place of one that is there.
+    ///
+    /// # Errors
+    /// Those of [`Draft::put`].
+    pub fn put_once(
+        &mut self,
+        table: TableName,
+        key: &StageKey,
+        values: &Table,
+    ) -> Result<(), StoreError> {
+        let (files, folder) = (self.files(), self.layout().once());
+        let staged = self.layout().staged_once();
+        let (file, key_file) = (table.file_name(), format!("{table}.json"));
+        let (bytes, keyed) = encode(&folder.join(&file), table, key, values, &self.provenance)?;
+        files.require_space(&folder, keyed.entry.bytes)?;
+        files.remove_dir_if_there(&staged)?;
+        files.make_dir(&staged)?;
+        files.write_new(&staged.join(&file), &bytes)?;
+        let key_path = staged.join(&key_file);
+        files.write_new(&key_path, &json(&key_path, &keyed)?)?;
+        // Between the two the hash in the old key file refuses the new table.
+        files.rename(&staged.join(&file), &folder.join(&file))?;
+        files.rename(&key_path, &folder.join(&key_file))?;
+        files.sync_dir(&folder)
+    }
+
+    /// Begins the next iteration, or takes up what an earlier start left of it.
+    ///
+    /// # Errors
+    /// [`StoreError::OutOfOrder`] for another iteration than the next, [`StoreError::Io`].
+    pub fn draft(&self, wear_iteration: u64) -> Result<Draft, StoreError> {
+        self.require_next(wear_iteration)?;
+        clean_staging(self.files(), self.layout(), wear_iteration)?;
+        Draft::begin(
+            self.files(),
+            self.layout(),
+            &self.provenance,
+            wear_iteration,
+        )
+    }
+
+    /// Makes the draft of an iteration a committed one: `commit.json` last, then one rename.
+    pub(super) fn commit(
+        &mut self,
+        wear_iteration: u64,
+        entries: BTreeMap<TableName, TableEntry>,
+    ) -> Result<&Commit, StoreError> {
+        self.require_next(wear_iteration)?;
+        let parent = self.reader.commits.values().next_back();
+        let (mut tables, mut unchained) = (BTreeMap::new(), BTreeMap::new());
+        for (table, entry) in entries {
+            let place = if table.schema().chained {
+                &mut tables
+            } else {
+                &mut unchained
+            };
+            place.insert(table.as_str().to_owned(), entry);
+        }
+        let commit = Commit::new(
+            wear_iteration,
+            parent.map(|parent| parent.hash.clone()),
+            tables,
+            unchained,
+        );
+        if let Some(parent) = parent {
+            self.require_same_columns(parent, &commit)?;
+        }
+
+        let (files, layout) = (self.files(), self.layout());
+        let draft = layout.draft(wear_iteration);
+        // An earlier start may have left tables that this one did not take up.
+        for entry in files.list(&draft)? {
+            let taken = commit
+                .tables
+                .values()
+                .chain(commit.unchained.values())
+                .any(|table| table.file == entry.name);
+            if !taken {
+                files.remove_file_if_there(&draft.join(&entry.name))?;
+            }
+        }
+        let manifest = draft.join(COMMIT_FILE);
+        let bytes = json(&manifest, &commit)?;
+        files.require_space(&draft, bytes.len() as u64)?;
+        files.write_new(&manifest, &bytes)?;
+        files.sync_dir(&draft)?;
+        files.rename(&draft, &layout.iteration(wear_iteration))?;
+        files.sync_dir(&layout.iterations())?;
+        Ok(self.reader.commits.entry(wear_iteration).or_insert(commit))
+    }
+
+    /// Removes the iterations that the policy does not keep, and returns them. Their hashes stay in `run.json`, so that the
+    /// chain over them remains verifiable.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`]; what was begun is completed when the run is next opened.
+    pub fn prune(&mut self, keep: &Keep) -> Result<Vec<u64>, StoreError> {
+        let Some(latest) = self.latest() else {
+            return Ok(Vec::new());
+        };
+        let kept = |k: u64| {
+            k == 0
+                || k == latest
+                || k + keep.last > latest
+                || keep.every.is_some_and(|every| every > 0 && k % every == 0)
+                || keep.also.contains(&k)
+        };
+        let gone: Vec<u64> = self.reader.iterations().filter(|&k| !kept(k)).collect();
+        if gone.is_empty() {
+            return Ok(gone);
+        }
+        let mut record = self.reader.record.clone();
+        for &wear_iteration in &gone {
+            let commit = self.reader.commit_of(wear_iteration)?;
+            record.pruned.insert(
+                wear_iteration,
+                Pruned {
+                    hash: commit.hash.clone(),
+                    parent: commit.parent.clone(),
+                },
+            );
+        }
+        open::write_record(self.files(), self.layout(), &record)?;
+        self.reader.record = record;
+        for wear_iteration in &gone {
+            self.reader.commits.remove(wear_iteration);
+        }
+        open::discard(self.files(), self.layout(), gone.iter().copied())?;
+        Ok(gone)
+    }
+
+    fn files(&self) -> &Files {
+        &self.reader.files
+    }
+
+    fn layout(&self) -> &Layout {
+        &self.reader.layout
+    }
+
+    fn require_next(&self, wear_iteration: u64) -> Result<(), StoreError> {
+        if wear_iteration == self.next() {
+            return Ok(());
+        }
+        Err(StoreError::OutOfOrder {
+            path: self.reader.path().to_owned(),
+            wear_iteration,
+            next: self.next(),
+        })
+    }
+
+    /// A run has the same columns in all its iterations; a sibling may differ from what it began with.
+    fn require_same_columns(&self, parent: &Commit, commit: &Commit) -> Result<(), StoreError> {
+        let inherited = self.reader.record.origin.as_ref();
+        if inherited.is_some_and(|origin| parent.wear_iteration <= origin.wear_iteration) {
+            return Ok(());
+        }
+        for (name, entry) in commit.tables.iter().chain(&commit.unchained) {
+            if let Some(before) = parent.table(name)
+                && before.columns != entry.columns
+            {
+                return Err(StoreError::ColumnsChanged {
+                    table: name.clone(),
+                    wear_iteration: commit.wear_iteration,
+                    found: entry.columns.clone(),
+                    expected: before.columns.clone(),
+                });
+            }
+        }
+        Ok(())
+    }
+}

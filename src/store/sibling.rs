@@ -1,0 +1,165 @@
+//! A run that begins where another one is.
+
+use super::commit::{Commit, TableEntry};
+use super::draft::KeyedEntry;
+use super::error::StoreError;
+use super::file_system::FileSystem;
+use super::files::{COMMIT_FILE, Files, Layout, json};
+use super::open::{self, Opening};
+use super::reader::RunReader;
+use super::record::{Origin, RunIdentity};
+use super::run::RunStore;
+use std::path::Path;
+use std::sync::Arc;
+
+impl RunStore {
+    /// Creates a run that begins from an iteration of another, also with another scene, or continues it. The source is copied
+    /// up to that iteration with its commits as they are, and is not changed.
+    ///
+    /// # Errors
+    /// [`StoreError::NoIteration`] with the iterations that the source has; [`StoreError::Damaged`] if the source does not
+    /// verify up to there; [`StoreError::OtherOrigin`] if the run exists and began otherwise; [`StoreError::NoSpace`];
+    /// and those of [`RunStore::create_or_open`].
+    pub fn create_sibling(
+        fs: Arc<dyn FileSystem>,
+        root: &Path,
+        identity: &RunIdentity,
+        source: &Path,
+        wear_iteration: u64,
+    ) -> Result<(RunStore, Opening), StoreError> {
+        let run = run_name(source);
+        let mut locked = open::lock(fs.clone(), root)?;
+        if let Some(record) = &locked.record {
+            let same = record
+                .origin
+                .as_ref()
+                .is_some_and(|origin| origin.run == run && origin.wear_iteration == wear_iteration);
+            if !same {
+                return Err(StoreError::OtherOrigin {
+                    path: root.to_owned(),
+                    found: record
+                        .origin
+                        .as_ref()
+                        .map_or("unworn".to_owned(), |origin| {
+                            format!("from {}@{}", origin.run, origin.wear_iteration)
+                        }),
+                    expected: format!("{run}@{wear_iteration}"),
+                });
+            }
+            return RunStore::over(locked, identity);
+        }
+        let source = RunReader::open(fs, source)?;
+        let origin = Origin {
+            run,
+            wear_iteration,
+            commit: sound_commit(&source, wear_iteration)?.hash.clone(),
+        };
+        let (files, layout) = (&locked.files, &locked.layout);
+        // Whatever is there is an unfinished copy. The marker comes before the first file of the copy and goes after the record.
+        files.replace(&layout.copying(), &json(&layout.copying(), &origin)?)?;
+        files.remove_dir_if_there(&layout.once())?;
+        files.remove_dir_if_there(&layout.iterations())?;
+        copy(files, layout, &source, wear_iteration)?;
+        let pruned = source
+            .record
+            .pruned
+            .iter()
+            .filter(|(k, _)| **k < wear_iteration)
+            .map(|(k, pruned)| (*k, pruned.clone()))
+            .collect();
+        locked.record = Some(open::create(files, layout, identity, Some(origin), pruned)?);
+        let (store, mut opening) = RunStore::over(locked, identity)?;
+        opening.created = true;
+        Ok((store, opening))
+    }
+}
+
+/// The folder name of a run, also where it is given as `.`.
+fn run_name(path: &Path) -> String {
+    path.file_name()
+        .map_or(path.to_string_lossy(), |name| name.to_string_lossy())
+        .into_owned()
+}
+
+/// The commit of an iteration, or the damage that stands in its way.
+fn sound_commit(source: &RunReader, wear_iteration: u64) -> Result<&Commit, StoreError> {
+    source.commit_of(wear_iteration).map_err(|error| {
+        let there = source
+            .reports
+            .iter()
+            .any(|report| report.wear_iteration == wear_iteration);
+        let damage = source
+            .reports
+            .iter()
+            .flat_map(|report| &report.damage)
+            .next();
+        match damage {
+            Some(damage) if there => StoreError::Damaged(damage.clone()),
+            _ => error,
+        }
+    })
+}
+
+/// Copies `once/` and the iterations up to one, verifying what is read.
+fn copy(
+    files: &Files,
+    layout: &Layout,
+    source: &RunReader,
+    wear_iteration: u64,
+) -> Result<(), StoreError> {
+    let commits: Vec<&Commit> = source
+        .commits
+        .range(..=wear_iteration)
+        .map(|(_, commit)| commit)
+        .collect();
+    let bytes = commits
+        .iter()
+        .flat_map(|commit| commit.tables.values().chain(commit.unchained.values()))
+        .map(|entry| entry.bytes)
+        .sum();
+    files.require_space(&layout.root, bytes)?;
+    files.make_dir(&layout.once())?;
+    files.make_dir(&layout.iterations())?;
+
+    for report in super::chain::check_once(files, &source.layout)? {
+        // A damaged one is computed again.
+        if report.damage.is_none() {
+            let key_file = format!("{}.json", report.table);
+            let (from, to) = (source.layout.once(), layout.once());
+            let key_bytes = files.read(&from.join(&key_file))?;
+            let keyed: KeyedEntry = files
+                .read_json(&from.join(&key_file))?
+                .map_err(StoreError::Damaged)?;
+            copy_table(files, &from, &to, &keyed.entry)?;
+            files.write_new(&to.join(&key_file), &key_bytes)?;
+        }
+    }
+    files.sync_dir(&layout.once())?;
+
+    for commit in commits {
+        let from = source.layout.iteration(commit.wear_iteration);
+        let to = layout.iteration(commit.wear_iteration);
+        files.make_dir(&to)?;
+        for entry in commit.tables.values() {
+            copy_table(files, &from, &to, entry)?;
+        }
+        for entry in commit.unchained.values() {
+            match copy_table(files, &from, &to, entry) {
+                // Nothing depends on it.
+                Err(StoreError::Damaged(_)) => {}
+                other => other?,
+            }
+        }
+        let manifest = files.read(&from.join(COMMIT_FILE))?;
+        files.write_new(&to.join(COMMIT_FILE), &manifest)?;
+        files.sync_dir(&to)?;
+    }
+    files.sync_dir(&layout.iterations())
+}
+
+fn copy_table(files: &Files, from: &Path, to: &Path, entry: &TableEntry) -> Result<(), StoreError> {
+    let bytes = files
+        .read_verified(&from.join(&entry.file), entry.bytes, &entry.blake3)?
+        .map_err(StoreError::Damaged)?;
+    files.write_new(&to.join(&entry.file), &bytes)
+}

@@ -1,0 +1,185 @@
+//! How heights are correlated over distance: autocorrelation and power spectral density, estimated from a field.
+
+use std::f64::consts::PI;
+
+use rustfft::FftDirection;
+use rustfft::num_complex::Complex;
+
+use super::error::SurfaceError;
+use super::fourier::{transform, wave_number};
+use super::statistics::{check, roughness};
+use crate::grid::Patch;
+
+/// Autocorrelation of a surface, normalised to 1 at lag zero.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Autocorrelation {
+    nx: usize,
+    ny: usize,
+    dx: f64,
+    dy: f64,
+    /// On the padded grid of (2 nx) x (2 ny) lags, NaN where no pair of kept cells has the lag.
+    values: Vec<f64>,
+}
+
+impl Autocorrelation {
+    /// The autocorrelation at a lag of so many cells along x and y; `None` where the patch has no pair of cells that far
+    /// apart. Even in the lag as a whole: `at(a, b) == at(-a, -b)`.
+    pub fn at(&self, lag_x: isize, lag_y: isize) -> Option<f64> {
+        let (nx, ny) = (self.nx as isize, self.ny as isize);
+        if lag_x.abs() >= nx || lag_y.abs() >= ny {
+            return None;
+        }
+        let row = lag_x.rem_euclid(2 * nx) as usize;
+        let column = lag_y.rem_euclid(2 * ny) as usize;
+        let value = self.values[row * 2 * self.ny + column];
+        value.is_finite().then_some(value)
+    }
+
+    /// The lag along x and along y \[m\] at which the autocorrelation first falls to 1/e, by linear interpolation; `None` if it
+    /// does not within the patch.
+    pub fn correlation_length(&self) -> [Option<f64>; 2] {
+        let target = (-1.0f64).exp();
+        let along = |cell: f64, lags: usize, at: &dyn Fn(isize) -> Option<f64>| {
+            let mut before = 1.0;
+            for lag in 1..lags as isize {
+                let value = at(lag)?;
+                if value <= target {
+                    let part = (before - target) / (before - value);
+                    return Some(((lag - 1) as f64 + part) * cell);
+                }
+                before = value;
+            }
+            None
+        };
+        [
+            along(self.dx, self.nx, &|lag| self.at(lag, 0)),
+            along(self.dy, self.ny, &|lag| self.at(0, lag)),
+        ]
+    }
+}
+
+/// The autocorrelation of the heights about their mean, from all pairs of kept cells; nothing is assumed periodic. At each lag
+/// the mean product is taken over the pairs that exist, so holes and edges do not bias it (large lags have few pairs and
+/// scatter).
+///
+/// # Errors
+/// Those of [`roughness`], and [`SurfaceError::OutOfRange`] for a flat surface, which has no autocorrelation.
+pub fn autocorrelation(patch: &Patch, heights: &[f64]) -> Result<Autocorrelation, SurfaceError> {
+    let about = deviations(patch, heights)?;
+    let grid = patch.grid;
+    // Twice the grid: cyclic products then are the products without wrapping round.
+    let (px, py) = (2 * grid.nx, 2 * grid.ny);
+    let products = |values: &dyn Fn(usize) -> f64| {
+        let mut padded = vec![Complex::new(0.0, 0.0); px * py];
+        for index in 0..grid.len() {
+            let (i, j) = grid.cell(index);
+            padded[i * py + j].re = values(index);
+        }
+        transform(&mut padded, px, py, FftDirection::Forward);
+        for value in &mut padded {
+            *value = Complex::new(value.norm_sqr(), 0.0);
+        }
+        transform(&mut padded, px, py, FftDirection::Inverse);
+        padded
+    };
+    let sums = products(&|index| about.values[index]);
+    let pairs = products(&|index| f64::from(patch.kept[index]));
+    let scale = (px * py) as f64;
+    let square = about.rq * about.rq;
+    let values = sums
+        .iter()
+        .zip(&pairs)
+        .map(|(sum, pairs)| {
+            // A count, so anything below one half is none.
+            let count = (pairs.re / scale).round();
+            if count < 0.5 {
+                f64::NAN
+            } else {
+                sum.re / scale / count / square
+            }
+        })
+        .collect();
+    Ok(Autocorrelation {
+        nx: grid.nx,
+        ny: grid.ny,
+        dx: grid.dx,
+        dy: grid.dy,
+        values,
+    })
+}
+
+/// A ring of the power spectral density.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpectralRing {
+    /// Mean wave number of the ring's waves \[rad/m\].
+    pub wave_number: f64,
+    /// Mean power spectral density over the ring \[m⁴\].
+    pub density: f64,
+    /// Waves in the ring.
+    pub waves: usize,
+}
+
+/// The power spectral density C(q) averaged over rings of wave vectors of like length, from the longest wave of the joint on.
+/// Normalised so that Σ C Δqx Δqy / (2π)² over all waves is Rq². The field is taken as periodic and unwindowed, right for
+/// generated surfaces; the edges of a measured one add a background ∝ q⁻². Cells outside the patch count as mean height.
+///
+/// # Errors
+/// Those of [`autocorrelation`].
+pub fn power_spectral_density(
+    patch: &Patch,
+    heights: &[f64],
+) -> Result<Vec<SpectralRing>, SurfaceError> {
+    let about = deviations(patch, heights)?;
+    let grid = patch.grid;
+    let [lx, ly] = grid.size();
+    let mut waves: Vec<_> = about.values.iter().map(|&h| Complex::new(h, 0.0)).collect();
+    transform(&mut waves, grid.nx, grid.ny, FftDirection::Forward);
+    let width = 2.0 * PI / lx.min(ly);
+    let scale = grid.cell_area() / patch.cells() as f64;
+    let mut rings: Vec<(f64, f64, usize)> = Vec::new();
+    for (index, wave) in waves.iter().enumerate().skip(1) {
+        let (i, j) = grid.cell(index);
+        let kx = 2.0 * PI * wave_number(i, grid.nx) as f64 / lx;
+        let ky = 2.0 * PI * wave_number(j, grid.ny) as f64 / ly;
+        let k = kx.hypot(ky);
+        let ring = (k / width).round() as usize;
+        if rings.len() <= ring {
+            rings.resize(ring + 1, (0.0, 0.0, 0));
+        }
+        rings[ring].0 += k;
+        rings[ring].1 += wave.norm_sqr() * scale;
+        rings[ring].2 += 1;
+    }
+    Ok(rings
+        .into_iter()
+        .filter(|&(_, _, waves)| waves > 0)
+        .map(|(k, density, waves)| SpectralRing {
+            wave_number: k / waves as f64,
+            density: density / waves as f64,
+            waves,
+        })
+        .collect())
+}
+
+struct Deviations {
+    values: Vec<f64>,
+    rq: f64,
+}
+
+/// Heights about their mean, 0 outside the patch.
+fn deviations(patch: &Patch, heights: &[f64]) -> Result<Deviations, SurfaceError> {
+    check(patch, heights)?;
+    let found = roughness(patch, heights)?;
+    if found.rq == 0.0 {
+        return Err(SurfaceError::OutOfRange {
+            name: "Rq",
+            value: 0.0,
+            expected: "positive for an autocorrelation or a spectrum",
+        });
+    }
+    let about = |(&h, &kept): (&f64, &bool)| if kept { h - found.mean } else { 0.0 };
+    Ok(Deviations {
+        values: heights.iter().zip(&patch.kept).map(about).collect(),
+        rq: found.rq,
+    })
+}

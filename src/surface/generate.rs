@@ -1,0 +1,373 @@
+//! Surfaces that are made rather than measured.
+//!
+//! A random surface is a sum of plane waves that are periodic over the joint,
+//!
+//! h(x, y) = Σ a_mn exp(2πi (m x / Lx + n y / Ly)),   a_mn ~ √(S_mn / 2) (g + i g'),   a_-m,-n = conj(a_mn),
+//!
+//! with x, y measured from the corner of the joint, S the power spectral density and g, g' standard normal numbers. The
+//! numbers of wave (m, n) depend on the seed and on (m, n) alone, so **the same seed is the same surface on every grid**: a
+//! finer grid adds shorter waves and leaves the others as they are. A grid of nx cells resolves |m| < nx / 2; the Nyquist wave
+//! of an even grid, of which only one phase would be visible, is left out. What remains grid-dependent is the last step, the
+//! exact Rq and zero mean over the kept cells: a factor and a shift that tend to a limit as the grid is refined.
+
+use std::f64::consts::PI;
+
+use rand_chacha::ChaCha12Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use rustfft::FftDirection;
+use rustfft::num_complex::Complex;
+
+use super::error::SurfaceError;
+use super::fourier;
+use crate::grid::{Grid, Patch};
+
+/// Fewer cells than this to a correlation length (or to half a wavelength) are too few to carry the shape of the surface.
+const FEWEST_CELLS_PER_LENGTH: f64 = 2.0;
+
+/// Fewer correlation lengths than this along a side leave so few independent patches that Sk and Ku scatter widely, and that
+/// the periodic surface correlates with its own image.
+const FEWEST_LENGTHS_PER_SIDE: f64 = 5.0;
+
+/// How the heights of a random surface are distributed over wavelengths.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Spectrum {
+    /// Autocorrelation Rq² exp(-(x²/clx² + y²/cly²)): 1/e at the correlation length.
+    Gaussian {
+        /// Correlation length along x and y \[m\].
+        correlation_length: [f64; 2],
+    },
+    /// Autocorrelation Rq² exp(-√(x²/clx² + y²/cly²)): 1/e at the correlation length. Its spectrum falls off slowly (as
+    /// k⁻³), so the waves that the grid does not resolve round off the cusp at lag zero.
+    Exponential {
+        /// Correlation length along x and y \[m\].
+        correlation_length: [f64; 2],
+    },
+    /// Isotropic power spectral density: constant above the roll-off wavelength, ∝ q^(-2 - 2H) below it, none below the
+    /// cut-off wavelength.
+    SelfAffine {
+        /// Hurst exponent H, 0 < H ≤ 1.
+        hurst: f64,
+        /// Wavelength above which the spectrum is flat \[m\].
+        rolloff_wavelength: f64,
+        /// Shortest wavelength \[m\].
+        cutoff_wavelength: f64,
+    },
+}
+
+/// A random surface of normally distributed heights.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RandomSurface {
+    /// Root mean square height over the kept cells \[m\].
+    pub rq: f64,
+    /// Distribution over wavelengths.
+    pub spectrum: Spectrum,
+    /// Same seed, same surface.
+    pub seed: u64,
+}
+
+/// What is doubtful about a generated surface, though it exists. `Display` says it in a sentence.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Warning {
+    /// The grid is too coarse for the shortest feature asked for.
+    #[error(
+        "{name} along {axis} is {length:.4e} m, {cells:.2} cells of {cell:.4e} m: the grid does not resolve it, use at least {FEWEST_CELLS_PER_LENGTH} cells"
+    )]
+    UnderResolved {
+        /// Which length.
+        name: &'static str,
+        /// `'x'` or `'y'`.
+        axis: char,
+        /// The length asked for \[m\].
+        length: f64,
+        /// Cell width \[m\].
+        cell: f64,
+        /// The length in cells.
+        cells: f64,
+    },
+    /// The joint is too small for the longest feature asked for.
+    #[error(
+        "{name} along {axis} is {length:.4e} m, the joint {size:.4e} m: with fewer than {FEWEST_LENGTHS_PER_SIDE} of them on a side one seed is no fair sample of the statistics"
+    )]
+    FewLengths {
+        /// Which length.
+        name: &'static str,
+        /// `'x'` or `'y'`.
+        axis: char,
+        /// The length asked for \[m\].
+        length: f64,
+        /// Side of the joint \[m\].
+        size: f64,
+    },
+}
+
+/// A generated surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Generated {
+    /// Heights \[m\], one a cell; 0 outside the patch.
+    pub heights: Vec<f64>,
+    /// What the user should be told.
+    pub warnings: Vec<Warning>,
+}
+
+/// A random surface on the patch, periodic over the grid's sides, with zero mean and exact Rq over the kept cells.
+///
+/// # Errors
+/// [`SurfaceError::OutOfRange`] for numbers without sense, [`SurfaceError::TooFewCells`] for less than two kept cells,
+/// [`SurfaceError::NoPower`] if no resolved wave carries any height.
+pub fn random(patch: &Patch, surface: &RandomSurface) -> Result<Generated, SurfaceError> {
+    check(surface)?;
+    let kept = patch.cells();
+    if kept < 2 {
+        return Err(SurfaceError::TooFewCells {
+            kept,
+            needed: 2,
+            purpose: "a random surface",
+        });
+    }
+    let grid = patch.grid;
+    let mut waves = amplitudes(&grid, &surface.spectrum, surface.seed);
+    fourier::transform(&mut waves, grid.nx, grid.ny, FftDirection::Inverse);
+    let mut heights: Vec<f64> = waves.iter().map(|h| h.re).collect();
+    if !normalise(patch, &mut heights, surface.rq) {
+        return Err(SurfaceError::NoPower {
+            nx: grid.nx,
+            ny: grid.ny,
+            dx: grid.dx,
+            dy: grid.dy,
+        });
+    }
+    Ok(Generated {
+        heights,
+        warnings: warnings(&grid, &surface.spectrum),
+    })
+}
+
+/// The smooth patch: height 0 everywhere \[m\].
+pub fn flat(patch: &Patch) -> Vec<f64> {
+    vec![0.0; patch.grid.len()]
+}
+
+/// The paraboloid h = -r² / (2 `radius`) \[m\] that stands for a sphere in the Hertz theory, r measured from the grid's centre:
+/// its apex has height 0. On a grid of even shape the apex lies between cells, so the highest cell is a little below 0.
+///
+/// # Errors
+/// [`SurfaceError::OutOfRange`] if the radius is not a positive number.
+pub fn sphere(patch: &Patch, radius: f64) -> Result<Vec<f64>, SurfaceError> {
+    positive("radius", radius)?;
+    let grid = patch.grid;
+    Ok((0..grid.len())
+        .map(|index| {
+            if !patch.kept[index] {
+                return 0.0;
+            }
+            let (i, j) = grid.cell(index);
+            let (x, y) = grid.centre(i, j);
+            -(x * x + y * y) / (2.0 * radius)
+        })
+        .collect())
+}
+
+/// The amplitudes of the waves that the grid resolves, in the order of the transform, shifted to the cell centres.
+fn amplitudes(grid: &Grid, spectrum: &Spectrum, seed: u64) -> Vec<Complex<f64>> {
+    let [lx, ly] = grid.size();
+    let mut waves = vec![Complex::new(0.0, 0.0); grid.len()];
+    let mut random = ModeNumbers::new(seed);
+    let highest = |cells: usize| (cells.saturating_sub(1) / 2) as i64;
+    for m in 0..=highest(grid.nx) {
+        random.row(m);
+        for position in 0..=2 * highest(grid.ny) {
+            // 0, 1, -1, 2, -2 …: the order does not depend on how many there are.
+            let n = if position % 2 == 1 {
+                (position + 1) / 2
+            } else {
+                -position / 2
+            };
+            let [g, h] = random.next_pair();
+            // Of m = 0 one half is the conjugate of the other; (0, 0) would be the mean.
+            if m == 0 && n <= 0 {
+                continue;
+            }
+            let (kx, ky) = (2.0 * PI * m as f64 / lx, 2.0 * PI * n as f64 / ly);
+            let scale = (0.5 * spectrum.density(kx, ky)).sqrt();
+            let phase = PI * (m as f64 / grid.nx as f64 + n as f64 / grid.ny as f64);
+            let wave = scale * Complex::new(g, h) * Complex::cis(phase);
+            let wrap = |k: i64, cells: usize| k.rem_euclid(cells as i64) as usize;
+            waves[grid.index(wrap(m, grid.nx), wrap(n, grid.ny))] = wave;
+            waves[grid.index(wrap(-m, grid.nx), wrap(-n, grid.ny))] = wave.conj();
+        }
+    }
+    waves
+}
+
+/// Gives the kept cells zero mean and the wanted root mean square, the others 0. False if there is nothing to scale.
+fn normalise(patch: &Patch, heights: &mut [f64], rq: f64) -> bool {
+    let n = patch.cells() as f64;
+    let mean = |values: &[f64]| {
+        let kept = values.iter().zip(&patch.kept).filter(|(_, kept)| **kept);
+        kept.map(|(h, _)| h).sum::<f64>() / n
+    };
+    // Twice: the first pass takes away the mean, the second what rounding left of it.
+    for _ in 0..2 {
+        let shift = mean(heights);
+        for (h, &kept) in heights.iter_mut().zip(&patch.kept) {
+            *h = if kept { *h - shift } else { 0.0 };
+        }
+    }
+    let square = heights.iter().map(|h| h * h).sum::<f64>() / n;
+    if !(square.is_finite() && square > 0.0) {
+        return false;
+    }
+    let factor = rq / square.sqrt();
+    for h in heights.iter_mut() {
+        *h *= factor;
+    }
+    true
+}
+
+impl Spectrum {
+    /// The power spectral density at a wave vector \[1/m\], up to a constant factor that the exact Rq takes care of.
+    pub fn density(&self, kx: f64, ky: f64) -> f64 {
+        let scaled = |[x, y]: [f64; 2]| (kx * x).powi(2) + (ky * y).powi(2);
+        match *self {
+            Spectrum::Gaussian { correlation_length } => (-0.25 * scaled(correlation_length)).exp(),
+            Spectrum::Exponential { correlation_length } => {
+                (1.0 + scaled(correlation_length)).powf(-1.5)
+            }
+            Spectrum::SelfAffine {
+                hurst,
+                rolloff_wavelength,
+                cutoff_wavelength,
+            } => {
+                let k = kx.hypot(ky);
+                let rolloff = 2.0 * PI / rolloff_wavelength;
+                if k > 2.0 * PI / cutoff_wavelength {
+                    0.0
+                } else {
+                    (k / rolloff).max(1.0).powf(-2.0 - 2.0 * hurst)
+                }
+            }
+        }
+    }
+
+    /// The shortest lengths to resolve, as (name, length along x, length along y), and the longest to fit.
+    fn extremes(&self) -> [(&'static str, [f64; 2]); 2] {
+        match *self {
+            Spectrum::Gaussian { correlation_length }
+            | Spectrum::Exponential { correlation_length } => {
+                [("the correlation length", correlation_length); 2]
+            }
+            Spectrum::SelfAffine {
+                rolloff_wavelength,
+                cutoff_wavelength,
+                ..
+            } => [
+                ("half the cut-off wavelength", [0.5 * cutoff_wavelength; 2]),
+                ("the roll-off wavelength", [rolloff_wavelength; 2]),
+            ],
+        }
+    }
+}
+
+fn warnings(grid: &Grid, spectrum: &Spectrum) -> Vec<Warning> {
+    let [(short, shortest), (long, longest)] = spectrum.extremes();
+    let mut found = Vec::new();
+    for (axis, a) in ['x', 'y'].into_iter().enumerate() {
+        let (cell, size) = ([grid.dx, grid.dy][axis], grid.size()[axis]);
+        if shortest[axis] < FEWEST_CELLS_PER_LENGTH * cell {
+            found.push(Warning::UnderResolved {
+                name: short,
+                axis: a,
+                length: shortest[axis],
+                cell,
+                cells: shortest[axis] / cell,
+            });
+        }
+        if longest[axis] * FEWEST_LENGTHS_PER_SIDE > size {
+            found.push(Warning::FewLengths {
+                name: long,
+                axis: a,
+                length: longest[axis],
+                size,
+            });
+        }
+    }
+    found
+}
+
+fn check(surface: &RandomSurface) -> Result<(), SurfaceError> {
+    positive("rq", surface.rq)?;
+    match surface.spectrum {
+        Spectrum::Gaussian { correlation_length } | Spectrum::Exponential { correlation_length } => {
+            positive("correlation_length along x", correlation_length[0])?;
+            positive("correlation_length along y", correlation_length[1])
+        }
+        Spectrum::SelfAffine {
+            hurst,
+            rolloff_wavelength,
+            cutoff_wavelength,
+        } => {
+            if !(hurst > 0.0 && hurst <= 1.0) {
+                return Err(SurfaceError::OutOfRange {
+                    name: "hurst",
+                    value: hurst,
+                    expected: "above 0 and at most 1",
+                });
+            }
+            positive("cutoff_wavelength", cutoff_wavelength)?;
+            positive("rolloff_wavelength", rolloff_wavelength)?;
+            if rolloff_wavelength < cutoff_wavelength {
+                return Err(SurfaceError::OutOfRange {
+                    name: "rolloff_wavelength",
+                    value: rolloff_wavelength,
+                    expected: "at least as long as cutoff_wavelength",
+                });
+            }
+            Ok(())
+        }
+    }
+}
+
+fn positive(name: &'static str, value: f64) -> Result<(), SurfaceError> {
+    if value.is_finite() && value > 0.0 {
+        Ok(())
+    } else {
+        Err(SurfaceError::OutOfRange {
+            name,
+            value,
+            expected: "a positive, finite number (a smooth surface is kind = \"flat\")",
+        })
+    }
+}
+
+/// Normal numbers addressed by the wave: the key is the seed, the stream is m, the position in it follows from n.
+struct ModeNumbers {
+    generator: ChaCha12Rng,
+}
+
+impl ModeNumbers {
+    fn new(seed: u64) -> Self {
+        // An own key rather than the library's `seed_from_u64`, whose expansion of the seed may change between versions.
+        let mut key = *b"--seed--fretwear/surface/random\0";
+        key[..8].copy_from_slice(&seed.to_le_bytes());
+        ModeNumbers {
+            generator: ChaCha12Rng::from_seed(key),
+        }
+    }
+
+    /// Goes to the first wave of row m.
+    fn row(&mut self, m: i64) {
+        self.generator.set_stream(m as u64);
+        self.generator.set_word_pos(0);
+    }
+
+    /// Two independent standard normal numbers (Box–Muller) from the next two 64-bit words.
+    fn next_pair(&mut self) -> [f64; 2] {
+        const UNIT: f64 = 1.0 / (1u64 << 53) as f64;
+        // In (0, 1], so that the logarithm exists.
+        let u = ((self.generator.next_u64() >> 11) + 1) as f64 * UNIT;
+        let v = (self.generator.next_u64() >> 11) as f64 * UNIT;
+        let radius = (-2.0 * u.ln()).sqrt();
+        let (sin, cos) = (2.0 * PI * v).sin_cos();
+        [radius * cos, radius * sin]
+    }
+}

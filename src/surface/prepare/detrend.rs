@@ -1,0 +1,100 @@
+//! Least-squares polynomials in two variables.
+
+use crate::grid::Grid;
+
+/// Terms of the quadratic, the most there are.
+const MOST: usize = 6;
+
+/// A pivot below this share of its diagonal means that the points do not tell the terms apart. Well-spread points have
+/// pivots of order 0.1; rounding leaves 1e-16.
+const SINGULAR: f64 = 1e-11;
+
+/// One solve leaves an error of rounding times condition; the second, on what is left, removes it.
+const ROUNDS: usize = 2;
+
+/// Number of terms of a polynomial of order 0, 1 or 2.
+pub(super) fn terms(order: usize) -> usize {
+    (order + 1) * (order + 2) / 2
+}
+
+/// A polynomial in the coordinates of the map, each from -1 to 1: the space of planes, or of quadratics, does not depend on
+/// the spacing, and these coordinates keep the equations well conditioned.
+pub(super) struct Polynomial {
+    coefficients: [f64; MOST],
+}
+
+impl Polynomial {
+    pub(super) fn at(&self, grid: &Grid, index: usize) -> f64 {
+        let monomials = monomials(grid, index);
+        self.coefficients.iter().zip(monomials).map(|(c, m)| c * m).sum()
+    }
+}
+
+/// The polynomial of the given order nearest to the heights that are not NaN; `None` if they do not determine it.
+pub(super) fn fit(grid: &Grid, heights: &[f64], order: usize) -> Option<Polynomial> {
+    let terms = terms(order);
+    let mut matrix = [[0.0; MOST]; MOST];
+    for (index, _) in heights.iter().enumerate().filter(|(_, h)| !h.is_nan()) {
+        let m = monomials(grid, index);
+        for a in 0..terms {
+            for b in 0..=a {
+                matrix[a][b] += m[a] * m[b];
+            }
+        }
+    }
+    let factor = cholesky(matrix, terms)?;
+    let mut fitted = Polynomial {
+        coefficients: [0.0; MOST],
+    };
+    for _ in 0..ROUNDS {
+        let mut right = [0.0; MOST];
+        for (index, h) in heights.iter().enumerate().filter(|(_, h)| !h.is_nan()) {
+            let rest = h - fitted.at(grid, index);
+            for (r, m) in right.iter_mut().zip(monomials(grid, index)) {
+                *r += m * rest;
+            }
+        }
+        let step = solve(&factor, right, terms);
+        for (c, s) in fitted.coefficients.iter_mut().zip(step) {
+            *c += s;
+        }
+    }
+    Some(fitted)
+}
+
+fn monomials(grid: &Grid, index: usize) -> [f64; MOST] {
+    let (i, j) = grid.cell(index);
+    let u = (2 * i + 1) as f64 / grid.nx as f64 - 1.0;
+    let v = (2 * j + 1) as f64 / grid.ny as f64 - 1.0;
+    [1.0, u, v, u * u, u * v, v * v]
+}
+
+/// The lower factor of a symmetric positive definite matrix, `None` if it is not one.
+fn cholesky(mut a: [[f64; MOST]; MOST], n: usize) -> Option<[[f64; MOST]; MOST]> {
+    for k in 0..n {
+        let whole = a[k][k];
+        let pivot = whole - a[k][..k].iter().map(|v| v * v).sum::<f64>();
+        if pivot <= SINGULAR * whole || whole == 0.0 {
+            return None;
+        }
+        a[k][k] = pivot.sqrt();
+        for i in k + 1..n {
+            let known: f64 = (0..k).map(|c| a[i][c] * a[k][c]).sum();
+            a[i][k] = (a[i][k] - known) / a[k][k];
+        }
+    }
+    Some(a)
+}
+
+fn solve(factor: &[[f64; MOST]; MOST], mut b: [f64; MOST], n: usize) -> [f64; MOST] {
+    for i in 0..n {
+        let known: f64 = (0..i).map(|k| factor[i][k] * b[k]).sum();
+        b[i] = (b[i] - known) / factor[i][i];
+    }
+    for i in (0..n).rev() {
+        let known: f64 = (i + 1..n).map(|k| factor[k][i] * b[k]).sum();
+        b[i] = (b[i] - known) / factor[i][i];
+    }
+    b[n..].fill(0.0);
+    b
+}

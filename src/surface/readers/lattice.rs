@@ -1,0 +1,124 @@
+//! Scattered x, y, z rows that are the points of a regular grid, in any order and with points missing.
+
+use super::error::ReadProblem;
+use crate::surface::topography::Topography;
+
+/// A coordinate may be this far off its grid line, in spacings: tables round their coordinates.
+const OFF_LINE: f64 = 0.1;
+
+/// Coordinates closer than this, as a share of the range, are one grid line: what printing with few digits leaves of it.
+const SAME_LINE: f64 = 1e-7;
+
+/// Fewer rows than this share of the grid's points mean that the points are not those of a grid.
+const FILLED: f64 = 0.25;
+
+/// The topography of points at (x, y) with height z, all in metres. Missing points are holes.
+pub(super) fn from_points(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> {
+    if rows.is_empty() {
+        return Err(ReadProblem::Malformed {
+            place: "the table".into(),
+            found: "no rows".into(),
+            expected: "rows of x, y, z".into(),
+        });
+    }
+    for (row, [x, y, _]) in rows.iter().enumerate() {
+        if !(x.is_finite() && y.is_finite()) {
+            return Err(ReadProblem::NotRegular {
+                row: row + 1,
+                found: format!("the position is ({x}, {y})"),
+            });
+        }
+    }
+    let x = Lines::of(rows.iter().map(|r| r[0]));
+    let y = Lines::of(rows.iter().map(|r| r[1]));
+    let points = x.count as f64 * y.count as f64;
+    if (rows.len() as f64) < FILLED * points {
+        return Err(ReadProblem::NotRegular {
+            row: 1,
+            found: format!(
+                "{} rows for a grid of {} x {} lines",
+                rows.len(),
+                x.count,
+                y.count
+            ),
+        });
+    }
+    let mut heights = vec![f64::NAN; x.count * y.count];
+    let mut seen = vec![false; heights.len()];
+    for (row, &[px, py, z]) in rows.iter().enumerate() {
+        let fail = |found: String| ReadProblem::NotRegular {
+            row: row + 1,
+            found,
+        };
+        let line = |lines: &Lines, at: f64, axis: char| {
+            lines.position(at).ok_or_else(|| {
+                fail(format!(
+                    "{axis} = {at:e} m lies between the lines of a grid from {:e} m in steps of {:e} m",
+                    lines.first, lines.step
+                ))
+            })
+        };
+        let index = line(&x, px, 'x')? * y.count + line(&y, py, 'y')?;
+        if std::mem::replace(&mut seen[index], true) {
+            return Err(fail(format!("the point ({px:e}, {py:e}) m occurs twice")));
+        }
+        heights[index] = z;
+    }
+    // A single line has no spacing of its own; that of the other axis is as good as any.
+    let [dx, dy] = match (x.count, y.count) {
+        (1, _) => [y.step, y.step],
+        (_, 1) => [x.step, x.step],
+        _ => [x.step, y.step],
+    };
+    Ok(Topography {
+        nx: x.count,
+        ny: y.count,
+        spacing: (dx > 0.0 && dy > 0.0).then_some([dx, dy]),
+        heights,
+    })
+}
+
+/// Equally spaced grid lines.
+struct Lines {
+    first: f64,
+    step: f64,
+    count: usize,
+}
+
+impl Lines {
+    fn of(coordinates: impl Iterator<Item = f64>) -> Lines {
+        let mut sorted: Vec<f64> = coordinates.collect();
+        sorted.sort_by(f64::total_cmp);
+        let (first, last) = (sorted[0], sorted[sorted.len() - 1]);
+        let range = last - first;
+        sorted.dedup_by(|a, b| *a - *b <= SAME_LINE * range);
+        if sorted.len() == 1 {
+            return Lines {
+                first,
+                step: 0.0,
+                count: 1,
+            };
+        }
+        // Gaps are counted one by one in units of the usual gap, so that neither rounding of the coordinates adds up nor a
+        // missing line shifts the others.
+        let gaps: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).collect();
+        let mut ordered = gaps.clone();
+        ordered.sort_by(f64::total_cmp);
+        let usual = ordered[ordered.len() / 2];
+        let steps: f64 = gaps.iter().map(|gap| (gap / usual).round().max(1.0)).sum();
+        Lines {
+            first,
+            step: range / steps,
+            count: steps as usize + 1,
+        }
+    }
+
+    fn position(&self, at: f64) -> Option<usize> {
+        if self.count == 1 {
+            return Some(0);
+        }
+        let exact = (at - self.first) / self.step;
+        let line = exact.round();
+        ((exact - line).abs() <= OFF_LINE).then_some(line as usize)
+    }
+}

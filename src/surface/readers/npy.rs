@@ -1,0 +1,98 @@
+//! NumPy arrays: two axes, axis 0 is x; floating-point or integer numbers, either byte order, C or Fortran order.
+
+use std::io::Read;
+
+use npyz::{DType, NpyFile, Order, TypeChar};
+
+use super::error::ReadProblem;
+use super::{ReadOptions, required_unit};
+use crate::surface::topography::Topography;
+
+pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
+    let file = NpyFile::new(bytes).map_err(|e| ReadProblem::malformed("the header", e, "an NPY header"))?;
+    let &[nx, ny] = file.shape() else {
+        return Err(ReadProblem::malformed(
+            "the header",
+            format!("an array of shape {:?}", file.shape()),
+            "two axes, x and y",
+        ));
+    };
+    let dtype = file.dtype();
+    let description = dtype.descr();
+    let DType::Plain(kind) = &dtype else {
+        return Err(not_a_number(&description));
+    };
+    let (kind, size) = (kind.type_char(), kind.size_field());
+    if !matches!(kind, TypeChar::Float | TypeChar::Int | TypeChar::Uint) {
+        return Err(not_a_number(&description));
+    }
+    if nx == 0 || ny == 0 {
+        return Err(ReadProblem::malformed("the header", format!("{nx} x {ny} points"), "at least one point"));
+    }
+    // Before anything of that size is allocated.
+    let needed = nx.saturating_mul(ny).saturating_mul(size);
+    let data = (bytes.len() - header_length(bytes)) as u64;
+    if data < needed {
+        return Err(ReadProblem::Size {
+            part: "the data".into(),
+            found: data,
+            expected: needed,
+            reason: format!("{nx} x {ny} numbers of {size} bytes"),
+        });
+    }
+    let unit = required_unit(options, "NPY")?;
+    let order = file.order();
+    let values = match (kind, size) {
+        (TypeChar::Float, 8) => numbers::<f64, _>(file, |v| v)?,
+        (TypeChar::Float, 4) => numbers::<f32, _>(file, f64::from)?,
+        (TypeChar::Int, 1) => numbers::<i8, _>(file, f64::from)?,
+        (TypeChar::Int, 2) => numbers::<i16, _>(file, f64::from)?,
+        (TypeChar::Int, 4) => numbers::<i32, _>(file, f64::from)?,
+        (TypeChar::Int, 8) => numbers::<i64, _>(file, |v| v as f64)?,
+        (TypeChar::Uint, 1) => numbers::<u8, _>(file, f64::from)?,
+        (TypeChar::Uint, 2) => numbers::<u16, _>(file, f64::from)?,
+        (TypeChar::Uint, 4) => numbers::<u32, _>(file, f64::from)?,
+        (TypeChar::Uint, 8) => numbers::<u64, _>(file, |v| v as f64)?,
+        _ => return Err(not_a_number(&description)),
+    };
+    // Below usize::MAX: the data of that many numbers is in memory.
+    let (nx, ny) = (nx as usize, ny as usize);
+    let at = |index: usize| match order {
+        Order::C => values[index],
+        Order::Fortran => values[(index % ny) * nx + index / ny],
+    };
+    Ok(Topography {
+        nx,
+        ny,
+        spacing: None,
+        heights: (0..nx * ny).map(|index| unit * at(index)).collect(),
+    })
+}
+
+/// Magic, version and header text: the data follow.
+fn header_length(bytes: &[u8]) -> usize {
+    let at = |k: usize| usize::from(bytes.get(k).copied().unwrap_or(0));
+    let length = match at(6) {
+        1 => 10 + at(8) + (at(9) << 8),
+        _ => 12 + at(8) + (at(9) << 8) + (at(10) << 16) + (at(11) << 24),
+    };
+    length.min(bytes.len())
+}
+
+fn numbers<T: npyz::Deserialize, R: Read>(
+    file: NpyFile<R>,
+    value: impl Fn(T) -> f64,
+) -> Result<Vec<f64>, ReadProblem> {
+    let values = file
+        .into_vec::<T>()
+        .map_err(|e| ReadProblem::malformed("the data", e, "the numbers that the header announces"))?;
+    Ok(values.into_iter().map(value).collect())
+}
+
+fn not_a_number(description: &str) -> ReadProblem {
+    ReadProblem::malformed(
+        "the header",
+        format!("the type {description}"),
+        "f4, f8, or an integer type (save with `array.astype('f8')`)",
+    )
+}

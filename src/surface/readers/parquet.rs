@@ -1,0 +1,154 @@
+//! Parquet tables: `i, j, height` as our own `surface.parquet`, or `x, y, z`. Units are those of the columns' metadata
+//! (`unit`), else those the user gives.
+
+use arrow_array::cast::AsArray;
+use arrow_array::types::{
+    Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt16Type,
+    UInt32Type, UInt64Type,
+};
+use arrow_array::{Array, ArrowPrimitiveType, RecordBatch};
+use arrow_schema::{DataType, Schema};
+use bytes::Bytes;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+
+use super::error::ReadProblem;
+use super::lattice::from_points;
+use super::{ReadOptions, length_unit, required_unit, stated_unit};
+use crate::surface::topography::Topography;
+
+/// Fewer rows than this share of the cells that the indices span mean that the indices are not those of a grid.
+const FILLED: f64 = 0.05;
+
+pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
+    let broken = |e: &dyn std::fmt::Display| ReadProblem::malformed("the table", e, "a readable Parquet file");
+    let builder = ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes))
+        .map_err(|e| broken(&e))?;
+    let schema = builder.schema().clone();
+    let has = |names: [&str; 3]| names.iter().all(|name| schema.field_with_name(name).is_ok());
+    let indexed = has(["i", "j", "height"]);
+    if !indexed && !has(["x", "y", "z"]) {
+        let names: Vec<_> = schema.fields().iter().map(|f| f.name().as_str()).collect();
+        return Err(ReadProblem::malformed(
+            "the columns",
+            names.join(", "),
+            "i, j, height or x, y, z",
+        ));
+    }
+    let names = if indexed { ["i", "j", "height"] } else { ["x", "y", "z"] };
+    let height_unit = match unit_of(&schema, names[2])? {
+        Some(stated) => stated_unit(options, stated)?,
+        None => required_unit(options, "Parquet")?,
+    };
+    let mut rows: Vec<[f64; 3]> = Vec::new();
+    for batch in builder.build().map_err(|e| broken(&e))? {
+        let batch = batch.map_err(|e| broken(&e))?;
+        let [a, b, c] = [
+            column(&batch, names[0])?,
+            column(&batch, names[1])?,
+            column(&batch, names[2])?,
+        ];
+        rows.extend((0..batch.num_rows()).map(|k| [a[k], b[k], c[k] * height_unit]));
+    }
+    if indexed {
+        return from_indices(&rows);
+    }
+    let lateral = |name| -> Result<f64, ReadProblem> {
+        let stated = unit_of(&schema, name)?;
+        Ok(stated.or(options.lateral_unit).unwrap_or(height_unit))
+    };
+    let (ux, uy) = (lateral("x")?, lateral("y")?);
+    for row in &mut rows {
+        row[0] *= ux;
+        row[1] *= uy;
+    }
+    from_points(&rows)
+}
+
+/// Cells that are absent from the table (the bolt hole) are holes.
+fn from_indices(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> {
+    let mut shape = [0usize; 2];
+    for (row, point) in rows.iter().enumerate() {
+        for (axis, extent) in shape.iter_mut().enumerate() {
+            let index = point[axis];
+            // Above u32 no grid is meant.
+            if !(index >= 0.0 && index.fract() == 0.0 && index <= f64::from(u32::MAX)) {
+                return Err(ReadProblem::NotRegular {
+                    row: row + 1,
+                    found: format!("{} is {index}", ["i", "j"][axis]),
+                });
+            }
+            *extent = (*extent).max(index as usize + 1);
+        }
+    }
+    let [nx, ny] = shape;
+    if rows.is_empty() || (rows.len() as f64) < FILLED * nx as f64 * ny as f64 {
+        return Err(ReadProblem::malformed(
+            "the table",
+            format!("{} rows for {nx} x {ny} cells", rows.len()),
+            "a row for each cell of a grid",
+        ));
+    }
+    let mut heights = vec![f64::NAN; nx * ny];
+    let mut seen = vec![false; nx * ny];
+    for (row, point) in rows.iter().enumerate() {
+        let index = point[0] as usize * ny + point[1] as usize;
+        if std::mem::replace(&mut seen[index], true) {
+            return Err(ReadProblem::NotRegular {
+                row: row + 1,
+                found: format!("the cell ({}, {}) occurs twice", point[0], point[1]),
+            });
+        }
+        heights[index] = point[2];
+    }
+    Ok(Topography {
+        nx,
+        ny,
+        spacing: None,
+        heights,
+    })
+}
+
+/// The length of a column's unit \[m\], if it has a unit.
+fn unit_of(schema: &Schema, name: &str) -> Result<Option<f64>, ReadProblem> {
+    let Some(text) = schema
+        .field_with_name(name)
+        .ok()
+        .and_then(|field| field.metadata().get("unit"))
+    else {
+        return Ok(None);
+    };
+    length_unit(text)
+        .map(Some)
+        .ok_or_else(|| ReadProblem::malformed(&format!("the unit of column {name}"), text, "m, mm, um or nm"))
+}
+
+/// The numbers of a column; null is NaN.
+fn column(batch: &RecordBatch, name: &str) -> Result<Vec<f64>, ReadProblem> {
+    fn values<T: ArrowPrimitiveType>(array: &dyn Array, value: impl Fn(T::Native) -> f64) -> Vec<f64> {
+        let array = array.as_primitive::<T>();
+        array.iter().map(|v| v.map_or(f64::NAN, &value)).collect()
+    }
+    let array = batch
+        .column_by_name(name)
+        .ok_or_else(|| ReadProblem::malformed("the columns", "a batch without it", name))?
+        .as_ref();
+    Ok(match array.data_type() {
+        DataType::Float64 => values::<Float64Type>(array, |v| v),
+        DataType::Float32 => values::<Float32Type>(array, f64::from),
+        DataType::Int8 => values::<Int8Type>(array, f64::from),
+        DataType::Int16 => values::<Int16Type>(array, f64::from),
+        DataType::Int32 => values::<Int32Type>(array, f64::from),
+        DataType::Int64 => values::<Int64Type>(array, |v| v as f64),
+        DataType::UInt8 => values::<UInt8Type>(array, f64::from),
+        DataType::UInt16 => values::<UInt16Type>(array, f64::from),
+        DataType::UInt32 => values::<UInt32Type>(array, f64::from),
+        DataType::UInt64 => values::<UInt64Type>(array, |v| v as f64),
+        other => {
+            return Err(ReadProblem::malformed(
+                &format!("column {name}"),
+                format!("the type {other}"),
+                "a number",
+            ));
+        }
+    })
+}

@@ -1,0 +1,137 @@
+//! Numbers that describe the distribution of heights.
+
+use super::error::SurfaceError;
+use crate::grid::Patch;
+
+/// Amplitude parameters of a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Roughness {
+    /// Mean height \[m\].
+    pub mean: f64,
+    /// Root mean square of the heights about their mean, √m₂ \[m\].
+    pub rq: f64,
+    /// Skewness m₃ / m₂^(3/2) [A eq. 4.1]; 0 for a flat surface.
+    pub sk: f64,
+    /// Kurtosis m₄ / m₂² [A eq. 4.2]: 3 for normally distributed heights. Always ≥ 1 + sk², except that it is 0 for a flat
+    /// surface, which has no shape of distribution.
+    pub ku: f64,
+}
+
+/// Mean, Rq, Sk and Ku over the kept cells.
+///
+/// Two passes, the first taken relative to the first height and the third and fourth moments in units of Rq: nanometres on
+/// top of a metre of offset keep their digits, a constant surface has Rq = 0 exactly, and nothing underflows.
+///
+/// # Errors
+/// [`SurfaceError::Length`], [`SurfaceError::NotFinite`] (a kept cell without a finite height), [`SurfaceError::TooFewCells`]
+/// (no kept cell).
+pub fn roughness(patch: &Patch, heights: &[f64]) -> Result<Roughness, SurfaceError> {
+    check(patch, heights)?;
+    let kept = heights.iter().zip(&patch.kept).filter(|(_, kept)| **kept);
+    moments(kept.map(|(&h, _)| h)).ok_or(SurfaceError::TooFewCells {
+        kept: 0,
+        needed: 1,
+        purpose: "a statistic",
+    })
+}
+
+/// Counts of heights between equally spaced edges.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Histogram {
+    /// Edges \[m\], one more than there are bins, from the lowest to the highest height.
+    pub edges: Vec<f64>,
+    /// Kept cells in each bin; a height on an inner edge belongs to the upper bin.
+    pub counts: Vec<usize>,
+}
+
+/// The distribution of the kept heights in `bins` equal bins. A flat surface has all its cells in the first bin.
+///
+/// # Errors
+/// Those of [`roughness`], and [`SurfaceError::OutOfRange`] for no bins.
+pub fn histogram(patch: &Patch, heights: &[f64], bins: usize) -> Result<Histogram, SurfaceError> {
+    check(patch, heights)?;
+    if bins == 0 {
+        return Err(SurfaceError::OutOfRange {
+            name: "bins",
+            value: 0.0,
+            expected: "at least 1",
+        });
+    }
+    let kept: Vec<f64> = heights
+        .iter()
+        .zip(&patch.kept)
+        .filter_map(|(&h, &kept)| kept.then_some(h))
+        .collect();
+    let low = kept.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = kept.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if kept.is_empty() {
+        return Err(SurfaceError::TooFewCells {
+            kept: 0,
+            needed: 1,
+            purpose: "a histogram",
+        });
+    }
+    let width = (high - low) / bins as f64;
+    let mut counts = vec![0; bins];
+    for h in kept {
+        let bin = if width > 0.0 { (h - low) / width } else { 0.0 };
+        counts[(bin as usize).min(bins - 1)] += 1;
+    }
+    let edges = (0..=bins).map(|k| low + k as f64 * width).collect();
+    Ok(Histogram { edges, counts })
+}
+
+/// The moments of some finite heights; `None` if there are none.
+pub(super) fn moments(heights: impl Iterator<Item = f64> + Clone) -> Option<Roughness> {
+    let origin = heights.clone().next()?;
+    let n = heights.clone().count() as f64;
+    let shift = heights.clone().map(|h| h - origin).sum::<f64>() / n;
+    let deviations = heights.map(|h| (h - origin) - shift);
+    // What rounding left of the mean: it would otherwise leak into the higher moments.
+    let rest = deviations.clone().sum::<f64>() / n;
+    let deviations = deviations.map(|d| d - rest);
+    let mean = origin + (shift + rest);
+    let largest = deviations.clone().fold(0.0, |m: f64, d| m.max(d.abs()));
+    if largest == 0.0 {
+        return Some(Roughness {
+            mean,
+            rq: 0.0,
+            sk: 0.0,
+            ku: 0.0,
+        });
+    }
+    let unit = (deviations.clone().map(|d| (d / largest).powi(2)).sum::<f64>() / n).sqrt();
+    let rq = largest * unit;
+    let scaled = deviations.map(|d| d / largest / unit);
+    Some(Roughness {
+        mean,
+        rq,
+        sk: scaled.clone().map(|z| z * z * z).sum::<f64>() / n,
+        ku: scaled.map(|z| (z * z) * (z * z)).sum::<f64>() / n,
+    })
+}
+
+/// Length of the field, and that every kept height is a number.
+pub(super) fn check(patch: &Patch, heights: &[f64]) -> Result<(), SurfaceError> {
+    if heights.len() != patch.grid.len() {
+        return Err(SurfaceError::Length {
+            found: heights.len(),
+            expected: patch.grid.len(),
+        });
+    }
+    let bad = heights
+        .iter()
+        .zip(&patch.kept)
+        .position(|(h, &kept)| kept && !h.is_finite());
+    match bad {
+        Some(index) => {
+            let (i, j) = patch.grid.cell(index);
+            Err(SurfaceError::NotFinite {
+                i,
+                j,
+                value: heights[index],
+            })
+        }
+        None => Ok(()),
+    }
+}

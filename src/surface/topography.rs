@@ -1,0 +1,39 @@
+//! A measured height map, as it comes from a file.
+
+use super::statistics::{Roughness, moments};
+
+/// Heights of a measured surface on a regular grid of points.
+///
+/// **Axes**, the same for every file format: the first index i runs along x, the second index j along y, and the height of
+/// point (i, j) is at `i * ny + j`, as in the fields of a [`Grid`](crate::grid::Grid). Each point stands for the `dx * dy`
+/// cell around it, so a map of nx points is nx·dx long. Formats that store lines of constant y, x running fastest (X3P, SUR),
+/// are transposed on reading; the axes of NPY and of a text matrix are taken as they are: axis 0, the lines, is x.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Topography {
+    /// Points along x.
+    pub nx: usize,
+    /// Points along y.
+    pub ny: usize,
+    /// Distance between points along x and y \[m\], if the file says.
+    pub spacing: Option<[f64; 2]>,
+    /// Heights \[m\], positive out of the material; NaN where nothing was measured (a hole).
+    pub heights: Vec<f64>,
+}
+
+impl Topography {
+    /// Number of points without a height.
+    pub fn holes(&self) -> usize {
+        self.heights.iter().filter(|h| h.is_nan()).count()
+    }
+
+    /// Lengths of the sides \[m\], if the spacing is known.
+    pub fn size(&self) -> Option<[f64; 2]> {
+        self.spacing
+            .map(|[dx, dy]| [self.nx as f64 * dx, self.ny as f64 * dy])
+    }
+
+    /// Mean, Rq, Sk, Ku over the measured points, as they are (nothing levelled); `None` if nothing was measured.
+    pub fn roughness(&self) -> Option<Roughness> {
+        moments(self.heights.iter().copied().filter(|h| !h.is_nan()))
+    }
+}

@@ -1,0 +1,167 @@
+//! What can be wrong with a table or its file.
+
+/// A table that does not hold to its schema, or a file that is not such a table.
+#[derive(Debug, thiserror::Error)]
+pub enum TableError {
+    /// A schema text that cannot be understood.
+    #[error("the schema text is not valid: {0}")]
+    SchemaText(#[from] toml::de::Error),
+    /// A schema that gives one column twice.
+    #[error("the schema `{table}` gives the column `{column}` twice")]
+    SchemaColumnTwice {
+        /// Name of the table.
+        table: String,
+        /// Name of the column.
+        column: String,
+    },
+    /// A column that the schema does not have.
+    #[error("the table `{table}` has no column `{column}`; it may have {known}")]
+    UnknownColumn {
+        /// Name of the table.
+        table: String,
+        /// The name given.
+        column: String,
+        /// The columns of the schema.
+        known: String,
+    },
+    /// A column that this table leaves out or lacks.
+    #[error("the table `{table}` lacks the column `{column}`")]
+    MissingColumn {
+        /// Name of the table.
+        table: String,
+        /// Name of the column.
+        column: String,
+    },
+    /// A column given twice.
+    #[error("the column `{column}` of the table `{table}` was given twice")]
+    ColumnTwice {
+        /// Name of the table.
+        table: String,
+        /// Name of the column.
+        column: String,
+    },
+    /// A column of another type than the schema's.
+    #[error("the column `{column}` of the table `{table}` is {found}; its schema says {expected}")]
+    ColumnType {
+        /// Name of the table.
+        table: String,
+        /// Name of the column.
+        column: String,
+        /// Type found.
+        found: String,
+        /// Type of the schema.
+        expected: String,
+    },
+    /// Columns of different lengths.
+    #[error(
+        "the column `{column}` of the table `{table}` has {found} rows; the others have {expected}"
+    )]
+    Length {
+        /// Name of the table.
+        table: String,
+        /// Name of the column.
+        column: String,
+        /// Rows of this column.
+        found: usize,
+        /// Rows of the first column.
+        expected: usize,
+    },
+    /// Another number of rows than the schema fixes.
+    #[error("the table `{table}` has {found} rows; it must have {expected}")]
+    Rows {
+        /// Name of the table.
+        table: String,
+        /// Rows found.
+        found: usize,
+        /// Rows of the schema.
+        expected: usize,
+    },
+    /// A value that is not a finite number.
+    #[error(
+        "row {row} of the column `{column}` of the table `{table}` is {value}; it must be {expected}"
+    )]
+    NotFinite {
+        /// Name of the table.
+        table: String,
+        /// Name of the column.
+        column: String,
+        /// The row, counted from 0.
+        row: usize,
+        /// The value found.
+        value: f64,
+        /// What the schema allows.
+        expected: &'static str,
+    },
+    /// A column with absent values, which no table of this program has.
+    #[error(
+        "the column `{column}` of the table `{table}` has {nulls} absent values; it may have none"
+    )]
+    Nulls {
+        /// Name of the table.
+        table: String,
+        /// Name of the column.
+        column: String,
+        /// Absent values.
+        nulls: usize,
+    },
+    /// A column whose unit in the file is not that of the schema.
+    #[error(
+        "the column `{column}` of the file of `{table}` is in `{found}`; its schema says `{expected}`"
+    )]
+    Unit {
+        /// Name of the table.
+        table: String,
+        /// Name of the column.
+        column: String,
+        /// Unit in the file, empty if none is given.
+        found: String,
+        /// Unit of the schema.
+        expected: String,
+    },
+    /// A Parquet file that this program did not write.
+    #[error(
+        "the file has no valid `fretwear` entry in its metadata ({reason}); it should hold the table `{expected}`"
+    )]
+    NotOurs {
+        /// Name of the table wanted.
+        expected: String,
+        /// What is wrong with the entry.
+        reason: String,
+    },
+    /// The file of another table.
+    #[error("the file holds the table `{found}`, not `{expected}`")]
+    OtherTable {
+        /// Table in the file.
+        found: String,
+        /// Table wanted.
+        expected: String,
+    },
+    /// A file of another version of the schema.
+    #[error(
+        "the file holds version {found} of the table `{table}`; this program reads version {expected}"
+    )]
+    Version {
+        /// Name of the table.
+        table: String,
+        /// Version in the file.
+        found: u32,
+        /// Version of the schema.
+        expected: u32,
+    },
+    /// Bytes that are not a readable Parquet file, or a table that Parquet cannot take.
+    #[error("the Parquet of the table `{table}` failed: {source}")]
+    Parquet {
+        /// Name of the table.
+        table: String,
+        /// The error of the format library.
+        source: parquet::errors::ParquetError,
+    },
+    /// Columns that Arrow cannot join.
+    #[error("the columns of the table `{table}` do not join: {source}")]
+    Arrow {
+        /// Name of the table.
+        table: String,
+        /// The error of the format library.
+        source: arrow_schema::ArrowError,
+    },
+}

@@ -1,0 +1,313 @@
+//! Tables as Parquet files, and back.
+
+use super::{Column, ColumnSchema, ColumnType, Schema, Table, TableBuilder, TableError};
+use arrow_array::cast::AsArray;
+use arrow_array::types::{Float64Type, Int32Type, Int64Type};
+use arrow_array::{
+    Array, ArrayRef, BooleanArray, Float64Array, Int32Array, Int64Array, RecordBatch, StringArray,
+};
+use arrow_schema::{DataType, Field};
+use bytes::Bytes;
+use parquet::arrow::ArrowWriter;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::basic::{Compression, Encoding, ZstdLevel};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::schema::types::ColumnPath;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The key of the file's metadata under which the schema and the provenance stand as one JSON text.
+pub const METADATA_KEY: &str = "fretwear";
+
+/// Past level 3 the fields of a run shrink by a few per cent and take several times as long.
+const ZSTD_LEVEL: i32 = 3;
+
+/// Rows decoded at a time: a 256 x 256 field in one piece, and no larger allocation because a damaged footer asks for it.
+const BATCH_ROWS: usize = 1 << 16;
+
+/// Where a table comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Provenance {
+    /// Hash of the scene, without the keys that cannot alter what is already computed.
+    pub scene_hash: String,
+    /// Version of the program that wrote the table.
+    pub program_version: String,
+}
+
+/// The JSON text under [`METADATA_KEY`].
+#[derive(Debug, Serialize, Deserialize)]
+struct FileEntry {
+    schema: String,
+    schema_version: u32,
+    scene_hash: String,
+    program_version: String,
+    columns: BTreeMap<String, ColumnEntry>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct ColumnEntry {
+    unit: String,
+    dimension: String,
+    description: String,
+}
+
+impl From<&ColumnSchema> for ColumnEntry {
+    fn from(column: &ColumnSchema) -> Self {
+        ColumnEntry {
+            unit: column.unit.clone(),
+            dimension: column.dimension.clone(),
+            description: column.description.clone(),
+        }
+    }
+}
+
+/// The bytes of a table's Parquet file. Equal tables of equal provenance give equal bytes.
+///
+/// Dense floats are BYTE_STREAM_SPLIT, sparse ones PLAIN, integers DELTA_BINARY_PACKED, all with zstd; floats and integers
+/// have no dictionary.
+///
+/// # Errors
+/// [`TableError::Arrow`] or [`TableError::Parquet`] if the format libraries refuse the table.
+pub fn to_parquet(table: &Table, provenance: &Provenance) -> Result<Vec<u8>, TableError> {
+    let schema = table.schema();
+    let arrow_error = |source| TableError::Arrow {
+        table: schema.name.clone(),
+        source,
+    };
+    let parquet_error = |source| TableError::Parquet {
+        table: schema.name.clone(),
+        source,
+    };
+    let mut fields = Vec::new();
+    let mut arrays = Vec::new();
+    for (described, column) in table.columns() {
+        fields.push(field(described));
+        arrays.push(array(column));
+    }
+    let arrow_schema = Arc::new(arrow_schema::Schema::new(fields));
+    let batch = RecordBatch::try_new(arrow_schema.clone(), arrays).map_err(arrow_error)?;
+    let properties = properties(table, provenance).map_err(parquet_error)?;
+    let mut writer =
+        ArrowWriter::try_new(Vec::new(), arrow_schema, Some(properties)).map_err(parquet_error)?;
+    writer.write(&batch).map_err(parquet_error)?;
+    writer.into_inner().map_err(parquet_error)
+}
+
+/// The table in the bytes of a Parquet file.
+///
+/// # Errors
+/// A [`TableError`] for bytes that are not Parquet, a file of another program, table or schema version, and a table that
+/// does not hold to the schema.
+pub fn from_parquet(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> {
+    let parquet_error = |source| TableError::Parquet {
+        table: expected.name.clone(),
+        source,
+    };
+    let reader = ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes))
+        .map_err(parquet_error)?;
+    let file_metadata = reader.metadata().file_metadata();
+    let entry = file_entry(file_metadata.key_value_metadata(), &expected.name)?;
+    if entry.schema != expected.name {
+        return Err(TableError::OtherTable {
+            found: entry.schema,
+            expected: expected.name.clone(),
+        });
+    }
+    if entry.schema_version != expected.version {
+        return Err(TableError::Version {
+            table: entry.schema,
+            found: entry.schema_version,
+            expected: expected.version,
+        });
+    }
+    let arrow_schema = reader.schema().clone();
+    let mut columns = Vec::new();
+    for field in arrow_schema.fields() {
+        let described = expected.require(field.name())?;
+        same_unit(&expected.name, described, &entry)?;
+        columns.push((described, empty_column(described.kind)));
+    }
+    let batches = reader
+        .with_batch_size(BATCH_ROWS)
+        .build()
+        .map_err(parquet_error)?;
+    for batch in batches {
+        let batch = batch.map_err(|source| TableError::Arrow {
+            table: expected.name.clone(),
+            source,
+        })?;
+        for ((described, column), array) in columns.iter_mut().zip(batch.columns()) {
+            append(&expected.name, described, column, array)?;
+        }
+    }
+    columns
+        .into_iter()
+        .fold(TableBuilder::of(expected), |table, (described, column)| {
+            table.column(&described.name, column)
+        })
+        .build()
+}
+
+/// Where the table in the bytes of a Parquet file comes from.
+///
+/// # Errors
+/// [`TableError::Parquet`] for bytes that are not Parquet, [`TableError::NotOurs`] for a file of another program.
+pub fn provenance_of(bytes: &[u8], expected: &Schema) -> Result<Provenance, TableError> {
+    let reader = ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes)).map_err(
+        |source| TableError::Parquet {
+            table: expected.name.clone(),
+            source,
+        },
+    )?;
+    let entry = file_entry(
+        reader.metadata().file_metadata().key_value_metadata(),
+        &expected.name,
+    )?;
+    Ok(Provenance {
+        scene_hash: entry.scene_hash,
+        program_version: entry.program_version,
+    })
+}
+
+fn field(column: &ColumnSchema) -> Field {
+    let kind = match column.kind {
+        ColumnType::F64 => DataType::Float64,
+        ColumnType::I32 => DataType::Int32,
+        ColumnType::I64 => DataType::Int64,
+        ColumnType::Bool => DataType::Boolean,
+        ColumnType::Text => DataType::Utf8,
+    };
+    Field::new(&column.name, kind, false).with_metadata(BTreeMap::from([
+        ("unit".to_owned(), column.unit.clone()),
+        ("dimension".to_owned(), column.dimension.clone()),
+        ("description".to_owned(), column.description.clone()),
+    ]))
+}
+
+fn array(column: &Column) -> ArrayRef {
+    match column {
+        Column::F64(values) => Arc::new(Float64Array::from(values.clone())),
+        Column::I32(values) => Arc::new(Int32Array::from(values.clone())),
+        Column::I64(values) => Arc::new(Int64Array::from(values.clone())),
+        Column::Bool(values) => Arc::new(BooleanArray::from(values.clone())),
+        Column::Text(values) => Arc::new(StringArray::from_iter_values(values)),
+    }
+}
+
+fn properties(table: &Table, provenance: &Provenance) -> Result<WriterProperties, ParquetError> {
+    let schema = table.schema();
+    let entry = FileEntry {
+        schema: schema.name.clone(),
+        schema_version: schema.version,
+        scene_hash: provenance.scene_hash.clone(),
+        program_version: provenance.program_version.clone(),
+        columns: table
+            .columns()
+            .map(|(column, _)| (column.name.clone(), ColumnEntry::from(column)))
+            .collect(),
+    };
+    let text =
+        serde_json::to_string(&entry).map_err(|error| ParquetError::External(Box::new(error)))?;
+    let mut properties = WriterProperties::builder()
+        .set_created_by(format!("fretwear version {}", provenance.program_version))
+        .set_compression(Compression::ZSTD(ZstdLevel::try_new(ZSTD_LEVEL)?))
+        .set_key_value_metadata(Some(vec![KeyValue::new(METADATA_KEY.to_owned(), text)]));
+    for (column, _) in table.columns() {
+        let path = ColumnPath::from(column.name.as_str());
+        let encoding = match column.kind {
+            ColumnType::F64 if column.sparse => Encoding::PLAIN,
+            ColumnType::F64 => Encoding::BYTE_STREAM_SPLIT,
+            ColumnType::I32 | ColumnType::I64 => Encoding::DELTA_BINARY_PACKED,
+            ColumnType::Bool | ColumnType::Text => Encoding::PLAIN,
+        };
+        properties = properties
+            .set_column_dictionary_enabled(path.clone(), false)
+            .set_column_encoding(path, encoding);
+    }
+    Ok(properties.build())
+}
+
+fn file_entry(metadata: Option<&Vec<KeyValue>>, expected: &str) -> Result<FileEntry, TableError> {
+    let not_ours = |reason: String| TableError::NotOurs {
+        expected: expected.to_owned(),
+        reason,
+    };
+    let text = metadata
+        .into_iter()
+        .flatten()
+        .find(|entry| entry.key == METADATA_KEY)
+        .and_then(|entry| entry.value.as_deref())
+        .ok_or_else(|| not_ours("there is none".to_owned()))?;
+    serde_json::from_str(text).map_err(|error| not_ours(error.to_string()))
+}
+
+fn same_unit(table: &str, column: &ColumnSchema, entry: &FileEntry) -> Result<(), TableError> {
+    let found = entry
+        .columns
+        .get(&column.name)
+        .map_or("", |found| found.unit.as_str());
+    if found == column.unit {
+        return Ok(());
+    }
+    Err(TableError::Unit {
+        table: table.to_owned(),
+        column: column.name.clone(),
+        found: found.to_owned(),
+        expected: column.unit.clone(),
+    })
+}
+
+fn empty_column(kind: ColumnType) -> Column {
+    match kind {
+        ColumnType::F64 => Column::F64(Vec::new()),
+        ColumnType::I32 => Column::I32(Vec::new()),
+        ColumnType::I64 => Column::I64(Vec::new()),
+        ColumnType::Bool => Column::Bool(Vec::new()),
+        ColumnType::Text => Column::Text(Vec::new()),
+    }
+}
+
+/// Adds the values of an Arrow array to a column.
+fn append(
+    table: &str,
+    described: &ColumnSchema,
+    column: &mut Column,
+    array: &ArrayRef,
+) -> Result<(), TableError> {
+    if array.null_count() > 0 {
+        return Err(TableError::Nulls {
+            table: table.to_owned(),
+            column: described.name.clone(),
+            nulls: array.null_count(),
+        });
+    }
+    match (column, array.data_type()) {
+        (Column::F64(values), DataType::Float64) => {
+            values.extend_from_slice(array.as_primitive::<Float64Type>().values());
+        }
+        (Column::I32(values), DataType::Int32) => {
+            values.extend_from_slice(array.as_primitive::<Int32Type>().values());
+        }
+        (Column::I64(values), DataType::Int64) => {
+            values.extend_from_slice(array.as_primitive::<Int64Type>().values());
+        }
+        (Column::Bool(values), DataType::Boolean) => {
+            values.extend(array.as_boolean().iter().flatten());
+        }
+        (Column::Text(values), DataType::Utf8) => {
+            values.extend(array.as_string::<i32>().iter().flatten().map(str::to_owned));
+        }
+        (_, found) => {
+            return Err(TableError::ColumnType {
+                table: table.to_owned(),
+                column: described.name.clone(),
+                found: found.to_string(),
+                expected: described.kind.to_string(),
+            });
+        }
+    }
+    Ok(())
+}

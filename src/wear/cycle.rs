@@ -1,0 +1,243 @@
+//! The steady fretting cycle: shear, slip and dissipated energy under a closed motion.
+//!
+//! Slip is the kinematic δ − u everywhere, also on cells just outside the contact, so that cells which wear brings into
+//! contact begin to slip as their neighbours do. On stick cells it is zero. The energy of a step is q·s with the shear at
+//! its end, and wear depth per cycle is α times the sum of it over the cycle [A eq. 2.6].
+
+use super::joint::{FrettingJoint, WearError};
+use super::motion::StraightMotion;
+use crate::contact::normal::NormalSolution;
+use crate::contact::tangential::{CellState, TangentialProblem, TangentialSolution};
+use crate::grid::ByAxis;
+
+/// Cycles after which a motion that has not closed is given up.
+const MAX_CYCLES: usize = 60;
+
+/// How the cycle is marched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum March {
+    /// One exact solve a branch between the two reversals of a straight motion at constant load.
+    Reversal,
+    /// One exact solve at every sample of the motion.
+    Stepped,
+}
+
+/// One instant of the cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Instant {
+    /// Time as a part of the period.
+    pub time: f64,
+    /// Relative displacement \[m\].
+    pub displacement: ByAxis<f64>,
+    /// Normal load \[N\].
+    pub normal_load: f64,
+    /// Tangential force \[N\].
+    pub force: ByAxis<f64>,
+}
+
+/// The steady cycle of a joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CycleSolution {
+    /// Shear at t = 0: what a later cycle starts from \[Pa\].
+    pub shear: ByAxis<Vec<f64>>,
+    /// Path of the slip over a cycle, ∮|dv|: 0 on cells that stick throughout \[m\].
+    pub slip_path: Vec<f64>,
+    /// Dissipated energy per area and cycle, ∮|q||dv|; 0 off the cells that slipped in contact \[J/m²\].
+    pub energy: Vec<f64>,
+    /// Dissipated energy per cycle, Σ `energy` dA \[J\].
+    pub dissipation: f64,
+    /// The computed instants, the first at t = 0 and the last at t = T.
+    pub instants: Vec<Instant>,
+    /// Newton steps of all tangential solves.
+    pub steps: usize,
+    /// Largest relative duality gap of all tangential solves.
+    pub error: f64,
+}
+
+/// Slip and energy gathered over a cycle.
+struct Tally {
+    slip_path: Vec<f64>,
+    energy: Vec<f64>,
+    steps: usize,
+    error: f64,
+}
+
+impl Tally {
+    fn new(cells: usize) -> Self {
+        Tally { slip_path: vec![0.0; cells], energy: vec![0.0; cells], steps: 0, error: 0.0 }
+    }
+
+    /// Adds a step, `times` over.
+    fn add(&mut self, step: &TangentialSolution, times: f64) {
+        for c in 0..self.energy.len() {
+            let slip = step.slip.iter().map(|s| s[c] * s[c]).sum::<f64>().sqrt();
+            self.slip_path[c] += times * slip;
+            if step.state[c] == CellState::Slip {
+                self.energy[c] += times * step.shear.iter().zip(&step.slip).map(|(q, s)| q[c] * s[c]).sum::<f64>();
+            }
+        }
+        self.count(step);
+    }
+
+    fn count(&mut self, step: &TangentialSolution) {
+        self.steps += step.steps;
+        self.error = self.error.max(step.error);
+    }
+
+    fn finish(self, cell_area: f64, shear: ByAxis<Vec<f64>>, instants: Vec<Instant>) -> CycleSolution {
+        let dissipation = self.energy.iter().sum::<f64>() * cell_area;
+        let Tally { slip_path, energy, steps, error } = self;
+        CycleSolution { shear, slip_path, energy, dissipation, instants, steps, error }
+    }
+}
+
+impl FrettingJoint {
+    /// The steady cycle on a surface of which `wear` is gone, with its static contact at the mean load.
+    ///
+    /// `start` is the shear at t = 0 of an earlier cycle. With [`March::Stepped`] it is the state that the joint
+    /// starts from, cut back to the new friction limits; with [`March::Reversal`] it only saves time.
+    pub fn cycle(
+        &mut self,
+        wear: &[f64],
+        contact: &NormalSolution,
+        start: Option<&ByAxis<Vec<f64>>>,
+    ) -> Result<CycleSolution, WearError> {
+        match (self.march, self.motion.straight()) {
+            (March::Reversal, Some(motion)) => self.by_reversals(&motion, contact, start),
+            (March::Reversal, None) => Err(WearError::NotStraight),
+            (March::Stepped, _) => self.by_samples(wear, contact, start),
+        }
+    }
+
+    /// The steady cycle of a straight motion is antisymmetric, q(T/2) = −q(0), so that a branch changes the shear by
+    /// −2q(0) while the bodies move by −2δ: half of it is the first loading from zero shear, to the displacement δ.
+    fn by_reversals(
+        &mut self,
+        motion: &StraightMotion,
+        contact: &NormalSolution,
+        start: Option<&ByAxis<Vec<f64>>>,
+    ) -> Result<CycleSolution, WearError> {
+        let limit = self.limit(&contact.pressure);
+        let half = self.step(&limit, None, &motion.end, start)?;
+        let mut tally = Tally::new(limit.len());
+        tally.add(&half, 4.0);
+        let load = self.motion.mean_load();
+        let instant = |time: f64, sign: f64| Instant {
+            time,
+            displacement: motion.end.iter().map(|d| sign * d).collect(),
+            normal_load: load,
+            force: half.force.iter().map(|f| sign * f).collect(),
+        };
+        if motion.top == 0 {
+            let middle = self.motion.time_of(motion.bottom);
+            let instants = vec![instant(0.0, 1.0), instant(middle, -1.0), instant(1.0, 1.0)];
+            return Ok(tally.finish(self.patch.grid.cell_area(), half.shear, instants));
+        }
+        // t = 0 lies on a branch: one more step from the end that precedes it.
+        let (from, sign) = if motion.bottom > motion.top { (motion.bottom, -1.0) } else { (motion.top, 1.0) };
+        let before: ByAxis<Vec<f64>> = half.shear.iter().map(|q| q.iter().map(|v| sign * v).collect()).collect();
+        let now = self.motion.at(0);
+        let change: ByAxis<f64> = now.iter().zip(&motion.end).map(|(d, end)| d - sign * end).collect();
+        let first = self.step(&limit, Some(&before), &change, None)?;
+        tally.count(&first);
+        let at_zero =
+            |time: f64| Instant { time, displacement: now.clone(), normal_load: load, force: first.force.clone() };
+        let other = motion.top + motion.bottom - from;
+        let instants = vec![
+            at_zero(0.0),
+            instant(self.motion.time_of(other), -sign),
+            instant(self.motion.time_of(from), sign),
+            at_zero(1.0),
+        ];
+        Ok(tally.finish(self.patch.grid.cell_area(), first.shear, instants))
+    }
+
+    /// Marches sample by sample until the cycle closes.
+    fn by_samples(
+        &mut self,
+        wear: &[f64],
+        contact: &NormalSolution,
+        start: Option<&ByAxis<Vec<f64>>>,
+    ) -> Result<CycleSolution, WearError> {
+        let limits = self.limits_over_cycle(wear, contact)?;
+        let samples = self.motion.samples();
+        let limit = |k: usize| &limits[k % limits.len()];
+        let mut shear = match start {
+            Some(shear) => within(shear, limit(0)),
+            None => self.step(limit(0), None, &self.motion.at(0), None)?.shear,
+        };
+        let largest = limits.iter().flatten().fold(0.0f64, |m, v| m.max(*v));
+        for _ in 0..MAX_CYCLES {
+            let mut tally = Tally::new(wear.len());
+            let begin = shear.clone();
+            let mut instants = Vec::with_capacity(samples + 1);
+            for k in 0..samples {
+                let (from, to) = (self.motion.at(k), self.motion.at(k + 1));
+                let change: ByAxis<f64> = to.iter().zip(&from).map(|(t, f)| t - f).collect();
+                let step = self.step(limit(k + 1), Some(&shear), &change, None)?;
+                tally.add(&step, 1.0);
+                instants.push(Instant {
+                    time: self.motion.time_of(k + 1),
+                    displacement: to,
+                    normal_load: self.motion.normal_load[(k + 1) % samples],
+                    force: step.force,
+                });
+                shear = step.shear;
+            }
+            let moved = shear.iter().zip(&begin).flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs()));
+            if moved.fold(0.0, f64::max) <= self.options.cycle_tolerance * largest {
+                let last = instants.last().cloned().map(|last| Instant { time: 0.0, ..last });
+                instants.splice(0..0, last);
+                return Ok(tally.finish(self.patch.grid.cell_area(), shear, instants));
+            }
+        }
+        Err(WearError::NotSteady { cycles: MAX_CYCLES, tolerance: self.options.cycle_tolerance })
+    }
+
+    /// Friction limits at every sample, or one for all where the load is constant.
+    fn limits_over_cycle(&mut self, wear: &[f64], contact: &NormalSolution) -> Result<Vec<Vec<f64>>, WearError> {
+        if self.motion.constant_load() {
+            return Ok(vec![self.limit(&contact.pressure)]);
+        }
+        let mut limits = Vec::with_capacity(self.motion.samples());
+        let mut pressure = contact.pressure.clone();
+        for k in 0..self.motion.samples() {
+            pressure = self.contact(wear, None, self.motion.normal_load[k], Some(&pressure))?.pressure;
+            limits.push(self.limit(&pressure));
+        }
+        Ok(limits)
+    }
+
+    /// µp on every cell \[Pa\].
+    pub fn limit(&self, pressure: &[f64]) -> Vec<f64> {
+        pressure.iter().map(|p| self.friction_coefficient * p).collect()
+    }
+
+    /// One tangential step.
+    pub fn step(
+        &mut self,
+        limit: &[f64],
+        previous: Option<&ByAxis<Vec<f64>>>,
+        displacement: &ByAxis<f64>,
+        start: Option<&ByAxis<Vec<f64>>>,
+    ) -> Result<TangentialSolution, WearError> {
+        let problem = TangentialProblem { patch: &self.patch, limit, previous, displacement };
+        let options = self.options.tangential;
+        Ok(crate::contact::tangential::solve(&mut self.half_space, &problem, start, options)?)
+    }
+}
+
+/// Shears cut back to their limits, direction kept.
+fn within(shear: &ByAxis<Vec<f64>>, limit: &[f64]) -> ByAxis<Vec<f64>> {
+    let mut cut = shear.clone();
+    for (c, &limit) in limit.iter().enumerate() {
+        let size = cut.iter().map(|q| q[c] * q[c]).sum::<f64>().sqrt();
+        if size > limit {
+            for q in &mut cut {
+                q[c] *= limit / size;
+            }
+        }
+    }
+    cut
+}

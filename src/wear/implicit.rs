@@ -1,0 +1,188 @@
+//! The second-order implicit wear step.
+//!
+//! Wear depth w grows by dw/dn = α(c p + f) per cycle, where c = ∮µ|dv| is the slip seen by friction (so that c p is the
+//! dissipated energy) and f what is dissipated where the static pressure is zero. With c frozen, a step that is implicit in p
+//! is a *normal contact with an additional diagonal compliance* N α c, and stable at any size:
+//!
+//! 1. half a step with c at its beginning, by backward Euler: pressure p½ on the surface w½;
+//! 2. the fretting cycle there: c½, f½ — the midpoint rule in the slip;
+//! 3. the whole step with c½ by the L-stable two-stage SDIRK method (γ = 1 − 1/√2) in the pressure: p₁, p₂.
+//!
+//! Both are of second order, and all coefficients are positive: wear only grows, and nowhere but where c p or f is positive.
+//!
+//! The embedded error compares with Simpson's rule over c₀p₀, c½p½ and the extrapolated (2c½ − c₀)p₂: it sees the change of
+//! slip *and* of pressure, and is of third order as the step's own error is.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use super::joint::{FrettingJoint, WearError, WornState};
+use crate::contact::normal::NormalSolution;
+use crate::grid::ByAxis;
+
+/// γ of the two-stage SDIRK method.
+const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
+
+/// A proportion c above this many times µ·(slip path) comes from a cell that the static contact hardly touches; what is
+/// above it is worn explicitly.
+const LARGEST_RATIO: f64 = 4.0;
+
+/// Part of the step that the error estimate would allow, taken.
+const SAFETY: f64 = 0.85;
+
+/// Bounds on the change of the step from one to the next.
+const CHANGE: (f64, f64) = (0.2, 3.0);
+
+/// Wear per cycle over α, split for the step: energy = c·p + f.
+struct Rate {
+    proportion: Vec<f64>,
+    rest: Vec<f64>,
+}
+
+/// A finished step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// Cycles of the step.
+    pub cycles: u64,
+    /// Wear depth after it \[m\].
+    pub wear: Vec<f64>,
+    /// Static contact after it, as the last stage found it: what the next contact starts from.
+    pub contact: NormalSolution,
+    /// Shear at t = 0 in its middle, to start the next cycle from \[Pa\].
+    pub shear: ByAxis<Vec<f64>>,
+    /// Estimated error of the worn volume in this step (L1 of the wear field) \[m³\].
+    pub error: f64,
+    /// Cycles that the error would allow to the next step.
+    pub proposal: f64,
+    /// Steps that were tried and found inaccurate before this one.
+    pub rejected: usize,
+}
+
+/// What bounds a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Error allowed, as a part of the volume worn in the step.
+    pub tolerance: f64,
+    /// Largest wear depth at the rate of its beginning \[m\].
+    pub depth_step: Option<f64>,
+    /// Cycles left.
+    pub remaining: u64,
+}
+
+/// Cycles for a first step, before any error is known: the fastest-wearing cell's wear compliance is then the half
+/// space's own.
+pub fn first_proposal(joint: &FrettingJoint, state: &WornState, coefficient: f64) -> f64 {
+    let fastest = rate(joint, state).proportion.iter().fold(0.0f64, |m, c| m.max(*c));
+    joint.half_space.self_compliance() / (coefficient * fastest)
+}
+
+/// Makes one step of at most `proposal` cycles, shorter ones until its error is within the limits.
+pub fn advance(
+    joint: &mut FrettingJoint,
+    state: &WornState,
+    coefficient: f64,
+    proposal: f64,
+    limits: Limits,
+) -> Result<Step, WearError> {
+    let begin = rate(joint, state);
+    let deepest = coefficient * state.cycle.energy.iter().fold(0.0f64, |m, e| m.max(*e));
+    let by_depth = limits.depth_step.map_or(f64::INFINITY, |d| d / deepest);
+    let mut cycles = whole(proposal.min(by_depth), limits.remaining);
+    let mut rejected = 0;
+    loop {
+        let mut step = attempt(joint, state, &begin, coefficient, cycles)?;
+        let volume = joint.volume(&step.wear) - joint.volume(&state.wear);
+        let relative = if volume > 0.0 { step.error / volume } else { 0.0 };
+        // The relative error of a step is of second order in its length.
+        let factor = SAFETY * (limits.tolerance / relative).sqrt();
+        step.proposal = cycles as f64 * factor.clamp(CHANGE.0, CHANGE.1);
+        if relative <= limits.tolerance {
+            step.rejected = rejected;
+            return Ok(step);
+        }
+        if cycles == 1 {
+            let tolerance = limits.tolerance;
+            return Err(WearError::StepTooSmall { cycles, error: relative, tolerance });
+        }
+        cycles = whole(step.proposal.min(0.9 * cycles as f64), limits.remaining);
+        rejected += 1;
+    }
+}
+
+/// A whole number of cycles near `wanted` that does not leave a stub before the end.
+fn whole(wanted: f64, remaining: u64) -> u64 {
+    if wanted >= remaining as f64 {
+        return remaining;
+    }
+    let steps = (remaining as f64 / wanted).ceil();
+    let cycles = if steps <= 3.0 { remaining as f64 / steps } else { wanted };
+    (cycles as u64).clamp(1, remaining)
+}
+
+/// One step of `cycles`, whatever its error.
+fn attempt(
+    joint: &mut FrettingJoint,
+    state: &WornState,
+    begin: &Rate,
+    coefficient: f64,
+    cycles: u64,
+) -> Result<Step, WearError> {
+    let load = joint.motion.mean_load();
+    let reach = cycles as f64 * coefficient;
+    let add = |wear: &[f64], parts: &[(f64, &[f64])]| -> Vec<f64> {
+        (0..wear.len()).map(|c| wear[c] + parts.iter().map(|(factor, field)| factor * field[c]).sum::<f64>()).collect()
+    };
+    let scaled = |factor: f64, field: &[f64]| -> Vec<f64> { field.iter().map(|v| factor * v).collect() };
+    let worn = |rate: &Rate, pressure: &[f64]| -> Vec<f64> {
+        rate.proportion.iter().zip(pressure).map(|(c, p)| c * p).collect()
+    };
+
+    let base = add(&state.wear, &[(0.5 * reach, &begin.rest)]);
+    let compliance = scaled(0.5 * reach, &begin.proportion);
+    let half = joint.contact(&base, Some(&compliance), load, Some(&state.pressure))?;
+    let half_wear = add(&base, &[(0.5 * reach, &worn(begin, &half.pressure))]);
+    let cycle = joint.cycle(&half_wear, &half, Some(&state.cycle.shear))?;
+    let middle = split(joint, &half.pressure, &cycle.slip_path, &cycle.energy);
+
+    let compliance = scaled(GAMMA * reach, &middle.proportion);
+    let base = add(&state.wear, &[(GAMMA * reach, &middle.rest)]);
+    let first = joint.contact(&base, Some(&compliance), load, Some(&half.pressure))?;
+    let first_worn = worn(&middle, &first.pressure);
+    let base = add(&state.wear, &[((1.0 - GAMMA) * reach, &first_worn), (reach, &middle.rest)]);
+    let second = joint.contact(&base, Some(&compliance), load, Some(&half.pressure))?;
+    let second_worn = worn(&middle, &second.pressure);
+    let wear = add(&base, &[(GAMMA * reach, &second_worn)]);
+
+    let lambda = joint.half_space.self_compliance();
+    let error = (0..wear.len()).map(|c| {
+        let last = (2.0 * middle.proportion[c] - begin.proportion[c]).max(0.0) * second.pressure[c];
+        let between = middle.proportion[c] * half.pressure[c];
+        let simpson = (begin.proportion[c] * state.pressure[c] + 4.0 * between + last) / 6.0;
+        let taken = (1.0 - GAMMA) * first_worn[c] + GAMMA * second_worn[c];
+        // Where wear is stiff (its compliance above the half space's), an implicit step damps what a quadrature sees.
+        reach * (taken - simpson).abs() / (1.0 + reach * middle.proportion[c] / lambda)
+    });
+    let error = error.sum::<f64>() * joint.patch.grid.cell_area();
+    Ok(Step { cycles, wear, contact: second, shear: cycle.shear, error, proposal: 0.0, rejected: 0 })
+}
+
+fn rate(joint: &FrettingJoint, state: &WornState) -> Rate {
+    split(joint, &state.pressure, &state.cycle.slip_path, &state.cycle.energy)
+}
+
+/// Splits the energy of a cycle into c·p and f. With a constant load c is µ times the slip path, and f is zero.
+fn split(joint: &FrettingJoint, pressure: &[f64], slip_path: &[f64], energy: &[f64]) -> Rate {
+    let constant = joint.motion.constant_load();
+    let mut rate = Rate { proportion: vec![0.0; pressure.len()], rest: vec![0.0; pressure.len()] };
+    for c in 0..pressure.len() {
+        let path = joint.friction_coefficient * slip_path[c];
+        if constant || pressure[c] <= 0.0 {
+            rate.proportion[c] = path;
+        } else {
+            rate.proportion[c] = (energy[c] / pressure[c]).min(LARGEST_RATIO * path);
+        }
+        if !constant {
+            rate.rest[c] = (energy[c] - rate.proportion[c] * pressure[c]).max(0.0);
+        }
+    }
+    rate
+}

@@ -1,0 +1,119 @@
+//! A rough joint that frets: what the wear steps ask for contact and cycle.
+
+use serde::{Deserialize, Serialize};
+
+use super::cycle::{CycleSolution, March};
+use super::motion::Motion;
+use crate::contact::normal::{self, NormalOptions, NormalProblem, NormalSolution};
+use crate::contact::tangential::TangentialOptions;
+use crate::contact::{ContactError, HalfSpace};
+use crate::grid::Patch;
+
+/// What can go wrong in a fretting cycle or a wear step.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum WearError {
+    /// A contact solve failed.
+    #[error(transparent)]
+    Contact(#[from] ContactError),
+    /// The motion turns elsewhere than at two opposite ends, or the load changes.
+    #[error("`reversal` needs a straight motion about zero under constant normal load; march it `stepped`")]
+    NotStraight,
+    /// The cycle does not repeat itself.
+    #[error(
+        "the fretting cycle did not become steady: shear still changes by more than {tolerance:.1e} of its limit after {cycles} cycles"
+    )]
+    NotSteady {
+        /// Cycles marched.
+        cycles: usize,
+        /// The closure asked for.
+        tolerance: f64,
+    },
+    /// A wear step that could not be made accurate enough.
+    #[error("the wear step stays inaccurate: error {error:.2e}, {tolerance:.1e} asked, with a step of {cycles} cycles")]
+    StepTooSmall {
+        /// Cycles of the smallest step tried.
+        cycles: u64,
+        /// Its error.
+        error: f64,
+        /// The error asked for.
+        tolerance: f64,
+    },
+}
+
+/// Tolerances of the solves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrettingOptions {
+    /// Of the normal contact.
+    pub normal: NormalOptions,
+    /// Of each tangential step.
+    pub tangential: TangentialOptions,
+    /// Closure of the steady cycle: largest change of shear over a cycle, in parts of the largest µp.
+    pub cycle_tolerance: f64,
+}
+
+/// A joint, its unworn surface and its motion.
+pub struct FrettingJoint {
+    /// The two half spaces.
+    pub half_space: HalfSpace,
+    /// Grid and kept cells.
+    pub patch: Patch,
+    /// Unworn composite height, positive towards the other body \[m\].
+    pub height: Vec<f64>,
+    /// Pressure cap \[Pa\].
+    pub pressure_cap: Option<f64>,
+    /// Friction coefficient µ.
+    pub friction_coefficient: f64,
+    /// The motion.
+    pub motion: Motion,
+    /// How a cycle is marched.
+    pub march: March,
+    /// Tolerances.
+    pub options: FrettingOptions,
+}
+
+/// A joint at some point of its wear: all that a step needs, and all that a restart needs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WornState {
+    /// Cumulative wear depth ≥ 0 \[m\].
+    pub wear: Vec<f64>,
+    /// Static pressure at the mean load \[Pa\].
+    pub pressure: Vec<f64>,
+    /// The steady cycle there.
+    pub cycle: CycleSolution,
+}
+
+/// Which wear step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scheme {
+    /// [`super::implicit`].
+    Implicit,
+    /// [`super::explicit`].
+    Explicit,
+}
+
+impl FrettingJoint {
+    /// Normal contact of the surface worn by `wear` under `load`, with an optional diagonal compliance.
+    pub fn contact(
+        &mut self,
+        wear: &[f64],
+        compliance: Option<&[f64]>,
+        load: f64,
+        start: Option<&[f64]>,
+    ) -> Result<NormalSolution, WearError> {
+        let height: Vec<f64> = self.height.iter().zip(wear).map(|(h, w)| h - w).collect();
+        let patch = &self.patch;
+        let problem = NormalProblem { patch, height: &height, compliance, load, pressure_cap: self.pressure_cap };
+        Ok(normal::solve(&mut self.half_space, &problem, start, self.options.normal)?)
+    }
+
+    /// The static contact, at the mean load.
+    pub fn static_contact(&mut self, wear: &[f64], start: Option<&[f64]>) -> Result<NormalSolution, WearError> {
+        self.contact(wear, None, self.motion.mean_load(), start)
+    }
+
+    /// Worn volume of a wear field \[m³\].
+    pub fn volume(&self, wear: &[f64]) -> f64 {
+        wear.iter().sum::<f64>() * self.patch.grid.cell_area()
+    }
+}

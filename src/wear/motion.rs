@@ -1,0 +1,107 @@
+//! The motion of one vibration cycle: relative displacement of the bodies and total normal load against time.
+
+use std::f64::consts::TAU;
+
+use crate::grid::ByAxis;
+
+/// Two loads or displacements this close, relative to the largest, are the same: rounding of cosines.
+const SAME: f64 = 1e-12;
+
+/// One closed cycle, by samples: sample 0 is at t = 0, and the cycle returns to it at t = T.
+///
+/// A joint that does not move has no axis and one sample of the load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motion {
+    /// Time of each sample as a part of the period, increasing from 0 and below 1.
+    pub time: Vec<f64>,
+    /// Relative displacement of the upper body, one series an axis \[m\].
+    pub displacement: ByAxis<Vec<f64>>,
+    /// Total normal load \[N\].
+    pub normal_load: Vec<f64>,
+}
+
+/// A motion along a straight line that only turns at its two ends, under constant load and about zero.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StraightMotion {
+    /// Displacement at the end that is reached at `top` \[m\]; the other end is its negative.
+    pub end: ByAxis<f64>,
+    /// Sample of that end.
+    pub top: usize,
+    /// Sample of the other end.
+    pub bottom: usize,
+}
+
+impl Motion {
+    /// Harmonic motion `amplitude · cos(2πt/T + phase)` along each axis, under `load + load_amplitude · cos(2πt/T)`.
+    pub fn harmonic(axes: &[(f64, f64)], load: f64, load_amplitude: f64, samples: usize) -> Self {
+        let time: Vec<f64> = (0..samples).map(|k| k as f64 / samples as f64).collect();
+        let angle = |k: usize| TAU * time[k];
+        let series = |amplitude: f64, phase: f64| (0..samples).map(|k| amplitude * (angle(k) + phase).cos()).collect();
+        Motion {
+            displacement: axes.iter().map(|&(amplitude, phase)| series(amplitude, phase)).collect(),
+            normal_load: (0..samples).map(|k| load + load_amplitude * angle(k).cos()).collect(),
+            time,
+        }
+    }
+
+    /// A joint that only bears a load.
+    pub fn none(load: f64) -> Self {
+        Motion { time: vec![0.0], displacement: Vec::new(), normal_load: vec![load] }
+    }
+
+    /// Number of samples of the cycle.
+    pub fn samples(&self) -> usize {
+        self.normal_load.len()
+    }
+
+    /// Time of a sample as a part of the period; sample n is at 1.
+    pub fn time_of(&self, sample: usize) -> f64 {
+        self.time.get(sample).copied().unwrap_or(1.0)
+    }
+
+    /// Displacement at a sample; sample n is sample 0 again.
+    pub fn at(&self, sample: usize) -> ByAxis<f64> {
+        let k = sample % self.samples();
+        self.displacement.iter().map(|series| series[k]).collect()
+    }
+
+    /// Mean normal load over the cycle \[N\].
+    pub fn mean_load(&self) -> f64 {
+        self.normal_load.iter().sum::<f64>() / self.samples() as f64
+    }
+
+    /// True if the normal load never changes.
+    pub fn constant_load(&self) -> bool {
+        let mean = self.mean_load();
+        self.normal_load.iter().all(|n| (n - mean).abs() <= SAME * mean.abs())
+    }
+
+    /// The ends of the motion, if it is straight, about zero, turns at its ends only, and the load is constant.
+    pub fn straight(&self) -> Option<StraightMotion> {
+        if !self.constant_load() {
+            return None;
+        }
+        let size = |k: usize| self.at(k).iter().map(|d| d * d).sum::<f64>().sqrt();
+        let top = (0..self.samples()).fold(0, |best, k| if size(k) > size(best) { k } else { best });
+        let end = self.at(top);
+        let reach = size(top);
+        if reach == 0.0 {
+            return Some(StraightMotion { end, top: 0, bottom: self.samples() / 2 });
+        }
+        let along = |k: usize| self.at(k).iter().zip(&end).map(|(d, e)| d * e).sum::<f64>() / reach;
+        let straight = (0..self.samples()).all(|k| {
+            let across: f64 = self.at(k).iter().zip(&end).map(|(d, e)| (d - along(k) * e / reach).powi(2)).sum();
+            across.sqrt() <= SAME * reach
+        });
+        let bottom = (0..self.samples()).fold(top, |best, k| if along(k) < along(best) { k } else { best });
+        // The ends of the true motion need not be samples; what matters is that both are equally far.
+        let centred = (along(bottom) + reach).abs() <= SAME * reach;
+        let n = self.samples();
+        let falls = |from: usize, to: usize, sign: f64| {
+            let steps = (to + n - from) % n;
+            (0..steps).all(|s| sign * (along((from + s + 1) % n) - along((from + s) % n)) <= SAME * reach)
+        };
+        let turns_at_ends = falls(top, bottom, 1.0) && falls(bottom, top, -1.0);
+        (straight && centred && turns_at_ends).then_some(StraightMotion { end, top, bottom })
+    }
+}

@@ -1,0 +1,179 @@
+use fretwear::wear::cycle::March;
+use fretwear::wear::explicit;
+use fretwear::wear::implicit::{Limits, advance, first_proposal};
+use fretwear::wear::{FrettingJoint, Motion};
+
+use super::{COEFFICIENT, LOAD, after, difference_l1, joint, unworn, wear_by_equal_steps};
+
+/// The order a second-order scheme must show, and how far a fit over a few halvings may be off.
+const ORDER: f64 = 2.0;
+const ORDER_BAND: f64 = 0.3;
+/// Sums over fields against each other: rounding.
+const ROUNDING: f64 = 1e-12;
+
+fn reversal(amplitude: f64) -> FrettingJoint {
+    joint(Motion::harmonic(&[(amplitude, 0.0), (0.0, 0.0)], LOAD, 0.0, 16), March::Reversal)
+}
+
+/// Amplitudes in partial and in gross slip, each with cycles that wear the joint well into its running-in.
+const CASES: [(f64, u64); 2] = [(0.35e-6, 1_600_000), (3e-6, 160_000)];
+
+#[test]
+fn the_implicit_step_is_of_second_order() {
+    for (amplitude, cycles) in CASES {
+        let mut joint = reversal(amplitude);
+        let steps = [4, 8, 16, 32];
+        let fields: Vec<_> = steps.iter().map(|&n| wear_by_equal_steps(&mut joint, cycles, n).0.wear).collect();
+        let differences: Vec<f64> = fields.windows(2).map(|w| difference_l1(&w[0], &w[1])).collect();
+        let order = (differences[0] / differences[2]).log2() / 2.0;
+        assert!(
+            (order - ORDER).abs() <= ORDER_BAND,
+            "amplitude {amplitude}: order {order:.2}, differences {differences:?}"
+        );
+    }
+}
+
+#[test]
+fn the_embedded_error_is_of_the_size_of_the_true_one() {
+    for (amplitude, cycles) in CASES {
+        let mut joint = reversal(amplitude);
+        let (truth, _) = wear_by_equal_steps(&mut joint, cycles, 64);
+        let (coarse, estimate) = wear_by_equal_steps(&mut joint, cycles, 8);
+        let error = difference_l1(&coarse.wear, &truth.wear);
+        let estimate = estimate / joint.volume(&coarse.wear);
+        // An estimate is trusted within a small factor: it decides the step, whose square root matters.
+        assert!(
+            estimate > error / 4.0 && estimate < error * 6.0,
+            "amplitude {amplitude}: {estimate:.2e} for {error:.2e}"
+        );
+    }
+}
+
+#[test]
+fn controlled_steps_land_on_the_cycles_within_the_tolerance() {
+    for (amplitude, cycles) in CASES {
+        let mut joint = reversal(amplitude);
+        let (truth, _) = wear_by_equal_steps(&mut joint, cycles, 64);
+        for tolerance in [0.03, 0.003] {
+            let mut state = unworn(&mut joint);
+            let mut proposal = first_proposal(&joint, &state, COEFFICIENT);
+            let mut done = 0;
+            while done < cycles {
+                let limits = Limits { tolerance, depth_step: None, remaining: cycles - done };
+                let step = advance(&mut joint, &state, COEFFICIENT, proposal, limits).expect("wear step");
+                (done, proposal) = (done + step.cycles, step.proposal);
+                state = after(&mut joint, step);
+            }
+            assert_eq!(done, cycles);
+            let error = difference_l1(&state.wear, &truth.wear);
+            assert!(error < 2.0 * tolerance, "amplitude {amplitude}, tolerance {tolerance}: error {error:.2e}");
+        }
+    }
+}
+
+#[test]
+fn only_cells_that_slipped_in_contact_are_touched() {
+    let mut joint = reversal(CASES[0].0);
+    let state = unworn(&mut joint);
+    let limits = Limits { tolerance: f64::INFINITY, depth_step: None, remaining: u64::MAX };
+    let step = advance(&mut joint, &state, COEFFICIENT, 2e5, limits).expect("wear step");
+    let worn: Vec<bool> = step.wear.iter().map(|&w| w > 0.0).collect();
+    let next = after(&mut joint, step.clone());
+    let mut counts = [0; 2];
+    for c in 0..worn.len() {
+        assert!(step.wear[c] >= 0.0);
+        let touched = state.pressure[c] > 0.0 || next.pressure[c] > 0.0;
+        let slipped = state.cycle.slip_path[c] > 0.0 || next.cycle.slip_path[c] > 0.0;
+        counts[usize::from(worn[c])] += 1;
+        assert!(!worn[c] || (touched && slipped), "cell {c} wore by {} without slip in contact", step.wear[c]);
+    }
+    assert!(counts.iter().all(|&n| n > 20), "untouched and worn cells: {counts:?}");
+}
+
+#[test]
+fn the_step_wears_what_it_dissipates() {
+    // A step so short that nothing changes in it wears N α E_d of the cycle at its beginning.
+    for (amplitude, _) in CASES {
+        let mut joint = reversal(amplitude);
+        let state = unworn(&mut joint);
+        let limits = Limits { tolerance: f64::INFINITY, depth_step: None, remaining: u64::MAX };
+        let step = advance(&mut joint, &state, COEFFICIENT, 4.0, limits).expect("wear step");
+        let ratio = joint.volume(&step.wear) / (4.0 * COEFFICIENT * state.cycle.dissipation);
+        // Four cycles of some 10⁵ change the rate by some 1e-4.
+        assert!((ratio - 1.0).abs() < 1e-3, "amplitude {amplitude}: {ratio}");
+    }
+}
+
+#[test]
+fn the_local_wear_sums_to_the_global_one() {
+    // V = α Σ E_d [A eq. 2.5] against the sum of [A eq. 2.6] over cells.
+    let mut joint = reversal(CASES[1].0);
+    let state = unworn(&mut joint);
+    let wear = explicit::advance(&state.wear, &state.cycle.energy, COEFFICIENT, 1000);
+    let ratio = joint.volume(&wear) / (1000.0 * COEFFICIENT * state.cycle.dissipation);
+    assert!((ratio - 1.0).abs() < ROUNDING);
+}
+
+#[test]
+fn the_explicit_step_takes_whole_cycles_up_to_its_depth() {
+    assert_eq!(explicit::cycles(0.1e-6, 3e-12), 33_333);
+    assert_eq!(explicit::cycles(0.1e-6, 0.2e-6), 1);
+    assert_eq!(explicit::cycles(0.1e-6, 0.0), u64::MAX);
+}
+
+#[test]
+fn short_explicit_steps_and_the_implicit_step_agree() {
+    let (amplitude, cycles) = (CASES[1].0, 20_000);
+    let mut joint = reversal(amplitude);
+    let (reference, _) = wear_by_equal_steps(&mut joint, cycles, 16);
+    let mut errors = Vec::new();
+    for steps in [20, 40] {
+        let mut state = unworn(&mut joint);
+        for _ in 0..steps {
+            let wear = explicit::advance(&state.wear, &state.cycle.energy, COEFFICIENT, cycles / steps);
+            let contact = joint.static_contact(&wear, Some(&state.pressure)).expect("static contact");
+            let cycle = joint.cycle(&wear, &contact, Some(&state.cycle.shear)).expect("cycle");
+            state = fretwear::wear::joint::WornState { wear, pressure: contact.pressure, cycle };
+        }
+        errors.push(difference_l1(&state.wear, &reference.wear));
+    }
+    // The published step is of first order: halving it halves the distance.
+    let order = (errors[0] / errors[1]).log2();
+    assert!((order - 1.0).abs() <= ORDER_BAND, "order {order:.2}, errors {errors:?}");
+}
+
+#[test]
+fn a_depth_step_caps_the_implicit_step() {
+    let mut joint = reversal(CASES[1].0);
+    let state = unworn(&mut joint);
+    let limits = Limits { tolerance: 0.5, depth_step: Some(0.02e-6), remaining: u64::MAX };
+    let step = advance(&mut joint, &state, COEFFICIENT, 1e9, limits).expect("wear step");
+    let deepest = step.wear.iter().fold(0.0f64, |m, w| m.max(*w));
+    assert!(deepest <= 0.02e-6, "deepest wear {deepest}");
+    assert!(step.cycles > 1);
+}
+
+#[test]
+fn a_changing_load_wears_cells_that_the_mean_load_does_not_touch() {
+    let motion = Motion::harmonic(&[(3e-6, 0.5)], LOAD, 0.5 * LOAD, 16);
+    let mut joint = joint(motion, March::Stepped);
+    let state = unworn(&mut joint);
+    let limits = Limits { tolerance: f64::INFINITY, depth_step: None, remaining: u64::MAX };
+    let step = advance(&mut joint, &state, COEFFICIENT, 100.0, limits).expect("wear step");
+    let outside = (0..step.wear.len()).filter(|&c| state.pressure[c] == 0.0 && step.wear[c] > 0.0).count();
+    assert!(outside > 5, "{outside} cells outside the static contact wore");
+    let ratio = joint.volume(&step.wear) / (100.0 * COEFFICIENT * state.cycle.dissipation);
+    assert!((ratio - 1.0).abs() < 1e-2, "wear against energy: {ratio}");
+}
+
+#[test]
+fn steps_of_any_size_stay_finite_and_positive() {
+    for cycles in [1.0, 1e3, 1e6, 1e9, 1e12] {
+        let mut joint = reversal(CASES[1].0);
+        let state = unworn(&mut joint);
+        let limits = Limits { tolerance: f64::INFINITY, depth_step: None, remaining: u64::MAX };
+        let step = advance(&mut joint, &state, COEFFICIENT, cycles, limits).expect("wear step");
+        assert!(step.wear.iter().all(|w| w.is_finite() && *w >= 0.0), "{cycles} cycles");
+        assert!(step.error.is_finite());
+    }
+}
