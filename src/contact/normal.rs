@@ -6,7 +6,8 @@
 //!
 //! and Σ p dA = N. K is the half spaces' compliance, D an optional diagonal one (the implicit wear step's), h the heights.
 //! This is a convex problem; it is solved by a primal–dual active set: solve for p on the elastic cells in the subspace of
-//! constant load by preconditioned conjugate gradients, then exchange the cells of the wrong sign.
+//! constant load by preconditioned conjugate gradients, then exchange the cells of the wrong sign. Where the exchange cycles,
+//! the sets come from projected gradient steps, along which the energy falls.
 
 use super::error::ContactError;
 use super::half_space::HalfSpace;
@@ -15,8 +16,15 @@ use crate::grid::Patch;
 /// Part of the residual that an inner solve must remove before the set of cells is looked at again.
 const INNER_REDUCTION: f64 = 0.02;
 
-/// Outer exchanges after which the full exchange is taken to cycle and shortened steps are made instead.
-const PATIENCE: usize = 40;
+/// Exchanges after which they are taken to cycle, and the sets come from descent steps instead. Sets that settle do so within
+/// a dozen; those that cycle have a cap that leaves few elastic cells.
+const PATIENCE: usize = 16;
+
+/// Pressures this close to a bound are on it, as a part of the sum of all of them.
+const ON_BOUND: f64 = 1e-14;
+
+/// Descent steps between two attempts at an elastic solve.
+const DESCENT_STEPS: usize = 20;
 
 /// Rounding of a sum over a transform, relative to the largest term.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
@@ -66,6 +74,13 @@ pub struct NormalSolution {
     pub exchanges: usize,
     /// Largest violation of the conditions on any cell, as a displacement over that of one cell under the peak pressure.
     pub error: f64,
+}
+
+/// Where the descent steps stand: a pressure within its bounds, its residual, the length of the next step \[Pa/m\].
+struct Descent {
+    pressure: Vec<f64>,
+    residual: Vec<f64>,
+    step: f64,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -194,8 +209,8 @@ impl<'a, 'h> Solver<'a, 'h> {
         self.carry_load();
         self.update_residual();
         let mut exchanges = 0;
+        let mut descent: Option<Descent> = None;
         loop {
-            let before = (exchanges >= PATIENCE).then(|| (self.pressure.clone(), self.residual.clone()));
             self.solve_elastic();
             let error = self.error();
             if error <= self.options.tolerance {
@@ -205,11 +220,13 @@ impl<'a, 'h> Solver<'a, 'h> {
                 let (iterations, tolerance) = (self.iterations, self.options.tolerance);
                 return Err(ContactError::NotConverged { problem: "normal", iterations, error, tolerance });
             }
-            self.exchange();
-            self.carry_load();
-            self.update_residual();
-            if let Some((pressure, residual)) = before {
-                self.shorten(&pressure, &residual);
+            if exchanges < PATIENCE {
+                self.exchange();
+                self.carry_load();
+                self.update_residual();
+            } else {
+                let state = descent.take().unwrap_or_else(|| self.start_descent());
+                descent = Some(self.descend(state));
             }
             exchanges += 1;
         }
@@ -439,25 +456,80 @@ impl<'a, 'h> Solver<'a, 'h> {
         }
     }
 
-    /// Moves back from the new pressure towards the old one, to the minimum of the energy between them: the energy then
-    /// falls at every exchange, so that the sets cannot cycle.
-    fn shorten(&mut self, pressure: &[f64], residual: &[f64]) {
-        let (mut slope, mut curvature) = (0.0, 0.0);
-        for c in 0..pressure.len() {
-            let step = self.pressure[c] - pressure[c];
-            slope += step * residual[c];
-            curvature += step * (self.residual[c] - residual[c]);
-        }
-        if curvature <= 0.0 || slope >= 0.0 {
-            return;
-        }
-        let part = (-slope / curvature).min(1.0);
-        for c in 0..pressure.len() {
-            self.pressure[c] = pressure[c] + part * (self.pressure[c] - pressure[c]);
-            self.residual[c] = residual[c] + part * (self.residual[c] - residual[c]);
-            if self.cells[c] != Cell::Masked && self.pressure[c] > 0.0 && self.pressure[c] < self.cap {
-                self.cells[c] = Cell::Elastic;
+    /// The pressure to descend from: the present one, moved into its bounds and to the load.
+    fn start_descent(&mut self) -> Descent {
+        let mut pressure = std::mem::take(&mut self.pressure);
+        self.project(&mut pressure);
+        self.pressure = pressure.clone();
+        self.update_residual();
+        Descent { pressure, residual: self.residual.clone(), step: 1.0 / self.half_space.self_compliance() }
+    }
+
+    /// A few projected gradient steps, each with the minimum on its chord and the length of Barzilai and Borwein: the energy
+    /// falls at every one of them, so that the sets they leave for the elastic solve cannot cycle.
+    fn descend(&mut self, mut state: Descent) -> Descent {
+        for _ in 0..DESCENT_STEPS {
+            let mut trial: Vec<f64> =
+                state.pressure.iter().zip(&state.residual).map(|(p, r)| p - state.step * r).collect();
+            self.project(&mut trial);
+            for (d, (t, p)) in self.direction.iter_mut().zip(trial.iter().zip(&state.pressure)) {
+                *d = t - p;
             }
+            self.half_space.normal(&self.direction, &mut self.image);
+            if let Some(d) = self.problem.compliance {
+                for (c, image) in self.image.iter_mut().enumerate() {
+                    *image += d[c] * self.direction[c];
+                }
+            }
+            self.iterations += 1;
+            let (mut slope, mut curvature, mut square) = (0.0, 0.0, 0.0);
+            for (c, d) in self.direction.iter().enumerate() {
+                slope += d * state.residual[c];
+                curvature += d * self.image[c];
+                square += d * d;
+            }
+            if !(slope < 0.0 && curvature > 0.0) {
+                break;
+            }
+            let part = (-slope / curvature).min(1.0);
+            for c in 0..self.direction.len() {
+                state.pressure[c] += part * self.direction[c];
+                state.residual[c] += part * self.image[c];
+            }
+            state.step = square / curvature;
+        }
+        for c in 0..self.cells.len() {
+            if self.cells[c] == Cell::Masked {
+                continue;
+            }
+            // A load of a whole number of capped cells leaves no elastic one, but for rounding.
+            let p = state.pressure[c];
+            (self.cells[c], self.pressure[c]) = if p <= ON_BOUND * self.sum {
+                (Cell::Open, 0.0)
+            } else if self.cap - p <= ON_BOUND * self.sum {
+                (Cell::Capped, self.cap)
+            } else {
+                (Cell::Elastic, p)
+            };
+        }
+        self.residual.copy_from_slice(&state.residual);
+        state
+    }
+
+    /// The nearest pressure within the bounds that carries the load: all are shifted alike, then cut.
+    fn project(&self, pressure: &mut [f64]) {
+        let kept: Vec<usize> = (0..pressure.len()).filter(|&c| self.cells[c] != Cell::Masked).collect();
+        let carried = |shift: f64| kept.iter().map(|&c| (pressure[c] + shift).clamp(0.0, self.cap)).sum::<f64>();
+        let highest = kept.iter().map(|&c| pressure[c]).fold(f64::NEG_INFINITY, f64::max);
+        let lowest = kept.iter().map(|&c| pressure[c]).fold(f64::INFINITY, f64::min);
+        let (mut low, mut high) = (-highest, self.cap.min(self.sum) - lowest);
+        // More halvings than a double has bits.
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if carried(middle) < self.sum { low = middle } else { high = middle }
+        }
+        for (p, cell) in pressure.iter_mut().zip(&self.cells) {
+            *p = if *cell == Cell::Masked { 0.0 } else { (*p + high).clamp(0.0, self.cap) };
         }
     }
 
