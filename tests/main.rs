@@ -1,5 +1,7 @@
 //! All tests of the crate's outside, one binary; its modules mirror `src/`.
 
+mod contact;
 mod quadrature;
 mod reference;
+mod validate;
 mod wear;
