@@ -67,7 +67,10 @@ pub struct VectorKernel {
 impl Convolution {
     /// Fields of `nx * ny` cells on a plane of `px * py` (`px >= nx`, `py >= ny`).
     pub fn new(nx: usize, ny: usize, px: usize, py: usize) -> Self {
-        assert!(nx >= 1 && ny >= 1 && px >= nx && py >= ny, "plane {px} x {py} does not hold {nx} x {ny} cells");
+        assert!(
+            nx >= 1 && ny >= 1 && px >= nx && py >= ny,
+            "plane {px} x {py} does not hold {nx} x {ny} cells"
+        );
         let mut complex = FftPlanner::new();
         let mut real = RealFftPlanner::new();
         let column_forward = complex.plan_fft_forward(px);
@@ -124,11 +127,17 @@ impl Convolution {
         let waves = self.py / 2 + 1;
         let mut plane = vec![Complex64::ZERO; waves * self.px];
         let signed = |position: usize, length: usize, cells: usize| {
-            let offset = if 2 * position < length { position as isize } else { position as isize - length as isize };
+            let offset = if 2 * position < length {
+                position as isize
+            } else {
+                position as isize - length as isize
+            };
             (offset.unsigned_abs() < cells && 2 * position != length).then_some(offset)
         };
         for x in 0..self.px {
-            let Some(i) = signed(x, self.px, self.nx) else { continue };
+            let Some(i) = signed(x, self.px, self.nx) else {
+                continue;
+            };
             for y in 0..self.py {
                 self.row[y] = signed(y, self.py, self.ny).map_or(0.0, |j| value(i, j));
             }
@@ -139,7 +148,8 @@ impl Convolution {
         }
         let scale = 1.0 / (self.px * self.py) as f64;
         for column in plane.chunks_exact_mut(self.px) {
-            self.column_forward.process_with_scratch(column, &mut self.scratch);
+            self.column_forward
+                .process_with_scratch(column, &mut self.scratch);
         }
         plane.iter().map(|c| c.re * scale).collect()
     }
@@ -150,7 +160,11 @@ impl Convolution {
         let mut symbol = Vec::with_capacity(self.spectrum_len());
         for n in 0..=self.py / 2 {
             for x in 0..self.px {
-                let m = if 2 * x <= self.px { x as isize } else { x as isize - self.px as isize };
+                let m = if 2 * x <= self.px {
+                    x as isize
+                } else {
+                    x as isize - self.px as isize
+                };
                 symbol.push(value(m, n) * scale);
             }
         }
@@ -162,12 +176,14 @@ impl Convolution {
         self.rows_to_columns(0, input);
         for k in 0..=self.py / 2 {
             self.load_column(0, k);
-            self.column_forward.process_with_scratch(&mut self.columns[0], &mut self.scratch);
+            self.column_forward
+                .process_with_scratch(&mut self.columns[0], &mut self.scratch);
             let kernel = &kernel[k * self.px..(k + 1) * self.px];
             for (c, k) in self.columns[0].iter_mut().zip(kernel) {
                 *c *= k;
             }
-            self.column_inverse.process_with_scratch(&mut self.columns[0], &mut self.scratch);
+            self.column_inverse
+                .process_with_scratch(&mut self.columns[0], &mut self.scratch);
             self.store_column(0, k);
         }
         self.columns_to_rows(0, output);
@@ -175,23 +191,33 @@ impl Convolution {
     }
 
     /// Applies a symmetric 2×2 block of kernels to the x and y fields, sharing their transforms. Costs two pairs.
-    pub fn apply_vector(&mut self, kernels: &VectorKernel, input: [&[f64]; 2], output: [&mut [f64]; 2]) {
+    pub fn apply_vector(
+        &mut self,
+        kernels: &VectorKernel,
+        input: [&[f64]; 2],
+        output: [&mut [f64]; 2],
+    ) {
         for (axis, field) in input.into_iter().enumerate() {
             self.rows_to_columns(axis, field);
         }
         for k in 0..=self.py / 2 {
             for axis in 0..2 {
                 self.load_column(axis, k);
-                self.column_forward.process_with_scratch(&mut self.columns[axis], &mut self.scratch);
+                self.column_forward
+                    .process_with_scratch(&mut self.columns[axis], &mut self.scratch);
             }
             let range = k * self.px..(k + 1) * self.px;
-            let kernels = kernels.xx[range.clone()].iter().zip(&kernels.yy[range.clone()]).zip(&kernels.xy[range]);
+            let kernels = kernels.xx[range.clone()]
+                .iter()
+                .zip(&kernels.yy[range.clone()])
+                .zip(&kernels.xy[range]);
             let [x, y] = &mut self.columns;
             for ((x, y), ((xx, yy), xy)) in x.iter_mut().zip(y.iter_mut()).zip(kernels) {
                 (*x, *y) = (*x * xx + *y * xy, *x * xy + *y * yy);
             }
             for axis in 0..2 {
-                self.column_inverse.process_with_scratch(&mut self.columns[axis], &mut self.scratch);
+                self.column_inverse
+                    .process_with_scratch(&mut self.columns[axis], &mut self.scratch);
                 self.store_column(axis, k);
             }
         }
@@ -225,7 +251,8 @@ impl Convolution {
                 self.forward_row(slot);
             }
             for k in 0..waves {
-                let target = &mut self.planes[plane][k * self.nx + first..k * self.nx + first + count];
+                let target =
+                    &mut self.planes[plane][k * self.nx + first..k * self.nx + first + count];
                 for (slot, t) in target.iter_mut().enumerate() {
                     *t = self.rows[slot * waves + k];
                 }

@@ -21,7 +21,12 @@ pub struct Grid {
 impl Grid {
     /// The grid that divides a rectangle of `size` metres into `cells`.
     pub fn over(size: [f64; 2], cells: [usize; 2]) -> Self {
-        Grid { nx: cells[0], ny: cells[1], dx: size[0] / cells[0] as f64, dy: size[1] / cells[1] as f64 }
+        Grid {
+            nx: cells[0],
+            ny: cells[1],
+            dx: size[0] / cells[0] as f64,
+            dy: size[1] / cells[1] as f64,
+        }
     }
 
     /// Number of cells.
@@ -46,7 +51,10 @@ impl Grid {
 
     /// Centre of cell (i, j) measured from the centre of the grid \[m\].
     pub fn centre(&self, i: usize, j: usize) -> (f64, f64) {
-        ((i as f64 + 0.5 - 0.5 * self.nx as f64) * self.dx, (j as f64 + 0.5 - 0.5 * self.ny as f64) * self.dy)
+        (
+            (i as f64 + 0.5 - 0.5 * self.nx as f64) * self.dx,
+            (j as f64 + 0.5 - 0.5 * self.ny as f64) * self.dy,
+        )
     }
 
     /// Area of one cell \[m²\].
@@ -72,7 +80,10 @@ pub struct Patch {
 impl Patch {
     /// The whole rectangle.
     pub fn full(grid: Grid) -> Self {
-        Patch { grid, kept: vec![true; grid.len()] }
+        Patch {
+            grid,
+            kept: vec![true; grid.len()],
+        }
     }
 
     /// The rectangle without the cells whose centre lies within `diameter / 2` of the grid's centre.

@@ -270,7 +270,7 @@ pub fn parse(text: &str, expected: Dimension) -> Result<f64, UnitError> {
         }
         Scale::ONE
     } else {
-        Scale::parse(unit).map_err(wrong)?
+        Scale::parse(unit, expected).map_err(wrong)?
     };
     if scale.dimension != expected {
         return Err(wrong(UnitProblem::WrongDimension {

@@ -3,5 +3,8 @@
 mod contact;
 mod quadrature;
 mod reference;
+mod scene;
+mod surface;
+mod units;
 mod validate;
 mod wear;

@@ -11,7 +11,10 @@ pub fn gauss_legendre(order: usize) -> Vec<(f64, f64)> {
                 let (mut low, mut high) = (1.0, x);
                 for degree in 2..=order {
                     let degree = degree as f64;
-                    (low, high) = (high, ((2.0 * degree - 1.0) * x * high - (degree - 1.0) * low) / degree);
+                    (low, high) = (
+                        high,
+                        ((2.0 * degree - 1.0) * x * high - (degree - 1.0) * low) / degree,
+                    );
                 }
                 slope = order as f64 * (x * high - low) / (x * x - 1.0);
                 x -= high / slope;
@@ -28,7 +31,9 @@ pub fn integrate(from: f64, to: f64, panels: usize, f: impl Fn(f64) -> f64) -> f
     (0..panels)
         .map(|panel| {
             let middle = from + (2 * panel + 1) as f64 * half;
-            rule.iter().map(|(x, w)| w * half * f(middle + half * x)).sum::<f64>()
+            rule.iter()
+                .map(|(x, w)| w * half * f(middle + half * x))
+                .sum::<f64>()
         })
         .sum()
 }
@@ -41,7 +46,9 @@ pub fn integrate_annulus(inner: f64, outer: f64, f: impl Fn(f64, f64) -> f64) ->
     integrate(-FRAC_PI_2, FRAC_PI_2, 8, |phi| {
         let r = middle + half * phi.sin();
         // The trapezoidal rule on a full turn is exact for the few harmonics that occur.
-        let around: f64 = (0..ANGLES).map(|k| f(r, 2.0 * PI * (k as f64 + 0.5) / ANGLES as f64)).sum();
+        let around: f64 = (0..ANGLES)
+            .map(|k| f(r, 2.0 * PI * (k as f64 + 0.5) / ANGLES as f64))
+            .sum();
         around * 2.0 * PI / ANGLES as f64 * r * half * phi.cos()
     })
 }

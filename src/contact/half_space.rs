@@ -69,7 +69,17 @@ impl HalfSpace {
             Boundary::Periodic => convolution.symbol(|m, n| symbols.compliance(m, n)[0]),
         };
         let normal_inverse = inverse.symbol(|m, n| symbols.stiffness(m, n)[0]);
-        HalfSpace { grid, pair, boundary, convolution, inverse, normal, normal_inverse, shear_x: None, shear: None }
+        HalfSpace {
+            grid,
+            pair,
+            boundary,
+            convolution,
+            inverse,
+            normal,
+            normal_inverse,
+            shear_x: None,
+            shear: None,
+        }
     }
 
     /// The grid.
@@ -100,7 +110,8 @@ impl HalfSpace {
     /// The same for shear along x \[m/Pa\].
     pub fn self_shear_compliance(&self) -> f64 {
         let cell = cell_integrals(0.0, 0.0, self.grid.dx, self.grid.dy);
-        self.pair.compliance() * cell.inverse + self.pair.lateral_compliance() * cell.xx.min(cell.yy)
+        self.pair.compliance() * cell.inverse
+            + self.pair.lateral_compliance() * cell.xx.min(cell.yy)
     }
 
     /// Normal displacement under a pressure field: u = K_zz ⊗ p [A eq. 2.4].
@@ -110,7 +121,8 @@ impl HalfSpace {
 
     /// An approximate pressure for a normal displacement: the preconditioner.
     pub fn normal_inverse(&mut self, displacement: &[f64], pressure: &mut [f64]) {
-        self.inverse.apply(&self.normal_inverse, displacement, pressure);
+        self.inverse
+            .apply(&self.normal_inverse, displacement, pressure);
     }
 
     /// Tangential displacement under shear along x alone: u_x = K_xx ⊗ q_x.
@@ -149,7 +161,10 @@ impl HalfSpace {
         if self.shear_x.is_some() {
             return;
         }
-        let symbols = Symbols { grid: self.grid, pair: self.pair };
+        let symbols = Symbols {
+            grid: self.grid,
+            pair: self.pair,
+        };
         let forward = match self.boundary {
             Boundary::Free => {
                 let integrals = Integrals::new(self.grid);
@@ -161,22 +176,30 @@ impl HalfSpace {
             }
             Boundary::Periodic => self.convolution.symbol(|m, n| symbols.compliance(m, n)[1]),
         };
-        self.shear_x = Some([forward, self.inverse.symbol(|m, n| symbols.stiffness(m, n)[1])]);
+        self.shear_x = Some([
+            forward,
+            self.inverse.symbol(|m, n| symbols.stiffness(m, n)[1]),
+        ]);
     }
 
     fn build_shear(&mut self) {
         if self.shear.is_some() {
             return;
         }
-        let symbols = Symbols { grid: self.grid, pair: self.pair };
+        let symbols = Symbols {
+            grid: self.grid,
+            pair: self.pair,
+        };
         let convolution = &mut self.convolution;
         let forward = match self.boundary {
             Boundary::Free => {
                 let integrals = Integrals::new(self.grid);
                 let (a, b) = (self.pair.compliance(), self.pair.lateral_compliance());
                 VectorKernel {
-                    xx: convolution.kernel(|i, j| a * integrals.at(i, j).inverse + b * integrals.at(i, j).xx),
-                    yy: convolution.kernel(|i, j| a * integrals.at(i, j).inverse + b * integrals.at(i, j).yy),
+                    xx: convolution
+                        .kernel(|i, j| a * integrals.at(i, j).inverse + b * integrals.at(i, j).xx),
+                    yy: convolution
+                        .kernel(|i, j| a * integrals.at(i, j).inverse + b * integrals.at(i, j).yy),
                     xy: convolution.kernel(|i, j| b * integrals.at(i, j).xy),
                 }
             }
@@ -209,7 +232,10 @@ impl Integrals {
                 cell_integrals(i as f64 * grid.dx, j as f64 * grid.dy, grid.dx, grid.dy)
             })
             .collect();
-        Integrals { ny: grid.ny, quadrant }
+        Integrals {
+            ny: grid.ny,
+            quadrant,
+        }
     }
 
     fn at(&self, i: isize, j: isize) -> CellIntegrals {
@@ -246,15 +272,25 @@ impl Symbols {
         if k == 0.0 {
             return [0.0; 4];
         }
-        let (a, b) = (TAU * self.pair.compliance() / k, TAU * self.pair.lateral_compliance() / k);
-        let xy = if self.nyquist(m, n) { 0.0 } else { -b * x * y / (k * k) };
+        let (a, b) = (
+            TAU * self.pair.compliance() / k,
+            TAU * self.pair.lateral_compliance() / k,
+        );
+        let xy = if self.nyquist(m, n) {
+            0.0
+        } else {
+            -b * x * y / (k * k)
+        };
         [a, a + b * (y / k).powi(2), a + b * (x / k).powi(2), xy]
     }
 
     /// The inverse of [`Symbols::compliance`]. The rigid mode gets the stiffness of the patch as a punch, 2E*√(A/π) over A.
     fn stiffness(&self, m: isize, n: usize) -> [f64; 4] {
         let (x, y, k) = self.wave(m, n);
-        let (a, b) = (TAU * self.pair.compliance(), TAU * self.pair.lateral_compliance());
+        let (a, b) = (
+            TAU * self.pair.compliance(),
+            TAU * self.pair.lateral_compliance(),
+        );
         if k == 0.0 {
             let [lx, ly] = self.grid.size();
             let rigid = 4.0 / (PI * lx * ly).sqrt();
@@ -263,7 +299,16 @@ impl Symbols {
         // Along k the compliance is a/k, across it (a + b)/k.
         let (along, across) = (k / a, k / (a + b));
         let (cx, cy) = (x / k, y / k);
-        let xy = if self.nyquist(m, n) { 0.0 } else { (along - across) * cx * cy };
-        [along, across + (along - across) * cx * cx, across + (along - across) * cy * cy, xy]
+        let xy = if self.nyquist(m, n) {
+            0.0
+        } else {
+            (along - across) * cx * cy
+        };
+        [
+            along,
+            across + (along - across) * cx * cx,
+            across + (along - across) * cy * cy,
+            xy,
+        ]
     }
 }

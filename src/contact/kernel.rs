@@ -28,7 +28,11 @@ pub struct CellIntegrals {
 
 /// The integrals over a cell of `dx` × `dy` whose centre lies at (x, y) from the point of displacement \[m\].
 pub fn cell_integrals(x: f64, y: f64, dx: f64, dy: f64) -> CellIntegrals {
-    if x.hypot(y) > FAR * dx.max(dy) { gauss(x, y, dx, dy) } else { closed(x, y, dx, dy) }
+    if x.hypot(y) > FAR * dx.max(dy) {
+        gauss(x, y, dx, dy)
+    } else {
+        closed(x, y, dx, dy)
+    }
 }
 
 fn closed(x: f64, y: f64, dx: f64, dy: f64) -> CellIntegrals {
@@ -37,8 +41,16 @@ fn closed(x: f64, y: f64, dx: f64, dy: f64) -> CellIntegrals {
         for (py, sy) in [(y + 0.5 * dy, 1.0), (y - 0.5 * dy, -1.0)] {
             let sign: f64 = sx * sy;
             // y·asinh(x/|y|) is y·ln(x + r) without the part that drops out between the corners; it is 0 at y = 0.
-            let xx = if py == 0.0 { 0.0 } else { py * (px / py.abs()).asinh() };
-            let yy = if px == 0.0 { 0.0 } else { px * (py / px.abs()).asinh() };
+            let xx = if py == 0.0 {
+                0.0
+            } else {
+                py * (px / py.abs()).asinh()
+            };
+            let yy = if px == 0.0 {
+                0.0
+            } else {
+                px * (py / px.abs()).asinh()
+            };
             sum.inverse += sign * (xx + yy);
             sum.xx += sign * xx;
             sum.yy += sign * yy;

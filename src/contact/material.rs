@@ -32,7 +32,10 @@ pub struct Pair {
 impl Pair {
     /// Two bodies of one material.
     pub fn same(material: Elastic) -> Self {
-        Pair { lower: material, upper: material }
+        Pair {
+            lower: material,
+            upper: material,
+        }
     }
 
     /// E* with 1/E* = Σ (1 − ν²)/E over both bodies \[Pa\].

@@ -55,7 +55,10 @@ pub struct NormalOptions {
 
 impl Default for NormalOptions {
     fn default() -> Self {
-        NormalOptions { tolerance: 1e-6, max_iterations: 4000 }
+        NormalOptions {
+            tolerance: 1e-6,
+            max_iterations: 4000,
+        }
     }
 }
 
@@ -105,40 +108,79 @@ pub fn solve(
     Solver::new(half_space, problem, options).run(start)
 }
 
-fn check(half_space: &HalfSpace, problem: &NormalProblem, start: Option<&[f64]>) -> Result<(), ContactError> {
+fn check(
+    half_space: &HalfSpace,
+    problem: &NormalProblem,
+    start: Option<&[f64]>,
+) -> Result<(), ContactError> {
     let grid = problem.patch.grid;
     let cells = grid.len();
     let length = |field: &'static str, found: usize| {
-        if found == cells { Ok(()) } else { Err(ContactError::Length { field, found, expected: cells }) }
+        if found == cells {
+            Ok(())
+        } else {
+            Err(ContactError::Length {
+                field,
+                found,
+                expected: cells,
+            })
+        }
     };
     length("half space", half_space.grid().len())?;
     length("mask", problem.patch.kept.len())?;
     length("height", problem.height.len())?;
     length("compliance", problem.compliance.map_or(cells, <[f64]>::len))?;
     length("starting pressure", start.map_or(cells, <[f64]>::len))?;
-    let fields = [("height", Some(problem.height)), ("compliance", problem.compliance), ("starting pressure", start)];
+    let fields = [
+        ("height", Some(problem.height)),
+        ("compliance", problem.compliance),
+        ("starting pressure", start),
+    ];
     for (field, values) in fields.into_iter().filter_map(|(name, v)| Some((name, v?))) {
         let wrong = (0..cells).find(|&c| problem.patch.kept[c] && !values[c].is_finite());
         if let Some(index) = wrong {
             let (i, j) = grid.cell(index);
-            return Err(ContactError::NotFinite { field, i, j, value: values[index] });
+            return Err(ContactError::NotFinite {
+                field,
+                i,
+                j,
+                value: values[index],
+            });
         }
     }
     if !(problem.load.is_finite() && problem.load >= 0.0) {
-        return Err(ContactError::OutOfRange { name: "load", value: problem.load, expected: "finite and ≥ 0 N" });
+        return Err(ContactError::OutOfRange {
+            name: "load",
+            value: problem.load,
+            expected: "finite and ≥ 0 N",
+        });
     }
     let kept = problem.patch.cells();
     if kept == 0 {
-        return Err(ContactError::OutOfRange { name: "number of kept cells", value: 0.0, expected: "at least 1" });
+        return Err(ContactError::OutOfRange {
+            name: "number of kept cells",
+            value: 0.0,
+            expected: "at least 1",
+        });
     }
     if let Some(cap) = problem.pressure_cap {
         if !(cap.is_finite() && cap > 0.0) {
-            return Err(ContactError::OutOfRange { name: "pressure cap", value: cap, expected: "finite and > 0 Pa" });
+            return Err(ContactError::OutOfRange {
+                name: "pressure cap",
+                value: cap,
+                expected: "finite and > 0 Pa",
+            });
         }
         let capacity = cap * problem.patch.area();
         if problem.load > capacity {
             let cell_area = grid.cell_area();
-            return Err(ContactError::CapExceeded { load: problem.load, capacity, cells: kept, cell_area, cap });
+            return Err(ContactError::CapExceeded {
+                load: problem.load,
+                capacity,
+                cells: kept,
+                cell_area,
+                cap,
+            });
         }
     }
     Ok(())
@@ -147,10 +189,28 @@ fn check(half_space: &HalfSpace, problem: &NormalProblem, start: Option<&[f64]>)
 /// No load: the highest point just touches.
 fn untouched(problem: &NormalProblem) -> NormalSolution {
     let kept = &problem.patch.kept;
-    let top = (0..kept.len()).filter(|&c| kept[c]).map(|c| problem.height[c]).fold(f64::NEG_INFINITY, f64::max);
-    let gap = (0..kept.len()).map(|c| if kept[c] { top - problem.height[c] } else { 0.0 }).collect();
+    let top = (0..kept.len())
+        .filter(|&c| kept[c])
+        .map(|c| problem.height[c])
+        .fold(f64::NEG_INFINITY, f64::max);
+    let gap = (0..kept.len())
+        .map(|c| {
+            if kept[c] {
+                top - problem.height[c]
+            } else {
+                0.0
+            }
+        })
+        .collect();
     let pressure = vec![0.0; kept.len()];
-    NormalSolution { pressure, gap, approach: -top, iterations: 0, exchanges: 0, error: 0.0 }
+    NormalSolution {
+        pressure,
+        gap,
+        approach: -top,
+        iterations: 0,
+        exchanges: 0,
+        error: 0.0,
+    }
 }
 
 /// The state of a solve. `residual` is (K + D) p − h on the whole grid; the gap is `residual − approach`.
@@ -179,10 +239,16 @@ struct Solver<'a, 'h> {
 }
 
 impl<'a, 'h> Solver<'a, 'h> {
-    fn new(half_space: &'h mut HalfSpace, problem: &'a NormalProblem<'a>, options: NormalOptions) -> Self {
+    fn new(
+        half_space: &'h mut HalfSpace,
+        problem: &'a NormalProblem<'a>,
+        options: NormalOptions,
+    ) -> Self {
         let n = problem.patch.grid.len();
         let lambda = half_space.self_compliance();
-        let scaling = problem.compliance.map(|d| d.iter().map(|d| (lambda / (lambda + d)).sqrt()).collect());
+        let scaling = problem
+            .compliance
+            .map(|d| d.iter().map(|d| (lambda / (lambda + d)).sqrt()).collect());
         Solver {
             half_space,
             problem,
@@ -218,7 +284,12 @@ impl<'a, 'h> Solver<'a, 'h> {
             }
             if self.iterations >= self.options.max_iterations {
                 let (iterations, tolerance) = (self.iterations, self.options.tolerance);
-                return Err(ContactError::NotConverged { problem: "normal", iterations, error, tolerance });
+                return Err(ContactError::NotConverged {
+                    problem: "normal",
+                    iterations,
+                    error,
+                    tolerance,
+                });
             }
             if exchanges < PATIENCE {
                 self.exchange();
@@ -234,7 +305,8 @@ impl<'a, 'h> Solver<'a, 'h> {
 
     /// First pressure and sets: a given pressure, or a uniform one.
     fn begin(&mut self, start: Option<&[f64]>) {
-        let usable = start.filter(|p| (0..p.len()).any(|c| self.problem.patch.kept[c] && p[c] > 0.0));
+        let usable =
+            start.filter(|p| (0..p.len()).any(|c| self.problem.patch.kept[c] && p[c] > 0.0));
         for (c, &kept) in self.problem.patch.kept.iter().enumerate() {
             if !kept {
                 continue;
@@ -259,7 +331,12 @@ impl<'a, 'h> Solver<'a, 'h> {
                 _ => (),
             }
         }
-        let left = self.sum - if capped > 0 { capped as f64 * self.cap } else { 0.0 };
+        let left = self.sum
+            - if capped > 0 {
+                capped as f64 * self.cap
+            } else {
+                0.0
+            };
         if left <= 0.0 || elastic <= 0.0 {
             self.spread_load();
             return;
@@ -276,9 +353,13 @@ impl<'a, 'h> Solver<'a, 'h> {
     /// Finds the factor f with Σ min(f p, p_max) = Σ p that carries the load, and caps the cells it says. The sum is concave
     /// in f, so Newton's method from 0 rises to the root without passing it.
     fn spread_load(&mut self) {
-        let mut closed: Vec<usize> = (0..self.cells.len()).filter(|&c| self.pressure[c] > 0.0).collect();
+        let mut closed: Vec<usize> = (0..self.cells.len())
+            .filter(|&c| self.pressure[c] > 0.0)
+            .collect();
         if (closed.len() as f64) * self.cap <= self.sum {
-            closed = (0..self.cells.len()).filter(|&c| self.cells[c] != Cell::Masked).collect();
+            closed = (0..self.cells.len())
+                .filter(|&c| self.cells[c] != Cell::Masked)
+                .collect();
             let least = self.sum / closed.len() as f64;
             for &c in &closed {
                 self.pressure[c] = self.pressure[c].max(least);
@@ -290,7 +371,11 @@ impl<'a, 'h> Solver<'a, 'h> {
             for &c in &closed {
                 let scaled = factor * self.pressure[c];
                 sum += scaled.min(self.cap);
-                slope += if scaled < self.cap { self.pressure[c] } else { 0.0 };
+                slope += if scaled < self.cap {
+                    self.pressure[c]
+                } else {
+                    0.0
+                };
             }
             let next = factor + (self.sum - sum) / slope;
             if slope == 0.0 || next <= factor * (1.0 + f64::EPSILON) {
@@ -300,7 +385,11 @@ impl<'a, 'h> Solver<'a, 'h> {
         }
         for &c in &closed {
             let scaled = factor * self.pressure[c];
-            self.cells[c] = if scaled < self.cap { Cell::Elastic } else { Cell::Capped };
+            self.cells[c] = if scaled < self.cap {
+                Cell::Elastic
+            } else {
+                Cell::Capped
+            };
             self.pressure[c] = scaled.min(self.cap);
         }
     }
@@ -327,7 +416,8 @@ impl<'a, 'h> Solver<'a, 'h> {
     /// `preconditioned` = P M P `source` on the elastic cells, where M is the half spaces' approximate inverse.
     fn precondition(&mut self, source: impl Fn(&Self, usize) -> f64) {
         self.restrict_to_image(source);
-        self.half_space.normal_inverse(&self.image, &mut self.preconditioned);
+        self.half_space
+            .normal_inverse(&self.image, &mut self.preconditioned);
         if let Some(scaling) = &self.scaling {
             for &c in &self.free {
                 self.preconditioned[c] *= scaling[c];
@@ -347,7 +437,8 @@ impl<'a, 'h> Solver<'a, 'h> {
     /// Preconditioned conjugate gradients on the elastic cells at constant load; also sets the approach.
     fn solve_elastic(&mut self) {
         self.free.clear();
-        self.free.extend((0..self.cells.len()).filter(|&c| self.cells[c] == Cell::Elastic));
+        self.free
+            .extend((0..self.cells.len()).filter(|&c| self.cells[c] == Cell::Elastic));
         if self.free.is_empty() {
             self.approach_of_capped();
             return;
@@ -364,7 +455,12 @@ impl<'a, 'h> Solver<'a, 'h> {
         loop {
             // The multiplier of the load constraint: the approach that the residual asks for in the preconditioner's metric.
             self.precondition(|s, c| s.residual[c] - s.approach);
-            let shift = self.free.iter().map(|&c| self.preconditioned[c]).sum::<f64>() / self.rigid_sum;
+            let shift = self
+                .free
+                .iter()
+                .map(|&c| self.preconditioned[c])
+                .sum::<f64>()
+                / self.rigid_sum;
             self.approach += shift;
             let (mut largest, mut new_product) = (0.0f64, 0.0);
             for &c in &self.free {
@@ -377,10 +473,17 @@ impl<'a, 'h> Solver<'a, 'h> {
                 first = largest;
             }
             let enough = (INNER_REDUCTION * first).max(0.5 * self.options.tolerance * self.scale());
-            if largest <= enough || self.free.len() == 1 || self.iterations >= self.options.max_iterations {
+            if largest <= enough
+                || self.free.len() == 1
+                || self.iterations >= self.options.max_iterations
+            {
                 return;
             }
-            let beta = if product > 0.0 { new_product / product } else { 0.0 };
+            let beta = if product > 0.0 {
+                new_product / product
+            } else {
+                0.0
+            };
             product = new_product;
             for &c in &self.free {
                 self.direction[c] = beta * self.direction[c] - self.preconditioned[c];
@@ -391,7 +494,11 @@ impl<'a, 'h> Solver<'a, 'h> {
                     self.image[c] += d[c] * self.direction[c];
                 }
             }
-            let curvature: f64 = self.free.iter().map(|&c| self.direction[c] * self.image[c]).sum();
+            let curvature: f64 = self
+                .free
+                .iter()
+                .map(|&c| self.direction[c] * self.image[c])
+                .sum();
             if curvature <= 0.0 {
                 return;
             }
@@ -416,7 +523,11 @@ impl<'a, 'h> Solver<'a, 'h> {
                 _ => (),
             }
         }
-        self.approach = if high.is_finite() { 0.5 * (low + high) } else { low };
+        self.approach = if high.is_finite() {
+            0.5 * (low + high)
+        } else {
+            low
+        };
     }
 
     /// How far a cell is from its conditions, as a displacement; a cell of negative pressure is as far as can be.
@@ -432,10 +543,16 @@ impl<'a, 'h> Solver<'a, 'h> {
     }
 
     fn error(&self) -> f64 {
-        let worst = (0..self.cells.len()).map(|c| self.violation(c)).fold(0.0, f64::max);
+        let worst = (0..self.cells.len())
+            .map(|c| self.violation(c))
+            .fold(0.0, f64::max);
         // A residual is a difference of heights, displacements and approach: it cannot be smaller than their rounding.
         let rounding = ROUNDING * self.approach.abs();
-        if worst.is_nan() { f64::INFINITY } else { (worst - rounding).max(0.0) / self.scale() }
+        if worst.is_nan() {
+            f64::INFINITY
+        } else {
+            (worst - rounding).max(0.0) / self.scale()
+        }
     }
 
     /// Puts each cell where its sign says it belongs.
@@ -462,17 +579,29 @@ impl<'a, 'h> Solver<'a, 'h> {
         self.project(&mut pressure);
         self.pressure = pressure.clone();
         self.update_residual();
-        Descent { pressure, residual: self.residual.clone(), step: 1.0 / self.half_space.self_compliance() }
+        Descent {
+            pressure,
+            residual: self.residual.clone(),
+            step: 1.0 / self.half_space.self_compliance(),
+        }
     }
 
     /// A few projected gradient steps, each with the minimum on its chord and the length of Barzilai and Borwein: the energy
     /// falls at every one of them, so that the sets they leave for the elastic solve cannot cycle.
     fn descend(&mut self, mut state: Descent) -> Descent {
         for _ in 0..DESCENT_STEPS {
-            let mut trial: Vec<f64> =
-                state.pressure.iter().zip(&state.residual).map(|(p, r)| p - state.step * r).collect();
+            let mut trial: Vec<f64> = state
+                .pressure
+                .iter()
+                .zip(&state.residual)
+                .map(|(p, r)| p - state.step * r)
+                .collect();
             self.project(&mut trial);
-            for (d, (t, p)) in self.direction.iter_mut().zip(trial.iter().zip(&state.pressure)) {
+            for (d, (t, p)) in self
+                .direction
+                .iter_mut()
+                .zip(trial.iter().zip(&state.pressure))
+            {
                 *d = t - p;
             }
             self.half_space.normal(&self.direction, &mut self.image);
@@ -518,24 +647,50 @@ impl<'a, 'h> Solver<'a, 'h> {
 
     /// The nearest pressure within the bounds that carries the load: all are shifted alike, then cut.
     fn project(&self, pressure: &mut [f64]) {
-        let kept: Vec<usize> = (0..pressure.len()).filter(|&c| self.cells[c] != Cell::Masked).collect();
-        let carried = |shift: f64| kept.iter().map(|&c| (pressure[c] + shift).clamp(0.0, self.cap)).sum::<f64>();
-        let highest = kept.iter().map(|&c| pressure[c]).fold(f64::NEG_INFINITY, f64::max);
-        let lowest = kept.iter().map(|&c| pressure[c]).fold(f64::INFINITY, f64::min);
+        let kept: Vec<usize> = (0..pressure.len())
+            .filter(|&c| self.cells[c] != Cell::Masked)
+            .collect();
+        let carried = |shift: f64| {
+            kept.iter()
+                .map(|&c| (pressure[c] + shift).clamp(0.0, self.cap))
+                .sum::<f64>()
+        };
+        let highest = kept
+            .iter()
+            .map(|&c| pressure[c])
+            .fold(f64::NEG_INFINITY, f64::max);
+        let lowest = kept
+            .iter()
+            .map(|&c| pressure[c])
+            .fold(f64::INFINITY, f64::min);
         let (mut low, mut high) = (-highest, self.cap.min(self.sum) - lowest);
         // More halvings than a double has bits.
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
-            if carried(middle) < self.sum { low = middle } else { high = middle }
+            if carried(middle) < self.sum {
+                low = middle
+            } else {
+                high = middle
+            }
         }
         for (p, cell) in pressure.iter_mut().zip(&self.cells) {
-            *p = if *cell == Cell::Masked { 0.0 } else { (*p + high).clamp(0.0, self.cap) };
+            *p = if *cell == Cell::Masked {
+                0.0
+            } else {
+                (*p + high).clamp(0.0, self.cap)
+            };
         }
     }
 
     fn finish(self, exchanges: usize, error: f64) -> NormalSolution {
         let gap = (0..self.cells.len())
-            .map(|c| if self.cells[c] == Cell::Masked { 0.0 } else { self.residual[c] - self.approach })
+            .map(|c| {
+                if self.cells[c] == Cell::Masked {
+                    0.0
+                } else {
+                    self.residual[c] - self.approach
+                }
+            })
             .collect();
         NormalSolution {
             pressure: self.pressure,

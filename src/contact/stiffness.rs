@@ -39,7 +39,11 @@ pub fn normal(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, Con
 }
 
 /// kt along x over the cells of `set`; with [`Shear::InPlane`] the transverse displacement is held at zero.
-pub fn tangential(half_space: &mut HalfSpace, set: &[bool], shear: Shear) -> Result<Stiffness, ContactError> {
+pub fn tangential(
+    half_space: &mut HalfSpace,
+    set: &[bool],
+    shear: Shear,
+) -> Result<Stiffness, ContactError> {
     let unit = match shear {
         Shear::AlongX => vec![1.0],
         Shear::InPlane => vec![1.0, 0.0],
@@ -59,18 +63,25 @@ fn linearise(
 ) -> Result<Stiffness, ContactError> {
     let (axes, grid) = (unit.len(), half_space.grid());
     if set.len() != grid.len() {
-        return Err(ContactError::Length { field: "contact set", found: set.len(), expected: grid.len() });
+        return Err(ContactError::Length {
+            field: "contact set",
+            found: set.len(),
+            expected: grid.len(),
+        });
     }
     let cells: Vec<usize> = (0..set.len()).filter(|&c| set[c]).collect();
     let zeros = || vec![vec![0.0; set.len()]; axes];
-    let (mut density, mut residual, mut direction, mut image) = (zeros(), zeros(), zeros(), zeros());
+    let (mut density, mut residual, mut direction, mut image) =
+        (zeros(), zeros(), zeros(), zeros());
     for axis in 0..axes {
         for &c in &cells {
             residual[axis][c] = unit[axis];
         }
     }
     let dot = |a: &Field, b: &Field| -> f64 {
-        (0..axes).map(|axis| cells.iter().map(|&c| a[axis][c] * b[axis][c]).sum::<f64>()).sum()
+        (0..axes)
+            .map(|axis| cells.iter().map(|&c| a[axis][c] * b[axis][c]).sum::<f64>())
+            .sum()
     };
     let (mut first, mut product) = (0.0, 0.0);
     let mut iterations = 0;
@@ -85,9 +96,18 @@ fn linearise(
         }
         if iterations == MAX_ITERATIONS {
             let error = (new_product / first).sqrt();
-            return Err(ContactError::NotConverged { problem: "stiffness", iterations, error, tolerance: RESIDUAL });
+            return Err(ContactError::NotConverged {
+                problem: "stiffness",
+                iterations,
+                error,
+                tolerance: RESIDUAL,
+            });
         }
-        let beta = if iterations == 0 { 0.0 } else { new_product / product };
+        let beta = if iterations == 0 {
+            0.0
+        } else {
+            new_product / product
+        };
         product = new_product;
         for axis in 0..axes {
             for &c in &cells {
@@ -106,5 +126,9 @@ fn linearise(
     }
     let resultant = |axis: usize| density[axis].iter().sum::<f64>() * unit[axis] * grid.cell_area();
     let total = (0..axes).map(resultant).sum();
-    Ok(Stiffness { density, total, iterations })
+    Ok(Stiffness {
+        density,
+        total,
+        iterations,
+    })
 }

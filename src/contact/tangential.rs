@@ -56,7 +56,11 @@ pub struct TangentialOptions {
 
 impl Default for TangentialOptions {
     fn default() -> Self {
-        TangentialOptions { tolerance: 1e-4, max_steps: 400, max_iterations: 20_000 }
+        TangentialOptions {
+            tolerance: 1e-4,
+            max_steps: 400,
+            max_iterations: 20_000,
+        }
     }
 }
 
@@ -111,15 +115,30 @@ fn check(
     let cells = problem.patch.grid.len();
     let axes = problem.displacement.len();
     let length = |field: &'static str, found: usize, expected: usize| {
-        if found == expected { Ok(()) } else { Err(ContactError::Length { field, found, expected }) }
+        if found == expected {
+            Ok(())
+        } else {
+            Err(ContactError::Length {
+                field,
+                found,
+                expected,
+            })
+        }
     };
     length("half space", half_space.grid().len(), cells)?;
     length("friction limit", problem.limit.len(), cells)?;
     if !(1..=2).contains(&axes) {
-        return Err(ContactError::OutOfRange { name: "number of axes", value: axes as f64, expected: "1 or 2" });
+        return Err(ContactError::OutOfRange {
+            name: "number of axes",
+            value: axes as f64,
+            expected: "1 or 2",
+        });
     }
     let mut fields = vec![("friction limit", problem.limit)];
-    for (name, shear) in [("shear before the step", problem.previous), ("starting shear", start)] {
+    for (name, shear) in [
+        ("shear before the step", problem.previous),
+        ("starting shear", start),
+    ] {
         if let Some(shear) = shear {
             length(name, shear.len() * cells, axes * cells)?;
             for field in shear {
@@ -131,17 +150,30 @@ fn check(
     for (field, values) in fields {
         if let Some(index) = (0..cells).find(|&c| !values[c].is_finite()) {
             let (i, j) = problem.patch.grid.cell(index);
-            return Err(ContactError::NotFinite { field, i, j, value: values[index] });
+            return Err(ContactError::NotFinite {
+                field,
+                i,
+                j,
+                value: values[index],
+            });
         }
     }
     match problem.displacement.iter().find(|d| !d.is_finite()) {
-        Some(&value) => Err(ContactError::OutOfRange { name: "displacement", value, expected: "finite" }),
+        Some(&value) => Err(ContactError::OutOfRange {
+            name: "displacement",
+            value,
+            expected: "finite",
+        }),
         None => Ok(()),
     }
 }
 
 /// Applies the tangential compliance for one axis or two.
-pub(super) fn compliance(half_space: &mut HalfSpace, shear: &ByAxis<Vec<f64>>, out: &mut ByAxis<Vec<f64>>) {
+pub(super) fn compliance(
+    half_space: &mut HalfSpace,
+    shear: &ByAxis<Vec<f64>>,
+    out: &mut ByAxis<Vec<f64>>,
+) {
     match (&shear[..], &mut out[..]) {
         ([x], [ux]) => half_space.shear_x(x, ux),
         ([x, y], [ux, uy]) => half_space.shear([x, y], [ux, uy]),
@@ -150,7 +182,11 @@ pub(super) fn compliance(half_space: &mut HalfSpace, shear: &ByAxis<Vec<f64>>, o
 }
 
 /// Applies the tangential preconditioner for one axis or two.
-pub(super) fn stiffness(half_space: &mut HalfSpace, displacement: &ByAxis<Vec<f64>>, out: &mut ByAxis<Vec<f64>>) {
+pub(super) fn stiffness(
+    half_space: &mut HalfSpace,
+    displacement: &ByAxis<Vec<f64>>,
+    out: &mut ByAxis<Vec<f64>>,
+) {
     match (&displacement[..], &mut out[..]) {
         ([x], [qx]) => half_space.shear_x_inverse(x, qx),
         ([x, y], [qx, qy]) => half_space.shear_inverse([x, y], [qx, qy]),
@@ -184,7 +220,10 @@ fn pair(field: &ByAxis<Vec<f64>>, c: usize) -> [f64; 2] {
 fn turn(vector: [f64; 2], angle: f64) -> [f64; 2] {
     let (sin, half) = (angle.sin(), (0.5 * angle).sin());
     let shrink = -2.0 * half * half;
-    [shrink * vector[0] - sin * vector[1], shrink * vector[1] + sin * vector[0]]
+    [
+        shrink * vector[0] - sin * vector[1],
+        shrink * vector[1] + sin * vector[0],
+    ]
 }
 
 /// What is free to change on a contact cell in a Newton step.
@@ -216,9 +255,15 @@ struct Solver<'a, 'h> {
 }
 
 impl<'a, 'h> Solver<'a, 'h> {
-    fn new(half_space: &'h mut HalfSpace, problem: &'a TangentialProblem<'a>, options: TangentialOptions) -> Self {
+    fn new(
+        half_space: &'h mut HalfSpace,
+        problem: &'a TangentialProblem<'a>,
+        options: TangentialOptions,
+    ) -> Self {
         let (axes, cells) = (problem.displacement.len(), problem.patch.grid.len());
-        let contact: Vec<usize> = (0..cells).filter(|&c| problem.patch.kept[c] && problem.limit[c] > 0.0).collect();
+        let contact: Vec<usize> = (0..cells)
+            .filter(|&c| problem.patch.kept[c] && problem.limit[c] > 0.0)
+            .collect();
         let lambda = half_space.self_shear_compliance();
         Solver {
             half_space,
@@ -257,7 +302,12 @@ impl<'a, 'h> Solver<'a, 'h> {
             }
             if steps >= self.options.max_steps || self.iterations >= self.options.max_iterations {
                 let tolerance = self.options.tolerance;
-                return Err(ContactError::NotConverged { problem: "tangential", iterations: steps, error, tolerance });
+                return Err(ContactError::NotConverged {
+                    problem: "tangential",
+                    iterations: steps,
+                    error,
+                    tolerance,
+                });
             }
             self.set_free();
             self.newton_direction(error);
@@ -308,19 +358,30 @@ impl<'a, 'h> Solver<'a, 'h> {
             let full = self.problem.limit[c] * norm(&self.slip, c);
             let along = dot(&self.shear, &self.slip, c);
             // What is left of the slip of a stick cell will be taken as none: all that it would dissipate is an error.
-            gap += if self.slips(c, along) { full - along } else { full.max(full - along) };
+            gap += if self.slips(c, along) {
+                full - along
+            } else {
+                full.max(full - along)
+            };
             bound += full;
             limits += self.problem.limit[c];
             reach = reach.max(self.elastic_displacement(c));
         }
-        let motion = self.problem.displacement.iter().map(|d| d * d).sum::<f64>().sqrt();
+        let motion = self
+            .problem
+            .displacement
+            .iter()
+            .map(|d| d * d)
+            .sum::<f64>()
+            .sqrt();
         let scale = bound.max(DISSIPATION_FLOOR * limits * motion.max(reach));
         // Rounding can leave a sum of exact complements slightly negative.
         if gap <= 0.0 { 0.0 } else { gap / scale }
     }
 
     fn elastic_displacement(&self, c: usize) -> f64 {
-        let square = (0..self.axes).map(|a| (self.problem.displacement[a] - self.slip[a][c]).powi(2));
+        let square =
+            (0..self.axes).map(|a| (self.problem.displacement[a] - self.slip[a][c]).powi(2));
         square.sum::<f64>().sqrt()
     }
 
@@ -335,7 +396,10 @@ impl<'a, 'h> Solver<'a, 'h> {
                     [x, y] => [-y[c] / size, x[c] / size],
                     _ => [0.0, 0.0],
                 };
-                Freedom::Slip { tangent, compliance: along / (size * limit) }
+                Freedom::Slip {
+                    tangent,
+                    compliance: along / (size * limit),
+                }
             } else {
                 Freedom::Stick
             };
@@ -369,8 +433,11 @@ impl<'a, 'h> Solver<'a, 'h> {
     /// Conjugate gradients for (K + D) step = s in the free directions, to a part of the error.
     fn newton_direction(&mut self, error: f64) {
         let forcing = (0.3 * error.sqrt()).clamp(1e-3, 0.1);
-        let (axes, mut residual, mut work) =
-            (self.axes, std::mem::take(&mut self.residual), std::mem::take(&mut self.work));
+        let (axes, mut residual, mut work) = (
+            self.axes,
+            std::mem::take(&mut self.residual),
+            std::mem::take(&mut self.work),
+        );
         let mut direction = std::mem::take(&mut self.direction);
         for axis in 0..axes {
             residual[axis].fill(0.0);
@@ -394,7 +461,11 @@ impl<'a, 'h> Solver<'a, 'h> {
             let mut image = std::mem::take(&mut self.image);
             self.restrict(&mut image);
             self.scale(&mut image);
-            let new_product: f64 = self.contact.iter().map(|&c| dot(&residual, &image, c)).sum();
+            let new_product: f64 = self
+                .contact
+                .iter()
+                .map(|&c| dot(&residual, &image, c))
+                .sum();
             if first == 0.0 {
                 first = new_product;
             }
@@ -403,7 +474,11 @@ impl<'a, 'h> Solver<'a, 'h> {
                 self.image = image;
                 break;
             }
-            let beta = if product > 0.0 { new_product / product } else { 0.0 };
+            let beta = if product > 0.0 {
+                new_product / product
+            } else {
+                0.0
+            };
             product = new_product;
             for axis in 0..axes {
                 for &c in &self.contact {
@@ -419,7 +494,11 @@ impl<'a, 'h> Solver<'a, 'h> {
                     }
                 }
             }
-            let curvature: f64 = self.contact.iter().map(|&c| dot(&direction, &image, c)).sum();
+            let curvature: f64 = self
+                .contact
+                .iter()
+                .map(|&c| dot(&direction, &image, c))
+                .sum();
             if curvature <= 0.0 {
                 self.image = image;
                 break;
@@ -454,9 +533,16 @@ impl<'a, 'h> Solver<'a, 'h> {
                     if size <= limit {
                         d
                     } else if q[0].hypot(q[1]) >= limit * (1.0 - ON_CIRCLE) {
-                        turn(q, (q[0] * target[1] - q[1] * target[0]).atan2(q[0] * target[0] + q[1] * target[1]))
+                        turn(
+                            q,
+                            (q[0] * target[1] - q[1] * target[0])
+                                .atan2(q[0] * target[0] + q[1] * target[1]),
+                        )
                     } else {
-                        [target[0] * (limit / size) - q[0], target[1] * (limit / size) - q[1]]
+                        [
+                            target[0] * (limit / size) - q[0],
+                            target[1] * (limit / size) - q[1],
+                        ]
                     }
                 }
             };
@@ -491,7 +577,11 @@ impl<'a, 'h> Solver<'a, 'h> {
         }
         // A curvature that is not positive is the rounding of one that vanishes: a periodic contact that moves as a whole.
         let full = curvature <= 0.0 || descent - 0.5 * curvature >= SUFFICIENT_DECREASE * descent;
-        let part = if full { 1.0 } else { (descent / curvature).min(1.0) };
+        let part = if full {
+            1.0
+        } else {
+            (descent / curvature).min(1.0)
+        };
         for axis in 0..self.axes {
             for &c in &self.contact {
                 self.shear[axis][c] += part * self.step[axis][c];
@@ -532,8 +622,17 @@ impl<'a, 'h> Solver<'a, 'h> {
                 }
             }
         }
-        let dissipation = cell_area * self.contact.iter().map(|&c| dot(&self.shear, &self.slip, c)).sum::<f64>();
-        let force = self.shear.iter().map(|q| cell_area * q.iter().sum::<f64>()).collect();
+        let dissipation = cell_area
+            * self
+                .contact
+                .iter()
+                .map(|&c| dot(&self.shear, &self.slip, c))
+                .sum::<f64>();
+        let force = self
+            .shear
+            .iter()
+            .map(|q| cell_area * q.iter().sum::<f64>())
+            .collect();
         TangentialSolution {
             shear: self.shear,
             slip: self.slip,

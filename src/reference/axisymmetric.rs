@@ -47,7 +47,11 @@ pub struct RingSolution {
 impl RingSolution {
     /// ∫p dA \[N\].
     pub fn load(&self) -> f64 {
-        self.pressure.iter().enumerate().map(|(i, p)| p * ring_area(i, self.width)).sum()
+        self.pressure
+            .iter()
+            .enumerate()
+            .map(|(i, p)| p * ring_area(i, self.width))
+            .sum()
     }
 
     /// Pressure at distance `r` from the axis \[Pa\]: linear between the middles of the rings.
@@ -72,8 +76,12 @@ impl CappedHertz {
     /// # Errors
     /// [`ContactError::NotConverged`] if the active set does not settle; its error is the share of rings that still change.
     pub fn solve(&self, rings: usize) -> Result<RingSolution, ContactError> {
-        let elastic = super::Hertz { radius: self.radius, load: self.load, effective_modulus: self.effective_modulus }
-            .contact_radius();
+        let elastic = super::Hertz {
+            radius: self.radius,
+            load: self.load,
+            effective_modulus: self.effective_modulus,
+        }
+        .contact_radius();
         let mut extent = 1.15 * elastic.max((self.load / (PI * self.cap)).sqrt());
         loop {
             let (solution, open) = self.solve_within(extent, rings)?;
@@ -85,10 +93,16 @@ impl CappedHertz {
     }
 
     /// Solve on the disc of radius `extent`; false beside the solution when the contact fills the disc.
-    fn solve_within(&self, extent: f64, rings: usize) -> Result<(RingSolution, bool), ContactError> {
+    fn solve_within(
+        &self,
+        extent: f64,
+        rings: usize,
+    ) -> Result<(RingSolution, bool), ContactError> {
         let width = extent / rings as f64;
         let middle = |i: usize| (i as f64 + 0.5) * width;
-        let gap: Vec<f64> = (0..rings).map(|i| 0.5 * middle(i).powi(2) / self.radius).collect();
+        let gap: Vec<f64> = (0..rings)
+            .map(|i| 0.5 * middle(i).powi(2) / self.radius)
+            .collect();
         let kernel = ring_kernel(rings, width, self.effective_modulus);
         let row = |i: usize| &kernel[i * rings..(i + 1) * rings];
 
@@ -98,7 +112,11 @@ impl CappedHertz {
         for step in 0..MAX_STEPS {
             let free: Vec<usize> = (0..rings).filter(|&i| state[i] == State::Free).collect();
             for i in 0..rings {
-                pressure[i] = if state[i] == State::Capped { self.cap } else { 0.0 };
+                pressure[i] = if state[i] == State::Capped {
+                    self.cap
+                } else {
+                    0.0
+                };
             }
             // Unknowns: the free pressures and the approach. Rows: no gap on the free rings, then the load.
             let n = free.len() + 1;
@@ -112,7 +130,12 @@ impl CappedHertz {
                 matrix[(n - 1) * n + k] = ring_area(i, width);
                 rhs[k] = -gap[i] - dot(row(i), &pressure);
             }
-            rhs[n - 1] = self.load - pressure.iter().enumerate().map(|(i, p)| p * ring_area(i, width)).sum::<f64>();
+            rhs[n - 1] = self.load
+                - pressure
+                    .iter()
+                    .enumerate()
+                    .map(|(i, p)| p * ring_area(i, width))
+                    .sum::<f64>();
             solve_dense(&mut matrix, &mut rhs);
             let approach = rhs[n - 1];
             for (k, &i) in free.iter().enumerate() {
@@ -146,13 +169,21 @@ impl CappedHertz {
                 let open = state[rings - 1] == State::Open;
                 let contact = state.iter().take_while(|s| **s != State::Open).count();
                 let plateau = state.iter().take_while(|s| **s == State::Capped).count();
-                let falling: Vec<(f64, f64)> = (plateau..contact).rev().map(|i| (middle(i), pressure[i])).collect();
-                let dropping: Vec<(f64, f64)> =
-                    (plateau..contact).map(|i| (middle(i), self.cap - pressure[i])).collect();
+                let falling: Vec<(f64, f64)> = (plateau..contact)
+                    .rev()
+                    .map(|i| (middle(i), pressure[i]))
+                    .collect();
+                let dropping: Vec<(f64, f64)> = (plateau..contact)
+                    .map(|i| (middle(i), self.cap - pressure[i]))
+                    .collect();
                 let solution = RingSolution {
                     width,
                     contact_radius: edge(&falling).unwrap_or(contact as f64 * width),
-                    plateau_radius: if plateau == 0 { 0.0 } else { edge(&dropping).unwrap_or(plateau as f64 * width) },
+                    plateau_radius: if plateau == 0 {
+                        0.0
+                    } else {
+                        edge(&dropping).unwrap_or(plateau as f64 * width)
+                    },
                     approach,
                     pressure,
                 };
@@ -218,7 +249,11 @@ fn solve_dense(matrix: &mut [f64], rhs: &mut [f64]) {
     let n = rhs.len();
     for column in 0..n {
         let pivot = (column..n)
-            .max_by(|&a, &b| matrix[a * n + column].abs().total_cmp(&matrix[b * n + column].abs()))
+            .max_by(|&a, &b| {
+                matrix[a * n + column]
+                    .abs()
+                    .total_cmp(&matrix[b * n + column].abs())
+            })
             .unwrap_or(column);
         if pivot != column {
             for k in column..n {
@@ -237,7 +272,10 @@ fn solve_dense(matrix: &mut [f64], rhs: &mut [f64]) {
         }
     }
     for line in (0..n).rev() {
-        let known = dot(&matrix[line * n + line + 1..(line + 1) * n], &rhs[line + 1..]);
+        let known = dot(
+            &matrix[line * n + line + 1..(line + 1) * n],
+            &rhs[line + 1..],
+        );
         rhs[line] = (rhs[line] - known) / matrix[line * n + line];
     }
 }

@@ -29,7 +29,11 @@ pub struct CattaneoMindlin {
 impl CattaneoMindlin {
     /// The normal contact.
     pub fn hertz(&self) -> Hertz {
-        Hertz { radius: self.radius, load: self.load, effective_modulus: elastic::effective_modulus(&self.pair) }
+        Hertz {
+            radius: self.radius,
+            load: self.load,
+            effective_modulus: elastic::effective_modulus(&self.pair),
+        }
     }
 
     /// Force at which the whole contact slides, µN \[N\].
@@ -39,7 +43,8 @@ impl CattaneoMindlin {
 
     /// Displacement at which the whole contact slides, 3µN/16aG* \[m\].
     pub fn sliding_displacement(&self) -> f64 {
-        3.0 * self.sliding_force() / (16.0 * self.hertz().contact_radius() * elastic::tangential_modulus(&self.pair))
+        3.0 * self.sliding_force()
+            / (16.0 * self.hertz().contact_radius() * elastic::tangential_modulus(&self.pair))
     }
 
     /// Tangential stiffness of the stuck contact kt = 8G*a \[N/m\].
@@ -104,7 +109,10 @@ impl CattaneoMindlin {
         let scale = peak / (8.0 * radius);
         if r <= radius {
             let square = radius * radius;
-            scale * 0.25 * PI * (2.0 * isotropic * (2.0 * square - r_squared) + directional * (x * x - y * y))
+            scale
+                * 0.25
+                * PI
+                * (2.0 * isotropic * (2.0 * square - r_squared) + directional * (x * x - y * y))
         } else {
             let s = radius / r;
             let (arc, root) = (s.asin(), (1.0 - s * s).sqrt());
@@ -130,7 +138,8 @@ impl CattaneoMindlin {
         let remaining = (1.0 - x).cbrt();
         let square = remaining * remaining;
         let bracket = 1.0 - square * square * remaining - 5.0 / 6.0 * x * (1.0 + square);
-        9.0 * sliding * sliding / (10.0 * self.hertz().contact_radius() * elastic::tangential_modulus(&self.pair))
+        9.0 * sliding * sliding
+            / (10.0 * self.hertz().contact_radius() * elastic::tangential_modulus(&self.pair))
             * bracket
     }
 

@@ -7,9 +7,12 @@ use crate::contact::{Elastic, Pair};
 fn sum(pair: &Pair, term: impl Fn(f64, f64) -> f64) -> f64 {
     [pair.lower, pair.upper]
         .iter()
-        .map(|Elastic { youngs_modulus, poisson_ratio }| {
-            term(0.5 * youngs_modulus / (1.0 + poisson_ratio), *poisson_ratio)
-        })
+        .map(
+            |Elastic {
+                 youngs_modulus,
+                 poisson_ratio,
+             }| { term(0.5 * youngs_modulus / (1.0 + poisson_ratio), *poisson_ratio) },
+        )
         .sum()
 }
 

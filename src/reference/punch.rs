@@ -31,6 +31,10 @@ impl CircularPunch {
     /// Traction at `r` < a under a total force: F / (2πa²√(1 − r²/a²)) \[Pa\]; zero outside, unbounded at the rim.
     pub fn traction(&self, force: f64, r: f64) -> f64 {
         let ratio = r / self.radius;
-        if ratio < 1.0 { force / (2.0 * PI * self.radius * self.radius * (1.0 - ratio * ratio).sqrt()) } else { 0.0 }
+        if ratio < 1.0 {
+            force / (2.0 * PI * self.radius * self.radius * (1.0 - ratio * ratio).sqrt())
+        } else {
+            0.0
+        }
     }
 }

@@ -34,12 +34,22 @@ impl WinklerWear {
     }
 
     /// Pressure after `cycles` under a fixed load \[Pa\]: what departs from the bed's mean pressure decays.
-    pub fn pressure_at_fixed_load(&self, initial_pressure: f64, mean_pressure: f64, cycles: f64) -> f64 {
+    pub fn pressure_at_fixed_load(
+        &self,
+        initial_pressure: f64,
+        mean_pressure: f64,
+        cycles: f64,
+    ) -> f64 {
         mean_pressure + (initial_pressure - mean_pressure) * (-cycles / self.decay_cycles()).exp()
     }
 
     /// Wear depth after `cycles` under a fixed load \[m\].
-    pub fn depth_at_fixed_load(&self, initial_pressure: f64, mean_pressure: f64, cycles: f64) -> f64 {
+    pub fn depth_at_fixed_load(
+        &self,
+        initial_pressure: f64,
+        mean_pressure: f64,
+        cycles: f64,
+    ) -> f64 {
         let steady = mean_pressure / self.stiffness * cycles / self.decay_cycles();
         steady + self.depth_at_fixed_approach(initial_pressure - mean_pressure, cycles)
     }

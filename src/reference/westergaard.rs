@@ -59,7 +59,11 @@ impl Westergaard {
             return 0.0;
         }
         let root = (sine * sine - edge * edge).sqrt();
-        let logarithm = if edge > 0.0 { edge * edge * (sine / edge).acosh() } else { 0.0 };
+        let logarithm = if edge > 0.0 {
+            edge * edge * (sine / edge).acosh()
+        } else {
+            0.0
+        };
         2.0 * self.amplitude * (sine * root - logarithm)
     }
 

@@ -45,7 +45,7 @@ impl Node {
     /// The value as TOML would write it, for messages.
     pub fn shown(&self) -> String {
         match self.to_value() {
-            Value::Table(table) => {
+            Value::Table(table) if !table.is_empty() => {
                 let entries: Vec<String> = table
                     .iter()
                     .map(|(name, value)| format!("{name} = {value}"))

@@ -93,10 +93,12 @@ pub enum Problem {
         path: PathBuf,
     },
     /// A key that no scene has.
-    #[error("unknown key {key}{}", suggestion(.nearest, .siblings))]
+    #[error("{key} = {value}: there is no such key{}", suggestion(.nearest, .siblings))]
     UnknownKey {
         /// The key.
         key: String,
+        /// Its value.
+        value: String,
         /// The known key most like it.
         nearest: Option<String>,
         /// The keys that its section has.

@@ -158,6 +158,10 @@ pub(super) fn nearest_key(key: &str) -> Option<String> {
     if let Some(sibling) = nearest(name, children(section)) {
         return Some(join(section, sibling));
     }
+    // A table such as joint.hole has a few keys of its own: one of that name elsewhere is not what was meant.
+    if section.contains('.') {
+        return None;
+    }
     let last = |key: &'static str| key.rsplit('.').next().unwrap_or(key);
     if let Some(same) = KEYS.iter().find(|known| last(known) == name) {
         return Some((*same).to_owned());

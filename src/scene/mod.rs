@@ -7,6 +7,7 @@ mod difference;
 mod document;
 mod error;
 mod keys;
+pub mod plan;
 mod reader;
 mod resolve;
 
@@ -16,8 +17,12 @@ use serde::Serialize;
 
 use crate::grid::{Grid, Patch};
 
+pub use crate::contact::Boundary;
+pub use crate::surface::prepare::{Detrend, Fill};
+pub use crate::wear::joint::Scheme;
 pub use difference::{Difference, differences};
 pub use error::{Place, Problem, SceneError};
+pub use plan::{Decision, Plan, PlanError};
 
 /// A complete, checked scene. All quantities are SI.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -143,30 +148,6 @@ pub enum Surface {
     },
 }
 
-/// What is subtracted from measured heights.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Detrend {
-    /// Nothing.
-    None,
-    /// Their mean.
-    Mean,
-    /// The plane of least squares.
-    Plane,
-    /// The quadratic form of least squares.
-    Quadratic,
-}
-
-/// What becomes of measured points without a height.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Fill {
-    /// They do not belong to the joint.
-    Mask,
-    /// They get a height from their neighbours.
-    Interpolate,
-}
-
 /// `[contact]`
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Contact {
@@ -182,16 +163,6 @@ pub struct Contact {
     pub transverse: Transverse,
     /// What happens to the rotations of the bodies.
     pub rotation: Rotation,
-}
-
-/// What lies beyond the edges of the joint.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Boundary {
-    /// Unloaded half space.
-    Free,
-    /// The joint again and again.
-    Periodic,
 }
 
 /// What happens to the in-plane direction that is not driven.
@@ -249,16 +220,6 @@ pub struct Wear {
     pub depth_step: Option<f64>,
     /// Relative error that a wear step may make, from `wear.tolerance`, `fidelity.wear_tolerance` or the preset.
     pub tolerance: f64,
-}
-
-/// How a wear step is taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Scheme {
-    /// The pressure after the step decides the wear of the step: stable at any size.
-    Implicit,
-    /// The pressure before the step does, [A eq. 2.7–2.8].
-    Explicit,
 }
 
 /// `[fidelity]`
@@ -322,6 +283,7 @@ pub enum Keep {
     /// All of them.
     All,
     /// Some of them.
+    #[serde(untagged)]
     Some {
         /// Every so many; none: only those below.
         every: Option<u64>,

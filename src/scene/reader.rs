@@ -41,8 +41,8 @@ pub(super) const TOLERANCE: Check = Check {
     expected: "greater than 0 and less than 1, such as 1e-4",
 };
 
-/// Floats up to here are exact integers, so `1e6` may stand for one.
-const LARGEST_EXACT: f64 = 9_007_199_254_740_992.0;
+/// 2^63: floats without a fraction below it, such as `1e6`, are integers.
+const INTEGER_END: f64 = 9_223_372_036_854_775_808.0;
 
 /// Reads the values of a tree by their dotted keys. Every method gives `None` for a key that is absent.
 pub(super) struct Reader<'a> {
@@ -338,6 +338,7 @@ impl<'a> Reader<'a> {
                     &entry.place,
                     Problem::UnknownKey {
                         nearest: keys::nearest_key(&key),
+                        value: entry.shown(),
                         siblings: keys::children(section)
                             .into_iter()
                             .map(str::to_owned)
@@ -355,7 +356,7 @@ impl<'a> Reader<'a> {
 fn as_integer(value: &Value) -> Option<i64> {
     match value {
         Value::Integer(number) => Some(*number),
-        Value::Float(number) if number.fract() == 0.0 && number.abs() <= LARGEST_EXACT => {
+        Value::Float(number) if number.fract() == 0.0 && number.abs() < INTEGER_END => {
             Some(*number as i64)
         }
         _ => None,

@@ -1,1 +1,87 @@
-//! (skeleton)
+//! The stages of a run: each reads tables, calls numerics and writes tables.
+//!
+//! ```text
+//! surface (once) ─> static_contact ─> fretting_cycle ─> commit ─> wear ─┐
+//!                        ^                                              │
+//!                        └───────────────── one wear iteration ─────────┘
+//! ```
+
+mod context;
+mod curves;
+mod error;
+mod fretting_cycle;
+mod inputs;
+mod run;
+mod state;
+mod static_contact;
+mod summary;
+mod surface;
+mod wear;
+
+use std::fmt;
+use std::str::FromStr;
+
+pub use error::RunError;
+pub use inputs::Inputs;
+pub use run::{Ending, Observer, Outcome, Progress, RunOptions, Source, run};
+pub use summary::FREE_KEYS;
+
+/// A stage, in the order in which an iteration passes through them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// The unworn surface, once a run.
+    Surface,
+    /// The wear step that leads to an iteration.
+    Wear,
+    /// Pressure, gap and stiffness.
+    StaticContact,
+    /// Shear, slip and dissipation over a steady cycle.
+    FrettingCycle,
+}
+
+impl Stage {
+    /// All stages.
+    pub const ALL: [Stage; 4] = [
+        Stage::Surface,
+        Stage::Wear,
+        Stage::StaticContact,
+        Stage::FrettingCycle,
+    ];
+
+    /// Name in tables, keys and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stage::Surface => "surface",
+            Stage::Wear => "wear",
+            Stage::StaticContact => "static_contact",
+            Stage::FrettingCycle => "fretting_cycle",
+        }
+    }
+}
+
+impl fmt::Display for Stage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A name that is no stage.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("\"{name}\" is no stage; the stages are {}", Stage::ALL.map(Stage::name).join(", "))]
+pub struct UnknownStage {
+    /// The name.
+    pub name: String,
+}
+
+impl FromStr for Stage {
+    type Err = UnknownStage;
+
+    fn from_str(name: &str) -> Result<Self, UnknownStage> {
+        Stage::ALL
+            .into_iter()
+            .find(|stage| stage.name() == name)
+            .ok_or_else(|| UnknownStage {
+                name: name.to_owned(),
+            })
+    }
+}

@@ -297,7 +297,8 @@ fn warnings(grid: &Grid, spectrum: &Spectrum) -> Vec<Warning> {
 fn check(surface: &RandomSurface) -> Result<(), SurfaceError> {
     positive("rq", surface.rq)?;
     match surface.spectrum {
-        Spectrum::Gaussian { correlation_length } | Spectrum::Exponential { correlation_length } => {
+        Spectrum::Gaussian { correlation_length }
+        | Spectrum::Exponential { correlation_length } => {
             positive("correlation_length along x", correlation_length[0])?;
             positive("correlation_length along y", correlation_length[1])
         }

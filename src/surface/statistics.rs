@@ -100,7 +100,12 @@ pub(super) fn moments(heights: impl Iterator<Item = f64> + Clone) -> Option<Roug
             ku: 0.0,
         });
     }
-    let unit = (deviations.clone().map(|d| (d / largest).powi(2)).sum::<f64>() / n).sqrt();
+    let unit = (deviations
+        .clone()
+        .map(|d| (d / largest).powi(2))
+        .sum::<f64>()
+        / n)
+        .sqrt();
     let rq = largest * unit;
     let scaled = deviations.map(|d| d / largest / unit);
     Some(Roughness {

@@ -131,8 +131,12 @@ pub enum TableName {
     Surface,
     /// Gap, pressure, shear and slip of every kept cell.
     ContactField,
+    /// Approach and stiffness of the static contact.
+    StaticContact,
     /// Wear depth of every kept cell.
     WearField,
+    /// The wear step that led here.
+    WearStep,
     /// Load over approach.
     Indentation,
     /// Tangential load over relative displacement.
@@ -155,10 +159,12 @@ static SCHEMAS: LazyLock<Vec<Schema>> = LazyLock::new(|| {
 
 impl TableName {
     /// All tables.
-    pub const ALL: [TableName; 8] = [
+    pub const ALL: [TableName; 10] = [
         TableName::Surface,
         TableName::ContactField,
+        TableName::StaticContact,
         TableName::WearField,
+        TableName::WearStep,
         TableName::Indentation,
         TableName::Hysteresis,
         TableName::Cycle,
@@ -171,6 +177,8 @@ impl TableName {
         match self {
             TableName::Surface => include_str!("../../schemas/surface.toml"),
             TableName::ContactField => include_str!("../../schemas/contact_field.toml"),
+            TableName::StaticContact => include_str!("../../schemas/static_contact.toml"),
+            TableName::WearStep => include_str!("../../schemas/wear_step.toml"),
             TableName::WearField => include_str!("../../schemas/wear_field.toml"),
             TableName::Indentation => include_str!("../../schemas/indentation.toml"),
             TableName::Hysteresis => include_str!("../../schemas/hysteresis.toml"),

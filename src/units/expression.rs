@@ -65,9 +65,12 @@ impl Scale {
         factor: 1.0,
     };
 
-    /// The worth of a whole unit expression.
-    pub fn parse(text: &str) -> Result<Self, UnitProblem> {
-        let mut reader = UnitReader { rest: text };
+    /// The worth of a whole unit expression. `expected` decides between suggestions only.
+    pub fn parse(text: &str, expected: Dimension) -> Result<Self, UnitProblem> {
+        let mut reader = UnitReader {
+            rest: text,
+            expected,
+        };
         let scale = reader.product(false)?;
         if reader.rest.is_empty() {
             Ok(scale)
@@ -76,9 +79,16 @@ impl Scale {
         }
     }
 
-    fn of_unit(name: &str) -> Result<Self, UnitProblem> {
+    fn of_unit(name: &str, expected: Dimension) -> Result<Self, UnitProblem> {
+        Self::known(name).ok_or_else(|| UnitProblem::UnknownUnit {
+            unit: name.to_owned(),
+            nearest: nearest_unit(name, expected),
+        })
+    }
+
+    fn known(name: &str) -> Option<Self> {
         if let Some(&(_, dimension, power, factor)) = PLAIN.iter().find(|unit| unit.0 == name) {
-            return Ok(Scale {
+            return Some(Scale {
                 dimension,
                 power,
                 factor,
@@ -95,10 +105,6 @@ impl Scale {
                     factor: 1.0,
                 })
             })
-            .ok_or_else(|| UnitProblem::UnknownUnit {
-                unit: name.to_owned(),
-                nearest: nearest_unit(name),
-            })
     }
 
     fn times(self, other: Self, exponent: i32) -> Self {
@@ -110,8 +116,9 @@ impl Scale {
     }
 }
 
-/// The known unit most like `name`: wrong capitals first, then the fewest edits; none if more than half of it would change.
-fn nearest_unit(name: &str) -> Option<String> {
+/// The known unit most like `name`: the fewest edits whatever the capitals, then the right dimension, length and capitals; none if
+/// more than half of it would change.
+fn nearest_unit(name: &str, expected: Dimension) -> Option<String> {
     let prefixed = std::iter::once("")
         .chain(PREFIXES.map(|prefix| prefix.0))
         .flat_map(|prefix| PREFIXED.map(|unit| format!("{prefix}{}", unit.0)));
@@ -121,17 +128,20 @@ fn nearest_unit(name: &str) -> Option<String> {
         .chain(plain)
         .map(|unit| {
             let edits = strsim::damerau_levenshtein(&folded, &unit.to_lowercase());
+            let is_other = Scale::known(&unit).is_none_or(|scale| scale.dimension != expected);
+            let length = unit.chars().count().abs_diff(name.chars().count());
             let capitals = strsim::damerau_levenshtein(name, &unit);
-            (edits, capitals, unit)
+            (edits, is_other, length, capitals, unit)
         })
         .min()
-        .filter(|(edits, _, _)| 2 * edits <= name.chars().count())
-        .map(|(_, _, unit)| unit)
+        .filter(|(edits, ..)| 2 * edits <= name.chars().count())
+        .map(|(.., unit)| unit)
 }
 
 /// Reads a unit from left to right.
 struct UnitReader<'a> {
     rest: &'a str,
+    expected: Dimension,
 }
 
 impl UnitReader<'_> {
@@ -195,7 +205,7 @@ impl UnitReader<'_> {
             return Err(self.malformed());
         }
         let (name, rest) = self.rest.split_at(end);
-        let unit = Scale::of_unit(name)?;
+        let unit = Scale::of_unit(name, self.expected)?;
         self.rest = rest;
         let exponent = self.exponent()?;
         self.rest = self.rest.trim_start();

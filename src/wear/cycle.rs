@@ -65,7 +65,12 @@ struct Tally {
 
 impl Tally {
     fn new(cells: usize) -> Self {
-        Tally { slip_path: vec![0.0; cells], energy: vec![0.0; cells], steps: 0, error: 0.0 }
+        Tally {
+            slip_path: vec![0.0; cells],
+            energy: vec![0.0; cells],
+            steps: 0,
+            error: 0.0,
+        }
     }
 
     /// Adds a step, `times` over.
@@ -74,7 +79,13 @@ impl Tally {
             let slip = step.slip.iter().map(|s| s[c] * s[c]).sum::<f64>().sqrt();
             self.slip_path[c] += times * slip;
             if step.state[c] == CellState::Slip {
-                self.energy[c] += times * step.shear.iter().zip(&step.slip).map(|(q, s)| q[c] * s[c]).sum::<f64>();
+                self.energy[c] += times
+                    * step
+                        .shear
+                        .iter()
+                        .zip(&step.slip)
+                        .map(|(q, s)| q[c] * s[c])
+                        .sum::<f64>();
             }
         }
         self.count(step);
@@ -85,10 +96,28 @@ impl Tally {
         self.error = self.error.max(step.error);
     }
 
-    fn finish(self, cell_area: f64, shear: ByAxis<Vec<f64>>, instants: Vec<Instant>) -> CycleSolution {
+    fn finish(
+        self,
+        cell_area: f64,
+        shear: ByAxis<Vec<f64>>,
+        instants: Vec<Instant>,
+    ) -> CycleSolution {
         let dissipation = self.energy.iter().sum::<f64>() * cell_area;
-        let Tally { slip_path, energy, steps, error } = self;
-        CycleSolution { shear, slip_path, energy, dissipation, instants, steps, error }
+        let Tally {
+            slip_path,
+            energy,
+            steps,
+            error,
+        } = self;
+        CycleSolution {
+            shear,
+            slip_path,
+            energy,
+            dissipation,
+            instants,
+            steps,
+            error,
+        }
     }
 }
 
@@ -135,14 +164,30 @@ impl FrettingJoint {
             return Ok(tally.finish(self.patch.grid.cell_area(), half.shear, instants));
         }
         // t = 0 lies on a branch: one more step from the end that precedes it.
-        let (from, sign) = if motion.bottom > motion.top { (motion.bottom, -1.0) } else { (motion.top, 1.0) };
-        let before: ByAxis<Vec<f64>> = half.shear.iter().map(|q| q.iter().map(|v| sign * v).collect()).collect();
+        let (from, sign) = if motion.bottom > motion.top {
+            (motion.bottom, -1.0)
+        } else {
+            (motion.top, 1.0)
+        };
+        let before: ByAxis<Vec<f64>> = half
+            .shear
+            .iter()
+            .map(|q| q.iter().map(|v| sign * v).collect())
+            .collect();
         let now = self.motion.at(0);
-        let change: ByAxis<f64> = now.iter().zip(&motion.end).map(|(d, end)| d - sign * end).collect();
+        let change: ByAxis<f64> = now
+            .iter()
+            .zip(&motion.end)
+            .map(|(d, end)| d - sign * end)
+            .collect();
         let first = self.step(&limit, Some(&before), &change, None)?;
         tally.count(&first);
-        let at_zero =
-            |time: f64| Instant { time, displacement: now.clone(), normal_load: load, force: first.force.clone() };
+        let at_zero = |time: f64| Instant {
+            time,
+            displacement: now.clone(),
+            normal_load: load,
+            force: first.force.clone(),
+        };
         let other = motion.top + motion.bottom - from;
         let instants = vec![
             at_zero(0.0),
@@ -185,25 +230,40 @@ impl FrettingJoint {
                 });
                 shear = step.shear;
             }
-            let moved = shear.iter().zip(&begin).flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs()));
+            let moved = shear
+                .iter()
+                .zip(&begin)
+                .flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs()));
             if moved.fold(0.0, f64::max) <= self.options.cycle_tolerance * largest {
-                let last = instants.last().cloned().map(|last| Instant { time: 0.0, ..last });
+                let last = instants
+                    .last()
+                    .cloned()
+                    .map(|last| Instant { time: 0.0, ..last });
                 instants.splice(0..0, last);
                 return Ok(tally.finish(self.patch.grid.cell_area(), shear, instants));
             }
         }
-        Err(WearError::NotSteady { cycles: MAX_CYCLES, tolerance: self.options.cycle_tolerance })
+        Err(WearError::NotSteady {
+            cycles: MAX_CYCLES,
+            tolerance: self.options.cycle_tolerance,
+        })
     }
 
     /// Friction limits at every sample, or one for all where the load is constant.
-    fn limits_over_cycle(&mut self, wear: &[f64], contact: &NormalSolution) -> Result<Vec<Vec<f64>>, WearError> {
+    fn limits_over_cycle(
+        &mut self,
+        wear: &[f64],
+        contact: &NormalSolution,
+    ) -> Result<Vec<Vec<f64>>, WearError> {
         if self.motion.constant_load() {
             return Ok(vec![self.limit(&contact.pressure)]);
         }
         let mut limits = Vec::with_capacity(self.motion.samples());
         let mut pressure = contact.pressure.clone();
         for k in 0..self.motion.samples() {
-            pressure = self.contact(wear, None, self.motion.normal_load[k], Some(&pressure))?.pressure;
+            pressure = self
+                .contact(wear, None, self.motion.normal_load[k], Some(&pressure))?
+                .pressure;
             limits.push(self.limit(&pressure));
         }
         Ok(limits)
@@ -211,7 +271,10 @@ impl FrettingJoint {
 
     /// µp on every cell \[Pa\].
     pub fn limit(&self, pressure: &[f64]) -> Vec<f64> {
-        pressure.iter().map(|p| self.friction_coefficient * p).collect()
+        pressure
+            .iter()
+            .map(|p| self.friction_coefficient * p)
+            .collect()
     }
 
     /// One tangential step.
@@ -222,9 +285,19 @@ impl FrettingJoint {
         displacement: &ByAxis<f64>,
         start: Option<&ByAxis<Vec<f64>>>,
     ) -> Result<TangentialSolution, WearError> {
-        let problem = TangentialProblem { patch: &self.patch, limit, previous, displacement };
+        let problem = TangentialProblem {
+            patch: &self.patch,
+            limit,
+            previous,
+            displacement,
+        };
         let options = self.options.tangential;
-        Ok(crate::contact::tangential::solve(&mut self.half_space, &problem, start, options)?)
+        Ok(crate::contact::tangential::solve(
+            &mut self.half_space,
+            &problem,
+            start,
+            options,
+        )?)
     }
 }
 

@@ -8,5 +8,8 @@ pub fn cycles(depth_step: f64, deepest: f64) -> u64 {
 
 /// h ← h + N Δh [A eq. 2.8], with Δh = α · `energy`, written for the wear depth \[m\].
 pub fn advance(wear: &[f64], energy: &[f64], coefficient: f64, cycles: u64) -> Vec<f64> {
-    wear.iter().zip(energy).map(|(w, e)| w + cycles as f64 * coefficient * e).collect()
+    wear.iter()
+        .zip(energy)
+        .map(|(w, e)| w + cycles as f64 * coefficient * e)
+        .collect()
 }

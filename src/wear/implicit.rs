@@ -71,7 +71,10 @@ pub struct Limits {
 /// Cycles for a first step, before any error is known: the fastest-wearing cell's wear compliance is then the half
 /// space's own.
 pub fn first_proposal(joint: &FrettingJoint, state: &WornState, coefficient: f64) -> f64 {
-    let fastest = rate(joint, state).proportion.iter().fold(0.0f64, |m, c| m.max(*c));
+    let fastest = rate(joint, state)
+        .proportion
+        .iter()
+        .fold(0.0f64, |m, c| m.max(*c));
     joint.half_space.self_compliance() / (coefficient * fastest)
 }
 
@@ -91,7 +94,11 @@ pub fn advance(
     loop {
         let mut step = attempt(joint, state, &begin, coefficient, cycles)?;
         let volume = joint.volume(&step.wear) - joint.volume(&state.wear);
-        let relative = if volume > 0.0 { step.error / volume } else { 0.0 };
+        let relative = if volume > 0.0 {
+            step.error / volume
+        } else {
+            0.0
+        };
         // The relative error of a step is of second order in its length.
         let factor = SAFETY * (limits.tolerance / relative).sqrt();
         step.proposal = cycles as f64 * factor.clamp(CHANGE.0, CHANGE.1);
@@ -101,7 +108,11 @@ pub fn advance(
         }
         if cycles == 1 {
             let tolerance = limits.tolerance;
-            return Err(WearError::StepTooSmall { cycles, error: relative, tolerance });
+            return Err(WearError::StepTooSmall {
+                cycles,
+                error: relative,
+                tolerance,
+            });
         }
         cycles = whole(step.proposal.min(0.9 * cycles as f64), limits.remaining);
         rejected += 1;
@@ -114,7 +125,11 @@ fn whole(wanted: f64, remaining: u64) -> u64 {
         return remaining;
     }
     let steps = (remaining as f64 / wanted).ceil();
-    let cycles = if steps <= 3.0 { remaining as f64 / steps } else { wanted };
+    let cycles = if steps <= 3.0 {
+        remaining as f64 / steps
+    } else {
+        wanted
+    };
     (cycles as u64).clamp(1, remaining)
 }
 
@@ -129,11 +144,24 @@ fn attempt(
     let load = joint.motion.mean_load();
     let reach = cycles as f64 * coefficient;
     let add = |wear: &[f64], parts: &[(f64, &[f64])]| -> Vec<f64> {
-        (0..wear.len()).map(|c| wear[c] + parts.iter().map(|(factor, field)| factor * field[c]).sum::<f64>()).collect()
+        (0..wear.len())
+            .map(|c| {
+                wear[c]
+                    + parts
+                        .iter()
+                        .map(|(factor, field)| factor * field[c])
+                        .sum::<f64>()
+            })
+            .collect()
     };
-    let scaled = |factor: f64, field: &[f64]| -> Vec<f64> { field.iter().map(|v| factor * v).collect() };
+    let scaled =
+        |factor: f64, field: &[f64]| -> Vec<f64> { field.iter().map(|v| factor * v).collect() };
     let worn = |rate: &Rate, pressure: &[f64]| -> Vec<f64> {
-        rate.proportion.iter().zip(pressure).map(|(c, p)| c * p).collect()
+        rate.proportion
+            .iter()
+            .zip(pressure)
+            .map(|(c, p)| c * p)
+            .collect()
     };
 
     let base = add(&state.wear, &[(0.5 * reach, &begin.rest)]);
@@ -147,7 +175,10 @@ fn attempt(
     let base = add(&state.wear, &[(GAMMA * reach, &middle.rest)]);
     let first = joint.contact(&base, Some(&compliance), load, Some(&half.pressure))?;
     let first_worn = worn(&middle, &first.pressure);
-    let base = add(&state.wear, &[((1.0 - GAMMA) * reach, &first_worn), (reach, &middle.rest)]);
+    let base = add(
+        &state.wear,
+        &[((1.0 - GAMMA) * reach, &first_worn), (reach, &middle.rest)],
+    );
     let second = joint.contact(&base, Some(&compliance), load, Some(&half.pressure))?;
     let second_worn = worn(&middle, &second.pressure);
     let wear = add(&base, &[(GAMMA * reach, &second_worn)]);
@@ -162,17 +193,33 @@ fn attempt(
         reach * (taken - simpson).abs() / (1.0 + reach * middle.proportion[c] / lambda)
     });
     let error = error.sum::<f64>() * joint.patch.grid.cell_area();
-    Ok(Step { cycles, wear, contact: second, shear: cycle.shear, error, proposal: 0.0, rejected: 0 })
+    Ok(Step {
+        cycles,
+        wear,
+        contact: second,
+        shear: cycle.shear,
+        error,
+        proposal: 0.0,
+        rejected: 0,
+    })
 }
 
 fn rate(joint: &FrettingJoint, state: &WornState) -> Rate {
-    split(joint, &state.pressure, &state.cycle.slip_path, &state.cycle.energy)
+    split(
+        joint,
+        &state.pressure,
+        &state.cycle.slip_path,
+        &state.cycle.energy,
+    )
 }
 
 /// Splits the energy of a cycle into c·p and f. With a constant load c is µ times the slip path, and f is zero.
 fn split(joint: &FrettingJoint, pressure: &[f64], slip_path: &[f64], energy: &[f64]) -> Rate {
     let constant = joint.motion.constant_load();
-    let mut rate = Rate { proportion: vec![0.0; pressure.len()], rest: vec![0.0; pressure.len()] };
+    let mut rate = Rate {
+        proportion: vec![0.0; pressure.len()],
+        rest: vec![0.0; pressure.len()],
+    };
     for c in 0..pressure.len() {
         let path = joint.friction_coefficient * slip_path[c];
         if constant || pressure[c] <= 0.0 {

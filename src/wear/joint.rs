@@ -16,7 +16,9 @@ pub enum WearError {
     #[error(transparent)]
     Contact(#[from] ContactError),
     /// The motion turns elsewhere than at two opposite ends, or the load changes.
-    #[error("`reversal` needs a straight motion about zero under constant normal load; march it `stepped`")]
+    #[error(
+        "`reversal` needs a straight motion about zero under constant normal load; march it `stepped`"
+    )]
     NotStraight,
     /// The cycle does not repeat itself.
     #[error(
@@ -29,7 +31,9 @@ pub enum WearError {
         tolerance: f64,
     },
     /// A wear step that could not be made accurate enough.
-    #[error("the wear step stays inaccurate: error {error:.2e}, {tolerance:.1e} asked, with a step of {cycles} cycles")]
+    #[error(
+        "the wear step stays inaccurate: error {error:.2e}, {tolerance:.1e} asked, with a step of {cycles} cycles"
+    )]
     StepTooSmall {
         /// Cycles of the smallest step tried.
         cycles: u64,
@@ -103,12 +107,27 @@ impl FrettingJoint {
     ) -> Result<NormalSolution, WearError> {
         let height: Vec<f64> = self.height.iter().zip(wear).map(|(h, w)| h - w).collect();
         let patch = &self.patch;
-        let problem = NormalProblem { patch, height: &height, compliance, load, pressure_cap: self.pressure_cap };
-        Ok(normal::solve(&mut self.half_space, &problem, start, self.options.normal)?)
+        let problem = NormalProblem {
+            patch,
+            height: &height,
+            compliance,
+            load,
+            pressure_cap: self.pressure_cap,
+        };
+        Ok(normal::solve(
+            &mut self.half_space,
+            &problem,
+            start,
+            self.options.normal,
+        )?)
     }
 
     /// The static contact, at the mean load.
-    pub fn static_contact(&mut self, wear: &[f64], start: Option<&[f64]>) -> Result<NormalSolution, WearError> {
+    pub fn static_contact(
+        &mut self,
+        wear: &[f64],
+        start: Option<&[f64]>,
+    ) -> Result<NormalSolution, WearError> {
         self.contact(wear, None, self.motion.mean_load(), start)
     }
 

@@ -32,21 +32,53 @@ pub struct StraightMotion {
 }
 
 impl Motion {
-    /// Harmonic motion `amplitude · cos(2πt/T + phase)` along each axis, under `load + load_amplitude · cos(2πt/T)`.
+    /// Harmonic motion `amplitude · cos(2πt/T + phase)` along each axis, under `load + load_amplitude · cos(2πt/T)`: equally
+    /// spaced samples, and the two ends of a motion whose axes turn together.
     pub fn harmonic(axes: &[(f64, f64)], load: f64, load_amplitude: f64, samples: usize) -> Self {
-        let time: Vec<f64> = (0..samples).map(|k| k as f64 / samples as f64).collect();
-        let angle = |k: usize| TAU * time[k];
-        let series = |amplitude: f64, phase: f64| (0..samples).map(|k| amplitude * (angle(k) + phase).cos()).collect();
+        let mut time: Vec<f64> = (0..samples).map(|k| k as f64 / samples as f64).collect();
+        let moving: Vec<f64> = axes
+            .iter()
+            .filter(|axis| axis.0 != 0.0)
+            .map(|axis| axis.1 / TAU)
+            .collect();
+        if let Some(&first) = moving.first()
+            && moving
+                .iter()
+                .all(|phase| (2.0 * (phase - first)).rem_euclid(1.0) <= SAME)
+        {
+            for end in [-first, 0.5 - first] {
+                let end = end.rem_euclid(1.0);
+                if end < 1.0 - SAME && time.iter().all(|t| (t - end).abs() > SAME) {
+                    time.push(end);
+                }
+            }
+            time.sort_by(f64::total_cmp);
+        }
+        let series = |amplitude: f64, phase: f64| {
+            time.iter()
+                .map(|t| amplitude * (TAU * t + phase).cos())
+                .collect()
+        };
         Motion {
-            displacement: axes.iter().map(|&(amplitude, phase)| series(amplitude, phase)).collect(),
-            normal_load: (0..samples).map(|k| load + load_amplitude * angle(k).cos()).collect(),
+            displacement: axes
+                .iter()
+                .map(|&(amplitude, phase)| series(amplitude, phase))
+                .collect(),
+            normal_load: time
+                .iter()
+                .map(|t| load + load_amplitude * (TAU * t).cos())
+                .collect(),
             time,
         }
     }
 
     /// A joint that only bears a load.
     pub fn none(load: f64) -> Self {
-        Motion { time: vec![0.0], displacement: Vec::new(), normal_load: vec![load] }
+        Motion {
+            time: vec![0.0],
+            displacement: Vec::new(),
+            normal_load: vec![load],
+        }
     }
 
     /// Number of samples of the cycle.
@@ -73,7 +105,9 @@ impl Motion {
     /// True if the normal load never changes.
     pub fn constant_load(&self) -> bool {
         let mean = self.mean_load();
-        self.normal_load.iter().all(|n| (n - mean).abs() <= SAME * mean.abs())
+        self.normal_load
+            .iter()
+            .all(|n| (n - mean).abs() <= SAME * mean.abs())
     }
 
     /// The ends of the motion, if it is straight, about zero, turns at its ends only, and the load is constant.
@@ -82,24 +116,35 @@ impl Motion {
             return None;
         }
         let size = |k: usize| self.at(k).iter().map(|d| d * d).sum::<f64>().sqrt();
-        let top = (0..self.samples()).fold(0, |best, k| if size(k) > size(best) { k } else { best });
+        let top =
+            (0..self.samples()).fold(0, |best, k| if size(k) > size(best) { k } else { best });
         let end = self.at(top);
         let reach = size(top);
         if reach == 0.0 {
-            return Some(StraightMotion { end, top: 0, bottom: self.samples() / 2 });
+            return Some(StraightMotion {
+                end,
+                top: 0,
+                bottom: self.samples() / 2,
+            });
         }
         let along = |k: usize| self.at(k).iter().zip(&end).map(|(d, e)| d * e).sum::<f64>() / reach;
         let straight = (0..self.samples()).all(|k| {
-            let across: f64 = self.at(k).iter().zip(&end).map(|(d, e)| (d - along(k) * e / reach).powi(2)).sum();
+            let across: f64 = self
+                .at(k)
+                .iter()
+                .zip(&end)
+                .map(|(d, e)| (d - along(k) * e / reach).powi(2))
+                .sum();
             across.sqrt() <= SAME * reach
         });
-        let bottom = (0..self.samples()).fold(top, |best, k| if along(k) < along(best) { k } else { best });
-        // The ends of the true motion need not be samples; what matters is that both are equally far.
+        let bottom =
+            (0..self.samples()).fold(top, |best, k| if along(k) < along(best) { k } else { best });
         let centred = (along(bottom) + reach).abs() <= SAME * reach;
         let n = self.samples();
         let falls = |from: usize, to: usize, sign: f64| {
             let steps = (to + n - from) % n;
-            (0..steps).all(|s| sign * (along((from + s + 1) % n) - along((from + s) % n)) <= SAME * reach)
+            (0..steps)
+                .all(|s| sign * (along((from + s + 1) % n) - along((from + s) % n)) <= SAME * reach)
         };
         let turns_at_ends = falls(top, bottom, 1.0) && falls(bottom, top, -1.0);
         (straight && centred && turns_at_ends).then_some(StraightMotion { end, top, bottom })

@@ -1,5 +1,7 @@
 use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
-use fretwear::contact::tangential::{self, CellState, TangentialOptions, TangentialProblem, TangentialSolution};
+use fretwear::contact::tangential::{
+    self, CellState, TangentialOptions, TangentialProblem, TangentialSolution,
+};
 use fretwear::contact::{Boundary, HalfSpace, Pair};
 use fretwear::grid::{ByAxis, Grid, Patch};
 use fretwear::reference::CattaneoMindlin;
@@ -17,23 +19,55 @@ struct Sphere {
 
 impl Sphere {
     fn pressed(pair: Pair) -> Self {
-        let exact = CattaneoMindlin { radius: 0.05, load: 320.0, friction_coefficient: 0.6, pair };
+        let exact = CattaneoMindlin {
+            radius: 0.05,
+            load: 320.0,
+            friction_coefficient: 0.6,
+            pair,
+        };
         let a = exact.hertz().contact_radius();
         let apex = (0.07 * a, -0.11 * a);
         let patch = Patch::full(Grid::over([2.5 * a, 2.6 * a], [40, 33]));
         let mut half_space = HalfSpace::new(patch.grid, pair, Boundary::Free);
         let height = paraboloid(patch.grid, exact.radius, apex);
-        let problem =
-            NormalProblem { patch: &patch, height: &height, compliance: None, load: exact.load, pressure_cap: None };
-        let solution = normal::solve(&mut half_space, &problem, None, NormalOptions::default()).unwrap();
-        let limit = solution.pressure.iter().map(|p| exact.friction_coefficient * p).collect();
-        Sphere { exact, patch, half_space, apex, limit }
+        let problem = NormalProblem {
+            patch: &patch,
+            height: &height,
+            compliance: None,
+            load: exact.load,
+            pressure_cap: None,
+        };
+        let solution =
+            normal::solve(&mut half_space, &problem, None, NormalOptions::default()).unwrap();
+        let limit = solution
+            .pressure
+            .iter()
+            .map(|p| exact.friction_coefficient * p)
+            .collect();
+        Sphere {
+            exact,
+            patch,
+            half_space,
+            apex,
+            limit,
+        }
     }
 
-    fn step(&mut self, previous: Option<&ByAxis<Vec<f64>>>, displacement: ByAxis<f64>) -> TangentialSolution {
-        let problem =
-            TangentialProblem { patch: &self.patch, limit: &self.limit, previous, displacement: &displacement };
-        let options = TangentialOptions { tolerance: 1e-6, ..TangentialOptions::default() };
+    fn step(
+        &mut self,
+        previous: Option<&ByAxis<Vec<f64>>>,
+        displacement: ByAxis<f64>,
+    ) -> TangentialSolution {
+        let problem = TangentialProblem {
+            patch: &self.patch,
+            limit: &self.limit,
+            previous,
+            displacement: &displacement,
+        };
+        let options = TangentialOptions {
+            tolerance: 1e-6,
+            ..TangentialOptions::default()
+        };
         tangential::solve(&mut self.half_space, &problem, None, options).unwrap()
     }
 }
@@ -51,7 +85,11 @@ fn first_loading_has_the_stick_circle_and_the_traction() {
         let displacement = share * exact.sliding_displacement();
         let found = sphere.step(None, vec![displacement]);
         let force = exact.force(displacement);
-        assert!((found.force[0] / force - 1.0).abs() < FORCE, "{share}: {:e} against {force:e}", found.force[0]);
+        assert!(
+            (found.force[0] / force - 1.0).abs() < FORCE,
+            "{share}: {:e} against {force:e}",
+            found.force[0]
+        );
         let (c, a) = (exact.stick_radius(force), exact.hertz().contact_radius());
         for (index, state) in found.state.iter().enumerate() {
             let r = distance(grid, index, sphere.apex);
@@ -63,8 +101,9 @@ fn first_loading_has_the_stick_circle_and_the_traction() {
                 assert!(found.slip[0][index] > 0.0);
             }
         }
-        let expected: Vec<f64> =
-            (0..grid.len()).map(|k| exact.traction(force, distance(grid, k, sphere.apex))).collect();
+        let expected: Vec<f64> = (0..grid.len())
+            .map(|k| exact.traction(force, distance(grid, k, sphere.apex)))
+            .collect();
         let error = relative_l2(&found.shear[0], &expected);
         assert!(error < 6e-2, "{share}: {error:e}");
     }
@@ -75,20 +114,37 @@ fn a_cycle_dissipates_the_area_of_masings_loop() {
     let mut sphere = Sphere::pressed(PAIR);
     let exact = sphere.exact;
     // Beyond 1 the whole contact slides at the end of each stroke.
-    for (share, tolerance) in [(0.4, 2.0 * ENERGY), (0.8, ENERGY), (1.0, ENERGY), (1.6, ENERGY)] {
+    for (share, tolerance) in [
+        (0.4, 2.0 * ENERGY),
+        (0.8, ENERGY),
+        (1.0, ENERGY),
+        (1.6, ENERGY),
+    ] {
         let amplitude = share * exact.sliding_displacement();
         let loaded = sphere.step(None, vec![amplitude]);
         let back = sphere.step(Some(&loaded.shear), vec![-2.0 * amplitude]);
         let forth = sphere.step(Some(&back.shear), vec![2.0 * amplitude]);
         let expected = exact.energy_per_cycle(amplitude);
         let found = back.dissipation + forth.dissipation;
-        assert!((found / expected - 1.0).abs() < tolerance, "{share}: {found:e} against {expected:e}");
-        assert!((back.dissipation / forth.dissipation - 1.0).abs() < 1e-4, "both strokes are alike");
-        assert!(relative_l2(&forth.shear[0], &loaded.shear[0]) < 1e-3, "the loop closes");
+        assert!(
+            (found / expected - 1.0).abs() < tolerance,
+            "{share}: {found:e} against {expected:e}"
+        );
+        assert!(
+            (back.dissipation / forth.dissipation - 1.0).abs() < 1e-4,
+            "both strokes are alike"
+        );
+        assert!(
+            relative_l2(&forth.shear[0], &loaded.shear[0]) < 1e-3,
+            "the loop closes"
+        );
         // Half way back the force is on Masing's branch.
         let half_way = sphere.step(Some(&loaded.shear), vec![-0.7 * amplitude]);
         let branch = exact.unloading_force(amplitude, 0.3 * amplitude);
-        assert!((half_way.force[0] - branch).abs() < FORCE * exact.sliding_force(), "{share}");
+        assert!(
+            (half_way.force[0] - branch).abs() < FORCE * exact.sliding_force(),
+            "{share}"
+        );
     }
 }
 
@@ -107,7 +163,11 @@ fn a_stroke_in_parts_ends_where_the_whole_one_does() {
     assert!(relative_l2(&shear.unwrap()[0], &whole.shear[0]) < 1e-3);
     // A backward step takes q·s with q at its end: the cells that stick in part of the stroke slip at their limit alone, so
     // parts change nothing but for the tolerance.
-    assert!((dissipation / whole.dissipation - 1.0).abs() < 1e-3, "{dissipation:e} {:e}", whole.dissipation);
+    assert!(
+        (dissipation / whole.dissipation - 1.0).abs() < 1e-3,
+        "{dissipation:e} {:e}",
+        whole.dissipation
+    );
 }
 
 #[test]
@@ -120,9 +180,16 @@ fn without_poissons_ratio_both_axes_give_the_one_axis_solution_in_any_direction(
     for angle in [0.0, 0.6, 2.2_f64] {
         let (sin, cos) = angle.sin_cos();
         let turned = sphere.step(None, vec![amplitude * cos, amplitude * sin]);
-        let along: Vec<f64> = turned.shear[0].iter().zip(&turned.shear[1]).map(|(x, y)| x * cos + y * sin).collect();
+        let along: Vec<f64> = turned.shear[0]
+            .iter()
+            .zip(&turned.shear[1])
+            .map(|(x, y)| x * cos + y * sin)
+            .collect();
         assert!(relative_l2(&along, &alone.shear[0]) < 1e-3, "{angle}");
-        assert!((turned.dissipation / alone.dissipation - 1.0).abs() < 1e-4, "{angle}");
+        assert!(
+            (turned.dissipation / alone.dissipation - 1.0).abs() < 1e-4,
+            "{angle}"
+        );
     }
 }
 

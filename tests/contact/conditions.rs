@@ -9,7 +9,12 @@ use proptest::prelude::*;
 
 use super::PAIR;
 
-const GRID: Grid = Grid { nx: 21, ny: 16, dx: 1.1e-4, dy: 1.6e-4 };
+const GRID: Grid = Grid {
+    nx: 21,
+    ny: 16,
+    dx: 1.1e-4,
+    dy: 1.6e-4,
+};
 
 /// What the tangential solver promises of every step.
 const DUALITY_GAP: f64 = 1e-4;
@@ -23,17 +28,30 @@ fn rough(seed: u64, rq: f64) -> Vec<f64> {
         state ^= state << 17;
         (state >> 11) as f64 / (1u64 << 53) as f64
     };
-    let waves: Vec<[f64; 4]> =
-        (0..24).map(|_| [random() * 2.0, (random() - 0.5) * 4.0, random() * 6.3, random()]).collect();
+    let waves: Vec<[f64; 4]> = (0..24)
+        .map(|_| {
+            [
+                random() * 2.0,
+                (random() - 0.5) * 4.0,
+                random() * 6.3,
+                random(),
+            ]
+        })
+        .collect();
     let mut height: Vec<f64> = (0..GRID.len())
         .map(|index| {
             let (i, j) = GRID.cell(index);
-            waves.iter().map(|[kx, ky, phase, size]| size * (kx * i as f64 + ky * j as f64 + phase).sin()).sum()
+            waves
+                .iter()
+                .map(|[kx, ky, phase, size]| size * (kx * i as f64 + ky * j as f64 + phase).sin())
+                .sum()
         })
         .collect();
     let mean = height.iter().sum::<f64>() / height.len() as f64;
     let square = height.iter().map(|h| (h - mean).powi(2)).sum::<f64>() / height.len() as f64;
-    height.iter_mut().for_each(|h| *h = (*h - mean) * rq / square.sqrt());
+    height
+        .iter_mut()
+        .for_each(|h| *h = (*h - mean) * rq / square.sqrt());
     height
 }
 
@@ -55,29 +73,60 @@ struct Case {
 
 impl Case {
     fn patch(&self) -> Patch {
-        if self.hole { Patch::with_hole(GRID, 8.0e-4) } else { Patch::full(GRID) }
+        if self.hole {
+            Patch::with_hole(GRID, 8.0e-4)
+        } else {
+            Patch::full(GRID)
+        }
     }
 
     fn boundary(&self) -> Boundary {
-        if self.periodic { Boundary::Periodic } else { Boundary::Free }
+        if self.periodic {
+            Boundary::Periodic
+        } else {
+            Boundary::Free
+        }
     }
 }
 
 fn cases() -> impl Strategy<Value = Case> {
-    (any::<u64>(), -7.5..-5.0f64, 6.0..8.3f64, prop::option::of(0.1..1.0f64), any::<bool>(), any::<bool>()).prop_map(
-        |(seed, rq, pressure, cap, hole, periodic)| {
+    (
+        any::<u64>(),
+        -7.5..-5.0f64,
+        6.0..8.3f64,
+        prop::option::of(0.1..1.0f64),
+        any::<bool>(),
+        any::<bool>(),
+    )
+        .prop_map(|(seed, rq, pressure, cap, hole, periodic)| {
             let mean_pressure = 10f64.powf(pressure);
             // A cap from just above the mean pressure to ten times it.
             let cap = cap.map(|share| mean_pressure / share);
-            Case { seed, rq: 10f64.powf(rq), mean_pressure, cap, hole, periodic }
-        },
-    )
+            Case {
+                seed,
+                rq: 10f64.powf(rq),
+                mean_pressure,
+                cap,
+                hole,
+                periodic,
+            }
+        })
 }
 
-fn solve(case: &Case, patch: &Patch, half_space: &mut HalfSpace) -> Result<NormalSolution, ContactError> {
+fn solve(
+    case: &Case,
+    patch: &Patch,
+    half_space: &mut HalfSpace,
+) -> Result<NormalSolution, ContactError> {
     let height = rough(case.seed, case.rq);
     let load = case.mean_pressure * patch.area();
-    let problem = NormalProblem { patch, height: &height, compliance: None, load, pressure_cap: case.cap };
+    let problem = NormalProblem {
+        patch,
+        height: &height,
+        compliance: None,
+        load,
+        pressure_cap: case.cap,
+    };
     normal::solve(half_space, &problem, None, NormalOptions::default())
 }
 
@@ -179,7 +228,14 @@ proptest! {
 #[test]
 fn a_masked_bump_is_not_there() {
     let patch = Patch::with_hole(GRID, 8.0e-4);
-    let case = Case { seed: 5, rq: 1e-6, mean_pressure: 2e7, cap: None, hole: true, periodic: false };
+    let case = Case {
+        seed: 5,
+        rq: 1e-6,
+        mean_pressure: 2e7,
+        cap: None,
+        hole: true,
+        periodic: false,
+    };
     let load = case.mean_pressure * patch.area();
     let plain = rough(case.seed, case.rq);
     let mut bumped = plain.clone();
@@ -187,7 +243,13 @@ fn a_masked_bump_is_not_there() {
         bumped[c] = if c % 2 == 0 { 1.0 } else { f64::NAN };
     }
     let solve = |height: &[f64]| {
-        let problem = NormalProblem { patch: &patch, height, compliance: None, load, pressure_cap: None };
+        let problem = NormalProblem {
+            patch: &patch,
+            height,
+            compliance: None,
+            load,
+            pressure_cap: None,
+        };
         let mut half_space = HalfSpace::new(GRID, PAIR, Boundary::Free);
         normal::solve(&mut half_space, &problem, None, NormalOptions::default()).unwrap()
     };
@@ -200,15 +262,34 @@ fn diagonal_compliance_adds_to_the_gap() {
     // The implicit wear step's problem: the gap of a loaded cell is K p + D p − h − δ = 0.
     let patch = Patch::full(GRID);
     let height = rough(11, 2e-6);
-    let compliance: Vec<f64> = (0..GRID.len()).map(|c| if c % 3 == 0 { 0.0 } else { 3e-14 * (c % 7) as f64 }).collect();
+    let compliance: Vec<f64> = (0..GRID.len())
+        .map(|c| {
+            if c % 3 == 0 {
+                0.0
+            } else {
+                3e-14 * (c % 7) as f64
+            }
+        })
+        .collect();
     let mut half_space = HalfSpace::new(GRID, PAIR, Boundary::Free);
     let load = 4e7 * patch.area();
-    let problem =
-        NormalProblem { patch: &patch, height: &height, compliance: Some(&compliance), load, pressure_cap: None };
+    let problem = NormalProblem {
+        patch: &patch,
+        height: &height,
+        compliance: Some(&compliance),
+        load,
+        pressure_cap: None,
+    };
     let found = normal::solve(&mut half_space, &problem, None, NormalOptions::default()).unwrap();
-    let worn: Vec<f64> = (0..GRID.len()).map(|c| height[c] - compliance[c] * found.pressure[c]).collect();
+    let worn: Vec<f64> = (0..GRID.len())
+        .map(|c| height[c] - compliance[c] * found.pressure[c])
+        .collect();
     // Without D, on the heights worn by it, the same pressure must come out.
-    let again = NormalProblem { height: &worn, compliance: None, ..problem };
+    let again = NormalProblem {
+        height: &worn,
+        compliance: None,
+        ..problem
+    };
     let expected = normal::solve(&mut half_space, &again, None, NormalOptions::default()).unwrap();
     assert!(super::relative_l2(&found.pressure, &expected.pressure) < 1e-5);
     assert!((found.approach - expected.approach).abs() < 1e-5 * found.approach.abs());
@@ -219,15 +300,47 @@ fn wrong_input_is_refused_by_name() {
     let patch = Patch::full(GRID);
     let mut half_space = HalfSpace::new(GRID, PAIR, Boundary::Free);
     let height = vec![0.0; GRID.len()];
-    let good = NormalProblem { patch: &patch, height: &height, compliance: None, load: 1.0, pressure_cap: None };
+    let good = NormalProblem {
+        patch: &patch,
+        height: &height,
+        compliance: None,
+        load: 1.0,
+        pressure_cap: None,
+    };
     let mut refused = |problem: NormalProblem| {
-        normal::solve(&mut half_space, &problem, None, NormalOptions::default()).unwrap_err().to_string()
+        normal::solve(&mut half_space, &problem, None, NormalOptions::default())
+            .unwrap_err()
+            .to_string()
     };
     let mut spoilt = height.clone();
     spoilt[GRID.index(4, 9)] = f64::NAN;
-    assert!(refused(NormalProblem { height: &spoilt, ..good }).contains("(4, 9)"));
-    assert!(refused(NormalProblem { height: &height[1..], ..good }).contains("335"));
+    assert!(
+        refused(NormalProblem {
+            height: &spoilt,
+            ..good
+        })
+        .contains("(4, 9)")
+    );
+    assert!(
+        refused(NormalProblem {
+            height: &height[1..],
+            ..good
+        })
+        .contains("335")
+    );
     assert!(refused(NormalProblem { load: -1.0, ..good }).contains("load"));
-    assert!(refused(NormalProblem { load: f64::NAN, ..good }).contains("load"));
-    assert!(refused(NormalProblem { pressure_cap: Some(0.0), ..good }).contains("pressure cap"));
+    assert!(
+        refused(NormalProblem {
+            load: f64::NAN,
+            ..good
+        })
+        .contains("load")
+    );
+    assert!(
+        refused(NormalProblem {
+            pressure_cap: Some(0.0),
+            ..good
+        })
+        .contains("pressure cap")
+    );
 }

@@ -6,19 +6,29 @@ use fretwear::grid::{Grid, Patch};
 use super::{PAIR, relative_l2};
 
 /// Even along x, odd along y, so that both kinds of highest wave number occur.
-const GRID: Grid = Grid { nx: 12, ny: 7, dx: 1.3e-4, dy: 0.8e-4 };
+const GRID: Grid = Grid {
+    nx: 12,
+    ny: 7,
+    dx: 1.3e-4,
+    dy: 0.8e-4,
+};
 
 /// Transforms of a few hundred points lose a few units in the last place.
 const ROUNDING: f64 = 1e-13;
 
 /// A field without any symmetry.
 fn field(seed: f64) -> Vec<f64> {
-    (0..GRID.len()).map(|k| 1e8 * (seed + 1.7 * k as f64 + 0.31 * (k * k) as f64).sin()).collect()
+    (0..GRID.len())
+        .map(|k| 1e8 * (seed + 1.7 * k as f64 + 0.31 * (k * k) as f64).sin())
+        .collect()
 }
 
 /// Σ over both bodies of a compliance in G and ν.
 fn both(term: impl Fn(f64, f64) -> f64) -> f64 {
-    [PAIR.lower, PAIR.upper].iter().map(|body| term(body.shear_modulus(), body.poisson_ratio)).sum()
+    [PAIR.lower, PAIR.upper]
+        .iter()
+        .map(|body| term(body.shear_modulus(), body.poisson_ratio))
+        .sum()
 }
 
 /// u = Σ K p over all pairs of cells of a free half space: order zz, xx, yy, xy.
@@ -28,7 +38,10 @@ fn direct_free(which: usize, traction: &[f64]) -> Vec<f64> {
             (0..GRID.len())
                 .map(|from| {
                     let ((i, j), (k, l)) = (GRID.cell(at), GRID.cell(from));
-                    let (x, y) = ((i as f64 - k as f64) * GRID.dx, (j as f64 - l as f64) * GRID.dy);
+                    let (x, y) = (
+                        (i as f64 - k as f64) * GRID.dx,
+                        (j as f64 - l as f64) * GRID.dy,
+                    );
                     let cell = cell_integrals(x, y, GRID.dx, GRID.dy);
                     // Boussinesq: (1 − ν)/2πG r. Cerruti: ((1 − ν)/r + ν x²/r³)/2πG and ν xy/2πG r³.
                     let round = both(|g, nu| (1.0 - nu) / (TAU * g));
@@ -49,16 +62,28 @@ fn direct_free(which: usize, traction: &[f64]) -> Vec<f64> {
 /// The same of a periodic one: a slow sum over wave numbers.
 fn direct_periodic(which: usize, traction: &[f64]) -> Vec<f64> {
     let mut displacement = vec![0.0; GRID.len()];
-    let signed = |m: usize, n: usize| if 2 * m > n { m as f64 - n as f64 } else { m as f64 };
+    let signed = |m: usize, n: usize| {
+        if 2 * m > n {
+            m as f64 - n as f64
+        } else {
+            m as f64
+        }
+    };
     for m in 0..GRID.nx {
         for n in 0..GRID.ny {
             if m == 0 && n == 0 {
                 continue;
             }
-            let (kx, ky) = (TAU * signed(m, GRID.nx) / GRID.size()[0], TAU * signed(n, GRID.ny) / GRID.size()[1]);
+            let (kx, ky) = (
+                TAU * signed(m, GRID.nx) / GRID.size()[0],
+                TAU * signed(n, GRID.ny) / GRID.size()[1],
+            );
             let k = kx.hypot(ky);
             // A shear wave displaces by (1 − ν)/Gk along its wave vector and by 1/Gk across it.
-            let (along, across) = (both(|g, nu| (1.0 - nu) / (g * k)), both(|g, _| 1.0 / (g * k)));
+            let (along, across) = (
+                both(|g, nu| (1.0 - nu) / (g * k)),
+                both(|g, _| 1.0 / (g * k)),
+            );
             let (cx, cy) = (kx / k, ky / k);
             let symbol = match which {
                 0 => both(|g, nu| (1.0 - nu) / (g * k)),
@@ -78,7 +103,8 @@ fn direct_periodic(which: usize, traction: &[f64]) -> Vec<f64> {
                 im -= t * phase(index).sin();
             }
             for (index, u) in displacement.iter_mut().enumerate() {
-                *u += symbol * (re * phase(index).cos() - im * phase(index).sin()) / GRID.len() as f64;
+                *u += symbol * (re * phase(index).cos() - im * phase(index).sin())
+                    / GRID.len() as f64;
             }
         }
     }
@@ -92,12 +118,22 @@ fn compare(boundary: Boundary, direct: impl Fn(usize, &[f64]) -> Vec<f64>) {
     half_space.normal(&x, &mut found);
     assert!(relative_l2(&found, &direct(0, &x)) < ROUNDING, "normal");
     half_space.shear_x(&x, &mut found);
-    assert!(relative_l2(&found, &direct(1, &x)) < ROUNDING, "shear along x alone");
+    assert!(
+        relative_l2(&found, &direct(1, &x)) < ROUNDING,
+        "shear along x alone"
+    );
     let (mut ux, mut uy) = (vec![0.0; GRID.len()], vec![0.0; GRID.len()]);
     half_space.shear([&x, &y], [&mut ux, &mut uy]);
-    let sum = |a: Vec<f64>, b: Vec<f64>| -> Vec<f64> { a.iter().zip(&b).map(|(a, b)| a + b).collect() };
-    assert!(relative_l2(&ux, &sum(direct(1, &x), direct(3, &y))) < ROUNDING, "u_x");
-    assert!(relative_l2(&uy, &sum(direct(3, &x), direct(2, &y))) < ROUNDING, "u_y");
+    let sum =
+        |a: Vec<f64>, b: Vec<f64>| -> Vec<f64> { a.iter().zip(&b).map(|(a, b)| a + b).collect() };
+    assert!(
+        relative_l2(&ux, &sum(direct(1, &x), direct(3, &y))) < ROUNDING,
+        "u_x"
+    );
+    assert!(
+        relative_l2(&uy, &sum(direct(3, &x), direct(2, &y))) < ROUNDING,
+        "u_y"
+    );
     // The coupling block by itself: it is small beside the others and would hide among them.
     let zero = vec![0.0; GRID.len()];
     half_space.shear([&x, &zero], [&mut ux, &mut uy]);
@@ -126,12 +162,19 @@ fn compliance_is_symmetric_and_positive() {
             u
         };
         let dot = |a: &[Vec<f64>; 2], b: &[Vec<f64>; 2]| -> f64 {
-            a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| a * b).sum()
+            a.iter()
+                .flatten()
+                .zip(b.iter().flatten())
+                .map(|(a, b)| a * b)
+                .sum()
         };
         let (ka, kb) = (apply(&a), apply(&b));
         let size = (dot(&a, &ka) * dot(&b, &kb)).sqrt();
         assert!(dot(&a, &ka) > 0.0 && dot(&b, &kb) > 0.0);
-        assert!((dot(&a, &kb) - dot(&b, &ka)).abs() < ROUNDING * size, "{boundary:?}");
+        assert!(
+            (dot(&a, &kb) - dot(&b, &ka)).abs() < ROUNDING * size,
+            "{boundary:?}"
+        );
     }
 }
 
@@ -149,7 +192,12 @@ fn preconditioner_inverts_the_periodic_compliance() {
 
 #[test]
 fn displacement_far_away_is_that_of_a_point_force() {
-    let grid = Grid { nx: 40, ny: 3, dx: 1.1e-4, dy: 0.7e-4 };
+    let grid = Grid {
+        nx: 40,
+        ny: 3,
+        dx: 1.1e-4,
+        dy: 0.7e-4,
+    };
     let mut half_space = HalfSpace::new(Patch::full(grid).grid, PAIR, Boundary::Free);
     let mut pressure = vec![0.0; grid.len()];
     pressure[grid.index(0, 1)] = 1e6;

@@ -6,7 +6,11 @@ use fretwear::reference::{Hertz, elastic};
 use super::{PAIR, distance, half_space, paraboloid};
 
 fn exact() -> Hertz {
-    Hertz { radius: 0.05, load: 320.0, effective_modulus: elastic::effective_modulus(&PAIR) }
+    Hertz {
+        radius: 0.05,
+        load: 320.0,
+        effective_modulus: elastic::effective_modulus(&PAIR),
+    }
 }
 
 /// 45 × 31 cells over the contact, which lies off centre and touches no edge.
@@ -20,8 +24,19 @@ fn apex() -> (f64, f64) {
     (0.31 * a, -0.23 * a)
 }
 
-fn solve_load(half_space: &mut HalfSpace, patch: &Patch, height: &[f64], load: f64) -> normal::NormalSolution {
-    let problem = NormalProblem { patch, height, compliance: None, load, pressure_cap: None };
+fn solve_load(
+    half_space: &mut HalfSpace,
+    patch: &Patch,
+    height: &[f64],
+    load: f64,
+) -> normal::NormalSolution {
+    let problem = NormalProblem {
+        patch,
+        height,
+        compliance: None,
+        load,
+        pressure_cap: None,
+    };
     normal::solve(half_space, &problem, None, NormalOptions::default()).unwrap()
 }
 
@@ -85,18 +100,33 @@ fn a_start_changes_the_speed_and_not_the_result() {
     let patch = Patch::full(grid);
     let mut half_space = half_space(&patch);
     let height = paraboloid(grid, exact.radius, apex());
-    let problem =
-        NormalProblem { patch: &patch, height: &height, compliance: None, load: exact.load, pressure_cap: None };
-    let options = NormalOptions { tolerance: 1e-9, ..NormalOptions::default() };
+    let problem = NormalProblem {
+        patch: &patch,
+        height: &height,
+        compliance: None,
+        load: exact.load,
+        pressure_cap: None,
+    };
+    let options = NormalOptions {
+        tolerance: 1e-9,
+        ..NormalOptions::default()
+    };
     let cold = normal::solve(&mut half_space, &problem, None, options).unwrap();
-    let elsewhere: Vec<f64> = (0..grid.len()).map(|k| ((k * 7919) % 13) as f64 * 1e7).collect();
+    let elsewhere: Vec<f64> = (0..grid.len())
+        .map(|k| ((k * 7919) % 13) as f64 * 1e7)
+        .collect();
     for start in [&cold.pressure, &elsewhere] {
         let warm = normal::solve(&mut half_space, &problem, Some(start), options).unwrap();
         assert!((warm.approach / cold.approach - 1.0).abs() < 1e-8);
         assert!(super::relative_l2(&warm.pressure, &cold.pressure) < 1e-7);
     }
     let warm = normal::solve(&mut half_space, &problem, Some(&cold.pressure), options).unwrap();
-    assert!(warm.iterations < cold.iterations / 4, "{} against {}", warm.iterations, cold.iterations);
+    assert!(
+        warm.iterations < cold.iterations / 4,
+        "{} against {}",
+        warm.iterations,
+        cold.iterations
+    );
 }
 
 #[test]
@@ -108,7 +138,11 @@ fn the_same_problem_in_millimetres_has_the_same_result() {
 
     const LENGTH: f64 = 1e3;
     const PRESSURE: f64 = 1e-6;
-    let scaled = Patch::full(Grid { dx: grid.dx * LENGTH, dy: grid.dy * LENGTH, ..grid });
+    let scaled = Patch::full(Grid {
+        dx: grid.dx * LENGTH,
+        dy: grid.dy * LENGTH,
+        ..grid
+    });
     let mut pair = PAIR;
     pair.lower.youngs_modulus *= PRESSURE;
     pair.upper.youngs_modulus *= PRESSURE;
@@ -116,7 +150,11 @@ fn the_same_problem_in_millimetres_has_the_same_result() {
     let height: Vec<f64> = height.iter().map(|h| h * LENGTH).collect();
     let in_millimetres = solve_load(&mut half_space, &scaled, &height, exact.load);
     assert!((in_millimetres.approach / (LENGTH * solution.approach) - 1.0).abs() < 1e-9);
-    let back: Vec<f64> = in_millimetres.pressure.iter().map(|p| p / PRESSURE).collect();
+    let back: Vec<f64> = in_millimetres
+        .pressure
+        .iter()
+        .map(|p| p / PRESSURE)
+        .collect();
     assert!(super::relative_l2(&back, &solution.pressure) < 1e-9);
 }
 
@@ -131,8 +169,14 @@ fn tangential_stiffness_of_the_contact_is_mindlins() {
     let kn = stiffness::normal(&mut half_space, &set).unwrap().total;
     let expected = 4.0 * elastic::tangential_modulus(&PAIR) / elastic::effective_modulus(&PAIR);
     for shear in [Shear::AlongX, Shear::InPlane] {
-        let kt = stiffness::tangential(&mut half_space, &set, shear).unwrap().total;
+        let kt = stiffness::tangential(&mut half_space, &set, shear)
+            .unwrap()
+            .total;
         // The staircase rim is the same for both, so the ratio is far better than either stiffness.
-        assert!((kt / kn / expected - 1.0).abs() < 1e-3, "{shear:?} {}", kt / kn / expected);
+        assert!(
+            (kt / kn / expected - 1.0).abs() < 1e-3,
+            "{shear:?} {}",
+            kt / kn / expected
+        );
     }
 }

@@ -13,7 +13,12 @@ const CLOSED_FORM: f64 = 1e-12;
 /// 1/r, x²/r³, y²/r³, xy/r³.
 fn integrands(x: f64, y: f64) -> [f64; 4] {
     let r = x.hypot(y);
-    [1.0 / r, x * x / r.powi(3), y * y / r.powi(3), x * y / r.powi(3)]
+    [
+        1.0 / r,
+        x * x / r.powi(3),
+        y * y / r.powi(3),
+        x * y / r.powi(3),
+    ]
 }
 
 fn fields(cell: CellIntegrals) -> [f64; 4] {
@@ -27,7 +32,12 @@ fn tensor(x: f64, y: f64, dx: f64, dy: f64) -> [f64; 4] {
     let nodes = |middle: f64, width: f64| -> Vec<(f64, f64)> {
         let half = 0.5 * width / PANELS as f64;
         let panel = |k: usize| middle - 0.5 * width + (2 * k + 1) as f64 * half;
-        (0..PANELS).flat_map(|k| rule.iter().map(move |(t, w)| (panel(k) + half * t, half * w))).collect()
+        (0..PANELS)
+            .flat_map(|k| {
+                rule.iter()
+                    .map(move |(t, w)| (panel(k) + half * t, half * w))
+            })
+            .collect()
     };
     let mut sum = [0.0; 4];
     for &(px, wx) in &nodes(x, dx) {
@@ -49,7 +59,9 @@ fn polar(dx: f64, dy: f64) -> [f64; 4] {
         breaks
             .windows(2)
             .map(|side| {
-                integrate(side[0], side[1], 8, |theta| integrands(theta.cos(), theta.sin())[which] * edge(theta))
+                integrate(side[0], side[1], 8, |theta| {
+                    integrands(theta.cos(), theta.sin())[which] * edge(theta)
+                })
             })
             .sum()
     })
@@ -60,7 +72,10 @@ fn own_cell_is_its_polar_integral() {
     for (dx, dy) in [(DX, DY), (DY, DX), (1.0, 7.0)] {
         let (found, expected) = (fields(cell_integrals(0.0, 0.0, dx, dy)), polar(dx, dy));
         for which in 0..3 {
-            assert!((found[which] / expected[which] - 1.0).abs() < CLOSED_FORM, "{found:?} {expected:?}");
+            assert!(
+                (found[which] / expected[which] - 1.0).abs() < CLOSED_FORM,
+                "{found:?} {expected:?}"
+            );
         }
         assert_eq!(found[3], 0.0);
     }
@@ -68,8 +83,20 @@ fn own_cell_is_its_polar_integral() {
 
 #[test]
 fn other_cells_are_their_tensor_integrals() {
-    let offsets =
-        [(1, 0), (0, 1), (1, 1), (-2, 1), (3, -5), (7, 7), (11, 2), (-15, -4), (16, 1), (2, 27), (40, 33), (250, 9)];
+    let offsets = [
+        (1, 0),
+        (0, 1),
+        (1, 1),
+        (-2, 1),
+        (3, -5),
+        (7, 7),
+        (11, 2),
+        (-15, -4),
+        (16, 1),
+        (2, 27),
+        (40, 33),
+        (250, 9),
+    ];
     for (i, j) in offsets {
         let (x, y) = (i as f64 * DX, j as f64 * DY);
         let (found, expected) = (fields(cell_integrals(x, y, DX, DY)), tensor(x, y, DX, DY));
@@ -88,7 +115,12 @@ fn other_cells_are_their_tensor_integrals() {
 #[test]
 fn offsets_off_the_lattice_and_shared_edges_hold() {
     // The point of displacement on an edge, on a corner and inside off centre: the sum of parts with the point on a corner.
-    for (x, y) in [(0.5 * DX, 0.0), (0.5 * DX, 0.5 * DY), (0.2 * DX, -0.3 * DY), (0.0, 0.5 * DY)] {
+    for (x, y) in [
+        (0.5 * DX, 0.0),
+        (0.5 * DX, 0.5 * DY),
+        (0.2 * DX, -0.3 * DY),
+        (0.0, 0.5 * DY),
+    ] {
         let found = fields(cell_integrals(x, y, DX, DY));
         let mut expected = [0.0; 4];
         for (sx, wx) in [(1.0, 0.5 * DX + x), (-1.0, 0.5 * DX - x)] {
@@ -103,7 +135,10 @@ fn offsets_off_the_lattice_and_shared_edges_hold() {
         }
         for which in 0..4 {
             let error = (found[which] - expected[which]).abs() / expected[0];
-            assert!(error < CLOSED_FORM, "integral {which} at ({x:e}, {y:e}): {found:?} against {expected:?}");
+            assert!(
+                error < CLOSED_FORM,
+                "integral {which} at ({x:e}, {y:e}): {found:?} against {expected:?}"
+            );
         }
     }
 }
@@ -112,8 +147,11 @@ fn offsets_off_the_lattice_and_shared_edges_hold() {
 fn corner_rectangle(wx: f64, wy: f64) -> [f64; 4] {
     let corner = wy.atan2(wx);
     std::array::from_fn(|which| {
-        integrate(0.0, corner, 8, |t| integrands(t.cos(), t.sin())[which] * wx / t.cos())
-            + integrate(corner, 0.5 * PI, 8, |t| integrands(t.cos(), t.sin())[which] * wy / t.sin())
+        integrate(0.0, corner, 8, |t| {
+            integrands(t.cos(), t.sin())[which] * wx / t.cos()
+        }) + integrate(corner, 0.5 * PI, 8, |t| {
+            integrands(t.cos(), t.sin())[which] * wy / t.sin()
+        })
     })
 }
 
@@ -125,7 +163,12 @@ fn integrals_have_the_symmetries_of_the_kernel() {
         let [inverse, xx, yy, xy] = fields(cell);
         for (sx, sy) in [(-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)] {
             let [m_inverse, m_xx, m_yy, m_xy] = fields(cell_integrals(sx * x, sy * y, DX, DY));
-            for (mirrored, plain) in [(m_inverse, inverse), (m_xx, xx), (m_yy, yy), (m_xy, sx * sy * xy)] {
+            for (mirrored, plain) in [
+                (m_inverse, inverse),
+                (m_xx, xx),
+                (m_yy, yy),
+                (m_xy, sx * sy * xy),
+            ] {
                 assert!((mirrored - plain).abs() < CLOSED_FORM * inverse);
             }
         }
@@ -133,6 +176,9 @@ fn integrals_have_the_symmetries_of_the_kernel() {
         for (a, b) in swapped.iter().zip([inverse, yy, xx, xy]) {
             assert!((a - b).abs() < CLOSED_FORM * inverse);
         }
-        assert!((xx + yy - inverse).abs() < CLOSED_FORM * inverse, "x² + y² = r²");
+        assert!(
+            (xx + yy - inverse).abs() < CLOSED_FORM * inverse,
+            "x² + y² = r²"
+        );
     }
 }

@@ -6,7 +6,12 @@ use super::hertz;
 
 fn capped(cap: f64) -> CappedHertz {
     let hertz = hertz();
-    CappedHertz { radius: hertz.radius, load: hertz.load, effective_modulus: hertz.effective_modulus, cap }
+    CappedHertz {
+        radius: hertz.radius,
+        load: hertz.load,
+        effective_modulus: hertz.effective_modulus,
+        cap,
+    }
 }
 
 #[test]
@@ -20,7 +25,11 @@ fn without_a_cap_it_is_hertz() {
         assert!((found.approach / hertz.approach() - 1.0).abs() < tolerance);
         assert!((found.pressure_at(0.0) / hertz.peak_pressure() - 1.0).abs() < tolerance);
         assert!((found.pressure_at(0.6 * a) / hertz.pressure(0.6 * a) - 1.0).abs() < tolerance);
-        assert!((found.contact_radius / a - 1.0).abs() < 1e-4, "{}", found.contact_radius / a);
+        assert!(
+            (found.contact_radius / a - 1.0).abs() < 1e-4,
+            "{}",
+            found.contact_radius / a
+        );
         assert!((found.load() / hertz.load - 1.0).abs() < 1e-12);
     }
 }
@@ -28,7 +37,10 @@ fn without_a_cap_it_is_hertz() {
 #[test]
 fn a_cap_above_the_peak_changes_nothing() {
     let peak = hertz().peak_pressure();
-    assert_eq!(capped(1.01 * peak).solve(150).unwrap(), capped(f64::INFINITY).solve(150).unwrap());
+    assert_eq!(
+        capped(1.01 * peak).solve(150).unwrap(),
+        capped(f64::INFINITY).solve(150).unwrap()
+    );
 }
 
 #[test]
@@ -42,10 +54,16 @@ fn a_lower_cap_widens_plateau_and_contact() {
         assert!((found.load() / hertz.load - 1.0).abs() < 1e-12);
         assert_eq!(found.pressure.iter().copied().fold(0.0, f64::max), cap);
         assert!(found.pressure.iter().all(|&p| p >= 0.0));
-        assert!(a > last.0 && b > last.1 && found.approach > last.2, "{share}");
+        assert!(
+            a > last.0 && b > last.1 && found.approach > last.2,
+            "{share}"
+        );
         // The plateau alone carries less than the load, the whole contact at the cap more; two rings of doubt at the edge.
         let doubt = 2.0 * found.width;
-        assert!(cap * PI * (b - doubt).powi(2) < hertz.load && cap * PI * (a + doubt).powi(2) > hertz.load);
+        assert!(
+            cap * PI * (b - doubt).powi(2) < hertz.load
+                && cap * PI * (a + doubt).powi(2) > hertz.load
+        );
         last = (a, b, found.approach);
     }
 }
@@ -57,7 +75,10 @@ fn rings_converge_under_a_cap() {
         let case = capped(share * hertz.peak_pressure());
         let (coarse, fine) = (case.solve(200).unwrap(), case.solve(600).unwrap());
         let close = |found: f64, expected: f64, tolerance: f64| {
-            assert!((found / expected - 1.0).abs() < tolerance, "{share}: {found:e}, {expected:e}");
+            assert!(
+                (found / expected - 1.0).abs() < tolerance,
+                "{share}: {found:e}, {expected:e}"
+            );
         };
         close(coarse.approach, fine.approach, 1e-5);
         // Edges are located within a ring of 0.6 % of the radius; the thin elastic annulus at 0.6 has few rings to do so with.

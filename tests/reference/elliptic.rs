@@ -9,7 +9,10 @@ fn both_kinds_are_their_integrals() {
     for m in [0.0, 1e-6, 0.3, 0.9, 0.999] {
         let (first, second) = complete(m);
         let root = |phi: f64| (1.0 - m * phi.sin().powi(2)).sqrt();
-        let expected = [integrate(0.0, FRAC_PI_2, 64, |phi| 1.0 / root(phi)), integrate(0.0, FRAC_PI_2, 64, root)];
+        let expected = [
+            integrate(0.0, FRAC_PI_2, 64, |phi| 1.0 / root(phi)),
+            integrate(0.0, FRAC_PI_2, 64, root),
+        ];
         assert!((first / expected[0] - 1.0).abs() < 1e-13, "K({m})");
         assert!((second / expected[1] - 1.0).abs() < 1e-13, "E({m})");
     }

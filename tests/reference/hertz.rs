@@ -22,9 +22,16 @@ fn boussinesq(hertz: &Hertz, x: f64) -> f64 {
         if discriminant <= 0.0 {
             return 0.0;
         }
-        let (start, end) = (-x * theta.cos() - discriminant.sqrt(), -x * theta.cos() + discriminant.sqrt());
+        let (start, end) = (
+            -x * theta.cos() - discriminant.sqrt(),
+            -x * theta.cos() + discriminant.sqrt(),
+        );
         let (middle, half) = (0.5 * (start + end), 0.5 * (end - start));
-        let from = if start < 0.0 { ((-middle / half).max(-1.0)).asin() } else { -0.5 * PI };
+        let from = if start < 0.0 {
+            ((-middle / half).max(-1.0)).asin()
+        } else {
+            -0.5 * PI
+        };
         if end <= 0.0 {
             return 0.0;
         }
@@ -54,7 +61,10 @@ fn displacement_is_boussinesqs_integral_of_the_pressure() {
     for share in [0.0, 0.35, 0.9, 1.2, 2.5] {
         let (found, expected) = (hertz.displacement(share * a), boussinesq(&hertz, share * a));
         // Chords that graze the rim are integrated with a kink: the quadrature, not the closed form, limits this.
-        assert!((found / expected - 1.0).abs() < 1e-7, "r = {share} a: {found:e} against {expected:e}");
+        assert!(
+            (found / expected - 1.0).abs() < 1e-7,
+            "r = {share} a: {found:e} against {expected:e}"
+        );
     }
 }
 
@@ -65,9 +75,15 @@ fn contact_closes_the_gap_and_nothing_penetrates_outside() {
     for share in [0.0, 0.3, 0.99] {
         let r = share * a;
         let gap = 0.5 * r * r / hertz.radius - hertz.approach() + hertz.displacement(r);
-        assert!(gap.abs() < 1e-13 * hertz.approach(), "r = {share} a: {gap:e}");
+        assert!(
+            gap.abs() < 1e-13 * hertz.approach(),
+            "r = {share} a: {gap:e}"
+        );
     }
-    let gaps: Vec<f64> = [1.0, 1.01, 1.1, 1.5, 3.0].iter().map(|s| hertz.gap(s * a)).collect();
+    let gaps: Vec<f64> = [1.0, 1.01, 1.1, 1.5, 3.0]
+        .iter()
+        .map(|s| hertz.gap(s * a))
+        .collect();
     assert_eq!(gaps[0], 0.0);
     assert!(gaps.windows(2).all(|pair| pair[1] > pair[0]), "{gaps:?}");
 }

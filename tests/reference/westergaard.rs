@@ -23,9 +23,13 @@ fn pressure_has_the_mean_it_should() {
         let wave = wave(share);
         let a = wave.half_width();
         // x = a sin φ takes the root off the edge of the strip.
-        let mean =
-            integrate(-0.5 * PI, 0.5 * PI, 4, |phi| wave.pressure(a * phi.sin()) * a * phi.cos()) / wave.wavelength;
-        assert!((mean / wave.mean_pressure - 1.0).abs() < QUADRATURE, "{share}: {mean:e}");
+        let mean = integrate(-0.5 * PI, 0.5 * PI, 4, |phi| {
+            wave.pressure(a * phi.sin()) * a * phi.cos()
+        }) / wave.wavelength;
+        assert!(
+            (mean / wave.mean_pressure - 1.0).abs() < QUADRATURE,
+            "{share}: {mean:e}"
+        );
     }
 }
 
@@ -34,9 +38,14 @@ fn mean_gap_is_the_mean_of_the_gap() {
     for share in [0.0, 0.01, 0.3, 0.9] {
         let wave = wave(share);
         let (a, end) = (wave.half_width(), 0.5 * wave.wavelength);
-        let mean =
-            2.0 / wave.wavelength * integrate(0.0, 1.0, 16, |t| wave.gap(a + (end - a) * t * t) * 2.0 * t * (end - a));
-        assert!((wave.mean_gap() - mean).abs() < QUADRATURE * wave.amplitude, "{share}: {mean:e}");
+        let mean = 2.0 / wave.wavelength
+            * integrate(0.0, 1.0, 16, |t| {
+                wave.gap(a + (end - a) * t * t) * 2.0 * t * (end - a)
+            });
+        assert!(
+            (wave.mean_gap() - mean).abs() < QUADRATURE * wave.amplitude,
+            "{share}: {mean:e}"
+        );
     }
     assert_eq!(wave(1.0).mean_gap(), 0.0);
 }
@@ -84,5 +93,8 @@ fn limits_are_no_contact_and_full_contact() {
     assert_eq!(full.area_fraction(), 1.0);
     assert!(full.pressure(0.5 * full.wavelength).abs() < 1e-9 * full.mean_pressure);
     let nearly = wave(1.0 - 1e-12);
-    assert!((nearly.pressure(0.0) / full.pressure(0.0) - 1.0).abs() < 1e-9, "both branches meet");
+    assert!(
+        (nearly.pressure(0.0) / full.pressure(0.0) - 1.0).abs() < 1e-9,
+        "both branches meet"
+    );
 }

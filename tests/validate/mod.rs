@@ -13,8 +13,18 @@ const EXPECTED: &[(&str, &str, f64, f64)] = &[
     ("Hertz", "gap field", 1.75, 8.2e-5),
     ("Hertz", "normal stiffness", 0.85, 3.0e-4),
     ("circular punch", "normal stiffness", 0.85, 2.0e-3),
-    ("circular punch", "tangential stiffness, along x", 0.85, 2.0e-3),
-    ("circular punch", "tangential stiffness, in plane", 0.85, 2.0e-3),
+    (
+        "circular punch",
+        "tangential stiffness, along x",
+        0.85,
+        2.0e-3,
+    ),
+    (
+        "circular punch",
+        "tangential stiffness, in plane",
+        0.85,
+        2.0e-3,
+    ),
     ("capped Hertz", "contact radius", 0.85, 2.5e-3),
     ("capped Hertz", "plateau radius", 0.8, 3.0e-3),
     ("capped Hertz", "approach", 1.7, 1.4e-5),
@@ -35,18 +45,38 @@ fn every_quantity_converges_with_its_order() {
     let rows = validate::run().unwrap();
     let mut wrong = Vec::new();
     for &(case, quantity, least_order, largest_error) in EXPECTED {
-        let finest = rows.iter().rfind(|row| row.case == case && row.quantity == quantity).expect(quantity);
-        if !(finest.relative_error < largest_error && finest.order.is_some_and(|order| order > least_order)) {
-            wrong.push(format!("{case}, {quantity}: error {:.2e}, order {:?}", finest.relative_error, finest.order));
+        let finest = rows
+            .iter()
+            .rfind(|row| row.case == case && row.quantity == quantity)
+            .expect(quantity);
+        if !(finest.relative_error < largest_error
+            && finest.order.is_some_and(|order| order > least_order))
+        {
+            wrong.push(format!(
+                "{case}, {quantity}: error {:.2e}, order {:?}",
+                finest.relative_error, finest.order
+            ));
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
 
     // The load is a constraint of the solve and no result of the grid: rounding, and so no order.
     let load: Vec<&Row> = rows.iter().filter(|row| row.quantity == "load").collect();
-    assert!(load.len() == 4 && load.iter().all(|row| row.relative_error < 1e-10 && row.order.is_none()));
-    assert_eq!(rows.len(), 4 * (EXPECTED.len() + 1), "a quantity without an expectation");
-    assert!(rows.iter().all(|row| row.grid[0] != row.grid[1] && row.exact > 0.0));
+    assert!(
+        load.len() == 4
+            && load
+                .iter()
+                .all(|row| row.relative_error < 1e-10 && row.order.is_none())
+    );
+    assert_eq!(
+        rows.len(),
+        4 * (EXPECTED.len() + 1),
+        "a quantity without an expectation"
+    );
+    assert!(
+        rows.iter()
+            .all(|row| row.grid[0] != row.grid[1] && row.exact > 0.0)
+    );
 }
 
 #[test]

@@ -28,7 +28,10 @@ fn reversal_and_stepped_agree_along_one_axis() {
         let by_reversal = cycle(&mut joint(along_x(amplitude, 0.0), March::Reversal));
         let by_steps = cycle(&mut joint(along_x(amplitude, 0.0), March::Stepped));
         let ratio = by_steps.dissipation / by_reversal.dissipation;
-        assert!((ratio - 1.0).abs() < SOLVER, "amplitude {amplitude}: energies differ by {ratio}");
+        assert!(
+            (ratio - 1.0).abs() < SOLVER,
+            "amplitude {amplitude}: energies differ by {ratio}"
+        );
         assert!(difference(&by_steps.shear[0], &by_reversal.shear[0]) < PATH);
     }
 }
@@ -40,7 +43,10 @@ fn reversal_and_stepped_agree_with_a_transverse_shear() {
     let by_steps = cycle(&mut joint(motion, March::Stepped));
     let ratio = by_steps.dissipation / by_reversal.dissipation;
     assert!((ratio - 1.0).abs() < PATH, "energies differ by {ratio}");
-    assert!(by_reversal.shear[1].iter().any(|q| q.abs() > 0.0), "the transverse shear is a field of its own");
+    assert!(
+        by_reversal.shear[1].iter().any(|q| q.abs() > 0.0),
+        "the transverse shear is a field of its own"
+    );
 }
 
 #[test]
@@ -49,14 +55,21 @@ fn the_phase_moves_the_start_and_nothing_else() {
     for phase in [0.9, 2.5, -1.3] {
         let shifted = cycle(&mut joint(along_x(PARTIAL, phase), March::Reversal));
         let stepped = cycle(&mut joint(along_x(PARTIAL, phase), March::Stepped));
-        // The ends of a shifted cosine need not be samples, so the two samplings reach slightly different ends.
-        let end = shifted.instants.iter().map(|i| i.displacement[0].abs()).fold(0.0, f64::max);
-        assert!(end <= PARTIAL && end > 0.98 * PARTIAL);
-        assert!(shifted.dissipation <= reference.dissipation * (1.0 + SOLVER));
-        let (first, last) = (&shifted.instants[0], &shifted.instants[shifted.instants.len() - 1]);
+        let ratio = shifted.dissipation / reference.dissipation;
+        assert!(
+            (ratio - 1.0).abs() < SOLVER,
+            "phase {phase}: energies differ by {ratio}"
+        );
+        let (first, last) = (
+            &shifted.instants[0],
+            &shifted.instants[shifted.instants.len() - 1],
+        );
         assert_eq!((first.time, last.time), (0.0, 1.0));
         assert_eq!(first.force, last.force);
-        assert!((first.force[0] / stepped.instants[0].force[0] - 1.0).abs() < PATH, "phase {phase}");
+        assert!(
+            (first.force[0] / stepped.instants[0].force[0] - 1.0).abs() < PATH,
+            "phase {phase}"
+        );
     }
 }
 
@@ -70,19 +83,28 @@ fn the_loop_area_is_the_dissipated_energy() {
         let area: f64 = cycle
             .instants
             .windows(2)
-            .map(|w| 0.5 * (w[0].force[0] + w[1].force[0]) * (w[1].displacement[0] - w[0].displacement[0]))
+            .map(|w| {
+                0.5 * (w[0].force[0] + w[1].force[0])
+                    * (w[1].displacement[0] - w[0].displacement[0])
+            })
             .sum();
         errors.push((area / cycle.dissipation - 1.0).abs());
     }
     let order = (errors[0] / errors[2]).log2() / 2.0;
-    assert!(order > 1.5, "loop area against dissipation: errors {errors:?}");
+    assert!(
+        order > 1.5,
+        "loop area against dissipation: errors {errors:?}"
+    );
 }
 
 #[test]
 fn gross_slip_carries_the_friction_force() {
     let cycle = cycle(&mut joint(along_x(GROSS, 0.0), March::Reversal));
     let force = cycle.instants[0].force[0];
-    assert!((force / (FRICTION * LOAD) - 1.0).abs() < SOLVER, "T = {force} N");
+    assert!(
+        (force / (FRICTION * LOAD) - 1.0).abs() < SOLVER,
+        "T = {force} N"
+    );
 }
 
 #[test]
@@ -90,7 +112,9 @@ fn stick_cells_have_no_slip_and_slip_cells_the_limit() {
     let mut joint = joint(along_x(PARTIAL, 0.0), March::Reversal);
     let state = unworn(&mut joint);
     let limit = joint.limit(&state.pressure);
-    let step = joint.step(&limit, None, &vec![PARTIAL], None).expect("step");
+    let step = joint
+        .step(&limit, None, &vec![PARTIAL], None)
+        .expect("step");
     let mut counts = [0; 2];
     for (c, cell) in step.state.iter().enumerate() {
         match cell {
@@ -106,7 +130,10 @@ fn stick_cells_have_no_slip_and_slip_cells_the_limit() {
             CellState::Open => assert_eq!((limit[c], state.cycle.energy[c]), (0.0, 0.0)),
         }
     }
-    assert!(counts.iter().all(|&n| n > 5), "stick and slip cells: {counts:?}");
+    assert!(
+        counts.iter().all(|&n| n > 5),
+        "stick and slip cells: {counts:?}"
+    );
 }
 
 #[test]
@@ -119,7 +146,10 @@ fn a_changing_load_in_phase_dissipates_otherwise_than_a_constant_one() {
     // Load and speed in quadrature: the mean of N|v| over a sliding cycle is that of the constant load, to the part of the
     // cycle that sticks after each reversal.
     let in_phase = energy(0.3 * LOAD, 0.0);
-    assert!((in_phase / constant - 1.0).abs() < 0.1, "{in_phase} against {constant}");
+    assert!(
+        (in_phase / constant - 1.0).abs() < 0.1,
+        "{in_phase} against {constant}"
+    );
     // Opposite motions see the same loads in opposite order: equal energies by symmetry.
     let opposite = energy(0.3 * LOAD, std::f64::consts::PI);
     assert!((opposite / in_phase - 1.0).abs() < SOLVER);
@@ -127,11 +157,20 @@ fn a_changing_load_in_phase_dissipates_otherwise_than_a_constant_one() {
 
 #[test]
 fn turning_the_motion_by_a_right_angle_in_time_makes_an_orbit() {
-    let orbit = Motion::harmonic(&[(GROSS, 0.0), (GROSS, -std::f64::consts::FRAC_PI_2)], LOAD, 0.0, 32);
+    let orbit = Motion::harmonic(
+        &[(GROSS, 0.0), (GROSS, -std::f64::consts::FRAC_PI_2)],
+        LOAD,
+        0.0,
+        32,
+    );
     let cycle = cycle(&mut joint(orbit, March::Stepped));
     // Gross slip along a circle of radius r dissipates less than µN·2πr, by what the elastic joint takes of the path.
     let rigid = FRICTION * LOAD * std::f64::consts::TAU * GROSS;
-    assert!(cycle.dissipation < rigid && cycle.dissipation > 0.5 * rigid, "{} of {rigid}", cycle.dissipation);
+    assert!(
+        cycle.dissipation < rigid && cycle.dissipation > 0.5 * rigid,
+        "{} of {rigid}",
+        cycle.dissipation
+    );
     for instant in &cycle.instants {
         let force = instant.force[0].hypot(instant.force[1]);
         assert!(force <= FRICTION * LOAD * (1.0 + SOLVER));
@@ -144,13 +183,20 @@ fn a_motion_that_is_not_straight_is_refused_by_reversal() {
     let mut joint = joint(orbit, March::Reversal);
     let wear = vec![0.0; joint.patch.grid.len()];
     let contact = joint.static_contact(&wear, None).expect("static contact");
-    assert_eq!(joint.cycle(&wear, &contact, None), Err(WearError::NotStraight));
+    assert_eq!(
+        joint.cycle(&wear, &contact, None),
+        Err(WearError::NotStraight)
+    );
 }
 
 #[test]
 fn every_tangential_step_is_certified() {
     for amplitude in [0.1 * PARTIAL, PARTIAL, 2.0 * PARTIAL, GROSS] {
         let cycle = cycle(&mut joint(along_x(amplitude, 0.0), March::Stepped));
-        assert!(cycle.error <= EXACT.tangential.tolerance, "amplitude {amplitude}: gap {}", cycle.error);
+        assert!(
+            cycle.error <= EXACT.tangential.tolerance,
+            "amplitude {amplitude}: gap {}",
+            cycle.error
+        );
     }
 }

@@ -24,21 +24,38 @@ pub const FRICTION: f64 = 0.6;
 
 /// Tolerances far below what the tests measure.
 pub const EXACT: FrettingOptions = FrettingOptions {
-    normal: NormalOptions { tolerance: 1e-9, max_iterations: 4000 },
-    tangential: TangentialOptions { tolerance: 1e-8, max_steps: 400, max_iterations: 20_000 },
+    normal: NormalOptions {
+        tolerance: 1e-9,
+        max_iterations: 4000,
+    },
+    tangential: TangentialOptions {
+        tolerance: 1e-8,
+        max_steps: 400,
+        max_iterations: 20_000,
+    },
     cycle_tolerance: 1e-6,
 };
 
 /// A rough joint of 4 × 4 mm on 40 × 32 cells, its heights a fixed sum of waves with an amplitude near 1 µm.
 pub fn joint(motion: Motion, march: March) -> FrettingJoint {
-    let steel = Elastic { youngs_modulus: 198.4e9, poisson_ratio: 0.3 };
+    let steel = Elastic {
+        youngs_modulus: 198.4e9,
+        poisson_ratio: 0.3,
+    };
     let grid = Grid::over([4e-3, 4e-3], [40, 32]);
-    let waves =
-        [(3.0, 1.0, 0.3), (2.0, -4.0, 1.1), (5.0, 3.0, 2.3), (-4.0, 6.0, 0.7), (1.0, 5.0, 4.0), (6.0, -2.0, 5.1)];
+    let waves = [
+        (3.0, 1.0, 0.3),
+        (2.0, -4.0, 1.1),
+        (5.0, 3.0, 2.3),
+        (-4.0, 6.0, 0.7),
+        (1.0, 5.0, 4.0),
+        (6.0, -2.0, 5.1),
+    ];
     let height = (0..grid.len()).map(|index| {
         let (i, j) = grid.cell(index);
         let (x, y) = grid.centre(i, j);
-        let angle = |(m, n, phase): (f64, f64, f64)| std::f64::consts::TAU * (m * x + n * y) / 4e-3 + phase;
+        let angle =
+            |(m, n, phase): (f64, f64, f64)| std::f64::consts::TAU * (m * x + n * y) / 4e-3 + phase;
         waves.iter().map(|&wave| 0.6e-6 * angle(wave).cos()).sum()
     });
     FrettingJoint {
@@ -58,14 +75,26 @@ pub fn unworn(joint: &mut FrettingJoint) -> WornState {
     let wear = vec![0.0; joint.patch.grid.len()];
     let contact = joint.static_contact(&wear, None).expect("static contact");
     let cycle = joint.cycle(&wear, &contact, None).expect("cycle");
-    WornState { wear, pressure: contact.pressure, cycle }
+    WornState {
+        wear,
+        pressure: contact.pressure,
+        cycle,
+    }
 }
 
 /// The joint after a step.
 pub fn after(joint: &mut FrettingJoint, step: Step) -> WornState {
-    let contact = joint.static_contact(&step.wear, Some(&step.contact.pressure)).expect("static contact");
-    let cycle = joint.cycle(&step.wear, &contact, Some(&step.shear)).expect("cycle");
-    WornState { wear: step.wear, pressure: contact.pressure, cycle }
+    let contact = joint
+        .static_contact(&step.wear, Some(&step.contact.pressure))
+        .expect("static contact");
+    let cycle = joint
+        .cycle(&step.wear, &contact, Some(&step.shear))
+        .expect("cycle");
+    WornState {
+        wear: step.wear,
+        pressure: contact.pressure,
+        cycle,
+    }
 }
 
 /// Wears the joint by equal implicit steps, without error control.
@@ -73,8 +102,13 @@ pub fn wear_by_equal_steps(joint: &mut FrettingJoint, cycles: u64, steps: u64) -
     let mut state = unworn(joint);
     let mut error = 0.0;
     for _ in 0..steps {
-        let limits = Limits { tolerance: f64::INFINITY, depth_step: None, remaining: u64::MAX };
-        let step = advance(joint, &state, COEFFICIENT, (cycles / steps) as f64, limits).expect("wear step");
+        let limits = Limits {
+            tolerance: f64::INFINITY,
+            depth_step: None,
+            remaining: u64::MAX,
+        };
+        let step = advance(joint, &state, COEFFICIENT, (cycles / steps) as f64, limits)
+            .expect("wear step");
         error += step.error;
         state = after(joint, step);
     }
@@ -84,10 +118,14 @@ pub fn wear_by_equal_steps(joint: &mut FrettingJoint, cycles: u64, steps: u64) -
 /// Largest of |a − b| over the largest of |b|.
 pub fn difference(a: &[f64], b: &[f64]) -> f64 {
     let largest = b.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-    a.iter().zip(b).fold(0.0f64, |m, (a, b)| m.max((a - b).abs())) / largest
+    a.iter()
+        .zip(b)
+        .fold(0.0f64, |m, (a, b)| m.max((a - b).abs()))
+        / largest
 }
 
 /// Σ|a − b| / Σ|b|.
 pub fn difference_l1(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>() / b.iter().map(|b| b.abs()).sum::<f64>()
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>()
+        / b.iter().map(|b| b.abs()).sum::<f64>()
 }

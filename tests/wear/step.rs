@@ -12,7 +12,10 @@ const ORDER_BAND: f64 = 0.3;
 const ROUNDING: f64 = 1e-12;
 
 fn reversal(amplitude: f64) -> FrettingJoint {
-    joint(Motion::harmonic(&[(amplitude, 0.0), (0.0, 0.0)], LOAD, 0.0, 16), March::Reversal)
+    joint(
+        Motion::harmonic(&[(amplitude, 0.0), (0.0, 0.0)], LOAD, 0.0, 16),
+        March::Reversal,
+    )
 }
 
 /// Amplitudes in partial and in gross slip, each with cycles that wear the joint well into its running-in.
@@ -23,8 +26,14 @@ fn the_implicit_step_is_of_second_order() {
     for (amplitude, cycles) in CASES {
         let mut joint = reversal(amplitude);
         let steps = [4, 8, 16, 32];
-        let fields: Vec<_> = steps.iter().map(|&n| wear_by_equal_steps(&mut joint, cycles, n).0.wear).collect();
-        let differences: Vec<f64> = fields.windows(2).map(|w| difference_l1(&w[0], &w[1])).collect();
+        let fields: Vec<_> = steps
+            .iter()
+            .map(|&n| wear_by_equal_steps(&mut joint, cycles, n).0.wear)
+            .collect();
+        let differences: Vec<f64> = fields
+            .windows(2)
+            .map(|w| difference_l1(&w[0], &w[1]))
+            .collect();
         let order = (differences[0] / differences[2]).log2() / 2.0;
         assert!(
             (order - ORDER).abs() <= ORDER_BAND,
@@ -59,14 +68,22 @@ fn controlled_steps_land_on_the_cycles_within_the_tolerance() {
             let mut proposal = first_proposal(&joint, &state, COEFFICIENT);
             let mut done = 0;
             while done < cycles {
-                let limits = Limits { tolerance, depth_step: None, remaining: cycles - done };
-                let step = advance(&mut joint, &state, COEFFICIENT, proposal, limits).expect("wear step");
+                let limits = Limits {
+                    tolerance,
+                    depth_step: None,
+                    remaining: cycles - done,
+                };
+                let step =
+                    advance(&mut joint, &state, COEFFICIENT, proposal, limits).expect("wear step");
                 (done, proposal) = (done + step.cycles, step.proposal);
                 state = after(&mut joint, step);
             }
             assert_eq!(done, cycles);
             let error = difference_l1(&state.wear, &truth.wear);
-            assert!(error < 2.0 * tolerance, "amplitude {amplitude}, tolerance {tolerance}: error {error:.2e}");
+            assert!(
+                error < 2.0 * tolerance,
+                "amplitude {amplitude}, tolerance {tolerance}: error {error:.2e}"
+            );
         }
     }
 }
@@ -75,7 +92,11 @@ fn controlled_steps_land_on_the_cycles_within_the_tolerance() {
 fn only_cells_that_slipped_in_contact_are_touched() {
     let mut joint = reversal(CASES[0].0);
     let state = unworn(&mut joint);
-    let limits = Limits { tolerance: f64::INFINITY, depth_step: None, remaining: u64::MAX };
+    let limits = Limits {
+        tolerance: f64::INFINITY,
+        depth_step: None,
+        remaining: u64::MAX,
+    };
     let step = advance(&mut joint, &state, COEFFICIENT, 2e5, limits).expect("wear step");
     let worn: Vec<bool> = step.wear.iter().map(|&w| w > 0.0).collect();
     let next = after(&mut joint, step.clone());
@@ -85,9 +106,16 @@ fn only_cells_that_slipped_in_contact_are_touched() {
         let touched = state.pressure[c] > 0.0 || next.pressure[c] > 0.0;
         let slipped = state.cycle.slip_path[c] > 0.0 || next.cycle.slip_path[c] > 0.0;
         counts[usize::from(worn[c])] += 1;
-        assert!(!worn[c] || (touched && slipped), "cell {c} wore by {} without slip in contact", step.wear[c]);
+        assert!(
+            !worn[c] || (touched && slipped),
+            "cell {c} wore by {} without slip in contact",
+            step.wear[c]
+        );
     }
-    assert!(counts.iter().all(|&n| n > 20), "untouched and worn cells: {counts:?}");
+    assert!(
+        counts.iter().all(|&n| n > 20),
+        "untouched and worn cells: {counts:?}"
+    );
 }
 
 #[test]
@@ -96,7 +124,11 @@ fn the_step_wears_what_it_dissipates() {
     for (amplitude, _) in CASES {
         let mut joint = reversal(amplitude);
         let state = unworn(&mut joint);
-        let limits = Limits { tolerance: f64::INFINITY, depth_step: None, remaining: u64::MAX };
+        let limits = Limits {
+            tolerance: f64::INFINITY,
+            depth_step: None,
+            remaining: u64::MAX,
+        };
         let step = advance(&mut joint, &state, COEFFICIENT, 4.0, limits).expect("wear step");
         let ratio = joint.volume(&step.wear) / (4.0 * COEFFICIENT * state.cycle.dissipation);
         // Four cycles of some 10⁵ change the rate by some 1e-4.
@@ -130,23 +162,43 @@ fn short_explicit_steps_and_the_implicit_step_agree() {
     for steps in [20, 40] {
         let mut state = unworn(&mut joint);
         for _ in 0..steps {
-            let wear = explicit::advance(&state.wear, &state.cycle.energy, COEFFICIENT, cycles / steps);
-            let contact = joint.static_contact(&wear, Some(&state.pressure)).expect("static contact");
-            let cycle = joint.cycle(&wear, &contact, Some(&state.cycle.shear)).expect("cycle");
-            state = fretwear::wear::joint::WornState { wear, pressure: contact.pressure, cycle };
+            let wear = explicit::advance(
+                &state.wear,
+                &state.cycle.energy,
+                COEFFICIENT,
+                cycles / steps,
+            );
+            let contact = joint
+                .static_contact(&wear, Some(&state.pressure))
+                .expect("static contact");
+            let cycle = joint
+                .cycle(&wear, &contact, Some(&state.cycle.shear))
+                .expect("cycle");
+            state = fretwear::wear::joint::WornState {
+                wear,
+                pressure: contact.pressure,
+                cycle,
+            };
         }
         errors.push(difference_l1(&state.wear, &reference.wear));
     }
     // The published step is of first order: halving it halves the distance.
     let order = (errors[0] / errors[1]).log2();
-    assert!((order - 1.0).abs() <= ORDER_BAND, "order {order:.2}, errors {errors:?}");
+    assert!(
+        (order - 1.0).abs() <= ORDER_BAND,
+        "order {order:.2}, errors {errors:?}"
+    );
 }
 
 #[test]
 fn a_depth_step_caps_the_implicit_step() {
     let mut joint = reversal(CASES[1].0);
     let state = unworn(&mut joint);
-    let limits = Limits { tolerance: 0.5, depth_step: Some(0.02e-6), remaining: u64::MAX };
+    let limits = Limits {
+        tolerance: 0.5,
+        depth_step: Some(0.02e-6),
+        remaining: u64::MAX,
+    };
     let step = advance(&mut joint, &state, COEFFICIENT, 1e9, limits).expect("wear step");
     let deepest = step.wear.iter().fold(0.0f64, |m, w| m.max(*w));
     assert!(deepest <= 0.02e-6, "deepest wear {deepest}");
@@ -158,10 +210,19 @@ fn a_changing_load_wears_cells_that_the_mean_load_does_not_touch() {
     let motion = Motion::harmonic(&[(3e-6, 0.5)], LOAD, 0.5 * LOAD, 16);
     let mut joint = joint(motion, March::Stepped);
     let state = unworn(&mut joint);
-    let limits = Limits { tolerance: f64::INFINITY, depth_step: None, remaining: u64::MAX };
+    let limits = Limits {
+        tolerance: f64::INFINITY,
+        depth_step: None,
+        remaining: u64::MAX,
+    };
     let step = advance(&mut joint, &state, COEFFICIENT, 100.0, limits).expect("wear step");
-    let outside = (0..step.wear.len()).filter(|&c| state.pressure[c] == 0.0 && step.wear[c] > 0.0).count();
-    assert!(outside > 5, "{outside} cells outside the static contact wore");
+    let outside = (0..step.wear.len())
+        .filter(|&c| state.pressure[c] == 0.0 && step.wear[c] > 0.0)
+        .count();
+    assert!(
+        outside > 5,
+        "{outside} cells outside the static contact wore"
+    );
     let ratio = joint.volume(&step.wear) / (100.0 * COEFFICIENT * state.cycle.dissipation);
     assert!((ratio - 1.0).abs() < 1e-2, "wear against energy: {ratio}");
 }
@@ -171,9 +232,16 @@ fn steps_of_any_size_stay_finite_and_positive() {
     for cycles in [1.0, 1e3, 1e6, 1e9, 1e12] {
         let mut joint = reversal(CASES[1].0);
         let state = unworn(&mut joint);
-        let limits = Limits { tolerance: f64::INFINITY, depth_step: None, remaining: u64::MAX };
+        let limits = Limits {
+            tolerance: f64::INFINITY,
+            depth_step: None,
+            remaining: u64::MAX,
+        };
         let step = advance(&mut joint, &state, COEFFICIENT, cycles, limits).expect("wear step");
-        assert!(step.wear.iter().all(|w| w.is_finite() && *w >= 0.0), "{cycles} cycles");
+        assert!(
+            step.wear.iter().all(|w| w.is_finite() && *w >= 0.0),
+            "{cycles} cycles"
+        );
         assert!(step.error.is_finite());
     }
 }

@@ -11,6 +11,9 @@ const PAPER_DEPTH_STEP: f64 = 1e-7;
 /// Time steps a cycle: what the harmonics of a steady response need, with room to spare.
 const STEPS_PER_CYCLE: u64 = 32;
 
+/// Fewer do not make a loop with an inside; an odd number misses the reversal at half a cycle.
+const SMALLEST_STEPS: usize = 4;
+
 /// A cycle finer than this has no meaning that the tolerances would not swallow; a larger number is a slip of the keyboard.
 const LARGEST_STEPS: usize = 65_536;
 
@@ -203,13 +206,13 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
             ("stepped", CycleMode::Stepped),
         ],
     )?;
-    let expected = format!("an even integer of 4 to {LARGEST_STEPS}");
+    let expected = format!("an even integer of {SMALLEST_STEPS} to {LARGEST_STEPS}");
     let steps = reader
-        .integer("fidelity.steps_per_cycle", 4)?
+        .integer("fidelity.steps_per_cycle", 0)?
         .unwrap_or(STEPS_PER_CYCLE);
     let steps_per_cycle = usize::try_from(steps)
         .ok()
-        .filter(|steps| steps % 2 == 0 && *steps <= LARGEST_STEPS)
+        .filter(|steps| steps % 2 == 0 && (SMALLEST_STEPS..=LARGEST_STEPS).contains(steps))
         .ok_or_else(|| reader.out_of_range("fidelity.steps_per_cycle", expected))?;
     let default = defaults(preset);
     let tolerance = |key, default| -> Result<f64> {

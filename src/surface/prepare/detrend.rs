@@ -26,7 +26,11 @@ pub(super) struct Polynomial {
 impl Polynomial {
     pub(super) fn at(&self, grid: &Grid, index: usize) -> f64 {
         let monomials = monomials(grid, index);
-        self.coefficients.iter().zip(monomials).map(|(c, m)| c * m).sum()
+        self.coefficients
+            .iter()
+            .zip(monomials)
+            .map(|(c, m)| c * m)
+            .sum()
     }
 }
 

@@ -19,17 +19,22 @@ const EDGE: usize = usize::MAX;
 
 /// Replaces every NaN. At least one height must be a number.
 pub(super) fn harmonic(grid: &Grid, heights: &mut [f64]) -> Result<(), PrepareError> {
-    let unknown: Vec<usize> = (0..heights.len()).filter(|&k| heights[k].is_nan()).collect();
+    let unknown: Vec<usize> = (0..heights.len())
+        .filter(|&k| heights[k].is_nan())
+        .collect();
     if unknown.is_empty() {
         return Ok(());
     }
     // Three points on a line have no plane, but a mean they always have.
     let trend = fit(grid, heights, 1).or_else(|| fit(grid, heights, 0));
     let trend_at = |index: usize| trend.as_ref().map_or(0.0, |t| t.at(grid, index));
-    let about: Vec<f64> = (0..heights.len()).map(|k| heights[k] - trend_at(k)).collect();
+    let about: Vec<f64> = (0..heights.len())
+        .map(|k| heights[k] - trend_at(k))
+        .collect();
 
     let measured = || heights.iter().copied().filter(|h| !h.is_nan());
-    let range = measured().fold(f64::NEG_INFINITY, f64::max) - measured().fold(f64::INFINITY, f64::min);
+    let range =
+        measured().fold(f64::NEG_INFINITY, f64::max) - measured().fold(f64::INFINITY, f64::min);
     let solution = if range > 0.0 {
         solve(grid, &unknown, &about, range)?
     } else {
@@ -41,13 +46,23 @@ pub(super) fn harmonic(grid: &Grid, heights: &mut [f64]) -> Result<(), PrepareEr
     Ok(())
 }
 
-fn solve(grid: &Grid, unknown: &[usize], about: &[f64], range: f64) -> Result<Vec<f64>, PrepareError> {
+fn solve(
+    grid: &Grid,
+    unknown: &[usize],
+    about: &[f64],
+    range: f64,
+) -> Result<Vec<f64>, PrepareError> {
     let mut row_of = vec![EDGE; grid.len()];
     for (row, &k) in unknown.iter().enumerate() {
         row_of[k] = row;
     }
     // In units of 1/dx², which leaves the diagonal of order one to ten.
-    let weights = [1.0, 1.0, (grid.dx / grid.dy).powi(2), (grid.dx / grid.dy).powi(2)];
+    let weights = [
+        1.0,
+        1.0,
+        (grid.dx / grid.dy).powi(2),
+        (grid.dx / grid.dy).powi(2),
+    ];
     let neighbours: Vec<[usize; 4]> = unknown
         .iter()
         .map(|&k| {

@@ -98,7 +98,9 @@ pub enum Notice {
         assumed: bool,
     },
     /// Cells left the joint.
-    #[error("{points} points of the joint were not measured: {cells} cells are taken out of the joint")]
+    #[error(
+        "{points} points of the joint were not measured: {cells} cells are taken out of the joint"
+    )]
     Masked {
         /// Unmeasured points of the map within the joint.
         points: usize,
@@ -127,7 +129,9 @@ pub enum PrepareError {
         joint: [f64; 2],
     },
     /// The measured points do not determine the trend.
-    #[error("{points} measured points do not determine the {terms} terms of detrend = \"{detrend}\"; use a simpler trend")]
+    #[error(
+        "{points} measured points do not determine the {terms} terms of detrend = \"{detrend}\"; use a simpler trend"
+    )]
     Underdetermined {
         /// The trend, as the scene spells it.
         detrend: &'static str,
@@ -137,7 +141,9 @@ pub enum PrepareError {
         terms: usize,
     },
     /// The filling of holes did not converge.
-    #[error("filling the holes did not converge: residual {residual:.3e} after {iterations} iterations, {tolerance:.1e} asked; use fill = \"mask\"")]
+    #[error(
+        "filling the holes did not converge: residual {residual:.3e} after {iterations} iterations, {tolerance:.1e} asked; use fill = \"mask\""
+    )]
     NotConverged {
         /// Iterations spent.
         iterations: usize,
@@ -163,7 +169,9 @@ pub enum PrepareError {
         ny: usize,
     },
     /// A height that is neither a number nor a hole.
-    #[error("the height of point ({i}, {j}) is {value}; heights are finite, or NaN where nothing was measured")]
+    #[error(
+        "the height of point ({i}, {j}) is {value}; heights are finite, or NaN where nothing was measured"
+    )]
     Infinite {
         /// Point along x.
         i: usize,
@@ -292,7 +300,10 @@ impl Map {
                 let start = 0.5 * (all - length);
                 first[axis] = start.floor() as usize;
                 count[axis] = ((start + length).ceil() as usize).min(points[axis]) - first[axis];
-                window[axis] = [start - first[axis] as f64, start - first[axis] as f64 + length];
+                window[axis] = [
+                    start - first[axis] as f64,
+                    start - first[axis] as f64 + length,
+                ];
             } else {
                 window[axis] = [0.0, all];
             }

@@ -12,7 +12,12 @@
 use crate::grid::Grid;
 
 /// Heights of the map on the part of it that the target grid covers, `window` giving its ends along x and y in points.
-pub(super) fn parabolic(from: &Grid, heights: &[f64], window: &[[f64; 2]; 2], to: &Grid) -> Vec<f64> {
+pub(super) fn parabolic(
+    from: &Grid,
+    heights: &[f64],
+    window: &[[f64; 2]; 2],
+    to: &Grid,
+) -> Vec<f64> {
     both_axes(from, heights, window, to, edges_of_parabolas)
 }
 
@@ -26,11 +31,22 @@ pub(super) fn constant(from: &Grid, field: &[f64], window: &[[f64; 2]; 2], to: &
 /// Height at the lower and upper edge of each cell.
 type Edges = fn(&[f64]) -> Vec<[f64; 2]>;
 
-fn both_axes(from: &Grid, field: &[f64], window: &[[f64; 2]; 2], to: &Grid, edges: Edges) -> Vec<f64> {
+fn both_axes(
+    from: &Grid,
+    field: &[f64],
+    window: &[[f64; 2]; 2],
+    to: &Grid,
+    edges: Edges,
+) -> Vec<f64> {
     let mut along_y = vec![0.0; from.nx * to.ny];
     for i in 0..from.nx {
         let line = &field[i * from.ny..(i + 1) * from.ny];
-        means(line, &edges(line), window[1], &mut along_y[i * to.ny..(i + 1) * to.ny]);
+        means(
+            line,
+            &edges(line),
+            window[1],
+            &mut along_y[i * to.ny..(i + 1) * to.ny],
+        );
     }
     let mut found = vec![0.0; to.nx * to.ny];
     let mut new = vec![0.0; to.nx];

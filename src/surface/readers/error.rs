@@ -22,7 +22,9 @@ pub enum ReadProblem {
         source: std::io::Error,
     },
     /// Neither extension nor first bytes are those of a known format.
-    #[error("the extension \"{extension}\" is not that of a topography format; known are {supported}")]
+    #[error(
+        "the extension \"{extension}\" is not that of a topography format; known are {supported}"
+    )]
     UnknownFormat {
         /// The extension found, in lower case.
         extension: String,
@@ -73,13 +75,17 @@ pub enum ReadProblem {
         advice: String,
     },
     /// The format states no unit and the user gave none.
-    #[error("a {format} file does not say in which unit its heights are; give surface.unit, e.g. unit = \"um\"")]
+    #[error(
+        "a {format} file does not say in which unit its heights are; give surface.unit, e.g. unit = \"um\""
+    )]
     UnitMissing {
         /// The format.
         format: &'static str,
     },
     /// The user's unit contradicts the file's.
-    #[error("the file states its heights in units of {stated:e} m, surface.unit says {given:e} m; remove surface.unit")]
+    #[error(
+        "the file states its heights in units of {stated:e} m, surface.unit says {given:e} m; remove surface.unit"
+    )]
     UnitConflict {
         /// The user's unit \[m\].
         given: f64,
@@ -87,7 +93,9 @@ pub enum ReadProblem {
         stated: f64,
     },
     /// A spacing that is no distance.
-    #[error("the spacing of the points is {dx:e} x {dy:e} m; both must be positive and finite (surface.spacing overrides the file)")]
+    #[error(
+        "the spacing of the points is {dx:e} x {dy:e} m; both must be positive and finite (surface.spacing overrides the file)"
+    )]
     Spacing {
         /// Along x \[m\].
         dx: f64,
@@ -95,7 +103,9 @@ pub enum ReadProblem {
         dy: f64,
     },
     /// An infinite height. A point that was not measured is NaN.
-    #[error("the height of point ({i}, {j}) is {value}; heights are finite, or NaN where nothing was measured")]
+    #[error(
+        "the height of point ({i}, {j}) is {value}; heights are finite, or NaN where nothing was measured"
+    )]
     Infinite {
         /// Point along x.
         i: usize,

@@ -9,7 +9,8 @@ use super::{ReadOptions, required_unit};
 use crate::surface::topography::Topography;
 
 pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
-    let file = NpyFile::new(bytes).map_err(|e| ReadProblem::malformed("the header", e, "an NPY header"))?;
+    let file = NpyFile::new(bytes)
+        .map_err(|e| ReadProblem::malformed("the header", e, "an NPY header"))?;
     let &[nx, ny] = file.shape() else {
         return Err(ReadProblem::malformed(
             "the header",
@@ -27,7 +28,11 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
         return Err(not_a_number(&description));
     }
     if nx == 0 || ny == 0 {
-        return Err(ReadProblem::malformed("the header", format!("{nx} x {ny} points"), "at least one point"));
+        return Err(ReadProblem::malformed(
+            "the header",
+            format!("{nx} x {ny} points"),
+            "at least one point",
+        ));
     }
     // Before anything of that size is allocated.
     let needed = nx.saturating_mul(ny).saturating_mul(size);
@@ -83,9 +88,9 @@ fn numbers<T: npyz::Deserialize, R: Read>(
     file: NpyFile<R>,
     value: impl Fn(T) -> f64,
 ) -> Result<Vec<f64>, ReadProblem> {
-    let values = file
-        .into_vec::<T>()
-        .map_err(|e| ReadProblem::malformed("the data", e, "the numbers that the header announces"))?;
+    let values = file.into_vec::<T>().map_err(|e| {
+        ReadProblem::malformed("the data", e, "the numbers that the header announces")
+    })?;
     Ok(values.into_iter().map(value).collect())
 }
 

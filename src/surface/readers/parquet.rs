@@ -20,11 +20,17 @@ use crate::surface::topography::Topography;
 const FILLED: f64 = 0.05;
 
 pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
-    let broken = |e: &dyn std::fmt::Display| ReadProblem::malformed("the table", e, "a readable Parquet file");
+    let broken = |e: &dyn std::fmt::Display| {
+        ReadProblem::malformed("the table", e, "a readable Parquet file")
+    };
     let builder = ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes))
         .map_err(|e| broken(&e))?;
     let schema = builder.schema().clone();
-    let has = |names: [&str; 3]| names.iter().all(|name| schema.field_with_name(name).is_ok());
+    let has = |names: [&str; 3]| {
+        names
+            .iter()
+            .all(|name| schema.field_with_name(name).is_ok())
+    };
     let indexed = has(["i", "j", "height"]);
     if !indexed && !has(["x", "y", "z"]) {
         let names: Vec<_> = schema.fields().iter().map(|f| f.name().as_str()).collect();
@@ -34,7 +40,11 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
             "i, j, height or x, y, z",
         ));
     }
-    let names = if indexed { ["i", "j", "height"] } else { ["x", "y", "z"] };
+    let names = if indexed {
+        ["i", "j", "height"]
+    } else {
+        ["x", "y", "z"]
+    };
     let height_unit = match unit_of(&schema, names[2])? {
         Some(stated) => stated_unit(options, stated)?,
         None => required_unit(options, "Parquet")?,
@@ -117,14 +127,21 @@ fn unit_of(schema: &Schema, name: &str) -> Result<Option<f64>, ReadProblem> {
     else {
         return Ok(None);
     };
-    length_unit(text)
-        .map(Some)
-        .ok_or_else(|| ReadProblem::malformed(&format!("the unit of column {name}"), text, "m, mm, um or nm"))
+    length_unit(text).map(Some).ok_or_else(|| {
+        ReadProblem::malformed(
+            &format!("the unit of column {name}"),
+            text,
+            "m, mm, um or nm",
+        )
+    })
 }
 
 /// The numbers of a column; null is NaN.
 fn column(batch: &RecordBatch, name: &str) -> Result<Vec<f64>, ReadProblem> {
-    fn values<T: ArrowPrimitiveType>(array: &dyn Array, value: impl Fn(T::Native) -> f64) -> Vec<f64> {
+    fn values<T: ArrowPrimitiveType>(
+        array: &dyn Array,
+        value: impl Fn(T::Native) -> f64,
+    ) -> Vec<f64> {
         let array = array.as_primitive::<T>();
         array.iter().map(|v| v.map_or(f64::NAN, &value)).collect()
     }

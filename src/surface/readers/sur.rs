@@ -21,7 +21,11 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
             advice: "save it without compression, or as X3P".into(),
         });
     }
-    let header = Header(bytes.get(..HEADER).ok_or_else(|| size(bytes, HEADER, "the header"))?);
+    let header = Header(
+        bytes
+            .get(..HEADER)
+            .ok_or_else(|| size(bytes, HEADER, "the header"))?,
+    );
     let kind = header.i16(18);
     if kind != SURFACE {
         return Err(ReadProblem::Unsupported {
@@ -36,7 +40,11 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
         16 => 2,
         32 => 4,
         _ => {
-            return Err(ReadProblem::malformed("bits of a point (byte 98)", bits, "16 or 32"));
+            return Err(ReadProblem::malformed(
+                "bits of a point (byte 98)",
+                bits,
+                "16 or 32",
+            ));
         }
     };
     let comment = header.length(334, "length of the comment")?;
@@ -48,7 +56,9 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
         .and_then(|n| n.checked_add(start))
         .unwrap_or(usize::MAX);
     let reason = format!("{nx} x {ny} points of {bits} bits from byte {start} on");
-    let data = bytes.get(start..end).ok_or_else(|| size(bytes, end, &reason))?;
+    let data = bytes
+        .get(start..end)
+        .ok_or_else(|| size(bytes, end, &reason))?;
 
     let unit = |at: usize, axis: &str| {
         let text = header.text(at);
@@ -67,7 +77,11 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
     let height_unit = stated_unit(options, unit(212, "z")?)?;
     let step = f64::from(header.f32(128));
     if !(step.is_finite() && step > 0.0) {
-        return Err(ReadProblem::malformed("height of one step (byte 128)", step, "a positive number"));
+        return Err(ReadProblem::malformed(
+            "height of one step (byte 128)",
+            step,
+            "a positive number",
+        ));
     }
     let offset = f64::from(header.f32(474));
     // If the flag is set, a point that was not measured is two below the lowest point that was.
@@ -124,7 +138,11 @@ impl Header<'_> {
     /// A text of 16 bytes in the Western code page, in which 0xB5 is µ.
     fn text(&self, at: usize) -> String {
         let bytes = self.bytes::<16>(at);
-        let text: String = bytes.iter().take_while(|&&b| b != 0).map(|&b| char::from(b)).collect();
+        let text: String = bytes
+            .iter()
+            .take_while(|&&b| b != 0)
+            .map(|&b| char::from(b))
+            .collect();
         text.trim().to_owned()
     }
 
@@ -132,14 +150,19 @@ impl Header<'_> {
         let found = self.i32(at);
         match usize::try_from(found) {
             Ok(n) if n > 0 => Ok(n),
-            _ => Err(ReadProblem::malformed(&format!("{what} (byte {at})"), found, "at least 1")),
+            _ => Err(ReadProblem::malformed(
+                &format!("{what} (byte {at})"),
+                found,
+                "at least 1",
+            )),
         }
     }
 
     fn length(&self, at: usize, what: &str) -> Result<usize, ReadProblem> {
         let found = self.i16(at);
-        usize::try_from(found)
-            .map_err(|_| ReadProblem::malformed(&format!("{what} (byte {at})"), found, "at least 0"))
+        usize::try_from(found).map_err(|_| {
+            ReadProblem::malformed(&format!("{what} (byte {at})"), found, "at least 0")
+        })
     }
 }
 

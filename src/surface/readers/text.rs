@@ -46,7 +46,11 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
         nx: lines.len(),
         ny: columns,
         spacing: None,
-        heights: lines.iter().flat_map(|(_, v)| v).map(|h| h * unit).collect(),
+        heights: lines
+            .iter()
+            .flat_map(|(_, v)| v)
+            .map(|h| h * unit)
+            .collect(),
     })
 }
 
@@ -69,15 +73,15 @@ fn numbers(text: &str) -> Result<Vec<(u64, Vec<f64>)>, ReadProblem> {
             .collect(),
     };
     // A separator at the end of every line ends a field, it does not start one.
-    let ended = lines
-        .iter()
-        .all(|(_, fields): &(u64, Vec<String>)| fields.len() > 1 && fields[fields.len() - 1].is_empty());
+    let ended = lines.iter().all(|(_, fields): &(u64, Vec<String>)| {
+        fields.len() > 1 && fields[fields.len() - 1].is_empty()
+    });
     let mut found = Vec::with_capacity(lines.len());
     for (position, (line, mut fields)) in lines.into_iter().enumerate() {
         if ended {
             fields.pop();
         }
-        let names = position == 0 && fields.iter().all(|f| !f.is_empty() && number(f).is_none());
+        let names = position == 0 && fields.iter().all(|field| is_name(field));
         if names {
             continue;
         }
@@ -120,6 +124,12 @@ fn separated(text: &str, separator: char) -> Result<Vec<(u64, Vec<String>)>, Rea
         lines.push((line, fields));
     }
     Ok(lines)
+}
+
+/// A name, as against a number that is misspelt.
+fn is_name(field: &str) -> bool {
+    let begins_a_number = |c: char| c.is_ascii_digit() || "+-.,".contains(c);
+    number(field).is_none() && !field.starts_with(begins_a_number)
 }
 
 fn number(field: &str) -> Option<f64> {

@@ -18,8 +18,8 @@ const LONGEST_DESCRIPTION: u64 = 16 << 20;
 type Archive<'a> = ZipArchive<Cursor<&'a [u8]>>;
 
 pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
-    let mut archive =
-        ZipArchive::new(Cursor::new(bytes)).map_err(|e| ReadProblem::malformed("the zip archive", e, "an X3P archive"))?;
+    let mut archive = ZipArchive::new(Cursor::new(bytes))
+        .map_err(|e| ReadProblem::malformed("the zip archive", e, "an X3P archive"))?;
     let description = Description::of(&mut archive)?;
     stated_unit(options, 1.0)?;
 
@@ -46,20 +46,14 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
         "I" => 2,
         "L" | "F" => 4,
         "D" => 8,
-        _ => return Err(ReadProblem::malformed("main.xml, CZ/DataType", kind, "I, L, F or D")),
-    };
-    let points = nx.saturating_mul(ny);
-    let part = description.text("Record3/DataLink/PointDataLink")?;
-    let reason = format!("{nx} x {ny} points of type {kind}");
-    let data = member(&mut archive, part, points.saturating_mul(width) as u64, &reason)?;
-    let valid = match description.optional("Record3/DataLink/ValidPointsLink") {
-        Some(part) => {
-            let reason = format!("one bit for each of {nx} x {ny} points");
-            Some(member(&mut archive, part, points.div_ceil(8) as u64, &reason)?)
+        _ => {
+            return Err(ReadProblem::malformed(
+                "main.xml, CZ/DataType",
+                kind,
+                "I, L, F or D",
+            ));
         }
-        None => None,
     };
-
     let offset = description.number("Record1/Axes/CZ/Offset")?.unwrap_or(0.0);
     let increment = description.number("Record1/Axes/CZ/Increment")?;
     // Integers count increments; floating-point heights are metres already.
@@ -74,9 +68,34 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
             ));
         }
     };
+    let points = nx.saturating_mul(ny);
+    let part = description.text("Record3/DataLink/PointDataLink")?;
+    let reason = format!("{nx} x {ny} points of type {kind}");
+    let data = member(
+        &mut archive,
+        part,
+        points.saturating_mul(width) as u64,
+        &reason,
+    )?;
+    let valid = match description.optional("Record3/DataLink/ValidPointsLink") {
+        Some(part) => {
+            let reason = format!("one bit for each of {nx} x {ny} points");
+            Some(member(
+                &mut archive,
+                part,
+                points.div_ceil(8) as u64,
+                &reason,
+            )?)
+        }
+        None => None,
+    };
+
     let point = |index: usize| {
         // Bit k % 8, lowest first, of byte k / 8 is set for a valid point k.
-        if valid.as_ref().is_some_and(|v| v[index / 8] >> (index % 8) & 1 == 0) {
+        if valid
+            .as_ref()
+            .is_some_and(|v| v[index / 8] >> (index % 8) & 1 == 0)
+        {
             return f64::NAN;
         }
         let at = &data[index * width..(index + 1) * width];
@@ -126,7 +145,10 @@ impl Description {
                 Ok(Event::Text(piece)) if path.len() > 1 => {
                     let piece = piece.xml10_content();
                     if !piece.trim().is_empty() {
-                        texts.entry(path[1..].join("/")).or_default().push_str(piece.trim());
+                        texts
+                            .entry(path[1..].join("/"))
+                            .or_default()
+                            .push_str(piece.trim());
                     }
                 }
                 Ok(_) => {}
@@ -140,8 +162,9 @@ impl Description {
     }
 
     fn text(&self, path: &str) -> Result<&str, ReadProblem> {
-        self.optional(path)
-            .ok_or_else(|| ReadProblem::malformed("main.xml", "nothing", &format!("the element {path}")))
+        self.optional(path).ok_or_else(|| {
+            ReadProblem::malformed("main.xml", "nothing", &format!("the element {path}"))
+        })
     }
 
     fn number(&self, path: &str) -> Result<Option<f64>, ReadProblem> {
@@ -149,7 +172,13 @@ impl Description {
             text.parse::<f64>()
                 .ok()
                 .filter(|v| v.is_finite())
-                .ok_or_else(|| ReadProblem::malformed(&format!("main.xml, {path}"), format!("\"{text}\""), "a number"))
+                .ok_or_else(|| {
+                    ReadProblem::malformed(
+                        &format!("main.xml, {path}"),
+                        format!("\"{text}\""),
+                        "a number",
+                    )
+                })
         };
         self.optional(path).map(parse).transpose()
     }
@@ -159,7 +188,13 @@ impl Description {
         text.parse::<usize>()
             .ok()
             .filter(|&n| n > 0)
-            .ok_or_else(|| ReadProblem::malformed(&format!("main.xml, {path}"), format!("\"{text}\""), "a count of at least 1"))
+            .ok_or_else(|| {
+                ReadProblem::malformed(
+                    &format!("main.xml, {path}"),
+                    format!("\"{text}\""),
+                    "a count of at least 1",
+                )
+            })
     }
 
     /// The spacing along an axis, which must be one of equal steps.
@@ -172,16 +207,26 @@ impl Description {
             });
         }
         let path = format!("Record1/Axes/{axis}/Increment");
-        self.number(&path)?
-            .ok_or_else(|| ReadProblem::malformed("main.xml", "nothing", &format!("the element {path}")))
+        self.number(&path)?.ok_or_else(|| {
+            ReadProblem::malformed("main.xml", "nothing", &format!("the element {path}"))
+        })
     }
 }
 
 /// A binary member of exactly `expected` bytes.
-fn member(archive: &mut Archive, name: &str, expected: u64, reason: &str) -> Result<Vec<u8>, ReadProblem> {
-    let file = archive
-        .by_name(name)
-        .map_err(|e| ReadProblem::malformed("the zip archive", e, &format!("the member {name} that main.xml names")))?;
+fn member(
+    archive: &mut Archive,
+    name: &str,
+    expected: u64,
+    reason: &str,
+) -> Result<Vec<u8>, ReadProblem> {
+    let file = archive.by_name(name).map_err(|e| {
+        ReadProblem::malformed(
+            "the zip archive",
+            e,
+            &format!("the member {name} that main.xml names"),
+        )
+    })?;
     let wrong = |found| ReadProblem::Size {
         part: name.to_owned(),
         found,
@@ -193,7 +238,8 @@ fn member(archive: &mut Archive, name: &str, expected: u64, reason: &str) -> Res
         return Err(wrong(file.size()));
     }
     let mut data = Vec::new();
-    file.take(expected)
+    // One byte beyond the end: the archive compares its checksum when it meets the end of the member.
+    file.take(expected + 1)
         .read_to_end(&mut data)
         .map_err(|e| ReadProblem::malformed(name, e, "intact data"))?;
     if data.len() as u64 != expected {

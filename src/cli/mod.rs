@@ -1,0 +1,197 @@
+//! The command line: arguments in, exit codes out. Results go to stdout, everything else to stderr.
+
+mod report;
+mod run;
+mod show;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+use fretwear::scene::SceneError;
+use fretwear::stages::RunError;
+use fretwear::store::StoreError;
+use fretwear::units::{self, Dimension};
+
+/// How a command ends, as its exit code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Exit {
+    Done = 0,
+    Failure = 1,
+    Scene = 2,
+    NotConverged = 3,
+    Damaged = 4,
+    Stopped = 75,
+}
+
+/// Fretting wear of rough bolted joints over millions of vibration cycles.
+#[derive(Parser)]
+#[command(version, after_help = EXIT_CODES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 done, 1 failure, 2 usage or scene, 3 not converged (the last commit is kept), \
+                          4 damaged or mismatched run, 75 stopped and resumable";
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run a scene, or continue its run
+    ///
+    /// The same command twice is right: a run continues from its last commit, and a finished one prints its summary again.
+    Run(RunArguments),
+    /// Say what a scene will compute, why, and what it costs
+    Plan {
+        #[command(flatten)]
+        scene: SceneArguments,
+        /// Print one JSON object
+        #[arg(long)]
+        json: bool,
+    },
+    /// Say how far a run is
+    Status {
+        /// Folder of the run
+        run: PathBuf,
+        /// Print one JSON object
+        #[arg(long)]
+        json: bool,
+    },
+    /// Check every file of a run against its hash
+    Verify {
+        /// Folder of the run
+        run: PathBuf,
+    },
+    /// Run the closed forms: error and order of convergence
+    Validate {
+        /// Print one JSON object a row
+        #[arg(long)]
+        json: bool,
+    },
+    /// Explain the tables of a run and their columns
+    Schema {
+        /// Name of a table; all of them without
+        table: Option<String>,
+    },
+    /// Put the summaries of several runs side by side
+    #[cfg(feature = "polars")]
+    Compare {
+        /// Folders of the runs
+        #[arg(required = true)]
+        runs: Vec<PathBuf>,
+    },
+}
+
+#[derive(Args)]
+struct SceneArguments {
+    /// The scene (TOML)
+    scene: PathBuf,
+    /// Change a key, as in `--set wear.cycles=1e6` or `--set surface.rq="1 um"`
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+}
+
+#[derive(Args)]
+struct RunArguments {
+    /// The scene (TOML); without it, that of the run given by --run or --from
+    #[arg(required_unless_present_any = ["run", "from"])]
+    scene: Option<PathBuf>,
+    /// Change a key, as in `--set wear.cycles=1e6` or `--set surface.rq="1 um"`
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// Folder of the run [default: runs/<name of the scene>]
+    #[arg(long, value_name = "DIR")]
+    run: Option<PathBuf>,
+    /// Begin from iteration N of another run, also with changed keys
+    #[arg(long, value_name = "RUN@N", value_parser = run::parse_source)]
+    from: Option<fretwear::stages::Source>,
+    /// End after this stage: surface, static_contact, fretting_cycle, wear
+    #[arg(long, value_name = "STAGE")]
+    until: Option<fretwear::stages::Stage>,
+    /// Stop after this time, at the end of an iteration, as in `--max-wall "8 h"`
+    #[arg(long, value_name = "TIME", value_parser = parse_time)]
+    max_wall: Option<f64>,
+    /// Print one JSON object: the last summary, and the seconds of each stage
+    #[arg(long)]
+    json: bool,
+    /// No progress
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// Time is no quantity of a scene, but of the command line alone.
+const TIME: Dimension = Dimension {
+    m: 0,
+    kg: 0,
+    s: 1,
+    rad: 0,
+};
+
+fn parse_time(text: &str) -> Result<f64, String> {
+    match units::parse(text, TIME) {
+        Ok(seconds) if seconds > 0.0 => Ok(seconds),
+        Ok(_) => Err("must be longer than 0 s".to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+/// What a command can fail with.
+#[derive(Debug, thiserror::Error)]
+enum CliError {
+    #[error(transparent)]
+    Run(#[from] RunError),
+    #[error("{table} is no table; the tables are {known}")]
+    UnknownTable { table: String, known: String },
+    #[error("cannot watch for signals: {0}")]
+    Signals(std::io::Error),
+    #[error("cannot write the result: {0}")]
+    Output(#[from] std::io::Error),
+    #[error("validation: {0}")]
+    Validate(#[from] fretwear::contact::ContactError),
+    #[cfg(feature = "polars")]
+    #[error("cannot compare: {0}")]
+    Compare(#[from] fretwear::report::CompareError),
+}
+
+impl From<SceneError> for CliError {
+    fn from(error: SceneError) -> Self {
+        CliError::Run(error.into())
+    }
+}
+
+impl From<StoreError> for CliError {
+    fn from(error: StoreError) -> Self {
+        CliError::Run(error.into())
+    }
+}
+
+impl CliError {
+    fn exit(&self) -> Exit {
+        match self {
+            CliError::Run(error) if error.is_scene() => Exit::Scene,
+            CliError::Run(error) if error.is_not_converged() => Exit::NotConverged,
+            CliError::Run(RunError::Store(error)) if error.is_damage_or_mismatch() => Exit::Damaged,
+            CliError::UnknownTable { .. } => Exit::Scene,
+            _ => Exit::Failure,
+        }
+    }
+}
+
+/// Runs the command that the arguments name.
+pub fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Run(arguments) => run::run(arguments),
+        Command::Plan { scene, json } => show::plan(&scene.scene, &scene.sets, json),
+        Command::Status { run, json } => show::status(&run, json),
+        Command::Verify { run } => show::verify(&run),
+        Command::Validate { json } => show::validate(json),
+        Command::Schema { table } => show::schema(table.as_deref()),
+        #[cfg(feature = "polars")]
+        Command::Compare { runs } => show::compare(&runs),
+    };
+    let exit = result.unwrap_or_else(|error| {
+        eprintln!("error: {error}");
+        error.exit()
+    });
+    ExitCode::from(exit as u8)
+}

@@ -1,0 +1,94 @@
+//! The summary of a run as a person and as a program reads it.
+
+use std::io::Write;
+use std::path::Path;
+
+use fretwear::scene::Scene;
+use fretwear::stages::{Ending, Outcome};
+use fretwear::tables::{Column, Table};
+use serde_json::{Map, Value, json};
+
+/// Prints what a run left.
+pub fn outcome(
+    outcome: &Outcome,
+    scene: &Scene,
+    root: &Path,
+    as_json: bool,
+) -> std::io::Result<()> {
+    let mut out = std::io::stdout().lock();
+    if as_json {
+        let mut object = outcome.summary.as_ref().map(row).unwrap_or_default();
+        object.insert("wear_iteration".to_owned(), json!(outcome.wear_iteration));
+        object.insert("timing".to_owned(), json!(outcome.timing));
+        return writeln!(out, "{}", Value::Object(object));
+    }
+    if let Ending::Until(stage) = outcome.ending {
+        writeln!(
+            out,
+            "ended after {stage}, as asked; the same command without --until goes on"
+        )?;
+    }
+    let Some(summary) = &outcome.summary else {
+        return Ok(());
+    };
+    writeln!(out)?;
+    if let Some(title) = &scene.title {
+        writeln!(out, "{title}")?;
+    }
+    if let Some(wear_iteration) = outcome.wear_iteration {
+        writeln!(out, "iteration {wear_iteration} of {}", root.display())?;
+    }
+    write_summary(&mut out, summary)?;
+    let total: f64 = outcome.timing.values().sum();
+    let stages: Vec<String> = outcome
+        .timing
+        .iter()
+        .map(|(stage, s)| format!("{stage} {s:.2} s"))
+        .collect();
+    writeln!(
+        out,
+        "  {:<24} {total:.2} s: {}",
+        "computed in",
+        stages.join(", ")
+    )
+}
+
+/// One line a column: name, value, unit.
+pub fn write_summary(out: &mut impl Write, summary: &Table) -> std::io::Result<()> {
+    for (schema, column) in summary.columns() {
+        let value = match column {
+            Column::F64(values) => readable(values[0]),
+            Column::I64(values) => values[0].to_string(),
+            Column::I32(values) => values[0].to_string(),
+            Column::Bool(values) => values[0].to_string(),
+            Column::Text(values) => values[0].clone(),
+        };
+        let unit = if schema.unit == "1" { "" } else { &schema.unit };
+        writeln!(out, "  {:<24} {value} {unit}", schema.name)?;
+    }
+    Ok(())
+}
+
+fn readable(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 || (1e-3..1e5).contains(&size) {
+        format!("{value:.5}")
+    } else {
+        format!("{value:.5e}")
+    }
+}
+
+/// The row of a table of one row, in SI units.
+pub fn row(table: &Table) -> Map<String, Value> {
+    let value = |column: &Column| match column {
+        Column::F64(values) => json!(values[0]),
+        Column::I64(values) => json!(values[0]),
+        Column::I32(values) => json!(values[0]),
+        Column::Bool(values) => json!(values[0]),
+        Column::Text(values) => json!(values[0]),
+    };
+    table
+        .columns()
+        .map(|(schema, column)| (schema.name.clone(), value(column)))
+        .collect()
+}

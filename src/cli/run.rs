@@ -1,0 +1,114 @@
+//! `fretwear run`.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use fretwear::scene::{self, Scene};
+use fretwear::stages::{self, Ending, Inputs, RunOptions, Source};
+use fretwear::store::RealFileSystem;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+
+use super::{CliError, Exit, RunArguments, report};
+use crate::progress::Watcher;
+
+/// `RUN@N`.
+pub fn parse_source(text: &str) -> Result<Source, String> {
+    let (run, iteration) = text
+        .rsplit_once('@')
+        .ok_or("write the run and the iteration as RUN@N, as in runs/lap@37")?;
+    let wear_iteration = iteration
+        .parse()
+        .map_err(|_| format!("\"{iteration}\" is no iteration; write RUN@N with N = 0, 1, 2, …"))?;
+    Ok(Source {
+        run: PathBuf::from(run),
+        wear_iteration,
+    })
+}
+
+pub fn run(arguments: RunArguments) -> Result<Exit, CliError> {
+    let (scene, root) = scene_and_root(&arguments)?;
+    let stop = stop_flag()?;
+    let begin = Instant::now();
+    let inputs = Inputs::of(scene)?;
+    let watcher = Watcher::new(&inputs.scene, &root, arguments.quiet);
+    let options = RunOptions {
+        inputs: &inputs,
+        root: root.clone(),
+        source: arguments.from.clone(),
+        until: arguments.until,
+        file_system: Arc::new(RealFileSystem),
+        stop: &|| {
+            stop.load(Ordering::Relaxed)
+                || arguments
+                    .max_wall
+                    .is_some_and(|limit| begin.elapsed().as_secs_f64() >= limit)
+        },
+    };
+    let result = stages::run(&options, &watcher);
+    watcher.finish();
+    let outcome = match result {
+        Ok(outcome) => outcome,
+        Err(error) => {
+            if root.join("run.json").is_file() {
+                eprintln!("what is committed in {} is kept", root.display());
+            }
+            return Err(error.into());
+        }
+    };
+    report::outcome(&outcome, &inputs.scene, &root, arguments.json)?;
+    if outcome.ending == Ending::Stopped {
+        eprintln!(
+            "stopped; continue with: fretwear run --run {}",
+            quoted(&root)
+        );
+        return Ok(Exit::Stopped);
+    }
+    Ok(Exit::Done)
+}
+
+/// The scene, and the folder of its run.
+fn scene_and_root(arguments: &RunArguments) -> Result<(Scene, PathBuf), CliError> {
+    let stored = |run: &Path| run.join("scene.toml");
+    let path = match (&arguments.scene, &arguments.run, &arguments.from) {
+        (Some(scene), _, _) => scene.clone(),
+        (None, Some(run), _) if stored(run).is_file() => stored(run),
+        (None, _, Some(source)) => stored(&source.run),
+        (None, Some(run), None) => stored(run),
+        (None, None, None) => unreachable!("the arguments require a scene, a run or a source"),
+    };
+    let scene = scene::load(&path, &arguments.sets)?;
+    let root = match (&arguments.run, &arguments.from) {
+        (Some(root), _) => root.clone(),
+        (None, Some(source)) => {
+            let name = source.run.file_name().unwrap_or_default().to_string_lossy();
+            source
+                .run
+                .with_file_name(format!("{name}-from-{}", source.wear_iteration))
+        }
+        (None, None) => Path::new("runs").join(&scene.name),
+    };
+    Ok((scene, root))
+}
+
+/// Set by the first Ctrl-C or SIGTERM; the second ends the process at once, which costs no commit.
+fn stop_flag() -> Result<Arc<AtomicBool>, CliError> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        flag::register_conditional_shutdown(signal, 128 + signal, stop.clone())
+            .map_err(CliError::Signals)?;
+        flag::register(signal, stop.clone()).map_err(CliError::Signals)?;
+    }
+    Ok(stop)
+}
+
+fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    if text.contains(char::is_whitespace) {
+        format!("'{text}'")
+    } else {
+        text
+    }
+}

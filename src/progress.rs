@@ -1,0 +1,176 @@
+//! What a person sees of a run: a bar of cycles in a terminal, one line an iteration elsewhere. All on stderr.
+
+use std::cell::{Cell, RefCell};
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use fretwear::scene::Scene;
+use fretwear::stages::{Observer, Progress, Stage};
+use fretwear::store::Opening;
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// Redraws of the bar between iterations, so that a long stage is seen to be alive.
+const TICK: Duration = Duration::from_millis(200);
+
+/// Watches a run for a person.
+pub struct Watcher {
+    root: PathBuf,
+    quiet: bool,
+    bar: Option<ProgressBar>,
+    cycles: Option<u64>,
+    volume: Option<f64>,
+    begin: Instant,
+    /// Part done when the run was opened, and now.
+    first: Cell<Option<f64>>,
+    last: RefCell<String>,
+}
+
+impl Watcher {
+    pub fn new(scene: &Scene, root: &Path, quiet: bool) -> Self {
+        let wear = scene.wear.as_ref();
+        let (cycles, volume) = (wear.and_then(|w| w.cycles), wear.and_then(|w| w.volume));
+        let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
+            let bar = ProgressBar::new(1000);
+            let template = "{spinner} [{elapsed_precise}] [{bar:32}] {msg}";
+            bar.set_style(
+                ProgressStyle::with_template(template)
+                    .expect("the template is a constant")
+                    .progress_chars("=> "),
+            );
+            bar.enable_steady_tick(TICK);
+            bar
+        });
+        Watcher {
+            root: root.to_owned(),
+            quiet,
+            bar,
+            cycles,
+            volume,
+            begin: Instant::now(),
+            first: Cell::new(None),
+            last: RefCell::new(String::new()),
+        }
+    }
+
+    pub fn finish(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+
+    fn say(&self, text: &str) {
+        match &self.bar {
+            _ if self.quiet => (),
+            Some(bar) => bar.suspend(|| eprintln!("{text}")),
+            None => eprintln!("{text}"),
+        }
+    }
+
+    /// Part of the run that is done: of the cycles, or of the volume, whichever is further.
+    fn part(&self, progress: &Progress) -> f64 {
+        let cycles = self
+            .cycles
+            .map_or(0.0, |all| progress.cycles as f64 / all as f64);
+        let volume = self.volume.map_or(0.0, |all| progress.volume / all);
+        cycles.max(volume).min(1.0)
+    }
+
+    fn line(&self, progress: &Progress) -> String {
+        let mut line = format!("iteration {}", progress.wear_iteration);
+        if self.cycles.is_none() && self.volume.is_none() {
+            return line;
+        }
+        let of = self
+            .cycles
+            .map_or(String::new(), |all| format!(" of {}", grouped(all)));
+        line += &format!(
+            ", {}{of} cycles, worn {:.4} mm³",
+            grouped(progress.cycles),
+            progress.volume * 1e9
+        );
+        if progress.error > 0.0 {
+            line += &format!(" ±{:.1} %", progress.error * 100.0);
+        }
+        let part = self.part(progress);
+        let first = self.first.get().unwrap_or(part);
+        if self.first.get().is_none() {
+            self.first.set(Some(part));
+        }
+        if part > first && part < 1.0 {
+            let left = self.begin.elapsed().as_secs_f64() * (1.0 - part) / (part - first);
+            line += &format!(", {} left", duration(left));
+        }
+        line
+    }
+}
+
+impl Observer for Watcher {
+    fn opened(&self, opening: &Opening) {
+        for notice in opening.notices() {
+            self.say(&format!("note: {notice}"));
+        }
+        let root = self.root.display();
+        match (opening.created, opening.latest) {
+            (true, None) => self.say(&format!("begins {root}")),
+            (true, Some(latest)) => self.say(&format!("begins {root} from iteration {latest}")),
+            (false, Some(latest)) => {
+                self.say(&format!("continues {root} after iteration {latest}"))
+            }
+            (false, None) => self.say(&format!(
+                "continues {root}, of which no iteration is committed yet"
+            )),
+        }
+        if !opening.drafts_kept.is_empty() {
+            self.say(&format!(
+                "uses again what was computed of the next iteration: {}",
+                opening.drafts_kept.join(", ")
+            ));
+        }
+    }
+
+    fn notice(&self, text: &str) {
+        self.say(&format!("note: {text}"));
+    }
+
+    fn stage(&self, stage: Stage, wear_iteration: u64) {
+        if let Some(bar) = &self.bar {
+            bar.set_message(format!(
+                "{} ({stage} of iteration {wear_iteration})",
+                self.last.borrow()
+            ));
+        }
+    }
+
+    fn committed(&self, progress: &Progress) {
+        let line = self.line(progress);
+        if let Some(bar) = &self.bar {
+            bar.set_position((1000.0 * self.part(progress)) as u64);
+            bar.set_message(line.clone());
+        } else if !self.quiet {
+            eprintln!("{line}");
+        }
+        self.last.replace(line);
+    }
+}
+
+/// 10000000 as 10 000 000.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (k, digit) in digits.chars().enumerate() {
+        if k > 0 && (digits.len() - k).is_multiple_of(3) {
+            text.push(' ');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 100.0 => format!("{s:.0} s"),
+        s if s < 6000.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}

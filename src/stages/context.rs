@@ -1,0 +1,208 @@
+//! What the stages of one run share.
+
+use std::time::Instant;
+
+use super::{Inputs, Observer, RunError, Stage};
+use crate::grid::Patch;
+use crate::store::{Draft, Kept, RunStore, StageKey};
+use crate::tables::{Table, TableError, TableName};
+use crate::wear::{FrettingJoint, WearError};
+
+/// The joint of a run, its inputs, and the clock of the iteration in progress.
+pub struct Context<'a> {
+    pub inputs: &'a Inputs,
+    pub joint: FrettingJoint,
+    pub surface_key: StageKey,
+    pub observer: &'a dyn Observer,
+    /// The iteration in progress.
+    pub wear_iteration: u64,
+    /// True if the iteration in progress reaches the cycles of the scene.
+    pub is_last: bool,
+    pub timing: Vec<Timing>,
+}
+
+/// What a stage cost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Timing {
+    pub stage: Stage,
+    pub seconds: f64,
+    pub fft_pairs: f64,
+}
+
+/// Keys of the stages of one iteration; the wear step of the unworn state has none.
+pub struct Keys {
+    pub wear: Option<StageKey>,
+    pub static_contact: StageKey,
+    pub fretting_cycle: StageKey,
+}
+
+impl Keys {
+    /// Keys follow from what the stages read, before anything is computed.
+    pub fn of(
+        inputs: &Inputs,
+        store: &RunStore,
+        surface: &StageKey,
+        wear_iteration: u64,
+    ) -> Result<Keys, RunError> {
+        let wear = match wear_iteration {
+            0 => None,
+            k => {
+                let parent = StageKey::of_commit(store.reader().commit_of(k - 1)?);
+                let parameters = inputs
+                    .sections(&["joint", "material", "contact", "motion", "wear", "fidelity"]);
+                let tables = [
+                    TableName::WearField,
+                    TableName::WearStep,
+                    TableName::ContactField,
+                ];
+                Some(StageKey::new(
+                    Stage::Wear.name(),
+                    &tables,
+                    &parameters,
+                    &[surface, &parent],
+                ))
+            }
+        };
+        let mut upstream = vec![surface];
+        upstream.extend(&wear);
+        let parameters = inputs.sections(&["joint", "material", "contact", "fidelity", "output"]);
+        let tables = [
+            TableName::ContactField,
+            TableName::StaticContact,
+            TableName::Indentation,
+            TableName::Summary,
+        ];
+        let static_contact =
+            StageKey::new(Stage::StaticContact.name(), &tables, &parameters, &upstream);
+        let parameters = inputs.sections(&["contact", "motion", "fidelity", "output"]);
+        let tables = [
+            TableName::ContactField,
+            TableName::Cycle,
+            TableName::Hysteresis,
+            TableName::Summary,
+        ];
+        let fretting_cycle = StageKey::new(
+            Stage::FrettingCycle.name(),
+            &tables,
+            &parameters,
+            &[&static_contact],
+        );
+        Ok(Keys {
+            wear,
+            static_contact,
+            fretting_cycle,
+        })
+    }
+}
+
+impl Context<'_> {
+    /// Runs the numerics of a stage, with its time and transform pairs noted.
+    pub fn timed<T>(
+        &mut self,
+        stage: Stage,
+        work: impl FnOnce(&mut FrettingJoint) -> Result<T, WearError>,
+    ) -> Result<(T, f64), RunError> {
+        self.observer.stage(stage, self.wear_iteration);
+        let (begin, before) = (Instant::now(), self.joint.half_space.pairs());
+        let wear_iteration = self.wear_iteration;
+        let result = work(&mut self.joint).map_err(|source| match source {
+            WearError::Contact(source) => RunError::Contact {
+                stage,
+                wear_iteration,
+                source,
+            },
+            source => RunError::Wear {
+                stage,
+                wear_iteration,
+                source,
+            },
+        })?;
+        let fft_pairs = self.joint.half_space.pairs() - before;
+        self.timing.push(Timing {
+            stage,
+            seconds: begin.elapsed().as_secs_f64(),
+            fft_pairs,
+        });
+        Ok((result, fft_pairs))
+    }
+
+    /// True if the curves behind the stiffnesses belong to this iteration: every so many, and the last.
+    pub fn curves_due(&self) -> bool {
+        let every = self.inputs.scene.output.curves_every;
+        every > 0 && (self.is_last || self.wear_iteration.is_multiple_of(every))
+    }
+
+    /// A column of the kept cells, spread over the grid.
+    pub fn field(&self, table: &Table, column: &str) -> Result<Vec<f64>, RunError> {
+        Ok(spread(&self.joint.patch, table.f64(column)?))
+    }
+
+    /// The timing table of the iteration.
+    pub fn timing_table(&mut self) -> Result<Table, TableError> {
+        let timing = std::mem::take(&mut self.timing);
+        Table::builder(TableName::Timing)
+            .column(
+                "stage",
+                timing
+                    .iter()
+                    .map(|t| t.stage.name().to_owned())
+                    .collect::<Vec<_>>(),
+            )
+            .column(
+                "seconds",
+                timing.iter().map(|t| t.seconds).collect::<Vec<_>>(),
+            )
+            .column(
+                "fft_pairs",
+                timing.iter().map(|t| t.fft_pairs).collect::<Vec<_>>(),
+            )
+            .build()
+    }
+}
+
+/// A table of the draft, if an earlier start computed it from the same inputs.
+pub fn kept(
+    draft: &mut Draft,
+    table: TableName,
+    key: &StageKey,
+) -> Result<Option<Table>, RunError> {
+    Ok(match draft.get(table, key)? {
+        Kept::Valid(table) => Some(table),
+        Kept::Stale(_) => None,
+    })
+}
+
+/// The values of a field on the kept cells, in their order.
+pub fn gather(patch: &Patch, field: &[f64]) -> Vec<f64> {
+    field
+        .iter()
+        .zip(&patch.kept)
+        .filter(|(_, kept)| **kept)
+        .map(|(v, _)| *v)
+        .collect()
+}
+
+/// The field with the given values on the kept cells and 0 elsewhere.
+pub fn spread(patch: &Patch, values: &[f64]) -> Vec<f64> {
+    let mut values = values.iter();
+    patch
+        .kept
+        .iter()
+        .map(|kept| {
+            if *kept {
+                values.next().copied().unwrap_or(0.0)
+            } else {
+                0.0
+            }
+        })
+        .collect()
+}
+
+/// The i and j columns of the kept cells.
+pub fn kept_cells(patch: &Patch) -> (Vec<i32>, Vec<i32>) {
+    (0..patch.grid.len())
+        .filter(|&c| patch.kept[c])
+        .map(|c| patch.grid.cell(c))
+        .map(|(i, j)| (i as i32, j as i32))
+        .unzip()
+}

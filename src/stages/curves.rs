@@ -1,0 +1,96 @@
+//! The curves behind kn and kt.
+
+use crate::contact::normal::NormalSolution;
+use crate::tables::{Table, TableError, TableName};
+use crate::wear::cycle::CycleSolution;
+use crate::wear::{FrettingJoint, WearError};
+
+/// Loads of the indentation curve, in parts of the static load, from below.
+const LOADS: [f64; 7] = [0.0, 0.125, 0.25, 0.5, 0.75, 1.0, 1.25];
+
+/// Points of a branch of the hysteresis loop.
+const BRANCH: usize = 8;
+
+/// Load against displacement.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Curve {
+    pub load: Vec<f64>,
+    pub displacement: Vec<f64>,
+}
+
+impl Curve {
+    fn push(&mut self, load: f64, displacement: f64) {
+        self.load.push(load);
+        self.displacement.push(displacement);
+    }
+
+    pub fn table(self, name: TableName) -> Result<Table, TableError> {
+        Table::builder(name)
+            .column("load", self.load)
+            .column("displacement", self.displacement)
+            .build()
+    }
+}
+
+/// Normal load over approach about the static contact. Loads that a pressure cap does not carry are left out.
+pub fn indentation(
+    joint: &mut FrettingJoint,
+    wear: &[f64],
+    at_load: &NormalSolution,
+) -> Result<Curve, WearError> {
+    let load = joint.motion.mean_load();
+    let capacity = joint
+        .pressure_cap
+        .map_or(f64::INFINITY, |cap| cap * joint.patch.area());
+    let mut curve = Curve::default();
+    for part in LOADS {
+        if part == 1.0 {
+            curve.push(load, at_load.approach);
+        } else if part * load <= capacity {
+            let contact = joint.contact(wear, None, part * load, Some(&at_load.pressure))?;
+            curve.push(part * load, contact.approach);
+        }
+    }
+    Ok(curve)
+}
+
+/// Tangential force along x over displacement along x. The loop of a straight motion is twice its first loading, turned
+/// about the reversals (Masing); otherwise the instants of the cycle are the loop.
+pub fn hysteresis(
+    joint: &mut FrettingJoint,
+    contact: &NormalSolution,
+    cycle: &CycleSolution,
+) -> Result<Curve, WearError> {
+    let mut curve = Curve::default();
+    let Some(motion) = joint
+        .motion
+        .straight()
+        .filter(|_| joint.march == crate::wear::cycle::March::Reversal)
+    else {
+        for instant in &cycle.instants {
+            curve.push(instant.force[0], instant.displacement[0]);
+        }
+        return Ok(curve);
+    };
+    let limit = joint.limit(&contact.pressure);
+    let mut first = Vec::with_capacity(BRANCH + 1);
+    first.push((0.0, 0.0));
+    let mut shear = None;
+    for point in 1..=BRANCH {
+        let part = point as f64 / BRANCH as f64;
+        let displacement: Vec<f64> = motion.end.iter().map(|d| part * d).collect();
+        let step = joint.step(&limit, None, &displacement, shear.as_ref())?;
+        first.push((step.force[0], displacement[0]));
+        shear = Some(step.shear);
+    }
+    let (top_force, top) = first[BRANCH];
+    for sign in [1.0, -1.0] {
+        for (force, displacement) in &first {
+            curve.push(
+                sign * (top_force - 2.0 * force),
+                sign * (top - 2.0 * displacement),
+            );
+        }
+    }
+    Ok(curve)
+}

@@ -1,0 +1,114 @@
+//! The steady fretting cycle of an iteration.
+
+use super::context::{Context, Keys, gather, kept, kept_cells};
+use super::static_contact::{SHEAR, StaticContact};
+use super::{RunError, Stage, curves};
+use crate::grid::ByAxis;
+use crate::store::Draft;
+use crate::tables::{Table, TableError, TableName};
+use crate::wear::cycle::{CycleSolution, Instant};
+
+/// The cycle of an iteration and what it cost.
+pub struct Cycle {
+    pub solution: CycleSolution,
+    pub fft_pairs: f64,
+}
+
+/// Solves the steady cycle. It is the last stage of an iteration: its tables are complete with the summary's, and an
+/// iteration that has them is about to be committed.
+pub fn fretting_cycle(
+    context: &mut Context,
+    draft: &mut Draft,
+    keys: &Keys,
+    wear: &[f64],
+    contact: &StaticContact,
+    start: &ByAxis<Vec<f64>>,
+) -> Result<Cycle, RunError> {
+    let start = (!start.is_empty()).then_some(start);
+    let curve_due = context.curves_due();
+    let ((solution, curve), fft_pairs) = context.timed(Stage::FrettingCycle, |joint| {
+        let solution = joint.cycle(wear, &contact.solution, start)?;
+        let curve = curve_due
+            .then(|| curves::hysteresis(joint, &contact.solution, &solution))
+            .transpose()?;
+        Ok((solution, curve))
+    })?;
+    if let Some(curve) = curve {
+        draft.put(
+            TableName::Hysteresis,
+            &keys.fretting_cycle,
+            &curve.table(TableName::Hysteresis)?,
+        )?;
+    }
+    draft.put(
+        TableName::Cycle,
+        &keys.fretting_cycle,
+        &instants(&solution.instants)?,
+    )?;
+    draft.put(
+        TableName::ContactField,
+        &keys.fretting_cycle,
+        &fields(context, contact, &solution)?,
+    )?;
+    Ok(Cycle {
+        solution,
+        fft_pairs,
+    })
+}
+
+/// True if an earlier start completed the tables of the cycle and the summary.
+pub fn is_complete(context: &Context, draft: &mut Draft, keys: &Keys) -> Result<bool, RunError> {
+    let mut tables = vec![
+        TableName::ContactField,
+        TableName::Cycle,
+        TableName::Summary,
+    ];
+    if context.curves_due() {
+        tables.push(TableName::Hysteresis);
+    }
+    for table in tables {
+        if kept(draft, table, &keys.fretting_cycle)?.is_none() {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+fn fields(
+    context: &Context,
+    contact: &StaticContact,
+    cycle: &CycleSolution,
+) -> Result<Table, TableError> {
+    let patch = &context.joint.patch;
+    let (i, j) = kept_cells(patch);
+    let mut table = Table::builder(TableName::ContactField)
+        .column("i", i)
+        .column("j", j)
+        .column("gap", gather(patch, &contact.solution.gap))
+        .column("pressure", gather(patch, &contact.solution.pressure))
+        .column("slip_path", gather(patch, &cycle.slip_path))
+        .column("dissipation", gather(patch, &cycle.energy));
+    for (name, shear) in SHEAR.iter().zip(&cycle.shear) {
+        table = table.column(name, gather(patch, shear));
+    }
+    table.build()
+}
+
+fn instants(instants: &[Instant]) -> Result<Table, TableError> {
+    let series =
+        |value: &dyn Fn(&Instant) -> f64| -> Vec<f64> { instants.iter().map(value).collect() };
+    let in_plane = instants
+        .first()
+        .is_some_and(|instant| instant.displacement.len() > 1);
+    Table::builder(TableName::Cycle)
+        .column("time", series(&|i| i.time))
+        .column("displacement_x", series(&|i| i.displacement[0]))
+        .maybe(
+            "displacement_y",
+            in_plane.then(|| series(&|i| i.displacement[1])),
+        )
+        .column("normal_load", series(&|i| i.normal_load))
+        .column("force_x", series(&|i| i.force[0]))
+        .maybe("force_y", in_plane.then(|| series(&|i| i.force[1])))
+        .build()
+}

@@ -1,0 +1,197 @@
+//! The files that a scene names: a surface, a motion history. They enter keys by their content, never by path or time.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::error::{HistoryProblem, RunError};
+use crate::scene::{Motion as SceneMotion, Plan, Scene, Surface, Transverse, plan::motion_of};
+use crate::tables::{self, TableName};
+use crate::wear::Motion;
+
+/// Two values this close, relative to the largest, are the same sample.
+const SAME: f64 = 1e-9;
+
+/// A scene with what its files say, and the plan for it.
+#[derive(Debug, Clone)]
+pub struct Inputs {
+    /// The scene.
+    pub scene: Scene,
+    /// Its motion over a cycle; of no axis without `[motion]`.
+    pub motion: Motion,
+    /// What is decided.
+    pub plan: Plan,
+    /// [`Scene::canonical`] with the hashes of the files.
+    pub canonical: Value,
+}
+
+impl Inputs {
+    /// Reads the files of a scene and plans it.
+    pub fn of(scene: Scene) -> Result<Inputs, RunError> {
+        let mut canonical = scene.canonical();
+        if let Surface::File { path, .. } = &scene.surface {
+            let bytes =
+                std::fs::read(path).map_err(|source| crate::surface::readers::ReadError {
+                    path: path.clone(),
+                    problem: crate::surface::readers::ReadProblem::Io { source },
+                })?;
+            canonical["surface"]["content"] = json!(blake3::hash(&bytes).to_hex().as_str());
+        }
+        let motion = match (motion_of(&scene), &scene.motion) {
+            (Some(motion), _) => motion,
+            (None, Some(SceneMotion::History { path })) => {
+                let wrong = |problem| RunError::History {
+                    path: path.clone(),
+                    problem,
+                };
+                let bytes = std::fs::read(path).map_err(|e| wrong(e.into()))?;
+                canonical["motion"]["content"] = json!(blake3::hash(&bytes).to_hex().as_str());
+                history(&scene, path, &bytes).map_err(wrong)?
+            }
+            (None, _) => Motion::none(scene.contact.normal_load),
+        };
+        let plan = Plan::decide(&scene, &scene.patch(), &motion)?;
+        Ok(Inputs {
+            scene,
+            motion,
+            plan,
+            canonical,
+        })
+    }
+
+    /// Sections of the canonical scene, by name: what a stage reads goes into its key.
+    pub fn sections(&self, names: &[&str]) -> Value {
+        names
+            .iter()
+            .map(|name| ((*name).to_owned(), self.canonical[*name].clone()))
+            .collect::<serde_json::Map<_, _>>()
+            .into()
+    }
+}
+
+/// The columns of a history: time, displacement_x, and the optional displacement_y and normal_load.
+struct Columns {
+    time: Vec<f64>,
+    displacement_x: Vec<f64>,
+    displacement_y: Option<Vec<f64>>,
+    normal_load: Option<Vec<f64>>,
+}
+
+/// A motion from a `cycle` table (Parquet), or from a CSV file with columns of the same names, in SI units.
+fn history(scene: &Scene, path: &Path, bytes: &[u8]) -> Result<Motion, HistoryProblem> {
+    let parquet = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("parquet"));
+    let mut columns = if parquet {
+        from_parquet(bytes)?
+    } else {
+        from_csv(bytes)?
+    };
+    if columns.time.last().is_some_and(|t| (t - 1.0).abs() <= SAME) {
+        columns.close()?;
+    }
+    let rows = columns.time.len();
+    if rows < 3 {
+        return Err(HistoryProblem::TooShort { rows });
+    }
+    for row in 0..rows {
+        let time = columns.time[row];
+        let early = if row == 0 {
+            time != 0.0
+        } else {
+            time <= columns.time[row - 1]
+        };
+        if early || time >= 1.0 {
+            return Err(HistoryProblem::Time { row: row + 1, time });
+        }
+    }
+    let mut displacement = vec![columns.displacement_x];
+    if scene.contact.transverse == Transverse::Absent {
+        if columns
+            .displacement_y
+            .is_some_and(|y| y.iter().any(|v| *v != 0.0))
+        {
+            return Err(HistoryProblem::TransverseAbsent);
+        }
+    } else {
+        displacement.push(columns.displacement_y.unwrap_or_else(|| vec![0.0; rows]));
+    }
+    let normal_load = columns
+        .normal_load
+        .unwrap_or_else(|| vec![scene.contact.normal_load; rows]);
+    Ok(Motion {
+        time: columns.time,
+        displacement,
+        normal_load,
+    })
+}
+
+impl Columns {
+    /// Takes the last sample away, which repeats the first.
+    fn close(&mut self) -> Result<(), HistoryProblem> {
+        let named = [
+            ("displacement_x", Some(&mut self.displacement_x)),
+            ("displacement_y", self.displacement_y.as_mut()),
+            ("normal_load", self.normal_load.as_mut()),
+        ];
+        for (column, values) in named.into_iter().filter_map(|(name, v)| Some((name, v?))) {
+            let largest = values.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+            let (first, last) = (values[0], values.pop().unwrap_or(f64::NAN));
+            if (last - first).abs() > SAME * largest {
+                return Err(HistoryProblem::NotClosed {
+                    column,
+                    first,
+                    last,
+                });
+            }
+        }
+        self.time.pop();
+        Ok(())
+    }
+}
+
+fn from_parquet(bytes: &[u8]) -> Result<Columns, HistoryProblem> {
+    let table = tables::from_parquet(bytes, TableName::Cycle.schema())?;
+    Ok(Columns {
+        time: table.f64("time")?.to_vec(),
+        displacement_x: table.f64("displacement_x")?.to_vec(),
+        displacement_y: table
+            .has("displacement_y")
+            .then(|| table.f64("displacement_y").map(<[f64]>::to_vec))
+            .transpose()?,
+        normal_load: Some(table.f64("normal_load")?.to_vec()),
+    })
+}
+
+fn from_csv(bytes: &[u8]) -> Result<Columns, HistoryProblem> {
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(bytes);
+    let names: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
+    let mut values: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
+    for (row, record) in reader.records().enumerate() {
+        for (column, text) in record?.iter().enumerate() {
+            let number = text.parse().ok().filter(|v: &f64| v.is_finite());
+            values[column].push(number.ok_or_else(|| HistoryProblem::NotANumber {
+                row: row + 1,
+                column: names[column].clone(),
+                value: text.to_owned(),
+            })?);
+        }
+    }
+    let mut take = |name: &str| {
+        names
+            .iter()
+            .position(|n| n == name)
+            .map(|k| std::mem::take(&mut values[k]))
+    };
+    Ok(Columns {
+        time: take("time").ok_or(HistoryProblem::MissingColumn { column: "time" })?,
+        displacement_x: take("displacement_x").ok_or(HistoryProblem::MissingColumn {
+            column: "displacement_x",
+        })?,
+        displacement_y: take("displacement_y"),
+        normal_load: take("normal_load"),
+    })
+}

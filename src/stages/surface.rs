@@ -1,0 +1,153 @@
+//! The unworn surface, once a run.
+
+use super::context::Timing;
+use super::{Inputs, Observer, RunError, Stage};
+use crate::grid::Patch;
+use crate::scene::{self, Scene};
+use crate::store::{Kept, RunStore, StageKey};
+use crate::surface::generate::{self, RandomSurface, Spectrum};
+use crate::surface::prepare::{self, PrepareOptions};
+use crate::surface::readers::{self, ReadOptions};
+use crate::tables::{Table, TableName};
+
+/// The joint's cells and their unworn heights.
+pub struct Unworn {
+    pub patch: Patch,
+    pub height: Vec<f64>,
+    pub key: StageKey,
+    /// What computing it cost; none where it was there already.
+    pub timing: Option<Timing>,
+}
+
+/// Computes the surface, or takes the one that an earlier start computed from the same inputs.
+pub fn surface(
+    inputs: &Inputs,
+    store: &mut RunStore,
+    observer: &dyn Observer,
+) -> Result<Unworn, RunError> {
+    let key = StageKey::new(
+        Stage::Surface.name(),
+        &[TableName::Surface],
+        &inputs.sections(&["joint", "surface"]),
+        &[],
+    );
+    let grid = inputs.scene.grid();
+    if let Kept::Valid(table) = store.once(TableName::Surface, &key)? {
+        let patch = Patch {
+            grid,
+            kept: table.bool("kept")?.to_vec(),
+        };
+        return Ok(Unworn {
+            patch,
+            height: table.f64("height")?.to_vec(),
+            key,
+            timing: None,
+        });
+    }
+    observer.stage(Stage::Surface, 0);
+    let begin = std::time::Instant::now();
+    let (patch, height) = heights(&inputs.scene, observer)?;
+    let cells = |value: fn((usize, usize)) -> usize| -> Vec<i32> {
+        (0..grid.len())
+            .map(|c| value(grid.cell(c)) as i32)
+            .collect()
+    };
+    let table = Table::builder(TableName::Surface)
+        .column("i", cells(|c| c.0))
+        .column("j", cells(|c| c.1))
+        .column("height", height.clone())
+        .column("kept", patch.kept.clone())
+        .build()?;
+    store.put_once(TableName::Surface, &key, &table)?;
+    let timing = Timing {
+        stage: Stage::Surface,
+        seconds: begin.elapsed().as_secs_f64(),
+        fft_pairs: 0.0,
+    };
+    Ok(Unworn {
+        patch,
+        height,
+        key,
+        timing: Some(timing),
+    })
+}
+
+fn heights(scene: &Scene, observer: &dyn Observer) -> Result<(Patch, Vec<f64>), RunError> {
+    let patch = scene.patch();
+    let random = |spectrum, rq, seed| -> Result<Vec<f64>, RunError> {
+        let generated = generate::random(&patch, &RandomSurface { rq, spectrum, seed })?;
+        for warning in &generated.warnings {
+            observer.notice(&format!("[surface]: {warning}"));
+        }
+        Ok(generated.heights)
+    };
+    let height = match &scene.surface {
+        scene::Surface::Flat => generate::flat(&patch),
+        scene::Surface::Sphere { radius } => generate::sphere(&patch, *radius)?,
+        scene::Surface::Gaussian {
+            rq,
+            correlation_length,
+            seed,
+        } => random(
+            Spectrum::Gaussian {
+                correlation_length: *correlation_length,
+            },
+            *rq,
+            *seed,
+        )?,
+        scene::Surface::Exponential {
+            rq,
+            correlation_length,
+            seed,
+        } => random(
+            Spectrum::Exponential {
+                correlation_length: *correlation_length,
+            },
+            *rq,
+            *seed,
+        )?,
+        scene::Surface::SelfAffine {
+            rq,
+            hurst,
+            rolloff_wavelength,
+            cutoff_wavelength,
+            seed,
+        } => {
+            let spectrum = Spectrum::SelfAffine {
+                hurst: *hurst,
+                rolloff_wavelength: *rolloff_wavelength,
+                cutoff_wavelength: cutoff_wavelength.unwrap_or(0.0),
+            };
+            random(spectrum, *rq, *seed)?
+        }
+        scene::Surface::File {
+            path,
+            unit,
+            detrend,
+            fill,
+            spacing,
+        } => {
+            let options = ReadOptions {
+                height_unit: *unit,
+                lateral_unit: None,
+                spacing: *spacing,
+            };
+            let topography = readers::read(path, &options)?;
+            let options = PrepareOptions {
+                detrend: *detrend,
+                fill: *fill,
+            };
+            let prepared = prepare::onto_joint(&topography, &patch, options).map_err(|source| {
+                RunError::Prepare {
+                    path: path.clone(),
+                    source,
+                }
+            })?;
+            for notice in &prepared.notices {
+                observer.notice(&format!("[surface]: {notice}"));
+            }
+            return Ok((prepared.patch, prepared.heights));
+        }
+    };
+    Ok((patch, height))
+}

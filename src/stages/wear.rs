@@ -1,0 +1,228 @@
+//! The wear step from one committed iteration to the next.
+
+use super::context::{Context, Keys, gather, kept, kept_cells};
+use super::state::Committed;
+use super::static_contact::Predicted;
+use super::{RunError, Stage};
+use crate::grid::ByAxis;
+use crate::scene::{Scheme, Wear};
+use crate::store::{Draft, StageKey};
+use crate::tables::{Table, TableName};
+use crate::wear::explicit;
+use crate::wear::implicit::{self, Limits};
+
+/// Proposals are written to a table, which holds no infinity: a joint that does not wear proposes this.
+const LONGEST_PROPOSAL: f64 = 1e18;
+
+/// A step shorter than what is left of the volume by this factor does not pass the volume asked for, since the rate of
+/// wear may still grow in running-in.
+const VOLUME_MARGIN: f64 = 0.98;
+
+/// The step that led to an iteration.
+pub struct Worn {
+    pub wear: Vec<f64>,
+    pub n_cycles: u64,
+    pub volume: f64,
+    pub error: f64,
+    pub fft_pairs: f64,
+    /// The contact it predicts; none where later stages have replaced it already.
+    pub predicted: Option<Predicted>,
+}
+
+/// No wear yet.
+pub fn unworn(context: &Context, draft: &mut Draft, keys: &Keys) -> Result<Worn, RunError> {
+    let wear = vec![0.0; context.joint.patch.grid.len()];
+    if context.inputs.scene.wear.is_some() {
+        put(
+            context,
+            draft,
+            &keys.static_contact,
+            &wear,
+            [0.0; 4],
+            [0, 0],
+        )?;
+    }
+    Ok(Worn {
+        wear,
+        n_cycles: 0,
+        volume: 0.0,
+        error: 0.0,
+        fft_pairs: 0.0,
+        predicted: None,
+    })
+}
+
+/// Makes the step, or takes it from the draft.
+pub fn wear(
+    context: &mut Context,
+    draft: &mut Draft,
+    keys: &Keys,
+    key: &StageKey,
+    wear: &Wear,
+    before: &Committed,
+) -> Result<Worn, RunError> {
+    if let Some(worn) = resume(context, draft, keys, key)? {
+        return Ok(worn);
+    }
+    let volume_left = wear
+        .volume
+        .map_or(f64::INFINITY, |volume| volume - before.volume);
+    let rate = wear.coefficient * before.worn.cycle.dissipation;
+    if wear.cycles.is_none() && rate <= 0.0 {
+        let volume = wear.volume.unwrap_or(f64::INFINITY);
+        return Err(RunError::WearsNoMore {
+            volume,
+            reached: before.volume,
+        });
+    }
+    let remaining = wear
+        .cycles
+        .map_or(u64::MAX, |cycles| cycles - before.cycles);
+    let until_volume = (volume_left / rate * VOLUME_MARGIN).ceil().max(1.0);
+    let coefficient = wear.coefficient;
+    let (step, fft_pairs) = context.timed(Stage::Wear, |joint| match wear.scheme {
+        Scheme::Implicit => {
+            let first = || implicit::first_proposal(joint, &before.worn, coefficient);
+            let proposal = before.proposal.unwrap_or_else(first).min(until_volume);
+            let limits = Limits {
+                tolerance: wear.tolerance,
+                depth_step: wear.depth_step,
+                remaining,
+            };
+            let step = implicit::advance(joint, &before.worn, coefficient, proposal, limits)?;
+            Ok(Outcome {
+                wear: step.wear,
+                cycles: step.cycles,
+                error: step.error,
+                proposal: step.proposal,
+                rejected: step.rejected,
+                gap: Some(step.contact.gap),
+                pressure: step.contact.pressure,
+                shear: step.shear,
+            })
+        }
+        Scheme::Explicit => Ok(explicit_step(&before.worn, wear, remaining)),
+    })?;
+    let volume = context.joint.volume(&step.wear) - context.joint.volume(&before.worn.wear);
+    let gap = step.gap.unwrap_or_else(|| vec![0.0; step.wear.len()]);
+    let predicted = Predicted {
+        gap,
+        pressure: step.pressure,
+        shear: step.shear,
+    };
+    // The prediction goes first: with the wear field in the draft, the later stages have what they start from.
+    draft.put(TableName::ContactField, key, &predicted.table(context)?)?;
+    let proposal = step.proposal.min(LONGEST_PROPOSAL);
+    put(
+        context,
+        draft,
+        key,
+        &step.wear,
+        [volume, step.error, proposal, fft_pairs],
+        [step.cycles as i64, step.rejected as i64],
+    )?;
+    Ok(Worn {
+        wear: step.wear,
+        n_cycles: step.cycles,
+        volume,
+        error: step.error,
+        fft_pairs,
+        predicted: Some(predicted),
+    })
+}
+
+struct Outcome {
+    wear: Vec<f64>,
+    cycles: u64,
+    error: f64,
+    proposal: f64,
+    rejected: usize,
+    gap: Option<Vec<f64>>,
+    pressure: Vec<f64>,
+    shear: ByAxis<Vec<f64>>,
+}
+
+fn explicit_step(before: &crate::wear::joint::WornState, wear: &Wear, remaining: u64) -> Outcome {
+    let deepest = wear.coefficient * before.cycle.energy.iter().fold(0.0f64, |m, e| m.max(*e));
+    let depth_step = wear.depth_step.unwrap_or(f64::INFINITY);
+    // A joint that does not wear would make a step without end.
+    let cycles = if deepest > 0.0 {
+        explicit::cycles(depth_step, deepest)
+    } else {
+        remaining
+    };
+    Outcome {
+        wear: explicit::advance(&before.wear, &before.cycle.energy, wear.coefficient, cycles),
+        cycles,
+        error: 0.0,
+        proposal: cycles as f64,
+        rejected: 0,
+        gap: None,
+        pressure: before.pressure.clone(),
+        shear: before.cycle.shear.clone(),
+    }
+}
+
+/// `numbers`: volume, error, proposal, pairs; `counts`: cycles, rejected steps.
+fn put(
+    context: &Context,
+    draft: &mut Draft,
+    key: &StageKey,
+    wear: &[f64],
+    numbers: [f64; 4],
+    counts: [i64; 2],
+) -> Result<(), RunError> {
+    let patch = &context.joint.patch;
+    let (i, j) = kept_cells(patch);
+    let field = Table::builder(TableName::WearField)
+        .column("i", i)
+        .column("j", j)
+        .column("wear_depth", gather(patch, wear))
+        .build()?;
+    let [volume, error, proposal, fft_pairs] = numbers.map(|value| vec![value]);
+    let [n_cycles, rejected] = counts.map(|value| vec![value]);
+    let step = Table::builder(TableName::WearStep)
+        .column("n_cycles", n_cycles)
+        .column("volume", volume)
+        .column("error", error)
+        .column("next_n_cycles", proposal)
+        .column("rejected", rejected)
+        .column("fft_pairs", fft_pairs)
+        .build()?;
+    draft.put(TableName::WearField, key, &field)?;
+    draft.put(TableName::WearStep, key, &step)?;
+    Ok(())
+}
+
+/// The step as an earlier start left it, if the contact that it predicts, or what replaced it, is there too.
+fn resume(
+    context: &Context,
+    draft: &mut Draft,
+    keys: &Keys,
+    key: &StageKey,
+) -> Result<Option<Worn>, RunError> {
+    let field = kept(draft, TableName::WearField, key)?;
+    let step = kept(draft, TableName::WearStep, key)?;
+    let (Some(field), Some(step)) = (field, step) else {
+        return Ok(None);
+    };
+    let predicted = match kept(draft, TableName::ContactField, key)? {
+        Some(table) => Some(Predicted::of(context, &table)?),
+        None => {
+            let replaced = kept(draft, TableName::ContactField, &keys.static_contact)?.is_some()
+                || kept(draft, TableName::ContactField, &keys.fretting_cycle)?.is_some();
+            if !replaced {
+                return Ok(None);
+            }
+            None
+        }
+    };
+    Ok(Some(Worn {
+        wear: context.field(&field, "wear_depth")?,
+        n_cycles: step.i64("n_cycles")?[0] as u64,
+        volume: step.f64("volume")?[0],
+        error: step.f64("error")?[0],
+        fft_pairs: step.f64("fft_pairs")?[0],
+        predicted,
+    }))
+}

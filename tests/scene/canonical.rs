@@ -1,0 +1,170 @@
+//! The canonical form and the document: what is equal, what differs, and what can be loaded again.
+
+use std::fs;
+
+use fretwear::scene::differences;
+
+use super::{CASE, Folder, case, case_with};
+
+/// [`CASE`] in other units, another order and other words for the defaults.
+const SAME: &str = r#"title = "Another title"
+[contact]
+normal_load = "0.03 MN"
+friction_coefficient = "60 %"
+boundary = "free"
+[wear]
+cycles = 1e7
+coefficient = "2e-15 m^3/(N m)"
+tolerance = 1e-2
+[motion]
+amplitude = "0.005 mm"
+phase = ["-0 deg", "0 rad"]
+[surface]
+correlation_length = ["500 µm", "4e-4 m"]
+kind = "gaussian"
+seed = 3
+rq = "5000 nm"
+[joint]
+hole.diameter = "1.1 cm"
+size = ["4 cm", "0.03 m"]
+grid = [64.0, 40]
+[material]
+youngs_modulus = "500 GPa"
+poisson_ratio = "3e-1"
+lower.youngs_modulus = "198400 MPa"
+upper.youngs_modulus = "1.984e5 N/mm^2"
+[fidelity]
+preset = "balanced"
+"#;
+
+#[test]
+fn equal_scenes_in_other_units_are_equal() {
+    let other = Folder::new()
+        .with("same.toml", SAME)
+        .scene("same.toml", &[]);
+    let case = case_with(&[]);
+    assert_eq!(differences(&case.canonical(), &other.canonical()), []);
+    assert_eq!(
+        case.canonical().to_string(),
+        other.canonical().to_string(),
+        "equal to the byte, for a hash"
+    );
+}
+
+#[test]
+fn keys_are_sorted_and_no_path_title_or_name_is_in() {
+    let scene = case_with(&["surface.kind=file", "surface.path=somewhere/heights.npy"]);
+    let text = scene.canonical().to_string();
+    assert!(
+        !text.contains("somewhere") && !text.contains("Case"),
+        "{text}"
+    );
+    let canonical = scene.canonical();
+    let sections = canonical.as_object().expect("an object");
+    let keys: Vec<&String> = sections.keys().collect();
+    assert!(keys.is_sorted(), "{keys:?}");
+    for absent in ["title", "name", "document"] {
+        assert!(!sections.contains_key(absent), "{absent}");
+    }
+    assert_eq!(sections["surface"]["kind"], "file");
+}
+
+#[test]
+fn a_moved_file_makes_no_difference() {
+    let here = case_with(&["motion.history=a/cycle.parquet"]);
+    let there = case_with(&["motion.history=b/cycle.parquet"]);
+    assert_ne!(here, there);
+    assert_eq!(here.canonical(), there.canonical());
+}
+
+#[test]
+fn differences_are_named_with_both_values() {
+    let before = case_with(&[]);
+    let after = case_with(&[
+        "wear.cycles=20",
+        "contact.pressure_cap=600 MPa",
+        "surface.kind=flat",
+        "title=x",
+    ]);
+    let found: Vec<(String, String, String)> = differences(&before.canonical(), &after.canonical())
+        .into_iter()
+        .map(|d| (d.key, d.before, d.after))
+        .collect();
+    let expected = [
+        ("contact.pressure_cap", "absent", "600000000.0"),
+        ("surface.correlation_length", "[0.0005,0.0004]", "absent"),
+        ("surface.kind", "\"gaussian\"", "\"flat\""),
+        ("surface.rq", "5e-6", "absent"),
+        ("surface.seed", "3", "absent"),
+        ("wear.cycles", "10000000", "20"),
+    ]
+    .map(|(key, a, b)| (key.to_owned(), a.to_owned(), b.to_owned()));
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn every_single_change_is_seen() {
+    let case = case_with(&[]).canonical();
+    for set in [
+        "joint.grid=[64, 41]",
+        "joint.elements=[7, 5]",
+        "joint.hole.diameter=10 mm",
+        "material.lower.density=7949 kg/m^3",
+        "material.upper.poisson_ratio=0.31",
+        "surface.seed=4",
+        "contact.friction_coefficient=0.61",
+        "contact.normal_load=30.0000001 kN",
+        "contact.transverse=absent",
+        "motion.phase=1 deg",
+        "motion.normal_load_amplitude=1 N",
+        "wear.volume=1 mm^3",
+        "wear.depth_step=1 um",
+        "wear.tolerance=0.02",
+        "fidelity.cycle=stepped",
+        "fidelity.steps_per_cycle=34",
+        "fidelity.cycle_tolerance=2e-3",
+        "output.keep.last=2",
+        "output.curves_every=0",
+    ] {
+        let found = differences(&case, &case_with(&[set]).canonical());
+        let key = set.split('=').next().expect("a key");
+        assert!(
+            found.iter().any(|d| d.key.starts_with(key)),
+            "{set}: {found:?}"
+        );
+    }
+}
+
+#[test]
+fn the_document_loads_again_as_the_same_scene() {
+    let folder = case()
+        .with(
+            "sub/measured.toml",
+            "base = \"../case.toml\"\n[surface]\nkind = \"file\"\npath = \"heights.npy\"\nunit = \"um\"\n",
+        )
+        .with("again/keep.txt", "");
+    let changes: [(&str, &[&str]); 4] = [
+        ("case.toml", &[]),
+        (
+            "case.toml",
+            &["output.keep={ last = 3 }", "wear.cycles=1e6"],
+        ),
+        ("sub/measured.toml", &["material.upper.density=2.7 g/cm^3"]),
+        ("sub/measured.toml", &["motion.history=cycle.parquet"]),
+    ];
+    for (name, sets) in changes {
+        let scene = folder.scene(name, sets);
+        // In another folder, since relative paths would then lead elsewhere.
+        let copy = folder.path("again").join(format!("{}.toml", scene.name));
+        fs::write(&copy, scene.to_toml()).expect("a copy");
+        let again = fretwear::scene::load(&copy, &[]).expect("a scene");
+        assert_eq!(scene, again, "{name} {sets:?}");
+    }
+}
+
+#[test]
+fn the_document_keeps_the_units_of_the_user() {
+    let text = case_with(&["contact.normal_load=20 kN"]).to_toml();
+    assert!(text.contains("normal_load = \"20 kN\""), "{text}");
+    assert!(CASE.contains("normal_load = \"30 kN\""));
+}

@@ -1,0 +1,418 @@
+//! Every fault, word for word: the message names the file and the line, the key, the value, and what would be right.
+
+use super::{Folder, edited};
+
+/// What is replaced in the case, by what, and the message.
+const IN_FILE: &[(&str, &str, &str)] = &[
+    (
+        r#"title = "Case""#,
+        "title = 5",
+        r#"case.toml, line 1: title = 5: must be a text, such as "Lap joint, Rq 5 um""#,
+    ),
+    (
+        r#"title = "Case""#,
+        r#"titel = "Case""#,
+        r#"case.toml, line 1: titel = "Case": there is no such key; did you mean title?"#,
+    ),
+    (
+        r#"title = "Case""#,
+        r#"normal_load = "3 N""#,
+        r#"case.toml, line 1: normal_load = "3 N": there is no such key; did you mean contact.normal_load?"#,
+    ),
+    (
+        r#"title = "Case""#,
+        "joints = 1",
+        "case.toml, line 1: joints = 1: there is no such key; did you mean joint?",
+    ),
+    (
+        r#"title = "Case""#,
+        "zzz = 1",
+        "case.toml, line 1: zzz = 1: there is no such key; known here: title, joint, material, surface, contact, motion, wear, fidelity, output",
+    ),
+    (
+        r#"title = "Case""#,
+        r#"structure.kind = "resonator""#,
+        "case.toml, line 1: structure is not available in this version: give [motion] instead",
+    ),
+    (
+        r#"title = "Case""#,
+        "dynamics = { modes = 30 }",
+        "case.toml, line 1: dynamics is not available in this version: give [motion] instead",
+    ),
+    (
+        r#"title = "Case""#,
+        "update = { stiffness_change = 0.1 }",
+        "case.toml, line 1: update is not available in this version: give [motion] instead",
+    ),
+    (
+        r#"keep = "all""#,
+        "response_at = [0, 1e6]",
+        "case.toml, line 23: output.response_at = [0, 1000000.0] is not available in this version: it needs [dynamics]; leave it out or give []",
+    ),
+    (
+        r#"size = ["40 mm", "30 mm"]"#,
+        "",
+        r#"case.toml: joint.size is missing; add to [joint]: size = ["40 mm", "30 mm"]"#,
+    ),
+    (
+        r#""30 mm""#,
+        "30",
+        r#"case.toml, line 3: joint.size: "30" has no unit; a length is wanted, such as "30 um" or "30 mm""#,
+    ),
+    (
+        r#""30 mm""#,
+        r#""30""#,
+        r#"case.toml, line 3: joint.size: "30" has no unit; a length is wanted, such as "30 um" or "30 mm""#,
+    ),
+    (
+        r#""30 mm""#,
+        r#""30 kN""#,
+        r#"case.toml, line 3: joint.size: "30 kN" is a force; a length is wanted, such as "5 um" or "5 mm""#,
+    ),
+    (
+        r#""30 mm""#,
+        r#""-30 mm""#,
+        r#"case.toml, line 3: joint.size = ["40 mm", "-30 mm"]: must be greater than zero"#,
+    ),
+    (
+        r#""30 mm""#,
+        "true",
+        r#"case.toml, line 3: joint.size = ["40 mm", true]: must be a length, such as ["40 mm", "30 mm"]"#,
+    ),
+    (
+        r#"size = ["40 mm", "30 mm"]"#,
+        r#"size = "40 mm""#,
+        r#"case.toml, line 3: joint.size = "40 mm": must be a list of two values, for x and y, such as ["40 mm", "30 mm"]"#,
+    ),
+    (
+        "[64, 40]",
+        "[64]",
+        "case.toml, line 4: joint.grid = [64]: must be a list of two integers of 1 to 16384, such as [256, 192]",
+    ),
+    (
+        "[64, 40]",
+        "[64, 0]",
+        "case.toml, line 4: joint.grid = [64, 0]: must be a list of two integers of 1 to 16384, such as [256, 192]",
+    ),
+    (
+        "[64, 40]",
+        "[64, 40.5]",
+        "case.toml, line 4: joint.grid = [64, 40.5]: must be a list of two integers of 1 to 16384, such as [256, 192]",
+    ),
+    (
+        "[64, 40]",
+        "[64, 1_000_000]",
+        "case.toml, line 4: joint.grid = [64, 1000000]: must be a list of two integers of 1 to 16384, such as [256, 192]",
+    ),
+    (
+        "[64, 40]",
+        "[1, 1]",
+        "case.toml, line 4: joint.grid = [1, 1]: must be finer: no cell has its centre outside the hole",
+    ),
+    (
+        r#"{ diameter = "11 mm" }"#,
+        r#""11 mm""#,
+        r#"case.toml, line 5: joint.hole = "11 mm": must be a section, [joint.hole], with keys: diameter"#,
+    ),
+    (
+        r#"{ diameter = "11 mm" }"#,
+        r#"{ radius = "11 mm" }"#,
+        r#"case.toml, line 5: joint.hole.radius = "11 mm": there is no such key; known here: diameter"#,
+    ),
+    (
+        r#"{ diameter = "11 mm" }"#,
+        "{}",
+        r#"case.toml: joint.hole.diameter is missing; add to [joint.hole]: diameter = "11 mm""#,
+    ),
+    (
+        r#"{ diameter = "11 mm" }"#,
+        r#"{ diameter = "30 mm" }"#,
+        r#"case.toml, line 5: joint.hole.diameter = "30 mm": must be less than the shorter side of joint.size"#,
+    ),
+    (
+        "198.4 GPa",
+        "198.4 Gpa",
+        r#"case.toml, line 7: material.youngs_modulus: "198.4 Gpa" has the unknown unit "Gpa" (did you mean "GPa"?); a pressure is wanted, such as "600 MPa" or "600 GPa""#,
+    ),
+    (
+        "198.4 GPa",
+        "198,4 GPa",
+        r#"case.toml, line 7: material.youngs_modulus: "198,4 GPa" has a comma where the decimal point should be; a pressure is wanted, such as "600 MPa" or "600 GPa""#,
+    ),
+    (
+        "poisson_ratio = 0.3",
+        "poisson_ratio = 0.6",
+        "case.toml, line 8: material.poisson_ratio = 0.6: must be greater than -1 and at most 0.5",
+    ),
+    (
+        "poisson_ratio = 0.3",
+        "poisson_ratio = nan",
+        r#"case.toml, line 8: material.poisson_ratio: "NaN" is not a finite number; a plain number is wanted, such as 0.6"#,
+    ),
+    (
+        "poisson_ratio = 0.3",
+        r#"poisson_ratio = "0.3 mm""#,
+        r#"case.toml, line 8: material.poisson_ratio: "0.3 mm" is a length; a plain number is wanted, such as 0.6"#,
+    ),
+    (
+        "poisson_ratio = 0.3",
+        "poison_ratio = 0.3",
+        "case.toml, line 8: material.poison_ratio = 0.3: there is no such key; did you mean material.poisson_ratio?",
+    ),
+    (
+        "poisson_ratio = 0.3",
+        "lower = { poisson_ratio = 0.3 }",
+        "case.toml: material.poisson_ratio is missing; add to [material]: poisson_ratio = 0.3",
+    ),
+    (
+        r#"kind = "gaussian""#,
+        "",
+        r#"case.toml: surface.kind is missing; add to [surface]: kind = "gaussian""#,
+    ),
+    (
+        r#"kind = "gaussian""#,
+        r#"kind = "gausian""#,
+        r#"case.toml, line 10: surface.kind = "gausian": must be one of "gaussian", "exponential", "self_affine", "flat", "sphere", "file"; did you mean "gaussian"?"#,
+    ),
+    (
+        r#"kind = "gaussian""#,
+        r#"kind = "sphere""#,
+        r#"case.toml, line 11: surface.rq = "5 um" does not belong to surface.kind = "sphere", whose keys are: radius"#,
+    ),
+    (
+        r#"rq = "5 um""#,
+        "",
+        r#"case.toml: surface.rq is missing; add to [surface]: rq = "5 um""#,
+    ),
+    (
+        r#"rq = "5 um""#,
+        "rq = 5",
+        r#"case.toml, line 11: surface.rq: "5" has no unit; a length is wanted, such as "5 um" or "5 mm""#,
+    ),
+    (
+        r#"rq = "5 um""#,
+        r#"rq = "0 um""#,
+        r#"case.toml, line 11: surface.rq = "0 um": must be greater than zero"#,
+    ),
+    (
+        r#"rq = "5 um""#,
+        r#"rq = "5 mu""#,
+        r#"case.toml, line 11: surface.rq: "5 mu" has the unknown unit "mu" (did you mean "mm"?); a length is wanted, such as "5 um" or "5 mm""#,
+    ),
+    (
+        "seed = 3",
+        "seed = -3",
+        "case.toml, line 13: surface.seed = -3: must be an integer of 0 or more",
+    ),
+    (
+        "seed = 3",
+        r#"seed = "three""#,
+        r#"case.toml, line 13: surface.seed = "three": must be an integer of 0 or more"#,
+    ),
+    (
+        "seed = 3",
+        r#"radius = "3 mm""#,
+        r#"case.toml, line 13: surface.radius = "3 mm" does not belong to surface.kind = "gaussian", whose keys are: rq, correlation_length, seed"#,
+    ),
+    (
+        "friction_coefficient = 0.6",
+        "",
+        "case.toml: contact.friction_coefficient is missing; add to [contact]: friction_coefficient = 0.6",
+    ),
+    (
+        "friction_coefficient = 0.6",
+        "friction_coefficient = 0",
+        "case.toml, line 15: contact.friction_coefficient = 0: must be greater than zero",
+    ),
+    (
+        "friction_coefficient = 0.6",
+        "mu = 0.6",
+        "case.toml, line 15: contact.mu = 0.6: there is no such key; known here: friction_coefficient, normal_load, pressure_cap, boundary, transverse, rotation, stiffness, distribution",
+    ),
+    (
+        "friction_coefficient = 0.6",
+        r#"rotation = "free""#,
+        r#"case.toml, line 15: contact.rotation = "free" is not available in this version: only "fixed" is"#,
+    ),
+    (
+        "friction_coefficient = 0.6",
+        r#"rotation = "fix""#,
+        r#"case.toml, line 15: contact.rotation = "fix": must be one of "fixed"; did you mean "fixed"?"#,
+    ),
+    (
+        "friction_coefficient = 0.6",
+        r#"stiffness = "tangent""#,
+        r#"case.toml, line 15: contact.stiffness = "tangent" is not available in this version: only "total" is"#,
+    ),
+    (
+        "friction_coefficient = 0.6",
+        r#"kn = "1e4 N/um""#,
+        "case.toml, line 15: contact.kn is not available in this version: it needs [dynamics]; give [surface], from which the contact stiffness is computed",
+    ),
+    (
+        r#"normal_load = "30 kN""#,
+        "",
+        r#"case.toml: contact.normal_load is missing; add to [contact]: normal_load = "30 kN""#,
+    ),
+    (
+        r#"normal_load = "30 kN""#,
+        "normal_load = 30",
+        r#"case.toml, line 16: contact.normal_load: "30" has no unit; a force is wanted, such as "30 N" or "30 kN""#,
+    ),
+    (
+        r#"normal_load = "30 kN""#,
+        r#"normal_load = "1e400 N""#,
+        r#"case.toml, line 16: contact.normal_load: "1e400 N" is not a finite number; a force is wanted, such as "30 N" or "30 kN""#,
+    ),
+    (
+        r#"normal_load = "30 kN""#,
+        r#"normal_load = "30 kN"
+pressure_cap = "10 MPa""#,
+        r#"case.toml, line 17: contact.pressure_cap = "10 MPa": must be greater than the largest load over the area of the joint, 27.1647 MPa"#,
+    ),
+    (
+        r#"normal_load = "30 kN""#,
+        r#"normal_load = "30 kN"
+boundary = "Periodic""#,
+        r#"case.toml, line 17: contact.boundary = "Periodic": must be one of "free", "periodic"; did you mean "periodic"?"#,
+    ),
+    (
+        r#"amplitude = ["5 um", "0 um"]"#,
+        "",
+        r#"case.toml: motion.amplitude is missing; add to [motion]: amplitude = ["5 um", "0 um"]"#,
+    ),
+    (
+        r#"amplitude = ["5 um", "0 um"]"#,
+        r#"amplitude = ["0 um", "0 um"]"#,
+        r#"case.toml, line 18: motion.amplitude = ["0 um", "0 um"]: nothing moves; give an amplitude greater than zero, or leave [motion] out for a static contact"#,
+    ),
+    (
+        r#"amplitude = ["5 um", "0 um"]"#,
+        r#"amplitude = ["5 um", "0 um", "0 um"]"#,
+        r#"case.toml, line 18: motion.amplitude = ["5 um", "0 um", "0 um"]: must be a list of two values, for x and y, such as ["5 um", "0 um"]"#,
+    ),
+    (
+        r#"amplitude = ["5 um", "0 um"]"#,
+        r#"amplitude = "5 um"
+phase = 90"#,
+        r#"case.toml, line 19: motion.phase: "90" has no unit; an angle is wanted, such as "90 deg" or "90 rad""#,
+    ),
+    (
+        r#"amplitude = ["5 um", "0 um"]"#,
+        r#"amplitude = "5 um"
+history = "cycle.parquet""#,
+        r#"case.toml, line 18: motion.amplitude = "5 um": motion.history gives the whole cycle already; give one or the other"#,
+    ),
+    (
+        r#"amplitude = ["5 um", "0 um"]"#,
+        r#"amplitude = "5 um"
+normal_load_amplitude = "30 kN""#,
+        r#"case.toml, line 19: motion.normal_load_amplitude = "30 kN": must be less than contact.normal_load, 30000 N, or the joint would come apart"#,
+    ),
+    (
+        r#"amplitude = ["5 um", "0 um"]"#,
+        r#"force = ["100 N", "0 N"]"#,
+        "case.toml, line 18: motion.force is not available in this version: give motion.amplitude instead",
+    ),
+    (
+        r#"coefficient = "2e3 um^3/J""#,
+        "",
+        r#"case.toml: wear.coefficient is missing; add to [wear]: coefficient = "2e3 um^3/J""#,
+    ),
+    (
+        r#"coefficient = "2e3 um^3/J""#,
+        r#"coefficient = "2e3 um^3/N m""#,
+        r#"case.toml, line 20: wear.coefficient: "2e3 um^3/N m" multiplies after a division: put the divisor in parentheses, as in "mm^3/(N m)"; a wear coefficient (volume per energy) is wanted, such as "2e3 um^3/J""#,
+    ),
+    (
+        r#"coefficient = "2e3 um^3/J""#,
+        r#"coefficient = "2e3 um^2/J""#,
+        r#"case.toml, line 20: wear.coefficient: "2e3 um^2/J" is a quantity in kg^-1 s^2; a wear coefficient (volume per energy) is wanted, such as "2e3 um^3/J""#,
+    ),
+    (
+        "cycles = 10_000_000",
+        "",
+        r#"case.toml: wear.cycles is missing; add to [wear]: cycles = 10_000_000   (or volume = "1 mm^3")"#,
+    ),
+    (
+        "cycles = 10_000_000",
+        "cycles = 0",
+        "case.toml, line 21: wear.cycles = 0: must be an integer of 1 or more",
+    ),
+    (
+        "cycles = 10_000_000",
+        "cycles = 1.5",
+        "case.toml, line 21: wear.cycles = 1.5: must be an integer of 1 or more",
+    ),
+    (
+        "cycles = 10_000_000",
+        "cycle = 5",
+        "case.toml, line 21: wear.cycle = 5: there is no such key; did you mean wear.cycles?",
+    ),
+    (
+        "cycles = 10_000_000",
+        r#"cycles = 5
+scheme = "explicit""#,
+        r#"case.toml: wear.depth_step is missing; add to [wear]: depth_step = "0.1 um"   (the explicit scheme needs it)"#,
+    ),
+    (
+        "cycles = 10_000_000",
+        r"cycles = 5
+tolerance = 2",
+        "case.toml, line 22: wear.tolerance = 2: must be greater than 0 and less than 1, such as 1e-4",
+    ),
+    (
+        r#"keep = "all""#,
+        r#"keep = "al""#,
+        r#"case.toml, line 23: output.keep = "al": must be "all" or a table such as { every = 50, last = 3, updates = true }"#,
+    ),
+    (
+        r#"keep = "all""#,
+        "keep = { last = 0 }",
+        "case.toml, line 23: output.keep.last = 0: must be an integer of 1 or more",
+    ),
+    (
+        r#"keep = "all""#,
+        r#"cycle_fields = "yes""#,
+        r#"case.toml, line 23: output.cycle_fields = "yes": must be true or false"#,
+    ),
+];
+
+#[test]
+fn faults_in_a_file() {
+    for (from, to, expected) in IN_FILE {
+        let folder = Folder::new().with("case.toml", &edited(from, to));
+        assert_eq!(
+            folder.message("case.toml", &[]),
+            *expected,
+            "{from} => {to}"
+        );
+    }
+}
+
+#[test]
+fn a_file_that_is_not_there() {
+    let message = Folder::new().message("nowhere.toml", &[]);
+    assert!(
+        message.starts_with("nowhere.toml: cannot be read: "),
+        "{message}"
+    );
+}
+
+#[test]
+fn syntax() {
+    let broken = [
+        ("[joint]", "[joint", "line 2"),
+        ("seed = 3", "seed = 3\nseed = 4", "line 14"),
+        ("seed = 3", "seed = 3 mm", "line 13"),
+    ];
+    for (from, to, line) in broken {
+        let message = Folder::new()
+            .with("case.toml", &edited(from, to))
+            .message("case.toml", &[]);
+        assert!(
+            message.starts_with("case.toml: is not valid TOML: ") && message.contains(line),
+            "{message}"
+        );
+    }
+}

@@ -1,0 +1,308 @@
+//! Files that are not what they should be: each error names the file, what was found and what would be right.
+
+use fretwear::surface::readers::{ReadOptions, ReadProblem, read};
+
+use super::writers::{Sur, file, npy, sur, x3p_description, zip};
+
+const MICROMETRES: ReadOptions = ReadOptions {
+    height_unit: Some(1e-6),
+    lateral_unit: None,
+    spacing: None,
+};
+
+const AS_STATED: ReadOptions = ReadOptions {
+    height_unit: None,
+    lateral_unit: None,
+    spacing: None,
+};
+
+/// The message of the failure, after checking that it names the file.
+fn failure(name: &str, bytes: impl AsRef<[u8]>, options: &ReadOptions) -> (String, ReadProblem) {
+    let written = file(name, bytes);
+    let error = read(&written.path, options).expect_err("the file is malformed");
+    let message = error.to_string();
+    assert!(message.contains(name), "the file is not named: {message}");
+    (message, error.problem)
+}
+
+fn says(message: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(
+            message.contains(part),
+            "\"{part}\" is missing in: {message}"
+        );
+    }
+}
+
+#[test]
+fn unknown_and_misnamed_files() {
+    let (message, problem) = failure("map.al3d", b"AliconaImaging", &AS_STATED);
+    assert!(matches!(problem, ReadProblem::UnknownFormat { .. }));
+    says(
+        &message,
+        &["al3d", ".npy", ".x3p", ".sur", ".csv", ".parquet"],
+    );
+
+    let data = npy("<f8", false, "(1, 1)", &1f64.to_le_bytes());
+    let (message, _) = failure("map.x3p", &data, &MICROMETRES);
+    says(&message, &["X3P", "PK", "looks like NPY"]);
+    let (message, problem) = failure("map.npy", b"1,2,3\n", &MICROMETRES);
+    assert!(matches!(
+        problem,
+        ReadProblem::WrongMagic {
+            looks_like: None,
+            ..
+        }
+    ));
+    says(&message, &["NUMPY", "1,2,3"]);
+    let (message, _) = failure("map.csv", &data, &MICROMETRES);
+    says(&message, &["looks like NPY"]);
+
+    let missing = read(std::path::Path::new("nowhere/map.npy"), &MICROMETRES).unwrap_err();
+    says(&missing.to_string(), &["nowhere/map.npy", "cannot be read"]);
+}
+
+#[test]
+fn units_missing_and_contradicting() {
+    let data = npy("<f8", false, "(1, 1)", &1f64.to_le_bytes());
+    let (message, problem) = failure("map.npy", &data, &AS_STATED);
+    assert!(matches!(
+        problem,
+        ReadProblem::UnitMissing { format: "NPY" }
+    ));
+    says(&message, &["surface.unit"]);
+    assert!(matches!(
+        failure("map.csv", "1,2\n", &AS_STATED).1,
+        ReadProblem::UnitMissing { .. }
+    ));
+    let (message, _) = failure("map.sur", small_sur(4), &MICROMETRES);
+    says(&message, &["1e-3 m", "1e-6 m", "remove surface.unit"]);
+    let same = ReadOptions {
+        height_unit: Some(1e-3),
+        ..AS_STATED
+    };
+    assert!(read(&file("map.sur", small_sur(4)).path, &same).is_ok());
+    let bad = ReadOptions {
+        spacing: Some([1e-6, 0.0]),
+        ..MICROMETRES
+    };
+    assert!(matches!(
+        failure("map.npy", &data, &bad).1,
+        ReadProblem::Spacing { .. }
+    ));
+}
+
+#[test]
+fn npy_of_wrong_shape_type_or_length() {
+    let eight = [0u8; 64];
+    let cases = [
+        (npy("<f8", false, "(8,)", &eight), "two axes"),
+        (npy("<f8", false, "(2, 2, 2)", &eight), "two axes"),
+        (npy("<f8", false, "(0, 2)", &eight), "at least one point"),
+        (npy("<c16", false, "(2, 2)", &eight), "f8"),
+        (npy("|b1", false, "(8, 8)", &eight), "f8"),
+        (npy("<f8", false, "(3, 3)", &eight), "72 are needed"),
+        // Would be 16 exabytes: refused before it is allocated.
+        (
+            npy("<f8", false, "(2000000000, 2000000000)", &eight),
+            "are needed",
+        ),
+        (b"\x93NUMPY\x01\x00\xff\xff".to_vec(), "header"),
+    ];
+    for (bytes, part) in cases {
+        says(&failure("map.npy", bytes, &MICROMETRES).0, &[part]);
+    }
+    let mut data = Vec::new();
+    for h in [1.0, 2.0, 3.0, f64::NAN, f64::NEG_INFINITY, f64::INFINITY] {
+        data.extend(h.to_le_bytes());
+    }
+    let (message, problem) = failure("map.npy", npy("<f8", false, "(2, 3)", &data), &MICROMETRES);
+    assert!(
+        matches!(problem, ReadProblem::Infinite { i: 1, j: 1, .. }),
+        "{message}"
+    );
+    let nothing = npy(
+        "<f8",
+        false,
+        "(1, 2)",
+        &[f64::NAN.to_le_bytes(), f64::NAN.to_le_bytes()].concat(),
+    );
+    assert!(matches!(
+        failure("map.npy", nothing, &MICROMETRES).1,
+        ReadProblem::NothingMeasured { nx: 1, ny: 2 }
+    ));
+}
+
+#[test]
+fn text_that_is_no_matrix() {
+    let cases = [
+        (
+            "1,2,3,4\n5,6,7\n",
+            vec!["line 2", "3 values", "4, as in the first line"],
+        ),
+        ("1 2 3 4\n5 6 x 8\n", vec!["line 2, value 3", "\"x\""]),
+        // Decimal commas are not guessed at.
+        ("1,5;2,5\n", vec!["\"1,5\"", "decimal point"]),
+        ("# nothing\n\n", vec!["no numbers"]),
+        ("1,2,3,4\na,b,c,d\n", vec!["line 2, value 1"]),
+        (
+            "0 0 1\n0 1 2\n1 0 3\n1 1 4\n0 1 5\n",
+            vec!["row 5", "twice"],
+        ),
+        (
+            "0 0 1\n0 1 2\n1 0 3\n1.4 1 4\n2 0 5\n3 0 5\n4 0 5\n5 0 5\n",
+            vec!["between the lines"],
+        ),
+        (
+            "0 0 1\n1 7 2\n2 3 3\n3 11 4\n4 5 5\n5 2 6\n",
+            vec!["6 rows for a grid of"],
+        ),
+        ("0 nan 1\n", vec!["position"]),
+    ];
+    for (text, parts) in cases {
+        says(&failure("map.txt", text, &MICROMETRES).0, &parts);
+    }
+    let (message, _) = failure("map.csv", b"1,2\n\xff\xfe\n", &MICROMETRES);
+    says(&message, &["byte 5", "UTF-8"]);
+}
+
+fn small_sur(points: usize) -> Vec<u8> {
+    let about = Sur {
+        bits: 32,
+        nx: 2,
+        ny: 2,
+        lowest: 0,
+        holes: false,
+        spacing: [1.0, 1.0],
+        step: 1.0,
+        offset: 0.0,
+        units: [b"mm", b"mm", b"mm"],
+        comment: b"",
+    };
+    sur(&about, &vec![1; points])
+}
+
+#[test]
+fn sur_cut_short_or_of_another_kind() {
+    let (message, problem) = failure("map.sur", small_sur(3), &AS_STATED);
+    assert!(
+        matches!(
+            problem,
+            ReadProblem::Size {
+                found: 524,
+                expected: 528,
+                ..
+            }
+        ),
+        "{message}"
+    );
+    says(&message, &["2 x 2 points of 32 bits"]);
+    says(
+        &failure("map.sur", &small_sur(4)[..100], &AS_STATED).0,
+        &["100 bytes", "512"],
+    );
+    says(
+        &failure("map.sur", b"DSCOMPRESSED and so on", &AS_STATED).0,
+        &["compressed", "X3P"],
+    );
+    let with = |at: usize, value: &[u8]| {
+        let mut bytes = small_sur(4);
+        bytes[at..at + value.len()].copy_from_slice(value);
+        failure("map.sur", bytes, &AS_STATED).0
+    };
+    says(&with(18, &[1, 0]), &["type 1", "type 2"]);
+    says(&with(98, &[8, 0]), &["bits of a point", "16 or 32"]);
+    says(
+        &with(108, &(-3i32).to_le_bytes()),
+        &["points of a line", "-3"],
+    );
+    says(
+        &with(108, &i32::MAX.to_le_bytes()),
+        &["the file has 528 bytes"],
+    );
+    says(&with(212, b"furlong"), &["unit of z", "furlong", "mm"]);
+    says(&with(128, &0f32.to_le_bytes()), &["height of one step"]);
+    says(&with(334, &(-1i16).to_le_bytes()), &["comment", "-1"]);
+}
+
+#[test]
+fn x3p_with_parts_missing_or_wrong() {
+    let z = "<DataType>D</DataType>";
+    let good = x3p_description(2, 2, [1e-6, 2e-6], z, false);
+    let with = |description: &str, data: &[u8]| {
+        let bytes = zip(&[
+            ("main.xml", description.as_bytes()),
+            ("bindata/data.bin", data),
+        ]);
+        failure("map.x3p", bytes, &AS_STATED).0
+    };
+    says(
+        &with(&good, &[0; 24]),
+        &[
+            "bindata/data.bin has 24 bytes",
+            "32 are needed",
+            "2 x 2 points of type D",
+        ],
+    );
+    let edit = |from: &str, to: &str| {
+        assert!(good.contains(from));
+        with(&good.replace(from, to), &[0; 32])
+    };
+    says(
+        &edit("<SizeX>2</SizeX>", ""),
+        &["Record3/MatrixDimension/SizeX"],
+    );
+    says(
+        &edit("<SizeX>2</SizeX>", "<SizeX>two</SizeX>"),
+        &["\"two\"", "count"],
+    );
+    says(&edit("<SizeZ>1", "<SizeZ>3"), &["3 layers"]);
+    says(&edit(" SUR ", "PRF"), &["PRF", "SUR"]);
+    says(
+        &edit("<CX><AxisType>I", "<CX><AxisType>A"),
+        &["CX axis is of type A"],
+    );
+    says(
+        &edit("<DataType>D</DataType></CZ>", "<DataType>Q</DataType></CZ>"),
+        &["\"Q\"".trim_matches('"'), "I, L, F or D"],
+    );
+    says(
+        &edit("<DataType>D</DataType></CZ>", "<DataType>L</DataType></CZ>"),
+        &["CZ/Increment", "integers"],
+    );
+    says(
+        &edit("bindata/data.bin", "elsewhere.bin"),
+        &["elsewhere.bin"],
+    );
+    says(
+        &edit("</Record1>", "</Record9>"),
+        &["main.xml", "well-formed"],
+    );
+    let empty = zip(&[("other.xml", b"<a/>")]);
+    says(&failure("map.x3p", empty, &AS_STATED).0, &["main.xml"]);
+    let mut cut = zip(&[
+        ("main.xml", good.as_bytes()),
+        ("bindata/data.bin", &[0; 32]),
+    ]);
+    cut.truncate(cut.len() / 2);
+    says(&failure("map.x3p", cut, &AS_STATED).0, &["zip archive"]);
+    // One bit flipped in the points: the checksum of the archive notices.
+    let mut flipped = zip(&[
+        ("main.xml", good.as_bytes()),
+        ("bindata/data.bin", &[0x11; 32]),
+    ]);
+    let at = flipped.windows(32).position(|w| w == [0x11; 32]).unwrap();
+    flipped[at + 5] ^= 4;
+    says(
+        &failure("map.x3p", flipped, &AS_STATED).0,
+        &["bindata/data.bin", "intact"],
+    );
+}
+
+#[test]
+fn parquet_that_is_no_surface() {
+    says(
+        &failure("s.parquet", b"PAR1 and then nothing", &AS_STATED).0,
+        &["readable Parquet"],
+    );
+}

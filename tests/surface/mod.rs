@@ -1,0 +1,40 @@
+//! Surfaces: generated, measured, prepared, described.
+
+mod correlation;
+mod generate;
+mod malformed;
+mod prepare;
+mod readers;
+mod real_files;
+mod resample;
+mod statistics;
+mod writers;
+
+use fretwear::grid::{Grid, Patch};
+
+/// A joint that is neither square nor of square cells.
+fn joint(cells: [usize; 2]) -> Grid {
+    Grid::over([8e-3, 5e-3], cells)
+}
+
+/// The same with a bolt hole.
+fn bored(cells: [usize; 2]) -> Patch {
+    Patch::with_hole(joint(cells), 2e-3)
+}
+
+/// The field of a function of the cell's position \[m\] from the grid's centre.
+fn field(grid: &Grid, height: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    (0..grid.len())
+        .map(|index| {
+            let (i, j) = grid.cell(index);
+            let (x, y) = grid.centre(i, j);
+            height(x, y)
+        })
+        .collect()
+}
+
+/// Largest absolute difference.
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).fold(0.0, |m, (a, b)| m.max((a - b).abs()))
+}

@@ -1,0 +1,316 @@
+use fretwear::grid::{Grid, Patch};
+use fretwear::surface::prepare::{Detrend, Fill, Notice, PrepareError, PrepareOptions, onto_joint};
+use fretwear::surface::statistics::roughness;
+use fretwear::surface::topography::Topography;
+
+use super::{bored, difference, field, joint};
+
+/// Rounding of a least-squares fit over a thousand points, relative to the heights.
+const ROUNDING: f64 = 1e-12;
+
+const fn options(detrend: Detrend, fill: Fill) -> PrepareOptions {
+    PrepareOptions { detrend, fill }
+}
+
+const AS_IT_IS: PrepareOptions = options(Detrend::None, Fill::Mask);
+
+fn map(grid: &Grid, heights: Vec<f64>) -> Topography {
+    Topography {
+        nx: grid.nx,
+        ny: grid.ny,
+        spacing: Some([grid.dx, grid.dy]),
+        heights,
+    }
+}
+
+/// Micrometres of roughness on millimetres of joint.
+fn rough(x: f64, y: f64) -> f64 {
+    1e-6 * ((x * 2.9e3).sin() + (y * 4.1e3 + 1.0).cos() * (x * 1.3e3).cos())
+}
+
+#[test]
+fn a_map_of_the_same_shape_is_used_as_it_is() {
+    let patch = bored([40, 30]);
+    let heights = field(&patch.grid, |x, y| 3e-6 + rough(x, y));
+    for spacing in [Some([patch.grid.dx, patch.grid.dy]), None] {
+        let map = Topography {
+            spacing,
+            ..map(&patch.grid, heights.clone())
+        };
+        let found = onto_joint(&map, &patch, AS_IT_IS).unwrap();
+        assert_eq!(found.notices, []);
+        assert_eq!(found.patch, patch);
+        for ((h, expected), kept) in found.heights.iter().zip(&heights).zip(&patch.kept) {
+            assert_eq!(*h, if *kept { *expected } else { 0.0 }, "bit by bit");
+        }
+    }
+}
+
+#[test]
+fn trends_are_removed_exactly_and_leave_the_rest() {
+    let patch = bored([40, 30]);
+    let plane = |x: f64, y: f64| 2e-4 + 3e-2 * x - 1e-2 * y;
+    let form = move |x: f64, y: f64| plane(x, y) + 4.0 * x * x - 2.0 * x * y + 3.0 * y * y;
+    let largest = 3e-4;
+    let after = |height: &dyn Fn(f64, f64) -> f64, trend| {
+        let heights = field(&patch.grid, height);
+        onto_joint(
+            &map(&patch.grid, heights),
+            &patch,
+            options(trend, Fill::Mask),
+        )
+        .unwrap()
+        .heights
+    };
+    let zero = vec![0.0; patch.grid.len()];
+    assert!(difference(&after(&plane, Detrend::Plane), &zero) < ROUNDING * largest);
+    assert!(difference(&after(&plane, Detrend::Quadratic), &zero) < ROUNDING * largest);
+    assert!(difference(&after(&form, Detrend::Quadratic), &zero) < ROUNDING * largest);
+    assert!(
+        difference(&after(&form, Detrend::Plane), &zero) > 1e-6,
+        "a plane is not enough"
+    );
+
+    // Roughness survives: with or without a trend under it the result is the same.
+    let both = after(&|x, y| form(x, y) + rough(x, y), Detrend::Quadratic);
+    let alone = after(&rough, Detrend::Quadratic);
+    assert!(difference(&both, &alone) < ROUNDING * largest);
+    // And what is left has no trend of that order: orthogonal to x over the kept cells.
+    let level = after(&rough, Detrend::Plane);
+    let moment: f64 = level
+        .iter()
+        .zip(field(&patch.grid, |x, _| x))
+        .map(|(h, x)| h * x)
+        .sum();
+    assert!(moment.abs() < ROUNDING * 1e-6 * 4e-3 * 1200.0);
+    let mean = after(&|x, y| 1e-3 + rough(x, y), Detrend::Mean);
+    assert!(roughness(&patch, &mean).unwrap().mean.abs() < ROUNDING * 1e-3);
+}
+
+#[test]
+fn what_lies_in_the_bolt_hole_spoils_neither_trend_nor_rim() {
+    // The instrument looks into the hole and finds its bottom, 5 mm down; the map is finer than the joint.
+    let patch = bored([32, 24]);
+    let fine = joint([84, 66]);
+    // The circle of the hole lies a little within the staircase of the cells that it takes out.
+    let deep = |x: f64, y: f64| {
+        if x.hypot(y) < 0.85e-3 {
+            -5e-3
+        } else {
+            1e-2 * x + 2e-3 * y
+        }
+    };
+    let found = onto_joint(
+        &map(&fine, field(&fine, deep)),
+        &patch,
+        options(Detrend::Plane, Fill::Mask),
+    )
+    .unwrap();
+    let zero = vec![0.0; patch.grid.len()];
+    assert!(
+        difference(&found.heights, &zero) < ROUNDING * 5e-3,
+        "{}",
+        difference(&found.heights, &zero)
+    );
+    assert_eq!(found.patch, patch);
+}
+
+/// A field with a round hole inside, one at the edge and one in a corner.
+fn with_holes(grid: &Grid, height: impl Fn(f64, f64) -> f64) -> (Vec<f64>, usize) {
+    let [lx, ly] = grid.size();
+    let heights = field(grid, |x, y| {
+        let inside = (x - 2e-3).hypot(y - 1e-3) < 0.7e-3;
+        let edge = x > 0.5 * lx - 0.5e-3 && y.abs() < 0.6e-3;
+        let corner = x < -0.5 * lx + 0.9e-3 && y < -0.5 * ly + 0.8e-3;
+        if inside || edge || corner {
+            f64::NAN
+        } else {
+            height(x, y)
+        }
+    });
+    let holes = heights.iter().filter(|h| h.is_nan()).count();
+    assert!(holes > 20);
+    (heights, holes)
+}
+
+#[test]
+fn holes_are_filled_exactly_on_a_plane_and_smoothly_elsewhere() {
+    let patch = Patch::full(joint([50, 36]));
+    let plane = |x: f64, y: f64| 1e-4 + 2e-2 * x - 3e-2 * y;
+    let (heights, holes) = with_holes(&patch.grid, plane);
+    let found = onto_joint(
+        &map(&patch.grid, heights),
+        &patch,
+        options(Detrend::None, Fill::Interpolate),
+    )
+    .unwrap();
+    assert_eq!(found.notices, [Notice::Filled { points: holes }]);
+    assert!(difference(&found.heights, &field(&patch.grid, plane)) < 1e-11 * 1e-4);
+
+    // Elsewhere: the measured points are untouched, and each filled point inside is the weighted mean of its neighbours, so no
+    // filled point is higher than all measured ones.
+    let (heights, _) = with_holes(&patch.grid, rough);
+    let found = onto_joint(
+        &map(&patch.grid, heights.clone()),
+        &patch,
+        options(Detrend::None, Fill::Interpolate),
+    )
+    .unwrap();
+    let (wx, wy) = (patch.grid.dx.powi(-2), patch.grid.dy.powi(-2));
+    let at = |i: usize, j: usize| found.heights[patch.grid.index(i, j)];
+    for (index, h) in heights.iter().enumerate() {
+        if !h.is_nan() {
+            assert_eq!(found.heights[index], *h);
+            continue;
+        }
+        let (i, j) = patch.grid.cell(index);
+        if i > 0 && i < 49 && j > 0 && j < 35 {
+            let mean = wx * (at(i - 1, j) + at(i + 1, j)) + wy * (at(i, j - 1) + at(i, j + 1));
+            let error = mean / (2.0 * (wx + wy)) - at(i, j);
+            assert!(error.abs() < 1e-11 * 2e-6, "({i}, {j}): {error:e}");
+        }
+    }
+}
+
+#[test]
+fn holes_are_masked_out_of_the_joint() {
+    let patch = bored([50, 36]);
+    let (heights, _) = with_holes(&patch.grid, |x, y| 1e-3 + rough(x, y));
+    let found = onto_joint(
+        &map(&patch.grid, heights.clone()),
+        &patch,
+        options(Detrend::Mean, Fill::Mask),
+    )
+    .unwrap();
+    for (index, h) in heights.iter().enumerate() {
+        assert_eq!(found.patch.kept[index], patch.kept[index] && !h.is_nan());
+        assert!(found.patch.kept[index] || found.heights[index] == 0.0);
+    }
+    let cells = patch.cells() - found.patch.cells();
+    let within = heights
+        .iter()
+        .zip(&patch.kept)
+        .filter(|(h, k)| **k && h.is_nan())
+        .count();
+    assert_eq!(
+        found.notices,
+        [Notice::Masked {
+            points: within,
+            cells
+        }]
+    );
+    assert!(roughness(&found.patch, &found.heights).unwrap().mean.abs() < ROUNDING * 1e-3);
+
+    // On another grid a cell stays if half of it was measured, and its height is not spoilt by the hole.
+    let fine = joint([150, 108]);
+    let plane = |x: f64, y: f64| 2e-2 * x - 3e-2 * y;
+    let (heights, _) = with_holes(&fine, plane);
+    let found = onto_joint(&map(&fine, heights), &patch, AS_IT_IS).unwrap();
+    let lost = patch.cells() - found.patch.cells();
+    assert!(lost.abs_diff(cells) < 15, "{lost} {cells}");
+    for (index, expected) in field(&patch.grid, plane).iter().enumerate() {
+        if found.patch.kept[index] {
+            assert!((found.heights[index] - expected).abs() < 1e-10 * 1e-4);
+        }
+    }
+    assert!(matches!(
+        found.notices[..],
+        [Notice::Resampled { .. }, Notice::Masked { .. }]
+    ));
+}
+
+#[test]
+fn sizes_that_differ_are_said_and_never_stretched() {
+    let patch = Patch::full(joint([40, 30]));
+    let of = |size: [f64; 2], cells: [usize; 2], centre: f64| {
+        let grid = Grid::over(size, cells);
+        // Height says the position, so that a stretch would show.
+        onto_joint(
+            &map(&grid, field(&grid, |x, y| 1e-3 * (x - centre) + 1e-4 * y)),
+            &patch,
+            AS_IT_IS,
+        )
+    };
+    let expected = field(&patch.grid, |x, y| 1e-3 * x + 1e-4 * y);
+
+    // Larger along both axes by no whole number of points.
+    let found = of([10.3e-3, 6.1e-3], [117, 83], 0.0).unwrap();
+    assert!(matches!(
+        found.notices[..],
+        [
+            Notice::Cropped { .. },
+            Notice::Resampled { assumed: false, .. }
+        ]
+    ));
+    assert!(difference(&found.heights, &expected) < ROUNDING * 1e-5);
+    assert!(
+        found.notices[0].to_string().contains("1.03"),
+        "{}",
+        found.notices[0]
+    );
+    // Larger along x only, of the joint's shape: resampled all the same.
+    let found = of([9e-3, 5e-3], [40, 30], 0.0).unwrap();
+    assert!(difference(&found.heights, &expected) < ROUNDING * 1e-5);
+
+    let error = of([7.9e-3, 6e-3], [40, 30], 0.0).unwrap_err();
+    assert!(matches!(error, PrepareError::Smaller { .. }));
+    let message = error.to_string();
+    assert!(
+        message.contains("7.9") && message.contains("8.0") && message.contains("surface.spacing"),
+        "{message}"
+    );
+
+    // Within a hundredth the spacing is adjusted, and said.
+    let found = of([7.95e-3, 5.03e-3], [40, 30], 0.0).unwrap();
+    assert!(matches!(found.notices[..], [Notice::Fitted { .. }]));
+    // Rounding of single precision is not worth a word.
+    let found = of([8e-3 * (1.0 + 5e-8), 5e-3], [40, 30], 0.0).unwrap();
+    assert_eq!(found.notices, []);
+}
+
+#[test]
+fn what_cannot_be_prepared() {
+    let patch = bored([12, 10]);
+    let good = field(&patch.grid, rough);
+    // Two measured columns have a plane, but no quadratic.
+    let columns: Vec<f64> = (0..120)
+        .map(|k| if k / 10 < 2 { good[k] } else { f64::NAN })
+        .collect();
+    let plane = onto_joint(
+        &map(&patch.grid, columns.clone()),
+        &patch,
+        options(Detrend::Plane, Fill::Mask),
+    )
+    .unwrap();
+    assert_eq!(plane.patch.cells(), 20);
+    let error = onto_joint(
+        &map(&patch.grid, columns),
+        &patch,
+        options(Detrend::Quadratic, Fill::Mask),
+    );
+    assert_eq!(
+        error.unwrap_err(),
+        PrepareError::Underdetermined {
+            detrend: "quadratic",
+            points: 20,
+            terms: 6
+        }
+    );
+    // Measured in the bolt hole only.
+    let inside: Vec<f64> = good
+        .iter()
+        .zip(&patch.kept)
+        .map(|(h, k)| if *k { f64::NAN } else { *h })
+        .collect();
+    let error = onto_joint(&map(&patch.grid, inside), &patch, AS_IT_IS).unwrap_err();
+    assert!(matches!(error, PrepareError::NothingMeasured { .. }));
+    let mut infinite = good.clone();
+    infinite[37] = f64::INFINITY;
+    let error = onto_joint(&map(&patch.grid, infinite), &patch, AS_IT_IS).unwrap_err();
+    assert!(matches!(error, PrepareError::Infinite { i: 3, j: 7, .. }));
+    let short = map(&patch.grid, good[1..].to_vec());
+    assert!(matches!(
+        onto_joint(&short, &patch, AS_IT_IS),
+        Err(PrepareError::Length { found: 119, .. })
+    ));
+}

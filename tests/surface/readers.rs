@@ -1,0 +1,479 @@
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use arrow_array::{ArrayRef, Float64Array, Int32Array, RecordBatch, UInt16Array};
+use arrow_schema::{Field, Schema};
+use fretwear::surface::readers::{ReadOptions, read};
+use fretwear::surface::topography::Topography;
+use parquet::arrow::ArrowWriter;
+
+use super::writers::{Sur, file, npy, sur, x3p_description, zip};
+
+const MICROMETRES: ReadOptions = ReadOptions {
+    height_unit: Some(1e-6),
+    lateral_unit: None,
+    spacing: None,
+};
+
+const AS_STATED: ReadOptions = ReadOptions {
+    height_unit: None,
+    lateral_unit: None,
+    spacing: None,
+};
+
+/// A product of a unit and a number against the number written out: one rounding.
+const ROUNDING: f64 = 1e-15;
+
+/// Point (i, j) of every test file, in micrometres: 4 points along x, 3 along y; (2, 1) was not measured.
+const NX: usize = 4;
+const NY: usize = 3;
+
+fn height(i: usize, j: usize) -> f64 {
+    if (i, j) == (2, 1) {
+        f64::NAN
+    } else {
+        10.0 * i as f64 + j as f64 - 7.0
+    }
+}
+
+fn in_our_order() -> Vec<f64> {
+    (0..NX * NY).map(|k| height(k / NY, k % NY)).collect()
+}
+
+/// Line by line, x fastest.
+fn in_lines() -> Vec<f64> {
+    (0..NX * NY).map(|k| height(k % NX, k / NX)).collect()
+}
+
+fn assert_is_it(found: &Topography, spacing: Option<[f64; 2]>, hole: bool) {
+    assert_eq!((found.nx, found.ny), (NX, NY));
+    match (found.spacing, spacing) {
+        (Some(a), Some(b)) => {
+            // Single precision in SUR files.
+            assert!(
+                (0..2).all(|k| (a[k] / b[k] - 1.0).abs() < 1e-7),
+                "{a:?} {b:?}"
+            );
+        }
+        (a, b) => assert_eq!(a, b),
+    }
+    for (k, (h, expected)) in found.heights.iter().zip(in_our_order()).enumerate() {
+        if expected.is_nan() {
+            assert_eq!(h.is_nan(), hole, "point {k}: {h}");
+        } else {
+            assert!((h - expected * 1e-6).abs() < ROUNDING, "point {k}: {h}");
+        }
+    }
+}
+
+fn read_file(name: &str, bytes: impl AsRef<[u8]>, options: &ReadOptions) -> Topography {
+    read(&file(name, bytes).path, options).unwrap()
+}
+
+#[test]
+fn npy_of_every_type_and_order() {
+    let ours = in_our_order();
+    let columns: Vec<f64> = in_lines();
+    let shape = format!("({NX}, {NY})");
+    let bytes = |values: &[f64], number: &dyn Fn(f64) -> Vec<u8>| -> Vec<u8> {
+        values.iter().flat_map(|&v| number(v)).collect()
+    };
+    let cases: [(&str, bool, Vec<u8>); 5] = [
+        ("<f8", false, bytes(&ours, &|v| v.to_le_bytes().to_vec())),
+        (">f8", false, bytes(&ours, &|v| v.to_be_bytes().to_vec())),
+        // Column by column in the file's terms: axis 0, our x, fastest.
+        ("<f8", true, bytes(&columns, &|v| v.to_le_bytes().to_vec())),
+        (
+            "<f4",
+            false,
+            bytes(&ours, &|v| (v as f32).to_le_bytes().to_vec()),
+        ),
+        (
+            ">f4",
+            true,
+            bytes(&columns, &|v| (v as f32).to_be_bytes().to_vec()),
+        ),
+    ];
+    for (descr, fortran, data) in cases {
+        let found = read_file("map.npy", npy(descr, fortran, &shape, &data), &MICROMETRES);
+        assert_is_it(&found, None, true);
+    }
+    // Integers have no hole: NaN became 0.
+    let integers: [(&str, Vec<u8>); 6] = [
+        ("|i1", bytes(&ours, &|v| (v as i8).to_le_bytes().to_vec())),
+        ("<i2", bytes(&ours, &|v| (v as i16).to_le_bytes().to_vec())),
+        (">i2", bytes(&ours, &|v| (v as i16).to_be_bytes().to_vec())),
+        ("<i4", bytes(&ours, &|v| (v as i32).to_le_bytes().to_vec())),
+        ("<i8", bytes(&ours, &|v| (v as i64).to_le_bytes().to_vec())),
+        (">i8", bytes(&ours, &|v| (v as i64).to_be_bytes().to_vec())),
+    ];
+    for (descr, data) in integers {
+        let found = read_file("map.npy", npy(descr, false, &shape, &data), &MICROMETRES);
+        assert_is_it(&found, None, false);
+    }
+    let unsigned = npy("<u2", false, "(1, 2)", &[1, 0, 0xff, 0xff]);
+    let found = read_file("map.npy", unsigned, &MICROMETRES);
+    assert_eq!(found.heights, [1e-6, 65535.0 * 1e-6]);
+}
+
+#[test]
+fn the_first_bytes_decide_under_a_foreign_extension() {
+    let data: Vec<u8> = in_our_order()
+        .iter()
+        .flat_map(|v| v.to_le_bytes())
+        .collect();
+    let found = read_file(
+        "map.backup",
+        npy("<f8", false, "(4, 3)", &data),
+        &MICROMETRES,
+    );
+    assert_is_it(&found, None, true);
+}
+
+#[test]
+fn text_matrices_with_every_separator() {
+    for (separator, name) in [
+        (",", "a.csv"),
+        (";", "b.CSV"),
+        ("\t", "c.tsv"),
+        ("  ", "d.txt"),
+    ] {
+        let lines = (0..NX).map(|i| {
+            let values = (0..5).map(|j| {
+                if (i, j) == (2, 1) {
+                    "nan".into()
+                } else {
+                    format!("{}", i * 10 + j)
+                }
+            });
+            values.collect::<Vec<_>>().join(separator)
+        });
+        let text = format!(
+            "# made by hand\n{}\n\n# end\n",
+            lines.collect::<Vec<_>>().join("\n")
+        );
+        let found = read_file(name, text, &MICROMETRES);
+        assert_eq!((found.nx, found.ny, found.spacing), (NX, 5, None), "{name}");
+        assert!(found.heights[11].is_nan() && found.holes() == 1);
+        assert!(
+            (found.heights[3 * 5 + 4] - 34e-6).abs() < ROUNDING,
+            "lines run along x"
+        );
+    }
+    // Names first, a separator after every value, an empty field for a hole, Windows line ends, a byte order mark.
+    let found = read_file(
+        "e.csv",
+        "\u{feff}a;b;c;d;\r\n1;2;;4;\r\n5;6;7;8;\r\n",
+        &MICROMETRES,
+    );
+    assert_eq!((found.nx, found.ny, found.holes()), (2, 4, 1));
+    assert!(found.heights[2].is_nan() && (found.heights[7] - 8e-6).abs() < ROUNDING);
+}
+
+#[test]
+fn xyz_tables_in_any_order_with_points_missing() {
+    // Millimetres along, micrometres up; rounded coordinates; the last row first.
+    let mut rows: Vec<String> = (0..NX * NY)
+        .filter(|&k| (k % NX, k / NX) != (2, 1))
+        .map(|k| {
+            let (i, j) = (k % NX, k / NX);
+            format!(
+                "{:.4} {:.4} {}",
+                0.1 + 0.3333333 * i as f64,
+                0.25 * j as f64,
+                height(i, j)
+            )
+        })
+        .collect();
+    rows.reverse();
+    let options = ReadOptions {
+        lateral_unit: Some(1e-3),
+        ..MICROMETRES
+    };
+    let found = read_file("map.xyz", format!("x y z\n{}\n", rows.join("\n")), &options);
+    let spacing = found.spacing.unwrap();
+    assert!(
+        (spacing[0] / 0.3333333e-3 - 1.0).abs() < 1e-4
+            && (spacing[1] / 0.25e-3 - 1.0).abs() < 1e-12
+    );
+    assert_is_it(
+        &Topography {
+            spacing: None,
+            ..found
+        },
+        None,
+        true,
+    );
+
+    // A whole line of x missing: the other lines keep their places.
+    let gap: String = (0..6)
+        .filter(|i| *i != 3)
+        .flat_map(|i| (0..4).map(move |j| format!("{i},{},{}\n", 2 * j, i * 10 + j)))
+        .collect();
+    let found = read_file("map.csv", gap, &MICROMETRES);
+    assert_eq!((found.nx, found.ny, found.holes()), (6, 4, 4));
+    assert!((found.heights[5 * 4 + 3] - 53e-6).abs() < ROUNDING);
+    // Without another word the positions are in the unit of the heights.
+    let spacing = found.spacing.unwrap();
+    assert!((spacing[0] - 1e-6).abs() < ROUNDING && (spacing[1] - 2e-6).abs() < ROUNDING);
+}
+
+#[test]
+fn sur_of_both_widths() {
+    // Steps of a tenth of a micrometre, 3 µm of offset; the lowest measured point is -77 - 30 steps.
+    let raw = |v: f64| {
+        if v.is_nan() {
+            -102
+        } else {
+            (10.0 * v) as i32 - 30
+        }
+    };
+    let points: Vec<i32> = in_lines().into_iter().map(raw).collect();
+    for (bits, units, spacing, step, offset) in [
+        (
+            16,
+            [&b"mm"[..], b"mm", b"\xb5m"],
+            [0.5f32, 0.25],
+            0.1f32,
+            3.0f32,
+        ),
+        (
+            32,
+            [&b"um"[..], b"um", b"nm"],
+            [500.0, 250.0],
+            100.0,
+            3000.0,
+        ),
+    ] {
+        let about = Sur {
+            bits,
+            nx: NX as i32,
+            ny: NY as i32,
+            lowest: -100,
+            holes: true,
+            spacing,
+            step,
+            offset,
+            units,
+            comment: b"seven!!",
+        };
+        let found = read_file("map.sur", sur(&about, &points), &AS_STATED);
+        // The step is single precision: seven digits of 32 µm.
+        for (h, expected) in found.heights.iter().zip(in_our_order()) {
+            assert!(h.is_nan() == expected.is_nan());
+            assert!(
+                h.is_nan() || (h - 1e-6 * expected).abs() < 1e-11,
+                "{h} {expected}"
+            );
+        }
+        assert_eq!(found.holes(), 1);
+        assert!((found.spacing.unwrap()[0] - 0.5e-3).abs() < 1e-10);
+        assert!((found.spacing.unwrap()[1] - 0.25e-3).abs() < 1e-10);
+
+        let unflagged = Sur {
+            holes: false,
+            ..about
+        };
+        assert_eq!(
+            read_file("map.sur", sur(&unflagged, &points), &AS_STATED).holes(),
+            0
+        );
+    }
+}
+
+#[test]
+fn x3p_of_every_type() {
+    let lines = in_lines();
+    let increments = [0.5e-3, 0.25e-3];
+    // Floating-point heights are metres whatever the increment says; integers count increments, on top of the offset.
+    let float = "<DataType>D</DataType><Increment>5</Increment>";
+    let single = "<DataType>F</DataType>";
+    let short = "<DataType>I</DataType><Increment>1e-7</Increment><Offset>1e-5</Offset>";
+    let long = "<DataType>L</DataType><Increment>1e-9</Increment>";
+    let encode = |number: &dyn Fn(f64) -> Vec<u8>| -> Vec<u8> {
+        lines.iter().flat_map(|&v| number(v)).collect()
+    };
+    // Lowest bit first; point 6 of the lines is (2, 1); the spare bits at the end are set.
+    let valid: &[u8] = &[0b1011_1111, 0b1111_1111];
+    let cases = [
+        (float, encode(&|v| (1e-6 * v).to_le_bytes().to_vec()), false),
+        (
+            single,
+            encode(&|v| (1e-6 * v as f32).to_le_bytes().to_vec()),
+            false,
+        ),
+        (
+            short,
+            encode(&|v| ((10.0 * v) as i16 - 100).to_le_bytes().to_vec()),
+            true,
+        ),
+        (
+            long,
+            encode(&|v| ((1000.0 * v) as i32).to_le_bytes().to_vec()),
+            true,
+        ),
+        (float, encode(&|v| (1e-6 * v).to_le_bytes().to_vec()), true),
+    ];
+    for (z, data, mask) in cases {
+        let description = x3p_description(NX, NY, increments, z, mask);
+        let mut members = vec![
+            ("main.xml", description.as_bytes()),
+            ("bindata/data.bin", &data[..]),
+        ];
+        if mask {
+            members.push(("bindata/valid.bin", valid));
+        }
+        let found = read_file("map.x3p", zip(&members), &AS_STATED);
+        assert_eq!((found.nx, found.ny, found.holes()), (NX, NY, 1), "{z}");
+        for (h, expected) in found.heights.iter().zip(in_our_order()) {
+            assert!(
+                h.is_nan() || (h - 1e-6 * expected).abs() < 4e-12,
+                "{z}: {h} {expected}"
+            );
+        }
+        assert_eq!(found.spacing, Some(increments));
+    }
+}
+
+fn write_table(columns: Vec<(&str, Option<&str>, ArrayRef)>) -> Vec<u8> {
+    let fields: Vec<Field> = columns
+        .iter()
+        .map(|(name, unit, array)| {
+            let metadata: HashMap<_, _> = unit
+                .iter()
+                .map(|u| ("unit".to_owned(), (*u).to_owned()))
+                .collect();
+            Field::new(*name, array.data_type().clone(), true).with_metadata(metadata)
+        })
+        .collect();
+    let schema = Arc::new(Schema::new(fields));
+    let arrays = columns.into_iter().map(|(_, _, array)| array).collect();
+    let batch = RecordBatch::try_new(schema.clone(), arrays).unwrap();
+    let mut bytes = Vec::new();
+    let mut writer = ArrowWriter::try_new(&mut bytes, schema, None).unwrap();
+    writer.write(&batch).unwrap();
+    writer.close().unwrap();
+    bytes
+}
+
+#[test]
+fn parquet_by_indices_and_by_positions() {
+    let cells: Vec<(usize, usize)> = (0..NX * NY)
+        .map(|k| (k / NY, k % NY))
+        .filter(|&c| c != (2, 1))
+        .collect();
+    let i: ArrayRef = Arc::new(UInt16Array::from_iter_values(
+        cells.iter().map(|c| c.0 as u16),
+    ));
+    let j: ArrayRef = Arc::new(Int32Array::from_iter_values(
+        cells.iter().map(|c| c.1 as i32),
+    ));
+    let heights = |unit: f64| -> ArrayRef {
+        Arc::new(Float64Array::from_iter_values(
+            cells.iter().map(|c| unit * height(c.0, c.1)),
+        ))
+    };
+    let stated = write_table(vec![
+        ("i", Some("1"), i.clone()),
+        ("j", Some("1"), j.clone()),
+        ("height", Some("m"), heights(1e-6)),
+    ]);
+    assert_is_it(
+        &read_file("surface.parquet", stated, &AS_STATED),
+        None,
+        true,
+    );
+    let unstated = write_table(vec![
+        ("i", None, i),
+        ("j", None, j),
+        ("height", None, heights(1.0)),
+    ]);
+    assert_is_it(
+        &read_file("surface.parquet", unstated, &MICROMETRES),
+        None,
+        true,
+    );
+
+    let x: ArrayRef = Arc::new(Float64Array::from_iter_values(
+        cells.iter().map(|c| 0.5 * c.0 as f64),
+    ));
+    let y: ArrayRef = Arc::new(Float64Array::from_iter_values(
+        cells.iter().map(|c| 0.25 * c.1 as f64),
+    ));
+    let positions = write_table(vec![
+        ("x", Some("mm"), x),
+        ("y", Some("mm"), y),
+        ("z", Some("µm"), heights(1.0)),
+    ]);
+    let found = read_file("points.parquet", positions, &AS_STATED);
+    assert_is_it(&found, Some([0.5e-3, 0.25e-3]), true);
+}
+
+#[test]
+fn the_users_spacing_replaces_the_files() {
+    let data: Vec<u8> = in_our_order()
+        .iter()
+        .flat_map(|v| v.to_le_bytes())
+        .collect();
+    let options = ReadOptions {
+        spacing: Some([2e-6, 3e-6]),
+        ..MICROMETRES
+    };
+    let found = read_file("map.npy", npy("<f8", false, "(4, 3)", &data), &options);
+    assert_is_it(&found, Some([2e-6, 3e-6]), true);
+    let size = found.size().unwrap();
+    assert!((size[0] - 8e-6).abs() < ROUNDING && (size[1] - 9e-6).abs() < ROUNDING);
+}
+
+#[test]
+fn the_shipped_topography_is_as_its_readme_says() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/ground_face.x3p");
+    let found = read(&path, &AS_STATED).unwrap();
+    assert_eq!((found.nx, found.ny), (256, 192));
+    let size = found.size().unwrap();
+    assert!(
+        (size[0] - 4.096e-3).abs() < 1e-9 && (size[1] - 2.304e-3).abs() < 1e-9,
+        "{size:?}"
+    );
+    assert!(
+        found.holes() > 50 && found.holes() < 1000,
+        "{}",
+        found.holes()
+    );
+    assert!(std::fs::metadata(&path).unwrap().len() < 300_000);
+}
+
+#[test]
+fn the_shipped_topography_has_the_statistics_of_its_readme() {
+    use fretwear::grid::{Grid, Patch};
+    use fretwear::surface::prepare::{Detrend, Fill, PrepareOptions, onto_joint};
+    use fretwear::surface::statistics::roughness;
+
+    // The README prints three decimals.
+    const PRINTED: f64 = 1e-3;
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/ground_face.x3p");
+    let map = read(&path, &AS_STATED).unwrap();
+    assert_eq!(map.holes(), 263);
+    let patch = Patch::full(Grid::over(map.size().unwrap(), [map.nx, map.ny]));
+    for (detrend, rq, sk, ku) in [
+        (Detrend::Mean, 1.668266e-6, -0.837333, 2.957668),
+        (Detrend::Plane, 0.921745e-6, -0.662211, 2.816817),
+        (Detrend::Quadratic, 0.685324e-6, -0.865729, 3.580798),
+    ] {
+        let options = PrepareOptions {
+            detrend,
+            fill: Fill::Mask,
+        };
+        let prepared = onto_joint(&map, &patch, options).unwrap();
+        let found = roughness(&prepared.patch, &prepared.heights).unwrap();
+        assert!(
+            (found.rq / rq - 1.0).abs() < PRINTED,
+            "{detrend:?} {found:?}"
+        );
+        assert!(
+            (found.sk - sk).abs() < PRINTED && (found.ku - ku).abs() < PRINTED,
+            "{detrend:?} {found:?}"
+        );
+    }
+}
