@@ -149,7 +149,7 @@ pub enum StoreError {
         /// The file.
         path: PathBuf,
         /// What is wrong.
-        source: TableError,
+        source: Box<TableError>,
     },
     /// A value that has no JSON form.
     #[error("{} cannot be written as JSON: {source}", path.display())]
@@ -172,7 +172,7 @@ impl StoreError {
             | StoreError::UnfinishedSibling { .. }
             | StoreError::OtherOrigin { .. } => true,
             StoreError::Table { source, .. } => matches!(
-                source,
+                **source,
                 TableError::Version { .. }
                     | TableError::OtherTable { .. }
                     | TableError::NotOurs { .. }

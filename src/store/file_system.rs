@@ -43,8 +43,10 @@ pub enum LockAttempt {
 pub trait FileSystem: Send + Sync {
     /// Creates a folder and those above it; one that exists is no error.
     fn create_dir_all(&self, path: &Path) -> io::Result<()>;
-    /// Writes a file that must not exist, and returns when its content is on the disk.
+    /// Writes a file that must not exist, without waiting for the disk.
     fn write_new(&self, path: &Path, bytes: &[u8]) -> io::Result<()>;
+    /// Returns when the content of a file is on the disk.
+    fn sync_file(&self, path: &Path) -> io::Result<()>;
     /// The content of a file.
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
     /// Renames a file, replacing one at the target, or a folder.
@@ -75,9 +77,12 @@ impl FileSystem for RealFileSystem {
     }
 
     fn write_new(&self, path: &Path, bytes: &[u8]) -> io::Result<()> {
-        let mut file = File::create_new(path)?;
-        file.write_all(bytes)?;
-        file.sync_all()
+        File::create_new(path)?.write_all(bytes)
+    }
+
+    fn sync_file(&self, path: &Path) -> io::Result<()> {
+        // Some systems want the right to write for it.
+        OpenOptions::new().write(true).open(path)?.sync_all()
     }
 
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {

@@ -175,9 +175,11 @@ pub(super) fn create(
         files.make_dir(&folder)?;
     }
     write_identity(files, layout, identity)?;
-    let record = RunRecord::new(identity, origin, pruned);
-    write_record(files, layout, &record)?;
-    Ok(record)
+    write_record(files, layout, &RunRecord::new(identity, origin, pruned))?;
+    // As any later start finds it.
+    read_record(files, layout)?.ok_or_else(|| StoreError::NoRun {
+        path: layout.root.clone(),
+    })
 }
 
 /// Brings `scene.toml` and `plan.json` up to date.
@@ -337,14 +339,13 @@ pub(super) fn discard(
     if gone.is_empty() {
         return Ok(());
     }
-    files.make_dir(&target)?;
+    files.make_dir_unsynced(&target)?;
     for wear_iteration in gone {
         files.rename(
             &layout.iteration(wear_iteration),
             &target.join(iteration_name(wear_iteration)),
         )?;
     }
-    files.sync_dir(&target)?;
     files.sync_dir(&layout.iterations())?;
     files.remove_dir_if_there(&target)
 }
