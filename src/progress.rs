@@ -85,9 +85,9 @@ impl Watcher {
             .cycles
             .map_or(String::new(), |all| format!(" of {}", grouped(all)));
         line += &format!(
-            ", {}{of} cycles, worn {:.4} mm³",
+            ", {}{of} cycles, worn {}",
             grouped(progress.cycles),
-            progress.volume * 1e9
+            volume(progress.volume)
         );
         if progress.error > 0.0 {
             line += &format!(" ±{:.1} %", progress.error * 100.0);
@@ -165,6 +165,16 @@ fn grouped(number: u64) -> String {
         text.push(digit);
     }
     text
+}
+
+/// A worn volume in mm³, a small one in µm³.
+fn volume(volume: f64) -> String {
+    const SMALL: f64 = 1e-12;
+    if volume > 0.0 && volume < SMALL {
+        format!("{} µm³", grouped((volume * 1e18) as u64))
+    } else {
+        format!("{:.4} mm³", volume * 1e9)
+    }
 }
 
 fn duration(seconds: f64) -> String {
