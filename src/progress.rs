@@ -85,9 +85,9 @@ impl Watcher {
             .cycles
             .map_or(String::new(), |all| format!(" of {}", grouped(all)));
         line += &format!(
-            ", {}{of} cycles, worn {}",
+            ", {}{of} cycles, worn {} mm³",
             grouped(progress.cycles),
-            volume(progress.volume)
+            significant(progress.volume * 1e9)
         );
         if progress.error > 0.0 {
             line += &format!(" ±{:.1} %", progress.error * 100.0);
@@ -167,13 +167,14 @@ fn grouped(number: u64) -> String {
     text
 }
 
-/// A worn volume in mm³, a small one in µm³.
-fn volume(volume: f64) -> String {
-    const SMALL: f64 = 1e-12;
-    if volume > 0.0 && volume < SMALL {
-        format!("{} µm³", grouped((volume * 1e18) as u64))
-    } else {
-        format!("{:.4} mm³", volume * 1e9)
+/// Four significant digits.
+fn significant(value: f64) -> String {
+    match value {
+        0.0 => "0".to_owned(),
+        v if (0.01..1000.0).contains(&v) => {
+            format!("{v:.*}", (3 - v.log10().floor() as i32) as usize)
+        }
+        v => format!("{v:.3e}"),
     }
 }
 

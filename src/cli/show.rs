@@ -8,7 +8,7 @@ use std::time::Instant;
 use fretwear::contact::HalfSpace;
 use fretwear::scene::{self, Plan};
 use fretwear::stages::Inputs;
-use fretwear::store::{FileSystem, LockAttempt, RealFileSystem, RunReader};
+use fretwear::store::{LockHolder, RealFileSystem, RunReader};
 use fretwear::tables::TableName;
 use fretwear::validate;
 use serde_json::{Value, json};
@@ -88,10 +88,7 @@ pub fn status(root: &Path, as_json: bool) -> Result<Exit, CliError> {
     let summary = latest
         .map(|k| reader.read(k, TableName::Summary))
         .transpose()?;
-    let running = match RealFileSystem.try_lock(&root.join("lock"))? {
-        LockAttempt::Held { pid } => Some(pid),
-        LockAttempt::Taken(_) => None,
-    };
+    let running = RealFileSystem.lock_holder(&root.join("lock"))?;
     let damaged: Vec<String> = reader
         .reports()
         .iter()
@@ -107,8 +104,8 @@ pub fn status(root: &Path, as_json: bool) -> Result<Exit, CliError> {
         writeln!(out, "{}", Value::Object(object))?;
     } else {
         let state = match running {
-            Some(Some(pid)) => format!("running (process {pid})"),
-            Some(None) => "running".to_owned(),
+            Some(LockHolder { pid: Some(pid) }) => format!("running (process {pid})"),
+            Some(LockHolder { pid: None }) => "running".to_owned(),
             None => "not running".to_owned(),
         };
         match latest {

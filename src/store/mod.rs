@@ -35,7 +35,9 @@ pub use chain::{CommitReport, OnceReport, VerifyReport};
 pub use commit::{Commit, TableEntry};
 pub use draft::{Draft, Kept, Recompute};
 pub use error::{Damage, DamageKind, StoreError};
-pub use file_system::{Entry, FileSystem, LockAttempt, LockGuard, Metadata, RealFileSystem};
+pub use file_system::{
+    Entry, FileSystem, LockAttempt, LockGuard, LockHolder, Metadata, RealFileSystem,
+};
 pub use key::StageKey;
 pub use open::{Opening, SetAside};
 pub use reader::RunReader;

@@ -1,7 +1,7 @@
 //! A fault at every single call of a sequence of commits: nothing committed is lost, and the end is the same.
 
-use super::faulty::{Fault, FaultyFileSystem};
 use super::*;
+use crate::support::faulty::{Fault, FaultyFileSystem};
 
 const LAST: u64 = 4;
 

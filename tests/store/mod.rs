@@ -2,12 +2,11 @@
 
 mod damage;
 mod faults;
-mod faulty;
 mod keys;
 mod lifecycle;
 mod sibling;
 
-use faulty::FaultyFileSystem;
+use crate::support::faulty::FaultyFileSystem;
 use fretwear::store::{
     FileSystem, Keep, Kept, Opening, RunIdentity, RunStore, StageKey, StoreError,
 };
@@ -41,6 +40,7 @@ fn identity_of(scene: Value) -> RunIdentity {
         threads: 1,
         seed: Some(1),
         free_keys: vec!["wear.cycles".to_owned(), "output.*".to_owned()],
+        inherited_keys: Vec::new(),
     }
 }
 
