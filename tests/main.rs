@@ -1,8 +1,11 @@
 //! All tests of the crate's outside, one binary; its modules mirror `src/`.
 
 mod cli;
+mod contact;
 mod imports;
 mod plan;
+mod quadrature;
+mod reference;
 mod scene;
 mod stages;
 mod store;
@@ -10,4 +13,5 @@ mod support;
 mod surface;
 mod tables;
 mod units;
+mod validate;
 mod wear;

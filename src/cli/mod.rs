@@ -173,6 +173,9 @@ impl CliError {
             CliError::Run(error) if error.is_scene() => Exit::Scene,
             CliError::Run(error) if error.is_not_converged() => Exit::NotConverged,
             CliError::Run(RunError::Store(error)) if error.is_damage_or_mismatch() => Exit::Damaged,
+            CliError::Output(source) if source.kind() == std::io::ErrorKind::BrokenPipe => {
+                Exit::Done
+            }
             CliError::Run(RunError::Store(
                 StoreError::NoRun { .. } | StoreError::NoIteration { .. },
             ))
@@ -196,7 +199,10 @@ pub fn main() -> ExitCode {
         Command::Compare { runs } => show::compare(&runs),
     };
     let exit = result.unwrap_or_else(|error| {
-        eprintln!("error: {error}");
+        // A reader that has seen enough (`| head`) is no failure of ours.
+        if !matches!(&error, CliError::Output(source) if source.kind() == std::io::ErrorKind::BrokenPipe) {
+            eprintln!("error: {error}");
+        }
         error.exit()
     });
     ExitCode::from(exit as u8)

@@ -53,8 +53,8 @@ pub fn run(arguments: RunArguments) -> Result<Exit, CliError> {
     let outcome = match result {
         Ok(outcome) => outcome,
         Err(error) => {
-            if root.join("run.json").is_file() {
-                eprintln!("what is committed in {} is kept", root.display());
+            if error.is_not_converged() {
+                eprintln!("what {} holds is kept", root.display());
             }
             return Err(error.into());
         }

@@ -216,10 +216,19 @@ pub(super) fn resume(
             .into_iter()
             .partition(|change| matches(&change.key, &identity.free_keys));
     if !refused.is_empty() {
-        return Err(StoreError::SceneChanged {
-            path: layout.root,
-            keys: refused,
-        });
+        // A scene whose first attempt failed before anything was committed may be mended. Stages know by their keys what
+        // of it still holds.
+        let committed = !chain::folders(&files, &layout)?.is_empty()
+            || !record.pruned.is_empty()
+            || record.origin.is_some()
+            || files.is_there(&layout.damaged())?;
+        if committed {
+            return Err(StoreError::SceneChanged {
+                path: layout.root,
+                keys: refused,
+            });
+        }
+        record = RunRecord::new(identity, None, BTreeMap::new());
     }
     opening.changed_keys = changed;
     // As it is in memory, not as it was read: the text of a float must not drift.

@@ -146,6 +146,19 @@ fn a_changed_scene_is_refused_with_its_keys() {
 }
 
 #[test]
+fn a_scene_of_which_nothing_is_committed_may_be_mended() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().join("run");
+    drop(open(quick(), &root).expect("a run without a commit"));
+    let mended = identity_of(scene(1000, 1e-6));
+    let (store, _) = RunStore::create_or_open(quick(), &root, &mended).expect("the mended scene");
+    assert_eq!(store.reader().record().scene_hash, mended.scene_hash());
+    drop(store);
+    let text = fs::read_to_string(root.join("scene.toml")).expect("a file");
+    assert_eq!(text, mended.scene_toml);
+}
+
+#[test]
 fn free_keys_may_change_and_are_recorded() {
     let folder = tempfile::tempdir().expect("a folder");
     let root = folder.path().join("run");

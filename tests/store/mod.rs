@@ -80,7 +80,7 @@ fn timing(seconds: f64) -> Table {
     Table::builder(TableName::Timing)
         .column("stage", vec!["wear".to_owned()])
         .column("seconds", vec![seconds])
-        .column("fft_pairs", vec![12i64])
+        .column("fft_pairs", vec![12.0])
         .build()
         .expect("a timing")
 }
