@@ -215,12 +215,7 @@ fn iterate(
     if until == Some(Stage::Wear) && keys.wear.is_some() {
         return Ok(Some(Stage::Wear));
     }
-    let reached = before.map_or(0, |b| b.cycles) + worn.n_cycles;
-    context.is_last = scene
-        .wear
-        .as_ref()
-        .and_then(|w| w.cycles)
-        .is_some_and(|cycles| reached >= cycles);
+    context.reach(before.map_or(0, |b| b.cycles) + worn.n_cycles);
     let predicted = worn.predicted.take();
     let (contact, shear) =
         static_contact::static_contact(context, draft, keys, &worn.wear, predicted)?;
