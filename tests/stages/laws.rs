@@ -14,6 +14,10 @@ const ROUNDING: f64 = 1e-12;
 const COEFFICIENT: f64 = 2e-15;
 const FRICTION: f64 = 0.6;
 const LOAD: f64 = 200.0;
+/// E / (2 (1 − ν²)) of two like bodies.
+const CONTACT_MODULUS: f64 = 198.4e9 / (2.0 * (1.0 - 0.3 * 0.3));
+/// Of the `balanced` preset.
+const NORMAL_TOLERANCE: f64 = 1e-6;
 const AREA: f64 = 4e-3 * 3e-3;
 
 fn grid() -> Grid {
@@ -100,18 +104,23 @@ fn check(root: &Path) {
         let gap = field(root, k, TableName::ContactField, "gap");
         let shear =
             ["shear_x", "shear_y"].map(|name| field(root, k, TableName::ContactField, name));
+        // The displacement of a cell under the peak pressure, to which violations of the contact conditions are compared.
+        let scale = pressure.iter().fold(0.0f64, |m, p| m.max(*p)) * grid().dx / CONTACT_MODULUS;
+        let violation = 2.0 * NORMAL_TOLERANCE * scale;
         for c in 0..pressure.len() {
-            assert!(pressure[c] >= 0.0 && gap[c] >= 0.0 && slip[c] >= 0.0 && energy[c] >= 0.0);
+            assert!(pressure[c] >= 0.0 && slip[c] >= 0.0 && energy[c] >= 0.0);
+            assert!(gap[c] >= -violation, "{}: {:e}", at("penetration"), gap[c]);
+            assert!(
+                pressure[c] == 0.0 || gap[c] <= violation,
+                "{}: {:e}",
+                at("a gap under pressure"),
+                gap[c]
+            );
             let traction = shear[0][c].hypot(shear[1][c]);
             assert!(
                 traction <= FRICTION * pressure[c] * (1.0 + ROUNDING),
                 "{} of cell {c}",
                 at("shear beyond friction")
-            );
-            assert!(
-                pressure[c] == 0.0 || gap[c] == 0.0,
-                "{}",
-                at("a gap under pressure")
             );
             ever_slipped[c] |= slip[c] > 0.0;
         }
@@ -146,16 +155,16 @@ fn check(root: &Path) {
 #[test]
 fn an_implicit_run_obeys_its_laws_and_lands_on_its_cycles() {
     let bench = Bench::new();
-    let root = run(&bench, &["wear.cycles=123_457"]);
+    let root = run(&bench, &["wear.cycles=234_567"]);
     check(&root);
-    assert_eq!(summary(&root, latest(&root), "cycles"), 123_457.0);
+    assert_eq!(summary(&root, latest(&root), "cycles"), 234_567.0);
 }
 
 #[test]
 fn a_stepped_run_obeys_its_laws() {
     let bench = Bench::new();
     let sets = [
-        "wear.cycles=100_000",
+        "wear.cycles=200_000",
         "fidelity.cycle=stepped",
         "fidelity.steps_per_cycle=12",
     ];
