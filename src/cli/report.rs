@@ -69,7 +69,8 @@ pub fn write_summary(out: &mut impl Write, summary: &Table) -> std::io::Result<(
     Ok(())
 }
 
-fn readable(value: f64) -> String {
+/// Six digits, as a person reads them.
+pub fn readable(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 || (1e-3..1e5).contains(&size) {
         format!("{value:.5}")
