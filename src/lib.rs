@@ -15,4 +15,5 @@ pub mod store;
 pub mod surface;
 pub mod tables;
 pub mod units;
+pub mod validate;
 pub mod wear;

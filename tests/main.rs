@@ -1,6 +1,10 @@
 //! All tests of the crate's outside, one binary; its modules mirror `src/`.
 
+mod contact;
+mod quadrature;
+mod reference;
 mod scene;
 mod surface;
 mod units;
+mod validate;
 mod wear;

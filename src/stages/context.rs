@@ -16,6 +16,8 @@ pub struct Context<'a> {
     pub observer: &'a dyn Observer,
     /// The iteration in progress.
     pub wear_iteration: u64,
+    /// True if the iteration in progress reaches the cycles of the scene.
+    pub is_last: bool,
     pub timing: Vec<Timing>,
 }
 
@@ -124,10 +126,10 @@ impl Context<'_> {
         Ok((result, fft_pairs))
     }
 
-    /// True if the curves behind the stiffnesses belong to this iteration.
+    /// True if the curves behind the stiffnesses belong to this iteration: every so many, and the last.
     pub fn curves_due(&self) -> bool {
         let every = self.inputs.scene.output.curves_every;
-        every > 0 && self.wear_iteration.is_multiple_of(every)
+        every > 0 && (self.is_last || self.wear_iteration.is_multiple_of(every))
     }
 
     /// A column of the kept cells, spread over the grid.

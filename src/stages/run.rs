@@ -106,6 +106,7 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
         surface_key: unworn.key,
         observer,
         wear_iteration: 0,
+        is_last: false,
         timing: unworn.timing.into_iter().collect(),
     };
     loop {
@@ -205,6 +206,12 @@ fn iterate(
     if until == Some(Stage::Wear) && keys.wear.is_some() {
         return Ok(Some(Stage::Wear));
     }
+    let reached = before.map_or(0, |b| b.cycles) + worn.n_cycles;
+    context.is_last = scene
+        .wear
+        .as_ref()
+        .and_then(|w| w.cycles)
+        .is_some_and(|cycles| reached >= cycles);
     let predicted = worn.predicted.take();
     let (contact, shear) =
         static_contact::static_contact(context, draft, keys, &worn.wear, predicted)?;

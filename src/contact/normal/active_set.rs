@@ -1,230 +1,55 @@
-//! Frictionless normal contact under a given load, elastic or elastic–perfectly plastic.
-//!
-//! Find the pressure p and the approach δ with gap g = (K + D) p − h − δ such that, on every kept cell,
-//!
-//! - p = 0 and g ≥ 0 (open), or 0 < p < p_max and g = 0 (elastic), or p = p_max and g ≤ 0 (capped) [A eq. 4.3],
-//!
-//! and Σ p dA = N. K is the half spaces' compliance, D an optional diagonal one (the implicit wear step's), h the heights.
-//! This is a convex problem; it is solved by a primal–dual active set: solve for p on the elastic cells in the subspace of
-//! constant load by preconditioned conjugate gradients, then exchange the cells of the wrong sign.
+//! The primal–dual active set: which cells are open, elastic or capped, and the elastic solve between exchanges.
 
-use super::error::ContactError;
-use super::half_space::HalfSpace;
-use crate::grid::Patch;
+use super::descent::Descent;
+use super::{NormalOptions, NormalProblem, NormalSolution};
+use crate::contact::error::ContactError;
+use crate::contact::half_space::HalfSpace;
 
 /// Part of the residual that an inner solve must remove before the set of cells is looked at again.
 const INNER_REDUCTION: f64 = 0.02;
 
-/// Outer exchanges after which the full exchange is taken to cycle and shortened steps are made instead.
-const PATIENCE: usize = 40;
+/// Exchanges after which they are taken to cycle, and the sets come from descent steps instead. Sets that settle do so within
+/// a dozen; those that cycle have a cap that leaves few elastic cells.
+const PATIENCE: usize = 16;
 
 /// Rounding of a sum over a transform, relative to the largest term.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// What is pressed on what.
-#[derive(Debug, Clone, Copy)]
-pub struct NormalProblem<'a> {
-    /// Grid and kept cells.
-    pub patch: &'a Patch,
-    /// Composite height, positive towards the other body \[m\]; read on kept cells only.
-    pub height: &'a [f64],
-    /// Diagonal compliance D in addition to the half spaces', ≥ 0 \[m/Pa\].
-    pub compliance: Option<&'a [f64]>,
-    /// Total load N ≥ 0 \[N\].
-    pub load: f64,
-    /// Largest pressure p_max \[Pa\].
-    pub pressure_cap: Option<f64>,
-}
-
-/// When to stop.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NormalOptions {
-    /// Bound on [`NormalSolution::error`].
-    pub tolerance: f64,
-    /// Bound on the conjugate gradient iterations.
-    pub max_iterations: usize,
-}
-
-impl Default for NormalOptions {
-    fn default() -> Self {
-        NormalOptions {
-            tolerance: 1e-6,
-            max_iterations: 4000,
-        }
-    }
-}
-
-/// A converged normal contact.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NormalSolution {
-    /// Pressure, exactly 0 on open and masked cells and exactly the cap on capped ones \[Pa\].
-    pub pressure: Vec<f64>,
-    /// Gap g, 0 on masked cells; on contact cells the residual, on capped cells ≤ 0 (the overlap) \[m\].
-    pub gap: Vec<f64>,
-    /// Approach δ of the bodies, from first touch of height 0 \[m\].
-    pub approach: f64,
-    /// Conjugate gradient iterations.
-    pub iterations: usize,
-    /// Exchanges of the active set.
-    pub exchanges: usize,
-    /// Largest violation of the conditions on any cell, as a displacement over that of one cell under the peak pressure.
-    pub error: f64,
-}
-
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Cell {
+pub(super) enum Cell {
     Masked,
     Open,
     Elastic,
     Capped,
 }
 
-/// Solves for pressure and gap. `start` is a pressure to begin from (a similar problem's), used for speed alone.
-pub fn solve(
-    half_space: &mut HalfSpace,
-    problem: &NormalProblem,
-    start: Option<&[f64]>,
-    options: NormalOptions,
-) -> Result<NormalSolution, ContactError> {
-    check(half_space, problem, start)?;
-    if problem.load == 0.0 {
-        return Ok(untouched(problem));
-    }
-    Solver::new(half_space, problem, options).run(start)
-}
-
-fn check(
-    half_space: &HalfSpace,
-    problem: &NormalProblem,
-    start: Option<&[f64]>,
-) -> Result<(), ContactError> {
-    let grid = problem.patch.grid;
-    let cells = grid.len();
-    let length = |field: &'static str, found: usize| {
-        if found == cells {
-            Ok(())
-        } else {
-            Err(ContactError::Length {
-                field,
-                found,
-                expected: cells,
-            })
-        }
-    };
-    length("half space", half_space.grid().len())?;
-    length("mask", problem.patch.kept.len())?;
-    length("height", problem.height.len())?;
-    length("compliance", problem.compliance.map_or(cells, <[f64]>::len))?;
-    length("starting pressure", start.map_or(cells, <[f64]>::len))?;
-    let fields = [
-        ("height", Some(problem.height)),
-        ("compliance", problem.compliance),
-        ("starting pressure", start),
-    ];
-    for (field, values) in fields.into_iter().filter_map(|(name, v)| Some((name, v?))) {
-        let wrong = (0..cells).find(|&c| problem.patch.kept[c] && !values[c].is_finite());
-        if let Some(index) = wrong {
-            let (i, j) = grid.cell(index);
-            return Err(ContactError::NotFinite {
-                field,
-                i,
-                j,
-                value: values[index],
-            });
-        }
-    }
-    if !(problem.load.is_finite() && problem.load >= 0.0) {
-        return Err(ContactError::OutOfRange {
-            name: "load",
-            value: problem.load,
-            expected: "finite and ≥ 0 N",
-        });
-    }
-    let kept = problem.patch.cells();
-    if kept == 0 {
-        return Err(ContactError::OutOfRange {
-            name: "number of kept cells",
-            value: 0.0,
-            expected: "at least 1",
-        });
-    }
-    if let Some(cap) = problem.pressure_cap {
-        if !(cap.is_finite() && cap > 0.0) {
-            return Err(ContactError::OutOfRange {
-                name: "pressure cap",
-                value: cap,
-                expected: "finite and > 0 Pa",
-            });
-        }
-        let capacity = cap * problem.patch.area();
-        if problem.load > capacity {
-            let cell_area = grid.cell_area();
-            return Err(ContactError::CapExceeded {
-                load: problem.load,
-                capacity,
-                cells: kept,
-                cell_area,
-                cap,
-            });
-        }
-    }
-    Ok(())
-}
-
-/// No load: the highest point just touches.
-fn untouched(problem: &NormalProblem) -> NormalSolution {
-    let kept = &problem.patch.kept;
-    let top = (0..kept.len())
-        .filter(|&c| kept[c])
-        .map(|c| problem.height[c])
-        .fold(f64::NEG_INFINITY, f64::max);
-    let gap = (0..kept.len())
-        .map(|c| {
-            if kept[c] {
-                top - problem.height[c]
-            } else {
-                0.0
-            }
-        })
-        .collect();
-    let pressure = vec![0.0; kept.len()];
-    NormalSolution {
-        pressure,
-        gap,
-        approach: -top,
-        iterations: 0,
-        exchanges: 0,
-        error: 0.0,
-    }
-}
-
 /// The state of a solve. `residual` is (K + D) p − h on the whole grid; the gap is `residual − approach`.
-struct Solver<'a, 'h> {
-    half_space: &'h mut HalfSpace,
-    problem: &'a NormalProblem<'a>,
-    options: NormalOptions,
-    cap: f64,
+pub(super) struct Solver<'a, 'h> {
+    pub(super) half_space: &'h mut HalfSpace,
+    pub(super) problem: &'a NormalProblem<'a>,
+    pub(super) options: NormalOptions,
+    pub(super) cap: f64,
     /// Σ p over the grid that carries the load \[Pa\].
-    sum: f64,
-    cells: Vec<Cell>,
+    pub(super) sum: f64,
+    pub(super) cells: Vec<Cell>,
     /// Positions of the elastic cells, in order.
-    free: Vec<usize>,
+    pub(super) free: Vec<usize>,
     /// √(λ/(λ + D)): the preconditioner's scaling where the diagonal compliance rules.
-    scaling: Option<Vec<f64>>,
-    pressure: Vec<f64>,
-    residual: Vec<f64>,
-    approach: f64,
-    direction: Vec<f64>,
-    image: Vec<f64>,
-    preconditioned: Vec<f64>,
+    pub(super) scaling: Option<Vec<f64>>,
+    pub(super) pressure: Vec<f64>,
+    pub(super) residual: Vec<f64>,
+    pub(super) approach: f64,
+    pub(super) direction: Vec<f64>,
+    pub(super) image: Vec<f64>,
+    pub(super) preconditioned: Vec<f64>,
     /// The preconditioner applied to 1 on the elastic cells, and its sum.
-    rigid: Vec<f64>,
-    rigid_sum: f64,
-    iterations: usize,
+    pub(super) rigid: Vec<f64>,
+    pub(super) rigid_sum: f64,
+    pub(super) iterations: usize,
 }
 
 impl<'a, 'h> Solver<'a, 'h> {
-    fn new(
+    pub(super) fn new(
         half_space: &'h mut HalfSpace,
         problem: &'a NormalProblem<'a>,
         options: NormalOptions,
@@ -255,14 +80,13 @@ impl<'a, 'h> Solver<'a, 'h> {
         }
     }
 
-    fn run(mut self, start: Option<&[f64]>) -> Result<NormalSolution, ContactError> {
+    pub(super) fn run(mut self, start: Option<&[f64]>) -> Result<NormalSolution, ContactError> {
         self.begin(start);
         self.carry_load();
         self.update_residual();
         let mut exchanges = 0;
+        let mut descent: Option<Descent> = None;
         loop {
-            let before =
-                (exchanges >= PATIENCE).then(|| (self.pressure.clone(), self.residual.clone()));
             self.solve_elastic();
             let error = self.error();
             if error <= self.options.tolerance {
@@ -277,11 +101,13 @@ impl<'a, 'h> Solver<'a, 'h> {
                     tolerance,
                 });
             }
-            self.exchange();
-            self.carry_load();
-            self.update_residual();
-            if let Some((pressure, residual)) = before {
-                self.shorten(&pressure, &residual);
+            if exchanges < PATIENCE {
+                self.exchange();
+                self.carry_load();
+                self.update_residual();
+            } else {
+                let state = descent.take().unwrap_or_else(|| self.start_descent());
+                descent = Some(self.descend(state));
             }
             exchanges += 1;
         }
@@ -379,7 +205,7 @@ impl<'a, 'h> Solver<'a, 'h> {
     }
 
     /// residual = (K + D) p − h.
-    fn update_residual(&mut self) {
+    pub(super) fn update_residual(&mut self) {
         self.half_space.normal(&self.pressure, &mut self.residual);
         for (c, r) in self.residual.iter_mut().enumerate() {
             *r -= self.problem.height[c];
@@ -553,31 +379,6 @@ impl<'a, 'h> Solver<'a, 'h> {
                 Cell::Open if gap < -slack => self.cells[c] = Cell::Elastic,
                 Cell::Capped if gap > slack => self.cells[c] = Cell::Elastic,
                 _ => (),
-            }
-        }
-    }
-
-    /// Moves back from the new pressure towards the old one, to the minimum of the energy between them: the energy then
-    /// falls at every exchange, so that the sets cannot cycle.
-    fn shorten(&mut self, pressure: &[f64], residual: &[f64]) {
-        let (mut slope, mut curvature) = (0.0, 0.0);
-        for c in 0..pressure.len() {
-            let step = self.pressure[c] - pressure[c];
-            slope += step * residual[c];
-            curvature += step * (self.residual[c] - residual[c]);
-        }
-        if curvature <= 0.0 || slope >= 0.0 {
-            return;
-        }
-        let part = (-slope / curvature).min(1.0);
-        for c in 0..pressure.len() {
-            self.pressure[c] = pressure[c] + part * (self.pressure[c] - pressure[c]);
-            self.residual[c] = residual[c] + part * (self.residual[c] - residual[c]);
-            if self.cells[c] != Cell::Masked
-                && self.pressure[c] > 0.0
-                && self.pressure[c] < self.cap
-            {
-                self.cells[c] = Cell::Elastic;
             }
         }
     }

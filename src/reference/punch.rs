@@ -1,0 +1,40 @@
+//! The flat rigid circular punch.
+
+use std::f64::consts::PI;
+
+use super::elastic;
+use crate::contact::Pair;
+
+/// A flat circular region of radius a that moves as one: pressed, or sheared without slip.
+///
+/// Source: Johnson, Contact Mechanics, eq. 3.34–3.36 (normal) and 7.43 (tangential). The shear solution is exact with Poisson's
+/// ratio: an inverse-square-root traction along x moves the circle uniformly along x and not at all along y.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CircularPunch {
+    /// Radius a \[m\].
+    pub radius: f64,
+    /// The two bodies.
+    pub pair: Pair,
+}
+
+impl CircularPunch {
+    /// Normal stiffness kn = 2E*a \[N/m\].
+    pub fn normal_stiffness(&self) -> f64 {
+        2.0 * elastic::effective_modulus(&self.pair) * self.radius
+    }
+
+    /// Tangential stiffness kt = 8G*a \[N/m\].
+    pub fn tangential_stiffness(&self) -> f64 {
+        8.0 * elastic::tangential_modulus(&self.pair) * self.radius
+    }
+
+    /// Traction at `r` < a under a total force: F / (2πa²√(1 − r²/a²)) \[Pa\]; zero outside, unbounded at the rim.
+    pub fn traction(&self, force: f64, r: f64) -> f64 {
+        let ratio = r / self.radius;
+        if ratio < 1.0 {
+            force / (2.0 * PI * self.radius * self.radius * (1.0 - ratio * ratio).sqrt())
+        } else {
+            0.0
+        }
+    }
+}

@@ -1,0 +1,214 @@
+use std::f64::consts::TAU;
+
+use fretwear::contact::{Boundary, HalfSpace, cell_integrals};
+use fretwear::grid::{Grid, Patch};
+
+use super::{PAIR, relative_l2};
+
+/// Even along x, odd along y, so that both kinds of highest wave number occur.
+const GRID: Grid = Grid {
+    nx: 12,
+    ny: 7,
+    dx: 1.3e-4,
+    dy: 0.8e-4,
+};
+
+/// Transforms of a few hundred points lose a few units in the last place.
+const ROUNDING: f64 = 1e-13;
+
+/// A field without any symmetry.
+fn field(seed: f64) -> Vec<f64> {
+    (0..GRID.len())
+        .map(|k| 1e8 * (seed + 1.7 * k as f64 + 0.31 * (k * k) as f64).sin())
+        .collect()
+}
+
+/// Σ over both bodies of a compliance in G and ν.
+fn both(term: impl Fn(f64, f64) -> f64) -> f64 {
+    [PAIR.lower, PAIR.upper]
+        .iter()
+        .map(|body| term(body.shear_modulus(), body.poisson_ratio))
+        .sum()
+}
+
+/// u = Σ K p over all pairs of cells of a free half space: order zz, xx, yy, xy.
+fn direct_free(which: usize, traction: &[f64]) -> Vec<f64> {
+    (0..GRID.len())
+        .map(|at| {
+            (0..GRID.len())
+                .map(|from| {
+                    let ((i, j), (k, l)) = (GRID.cell(at), GRID.cell(from));
+                    let (x, y) = (
+                        (i as f64 - k as f64) * GRID.dx,
+                        (j as f64 - l as f64) * GRID.dy,
+                    );
+                    let cell = cell_integrals(x, y, GRID.dx, GRID.dy);
+                    // Boussinesq: (1 − ν)/2πG r. Cerruti: ((1 − ν)/r + ν x²/r³)/2πG and ν xy/2πG r³.
+                    let round = both(|g, nu| (1.0 - nu) / (TAU * g));
+                    let lobed = both(|g, nu| nu / (TAU * g));
+                    let kernel = match which {
+                        0 => round * cell.inverse,
+                        1 => round * cell.inverse + lobed * cell.xx,
+                        2 => round * cell.inverse + lobed * cell.yy,
+                        _ => lobed * cell.xy,
+                    };
+                    kernel * traction[from]
+                })
+                .sum()
+        })
+        .collect()
+}
+
+/// The same of a periodic one: a slow sum over wave numbers.
+fn direct_periodic(which: usize, traction: &[f64]) -> Vec<f64> {
+    let mut displacement = vec![0.0; GRID.len()];
+    let signed = |m: usize, n: usize| {
+        if 2 * m > n {
+            m as f64 - n as f64
+        } else {
+            m as f64
+        }
+    };
+    for m in 0..GRID.nx {
+        for n in 0..GRID.ny {
+            if m == 0 && n == 0 {
+                continue;
+            }
+            let (kx, ky) = (
+                TAU * signed(m, GRID.nx) / GRID.size()[0],
+                TAU * signed(n, GRID.ny) / GRID.size()[1],
+            );
+            let k = kx.hypot(ky);
+            // A shear wave displaces by (1 − ν)/Gk along its wave vector and by 1/Gk across it.
+            let (along, across) = (
+                both(|g, nu| (1.0 - nu) / (g * k)),
+                both(|g, _| 1.0 / (g * k)),
+            );
+            let (cx, cy) = (kx / k, ky / k);
+            let symbol = match which {
+                0 => both(|g, nu| (1.0 - nu) / (g * k)),
+                1 => along * cx * cx + across * cy * cy,
+                2 => along * cy * cy + across * cx * cx,
+                // The highest wave number of an even length has no sign, so an odd product has no real value there.
+                _ if 2 * m == GRID.nx => 0.0,
+                _ => (along - across) * cx * cy,
+            };
+            let phase = |index: usize| {
+                let (i, j) = GRID.cell(index);
+                TAU * (m as f64 * i as f64 / GRID.nx as f64 + n as f64 * j as f64 / GRID.ny as f64)
+            };
+            let (mut re, mut im) = (0.0, 0.0);
+            for (index, t) in traction.iter().enumerate() {
+                re += t * phase(index).cos();
+                im -= t * phase(index).sin();
+            }
+            for (index, u) in displacement.iter_mut().enumerate() {
+                *u += symbol * (re * phase(index).cos() - im * phase(index).sin())
+                    / GRID.len() as f64;
+            }
+        }
+    }
+    displacement
+}
+
+fn compare(boundary: Boundary, direct: impl Fn(usize, &[f64]) -> Vec<f64>) {
+    let mut half_space = HalfSpace::new(GRID, PAIR, boundary);
+    let (x, y) = (field(0.4), field(2.9));
+    let mut found = vec![0.0; GRID.len()];
+    half_space.normal(&x, &mut found);
+    assert!(relative_l2(&found, &direct(0, &x)) < ROUNDING, "normal");
+    half_space.shear_x(&x, &mut found);
+    assert!(
+        relative_l2(&found, &direct(1, &x)) < ROUNDING,
+        "shear along x alone"
+    );
+    let (mut ux, mut uy) = (vec![0.0; GRID.len()], vec![0.0; GRID.len()]);
+    half_space.shear([&x, &y], [&mut ux, &mut uy]);
+    let sum =
+        |a: Vec<f64>, b: Vec<f64>| -> Vec<f64> { a.iter().zip(&b).map(|(a, b)| a + b).collect() };
+    assert!(
+        relative_l2(&ux, &sum(direct(1, &x), direct(3, &y))) < ROUNDING,
+        "u_x"
+    );
+    assert!(
+        relative_l2(&uy, &sum(direct(3, &x), direct(2, &y))) < ROUNDING,
+        "u_y"
+    );
+    // The coupling block by itself: it is small beside the others and would hide among them.
+    let zero = vec![0.0; GRID.len()];
+    half_space.shear([&x, &zero], [&mut ux, &mut uy]);
+    assert!(relative_l2(&uy, &direct(3, &x)) < ROUNDING, "u_y from q_x");
+}
+
+#[test]
+fn free_convolution_is_the_direct_sum() {
+    compare(Boundary::Free, direct_free);
+}
+
+#[test]
+fn periodic_convolution_is_the_sum_over_waves() {
+    compare(Boundary::Periodic, direct_periodic);
+}
+
+#[test]
+fn compliance_is_symmetric_and_positive() {
+    for boundary in [Boundary::Free, Boundary::Periodic] {
+        let mut half_space = HalfSpace::new(GRID, PAIR, boundary);
+        let (a, b) = ([field(0.4), field(1.9)], [field(5.2), field(3.3)]);
+        let mut apply = |q: &[Vec<f64>; 2]| {
+            let mut u = [vec![0.0; GRID.len()], vec![0.0; GRID.len()]];
+            let [ux, uy] = &mut u;
+            half_space.shear([&q[0], &q[1]], [ux, uy]);
+            u
+        };
+        let dot = |a: &[Vec<f64>; 2], b: &[Vec<f64>; 2]| -> f64 {
+            a.iter()
+                .flatten()
+                .zip(b.iter().flatten())
+                .map(|(a, b)| a * b)
+                .sum()
+        };
+        let (ka, kb) = (apply(&a), apply(&b));
+        let size = (dot(&a, &ka) * dot(&b, &kb)).sqrt();
+        assert!(dot(&a, &ka) > 0.0 && dot(&b, &kb) > 0.0);
+        assert!(
+            (dot(&a, &kb) - dot(&b, &ka)).abs() < ROUNDING * size,
+            "{boundary:?}"
+        );
+    }
+}
+
+#[test]
+fn preconditioner_inverts_the_periodic_compliance() {
+    let mut half_space = HalfSpace::new(GRID, PAIR, Boundary::Periodic);
+    let mut pressure = field(0.7);
+    let mean = pressure.iter().sum::<f64>() / GRID.len() as f64;
+    pressure.iter_mut().for_each(|p| *p -= mean);
+    let (mut displacement, mut back) = (vec![0.0; GRID.len()], vec![0.0; GRID.len()]);
+    half_space.normal(&pressure, &mut displacement);
+    half_space.normal_inverse(&displacement, &mut back);
+    assert!(relative_l2(&back, &pressure) < ROUNDING);
+}
+
+#[test]
+fn displacement_far_away_is_that_of_a_point_force() {
+    let grid = Grid {
+        nx: 40,
+        ny: 3,
+        dx: 1.1e-4,
+        dy: 0.7e-4,
+    };
+    let mut half_space = HalfSpace::new(Patch::full(grid).grid, PAIR, Boundary::Free);
+    let mut pressure = vec![0.0; grid.len()];
+    pressure[grid.index(0, 1)] = 1e6;
+    let mut displacement = vec![0.0; grid.len()];
+    half_space.normal(&pressure, &mut displacement);
+    let force = 1e6 * grid.cell_area();
+    for i in [10, 39] {
+        let r = i as f64 * grid.dx;
+        let expected = force * both(|g, nu| (1.0 - nu) / (TAU * g)) / r;
+        // The first correction of a rectangle is of order (cell/r)²/24.
+        let tolerance = 1.0 / (10.0 * (i * i) as f64);
+        assert!((displacement[grid.index(i, 1)] / expected - 1.0).abs() < tolerance);
+    }
+}

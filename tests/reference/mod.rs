@@ -1,0 +1,75 @@
+//! The closed forms against one another, against quadrature and against their own limits.
+
+mod axisymmetric;
+mod cattaneo_mindlin;
+mod elliptic;
+mod hertz;
+mod punch;
+mod wear;
+mod westergaard;
+
+use fretwear::contact::{Elastic, Pair};
+use fretwear::reference::{CattaneoMindlin, Hertz, elastic};
+
+/// Two different bodies, so that a formula that forgets one of them fails.
+pub const PAIR: Pair = Pair {
+    lower: Elastic {
+        youngs_modulus: 198.4e9,
+        poisson_ratio: 0.3,
+    },
+    upper: Elastic {
+        youngs_modulus: 71.0e9,
+        poisson_ratio: 0.34,
+    },
+};
+
+/// Closed forms against quadrature that converges geometrically: what is left is rounding.
+pub const QUADRATURE: f64 = 1e-10;
+
+pub fn hertz() -> Hertz {
+    Hertz {
+        radius: 0.05,
+        load: 320.0,
+        effective_modulus: elastic::effective_modulus(&PAIR),
+    }
+}
+
+pub fn cattaneo_mindlin() -> CattaneoMindlin {
+    CattaneoMindlin {
+        radius: 0.05,
+        load: 320.0,
+        friction_coefficient: 0.6,
+        pair: PAIR,
+    }
+}
+
+#[test]
+fn a_pair_of_one_material_reduces_to_the_textbook_moduli() {
+    let (e, nu) = (198.4e9, 0.3);
+    let pair = Pair::same(Elastic {
+        youngs_modulus: e,
+        poisson_ratio: nu,
+    });
+    let shear = e / (2.0 * (1.0 + nu));
+    let close = |found: f64, expected: f64| (found / expected - 1.0).abs() < 1e-14;
+    assert!(close(
+        elastic::effective_modulus(&pair),
+        e / (2.0 * (1.0 - nu * nu))
+    ));
+    assert!(close(
+        elastic::tangential_modulus(&pair),
+        shear / (2.0 * (2.0 - nu))
+    ));
+    assert!(close(
+        elastic::directional_compliance(&pair),
+        2.0 * nu / shear
+    ));
+    assert!(close(
+        pair.effective_modulus(),
+        elastic::effective_modulus(&pair)
+    ));
+    assert!(close(
+        PAIR.effective_modulus(),
+        elastic::effective_modulus(&PAIR)
+    ));
+}
