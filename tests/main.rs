@@ -3,6 +3,8 @@
 mod contact;
 mod quadrature;
 mod reference;
+#[cfg(feature = "polars")]
+mod report;
 mod scene;
 mod surface;
 mod units;

@@ -1,5 +1,6 @@
 //! The summaries of several runs as one table.
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -164,8 +165,10 @@ fn scan(keys: &Keys, rows: Rows) -> PolarsResult<DataFrame> {
         .iter()
         .map(|column| Field::new(column.name.as_str().into(), data_type(column.kind)))
         .collect();
+    // A run that is asked for twice has its files read once; the join gives both their rows.
+    let files: BTreeSet<&str> = keys.paths.iter().map(|path| path.as_str()).collect();
     let summaries = LazyFrame::scan_parquet_files(
-        keys.paths.iter().cloned().collect(),
+        files.into_iter().map(PlRefPath::new).collect(),
         ScanArgsParquet {
             schema: Some(Arc::new(schema)),
             allow_missing_columns: true,
@@ -279,6 +282,7 @@ impl Comparison {
                     AnyValue::Int64(value) => Cell::Integer(value),
                     AnyValue::Float64(value) => Cell::Number(value),
                     AnyValue::String(value) => Cell::Text(value.to_owned()),
+                    AnyValue::StringOwned(value) => Cell::Text(value.to_string()),
                     AnyValue::Null => Cell::Absent,
                     other => unreachable!("no column of a comparison holds {other:?}"),
                 }

@@ -10,7 +10,7 @@ use crate::store::StoreError;
 #[derive(Debug, thiserror::Error)]
 pub enum CompareError {
     /// A folder that is no run, or a run that cannot be read.
-    #[error("{}: {source}", run.display())]
+    #[error("{source}")]
     Run {
         /// Folder of the run.
         run: PathBuf,
