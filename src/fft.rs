@@ -114,9 +114,10 @@ impl Convolution {
         (self.py / 2 + 1) * self.px
     }
 
-    /// Pairs of transforms done so far.
-    pub fn pairs(&self) -> f64 {
-        self.pairs
+    /// Pairs of transforms done since the last call. Sums begin at zero each time, so that equal work gives equal sums whatever was
+    /// done before it.
+    pub fn take_pairs(&mut self) -> f64 {
+        std::mem::take(&mut self.pairs)
     }
 
     /// A kernel in transformed space from its values at signed cell offsets, |i| < nx and |j| < ny.

@@ -85,9 +85,9 @@ impl Watcher {
             .cycles
             .map_or(String::new(), |all| format!(" of {}", grouped(all)));
         line += &format!(
-            ", {}{of} cycles, worn {:.4} mm³",
+            ", {}{of} cycles, worn {} mm³",
             grouped(progress.cycles),
-            progress.volume * 1e9
+            significant(progress.volume * 1e9)
         );
         if progress.error > 0.0 {
             line += &format!(" ±{:.1} %", progress.error * 100.0);
@@ -165,6 +165,17 @@ fn grouped(number: u64) -> String {
         text.push(digit);
     }
     text
+}
+
+/// Four significant digits.
+fn significant(value: f64) -> String {
+    match value {
+        0.0 => "0".to_owned(),
+        v if (0.01..1000.0).contains(&v) => {
+            format!("{v:.*}", (3 - v.log10().floor() as i32) as usize)
+        }
+        v => format!("{v:.3e}"),
+    }
 }
 
 fn duration(seconds: f64) -> String {

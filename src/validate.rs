@@ -13,7 +13,7 @@ use crate::grid::{Grid, Patch};
 use crate::reference::{CappedHertz, CattaneoMindlin, CircularPunch, Hertz, Westergaard, elastic};
 
 /// One quantity on one grid.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Row {
     /// The closed form.
     pub case: &'static str,

@@ -157,6 +157,8 @@ fn parse_time(text: &str) -> Result<f64, String> {
 enum CliError {
     #[error(transparent)]
     Run(#[from] RunError),
+    #[error("there is no run at {}; name the scene to begin it with", path.display())]
+    NothingToRun { path: PathBuf },
     #[error("{table} is no table; the tables are {known}")]
     UnknownTable { table: String, known: String },
     #[error("cannot watch for signals: {0}")]
@@ -188,7 +190,16 @@ impl CliError {
             CliError::Run(error) if error.is_scene() => Exit::Scene,
             CliError::Run(error) if error.is_not_converged() => Exit::NotConverged,
             CliError::Run(RunError::Store(error)) if error.is_damage_or_mismatch() => Exit::Damaged,
-            CliError::UnknownTable { .. } => Exit::Scene,
+            CliError::Output(source) if source.kind() == std::io::ErrorKind::BrokenPipe => {
+                Exit::Done
+            }
+            CliError::Run(RunError::Store(
+                StoreError::NoRun { .. } | StoreError::NoIteration { .. },
+            ))
+            | CliError::NothingToRun { .. }
+            | CliError::UnknownTable { .. } => Exit::Scene,
+            #[cfg(feature = "polars")]
+            CliError::Compare(error) if error.is_nothing_to_compare() => Exit::Scene,
             #[cfg(feature = "polars")]
             CliError::Compare(error) if error.is_damage_or_mismatch() => Exit::Damaged,
             _ => Exit::Failure,
@@ -209,7 +220,10 @@ pub fn main() -> ExitCode {
         Command::Compare(arguments) => compare::compare(&arguments),
     };
     let exit = result.unwrap_or_else(|error| {
-        eprintln!("error: {error}");
+        // A reader that has seen enough (`| head`) is no failure of ours.
+        if !matches!(&error, CliError::Output(source) if source.kind() == std::io::ErrorKind::BrokenPipe) {
+            eprintln!("error: {error}");
+        }
         error.exit()
     });
     ExitCode::from(exit as u8)

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use fretwear::scene::{self, Scene};
 use fretwear::stages::{self, Ending, Inputs, RunOptions, Source};
-use fretwear::store::RealFileSystem;
+use fretwear::store::{RealFileSystem, StoreError};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
@@ -52,8 +52,8 @@ pub fn run(arguments: RunArguments) -> Result<Exit, CliError> {
     let outcome = match result {
         Ok(outcome) => outcome,
         Err(error) => {
-            if root.join("run.json").is_file() {
-                eprintln!("what is committed in {} is kept", root.display());
+            if error.is_not_converged() {
+                eprintln!("what {} holds is kept", root.display());
             }
             return Err(error.into());
         }
@@ -72,11 +72,17 @@ pub fn run(arguments: RunArguments) -> Result<Exit, CliError> {
 /// The scene, and the folder of its run.
 fn scene_and_root(arguments: &RunArguments) -> Result<(Scene, PathBuf), CliError> {
     let stored = |run: &Path| run.join("scene.toml");
-    let path = match (&arguments.scene, &arguments.run, &arguments.from) {
+    let source = arguments.from.as_ref().map(|source| &source.run);
+    let path = match (&arguments.scene, &arguments.run, source) {
         (Some(scene), _, _) => scene.clone(),
         (None, Some(run), _) if stored(run).is_file() => stored(run),
-        (None, _, Some(source)) => stored(&source.run),
-        (None, Some(run), None) => stored(run),
+        (None, _, Some(run)) if stored(run).is_file() => stored(run),
+        (None, _, Some(run)) => {
+            return Err(StoreError::NoRun { path: run.clone() }.into());
+        }
+        (None, Some(run), None) => {
+            return Err(CliError::NothingToRun { path: run.clone() });
+        }
         (None, None, None) => unreachable!("the arguments require a scene, a run or a source"),
     };
     let scene = scene::load(&path, &arguments.sets)?;

@@ -8,8 +8,9 @@ use std::time::Instant;
 use fretwear::contact::HalfSpace;
 use fretwear::scene::{self, Plan};
 use fretwear::stages::Inputs;
-use fretwear::store::{FileSystem, LockAttempt, RealFileSystem, RunReader};
+use fretwear::store::{LockHolder, RealFileSystem, RunReader};
 use fretwear::tables::TableName;
+use fretwear::validate;
 use serde_json::{Value, json};
 
 use super::report::{row, write_summary};
@@ -87,10 +88,7 @@ pub fn status(root: &Path, as_json: bool) -> Result<Exit, CliError> {
     let summary = latest
         .map(|k| reader.read(k, TableName::Summary))
         .transpose()?;
-    let running = match RealFileSystem.try_lock(&root.join("lock"))? {
-        LockAttempt::Held { pid } => Some(pid),
-        LockAttempt::Taken(_) => None,
-    };
+    let running = RealFileSystem.lock_holder(&root.join("lock"))?;
     let damaged: Vec<String> = reader
         .reports()
         .iter()
@@ -106,8 +104,8 @@ pub fn status(root: &Path, as_json: bool) -> Result<Exit, CliError> {
         writeln!(out, "{}", Value::Object(object))?;
     } else {
         let state = match running {
-            Some(Some(pid)) => format!("running (process {pid})"),
-            Some(None) => "running".to_owned(),
+            Some(LockHolder { pid: Some(pid) }) => format!("running (process {pid})"),
+            Some(LockHolder { pid: None }) => "running".to_owned(),
             None => "not running".to_owned(),
         };
         match latest {
@@ -209,7 +207,34 @@ pub fn schema(table: Option<&str>) -> Result<Exit, CliError> {
     Ok(Exit::Done)
 }
 
-/// Prints the closed forms against the program.
-pub fn validate(_as_json: bool) -> Result<Exit, CliError> {
+/// Prints the closed forms against the program, from the coarsest grid of each to the finest.
+pub fn validate(as_json: bool) -> Result<Exit, CliError> {
+    let mut out = std::io::stdout().lock();
+    let rows = validate::run()?;
+    if !as_json {
+        let head = [
+            "case", "quantity", "grid", "computed", "exact", "error", "order",
+        ];
+        let [case, quantity, grid, computed, exact, error, order] = head;
+        writeln!(
+            out,
+            "{case:<20} {quantity:<32} {grid:>9} {computed:>13} {exact:>13}      {error:>8} {order:>6}"
+        )?;
+    }
+    for row in &rows {
+        if as_json {
+            writeln!(out, "{}", json!(row))?;
+            continue;
+        }
+        let grid = format!("{}x{}", row.grid[0], row.grid[1]);
+        let order = row
+            .order
+            .map_or("-".to_owned(), |order| format!("{order:.2}"));
+        writeln!(
+            out,
+            "{:<20} {:<32} {grid:>9} {:>13.6e} {:>13.6e} {:<4} {:>8.1e} {order:>6}",
+            row.case, row.quantity, row.computed, row.exact, row.unit, row.relative_error,
+        )?;
+    }
     Ok(Exit::Done)
 }

@@ -97,9 +97,9 @@ impl HalfSpace {
         self.boundary
     }
 
-    /// Pairs of transforms done so far, in units of a pair at the size of the compliance's convolution.
-    pub fn pairs(&self) -> f64 {
-        self.convolution.pairs() + self.inverse.pairs()
+    /// Pairs of transforms done since the last call, in units of a pair at the size of the compliance's convolution.
+    pub fn take_pairs(&mut self) -> f64 {
+        self.convolution.take_pairs() + self.inverse.take_pairs()
     }
 
     /// Displacement of a cell under unit pressure on itself alone \[m/Pa\]: the scale of the smallest eigenvalues of K.

@@ -4,7 +4,7 @@
 //! they count in kt and not in kn.
 
 use super::error::ContactError;
-use super::half_space::{HalfSpace, Shear};
+use super::half_space::{Boundary, HalfSpace, Shear};
 use super::tangential::{compliance, stiffness};
 use crate::grid::ByAxis;
 
@@ -20,7 +20,8 @@ const MAX_ITERATIONS: usize = 2000;
 pub struct Stiffness {
     /// Traction per displacement on each cell, 0 off the set; one field an axis \[Pa/m\].
     pub density: ByAxis<Vec<f64>>,
-    /// Resultant along the displacement \[N/m\].
+    /// Resultant along the displacement \[N/m\]; infinite for a full periodic contact, which no load displaces against the
+    /// mean.
     pub total: f64,
     /// Conjugate gradient iterations.
     pub iterations: usize,
@@ -77,6 +78,13 @@ fn linearise(
         for &c in &cells {
             residual[axis][c] = unit[axis];
         }
+    }
+    if half_space.boundary() == Boundary::Periodic && cells.len() == grid.len() {
+        return Ok(Stiffness {
+            density,
+            total: f64::INFINITY,
+            iterations: 0,
+        });
     }
     let dot = |a: &Field, b: &Field| -> f64 {
         (0..axes)

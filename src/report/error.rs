@@ -69,6 +69,18 @@ pub enum CompareError {
 }
 
 impl CompareError {
+    /// True for a folder that is no run, or a run without an iteration.
+    pub fn is_nothing_to_compare(&self) -> bool {
+        matches!(
+            self,
+            CompareError::Empty { .. }
+                | CompareError::Run {
+                    source: StoreError::NoRun { .. },
+                    ..
+                }
+        )
+    }
+
     /// True for a run that is damaged or of another format, rather than absent or empty.
     pub fn is_damage_or_mismatch(&self) -> bool {
         matches!(self, CompareError::Run { source, .. } if source.is_damage_or_mismatch())

@@ -103,7 +103,8 @@ impl Context<'_> {
         work: impl FnOnce(&mut FrettingJoint) -> Result<T, WearError>,
     ) -> Result<(T, f64), RunError> {
         self.observer.stage(stage, self.wear_iteration);
-        let (begin, before) = (Instant::now(), self.joint.half_space.pairs());
+        let begin = Instant::now();
+        self.joint.half_space.take_pairs();
         let wear_iteration = self.wear_iteration;
         let result = work(&mut self.joint).map_err(|source| match source {
             WearError::Contact(source) => RunError::Contact {
@@ -117,7 +118,7 @@ impl Context<'_> {
                 source,
             },
         })?;
-        let fft_pairs = self.joint.half_space.pairs() - before;
+        let fft_pairs = self.joint.half_space.take_pairs();
         self.timing.push(Timing {
             stage,
             seconds: begin.elapsed().as_secs_f64(),

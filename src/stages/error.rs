@@ -40,7 +40,7 @@ pub enum RunError {
         /// The file.
         path: PathBuf,
         /// What is wrong.
-        problem: HistoryProblem,
+        problem: Box<HistoryProblem>,
     },
     /// A contact solve failed.
     #[error("{stage} of iteration {wear_iteration}: {source}")]

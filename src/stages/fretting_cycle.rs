@@ -14,8 +14,7 @@ pub struct Cycle {
     pub fft_pairs: f64,
 }
 
-/// Solves the steady cycle. It is the last stage of an iteration: its tables are complete with the summary's, and an
-/// iteration that has them is about to be committed.
+/// Solves the steady cycle. Its fields, which replace those that it started from, are left to [`put_fields`].
 pub fn fretting_cycle(
     context: &mut Context,
     draft: &mut Draft,
@@ -45,15 +44,22 @@ pub fn fretting_cycle(
         &keys.fretting_cycle,
         &instants(&solution.instants)?,
     )?;
-    draft.put(
-        TableName::ContactField,
-        &keys.fretting_cycle,
-        &fields(context, contact, &solution)?,
-    )?;
     Ok(Cycle {
         solution,
         fft_pairs,
     })
+}
+
+/// Writes the fields of the cycle, the last table of an iteration: until then all that the cycle started from is in the draft.
+pub fn put_fields(
+    context: &Context,
+    draft: &mut Draft,
+    keys: &Keys,
+    contact: &StaticContact,
+    cycle: &Cycle,
+) -> Result<(), RunError> {
+    let fields = fields(context, contact, &cycle.solution)?;
+    Ok(draft.put(TableName::ContactField, &keys.fretting_cycle, &fields)?)
 }
 
 /// True if an earlier start completed the tables of the cycle and the summary.

@@ -40,9 +40,9 @@ impl Inputs {
         let motion = match (motion_of(&scene), &scene.motion) {
             (Some(motion), _) => motion,
             (None, Some(SceneMotion::History { path })) => {
-                let wrong = |problem| RunError::History {
+                let wrong = |problem: HistoryProblem| RunError::History {
                     path: path.clone(),
-                    problem,
+                    problem: Box::new(problem),
                 };
                 let bytes = std::fs::read(path).map_err(|e| wrong(e.into()))?;
                 canonical["motion"]["content"] = json!(blake3::hash(&bytes).to_hex().as_str());

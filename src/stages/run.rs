@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use super::context::{Context, Keys, kept};
 use super::state::{self, Committed};
-use super::summary::{FREE_KEYS, summary};
+use super::summary::{FREE_KEYS, INHERITED_KEYS, summary};
 use super::{Inputs, RunError, Stage, fretting_cycle, static_contact, surface, wear};
 use crate::scene::{self, Surface, Wear};
-use crate::store::{Draft, FileSystem, Keep, Opening, RunIdentity, RunStore, StageKey};
+use crate::store::{Draft, FileSystem, Keep, Opening, RunIdentity, RunStore, StageKey, StoreError};
 use crate::tables::{Table, TableName};
 
 /// Where a sibling run begins.
@@ -113,7 +113,10 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
         // Whatever the next iteration depends on is read back from what is committed, so that a run which is continued
         // computes from the very same numbers as one that is not interrupted.
         let before = match (store.latest(), &inputs.scene.wear) {
-            (Some(latest), Some(_)) => Some(state::read(&context, &store, latest)?),
+            (Some(latest), Some(_)) => {
+                context.wear_iteration = latest;
+                Some(state::read(&mut context, &store, latest)?)
+            }
             (Some(_), None) => return outcome(&store, Ending::Done),
             (None, _) => None,
         };
@@ -169,9 +172,10 @@ fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunEr
         threads: 1,
         seed,
         free_keys: FREE_KEYS.map(str::to_owned).to_vec(),
+        inherited_keys: INHERITED_KEYS.map(str::to_owned).to_vec(),
     };
     let file_system = options.file_system.clone();
-    let (store, opening) = match &options.source {
+    let (mut store, opening) = match &options.source {
         None => RunStore::create_or_open(file_system, &options.root, &identity)?,
         Some(source) => RunStore::create_sibling(
             file_system,
@@ -185,6 +189,8 @@ fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunEr
     if inputs.scene.wear.is_some() {
         committed(&store, inputs, observer)?;
     }
+    // A run that was killed before it pruned, or is finished and now keeps less, has no commit that would do it.
+    prune(&mut store, inputs)?;
     Ok(store)
 }
 
@@ -228,6 +234,7 @@ fn iterate(
             fretting_cycle::fretting_cycle(context, draft, keys, &worn.wear, &contact, &shear)?;
         let row = summary(context, before, &worn, &contact, Some(&cycle))?;
         put_summary(draft, &keys.fretting_cycle, &row)?;
+        fretting_cycle::put_fields(context, draft, keys, &contact, &cycle)?;
     }
     Ok(None)
 }
@@ -285,7 +292,12 @@ fn prune(store: &mut RunStore, inputs: &Inputs) -> Result<(), RunError> {
 fn outcome(store: &RunStore, ending: Ending) -> Result<Outcome, RunError> {
     let mut timing = BTreeMap::new();
     for wear_iteration in store.reader().iterations() {
-        let table = store.read(wear_iteration, TableName::Timing)?;
+        let table = match store.read(wear_iteration, TableName::Timing) {
+            Ok(table) => table,
+            // No result depends on it.
+            Err(StoreError::Damaged(_)) => continue,
+            Err(error) => return Err(error.into()),
+        };
         for (stage, seconds) in table.text("stage")?.iter().zip(table.f64("seconds")?) {
             *timing.entry(stage.clone()).or_insert(0.0) += seconds;
         }

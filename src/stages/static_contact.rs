@@ -1,7 +1,7 @@
 //! Pressure and gap under the mean load, and the stiffness of the contact.
 
 use super::context::{Context, Keys, gather, kept, kept_cells};
-use super::{RunError, Stage, curves};
+use super::{RunError, Stage, curves, fretting_cycle};
 use crate::contact::normal::NormalSolution;
 use crate::contact::stiffness;
 use crate::grid::ByAxis;
@@ -69,44 +69,9 @@ pub fn static_contact(
     wear: &[f64],
     predicted: Option<Predicted>,
 ) -> Result<(StaticContact, ByAxis<Vec<f64>>), RunError> {
-    // The cycle replaces the fields by its own, under its key: they hold the same gap and pressure.
-    let fields = match kept(draft, TableName::ContactField, &keys.static_contact)? {
-        Some(table) => Some(table),
-        None => kept(draft, TableName::ContactField, &keys.fretting_cycle)?,
-    };
-    let row = kept(draft, TableName::StaticContact, &keys.static_contact)?;
-    let curve_done = !context.curves_due()
-        || kept(draft, TableName::Indentation, &keys.static_contact)?.is_some();
-    if let (Some(fields), Some(row), true) = (fields, row, curve_done) {
-        let Predicted {
-            gap,
-            pressure,
-            shear,
-        } = Predicted::of(context, &fields)?;
-        let solution = NormalSolution {
-            pressure,
-            gap,
-            approach: row.f64("approach")?[0],
-            iterations: row.i64("iterations")?[0] as usize,
-            exchanges: 0,
-            error: row.f64("error")?[0],
-        };
-        let (kn, kt, fft_pairs) = (
-            row.f64("kn")?[0],
-            row.f64("kt")?[0],
-            row.f64("fft_pairs")?[0],
-        );
-        return Ok((
-            StaticContact {
-                solution,
-                kn,
-                kt,
-                fft_pairs,
-            },
-            shear,
-        ));
+    if let Some(done) = resume(context, draft, keys)? {
+        return Ok(done);
     }
-
     let shear_axes = context.inputs.plan.shear;
     let curve_due = context.curves_due();
     let start = predicted.as_ref().map(|p| &p.pressure[..]);
@@ -162,4 +127,43 @@ pub fn static_contact(
         },
         fields.shear,
     ))
+}
+
+/// The static contact as an earlier start left it, if all of it is there; with the shear for the cycle to start from.
+pub fn resume(
+    context: &Context,
+    draft: &mut Draft,
+    keys: &Keys,
+) -> Result<Option<(StaticContact, ByAxis<Vec<f64>>)>, RunError> {
+    let mut fields = kept(draft, TableName::ContactField, &keys.static_contact)?;
+    // The cycle replaces the fields by its own, with the same gap and pressure, but another shear than the one that it started
+    // from: they serve only where it will not be computed again.
+    if fields.is_none() && fretting_cycle::is_complete(context, draft, keys)? {
+        fields = kept(draft, TableName::ContactField, &keys.fretting_cycle)?;
+    }
+    let row = kept(draft, TableName::StaticContact, &keys.static_contact)?;
+    let curve_done = !context.curves_due()
+        || kept(draft, TableName::Indentation, &keys.static_contact)?.is_some();
+    let (Some(fields), Some(row), true) = (fields, row, curve_done) else {
+        return Ok(None);
+    };
+    let Predicted {
+        gap,
+        pressure,
+        shear,
+    } = Predicted::of(context, &fields)?;
+    let contact = StaticContact {
+        solution: NormalSolution {
+            pressure,
+            gap,
+            approach: row.f64("approach")?[0],
+            iterations: row.i64("iterations")?[0] as usize,
+            exchanges: 0,
+            error: row.f64("error")?[0],
+        },
+        kn: row.f64("kn")?[0],
+        kt: row.f64("kt")?[0],
+        fft_pairs: row.f64("fft_pairs")?[0],
+    };
+    Ok(Some((contact, shear)))
 }

@@ -10,7 +10,10 @@ use crate::surface::statistics::roughness;
 use crate::tables::{Table, TableName};
 
 /// Keys that cannot alter what is already computed: where a run stops and what it keeps.
-pub const FREE_KEYS: [&str; 3] = ["wear.cycles", "wear.volume", "output.keep"];
+pub const FREE_KEYS: [&str; 3] = ["wear.cycles", "wear.volume", "output.keep.*"];
+
+/// Keys that a run shares with the one it begins from: wear belongs to the cells and heights that wore.
+pub const INHERITED_KEYS: [&str; 2] = ["joint.*", "surface.*"];
 
 /// Pressure above this part of the largest counts as load: area by p > 0 alone hangs on cells that carry next to nothing.
 const LOADED: f64 = 1e-3;
@@ -61,6 +64,8 @@ pub fn summary(
     }
     if let (Some(wear), Some(cycle)) = (&context.inputs.scene.wear, cycle) {
         let volume = before.map_or(0.0, |b| b.volume) + worn.volume;
+        // A run that began from another may wear at another coefficient than it.
+        let energy = before.map_or(0.0, |b| b.energy) + worn.volume / wear.coefficient;
         let error = before.map_or(0.0, |b| b.error) + worn.error;
         table = table
             .column(
@@ -73,7 +78,7 @@ pub fn summary(
                 "wear_rate",
                 vec![wear.coefficient * cycle.solution.dissipation],
             )
-            .column("dissipated_energy_total", vec![volume / wear.coefficient])
+            .column("dissipated_energy_total", vec![energy])
             .column(
                 "error_wear",
                 vec![if volume > 0.0 { error / volume } else { 0.0 }],

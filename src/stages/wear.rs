@@ -3,7 +3,7 @@
 use super::context::{Context, Keys, gather, kept, kept_cells};
 use super::state::Committed;
 use super::static_contact::Predicted;
-use super::{RunError, Stage};
+use super::{RunError, Stage, static_contact};
 use crate::grid::ByAxis;
 use crate::scene::{Scheme, Wear};
 use crate::store::{Draft, StageKey};
@@ -208,14 +208,9 @@ fn resume(
     };
     let predicted = match kept(draft, TableName::ContactField, key)? {
         Some(table) => Some(Predicted::of(context, &table)?),
-        None => {
-            let replaced = kept(draft, TableName::ContactField, &keys.static_contact)?.is_some()
-                || kept(draft, TableName::ContactField, &keys.fretting_cycle)?.is_some();
-            if !replaced {
-                return Ok(None);
-            }
-            None
-        }
+        // Anything less than the whole static contact would have to be computed from the prediction again.
+        None if static_contact::resume(context, draft, keys)?.is_none() => return Ok(None),
+        None => None,
     };
     Ok(Some(Worn {
         wear: context.field(&field, "wear_depth")?,

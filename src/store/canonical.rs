@@ -18,7 +18,7 @@ pub struct KeyChange {
 impl fmt::Display for KeyChange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let text = |value: &Option<Value>| match value {
-            None => "absent".to_owned(),
+            None | Some(Value::Null) => "absent".to_owned(),
             Some(value) => value.to_string(),
         };
         write!(
@@ -89,8 +89,10 @@ pub(super) fn flatten(value: &Value) -> BTreeMap<String, Value> {
 pub(super) fn differences(before: &Value, after: &Value) -> Vec<KeyChange> {
     let (before, after) = (flatten(before), flatten(after));
     let keys: BTreeSet<&String> = before.keys().chain(after.keys()).collect();
+    // Null is how a resolved scene writes a key that is not given.
+    let text = |value: Option<&Value>| value.filter(|value| !value.is_null()).map(canonical);
     keys.into_iter()
-        .filter(|&key| before.get(key).map(canonical) != after.get(key).map(canonical))
+        .filter(|&key| text(before.get(key)) != text(after.get(key)))
         .map(|key| KeyChange {
             key: key.clone(),
             before: before.get(key).cloned(),

@@ -63,8 +63,8 @@ impl Draft {
     ) -> Result<Draft, StoreError> {
         let folder = layout.draft(wear_iteration);
         let keys = layout.draft_keys(wear_iteration);
-        files.make_dir(&folder)?;
-        files.make_dir(&keys)?;
+        files.make_dir_unsynced(&folder)?;
+        files.make_dir_unsynced(&keys)?;
         Ok(Draft {
             files: files.clone(),
             folder,
@@ -112,8 +112,10 @@ impl Draft {
         // The key goes first and comes last: a table without one counts for nothing.
         self.files.remove_file_if_there(&key_path)?;
         self.files.remove_file_if_there(&path)?;
-        self.files.write_new(&path, &bytes)?;
-        self.files.write_new(&key_path, &json(&key_path, &keyed)?)?;
+        // The commit waits for the disk, once for all. Until then the hash tells a cut file.
+        self.files.write_unsynced(&path, &bytes)?;
+        self.files
+            .write_unsynced(&key_path, &json(&key_path, &keyed)?)?;
         self.entries.insert(table, keyed.entry);
         Ok(())
     }
@@ -142,7 +144,7 @@ pub(super) fn encode(
 ) -> Result<(Vec<u8>, KeyedEntry), StoreError> {
     let table_error = |source| StoreError::Table {
         path: path.to_owned(),
-        source,
+        source: Box::new(source),
     };
     if values.schema() != table.schema() {
         return Err(table_error(TableError::OtherTable {
@@ -212,7 +214,10 @@ pub(super) fn read_entry(
     };
     from_parquet(&bytes, table.schema())
         .map(Ok)
-        .map_err(|source| StoreError::Table { path, source })
+        .map_err(|source| StoreError::Table {
+            path,
+            source: Box::new(source),
+        })
 }
 
 /// Removes from staging what belongs to no draft of `next`, or does not verify. Returns what is left and what was removed.

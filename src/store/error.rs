@@ -38,6 +38,17 @@ pub enum StoreError {
         /// What differs.
         keys: Vec<KeyChange>,
     },
+    /// A scene that cannot go on from the state of another run.
+    #[error(
+        "a run from {} cannot have another joint: {}; begin a run of its own",
+        path.display(), list(keys)
+    )]
+    NotInherited {
+        /// The run to begin from.
+        path: PathBuf,
+        /// What differs.
+        keys: Vec<KeyChange>,
+    },
     /// A folder that holds something else than a run.
     #[error("{} is not a run: it has no run.json but holds `{found}`; give another folder", path.display())]
     NotARun {
@@ -149,7 +160,7 @@ pub enum StoreError {
         /// The file.
         path: PathBuf,
         /// What is wrong.
-        source: TableError,
+        source: Box<TableError>,
     },
     /// A value that has no JSON form.
     #[error("{} cannot be written as JSON: {source}", path.display())]
@@ -166,13 +177,14 @@ impl StoreError {
     pub fn is_damage_or_mismatch(&self) -> bool {
         match self {
             StoreError::SceneChanged { .. }
+            | StoreError::NotInherited { .. }
             | StoreError::NotARun { .. }
             | StoreError::Damaged(_)
             | StoreError::Format { .. }
             | StoreError::UnfinishedSibling { .. }
             | StoreError::OtherOrigin { .. } => true,
             StoreError::Table { source, .. } => matches!(
-                source,
+                **source,
                 TableError::Version { .. }
                     | TableError::OtherTable { .. }
                     | TableError::NotOurs { .. }

@@ -3,6 +3,8 @@
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, Write};
 use std::path::Path;
+use std::thread::sleep;
+use std::time::Duration;
 
 /// One entry of a folder.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -43,8 +45,10 @@ pub enum LockAttempt {
 pub trait FileSystem: Send + Sync {
     /// Creates a folder and those above it; one that exists is no error.
     fn create_dir_all(&self, path: &Path) -> io::Result<()>;
-    /// Writes a file that must not exist, and returns when its content is on the disk.
+    /// Writes a file that must not exist, without waiting for the disk.
     fn write_new(&self, path: &Path, bytes: &[u8]) -> io::Result<()>;
+    /// Returns when the content of a file is on the disk.
+    fn sync_file(&self, path: &Path) -> io::Result<()>;
     /// The content of a file.
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
     /// Renames a file, replacing one at the target, or a folder.
@@ -69,15 +73,56 @@ pub trait FileSystem: Send + Sync {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RealFileSystem;
 
+/// Who holds a lock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LockHolder {
+    /// The process, if the lock file tells.
+    pub pid: Option<u32>,
+}
+
+/// Times that a lock is tried, and the wait between: whoever only asks for the holder takes it for an instant.
+const TRIES: usize = 5;
+const BETWEEN_TRIES: Duration = Duration::from_millis(20);
+
+impl RealFileSystem {
+    /// Who holds the lock of a file, without changing anything; `None` if nobody does.
+    ///
+    /// # Errors
+    /// Those of the system, but for a file that is not there.
+    pub fn lock_holder(&self, path: &Path) -> io::Result<Option<LockHolder>> {
+        let mut file = match File::open(path) {
+            Ok(file) => file,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(error),
+        };
+        match file.try_lock_shared() {
+            Ok(()) => Ok(None),
+            Err(TryLockError::WouldBlock) => Ok(Some(LockHolder {
+                pid: holder_in(&mut file)?,
+            })),
+            Err(TryLockError::Error(error)) => Err(error),
+        }
+    }
+}
+
+fn holder_in(file: &mut File) -> io::Result<Option<u32>> {
+    let mut holder = String::new();
+    file.read_to_string(&mut holder)?;
+    Ok(holder.trim().parse().ok())
+}
+
 impl FileSystem for RealFileSystem {
     fn create_dir_all(&self, path: &Path) -> io::Result<()> {
         fs::create_dir_all(path)
     }
 
     fn write_new(&self, path: &Path, bytes: &[u8]) -> io::Result<()> {
-        let mut file = File::create_new(path)?;
-        file.write_all(bytes)?;
-        file.sync_all()
+        File::create_new(path)?.write_all(bytes)
+    }
+
+    fn sync_file(&self, path: &Path) -> io::Result<()> {
+        // Some systems want the right to write for it.
+        OpenOptions::new().write(true).open(path)?.sync_all()
     }
 
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
@@ -143,20 +188,24 @@ impl FileSystem for RealFileSystem {
             .create(true)
             .truncate(false)
             .open(path)?;
-        match file.try_lock() {
+        let mut attempt = file.try_lock();
+        for _ in 1..TRIES {
+            if !matches!(attempt, Err(TryLockError::WouldBlock)) {
+                break;
+            }
+            sleep(BETWEEN_TRIES);
+            attempt = file.try_lock();
+        }
+        match attempt {
             Ok(()) => {
                 file.set_len(0)?;
                 file.rewind()?;
                 write!(file, "{}", std::process::id())?;
                 Ok(LockAttempt::Taken(Box::new(file)))
             }
-            Err(TryLockError::WouldBlock) => {
-                let mut holder = String::new();
-                file.read_to_string(&mut holder)?;
-                Ok(LockAttempt::Held {
-                    pid: holder.trim().parse().ok(),
-                })
-            }
+            Err(TryLockError::WouldBlock) => Ok(LockAttempt::Held {
+                pid: holder_in(&mut file)?,
+            }),
             Err(TryLockError::Error(error)) => Err(error),
         }
     }

@@ -114,10 +114,28 @@ impl Files {
         Ok(())
     }
 
+    /// Writes a file that must not exist, and returns when its content is on the disk.
     pub fn write_new(&self, path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+        self.write_unsynced(path, bytes)?;
+        self.sync_file(path)
+    }
+
+    /// Writes a file that must not exist. Power loss may cut it.
+    pub fn write_unsynced(&self, path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
         self.0
             .write_new(path, bytes)
             .map_err(io_error("write", path))
+    }
+
+    pub fn sync_file(&self, path: &Path) -> Result<(), StoreError> {
+        self.0.sync_file(path).map_err(io_error("sync", path))
+    }
+
+    /// Creates a folder whose loss in a crash would do no harm.
+    pub fn make_dir_unsynced(&self, path: &Path) -> Result<(), StoreError> {
+        self.0
+            .create_dir_all(path)
+            .map_err(io_error("create the folder", path))
     }
 
     pub fn read(&self, path: &Path) -> Result<Vec<u8>, StoreError> {

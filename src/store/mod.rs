@@ -9,10 +9,10 @@
 //!   damaged/       what did not verify and was set aside
 //! ```
 //!
-//! Nothing exists until it is committed. A draft's tables are written and synced in `staging/`, `commit.json` last; the folder
-//! is then renamed into `iterations/`. A commit names the hash of every file and of its parent, so the latest state is the
-//! highest commit whose chain verifies, never the newest file. `run.json` is written last when a run is created: a folder
-//! without it is no run yet and is completed by the next start.
+//! Nothing exists until it is committed. A draft's tables are written in `staging/`. To commit them they are synced,
+//! `commit.json` is written and synced last, and the folder is renamed into `iterations/`. A commit names the hash of every file
+//! and of its parent, so the latest state is the highest commit whose chain verifies, never the newest file. `run.json` is
+//! written last when a run is created: a folder without it is no run yet and is completed by the next start.
 //!
 //! All access goes through [`FileSystem`], so that tests can make any call fail.
 
@@ -35,7 +35,9 @@ pub use chain::{CommitReport, OnceReport, VerifyReport};
 pub use commit::{Commit, TableEntry};
 pub use draft::{Draft, Kept, Recompute};
 pub use error::{Damage, DamageKind, StoreError};
-pub use file_system::{Entry, FileSystem, LockAttempt, LockGuard, Metadata, RealFileSystem};
+pub use file_system::{
+    Entry, FileSystem, LockAttempt, LockGuard, LockHolder, Metadata, RealFileSystem,
+};
 pub use key::StageKey;
 pub use open::{Opening, SetAside};
 pub use reader::RunReader;

@@ -175,9 +175,11 @@ pub(super) fn create(
         files.make_dir(&folder)?;
     }
     write_identity(files, layout, identity)?;
-    let record = RunRecord::new(identity, origin, pruned);
-    write_record(files, layout, &record)?;
-    Ok(record)
+    write_record(files, layout, &RunRecord::new(identity, origin, pruned))?;
+    // As any later start finds it.
+    read_record(files, layout)?.ok_or_else(|| StoreError::NoRun {
+        path: layout.root.clone(),
+    })
 }
 
 /// Brings `scene.toml` and `plan.json` up to date.
@@ -214,10 +216,19 @@ pub(super) fn resume(
             .into_iter()
             .partition(|change| matches(&change.key, &identity.free_keys));
     if !refused.is_empty() {
-        return Err(StoreError::SceneChanged {
-            path: layout.root,
-            keys: refused,
-        });
+        // A scene whose first attempt failed before anything was committed may be mended. Stages know by their keys what
+        // of it still holds.
+        let committed = !chain::folders(&files, &layout)?.is_empty()
+            || !record.pruned.is_empty()
+            || record.origin.is_some()
+            || files.is_there(&layout.damaged())?;
+        if committed {
+            return Err(StoreError::SceneChanged {
+                path: layout.root,
+                keys: refused,
+            });
+        }
+        record = RunRecord::new(identity, None, BTreeMap::new());
     }
     opening.changed_keys = changed;
     // As it is in memory, not as it was read: the text of a float must not drift.
@@ -337,14 +348,13 @@ pub(super) fn discard(
     if gone.is_empty() {
         return Ok(());
     }
-    files.make_dir(&target)?;
+    files.make_dir_unsynced(&target)?;
     for wear_iteration in gone {
         files.rename(
             &layout.iteration(wear_iteration),
             &target.join(iteration_name(wear_iteration)),
         )?;
     }
-    files.sync_dir(&target)?;
     files.sync_dir(&layout.iterations())?;
     files.remove_dir_if_there(&target)
 }

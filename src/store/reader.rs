@@ -1,13 +1,13 @@
 //! A run as a reader sees it.
 
-use super::chain::{self, CommitReport, VerifyReport};
+use super::chain::{self, Chain, CommitReport, VerifyReport};
 use super::commit::Commit;
 use super::draft::{KeyedEntry, read_entry};
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::FileSystem;
 use super::files::{Files, Layout};
 use super::record::{RUN_FORMAT, RunRecord};
-use crate::tables::{Table, TableName};
+use crate::tables::{Table, TableName, provenance_of};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -33,12 +33,7 @@ impl RunReader {
         let layout = Layout {
             root: root.to_owned(),
         };
-        let Some(record) = read_record(&files, &layout)? else {
-            return Err(StoreError::NoRun {
-                path: root.to_owned(),
-            });
-        };
-        let chain = chain::walk(&files, &layout, &record)?;
+        let (record, chain) = walk_beside_a_writer(&files, &layout)?;
         Ok(RunReader {
             files,
             layout,
@@ -107,6 +102,36 @@ impl RunReader {
             .join(table.file_name())
     }
 
+    /// Hash of the scene that an iteration was computed from: another than that of the run for what a sibling inherited.
+    ///
+    /// # Errors
+    /// As for [`RunReader::read`].
+    pub fn scene_hash_of(&self, wear_iteration: u64) -> Result<String, StoreError> {
+        let (commit, folder) = (
+            self.commit_of(wear_iteration)?,
+            self.layout.iteration(wear_iteration),
+        );
+        let table = TableName::Summary;
+        let entry = commit
+            .table(table.as_str())
+            .ok_or_else(|| StoreError::NoTable {
+                path: folder.clone(),
+                table: table.as_str().to_owned(),
+                known: commit.names(),
+            })?;
+        let path = folder.join(&entry.file);
+        let bytes = self
+            .files
+            .read_verified(&path, entry.bytes, &entry.blake3)?
+            .map_err(StoreError::Damaged)?;
+        provenance_of(&bytes, table.schema())
+            .map(|provenance| provenance.scene_hash)
+            .map_err(|source| StoreError::Table {
+                path,
+                source: Box::new(source),
+            })
+    }
+
     /// A table of `once/`, verified, whatever it was computed from; `None` if it is not there.
     ///
     /// # Errors
@@ -136,11 +161,39 @@ impl RunReader {
     /// # Errors
     /// [`StoreError::Io`] if something that is there cannot be read.
     pub fn verify(&self) -> Result<VerifyReport, StoreError> {
+        let (record, chain) = walk_beside_a_writer(&self.files, &self.layout)?;
         Ok(VerifyReport {
-            commits: chain::walk(&self.files, &self.layout, &self.record)?.reports,
-            pruned: self.record.pruned.keys().copied().collect(),
+            commits: chain.reports,
+            pruned: record.pruned.keys().copied().collect(),
             once: chain::check_once(&self.files, &self.layout)?,
         })
+    }
+}
+
+/// Times that a run is looked at while its writer prunes.
+const LOOKS: usize = 8;
+
+/// Verifies the iterations. What a writer prunes meanwhile looks like damage to whoever read `run.json` before.
+fn walk_beside_a_writer(files: &Files, layout: &Layout) -> Result<(RunRecord, Chain), StoreError> {
+    let read = || {
+        read_record(files, layout)?.ok_or_else(|| StoreError::NoRun {
+            path: layout.root.clone(),
+        })
+    };
+    let mut record = read()?;
+    let mut looks = 1;
+    loop {
+        let chain = chain::walk(files, layout, &record)?;
+        let sound = chain.reports.iter().all(|report| report.damage.is_empty());
+        if sound || looks == LOOKS {
+            return Ok((record, chain));
+        }
+        let now = read()?;
+        if now.pruned == record.pruned {
+            return Ok((record, chain));
+        }
+        record = now;
+        looks += 1;
     }
 }
 

@@ -26,6 +26,8 @@ pub struct RunIdentity {
     /// Keys that cannot alter what is already computed: in full, as `wear.cycles`, or a section as `output.*`. They may change
     /// on an existing run and do not count in the scene hash.
     pub free_keys: Vec<String>,
+    /// Keys, in the same form, that a run must share with the one it begins from: its state would mean nothing with others.
+    pub inherited_keys: Vec<String>,
 }
 
 impl RunIdentity {

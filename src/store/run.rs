@@ -148,7 +148,7 @@ impl RunStore {
         let (bytes, keyed) = encode(&folder.join(&file), table, key, values, &self.provenance)?;
         files.require_space(&folder, keyed.entry.bytes)?;
         files.remove_dir_if_there(&staged)?;
-        files.make_dir(&staged)?;
+        files.make_dir_unsynced(&staged)?;
         files.write_new(&staged.join(&file), &bytes)?;
         let key_path = staged.join(&key_file);
         files.write_new(&key_path, &json(&key_path, &keyed)?)?;
@@ -213,6 +213,9 @@ impl RunStore {
                 files.remove_file_if_there(&draft.join(&entry.name))?;
             }
         }
+        for table in commit.tables.values().chain(commit.unchained.values()) {
+            files.sync_file(&draft.join(&table.file))?;
+        }
         let manifest = draft.join(COMMIT_FILE);
         let bytes = json(&manifest, &commit)?;
         files.require_space(&draft, bytes.len() as u64)?;
@@ -236,7 +239,7 @@ impl RunStore {
             k == 0
                 || k == latest
                 || k + keep.last > latest
-                || keep.every.is_some_and(|every| every > 0 && k % every == 0)
+                || keep.every.is_some_and(|every| k.is_multiple_of(every))
                 || keep.also.contains(&k)
         };
         let gone: Vec<u64> = self.reader.iterations().filter(|&k| !kept(k)).collect();

@@ -1,8 +1,9 @@
 //! A run that begins where another one is.
 
+use super::canonical::{as_read, differences, matches};
 use super::commit::{Commit, TableEntry};
 use super::draft::KeyedEntry;
-use super::error::StoreError;
+use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::FileSystem;
 use super::files::{COMMIT_FILE, Files, Layout, json};
 use super::open::{self, Opening};
@@ -17,7 +18,8 @@ impl RunStore {
     /// up to that iteration with its commits as they are, and is not changed.
     ///
     /// # Errors
-    /// [`StoreError::NoIteration`] with the iterations that the source has; [`StoreError::Damaged`] if the source does not
+    /// [`StoreError::NoIteration`] with the iterations that the source has; [`StoreError::NotInherited`] if the scene differs in
+    /// what a state belongs to; [`StoreError::Damaged`] if the source does not
     /// verify up to there; [`StoreError::OtherOrigin`] if the run exists and began otherwise; [`StoreError::NoSpace`];
     /// and those of [`RunStore::create_or_open`].
     pub fn create_sibling(
@@ -28,7 +30,13 @@ impl RunStore {
         wear_iteration: u64,
     ) -> Result<(RunStore, Opening), StoreError> {
         let run = run_name(source);
-        let mut locked = open::lock(fs.clone(), root)?;
+        // A source that is refused leaves no folder behind.
+        let source = if has_record(&fs, root)? {
+            None
+        } else {
+            Some(open_source(fs.clone(), identity, source, wear_iteration)?)
+        };
+        let mut locked = open::lock(fs, root)?;
         if let Some(record) = &locked.record {
             let same = record
                 .origin
@@ -48,7 +56,12 @@ impl RunStore {
             }
             return RunStore::over(locked, identity);
         }
-        let source = RunReader::open(fs, source)?;
+        let Some(source) = source else {
+            return Err(StoreError::Damaged(Damage {
+                path: locked.layout.record(),
+                kind: DamageKind::Missing,
+            }));
+        };
         let origin = Origin {
             run,
             wear_iteration,
@@ -72,6 +85,33 @@ impl RunStore {
         opening.created = true;
         Ok((store, opening))
     }
+}
+
+fn has_record(fs: &Arc<dyn FileSystem>, root: &Path) -> Result<bool, StoreError> {
+    let layout = Layout {
+        root: root.to_owned(),
+    };
+    Files(fs.clone()).is_there(&layout.record())
+}
+
+/// The run to begin from, if the scene can go on from that iteration of it.
+fn open_source(
+    fs: Arc<dyn FileSystem>,
+    identity: &RunIdentity,
+    source: &Path,
+    wear_iteration: u64,
+) -> Result<RunReader, StoreError> {
+    let source = RunReader::open(fs, source)?;
+    let mut keys = differences(&source.record.scene, &as_read(&identity.scene));
+    keys.retain(|change| matches(&change.key, &identity.inherited_keys));
+    if !keys.is_empty() {
+        return Err(StoreError::NotInherited {
+            path: source.path().to_owned(),
+            keys,
+        });
+    }
+    sound_commit(&source, wear_iteration)?;
+    Ok(source)
 }
 
 /// The folder name of a run, also where it is given as `.`.

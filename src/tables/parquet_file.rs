@@ -101,6 +101,9 @@ pub fn to_parquet(table: &Table, provenance: &Provenance) -> Result<Vec<u8>, Tab
 /// # Errors
 /// A [`TableError`] for bytes that are not Parquet, a file of another program, table or schema version, and a table that
 /// does not hold to the schema.
+///
+/// # Panics
+/// The format library may panic on damaged bytes: verify their hash first, as the run store does.
 pub fn from_parquet(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> {
     let parquet_error = |source| TableError::Parquet {
         table: expected.name.clone(),

@@ -6,6 +6,7 @@ mod conditions;
 mod convolution;
 mod hertz;
 mod kernels;
+mod stiffness;
 mod westergaard;
 
 use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair};

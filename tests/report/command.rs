@@ -69,7 +69,7 @@ fn writes_the_table_too() {
 fn says_by_its_exit_code_what_is_wrong() {
     let folder = TempDir::new().unwrap();
     let absent = fretwear(&folder, &["compare", "absent"]);
-    assert_eq!(absent.status.code(), Some(1));
+    assert_eq!(absent.status.code(), Some(2));
     assert!(text(&absent.stderr).contains("absent"));
 
     assert_eq!(fretwear(&folder, &["compare"]).status.code(), Some(2));

@@ -1,0 +1,115 @@
+//! Runs as a whole: killed, stopped, continued, branched, damaged; and what the tables of all kinds of runs say.
+
+mod faults;
+mod kill;
+mod kinds;
+mod laws;
+mod resume;
+mod sibling;
+mod stop;
+
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use fretwear::scene::Scene;
+use fretwear::stages::{
+    Inputs, Observer, Outcome, Progress, RunError, RunOptions, Source, Stage, run,
+};
+use fretwear::store::{FileSystem, Opening};
+
+use crate::support::faulty::FaultyFileSystem;
+
+/// A run within this process.
+struct Start<'a> {
+    scene: Scene,
+    root: &'a Path,
+    source: Option<(&'a Path, u64)>,
+    until: Option<Stage>,
+    file_system: Arc<dyn FileSystem>,
+}
+
+impl<'a> Start<'a> {
+    fn new(scene: Scene, root: &'a Path) -> Self {
+        Start {
+            scene,
+            root,
+            source: None,
+            until: None,
+            // It does not wait for the disk.
+            file_system: Arc::new(FaultyFileSystem::sound()),
+        }
+    }
+
+    fn from(mut self, run: &'a Path, wear_iteration: u64) -> Self {
+        self.source = Some((run, wear_iteration));
+        self
+    }
+
+    fn until(mut self, stage: Stage) -> Self {
+        self.until = Some(stage);
+        self
+    }
+
+    fn through(mut self, file_system: Arc<dyn FileSystem>) -> Self {
+        self.file_system = file_system;
+        self
+    }
+
+    fn run(self) -> (Result<Outcome, RunError>, Seen) {
+        let seen = Seen::default();
+        let result = Inputs::of(self.scene).and_then(|inputs| {
+            let source = self.source.map(|(run, wear_iteration)| Source {
+                run: PathBuf::from(run),
+                wear_iteration,
+            });
+            let options = RunOptions {
+                inputs: &inputs,
+                root: self.root.to_owned(),
+                source,
+                until: self.until,
+                file_system: self.file_system,
+                stop: &|| false,
+            };
+            run(&options, &seen)
+        });
+        (result, seen)
+    }
+
+    /// One that must succeed.
+    fn done(self) -> (Outcome, Seen) {
+        let (result, seen) = self.run();
+        (result.unwrap_or_else(|error| panic!("{error}")), seen)
+    }
+
+    /// The message of one that must fail.
+    fn refused(self) -> String {
+        match self.run().0 {
+            Ok(_) => panic!("it was accepted"),
+            Err(error) => error.to_string(),
+        }
+    }
+}
+
+/// What a watcher of a run was told.
+#[derive(Default)]
+struct Seen {
+    stages: RefCell<Vec<(Stage, u64)>>,
+    committed: RefCell<Vec<u64>>,
+    notices: RefCell<Vec<String>>,
+}
+
+impl Observer for Seen {
+    fn opened(&self, opening: &Opening) {
+        self.notices.borrow_mut().extend(opening.notices());
+    }
+    fn notice(&self, text: &str) {
+        self.notices.borrow_mut().push(text.to_owned());
+    }
+    fn stage(&self, stage: Stage, wear_iteration: u64) {
+        self.stages.borrow_mut().push((stage, wear_iteration));
+    }
+    fn committed(&self, progress: &Progress) {
+        self.committed.borrow_mut().push(progress.wear_iteration);
+    }
+}

@@ -1,0 +1,206 @@
+//! A fault at every single call of a sequence of commits: nothing committed is lost, and the end is the same.
+
+use super::*;
+use crate::support::faulty::{Fault, FaultyFileSystem};
+
+const LAST: u64 = 4;
+
+const ENDS: [Fault; 3] = [Fault::EndTruncating, Fault::EndBefore, Fault::PowerLoss];
+const FAULTS: [Fault; 4] = [Fault::Error, ENDS[0], ENDS[1], ENDS[2]];
+
+/// Runs with a fault; returns what the caller saw, and whether it got through.
+fn run_with(fs: &Arc<FaultyFileSystem>, root: &Path, prune: bool) -> (Seen, bool) {
+    let mut seen = Seen::default();
+    let result = open(fs.clone(), root)
+        .and_then(|(mut store, _)| run(&mut store, 5e-6, LAST, prune, &mut seen));
+    fs.settle();
+    (seen, result.is_ok())
+}
+
+fn sweep(faults: &[Fault], prune: bool) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let reference = folder.path().join("reference");
+    let fs = Arc::new(FaultyFileSystem::sound());
+    assert!(run_with(&fs, &reference, prune).1);
+    let counted = fs;
+    let changes = counted.calls(Fault::PowerLoss);
+    assert!(changes > 60, "{changes} changes are little to fail at");
+    let expected = content(&reference.join("iterations"));
+    let (store, _) = open(quick(), &reference).expect("the reference");
+    let expected_hashes = hashes(&store);
+    drop(store);
+
+    for &fault in faults {
+        for call in 1..=counted.calls(fault) {
+            let at = format!("{fault:?} at call {call}");
+            let root = folder.path().join(format!("{fault:?}-{call}"));
+            let fs = Arc::new(FaultyFileSystem::failing(call, fault));
+            let (seen, finished) = run_with(&fs, &root, prune);
+            assert!(!finished, "{at} went unnoticed");
+
+            let (mut store, opening) = open(quick(), &root).unwrap_or_else(|e| panic!("{at}: {e}"));
+            assert_eq!(opening.set_aside, [], "{at}");
+            assert_eq!(opening.harmless_damage, [], "{at}");
+            assert!(opening.latest >= seen.committed, "{at}: lost a commit");
+            let report = store.verify().expect("readable");
+            assert!(
+                report.commits.iter().all(|commit| commit.damage.is_empty()),
+                "{at}"
+            );
+            run(&mut store, 5e-6, LAST, prune, &mut Seen::default())
+                .unwrap_or_else(|e| panic!("{at}: {e}"));
+            assert!(store.verify().expect("readable").is_sound(), "{at}");
+            if prune {
+                // The fault may have come between the last commit and its pruning.
+                let keep = Keep {
+                    every: Some(3),
+                    last: 2,
+                    also: BTreeSet::new(),
+                };
+                store.prune(&keep).unwrap_or_else(|e| panic!("{at}: {e}"));
+            }
+            assert_eq!(hashes(&store), expected_hashes, "{at}");
+            assert_eq!(content(&root.join("iterations")), expected, "{at}");
+            fs::remove_dir_all(&root).expect("removed");
+        }
+    }
+}
+
+#[test]
+fn an_error_at_any_call_loses_nothing() {
+    sweep(&[Fault::Error], false);
+}
+
+#[test]
+fn an_end_at_any_call_loses_nothing() {
+    sweep(&ENDS, false);
+}
+
+#[test]
+fn an_end_at_any_call_loses_nothing_while_pruning() {
+    sweep(&ENDS, true);
+}
+
+#[test]
+fn a_copied_beginning_survives_a_fault_at_any_call() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let source = folder.path().join("source");
+    drop(finished(&source, 2));
+    let sibling = |fs: Arc<dyn FileSystem>, root: &Path| {
+        RunStore::create_sibling(fs, root, &identity(), &source, 1)
+    };
+    let fs = Arc::new(FaultyFileSystem::sound());
+    let reference = folder.path().join("reference");
+    drop(sibling(fs.clone(), &reference).expect("a sibling"));
+    let counted = fs;
+    let expected = content(&reference.join("iterations"));
+    for fault in FAULTS {
+        for call in 1..=counted.calls(fault) {
+            let at = format!("{fault:?} at call {call}");
+            let root = folder.path().join(format!("{fault:?}-{call}"));
+            let fs = Arc::new(FaultyFileSystem::failing(call, fault));
+            assert!(sibling(fs.clone(), &root).is_err(), "{at} went unnoticed");
+            fs.settle();
+            let (store, opening) = sibling(quick(), &root).unwrap_or_else(|e| panic!("{at}: {e}"));
+            assert_eq!(opening.set_aside, [], "{at}");
+            assert_eq!(store.latest(), Some(1), "{at}");
+            assert!(store.verify().expect("readable").is_sound(), "{at}");
+            assert_eq!(content(&root.join("iterations")), expected, "{at}");
+            assert_eq!(
+                content(&root.join("once")),
+                content(&reference.join("once")),
+                "{at}"
+            );
+            fs::remove_dir_all(&root).expect("removed");
+        }
+    }
+}
+
+#[test]
+fn a_changed_free_key_survives_a_fault_at_any_call() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let extended = identity_of(scene(5000, 5e-6));
+    let begin = |name: &str| {
+        let root = folder.path().join(name);
+        drop(finished(&root, 1));
+        root
+    };
+    let reference = begin("reference");
+    let fs = Arc::new(FaultyFileSystem::sound());
+    drop(RunStore::create_or_open(fs.clone(), &reference, &extended).expect("extended"));
+    for fault in FAULTS {
+        for call in 1..=fs.calls(fault) {
+            let at = format!("{fault:?} at call {call}");
+            let root = begin(&format!("{fault:?}-{call}"));
+            let failing = Arc::new(FaultyFileSystem::failing(call, fault));
+            let broken = RunStore::create_or_open(failing.clone(), &root, &extended);
+            assert!(broken.is_err(), "{at} went unnoticed");
+            drop(broken);
+            failing.settle();
+            let (store, _) = RunStore::create_or_open(quick(), &root, &extended)
+                .unwrap_or_else(|e| panic!("{at}: {e}"));
+            assert_eq!(store.latest(), Some(1), "{at}");
+            assert_eq!(store.reader().record().scene, extended.scene, "{at}");
+            assert_eq!(store.reader().record().continued.len(), 1, "{at}");
+            let toml = fs::read_to_string(root.join("scene.toml")).expect("a file");
+            assert_eq!(toml, extended.scene_toml, "{at}");
+        }
+    }
+}
+
+#[test]
+fn tables_of_an_unfinished_iteration_are_used_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().join("run");
+    let fs = Arc::new(FaultyFileSystem::sound());
+    let mut store = open(fs.clone(), &root).expect("a run").0;
+    run(&mut store, 5e-6, 1, false, &mut Seen::default()).expect("two iterations");
+    let state = StageKey::of_commit(store.reader().commit_of(1).expect("committed"));
+    let key = StageKey::new(
+        "cycle",
+        &[TableName::Cycle],
+        &json!({ "amplitude": 3e-6 }),
+        &[&state],
+    );
+    let mut draft = store.draft(2).expect("a draft");
+    draft
+        .put(TableName::Cycle, &key, &cycle(3e-6 + 2e-9))
+        .expect("put");
+    drop(draft);
+    drop(store);
+    // A table that was cut short, and one of a stage that no longer exists.
+    fs::write(
+        root.join("staging/wear_iteration=2/wear_field.parquet"),
+        b"PAR1",
+    )
+    .expect("written");
+    fs::write(root.join("staging/stray"), b"").expect("written");
+
+    let (mut store, opening) = open(quick(), &root).expect("a run");
+    assert_eq!(opening.drafts_kept, ["cycle"]);
+    assert_eq!(opening.drafts_removed.len(), 2);
+    let mut seen = Seen::default();
+    run(&mut store, 5e-6, 2, false, &mut seen).expect("the third");
+    assert_eq!(seen.computed, ["wear 2"]);
+}
+
+#[test]
+fn a_full_disk_is_told_before_anything_is_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().join("run");
+    drop(finished(&root, 0));
+    let little: Arc<dyn FileSystem> = Arc::new(FaultyFileSystem::with_free_space(5000));
+    let (mut store, _) = open(little, &root).expect("a run");
+    let error = run(&mut store, 5e-6, 1, false, &mut Seen::default()).expect_err("no room");
+    let StoreError::NoSpace {
+        free: 5000, needed, ..
+    } = error
+    else {
+        panic!("{error}");
+    };
+    assert!(needed > 5000);
+    assert_eq!(content(&root.join("staging")), BTreeMap::new());
+    drop(store);
+    let (mut store, _) = open(quick(), &root).expect("a run");
+    run(&mut store, 5e-6, 1, false, &mut Seen::default()).expect("room");
+}

@@ -1,0 +1,372 @@
+//! Creating, locking, continuing, changing and pruning a run.
+
+use super::*;
+use fretwear::store::RealFileSystem;
+use fretwear::tables::{TableError, from_parquet, provenance_of};
+
+fn real() -> Arc<dyn FileSystem> {
+    Arc::new(RealFileSystem)
+}
+
+#[test]
+fn a_run_on_the_real_file_system_has_the_layout_that_readers_expect() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().join("deep/er/run");
+    let (mut store, opening) = open(real(), &root).expect("a new run");
+    assert!(opening.created && opening.latest.is_none());
+    run(&mut store, 5e-6, 2, false, &mut Seen::default()).expect("a run");
+    for file in [
+        "scene.toml",
+        "plan.json",
+        "run.json",
+        "lock",
+        "once/surface.parquet",
+    ] {
+        assert!(root.join(file).is_file(), "{file}");
+    }
+    let partitions: Vec<String> = RealFileSystem
+        .list(&root.join("iterations"))
+        .expect("a folder")
+        .into_iter()
+        .map(|entry| entry.name)
+        .collect();
+    assert_eq!(
+        partitions,
+        ["wear_iteration=0", "wear_iteration=1", "wear_iteration=2"]
+    );
+    for entry in RealFileSystem
+        .list(&root.join("iterations/wear_iteration=1"))
+        .expect("a folder")
+    {
+        assert!(
+            entry.name.ends_with(".parquet") || entry.name == "commit.json",
+            "{}",
+            entry.name
+        );
+        if let Some(table) = entry
+            .name
+            .strip_suffix(".parquet")
+            .and_then(TableName::from_name)
+        {
+            let path = root
+                .join("iterations/wear_iteration=1")
+                .join(table.file_name());
+            let bytes = fs::read(path).expect("a file");
+            from_parquet(&bytes, table.schema()).expect("holds to its schema");
+            let provenance = provenance_of(&bytes, table.schema()).expect("says where it is from");
+            assert_eq!(provenance.scene_hash, identity().scene_hash());
+        }
+    }
+    let record = store.reader().record();
+    assert_eq!((record.threads, record.seed), (1, Some(1)));
+    drop(store);
+    let (store, opening) = open(real(), &root).expect("the same run");
+    assert!(!opening.created);
+    assert_eq!(opening.latest, Some(2));
+    assert_eq!(opening.notices(), [] as [&str; 0]);
+    assert!(store.verify().expect("readable").is_sound());
+}
+
+#[test]
+fn equal_runs_have_equal_hashes_and_bytes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (one, two) = (folder.path().join("one"), folder.path().join("two"));
+    let first = finished(&one, 3);
+    drop(finished(&two, 1));
+    let (mut second, _) = open(quick(), &two).expect("a run");
+    // Two starts and other timings: the chain does not see them.
+    let mut seen = Seen {
+        computed: vec!["before".to_owned(); 9],
+        ..Seen::default()
+    };
+    run(&mut second, 5e-6, 3, false, &mut seen).expect("the rest");
+    assert_eq!(hashes(&first), hashes(&second));
+    assert_eq!(
+        content(&one.join("iterations")),
+        content(&two.join("iterations"))
+    );
+    assert_ne!(
+        first.read(3, TableName::Timing).expect("a table"),
+        second.read(3, TableName::Timing).expect("a table")
+    );
+}
+
+#[test]
+fn a_second_writer_is_refused_and_a_reader_is_not() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().join("run");
+    let (store, _) = open(real(), &root).expect("the first");
+    let error = open(real(), &root).err().expect("the second");
+    let StoreError::Locked { pid, .. } = &error else {
+        panic!("{error}");
+    };
+    assert_eq!(*pid, Some(std::process::id()));
+    assert!(error.to_string().contains(&std::process::id().to_string()));
+    assert!(!error.is_damage_or_mismatch());
+    RunStore::open_readonly(real(), &root).expect("a reader");
+    drop(store);
+    open(real(), &root).expect("after the first");
+}
+
+#[test]
+fn a_changed_scene_is_refused_with_its_keys() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().join("run");
+    drop(finished(&root, 1));
+    let mut changed = scene(1000, 1e-6);
+    changed["contact"] = json!({ "friction_coefficient": 0.6 });
+    changed["wear"]["cycles"] = json!(7000);
+    changed["surface"]
+        .as_object_mut()
+        .expect("an object")
+        .remove("seed");
+    let error = RunStore::create_or_open(quick(), &root, &identity_of(changed))
+        .err()
+        .expect("another scene");
+    assert!(error.is_damage_or_mismatch());
+    let StoreError::SceneChanged { keys, .. } = &error else {
+        panic!("{error}");
+    };
+    let names: Vec<&str> = keys.iter().map(|change| change.key.as_str()).collect();
+    assert_eq!(
+        names,
+        ["contact.friction_coefficient", "surface.rq", "surface.seed"]
+    );
+    assert_eq!(
+        (keys[0].before.clone(), keys[0].after.clone()),
+        (None, Some(json!(0.6)))
+    );
+    assert_eq!(
+        (keys[1].before.clone(), keys[1].after.clone()),
+        (Some(json!(5e-6)), Some(json!(1e-6)))
+    );
+    let (store, opening) = open(quick(), &root).expect("untouched");
+    assert_eq!(opening.changed_keys, []);
+    assert_eq!(store.latest(), Some(1));
+}
+
+#[test]
+fn a_scene_of_which_nothing_is_committed_may_be_mended() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().join("run");
+    drop(open(quick(), &root).expect("a run without a commit"));
+    let mended = identity_of(scene(1000, 1e-6));
+    let (store, _) = RunStore::create_or_open(quick(), &root, &mended).expect("the mended scene");
+    assert_eq!(store.reader().record().scene_hash, mended.scene_hash());
+    drop(store);
+    let text = fs::read_to_string(root.join("scene.toml")).expect("a file");
+    assert_eq!(text, mended.scene_toml);
+}
+
+#[test]
+fn free_keys_may_change_and_are_recorded() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().join("run");
+    drop(finished(&root, 1));
+    let mut extended = identity_of(scene(5000, 5e-6));
+    extended.scene["output"] = json!({ "keep": { "every": 50 } });
+    extended.plan = json!({ "cycles": 5000 });
+    extended.threads = 2;
+    extended.program_version = "0.2.0".to_owned();
+    assert_eq!(extended.scene_hash(), identity().scene_hash());
+    let (mut store, opening) =
+        RunStore::create_or_open(quick(), &root, &extended).expect("extended");
+    let names: Vec<&str> = opening
+        .changed_keys
+        .iter()
+        .map(|change| change.key.as_str())
+        .collect();
+    assert_eq!(names, ["output.keep", "output.keep.every", "wear.cycles"]);
+    assert_eq!(opening.threads_changed, Some((1, 2)));
+    assert_eq!(
+        opening.program_changed,
+        Some(("0.1.0".to_owned(), "0.2.0".to_owned()))
+    );
+    assert_eq!(opening.notices().len(), 5);
+    run(&mut store, 5e-6, 2, false, &mut Seen::default()).expect("on");
+    drop(store);
+    let plan = fs::read_to_string(root.join("plan.json")).expect("a file");
+    assert!(plan.contains("5000"));
+    let (store, opening) = RunStore::create_or_open(quick(), &root, &extended).expect("again");
+    assert_eq!(opening.notices(), [] as [&str; 0]);
+    let record = store.reader().record();
+    assert_eq!((record.threads, record.continued.len()), (1, 1));
+    assert_eq!(record.continued[0].wear_iteration, Some(1));
+    assert_eq!(record.continued[0].changed_keys.len(), 3);
+    assert_eq!(record.scene["wear"]["cycles"], 5000);
+}
+
+#[test]
+fn a_folder_of_something_else_is_left_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("thesis.tex"), "precious").expect("written");
+    let error = open(quick(), folder.path()).err().expect("no run");
+    assert!(
+        matches!(&error, StoreError::NotARun { found, .. } if found == "thesis.tex"),
+        "{error}"
+    );
+    let left: Vec<_> = fs::read_dir(folder.path()).expect("a folder").collect();
+    assert_eq!(left.len(), 1);
+    let error = RunStore::open_readonly(quick(), folder.path())
+        .err()
+        .expect("no run");
+    assert!(matches!(error, StoreError::NoRun { .. }), "{error}");
+}
+
+#[test]
+fn iterations_come_in_order_with_the_same_columns() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut store = finished(&folder.path().join("run"), 1);
+    let error = store.draft(5).err().expect("out of order");
+    let StoreError::OutOfOrder {
+        wear_iteration,
+        next,
+        ..
+    } = &error
+    else {
+        panic!("{error}");
+    };
+    assert_eq!((*wear_iteration, *next), (5, 2));
+
+    let key = StageKey::new("cycle", &[TableName::Cycle], &json!({}), &[]);
+    let mut draft = store.draft(2).expect("a draft");
+    let error = draft
+        .put(TableName::Cycle, &key, &timing(0.1))
+        .expect_err("another table");
+    let StoreError::Table { source, .. } = &error else {
+        panic!("{error}");
+    };
+    assert!(
+        matches!(**source, TableError::OtherTable { .. }),
+        "{source}"
+    );
+    let two_axes = Table::builder(TableName::Cycle)
+        .column("time", vec![0.0])
+        .column("displacement_x", vec![0.0])
+        .column("displacement_y", vec![0.0])
+        .column("normal_load", vec![3e4])
+        .column("force_x", vec![0.0])
+        .build()
+        .expect("a cycle");
+    draft.put(TableName::Cycle, &key, &two_axes).expect("put");
+    let error = draft.commit(&mut store).expect_err("another column");
+    let StoreError::ColumnsChanged {
+        table,
+        found,
+        expected,
+        ..
+    } = &error
+    else {
+        panic!("{error}");
+    };
+    assert_eq!(
+        (table.as_str(), found.len(), expected.len()),
+        ("cycle", 5, 4)
+    );
+
+    let error = store
+        .read(1, TableName::Summary)
+        .expect_err("no such table");
+    assert!(
+        matches!(&error, StoreError::NoTable { known, .. } if known == &["cycle", "wear_field", "timing"])
+    );
+}
+
+#[test]
+fn a_table_not_taken_up_is_not_committed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().join("run");
+    let (mut store, _) = open(quick(), &root).expect("a run");
+    let key = StageKey::new("hysteresis", &[TableName::Hysteresis], &json!({}), &[]);
+    let curve = Table::builder(TableName::Hysteresis)
+        .column("load", vec![0.0])
+        .column("displacement", vec![0.0])
+        .build()
+        .expect("a curve");
+    let mut draft = store.draft(0).expect("a draft");
+    draft.put(TableName::Hysteresis, &key, &curve).expect("put");
+    drop(draft);
+    run(&mut store, 5e-6, 0, false, &mut Seen::default()).expect("the first");
+    assert!(
+        !root
+            .join("iterations/wear_iteration=0/hysteresis.parquet")
+            .exists()
+    );
+    assert!(store.verify().expect("readable").is_sound());
+}
+
+#[test]
+fn pruning_keeps_what_it_must_and_the_chain() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().join("run");
+    let mut store = finished(&root, 9);
+    let all = hashes(&store);
+    let keep = Keep {
+        every: Some(4),
+        last: 2,
+        also: BTreeSet::from([3]),
+    };
+    assert_eq!(store.prune(&keep).expect("pruned"), [1, 2, 5, 6, 7]);
+    assert_eq!(
+        store.reader().iterations().collect::<Vec<_>>(),
+        [0, 3, 4, 8, 9]
+    );
+    assert!(!root.join("iterations/wear_iteration=5").exists());
+    let report = store.verify().expect("readable");
+    assert!(report.is_sound());
+    assert_eq!(report.pruned, [1, 2, 5, 6, 7]);
+    let error = store.read(5, TableName::WearField).expect_err("pruned");
+    assert!(error.to_string().contains("0, 3-4, 8-9"), "{error}");
+    drop(store);
+
+    let (mut store, opening) = open(quick(), &root).expect("a run");
+    assert_eq!(opening.set_aside, []);
+    run(&mut store, 5e-6, 10, false, &mut Seen::default()).expect("on");
+    assert!(
+        store
+            .prune(&Keep {
+                every: None,
+                last: 0,
+                also: BTreeSet::new()
+            })
+            .is_ok()
+    );
+    assert_eq!(store.reader().iterations().collect::<Vec<_>>(), [0, 10]);
+    drop(store);
+
+    // The latest is damaged: the only place to step back to is the beginning, and the end is the same as ever.
+    flip(&root.join("iterations/wear_iteration=10/cycle.parquet"), 70);
+    let (mut store, opening) = open(quick(), &root).expect("a run");
+    assert_eq!(opening.latest, Some(0));
+    assert!(store.reader().record().pruned.is_empty());
+    run(&mut store, 5e-6, 9, false, &mut Seen::default()).expect("again");
+    assert_eq!(hashes(&store), all);
+    assert!(store.verify().expect("readable").is_sound());
+}
+
+#[test]
+fn a_pruned_hash_that_was_tampered_with_breaks_the_chain() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().join("run");
+    let mut store = finished(&root, 3);
+    store
+        .prune(&Keep {
+            every: None,
+            last: 1,
+            also: BTreeSet::new(),
+        })
+        .expect("pruned");
+    let hash = store.reader().record().pruned[&2].hash.clone();
+    drop(store);
+    let path = root.join("run.json");
+    let text = fs::read_to_string(&path).expect("a file");
+    let other = if hash.starts_with('0') { "1" } else { "0" };
+    fs::write(
+        &path,
+        text.replace(&hash, &format!("{other}{}", &hash[1..])),
+    )
+    .expect("written");
+    let reader = RunStore::open_readonly(quick(), &root).expect("readable");
+    assert_eq!(reader.latest(), Some(0));
+    assert!(!reader.verify().expect("readable").is_sound());
+}

@@ -1,0 +1,317 @@
+//! A file system that fails when told to.
+
+use fretwear::store::{Entry, FileSystem, LockAttempt, LockGuard, Metadata, RealFileSystem};
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+/// What happens at the chosen call.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fault {
+    /// It fails, and later ones do not.
+    Error,
+    /// The process ends: it and all later ones fail. A file being written is cut in half.
+    EndTruncating,
+    /// The process ends, before a file being written has any name.
+    EndBefore,
+    /// The machine loses power: as `EndTruncating`, every name that no `sync_dir` made durable is undone, and every file whose
+    /// content no `sync_file` made durable is cut.
+    PowerLoss,
+}
+
+enum Undo {
+    Created(PathBuf),
+    /// A file whose content is not on the disk yet.
+    Written(PathBuf),
+    Renamed {
+        from: PathBuf,
+        to: PathBuf,
+        replaced: Option<Vec<u8>>,
+    },
+    Removed(PathBuf, Vec<u8>),
+}
+
+impl Undo {
+    /// The path whose folder has to be synced for this to last.
+    fn path(&self) -> &Path {
+        match self {
+            Undo::Created(path) | Undo::Written(path) | Undo::Removed(path, _) => path,
+            Undo::Renamed { to, .. } => to,
+        }
+    }
+
+    fn path_mut(&mut self) -> &mut PathBuf {
+        match self {
+            Undo::Created(path) | Undo::Written(path) | Undo::Removed(path, _) => path,
+            Undo::Renamed { to, .. } => to,
+        }
+    }
+
+    fn apply(self) {
+        match self {
+            Undo::Created(path) if path.is_dir() => drop(fs::remove_dir_all(path)),
+            Undo::Created(path) => drop(fs::remove_file(path)),
+            Undo::Written(path) => {
+                if let Ok(bytes) = fs::read(&path) {
+                    drop(fs::write(path, &bytes[..bytes.len() / 2]));
+                }
+            }
+            Undo::Renamed { from, to, replaced } => {
+                drop(fs::rename(&to, &from));
+                if let Some(bytes) = replaced {
+                    drop(fs::write(&to, bytes));
+                }
+            }
+            Undo::Removed(path, bytes) => drop(fs::write(path, bytes)),
+        }
+    }
+}
+
+#[derive(Default)]
+struct State {
+    calls: usize,
+    changes: usize,
+    ended: bool,
+    undo: Vec<Undo>,
+}
+
+/// The real file system without its waits for the disk, and with faults.
+///
+/// An error may come at every call. An end is told apart only by what was changed before it, so that it counts the calls that
+/// change something.
+pub struct FaultyFileSystem {
+    fault: Option<(usize, Fault)>,
+    free_space: u64,
+    state: Mutex<State>,
+}
+
+/// Whether a call is to happen.
+enum Verdict {
+    Go,
+    Stop { cut_file: bool },
+}
+
+impl FaultyFileSystem {
+    /// One that never fails.
+    pub fn sound() -> Self {
+        FaultyFileSystem {
+            fault: None,
+            free_space: u64::MAX,
+            state: Mutex::default(),
+        }
+    }
+
+    /// One that fails at a call, counted from 1 among those at which the fault may come.
+    pub fn failing(call: usize, fault: Fault) -> Self {
+        FaultyFileSystem {
+            fault: Some((call, fault)),
+            ..FaultyFileSystem::sound()
+        }
+    }
+
+    /// One with little room.
+    pub fn with_free_space(free_space: u64) -> Self {
+        FaultyFileSystem {
+            free_space,
+            ..FaultyFileSystem::sound()
+        }
+    }
+
+    /// Calls so far at which the fault may come.
+    pub fn calls(&self, fault: Fault) -> usize {
+        let state = self.state.lock().expect("no panic while held");
+        match fault {
+            Fault::Error => state.calls,
+            _ => state.changes,
+        }
+    }
+
+    /// After power is lost: undoes what was not made durable.
+    pub fn settle(&self) {
+        let mut state = self.state.lock().expect("no panic while held");
+        if state.ended && matches!(self.fault, Some((_, Fault::PowerLoss))) {
+            while let Some(undo) = state.undo.pop() {
+                undo.apply();
+            }
+        }
+    }
+
+    fn verdict(&self, changes: bool) -> Verdict {
+        let mut state = self.state.lock().expect("no panic while held");
+        state.calls += 1;
+        state.changes += usize::from(changes);
+        if state.ended {
+            return Verdict::Stop { cut_file: false };
+        }
+        match self.fault {
+            Some((call, Fault::Error)) if call == state.calls => Verdict::Stop { cut_file: false },
+            Some((call, fault)) if fault != Fault::Error && changes && call == state.changes => {
+                state.ended = true;
+                Verdict::Stop {
+                    cut_file: fault != Fault::EndBefore,
+                }
+            }
+            _ => Verdict::Go,
+        }
+    }
+
+    /// For a call that changes something.
+    fn check_change(&self) -> io::Result<()> {
+        match self.verdict(true) {
+            Verdict::Go => Ok(()),
+            Verdict::Stop { .. } => Err(injected()),
+        }
+    }
+
+    /// For a call that only looks.
+    fn check_look(&self) -> io::Result<()> {
+        match self.verdict(false) {
+            Verdict::Go => Ok(()),
+            Verdict::Stop { .. } => Err(injected()),
+        }
+    }
+
+    fn note(&self, undo: Undo) {
+        self.state
+            .lock()
+            .expect("no panic while held")
+            .undo
+            .push(undo);
+    }
+}
+
+fn injected() -> io::Error {
+    io::Error::other("injected")
+}
+
+struct NoGuard;
+impl LockGuard for NoGuard {}
+
+impl FileSystem for FaultyFileSystem {
+    fn create_dir_all(&self, path: &Path) -> io::Result<()> {
+        self.check_change()?;
+        let missing: Vec<&Path> = path
+            .ancestors()
+            .take_while(|level| !level.exists())
+            .collect();
+        fs::create_dir_all(path)?;
+        for level in missing.into_iter().rev() {
+            self.note(Undo::Created(level.to_owned()));
+        }
+        Ok(())
+    }
+
+    fn write_new(&self, path: &Path, bytes: &[u8]) -> io::Result<()> {
+        match self.verdict(true) {
+            Verdict::Go => {
+                if path.exists() {
+                    return Err(io::Error::from(io::ErrorKind::AlreadyExists));
+                }
+                fs::write(path, bytes)?;
+                self.note(Undo::Created(path.to_owned()));
+                self.note(Undo::Written(path.to_owned()));
+                Ok(())
+            }
+            Verdict::Stop { cut_file } => {
+                if cut_file {
+                    fs::write(path, &bytes[..bytes.len() / 2])?;
+                }
+                Err(injected())
+            }
+        }
+    }
+
+    fn sync_file(&self, path: &Path) -> io::Result<()> {
+        self.check_change()?;
+        let mut state = self.state.lock().expect("no panic while held");
+        state
+            .undo
+            .retain(|undo| !matches!(undo, Undo::Written(written) if written == path));
+        Ok(())
+    }
+
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        self.check_look()?;
+        fs::read(path)
+    }
+
+    fn rename(&self, from: &Path, to: &Path) -> io::Result<()> {
+        self.check_change()?;
+        let replaced = fs::read(to).ok();
+        fs::rename(from, to)?;
+        // What is still unsynced inside a renamed folder is so under its new name.
+        let mut state = self.state.lock().expect("no panic while held");
+        for undo in &mut state.undo {
+            let content = matches!(undo, Undo::Written(_));
+            let path = undo.path_mut();
+            if let Ok(inside) = path.strip_prefix(from) {
+                if inside.components().next().is_some() {
+                    *path = to.join(inside);
+                } else if content {
+                    *path = to.to_owned();
+                }
+            }
+        }
+        state.undo.push(Undo::Renamed {
+            from: from.to_owned(),
+            to: to.to_owned(),
+            replaced,
+        });
+        Ok(())
+    }
+
+    fn sync_dir(&self, path: &Path) -> io::Result<()> {
+        self.check_change()?;
+        let mut state = self.state.lock().expect("no panic while held");
+        state
+            .undo
+            .retain(|undo| matches!(undo, Undo::Written(_)) || undo.path().parent() != Some(path));
+        Ok(())
+    }
+
+    fn remove_file(&self, path: &Path) -> io::Result<()> {
+        self.check_change()?;
+        let bytes = fs::read(path)?;
+        fs::remove_file(path)?;
+        self.note(Undo::Removed(path.to_owned(), bytes));
+        Ok(())
+    }
+
+    fn remove_dir_all(&self, path: &Path) -> io::Result<()> {
+        match self.verdict(true) {
+            Verdict::Go => fs::remove_dir_all(path),
+            Verdict::Stop { .. } => {
+                // Half of it is gone when the process ends.
+                if let Some(entry) = fs::read_dir(path)?.next() {
+                    let inner = entry?.path();
+                    if inner.is_file() {
+                        fs::remove_file(inner)?;
+                    }
+                }
+                Err(injected())
+            }
+        }
+    }
+
+    fn list(&self, path: &Path) -> io::Result<Vec<Entry>> {
+        self.check_look()?;
+        RealFileSystem.list(path)
+    }
+
+    fn metadata(&self, path: &Path) -> io::Result<Option<Metadata>> {
+        self.check_look()?;
+        RealFileSystem.metadata(path)
+    }
+
+    fn free_space(&self, _path: &Path) -> io::Result<u64> {
+        self.check_look()?;
+        Ok(self.free_space)
+    }
+
+    fn try_lock(&self, path: &Path) -> io::Result<LockAttempt> {
+        self.check_change()?;
+        fs::write(path, "")?;
+        Ok(LockAttempt::Taken(Box::new(NoGuard)))
+    }
+}

@@ -1,0 +1,231 @@
+//! What tests of whole runs share: a folder with a scene, the real binary, and the comparison of what runs leave.
+
+pub mod faulty;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::sync::Arc;
+
+use fretwear::scene::{self, Scene};
+use fretwear::store::{RealFileSystem, RunReader, VerifyReport};
+use fretwear::tables::{Table, TableName};
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A rough joint of a few cells that wears in some iterations. The ratio of its cells to its padded plane (26·22 / 54·48) has no
+/// short binary form, so that sums of transform pairs do not happen to be exact.
+pub const SMALL: &str = r#"title = "Small"
+[joint]
+size = ["4 mm", "3 mm"]
+grid = [26, 22]
+[material]
+youngs_modulus = "198.4 GPa"
+poisson_ratio = 0.3
+[surface]
+kind = "gaussian"
+rq = "1 um"
+correlation_length = ["0.5 mm", "0.4 mm"]
+seed = 3
+[contact]
+friction_coefficient = 0.6
+normal_load = "200 N"
+[motion]
+amplitude = "1 um"
+[wear]
+coefficient = "2e3 um^3/J"
+cycles = 600_000
+tolerance = 1e-3
+[output]
+curves_every = 2
+"#;
+
+/// A folder with scenes and runs.
+pub struct Bench(TempDir);
+
+impl Bench {
+    /// One with [`SMALL`] as `small.toml`.
+    pub fn new() -> Bench {
+        let bench = Bench(tempfile::tempdir().expect("a folder"));
+        bench.write("small.toml", SMALL);
+        bench
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, text: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.path(name);
+        fs::write(&path, text).expect("written");
+        path
+    }
+
+    /// A scene of this folder, changed by `sets`.
+    pub fn scene(&self, name: &str, sets: &[&str]) -> Scene {
+        let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+        scene::load(&self.path(name), &sets).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// The program in this folder, not started yet.
+    pub fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fretwear"));
+        command
+            .current_dir(self.0.path())
+            .args(arguments)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        command
+    }
+
+    /// What the program did.
+    pub fn fretwear(&self, arguments: &[&str]) -> Did {
+        Did(self.command(arguments).output().expect("the program runs"))
+    }
+
+    /// As [`Bench::fretwear`], for a command that must succeed.
+    pub fn done(&self, arguments: &[&str]) -> Did {
+        let did = self.fretwear(arguments);
+        assert_eq!(did.code(), 0, "{arguments:?}: {}", did.stderr());
+        did
+    }
+}
+
+/// What a command did.
+pub struct Did(pub Output);
+
+impl Did {
+    pub fn code(&self) -> i32 {
+        self.0.status.code().expect("not ended by a signal")
+    }
+
+    pub fn stdout(&self) -> String {
+        String::from_utf8(self.0.stdout.clone()).expect("text")
+    }
+
+    pub fn stderr(&self) -> String {
+        String::from_utf8(self.0.stderr.clone()).expect("text")
+    }
+
+    pub fn json(&self) -> Value {
+        serde_json::from_str(&self.stdout())
+            .unwrap_or_else(|error| panic!("{error} in {}", self.stdout()))
+    }
+}
+
+/// A run as its readers see it.
+pub fn reader(root: &Path) -> RunReader {
+    RunReader::open(Arc::new(RealFileSystem), root).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A table of an iteration.
+pub fn table(root: &Path, wear_iteration: u64, name: TableName) -> Table {
+    reader(root)
+        .read(wear_iteration, name)
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// One value of the summary of an iteration.
+pub fn summary(root: &Path, wear_iteration: u64, column: &str) -> f64 {
+    let row = table(root, wear_iteration, TableName::Summary);
+    match row.f64(column) {
+        Ok(values) => values[0],
+        Err(_) => row.i64(column).expect("a number")[0] as f64,
+    }
+}
+
+/// The last iteration.
+pub fn latest(root: &Path) -> u64 {
+    reader(root).latest().expect("an iteration")
+}
+
+/// Checks every file of a run against its hash.
+pub fn verified(root: &Path) -> VerifyReport {
+    let report = reader(root).verify().expect("readable");
+    assert!(
+        report.is_sound(),
+        "{:?}",
+        report.damage().collect::<Vec<_>>()
+    );
+    report
+}
+
+/// What a run has computed: the bytes of every table but the timings, and the hash chain of the commits.
+///
+/// A Parquet file holds nothing that differs between equal runs, so that whole files are compared.
+#[derive(PartialEq)]
+pub struct Content {
+    pub files: BTreeMap<PathBuf, Vec<u8>>,
+    pub chain: BTreeMap<u64, (Option<String>, String)>,
+}
+
+/// Reads [`Content`] of the iterations from `first` on.
+pub fn content_from(root: &Path, first: u64) -> Content {
+    let reader = reader(root);
+    let mut files = BTreeMap::new();
+    let mut chain = BTreeMap::new();
+    for k in reader.iterations().filter(|k| *k >= first) {
+        let commit = reader.commit_of(k).expect("listed");
+        chain.insert(k, (commit.parent.clone(), commit.hash.clone()));
+        let folder = root.join(format!("iterations/wear_iteration={k}"));
+        for entry in fs::read_dir(&folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if !path.ends_with("timing.parquet") && !path.ends_with("commit.json") {
+                let name = path.strip_prefix(root).expect("below").to_owned();
+                files.insert(name, fs::read(&path).expect("a file"));
+            }
+        }
+    }
+    Content { files, chain }
+}
+
+/// Reads [`Content`].
+pub fn content(root: &Path) -> Content {
+    content_from(root, 0)
+}
+
+/// Panics with the names of the files that differ.
+pub fn assert_same(found: &Content, expected: &Content, at: &str) {
+    if found == expected {
+        return;
+    }
+    let names: std::collections::BTreeSet<_> =
+        found.files.keys().chain(expected.files.keys()).collect();
+    let differing: Vec<_> = names
+        .into_iter()
+        .filter(|name| found.files.get(*name) != expected.files.get(*name))
+        .collect();
+    panic!(
+        "{at}: {differing:?} differ; iterations {:?} instead of {:?}",
+        found.chain.keys().collect::<Vec<_>>(),
+        expected.chain.keys().collect::<Vec<_>>()
+    );
+}
+
+/// Flips one bit in the middle of a file.
+pub fn flip(path: &Path) {
+    let mut bytes = fs::read(path).expect("a file");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 0x10;
+    fs::write(path, bytes).expect("written");
+}
+
+/// A sequence of numbers in 0..1 that is the same in every test run.
+pub struct Chance(u64);
+
+impl Chance {
+    pub fn new(seed: u64) -> Chance {
+        Chance(seed)
+    }
+
+    /// The next one (splitmix64).
+    pub fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (z ^ (z >> 31)) as f64 / u64::MAX as f64
+    }
+}

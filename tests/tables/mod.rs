@@ -1,0 +1,462 @@
+//! Tables: what can be built, and that a file is the table and its schema, bit for bit.
+
+use arrow_array::{Float64Array, RecordBatch};
+use arrow_schema::{DataType, Field};
+use bytes::Bytes;
+use fretwear::tables::{
+    Column, ColumnType, METADATA_KEY, Provenance, Schema, Table, TableBuilder, TableError,
+    TableName, from_parquet, provenance_of, to_parquet,
+};
+use parquet::arrow::ArrowWriter;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::basic::{Compression, Encoding};
+use proptest::prelude::*;
+use std::sync::Arc;
+
+fn provenance() -> Provenance {
+    Provenance {
+        scene_hash: "5ce9e".to_owned(),
+        program_version: "0.1.0".to_owned(),
+    }
+}
+
+/// A table of any schema with all its columns, `rows` long unless the schema fixes the length.
+fn filled(table: TableName, rows: usize) -> Table {
+    let schema = table.schema();
+    let rows = schema.rows.unwrap_or(rows);
+    schema
+        .columns
+        .iter()
+        .enumerate()
+        .fold(Table::builder(table), |builder, (number, column)| {
+            let seed = number as f64 + 0.25;
+            let values: Column = match column.kind {
+                ColumnType::F64 => (0..rows)
+                    .map(|row| {
+                        if column.sparse && row % 3 > 0 {
+                            0.0
+                        } else {
+                            seed * row as f64
+                        }
+                    })
+                    .collect::<Vec<f64>>()
+                    .into(),
+                ColumnType::I32 => (0..rows).map(|row| row as i32).collect::<Vec<i32>>().into(),
+                ColumnType::I64 => (0..rows).map(|row| row as i64).collect::<Vec<i64>>().into(),
+                ColumnType::Bool => (0..rows)
+                    .map(|row| row % 2 > 0)
+                    .collect::<Vec<bool>>()
+                    .into(),
+                ColumnType::Text => (0..rows)
+                    .map(|row| format!("stage {row}"))
+                    .collect::<Vec<String>>()
+                    .into(),
+            };
+            builder.column(&column.name, values)
+        })
+        .build()
+        .expect("all columns of the schema")
+}
+
+fn hysteresis(load: Vec<f64>) -> Table {
+    let displacement = vec![1e-6; load.len()];
+    Table::builder(TableName::Hysteresis)
+        .column("load", load)
+        .column("displacement", displacement)
+        .build()
+        .expect("two columns of one length")
+}
+
+/// The symbols that a unit may be made of; a new one is added here on purpose.
+const UNITS: [&str; 8] = ["1", "m", "m^3", "Pa", "N", "N/m", "J", "s"];
+
+#[test]
+fn every_schema_file_is_built_in_and_complete() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/schemas");
+    let mut stems: Vec<String> = std::fs::read_dir(folder)
+        .expect("schemas/")
+        .map(|entry| entry.expect("an entry").path())
+        .map(|path| {
+            path.file_stem()
+                .expect("a stem")
+                .to_string_lossy()
+                .into_owned()
+        })
+        .collect();
+    stems.sort();
+    let mut built_in: Vec<&str> = TableName::ALL.iter().map(|table| table.as_str()).collect();
+    built_in.sort_unstable();
+    assert_eq!(stems, built_in);
+    for table in TableName::ALL {
+        assert_eq!(TableName::from_name(table.as_str()), Some(table));
+        assert!(table.source().contains(&format!("name = \"{table}\"")));
+        for column in &table.schema().columns {
+            let name = format!("{table}.{}", column.name);
+            assert!(
+                UNITS.contains(&column.unit.as_str()),
+                "{name}: {}",
+                column.unit
+            );
+            assert!(column.description.ends_with('.'), "{name}");
+            assert!(!column.dimension.is_empty(), "{name}");
+            assert!(!column.sparse || column.kind == ColumnType::F64, "{name}");
+            assert_ne!(
+                column.name, "wear_iteration",
+                "the key of the folder is no column"
+            );
+        }
+    }
+}
+
+#[test]
+fn every_file_carries_its_schema() {
+    for table in TableName::ALL {
+        let bytes = to_parquet(&filled(table, 21), &provenance()).expect("a file");
+        let reader = ParquetRecordBatchReaderBuilder::try_new(Bytes::from(bytes)).expect("Parquet");
+        let key_values = reader
+            .metadata()
+            .file_metadata()
+            .key_value_metadata()
+            .expect("metadata of the file");
+        let text = key_values
+            .iter()
+            .find(|entry| entry.key == METADATA_KEY)
+            .and_then(|entry| entry.value.clone())
+            .expect("the entry of the program");
+        let entry: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        assert_eq!(entry["schema"], table.as_str());
+        assert_eq!(entry["schema_version"], table.schema().version);
+        assert_eq!(entry["scene_hash"], "5ce9e");
+        assert_eq!(entry["program_version"], "0.1.0");
+        let columns = &table.schema().columns;
+        assert_eq!(reader.schema().fields().len(), columns.len());
+        for (column, field) in columns.iter().zip(reader.schema().fields()) {
+            assert_eq!(field.name(), &column.name);
+            assert!(!field.is_nullable());
+            for (key, expected) in [
+                ("unit", &column.unit),
+                ("dimension", &column.dimension),
+                ("description", &column.description),
+            ] {
+                assert_eq!(
+                    field.metadata().get(key),
+                    Some(expected),
+                    "{table}.{}",
+                    column.name
+                );
+                assert_eq!(entry["columns"][&column.name][key], **expected);
+            }
+        }
+    }
+}
+
+#[test]
+fn encodings_are_those_of_the_schema() {
+    for table in TableName::ALL {
+        let bytes = to_parquet(&filled(table, 21), &provenance()).expect("a file");
+        let reader = ParquetRecordBatchReaderBuilder::try_new(Bytes::from(bytes)).expect("Parquet");
+        let group = reader.metadata().row_group(0);
+        for (column, chunk) in table.schema().columns.iter().zip(group.columns()) {
+            let name = format!("{table}.{}", column.name);
+            assert!(
+                matches!(chunk.compression(), Compression::ZSTD(_)),
+                "{name}"
+            );
+            assert!(chunk.dictionary_page_offset().is_none(), "{name}");
+            let split = chunk
+                .encodings()
+                .any(|encoding| encoding == Encoding::BYTE_STREAM_SPLIT);
+            let dense = column.kind == ColumnType::F64 && !column.sparse;
+            assert_eq!(split, dense, "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_table_comes_back_as_it_was() {
+    for table in TableName::ALL {
+        let written = filled(table, 77);
+        let bytes = to_parquet(&written, &provenance()).expect("a file");
+        let read = from_parquet(&bytes, table.schema()).expect("the table");
+        assert_eq!(read, written);
+        assert_eq!(
+            provenance_of(&bytes, table.schema()).expect("an entry"),
+            provenance()
+        );
+    }
+}
+
+#[test]
+fn a_table_without_rows_comes_back() {
+    let bytes = to_parquet(&hysteresis(Vec::new()), &provenance()).expect("a file");
+    let read = from_parquet(&bytes, TableName::Hysteresis.schema()).expect("the table");
+    assert_eq!(read.rows(), 0);
+    assert_eq!(read.f64("load").expect("a column"), &[] as &[f64]);
+}
+
+#[test]
+fn a_table_longer_than_a_batch_comes_back() {
+    let load: Vec<f64> = (0..150_001).map(|row| (row as f64).sin()).collect();
+    let bytes = to_parquet(&hysteresis(load.clone()), &provenance()).expect("a file");
+    let read = from_parquet(&bytes, TableName::Hysteresis.schema()).expect("the table");
+    assert_eq!(read.f64("load").expect("a column"), load);
+}
+
+proptest! {
+    #[test]
+    fn floats_come_back_bit_for_bit(bits in prop::collection::vec(any::<u64>(), 1..200)) {
+        let mut load: Vec<f64> = bits.into_iter().map(f64::from_bits).filter(|v| v.is_finite()).collect();
+        load.extend([0.0, -0.0, f64::MIN_POSITIVE, f64::MIN_POSITIVE / 8.0, -5e-324, f64::MAX]);
+        let bytes = to_parquet(&hysteresis(load.clone()), &provenance()).expect("a file");
+        prop_assert_eq!(&bytes, &to_parquet(&hysteresis(load.clone()), &provenance()).expect("a file"));
+        let read = from_parquet(&bytes, TableName::Hysteresis.schema()).expect("the table");
+        let read: Vec<u64> = read.f64("load").expect("a column").iter().map(|v| v.to_bits()).collect();
+        let written: Vec<u64> = load.iter().map(|v| v.to_bits()).collect();
+        prop_assert_eq!(read, written);
+    }
+
+    #[test]
+    fn integers_come_back(cycles in any::<i64>(), pairs in prop::collection::vec(any::<i64>(), 1..50)) {
+        let table = Table::builder(TableName::Timing)
+            .column("stage", vec!["wear \u{3b4}".to_owned(); pairs.len()])
+            .column("seconds", vec![cycles as f64; pairs.len()])
+            .column("fft_pairs", pairs.clone())
+            .build()
+            .expect("three columns");
+        let bytes = to_parquet(&table, &provenance()).expect("a file");
+        prop_assert_eq!(from_parquet(&bytes, TableName::Timing.schema()).expect("the table"), table);
+    }
+}
+
+#[test]
+fn optional_columns_may_be_left_out_and_others_may_not() {
+    let cells = || (vec![0, 0, 1], vec![0, 1, 0]);
+    let (i, j) = cells();
+    let table = Table::builder(TableName::ContactField)
+        .column("pressure", vec![0.0, 2e6, 0.0])
+        .column("i", i)
+        .column("j", j)
+        .maybe("shear_x", Some(vec![0.0, 1e5, 0.0]))
+        .maybe("shear_y", None::<Vec<f64>>)
+        .column("gap", vec![1e-6, 0.0, 2e-6])
+        .build()
+        .expect("required columns are there");
+    let names: Vec<&str> = table
+        .columns()
+        .map(|(column, _)| column.name.as_str())
+        .collect();
+    assert_eq!(names, ["i", "j", "gap", "pressure", "shear_x"]);
+    assert!(table.has("shear_x") && !table.has("shear_y"));
+    assert!(matches!(
+        table.f64("shear_y"),
+        Err(TableError::MissingColumn { column, .. }) if column == "shear_y"
+    ));
+    assert!(matches!(table.f64("i"), Err(TableError::ColumnType { .. })));
+    assert_eq!(table.i32("i").expect("a column"), [0, 0, 1]);
+    let bytes = to_parquet(&table, &provenance()).expect("a file");
+    let read = from_parquet(&bytes, TableName::ContactField.schema()).expect("the table");
+    assert_eq!(read, table);
+
+    let (i, j) = cells();
+    let error = Table::builder(TableName::ContactField)
+        .column("i", i)
+        .column("j", j)
+        .column("gap", vec![0.0; 3])
+        .build()
+        .expect_err("no pressure");
+    assert!(matches!(&error, TableError::MissingColumn { column, .. } if column == "pressure"));
+}
+
+#[test]
+fn what_breaks_the_schema_is_named() {
+    let curve = || Table::builder(TableName::Indentation).column("load", vec![1.0, 2.0]);
+    let text = |builder: TableBuilder| builder.build().expect_err("broken").to_string();
+
+    let unknown = text(curve().column("displacment", vec![0.0, 0.0]));
+    assert!(
+        unknown.contains("displacment") && unknown.contains("load, displacement"),
+        "{unknown}"
+    );
+    let length = text(curve().column("displacement", vec![0.0; 3]));
+    assert!(
+        length.contains("3 rows") && length.contains("have 2"),
+        "{length}"
+    );
+    let kind = text(curve().column("displacement", vec![1i64, 2]));
+    assert!(kind.contains("i64") && kind.contains("f64"), "{kind}");
+    let twice = text(curve().column("load", vec![0.0, 0.0]));
+    assert!(
+        twice.contains("`load`") && twice.contains("twice"),
+        "{twice}"
+    );
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let error = curve()
+            .column("displacement", vec![0.0, bad])
+            .build()
+            .expect_err("not a number");
+        assert!(
+            matches!(&error, TableError::NotFinite { column, row: 1, .. } if column == "displacement"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn only_a_stiffness_may_be_infinite_and_only_positive() {
+    let summary = |kn: f64, rq: f64| {
+        TableName::Summary
+            .schema()
+            .columns
+            .iter()
+            .filter(|column| !column.optional)
+            .fold(
+                Table::builder(TableName::Summary),
+                |builder, column| match (column.kind, column.name.as_str()) {
+                    (ColumnType::I64, name) => builder.column(name, vec![7i64]),
+                    (_, "kn") => builder.column("kn", vec![kn]),
+                    (_, "rq") => builder.column("rq", vec![rq]),
+                    (_, name) => builder.column(name, vec![0.5]),
+                },
+            )
+            .build()
+    };
+    assert!(summary(f64::INFINITY, 1e-6).is_ok());
+    assert!(summary(f64::NEG_INFINITY, 1e-6).is_err());
+    assert!(summary(f64::NAN, 1e-6).is_err());
+    assert!(summary(1e9, f64::INFINITY).is_err());
+    let table = summary(f64::INFINITY, 1e-6).expect("a table");
+    let bytes = to_parquet(&table, &provenance()).expect("a file");
+    let read = from_parquet(&bytes, TableName::Summary.schema()).expect("the table");
+    assert_eq!(read.f64("kn").expect("a column"), [f64::INFINITY]);
+}
+
+#[test]
+fn a_summary_has_one_row() {
+    let schema = TableName::Summary.schema();
+    let error = schema
+        .columns
+        .iter()
+        .filter(|column| !column.optional)
+        .fold(
+            Table::builder(TableName::Summary),
+            |builder, column| match column.kind {
+                ColumnType::I64 => builder.column(&column.name, vec![7i64, 8]),
+                _ => builder.column(&column.name, vec![0.5, 0.6]),
+            },
+        )
+        .build()
+        .expect_err("two rows");
+    assert!(
+        matches!(
+            error,
+            TableError::Rows {
+                found: 2,
+                expected: 1,
+                ..
+            }
+        ),
+        "{error}"
+    );
+}
+
+fn leaked(text: &str) -> &'static Schema {
+    Box::leak(Box::new(Schema::parse(text).expect("a schema")))
+}
+
+#[test]
+fn another_version_table_or_unit_is_refused_by_name() {
+    let source = TableName::Hysteresis.source();
+    let bytes = to_parquet(&hysteresis(vec![1.0, -1.0]), &provenance()).expect("a file");
+
+    let newer = leaked(&source.replace("version = 1", "version = 2"));
+    let error = from_parquet(&bytes, newer).expect_err("an older file");
+    assert!(
+        matches!(
+            error,
+            TableError::Version {
+                found: 1,
+                expected: 2,
+                ..
+            }
+        ),
+        "{error}"
+    );
+    let text = error.to_string();
+    assert!(
+        text.contains("version 1") && text.contains("version 2"),
+        "{text}"
+    );
+
+    let error = from_parquet(&bytes, TableName::Indentation.schema()).expect_err("another table");
+    assert!(matches!(error, TableError::OtherTable { .. }), "{error}");
+
+    let other_unit = leaked(&source.replace("unit = \"m\"", "unit = \"mm\""));
+    let error = from_parquet(&bytes, other_unit).expect_err("another unit");
+    assert!(
+        matches!(&error, TableError::Unit { found, expected, .. } if found == "m" && expected == "mm"),
+        "{error}"
+    );
+}
+
+#[test]
+fn files_of_others_are_refused() {
+    let error =
+        from_parquet(b"PAR1 nothing PAR1", TableName::Hysteresis.schema()).expect_err("no Parquet");
+    assert!(matches!(error, TableError::Parquet { .. }), "{error}");
+
+    let schema = Arc::new(arrow_schema::Schema::new(vec![Field::new(
+        "load",
+        DataType::Float64,
+        false,
+    )]));
+    let column = Arc::new(Float64Array::from(vec![1.0]));
+    let batch = RecordBatch::try_new(schema.clone(), vec![column]).expect("a batch");
+    let mut writer = ArrowWriter::try_new(Vec::new(), schema, None).expect("a writer");
+    writer.write(&batch).expect("written");
+    let bytes = writer.into_inner().expect("a file");
+    let error = from_parquet(&bytes, TableName::Hysteresis.schema()).expect_err("not ours");
+    assert!(matches!(error, TableError::NotOurs { .. }), "{error}");
+}
+
+#[test]
+fn a_broken_schema_text_is_refused() {
+    let source = TableName::Hysteresis.source();
+    assert!(Schema::parse(&source.replace("dimension", "dimensoin")).is_err());
+    let twice = source.replace("name = \"displacement\"", "name = \"load\"");
+    assert!(matches!(
+        Schema::parse(&twice),
+        Err(TableError::SchemaColumnTwice { column, .. }) if column == "load"
+    ));
+}
+
+/// The size that the design promises for cumulative wear at 256 x 256 cells, of which some tenth is worn.
+const WEAR_FIELD_BYTES: usize = 120_000;
+
+#[test]
+fn a_sparse_field_is_small() {
+    let (nx, ny) = (256, 250);
+    let cell = |index: usize| (index / ny, index % ny);
+    // Islands of contact, some eight per cent of the cells.
+    let worn: Vec<f64> = (0..nx * ny)
+        .map(|index| {
+            let (i, j) = cell(index);
+            ((0.21 * i as f64).sin() * (0.17 * j as f64).sin() - 0.7).max(0.0) * 1e-6
+        })
+        .collect();
+    let share = worn.iter().filter(|&&depth| depth > 0.0).count() as f64 / worn.len() as f64;
+    assert!((0.05..0.15).contains(&share), "{share}");
+    let table = Table::builder(TableName::WearField)
+        .column(
+            "i",
+            (0..nx * ny).map(|k| cell(k).0 as i32).collect::<Vec<_>>(),
+        )
+        .column(
+            "j",
+            (0..nx * ny).map(|k| cell(k).1 as i32).collect::<Vec<_>>(),
+        )
+        .column("wear_depth", worn)
+        .build()
+        .expect("a field");
+    let bytes = to_parquet(&table, &provenance()).expect("a file");
+    assert!(bytes.len() < WEAR_FIELD_BYTES, "{} bytes", bytes.len());
+}
