@@ -29,6 +29,10 @@ const LARGEST_RATIO: f64 = 4.0;
 /// Part of the step that the error estimate would allow, taken.
 const SAFETY: f64 = 0.85;
 
+/// Part of the volume worn so far that counts as if the step wore it. Where wear dies out, the step's own volume falls below
+/// what the solves' tolerances leave of error, and no step would be short enough.
+const SETTLED: f64 = 0.02;
+
 /// Bounds on the change of the step from one to the next.
 const CHANGE: (f64, f64) = (0.2, 3.0);
 
@@ -60,7 +64,7 @@ pub struct Step {
 /// What bounds a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// Error allowed, as a part of the volume worn in the step.
+    /// Error allowed, as a part of the volume worn in the step and, to a small share, before it.
     pub tolerance: f64,
     /// Largest wear depth at the rate of its beginning \[m\].
     pub depth_step: Option<f64>,
@@ -93,7 +97,8 @@ pub fn advance(
     let mut rejected = 0;
     loop {
         let mut step = attempt(joint, state, &begin, coefficient, cycles)?;
-        let volume = joint.volume(&step.wear) - joint.volume(&state.wear);
+        let before = joint.volume(&state.wear);
+        let volume = joint.volume(&step.wear) - before + SETTLED * before;
         let relative = if volume > 0.0 {
             step.error / volume
         } else {

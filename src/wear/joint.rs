@@ -32,7 +32,7 @@ pub enum WearError {
     },
     /// A wear step that could not be made accurate enough.
     #[error(
-        "the wear step stays inaccurate: error {error:.2e}, {tolerance:.1e} asked, with a step of {cycles} cycles"
+        "a wear step of {cycles} cycle has an error of {error:.2e} of its volume, {tolerance:.1e} asked: a single cycle wears too much; raise wear.tolerance, or lower wear.coefficient or the motion"
     )]
     StepTooSmall {
         /// Cycles of the smallest step tried.

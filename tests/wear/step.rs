@@ -245,3 +245,30 @@ fn steps_of_any_size_stay_finite_and_positive() {
         assert!(step.error.is_finite());
     }
 }
+
+#[test]
+fn wear_that_dies_out_comes_to_its_end() {
+    let mut joint = reversal(CASES[0].0);
+    joint.options.normal.tolerance = 1e-6;
+    joint.options.tangential.tolerance = 1e-4;
+    let cycles = 1_000_000_000_000;
+    let (mut state, mut done, mut steps) = (unworn(&mut joint), 0, 0);
+    let first = state.cycle.dissipation;
+    let mut proposal = first_proposal(&joint, &state, COEFFICIENT);
+    while done < cycles {
+        let limits = Limits {
+            tolerance: 0.01,
+            depth_step: None,
+            remaining: cycles - done,
+        };
+        let step = advance(&mut joint, &state, COEFFICIENT, proposal, limits).expect("wear step");
+        (done, proposal, steps) = (done + step.cycles, step.proposal, steps + 1);
+        state = after(&mut joint, step);
+    }
+    assert!(
+        state.cycle.dissipation < 1e-6 * first,
+        "the motion of a stuck joint is not worn away: {} of {first}",
+        state.cycle.dissipation
+    );
+    assert!(steps < 60, "{steps} steps");
+}
