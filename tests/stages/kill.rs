@@ -34,14 +34,14 @@ fn killed(sets: &[&str], seed: u64) {
 
     let arguments = with("killed");
     let mut chance = Chance::new(seed);
-    let mut kills = 0;
-    for start in 0..STARTS {
+    // Every start but the last is killed.
+    for kills in 0..STARTS {
         let mut child = bench
             .command(&borrowed(&arguments))
             .spawn()
             .expect("started");
         // The first come within the creation of the run and its first stages.
-        let part = if start < 3 { 0.02 } else { 0.5 };
+        let part = if kills < 3 { 0.02 } else { 0.5 };
         let end = Instant::now() + whole.mul_f64(part * chance.next());
         let status = loop {
             if let Some(status) = child.try_wait().expect("a child") {
@@ -62,7 +62,6 @@ fn killed(sets: &[&str], seed: u64) {
             return;
         }
         assert_eq!(status.code(), None, "a start failed by itself");
-        kills += 1;
     }
     panic!("not through after {STARTS} starts");
 }
