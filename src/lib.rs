@@ -7,6 +7,8 @@ pub mod contact;
 pub mod fft;
 pub mod grid;
 pub mod reference;
+#[cfg(feature = "polars")]
+pub mod report;
 pub mod scene;
 pub mod stages;
 pub mod store;

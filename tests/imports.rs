@@ -74,12 +74,36 @@ fn names(code: &str, path: &str) -> bool {
 /// The modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
 fn modules(source: &Source) -> Vec<String> {
     const MODULES: [&str; 18] = [
-        "cli", "contact", "fft", "grid", "linalg", "progress", "reference", "report", "scene",
-        "stages", "store", "structure", "dynamics", "surface", "tables", "units", "validate", "wear",
+        "cli",
+        "contact",
+        "fft",
+        "grid",
+        "linalg",
+        "progress",
+        "reference",
+        "report",
+        "scene",
+        "stages",
+        "store",
+        "structure",
+        "dynamics",
+        "surface",
+        "tables",
+        "units",
+        "validate",
+        "wear",
     ];
     let depth = source.path.matches('/').count();
-    let depth = if source.path.ends_with("mod.rs") { depth } else { depth + 1 };
-    let roots = ["crate".to_owned(), "fretwear".to_owned(), vec!["super"; depth].join("::")];
+    let depth = if source.path.ends_with("mod.rs") {
+        depth
+    } else {
+        depth + 1
+    };
+    let roots = [
+        "crate".to_owned(),
+        "fretwear".to_owned(),
+        vec!["super"; depth].join("::"),
+    ];
     let mut found = Vec::new();
     for root in roots {
         for module in MODULES {
@@ -109,7 +133,13 @@ fn modules(source: &Source) -> Vec<String> {
     }
     found
         .iter()
-        .map(|item| item.trim().split("::").next().unwrap_or_default().to_owned())
+        .map(|item| {
+            item.trim()
+                .split("::")
+                .next()
+                .unwrap_or_default()
+                .to_owned()
+        })
         .filter(|item| MODULES.contains(&item.as_str()))
         .collect()
 }
@@ -127,12 +157,22 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("wear/", &["grid", "contact", "wear"]),
     ("tables/", &["tables"]),
     ("store/", &["tables", "store"]),
-    ("scene/", &["grid", "units", "fft", "contact", "surface", "wear", "scene"]),
+    (
+        "scene/",
+        &[
+            "grid", "units", "fft", "contact", "surface", "wear", "scene",
+        ],
+    ),
     ("report/", &["tables", "report"]),
-    ("validate.rs", &["grid", "contact", "reference", "surface", "wear"]),
+    (
+        "validate.rs",
+        &["grid", "contact", "reference", "surface", "wear"],
+    ),
     (
         "stages/",
-        &["grid", "units", "contact", "surface", "wear", "scene", "tables", "store", "stages"],
+        &[
+            "grid", "units", "contact", "surface", "wear", "scene", "tables", "store", "stages",
+        ],
     ),
 ];
 
@@ -140,7 +180,9 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
 fn imports_run_one_way() {
     let mut parts = std::collections::BTreeSet::new();
     for source in sources() {
-        let Some((part, allowed)) = MAY_IMPORT.iter().find(|(part, _)| source.path.starts_with(part))
+        let Some((part, allowed)) = MAY_IMPORT
+            .iter()
+            .find(|(part, _)| source.path.starts_with(part))
         else {
             let edge = ["cli/", "lib.rs", "main.rs", "progress.rs"];
             assert!(
@@ -159,7 +201,9 @@ fn imports_run_one_way() {
             );
         }
     }
-    for part in ["contact/", "surface/", "wear/", "scene/", "store/", "stages/"] {
+    for part in [
+        "contact/", "surface/", "wear/", "scene/", "store/", "stages/",
+    ] {
         assert!(parts.contains(part), "{part} was not read");
     }
 }
@@ -169,7 +213,13 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
     (&["realfft", "rustfft"], &["fft.rs"]),
     // A foreign table of heights has no schema of ours, so that `tables` cannot read it.
     (
-        &["arrow_array", "arrow_schema", "parquet::arrow", "parquet::file", "parquet::basic"],
+        &[
+            "arrow_array",
+            "arrow_schema",
+            "parquet::arrow",
+            "parquet::file",
+            "parquet::basic",
+        ],
         &["tables/", "surface/readers/parquet.rs"],
     ),
     (&["polars"], &["report/"]),
@@ -180,7 +230,13 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
     (&["toml"], &["scene/", "tables/schema.rs"]),
     (&["npyz", "quick_xml", "zip"], &["surface/readers/"]),
     (
-        &["std::fs", "fs::read", "fs::write", "File::open", "File::create_new"],
+        &[
+            "std::fs",
+            "fs::read",
+            "fs::write",
+            "File::open",
+            "File::create_new",
+        ],
         &[
             "store/file_system.rs",
             "surface/readers/mod.rs",
@@ -191,13 +247,32 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
     ),
     // Results and their progress are said at the edge.
     (
-        &["println!", "print!", "eprintln!", "eprint!", "std::env", "std::process"],
-        &["cli/", "main.rs", "progress.rs", "store/record.rs", "store/file_system.rs"],
+        &[
+            "println!",
+            "print!",
+            "eprintln!",
+            "eprint!",
+            "std::env",
+            "std::process",
+        ],
+        &[
+            "cli/",
+            "main.rs",
+            "progress.rs",
+            "store/record.rs",
+            "store/file_system.rs",
+        ],
     ),
     // The clock influences no number.
     (
         &["std::time"],
-        &["cli/", "progress.rs", "stages/context.rs", "stages/surface.rs", "store/file_system.rs"],
+        &[
+            "cli/",
+            "progress.rs",
+            "stages/context.rs",
+            "stages/surface.rs",
+            "store/file_system.rs",
+        ],
     ),
 ];
 
@@ -226,15 +301,27 @@ fn what_counts_as_an_import() {
         code: code(text),
     };
     let at = |path, text| modules(&source(path, text));
-    assert_eq!(at("wear/joint.rs", "use crate::contact::normal;"), ["contact"]);
-    assert_eq!(at("wear/joint.rs", "use super::super::store::Draft;"), ["store"]);
+    assert_eq!(
+        at("wear/joint.rs", "use crate::contact::normal;"),
+        ["contact"]
+    );
+    assert_eq!(
+        at("wear/joint.rs", "use super::super::store::Draft;"),
+        ["store"]
+    );
     assert_eq!(at("wear/mod.rs", "use super::scene::Scene;"), ["scene"]);
     assert!(at("wear/joint.rs", "use super::scene::Scene;").is_empty());
     assert_eq!(
         at("wear/joint.rs", "use crate::{grid::{Grid, Patch}, tables};"),
         ["grid", "tables"]
     );
-    assert!(at("wear/joint.rs", "// crate::store\nlet a = \"crate::store\";").is_empty());
+    assert!(
+        at(
+            "wear/joint.rs",
+            "// crate::store\nlet a = \"crate::store\";"
+        )
+        .is_empty()
+    );
     assert!(at("wear/joint.rs", "use crate::storehouse;").is_empty());
     assert!(names("use rustfft::Fft;", "rustfft") && !names("my_rustfft()", "rustfft"));
 }

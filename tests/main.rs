@@ -6,6 +6,8 @@ mod imports;
 mod plan;
 mod quadrature;
 mod reference;
+#[cfg(feature = "polars")]
+mod report;
 mod scene;
 mod stages;
 mod store;

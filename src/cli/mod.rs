@@ -1,5 +1,7 @@
 //! The command line: arguments in, exit codes out. Results go to stdout, everything else to stderr.
 
+#[cfg(feature = "polars")]
+mod compare;
 mod report;
 mod run;
 mod show;
@@ -73,13 +75,11 @@ enum Command {
         /// Name of a table; all of them without
         table: Option<String>,
     },
-    /// Put the summaries of several runs side by side
+    /// Put the summaries of several runs into one table
+    ///
+    /// One row a run: its last iteration, with the FFT pairs of all its iterations. Values are in SI units.
     #[cfg(feature = "polars")]
-    Compare {
-        /// Folders of the runs
-        #[arg(required = true)]
-        runs: Vec<PathBuf>,
-    },
+    Compare(CompareArguments),
 }
 
 #[derive(Args)]
@@ -117,6 +117,23 @@ struct RunArguments {
     /// No progress
     #[arg(long, short)]
     quiet: bool,
+}
+
+#[cfg(feature = "polars")]
+#[derive(Args)]
+struct CompareArguments {
+    /// Folders of the runs
+    #[arg(required = true, value_name = "RUN")]
+    runs: Vec<PathBuf>,
+    /// One row for every iteration of every run
+    #[arg(long)]
+    all: bool,
+    /// Write the table to a Parquet file too
+    #[arg(long, value_name = "FILE")]
+    parquet: Option<PathBuf>,
+    /// Write the table to a CSV file too
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
 }
 
 /// Time is no quantity of a scene, but of the command line alone.
@@ -181,6 +198,10 @@ impl CliError {
             ))
             | CliError::NothingToRun { .. }
             | CliError::UnknownTable { .. } => Exit::Scene,
+            #[cfg(feature = "polars")]
+            CliError::Compare(error) if error.is_nothing_to_compare() => Exit::Scene,
+            #[cfg(feature = "polars")]
+            CliError::Compare(error) if error.is_damage_or_mismatch() => Exit::Damaged,
             _ => Exit::Failure,
         }
     }
@@ -196,7 +217,7 @@ pub fn main() -> ExitCode {
         Command::Validate { json } => show::validate(json),
         Command::Schema { table } => show::schema(table.as_deref()),
         #[cfg(feature = "polars")]
-        Command::Compare { runs } => show::compare(&runs),
+        Command::Compare(arguments) => compare::compare(&arguments),
     };
     let exit = result.unwrap_or_else(|error| {
         // A reader that has seen enough (`| head`) is no failure of ours.

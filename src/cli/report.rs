@@ -69,10 +69,15 @@ pub fn write_summary(out: &mut impl Write, summary: &Table) -> std::io::Result<(
     Ok(())
 }
 
-fn readable(value: f64) -> String {
+/// Six significant digits, as a person reads them.
+pub fn readable(value: f64) -> String {
+    const DIGITS: i32 = 6;
     let size = value.abs();
-    if value == 0.0 || (1e-3..1e5).contains(&size) {
-        format!("{value:.5}")
+    if value == 0.0 {
+        "0".to_owned()
+    } else if (1e-3..1e5).contains(&size) {
+        let decimals = (DIGITS - 1 - size.log10().floor() as i32).max(0);
+        format!("{value:.*}", decimals as usize)
     } else {
         format!("{value:.5e}")
     }

@@ -1,4 +1,4 @@
-//! The commands that compute nothing of a run: `plan`, `status`, `verify`, `validate`, `schema`, `compare`.
+//! The commands that compute nothing of a run: `plan`, `status`, `verify`, `validate`, `schema`.
 
 use std::io::Write;
 use std::path::Path;

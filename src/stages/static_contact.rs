@@ -16,6 +16,9 @@ pub struct StaticContact {
     pub fft_pairs: f64,
 }
 
+/// A static contact, with the shear traction that the cycle starts from.
+pub type WithShear = (StaticContact, ByAxis<Vec<f64>>);
+
 /// A contact near the one to be found: what a wear step predicts.
 pub struct Predicted {
     pub gap: Vec<f64>,
@@ -68,7 +71,7 @@ pub fn static_contact(
     keys: &Keys,
     wear: &[f64],
     predicted: Option<Predicted>,
-) -> Result<(StaticContact, ByAxis<Vec<f64>>), RunError> {
+) -> Result<WithShear, RunError> {
     if let Some(done) = resume(context, draft, keys)? {
         return Ok(done);
     }
@@ -134,7 +137,7 @@ pub fn resume(
     context: &Context,
     draft: &mut Draft,
     keys: &Keys,
-) -> Result<Option<(StaticContact, ByAxis<Vec<f64>>)>, RunError> {
+) -> Result<Option<WithShear>, RunError> {
     let mut fields = kept(draft, TableName::ContactField, &keys.static_contact)?;
     // The cycle replaces the fields by its own, with the same gap and pressure, but another shear than the one that it started
     // from: they serve only where it will not be computed again.

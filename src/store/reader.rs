@@ -10,7 +10,7 @@ use super::record::{RUN_FORMAT, RunRecord};
 use crate::tables::{Table, TableName, provenance_of};
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A run open for reading. Needs no lock: what is committed does not change.
@@ -93,6 +93,13 @@ impl RunReader {
                 known: commit.names(),
             })?;
         read_entry(&self.files, &folder, table, entry)?.map_err(StoreError::Damaged)
+    }
+
+    /// The file of a table of an iteration, for readers of many files at once; nothing of it is verified.
+    pub fn table_path(&self, wear_iteration: u64, table: TableName) -> PathBuf {
+        self.layout
+            .iteration(wear_iteration)
+            .join(table.file_name())
     }
 
     /// Hash of the scene that an iteration was computed from: another than that of the run for what a sibling inherited.

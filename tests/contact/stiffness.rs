@@ -68,13 +68,13 @@ fn an_empty_set_has_no_stiffness() {
     let patch = Patch::full(Grid::over([2e-3, 1.5e-3], [9, 7]));
     let mut half_space = half_space(&patch);
     assert_eq!(
-        stiffness::normal(&mut half_space, &vec![false; 63])
+        stiffness::normal(&mut half_space, &[false; 63])
             .expect("kn")
             .total,
         0.0
     );
     assert_eq!(
-        stiffness::tangential(&mut half_space, &vec![false; 63], Shear::InPlane)
+        stiffness::tangential(&mut half_space, &[false; 63], Shear::InPlane)
             .expect("kt")
             .total,
         0.0

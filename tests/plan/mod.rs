@@ -21,7 +21,12 @@ fn stems(folder: &Path, extension: &str) -> Vec<String> {
         .expect("a folder")
         .map(|entry| entry.expect("an entry").path())
         .filter(|path| path.extension().is_some_and(|e| e == extension))
-        .map(|path| path.file_stem().expect("a name").to_string_lossy().into_owned())
+        .map(|path| {
+            path.file_stem()
+                .expect("a name")
+                .to_string_lossy()
+                .into_owned()
+        })
         .collect();
     stems.sort();
     stems
@@ -56,7 +61,10 @@ fn a_plan_is_the_same_each_time_and_anywhere() {
     let (here, there) = (Bench::new(), Bench::new());
     let first = here.done(&["plan", "small.toml", "--json"]).stdout();
     assert_eq!(here.done(&["plan", "small.toml", "--json"]).stdout(), first);
-    assert_eq!(there.done(&["plan", "small.toml", "--json"]).stdout(), first);
+    assert_eq!(
+        there.done(&["plan", "small.toml", "--json"]).stdout(),
+        first
+    );
     assert!(!here.path("runs").exists(), "a plan runs nothing");
 }
 

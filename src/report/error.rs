@@ -1,0 +1,88 @@
+//! Why runs cannot be compared.
+
+use std::path::PathBuf;
+
+use polars::error::PolarsError;
+
+use crate::store::StoreError;
+
+/// Runs that do not go into one table, or a table that cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum CompareError {
+    /// A folder that is no run, or a run that cannot be read.
+    #[error("{source}")]
+    Run {
+        /// Folder of the run.
+        run: PathBuf,
+        /// What is wrong with it.
+        source: StoreError,
+    },
+    /// A run without a committed iteration that verifies.
+    #[error(
+        "{}: no iteration that verifies; `fretwear run --run {}` computes the first",
+        run.display(), run.display()
+    )]
+    Empty {
+        /// Folder of the run.
+        run: PathBuf,
+    },
+    /// A folder whose name is not UTF-8, which the table reader requires.
+    #[error("{}: the name must be UTF-8 for its tables to be scanned", run.display())]
+    Name {
+        /// Folder of the run.
+        run: PathBuf,
+        /// The error of the table library.
+        source: PolarsError,
+    },
+    /// Summaries that do not join.
+    #[error("the summaries of {runs} do not join: {source}")]
+    Scan {
+        /// Folders of the runs.
+        runs: String,
+        /// The error of the table library.
+        source: PolarsError,
+    },
+    /// A file that cannot be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The error of the operating system.
+        source: std::io::Error,
+    },
+    /// A Parquet file that cannot be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Parquet {
+        /// The file.
+        path: PathBuf,
+        /// The error of the table library.
+        source: PolarsError,
+    },
+    /// A CSV file that cannot be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Csv {
+        /// The file.
+        path: PathBuf,
+        /// The error of the format library.
+        source: csv::Error,
+    },
+}
+
+impl CompareError {
+    /// True for a folder that is no run, or a run without an iteration.
+    pub fn is_nothing_to_compare(&self) -> bool {
+        matches!(
+            self,
+            CompareError::Empty { .. }
+                | CompareError::Run {
+                    source: StoreError::NoRun { .. },
+                    ..
+                }
+        )
+    }
+
+    /// True for a run that is damaged or of another format, rather than absent or empty.
+    pub fn is_damage_or_mismatch(&self) -> bool {
+        matches!(self, CompareError::Run { source, .. } if source.is_damage_or_mismatch())
+    }
+}
