@@ -153,7 +153,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("contact/", &["grid", "fft", "contact"]),
     ("surface/readers/", &["grid", "surface", "units"]),
     ("surface/", &["grid", "fft", "surface"]),
-    ("reference/", &["grid", "reference"]),
+    ("reference/", &["grid", "contact", "reference"]),
     ("wear/", &["grid", "contact", "wear"]),
     ("tables/", &["tables"]),
     ("store/", &["tables", "store"]),
@@ -163,7 +163,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "grid", "units", "fft", "contact", "surface", "wear", "scene",
         ],
     ),
-    ("report/", &["tables", "report"]),
+    ("report/", &["tables", "store", "report"]),
     (
         "validate.rs",
         &["grid", "contact", "reference", "surface", "wear"],
@@ -227,8 +227,8 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
     (&["indicatif"], &["progress.rs"]),
     (&["blake3"], &["store/", "stages/inputs.rs"]),
     (&["fs4"], &["store/file_system.rs"]),
-    (&["toml"], &["scene/", "tables/schema.rs"]),
-    (&["npyz", "quick_xml", "zip"], &["surface/readers/"]),
+    (&["toml"], &["scene/", "tables/"]),
+    (&["npyz", "quick_xml", "zip::"], &["surface/readers/"]),
     (
         &[
             "std::fs",

@@ -45,13 +45,16 @@ const PREFIXED: [(&str, Dimension, i32); 9] = [
 ];
 
 /// Units that do not, with the power of ten and the factor to SI. `Nm` is no SI spelling, but `mm^3/Nm` is how wear is reported.
-const PLAIN: [(&str, Dimension, i32, f64); 6] = [
+const PLAIN: [(&str, Dimension, i32, f64); 9] = [
     ("deg", Dimension::ANGLE, 0, PI / 180.0),
     ("\u{b0}", Dimension::ANGLE, 0, PI / 180.0),
     ("t", Dimension::of(0, 1, 0), 3, 1.0),
     ("bar", Dimension::PRESSURE, 5, 1.0),
     ("%", Dimension::NONE, -2, 1.0),
     ("Nm", Dimension::of(2, 1, -2), 0, 1.0),
+    ("min", Dimension::of(0, 0, 1), 0, 60.0),
+    ("h", Dimension::of(0, 0, 1), 0, 3600.0),
+    ("d", Dimension::of(0, 0, 1), 0, 86400.0),
 ];
 
 /// Largest power of one unit: far above any physical one, far below an overflow.

@@ -39,7 +39,12 @@ fn json_is_the_last_summary() {
     let found = did.json();
     for column in &expected {
         let value = found[column].as_f64().expect("a number");
-        assert_eq!(value, summary(&root, latest(&root), column), "{column}");
+        let stored = summary(&root, latest(&root), column);
+        // Reading a number from JSON may change its last bit.
+        assert!(
+            (value - stored).abs() <= f64::EPSILON * stored.abs(),
+            "{column}"
+        );
     }
     expected.extend(["wear_iteration", "timing"].map(str::to_owned));
     assert_eq!(keys(&found), expected);

@@ -48,13 +48,14 @@ fn a_file_in_place_of_a_generated_surface() {
         "surface.unit=mm",
         "surface.detrend=none",
         "joint.grid=[20, 14]",
+        "contact.normal_load=30 N",
     ] {
         arguments.extend(["--set", set]);
     }
     let found = bench.done(&arguments).json();
     let root = bench.path("a");
     verified(&root);
-    let mean = (1e-5 + 19.0 * 6.5e-8 / 1.0) / 20.0;
+    let mean = (1e-5 + 19.0 * 6.5e-8) / 20.0;
     let height = summary(&root, 0, "mean_height");
     assert!(
         (height / mean - 1.0).abs() < 1e-9,

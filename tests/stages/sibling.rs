@@ -70,7 +70,11 @@ fn with_a_changed_tolerance_it_is_a_run_of_its_own() {
         "a coarser tolerance makes longer steps"
     );
     let inherited = content(&root);
-    for (name, bytes) in &before.files {
+    for (name, bytes) in before
+        .files
+        .iter()
+        .filter(|(name, _)| !name.starts_with("once"))
+    {
         let k: u64 = name.to_string_lossy()["iterations/wear_iteration=".len()..]
             .split('/')
             .next()
@@ -97,7 +101,11 @@ const SAME: f64 = 1e-12;
 #[test]
 fn with_changed_physics_it_starts_from_its_own_contact() {
     let bench = Bench::new();
-    let explicit = [SHORT, "wear.scheme=explicit", "wear.depth_step=\"0.01 um\""];
+    let explicit = [
+        "wear.cycles=60_000",
+        "wear.scheme=explicit",
+        "wear.depth_step=\"0.01 um\"",
+    ];
     source(&bench, &explicit);
     let a = bench.path("a");
     let changed = |set: &'static str| [explicit[0], explicit[1], explicit[2], set];

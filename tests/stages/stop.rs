@@ -11,11 +11,13 @@ use crate::support::{Bench, assert_same, content, latest, verified};
 const STOPPED: i32 = 75;
 
 /// Long enough that a signal comes in between.
-const LONG: [&str; 4] = [
+const LONG: [&str; 6] = [
     "--set",
     "joint.grid=[62, 46]",
     "--set",
-    "wear.tolerance=3e-4",
+    "wear.depth_step=\"0.03 um\"",
+    "--set",
+    "wear.cycles=300_000",
 ];
 
 fn arguments(run: &str) -> Vec<&str> {
