@@ -1,6 +1,6 @@
 //! A fault at every call to the file system: what is committed verifies, and the continued run equals the undisturbed one.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use fretwear::store::FileSystem;
@@ -104,5 +104,73 @@ fn an_end_at_any_call_of_an_explicit_run() {
 fn every_fault_at_some_calls_while_pruning() {
     for fault in FAULTS {
         sweep(fault, &["output.keep={ last = 1 }"], 7);
+    }
+}
+
+/// A machine that loses power may keep any of the files that it was not told to wait for: with each single one of them lost, what
+/// is left of a draft leads to the same bits.
+#[test]
+fn a_draft_that_lost_any_file() {
+    /// Calls between two drafts that are looked at: about two a table.
+    const STRIDE: usize = 5;
+    let bench = Bench::new();
+    let sets = ["fidelity.cycle=stepped", "fidelity.steps_per_cycle=8"];
+    let sets: Vec<&str> = TINY.iter().chain(&sets).copied().collect();
+    let scene = bench.scene("small.toml", &sets);
+    let reference = bench.path("reference");
+    let counted = Arc::new(FaultyFileSystem::sound());
+    Start::new(scene.clone(), &reference)
+        .through(counted.clone())
+        .done();
+    let expected = content(&reference);
+
+    let mut lost = 0;
+    for call in (1..=counted.calls(Fault::EndBefore)).step_by(STRIDE) {
+        let ended = bench.path("ended");
+        let failing = FaultyFileSystem::failing(call, Fault::EndBefore);
+        let (result, _) = Start::new(scene.clone(), &ended)
+            .through(Arc::new(failing))
+            .run();
+        assert!(result.is_err());
+        for name in files_below(&ended.join("staging")) {
+            let root = bench.path("lost");
+            copy(&ended, &root);
+            std::fs::remove_file(root.join("staging").join(&name)).expect("removed");
+            Start::new(scene.clone(), &root).done();
+            let at = format!("call {call} without {}", name.display());
+            assert_same(&content(&root), &expected, &at);
+            std::fs::remove_dir_all(&root).expect("removed");
+            lost += 1;
+        }
+        if ended.exists() {
+            std::fs::remove_dir_all(&ended).expect("removed");
+        }
+    }
+    assert!(lost > 50, "only {lost} files were lost");
+}
+
+/// The files below a folder, relative to it; none if there is no such folder.
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return Vec::new();
+    };
+    let mut files = Vec::new();
+    for entry in entries {
+        let path = entry.expect("an entry").path();
+        let name = PathBuf::from(path.file_name().expect("a name"));
+        if path.is_dir() {
+            files.extend(files_below(&path).into_iter().map(|below| name.join(below)));
+        } else {
+            files.push(name);
+        }
+    }
+    files
+}
+
+fn copy(from: &Path, to: &Path) {
+    for name in files_below(from) {
+        let target = to.join(&name);
+        std::fs::create_dir_all(target.parent().expect("a parent")).expect("made");
+        std::fs::copy(from.join(&name), target).expect("copied");
     }
 }
