@@ -8,7 +8,10 @@
 use std::sync::Arc;
 
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
-use rustfft::{Fft, FftPlanner, num_complex::Complex64};
+use rustfft::{Fft, FftPlanner};
+
+pub use rustfft::FftDirection;
+pub use rustfft::num_complex::Complex64;
 
 /// Rows that are transposed together: eight complex numbers are two cache lines of writes to each column.
 const ROWS_AT_ONCE: usize = 8;
@@ -297,5 +300,32 @@ impl Convolution {
     fn store_column(&mut self, plane: usize, k: usize) {
         let target = &mut self.planes[plane][k * self.nx..(k + 1) * self.nx];
         target.copy_from_slice(&self.columns[plane][..self.nx]);
+    }
+}
+
+/// Transforms a complex field of any shape in place, without normalisation: forward has the sign −i in the exponent, inverse +i.
+///
+/// For what is transformed a few times in a run, such as a surface; [`Convolution`] is for the rest.
+pub fn transform(values: &mut Vec<Complex64>, nx: usize, ny: usize, direction: FftDirection) {
+    let mut planner = FftPlanner::new();
+    planner.plan_fft(ny, direction).process(values);
+    let mut columns = transposed(values, nx, ny);
+    planner.plan_fft(nx, direction).process(&mut columns);
+    *values = transposed(&columns, ny, nx);
+}
+
+/// The `cols * rows` array whose entry (c, r) is the entry (r, c) of `values`.
+fn transposed(values: &[Complex64], rows: usize, cols: usize) -> Vec<Complex64> {
+    (0..rows * cols)
+        .map(|k| values[(k % rows) * cols + k / rows])
+        .collect()
+}
+
+/// The signed wave number of position `k` in a transform of length `n`; the Nyquist position of an even length is negative.
+pub fn wave_number(k: usize, n: usize) -> i64 {
+    if 2 * k < n {
+        k as i64
+    } else {
+        k as i64 - n as i64
     }
 }

@@ -1,1 +1,327 @@
+//! Imports run one way: numerics know no scene, no store, no table and no file; each library is named in one place.
+//!
+//! The sources are read as text: every path that a `use` names, or that stands in the code in full, counts. Comments do not.
 
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// One file of `src/`: its path below it with `/`, and its code without comments and texts.
+struct Source {
+    path: String,
+    code: String,
+}
+
+fn sources() -> Vec<Source> {
+    fn walk(folder: &Path, into: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                walk(&path, into);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                into.push(path);
+            }
+        }
+    }
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut paths = Vec::new();
+    walk(&root, &mut paths);
+    paths.sort();
+    paths
+        .into_iter()
+        .map(|path| Source {
+            path: path
+                .strip_prefix(&root)
+                .expect("below")
+                .to_string_lossy()
+                .replace('\\', "/"),
+            code: code(&fs::read_to_string(&path).expect("a source")),
+        })
+        .collect()
+}
+
+/// The lines without `//` comments and without what stands in quotes.
+fn code(text: &str) -> String {
+    let mut code = String::new();
+    for line in text.lines() {
+        let mut quoted = false;
+        let mut bare = String::new();
+        let mut characters = line.chars().peekable();
+        while let Some(c) = characters.next() {
+            match c {
+                '\\' if quoted => drop(characters.next()),
+                '"' => quoted = !quoted,
+                '/' if !quoted && characters.peek() == Some(&'/') => break,
+                c if !quoted => bare.push(c),
+                _ => (),
+            }
+        }
+        code += &bare;
+        code.push('\n');
+    }
+    code
+}
+
+/// True if the code names the path: not as a part of a longer word.
+fn names(code: &str, path: &str) -> bool {
+    let word = |c: char| c.is_alphanumeric() || c == '_';
+    code.match_indices(path).any(|(at, _)| {
+        let before = code[..at].chars().next_back();
+        let after = code[at + path.len()..].chars().next();
+        !before.is_some_and(|c| word(c) || c == ':') && !after.is_some_and(word)
+    })
+}
+
+/// The modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
+fn modules(source: &Source) -> Vec<String> {
+    const MODULES: [&str; 18] = [
+        "cli",
+        "contact",
+        "fft",
+        "grid",
+        "linalg",
+        "progress",
+        "reference",
+        "report",
+        "scene",
+        "stages",
+        "store",
+        "structure",
+        "dynamics",
+        "surface",
+        "tables",
+        "units",
+        "validate",
+        "wear",
+    ];
+    let depth = source.path.matches('/').count();
+    let depth = if source.path.ends_with("mod.rs") {
+        depth
+    } else {
+        depth + 1
+    };
+    let roots = [
+        "crate".to_owned(),
+        "fretwear".to_owned(),
+        vec!["super"; depth].join("::"),
+    ];
+    let mut found = Vec::new();
+    for root in roots {
+        for module in MODULES {
+            if names(&source.code, &format!("{root}::{module}")) {
+                found.push(module.to_owned());
+            }
+        }
+        // A list: what it begins with is a module, up to the brace that ends it.
+        for (at, opening) in source.code.match_indices(&format!("{root}::{{")) {
+            let list = &source.code[at + opening.len()..];
+            let mut level = 0;
+            let mut item = String::new();
+            for c in list.chars() {
+                match c {
+                    '{' => level += 1,
+                    '}' if level == 0 => break,
+                    '}' => level -= 1,
+                    ',' if level == 0 => {
+                        found.push(std::mem::take(&mut item));
+                    }
+                    c if level == 0 => item.push(c),
+                    _ => (),
+                }
+            }
+            found.push(item);
+        }
+    }
+    found
+        .iter()
+        .map(|item| {
+            item.trim()
+                .split("::")
+                .next()
+                .unwrap_or_default()
+                .to_owned()
+        })
+        .filter(|item| MODULES.contains(&item.as_str()))
+        .collect()
+}
+
+/// What a part of the crate may import of the rest, by the first matching prefix of the path.
+const MAY_IMPORT: &[(&str, &[&str])] = &[
+    ("grid.rs", &[]),
+    ("units.rs", &[]),
+    ("units/", &[]),
+    ("fft.rs", &[]),
+    ("contact/", &["grid", "fft", "contact"]),
+    ("surface/readers/", &["grid", "surface", "units"]),
+    ("surface/", &["grid", "fft", "surface"]),
+    ("reference/", &["grid", "reference"]),
+    ("wear/", &["grid", "contact", "wear"]),
+    ("tables/", &["tables"]),
+    ("store/", &["tables", "store"]),
+    (
+        "scene/",
+        &[
+            "grid", "units", "fft", "contact", "surface", "wear", "scene",
+        ],
+    ),
+    ("report/", &["tables", "report"]),
+    (
+        "validate.rs",
+        &["grid", "contact", "reference", "surface", "wear"],
+    ),
+    (
+        "stages/",
+        &[
+            "grid", "units", "contact", "surface", "wear", "scene", "tables", "store", "stages",
+        ],
+    ),
+];
+
+#[test]
+fn imports_run_one_way() {
+    let mut parts = std::collections::BTreeSet::new();
+    for source in sources() {
+        let Some((part, allowed)) = MAY_IMPORT
+            .iter()
+            .find(|(part, _)| source.path.starts_with(part))
+        else {
+            let edge = ["cli/", "lib.rs", "main.rs", "progress.rs"];
+            assert!(
+                edge.iter().any(|edge| source.path.starts_with(edge)),
+                "{} has no place in the order of imports",
+                source.path
+            );
+            continue;
+        };
+        parts.insert(*part);
+        for module in modules(&source) {
+            assert!(
+                allowed.contains(&module.as_str()),
+                "src/{} imports {module}; it may import {allowed:?}",
+                source.path
+            );
+        }
+    }
+    for part in [
+        "contact/", "surface/", "wear/", "scene/", "store/", "stages/",
+    ] {
+        assert!(parts.contains(part), "{part} was not read");
+    }
+}
+
+/// Where a library, or a part of the standard one, may be named.
+const NAMED_IN: &[(&[&str], &[&str])] = &[
+    (&["realfft", "rustfft"], &["fft.rs"]),
+    // A foreign table of heights has no schema of ours, so that `tables` cannot read it.
+    (
+        &[
+            "arrow_array",
+            "arrow_schema",
+            "parquet::arrow",
+            "parquet::file",
+            "parquet::basic",
+        ],
+        &["tables/", "surface/readers/parquet.rs"],
+    ),
+    (&["polars"], &["report/"]),
+    (&["clap", "signal_hook"], &["cli/"]),
+    (&["indicatif"], &["progress.rs"]),
+    (&["blake3"], &["store/", "stages/inputs.rs"]),
+    (&["fs4"], &["store/file_system.rs"]),
+    (&["toml"], &["scene/", "tables/schema.rs"]),
+    (&["npyz", "quick_xml", "zip"], &["surface/readers/"]),
+    (
+        &[
+            "std::fs",
+            "fs::read",
+            "fs::write",
+            "File::open",
+            "File::create_new",
+        ],
+        &[
+            "store/file_system.rs",
+            "surface/readers/mod.rs",
+            "scene/document.rs",
+            "stages/inputs.rs",
+            "report/",
+        ],
+    ),
+    // Results and their progress are said at the edge.
+    (
+        &[
+            "println!",
+            "print!",
+            "eprintln!",
+            "eprint!",
+            "std::env",
+            "std::process",
+        ],
+        &[
+            "cli/",
+            "main.rs",
+            "progress.rs",
+            "store/record.rs",
+            "store/file_system.rs",
+        ],
+    ),
+    // The clock influences no number.
+    (
+        &["std::time"],
+        &[
+            "cli/",
+            "progress.rs",
+            "stages/context.rs",
+            "stages/surface.rs",
+            "store/file_system.rs",
+        ],
+    ),
+];
+
+#[test]
+fn each_library_has_its_place() {
+    let sources = sources();
+    for (libraries, places) in NAMED_IN {
+        for library in *libraries {
+            for source in &sources {
+                assert!(
+                    !names(&source.code, library)
+                        || places.iter().any(|place| source.path.starts_with(place)),
+                    "src/{} names {library}, which belongs to {places:?}",
+                    source.path
+                );
+            }
+        }
+    }
+}
+
+/// The reader of sources sees what it is to see.
+#[test]
+fn what_counts_as_an_import() {
+    let source = |path: &str, text: &str| Source {
+        path: path.to_owned(),
+        code: code(text),
+    };
+    let at = |path, text| modules(&source(path, text));
+    assert_eq!(
+        at("wear/joint.rs", "use crate::contact::normal;"),
+        ["contact"]
+    );
+    assert_eq!(
+        at("wear/joint.rs", "use super::super::store::Draft;"),
+        ["store"]
+    );
+    assert_eq!(at("wear/mod.rs", "use super::scene::Scene;"), ["scene"]);
+    assert!(at("wear/joint.rs", "use super::scene::Scene;").is_empty());
+    assert_eq!(
+        at("wear/joint.rs", "use crate::{grid::{Grid, Patch}, tables};"),
+        ["grid", "tables"]
+    );
+    assert!(
+        at(
+            "wear/joint.rs",
+            "// crate::store\nlet a = \"crate::store\";"
+        )
+        .is_empty()
+    );
+    assert!(at("wear/joint.rs", "use crate::storehouse;").is_empty());
+    assert!(names("use rustfft::Fft;", "rustfft") && !names("my_rustfft()", "rustfft"));
+}

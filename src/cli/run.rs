@@ -40,11 +40,12 @@ pub fn run(arguments: RunArguments) -> Result<Exit, CliError> {
         source: arguments.from.clone(),
         until: arguments.until,
         file_system: Arc::new(RealFileSystem),
-        stop: &|| {
+        // A start makes an iteration in any case, so that one with little time after another gets through.
+        stop: &|commits| {
             stop.load(Ordering::Relaxed)
                 || arguments
                     .max_wall
-                    .is_some_and(|limit| begin.elapsed().as_secs_f64() >= limit)
+                    .is_some_and(|limit| commits > 0 && begin.elapsed().as_secs_f64() >= limit)
         },
     };
     let result = stages::run(&options, &watcher);

@@ -65,7 +65,13 @@ impl Keys {
         };
         let mut upstream = vec![surface];
         upstream.extend(&wear);
-        let parameters = inputs.sections(&["joint", "material", "contact", "fidelity", "output"]);
+        let parameters = inputs.sections(&[
+            "joint",
+            "material",
+            "contact",
+            "fidelity",
+            "output.curves_every",
+        ]);
         let tables = [
             TableName::ContactField,
             TableName::StaticContact,
@@ -74,7 +80,7 @@ impl Keys {
         ];
         let static_contact =
             StageKey::new(Stage::StaticContact.name(), &tables, &parameters, &upstream);
-        let parameters = inputs.sections(&["contact", "motion", "fidelity", "output"]);
+        let parameters = inputs.sections(&["contact", "motion", "fidelity", "output.curves_every"]);
         let tables = [
             TableName::ContactField,
             TableName::Cycle,
@@ -125,6 +131,14 @@ impl Context<'_> {
             fft_pairs,
         });
         Ok((result, fft_pairs))
+    }
+
+    /// Notes whether the iteration in progress, with these cycles behind it, is the last.
+    pub fn reach(&mut self, cycles: u64) {
+        let wear = self.inputs.scene.wear.as_ref();
+        self.is_last = wear
+            .and_then(|wear| wear.cycles)
+            .is_some_and(|end| cycles >= end);
     }
 
     /// True if the curves behind the stiffnesses belong to this iteration: every so many, and the last.

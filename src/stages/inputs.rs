@@ -59,11 +59,16 @@ impl Inputs {
         })
     }
 
-    /// Sections of the canonical scene, by name: what a stage reads goes into its key.
+    /// Sections and keys (`section.key`) of the canonical scene, by name: what a stage reads goes into its key.
     pub fn sections(&self, names: &[&str]) -> Value {
+        let value = |name: &str| {
+            name.split('.')
+                .fold(&self.canonical, |value, part| &value[part])
+                .clone()
+        };
         names
             .iter()
-            .map(|name| ((*name).to_owned(), self.canonical[*name].clone()))
+            .map(|name| ((*name).to_owned(), value(name)))
             .collect::<serde_json::Map<_, _>>()
             .into()
     }

@@ -33,8 +33,9 @@ pub struct RunOptions<'a> {
     pub until: Option<Stage>,
     /// Through which all files of the run are written and read.
     pub file_system: Arc<dyn FileSystem>,
-    /// Asked after every commit; true ends the run there.
-    pub stop: &'a dyn Fn() -> bool,
+    /// Asked before every iteration but the unworn one, with the number of iterations that this start has committed; true ends
+    /// the run there.
+    pub stop: &'a dyn Fn(u64) -> bool,
 }
 
 /// Who watches a run.
@@ -109,6 +110,7 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
         is_last: false,
         timing: unworn.timing.into_iter().collect(),
     };
+    let mut commits = 0;
     loop {
         // Whatever the next iteration depends on is read back from what is committed, so that a run which is continued
         // computes from the very same numbers as one that is not interrupted.
@@ -125,7 +127,7 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
         {
             return outcome(&store, Ending::Done);
         }
-        if store.latest().is_some() && (options.stop)() {
+        if store.latest().is_some() && (options.stop)(commits) {
             return outcome(&store, Ending::Stopped);
         }
         context.wear_iteration = store.next();
@@ -143,6 +145,7 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
         let timing = context.timing_table()?;
         draft.put(TableName::Timing, &keys.fretting_cycle, &timing)?;
         draft.commit(&mut store)?;
+        commits += 1;
         committed(&store, inputs, observer)?;
         prune(&mut store, inputs)?;
         let last = if inputs.scene.motion.is_some() {
@@ -212,12 +215,7 @@ fn iterate(
     if until == Some(Stage::Wear) && keys.wear.is_some() {
         return Ok(Some(Stage::Wear));
     }
-    let reached = before.map_or(0, |b| b.cycles) + worn.n_cycles;
-    context.is_last = scene
-        .wear
-        .as_ref()
-        .and_then(|w| w.cycles)
-        .is_some_and(|cycles| reached >= cycles);
+    context.reach(before.map_or(0, |b| b.cycles) + worn.n_cycles);
     let predicted = worn.predicted.take();
     let (contact, shear) =
         static_contact::static_contact(context, draft, keys, &worn.wear, predicted)?;

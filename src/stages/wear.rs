@@ -61,7 +61,7 @@ pub fn wear(
     wear: &Wear,
     before: &Committed,
 ) -> Result<Worn, RunError> {
-    if let Some(worn) = resume(context, draft, keys, key)? {
+    if let Some(worn) = resume(context, draft, keys, key, before)? {
         return Ok(worn);
     }
     let volume_left = wear
@@ -196,16 +196,19 @@ fn put(
 
 /// The step as an earlier start left it, if the contact that it predicts, or what replaced it, is there too.
 fn resume(
-    context: &Context,
+    context: &mut Context,
     draft: &mut Draft,
     keys: &Keys,
     key: &StageKey,
+    before: &Committed,
 ) -> Result<Option<Worn>, RunError> {
     let field = kept(draft, TableName::WearField, key)?;
     let step = kept(draft, TableName::WearStep, key)?;
     let (Some(field), Some(step)) = (field, step) else {
         return Ok(None);
     };
+    let n_cycles = step.i64("n_cycles")?[0] as u64;
+    context.reach(before.cycles + n_cycles);
     let predicted = match kept(draft, TableName::ContactField, key)? {
         Some(table) => Some(Predicted::of(context, &table)?),
         // Anything less than the whole static contact would have to be computed from the prediction again.
@@ -214,7 +217,7 @@ fn resume(
     };
     Ok(Some(Worn {
         wear: context.field(&field, "wear_depth")?,
-        n_cycles: step.i64("n_cycles")?[0] as u64,
+        n_cycles,
         volume: step.f64("volume")?[0],
         error: step.f64("error")?[0],
         fft_pairs: step.f64("fft_pairs")?[0],

@@ -2,12 +2,9 @@
 
 use std::f64::consts::PI;
 
-use rustfft::FftDirection;
-use rustfft::num_complex::Complex;
-
 use super::error::SurfaceError;
-use super::fourier::{transform, wave_number};
 use super::statistics::{check, roughness};
+use crate::fft::{Complex64, FftDirection, transform, wave_number};
 use crate::grid::Patch;
 
 /// Autocorrelation of a surface, normalised to 1 at lag zero.
@@ -70,14 +67,14 @@ pub fn autocorrelation(patch: &Patch, heights: &[f64]) -> Result<Autocorrelation
     // Twice the grid: cyclic products then are the products without wrapping round.
     let (px, py) = (2 * grid.nx, 2 * grid.ny);
     let products = |values: &dyn Fn(usize) -> f64| {
-        let mut padded = vec![Complex::new(0.0, 0.0); px * py];
+        let mut padded = vec![Complex64::new(0.0, 0.0); px * py];
         for index in 0..grid.len() {
             let (i, j) = grid.cell(index);
             padded[i * py + j].re = values(index);
         }
         transform(&mut padded, px, py, FftDirection::Forward);
         for value in &mut padded {
-            *value = Complex::new(value.norm_sqr(), 0.0);
+            *value = Complex64::new(value.norm_sqr(), 0.0);
         }
         transform(&mut padded, px, py, FftDirection::Inverse);
         padded
@@ -132,7 +129,11 @@ pub fn power_spectral_density(
     let about = deviations(patch, heights)?;
     let grid = patch.grid;
     let [lx, ly] = grid.size();
-    let mut waves: Vec<_> = about.values.iter().map(|&h| Complex::new(h, 0.0)).collect();
+    let mut waves: Vec<_> = about
+        .values
+        .iter()
+        .map(|&h| Complex64::new(h, 0.0))
+        .collect();
     transform(&mut waves, grid.nx, grid.ny, FftDirection::Forward);
     let width = 2.0 * PI / lx.min(ly);
     let scale = grid.cell_area() / patch.cells() as f64;

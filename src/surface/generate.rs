@@ -14,11 +14,9 @@ use std::f64::consts::PI;
 
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use rustfft::FftDirection;
-use rustfft::num_complex::Complex;
 
 use super::error::SurfaceError;
-use super::fourier;
+use crate::fft::{self, Complex64, FftDirection};
 use crate::grid::{Grid, Patch};
 
 /// Fewer cells than this to a correlation length (or to half a wavelength) are too few to carry the shape of the surface.
@@ -126,7 +124,7 @@ pub fn random(patch: &Patch, surface: &RandomSurface) -> Result<Generated, Surfa
     }
     let grid = patch.grid;
     let mut waves = amplitudes(&grid, &surface.spectrum, surface.seed);
-    fourier::transform(&mut waves, grid.nx, grid.ny, FftDirection::Inverse);
+    fft::transform(&mut waves, grid.nx, grid.ny, FftDirection::Inverse);
     let mut heights: Vec<f64> = waves.iter().map(|h| h.re).collect();
     if !normalise(patch, &mut heights, surface.rq) {
         return Err(SurfaceError::NoPower {
@@ -168,9 +166,9 @@ pub fn sphere(patch: &Patch, radius: f64) -> Result<Vec<f64>, SurfaceError> {
 }
 
 /// The amplitudes of the waves that the grid resolves, in the order of the transform, shifted to the cell centres.
-fn amplitudes(grid: &Grid, spectrum: &Spectrum, seed: u64) -> Vec<Complex<f64>> {
+fn amplitudes(grid: &Grid, spectrum: &Spectrum, seed: u64) -> Vec<Complex64> {
     let [lx, ly] = grid.size();
-    let mut waves = vec![Complex::new(0.0, 0.0); grid.len()];
+    let mut waves = vec![Complex64::new(0.0, 0.0); grid.len()];
     let mut random = ModeNumbers::new(seed);
     let highest = |cells: usize| (cells.saturating_sub(1) / 2) as i64;
     for m in 0..=highest(grid.nx) {
@@ -190,7 +188,7 @@ fn amplitudes(grid: &Grid, spectrum: &Spectrum, seed: u64) -> Vec<Complex<f64>> 
             let (kx, ky) = (2.0 * PI * m as f64 / lx, 2.0 * PI * n as f64 / ly);
             let scale = (0.5 * spectrum.density(kx, ky)).sqrt();
             let phase = PI * (m as f64 / grid.nx as f64 + n as f64 / grid.ny as f64);
-            let wave = scale * Complex::new(g, h) * Complex::cis(phase);
+            let wave = scale * Complex64::new(g, h) * Complex64::cis(phase);
             let wrap = |k: i64, cells: usize| k.rem_euclid(cells as i64) as usize;
             waves[grid.index(wrap(m, grid.nx), wrap(n, grid.ny))] = wave;
             waves[grid.index(wrap(-m, grid.nx), wrap(-n, grid.ny))] = wave.conj();

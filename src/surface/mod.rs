@@ -6,7 +6,6 @@
 
 pub mod correlation;
 mod error;
-mod fourier;
 pub mod generate;
 pub mod prepare;
 pub mod readers;

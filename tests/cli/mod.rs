@@ -1,1 +1,5 @@
+//! The command line: exit codes, messages, and what stdout holds for a program.
 
+mod codes;
+mod outputs;
+mod sets;

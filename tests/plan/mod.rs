@@ -1,1 +1,108 @@
+//! The plans of the scenes that are shipped, as `fretwear plan --json` prints them, against those on record.
+//!
+//! After a change that is meant, run the tests once with FRETWEAR_REWRITE_PLANS=1 and read the difference.
 
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::support::Bench;
+
+const REWRITE: &str = "FRETWEAR_REWRITE_PLANS";
+
+fn folder(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
+}
+
+/// File names without extension, sorted.
+fn stems(folder: &Path, extension: &str) -> Vec<String> {
+    let mut stems: Vec<String> = fs::read_dir(folder)
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry").path())
+        .filter(|path| path.extension().is_some_and(|e| e == extension))
+        .map(|path| {
+            path.file_stem()
+                .expect("a name")
+                .to_string_lossy()
+                .into_owned()
+        })
+        .collect();
+    stems.sort();
+    stems
+}
+
+#[test]
+fn the_plans_of_the_pipelines_are_those_on_record() {
+    let golden = folder("tests/plan/golden");
+    let pipelines = folder("pipelines");
+    let bench = Bench::new();
+    let rewrite = std::env::var_os(REWRITE).is_some();
+    for name in stems(&pipelines, "toml") {
+        let scene = pipelines.join(format!("{name}.toml"));
+        let scene = scene.to_str().expect("a path of text");
+        let found = bench.done(&["plan", scene, "--json"]).json();
+        let path = golden.join(format!("{name}.json"));
+        if rewrite {
+            let text = serde_json::to_string_pretty(&found).expect("a value");
+            fs::write(&path, text + "\n").expect("written");
+        }
+        let text = fs::read_to_string(&path)
+            .unwrap_or_else(|error| panic!("{}: {error}; set {REWRITE}=1", path.display()));
+        let expected: Value = serde_json::from_str(&text).expect("a plan");
+        assert_eq!(found, expected, "{name}: if this is meant, set {REWRITE}=1");
+    }
+    assert_eq!(stems(&golden, "json"), stems(&pipelines, "toml"));
+}
+
+/// A plan is of the scene alone: neither the machine, nor the time, nor the folder is in it.
+#[test]
+fn a_plan_is_the_same_each_time_and_anywhere() {
+    let (here, there) = (Bench::new(), Bench::new());
+    let first = here.done(&["plan", "small.toml", "--json"]).stdout();
+    assert_eq!(here.done(&["plan", "small.toml", "--json"]).stdout(), first);
+    assert_eq!(
+        there.done(&["plan", "small.toml", "--json"]).stdout(),
+        first
+    );
+    assert!(!here.path("runs").exists(), "a plan runs nothing");
+}
+
+/// What each key decides, in the words of the plan.
+#[test]
+fn a_plan_follows_the_scene() {
+    let bench = Bench::new();
+    let choices = |sets: &[&str]| -> Vec<(String, String)> {
+        let mut arguments = vec!["plan", "small.toml", "--json"];
+        arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
+        let plan = bench.done(&arguments).json();
+        let decisions = plan["decisions"].as_array().expect("a list").clone();
+        decisions
+            .iter()
+            .map(|d| [&d["what"], &d["choice"]].map(|v| v.as_str().expect("text").to_owned()))
+            .map(|[what, choice]| (what, choice))
+            .collect()
+    };
+    let plain = choices(&[]);
+    for (set, what) in [
+        ("contact.boundary=periodic", "transforms"),
+        ("joint.hole.diameter=\"1 mm\"", "cells"),
+        ("contact.pressure_cap=\"600 MPa\"", "pressure cap"),
+        ("contact.transverse=absent", "shear"),
+        ("motion.phase=\"30 deg\"", ""),
+        ("fidelity.cycle=stepped", "fretting cycle"),
+        ("motion.normal_load_amplitude=\"1 N\"", "fretting cycle"),
+        ("wear.tolerance=0.1", "wear"),
+        ("wear.cycles=5", ""),
+        ("surface.seed=8", ""),
+    ] {
+        let changed: Vec<String> = plain
+            .iter()
+            .zip(choices(&[set]))
+            .filter(|(a, b)| **a != *b)
+            .map(|(a, _)| a.0.clone())
+            .collect();
+        let expected: Vec<&str> = [what].into_iter().filter(|w| !w.is_empty()).collect();
+        assert_eq!(changed, expected, "{set}");
+    }
+}

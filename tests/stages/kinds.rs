@@ -1,1 +1,350 @@
+//! Every kind of scene runs, verifies, and leaves the columns of the physics that it has, and no others.
 
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use fretwear::tables::TableName;
+
+use super::Start;
+use crate::support::{Bench, SMALL, latest, reader, summary, table, verified};
+
+const SHORT: &str = "wear.cycles=60_000";
+
+fn run(bench: &Bench, scene: &str, sets: &[&str]) -> std::path::PathBuf {
+    let root = bench.path("run");
+    Start::new(bench.scene(scene, sets), &root).done();
+    verified(&root);
+    root
+}
+
+/// The columns of a table of the last iteration.
+fn columns(root: &Path, name: TableName) -> BTreeSet<String> {
+    let table = table(root, latest(root), name);
+    table
+        .columns()
+        .map(|(schema, _)| schema.name.clone())
+        .collect()
+}
+
+/// The tables of an iteration.
+fn tables(root: &Path, k: u64) -> BTreeSet<String> {
+    let commit = reader(root).commit_of(k).expect("committed").clone();
+    commit.tables.into_keys().collect()
+}
+
+fn set(names: &[&str]) -> BTreeSet<String> {
+    names.iter().map(|name| (*name).to_owned()).collect()
+}
+
+/// Every iteration has the columns of the last.
+fn assert_same_columns(root: &Path) {
+    for name in [
+        TableName::Summary,
+        TableName::ContactField,
+        TableName::Cycle,
+    ] {
+        let last = columns(root, name);
+        for k in 0..latest(root) {
+            let found = table(root, k, name);
+            let found: BTreeSet<_> = found.columns().map(|(s, _)| s.name.clone()).collect();
+            assert_eq!(found, last, "{name} of iteration {k}");
+        }
+    }
+}
+
+const STATIC_SUMMARY: [&str; 13] = [
+    "contact_area_fraction",
+    "loaded_area_fraction",
+    "max_pressure",
+    "approach",
+    "kn",
+    "kt",
+    "mean_height",
+    "rq",
+    "sk",
+    "ku",
+    "normal_iterations",
+    "error_normal",
+    "fft_pairs",
+];
+const CYCLE_SUMMARY: [&str; 3] = [
+    "dissipated_energy",
+    "tangential_iterations",
+    "error_tangential",
+];
+const WEAR_SUMMARY: [&str; 6] = [
+    "cycles",
+    "n_cycles",
+    "wear_volume",
+    "wear_rate",
+    "dissipated_energy_total",
+    "error_wear",
+];
+
+#[test]
+fn a_static_contact() {
+    let bench = Bench::new();
+    let (head, _) = SMALL.split_once("[motion]").expect("a motion");
+    bench.write("static.toml", head);
+    let root = run(&bench, "static.toml", &[]);
+    assert_eq!(latest(&root), 0);
+    let expected = ["contact_field", "static_contact", "indentation", "summary"];
+    assert_eq!(tables(&root, 0), set(&expected));
+    assert_eq!(
+        columns(&root, TableName::ContactField),
+        set(&["i", "j", "gap", "pressure"])
+    );
+    assert_eq!(columns(&root, TableName::Summary), set(&STATIC_SUMMARY));
+    // Once more, it is done.
+    let (_, seen) = Start::new(bench.scene("static.toml", &[]), &root).done();
+    assert_eq!(seen.stages.take(), []);
+}
+
+#[test]
+fn a_single_pass_without_wear() {
+    let bench = Bench::new();
+    let (head, tail) = SMALL.split_once("[wear]").expect("wear");
+    let (_, output) = tail.split_once("[output]").expect("an output");
+    bench.write("pass.toml", format!("{head}[output]{output}"));
+    let root = run(&bench, "pass.toml", &[]);
+    assert_eq!(latest(&root), 0);
+    assert!(!tables(&root, 0).iter().any(|name| name.starts_with("wear")));
+    let expected = [&STATIC_SUMMARY[..], &CYCLE_SUMMARY].concat();
+    assert_eq!(columns(&root, TableName::Summary), set(&expected));
+}
+
+#[test]
+fn a_worn_joint_without_y() {
+    let bench = Bench::new();
+    let root = run(&bench, "small.toml", &[SHORT, "contact.transverse=absent"]);
+    let expected = [
+        "i",
+        "j",
+        "gap",
+        "pressure",
+        "shear_x",
+        "slip_path",
+        "dissipation",
+    ];
+    assert_eq!(columns(&root, TableName::ContactField), set(&expected));
+    let expected = ["time", "displacement_x", "normal_load", "force_x"];
+    assert_eq!(columns(&root, TableName::Cycle), set(&expected));
+    let expected = [&STATIC_SUMMARY[..], &CYCLE_SUMMARY, &WEAR_SUMMARY].concat();
+    assert_eq!(columns(&root, TableName::Summary), set(&expected));
+    assert_same_columns(&root);
+    // The curves belong to every second iteration of this scene, and to the last.
+    let last = latest(&root);
+    for k in 0..=last {
+        let due = k % 2 == 0 || k == last;
+        assert_eq!(
+            tables(&root, k).contains("hysteresis"),
+            due,
+            "iteration {k}"
+        );
+        assert_eq!(
+            tables(&root, k).contains("indentation"),
+            due,
+            "iteration {k}"
+        );
+    }
+}
+
+#[test]
+fn an_orbit() {
+    let bench = Bench::new();
+    let orbit = [
+        SHORT,
+        "motion.amplitude=[\"1 um\", \"0.7 um\"]",
+        "motion.phase=[\"0 deg\", \"90 deg\"]",
+        "fidelity.steps_per_cycle=40",
+    ];
+    let root = run(&bench, "small.toml", &orbit);
+    let cycle = table(&root, latest(&root), TableName::Cycle);
+    let (x, y) = (
+        cycle.f64("displacement_x").expect("x"),
+        cycle.f64("displacement_y").expect("y"),
+    );
+    for (x, y) in x.iter().zip(y) {
+        let circle = (x / 1e-6).powi(2) + (y / 0.7e-6).powi(2);
+        assert!((circle - 1.0).abs() < 1e-12, "{circle} is off the orbit");
+    }
+    let force = cycle.f64("force_y").expect("a force");
+    assert!(force.iter().any(|f| f.abs() > 1.0));
+    assert_same_columns(&root);
+    // The work of the forces over the steady cycle is what friction takes, but for the length of the steps.
+    let fx = cycle.f64("force_x").expect("a force");
+    let work: f64 = (1..x.len())
+        .map(|k| {
+            0.5 * (fx[k] + fx[k - 1]) * (x[k] - x[k - 1])
+                + 0.5 * (force[k] + force[k - 1]) * (y[k] - y[k - 1])
+        })
+        .sum();
+    let energy = summary(&root, latest(&root), "dissipated_energy");
+    assert!(
+        (work / energy - 1.0).abs() < 0.2,
+        "{work:e} against {energy:e}"
+    );
+}
+
+#[test]
+fn a_load_that_varies() {
+    let bench = Bench::new();
+    let varying = [
+        SHORT,
+        "motion.normal_load_amplitude=\"50 N\"",
+        "fidelity.steps_per_cycle=12",
+    ];
+    let root = run(&bench, "small.toml", &varying);
+    let cycle = table(&root, latest(&root), TableName::Cycle);
+    let load = cycle.f64("normal_load").expect("a load");
+    let (least, most) = load
+        .iter()
+        .fold((f64::INFINITY, 0.0f64), |(a, b), n| (a.min(*n), b.max(*n)));
+    assert!(
+        (least - 150.0).abs() < 1e-9 && (most - 250.0).abs() < 1e-9,
+        "{least} to {most}"
+    );
+}
+
+#[test]
+fn a_history_from_csv_and_from_another_run() {
+    let bench = Bench::new();
+    let mut csv = String::from("# by hand\ntime, displacement_x, displacement_y, normal_load\n");
+    for k in 0..=12 {
+        let t = f64::from(k) / 12.0;
+        let turn = std::f64::consts::TAU * t;
+        csv += &format!(
+            "{t}, {}, {}, {}\n",
+            1e-6 * turn.cos(),
+            4e-7 * turn.sin(),
+            200.0 + 20.0 * turn.cos()
+        );
+    }
+    bench.write("history.csv", csv);
+    let (head, tail) = SMALL
+        .split_once("amplitude = \"1 um\"")
+        .expect("an amplitude");
+    bench.write(
+        "history.toml",
+        format!("{head}history = \"history.csv\"{tail}"),
+    );
+    let root = run(&bench, "history.toml", &[SHORT]);
+    let first = table(&root, 1, TableName::Cycle);
+
+    // The cycle of a run is a history, with the same steady state.
+    fs::copy(
+        root.join("iterations/wear_iteration=1/cycle.parquet"),
+        bench.path("cycle.parquet"),
+    )
+    .expect("copied");
+    let again = bench.path("again");
+    let sets = [SHORT, "motion.history=\"cycle.parquet\""];
+    let text = fs::read_to_string(bench.path("history.toml")).expect("a scene");
+    bench.write("again.toml", text.replace("history.csv", "cycle.parquet"));
+    Start::new(bench.scene("again.toml", &sets[..1]), &again).done();
+    verified(&again);
+    let second = table(&again, 1, TableName::Cycle);
+    for column in ["time", "displacement_x", "displacement_y", "normal_load"] {
+        let (a, b) = (
+            first.f64(column).expect("a column"),
+            second.f64(column).expect("a column"),
+        );
+        assert_eq!(a, b, "{column}");
+    }
+    for k in 0..=latest(&root) {
+        assert_eq!(
+            summary(&root, k, "wear_volume"),
+            summary(&again, k, "wear_volume")
+        );
+    }
+    // What it says counts, not where it is.
+    let did = bench.fretwear(&["run", "again.toml", "--run", "again", "--set", SHORT]);
+    assert_eq!(did.code(), 0, "{}", did.stderr());
+    let did = bench.fretwear(&["run", "again.toml", "--run", "run", "--set", SHORT]);
+    assert_eq!(did.code(), 4);
+    assert!(
+        did.stderr().contains("`motion.content` was"),
+        "{}",
+        did.stderr()
+    );
+}
+
+#[test]
+fn a_measured_surface() {
+    let bench = Bench::new();
+    let mut text = String::new();
+    for i in 0..26 {
+        let row: Vec<String> = (0..22)
+            .map(|j| format!("{:.6}", 0.4 * f64::from(7 * i + 3 * j).sin()))
+            .collect();
+        text += &(row.join(",") + "\n");
+    }
+    bench.write("map.csv", text);
+    let (head, tail) = SMALL.split_once("kind = \"gaussian\"").expect("a kind");
+    let (_, tail) = tail.split_once("[contact]").expect("a contact");
+    bench.write(
+        "measured.toml",
+        format!("{head}kind = \"file\"\npath = \"map.csv\"\nunit = \"um\"\ndetrend = \"none\"\n[contact]{tail}"),
+    );
+    let root = run(&bench, "measured.toml", &[SHORT]);
+    let surface = reader(&root)
+        .read_once(TableName::Surface)
+        .expect("readable")
+        .expect("there");
+    let height = surface.f64("height").expect("a height");
+    assert!(
+        (height[23] - 0.4e-6 * 10f64.sin()).abs() < 1e-12,
+        "{:e}",
+        height[23]
+    );
+    assert!(latest(&root) >= 1);
+}
+
+#[test]
+fn a_periodic_boundary_and_a_cap() {
+    let bench = Bench::new();
+    let sets = [
+        SHORT,
+        "contact.boundary=periodic",
+        "contact.pressure_cap=\"300 MPa\"",
+    ];
+    let root = run(&bench, "small.toml", &sets);
+    for k in 0..=latest(&root) {
+        let field = table(&root, k, TableName::ContactField);
+        let pressure = field.f64("pressure").expect("a pressure");
+        assert!(
+            pressure.iter().all(|p| *p <= 300e6 * (1.0 + 1e-12)),
+            "iteration {k}"
+        );
+    }
+    let unworn = table(&root, 0, TableName::ContactField);
+    let pressure = unworn.f64("pressure").expect("a pressure");
+    assert!(
+        pressure.iter().any(|p| (*p / 300e6 - 1.0).abs() < 1e-9),
+        "no cell yields"
+    );
+}
+
+#[test]
+fn a_hole_is_in_no_table() {
+    let bench = Bench::new();
+    let root = run(
+        &bench,
+        "small.toml",
+        &[SHORT, "joint.hole.diameter=\"1 mm\""],
+    );
+    let surface = reader(&root)
+        .read_once(TableName::Surface)
+        .expect("readable")
+        .expect("there");
+    let kept = surface
+        .bool("kept")
+        .expect("a flag")
+        .iter()
+        .filter(|k| **k)
+        .count();
+    assert!(kept < 26 * 22);
+    let field = table(&root, latest(&root), TableName::WearField);
+    assert_eq!(field.rows(), kept);
+}

@@ -69,7 +69,7 @@ impl<'a> Start<'a> {
                 source,
                 until: self.until,
                 file_system: self.file_system,
-                stop: &|| false,
+                stop: &|_| false,
             };
             run(&options, &seen)
         });

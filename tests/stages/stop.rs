@@ -1,1 +1,140 @@
+//! Ctrl-C, SIGTERM and `--max-wall`: the iteration is finished, committed, and the run says how to go on.
 
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
+
+use crate::support::{Bench, assert_same, content, latest, verified};
+
+/// Resumable, as the command line says.
+const STOPPED: i32 = 75;
+
+/// Long enough that a signal comes in between.
+const LONG: [&str; 4] = [
+    "--set",
+    "joint.grid=[62, 46]",
+    "--set",
+    "wear.tolerance=3e-4",
+];
+
+fn arguments(run: &str) -> Vec<&str> {
+    let mut arguments = vec!["run", "small.toml", "--run", run];
+    arguments.extend(LONG);
+    arguments
+}
+
+/// Starts a run and sends a signal as soon as an iteration is committed.
+fn signalled(signal: &str) {
+    let bench = Bench::new();
+    let root = bench.path("stopped");
+    let mut child = bench
+        .command(&arguments("stopped"))
+        .spawn()
+        .expect("started");
+    let stderr = child.stderr.take().expect("piped");
+    let mut lines = BufReader::new(stderr)
+        .lines()
+        .map(|line| line.expect("text"));
+    lines
+        .find(|line| line.starts_with("iteration 1"))
+        .expect("a first iteration");
+    let id = child.id().to_string();
+    let sent = Command::new("kill").args([signal, &id]).status();
+    assert!(sent.expect("kill runs").success());
+    let said: Vec<String> = lines.collect();
+    let status = child.wait().expect("a child");
+    assert_eq!(status.code(), Some(STOPPED), "{said:?}");
+    let last = said.last().expect("a last line");
+    assert_eq!(last, "stopped; continue with: fretwear run --run stopped");
+    let stopped_at = latest(&root);
+    verified(&root);
+    let draft = root.join(format!("staging/wear_iteration={}", stopped_at + 1));
+    assert!(!draft.exists(), "it began another iteration");
+
+    bench.done(&["run", "--run", "stopped"]);
+    bench.done(&arguments("unbroken"));
+    assert!(
+        stopped_at < latest(&root),
+        "the signal came too late to tell"
+    );
+    let expected = content(&bench.path("unbroken"));
+    assert_same(&content(&root), &expected, signal);
+}
+
+#[test]
+fn sigterm() {
+    signalled("-TERM");
+}
+
+#[test]
+fn sigint() {
+    signalled("-INT");
+}
+
+#[test]
+fn a_start_without_time_makes_one_iteration() {
+    let bench = Bench::new();
+    let cycles = "wear.cycles=150_000";
+    let root = bench.path("a");
+    let limited = ["run", "small.toml", "--run", "a", "--max-wall", "1 us"];
+    let limited = [&limited[..], &["--set", cycles]].concat();
+    for expected in 0.. {
+        let did = bench.fretwear(&limited);
+        assert_eq!(latest(&root), expected);
+        if did.code() == 0 {
+            assert!(expected >= 3);
+            break;
+        }
+        assert_eq!(did.code(), STOPPED, "{}", did.stderr());
+        assert!(
+            did.stderr()
+                .ends_with("continue with: fretwear run --run a\n")
+        );
+    }
+    bench.done(&["run", "small.toml", "--run", "b", "--set", cycles]);
+    assert_same(&content(&root), &content(&bench.path("b")), "one a start");
+}
+
+/// A second writer is refused as long as the first is there, and a reader is not.
+#[test]
+fn one_writer() {
+    let bench = Bench::new();
+    let mut first = bench
+        .command(&arguments("a"))
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("started");
+    let stderr = first.stderr.take().expect("piped");
+    let mut lines = BufReader::new(stderr)
+        .lines()
+        .map(|line| line.expect("text"));
+    lines
+        .find(|line| line.starts_with("iteration 1"))
+        .expect("a first iteration");
+    let second = bench.fretwear(&arguments("a"));
+    let status = bench.done(&["status", "a", "--json"]).json();
+    let words = bench.done(&["status", "a"]).stdout();
+    // Readers come and go without being taken for writers.
+    for _ in 0..5 {
+        bench.done(&["status", "a"]);
+        sleep(Duration::from_millis(5));
+    }
+    let id = first.id();
+    assert!(first.try_wait().expect("a child").is_none(), "too short");
+    first.kill().expect("killed");
+    first.wait().expect("a child");
+
+    assert_eq!(second.code(), 1, "{}", second.stderr());
+    let message = format!("a is being written by process {id}; wait for it or stop it");
+    assert!(second.stderr().contains(&message), "{}", second.stderr());
+    assert_eq!(status["running"], true);
+    assert!(
+        words.contains(&format!("running (process {id})")),
+        "{words}"
+    );
+    let status = bench.done(&["status", "a", "--json"]).json();
+    assert_eq!(status["running"], false);
+    let lock = std::fs::read_to_string(bench.path("a/lock")).expect("a lock");
+    assert_eq!(lock, id.to_string(), "a reader wrote into the lock");
+}

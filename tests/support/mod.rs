@@ -3,6 +3,7 @@
 pub mod faulty;
 
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -69,7 +70,7 @@ impl Bench {
     }
 
     /// The program in this folder, not started yet.
-    pub fn command(&self, arguments: &[&str]) -> Command {
+    pub fn command(&self, arguments: &[impl AsRef<OsStr>]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_fretwear"));
         command
             .current_dir(self.0.path())
@@ -81,14 +82,14 @@ impl Bench {
     }
 
     /// What the program did.
-    pub fn fretwear(&self, arguments: &[&str]) -> Did {
+    pub fn fretwear(&self, arguments: &[impl AsRef<OsStr>]) -> Did {
         Did(self.command(arguments).output().expect("the program runs"))
     }
 
     /// As [`Bench::fretwear`], for a command that must succeed.
-    pub fn done(&self, arguments: &[&str]) -> Did {
+    pub fn done(&self, arguments: &[impl AsRef<OsStr>]) -> Did {
         let did = self.fretwear(arguments);
-        assert_eq!(did.code(), 0, "{arguments:?}: {}", did.stderr());
+        assert_eq!(did.code(), 0, "{}", did.stderr());
         did
     }
 }

@@ -1,0 +1,238 @@
+//! Exit codes, and messages that name the key or file, its value, and what would be right.
+
+use crate::support::{Bench, SMALL};
+
+const USAGE: i32 = 2;
+const NOT_CONVERGED: i32 = 3;
+const DAMAGED: i32 = 4;
+
+/// Runs a command that must fail with a code, and whose error says all of `parts`.
+fn fails(bench: &Bench, arguments: &[&str], code: i32, parts: &[&str]) {
+    let did = bench.fretwear(arguments);
+    let said = did.stderr();
+    assert_eq!(did.code(), code, "{arguments:?}: {said}");
+    assert_eq!(did.stdout(), "", "{arguments:?} printed a result");
+    assert!(said.contains("error: "), "{arguments:?}: {said}");
+    for part in parts {
+        assert!(said.contains(part), "{arguments:?}: no {part:?} in {said}");
+    }
+    assert!(!said.contains("panicked"), "{said}");
+}
+
+#[test]
+fn usage() {
+    let bench = Bench::new();
+    fails(&bench, &["frobnicate"], USAGE, &["frobnicate"]);
+    fails(&bench, &["run"], USAGE, &["SCENE"]);
+    fails(&bench, &["run", "small.toml", "--frob"], USAGE, &["--frob"]);
+    fails(
+        &bench,
+        &["schema", "nope"],
+        USAGE,
+        &["nope is no table", "contact_field"],
+    );
+    fails(
+        &bench,
+        &["run", "small.toml", "--until", "polish"],
+        USAGE,
+        &["\"polish\" is no stage", "static_contact"],
+    );
+    fails(
+        &bench,
+        &["run", "--from", "a@x"],
+        USAGE,
+        &["\"x\" is no iteration", "RUN@N"],
+    );
+    fails(&bench, &["run", "--from", "a"], USAGE, &["RUN@N"]);
+    for (time, said) in [
+        ("3", "\"3\" has no unit"),
+        ("3 m", "is a length"),
+        ("-1 s", "longer than 0 s"),
+        ("0 h", "longer than 0 s"),
+    ] {
+        let limit = format!("--max-wall={time}");
+        fails(&bench, &["run", "small.toml", &limit], USAGE, &[said]);
+    }
+    assert!(
+        !bench.path("runs").exists(),
+        "a wrong command left something"
+    );
+}
+
+#[test]
+fn scenes() {
+    let bench = Bench::new();
+    fails(
+        &bench,
+        &["run", "none.toml"],
+        USAGE,
+        &["none.toml", "cannot be read"],
+    );
+    fails(&bench, &["plan", "none.toml"], USAGE, &["none.toml"]);
+    for (set, parts) in [
+        (
+            "contact.nomal_load=3",
+            &["contact.nomal_load", "did you mean contact.normal_load"][..],
+        ),
+        (
+            "contact.normal_load=\"3 um\"",
+            &["contact.normal_load", "3 um", "N"],
+        ),
+        ("wear.tolerance=-1", &["wear.tolerance", "-1"]),
+        (
+            "contact.pressure_cap=\"1 Pa\"",
+            &[
+                "contact.pressure_cap",
+                "contact.normal_load",
+                "lower the load",
+            ],
+        ),
+        (
+            "motion.normal_load_amplitude=\"300 N\"",
+            &["motion.normal_load_amplitude", "smaller"],
+        ),
+        (
+            "contact.transverse=free",
+            &["contact.transverse", "\"free\"", "\"fixed\""],
+        ),
+        (
+            "fidelity.cycle=superposition",
+            &["fidelity.cycle", "\"reversal\""],
+        ),
+        ("wear.scheme=explicit", &["wear.depth_step"]),
+        ("joint.hole.diameter=\"1 m\"", &["joint.hole.diameter"]),
+    ] {
+        for command in ["run", "plan"] {
+            fails(&bench, &[command, "small.toml", "--set", set], USAGE, parts);
+        }
+    }
+    let history = SMALL.replace("amplitude = \"1 um\"", "history = \"h.csv\"");
+    bench.write("history.toml", history);
+    fails(
+        &bench,
+        &["run", "history.toml"],
+        USAGE,
+        &["h.csv", "motion.history"],
+    );
+    for (csv, parts) in [
+        ("time\n0\n", &["no column `displacement_x`"][..]),
+        (
+            "time,displacement_x\n0,1\n0.5,abc\n",
+            &["row 2", "\"abc\"", "displacement_x"],
+        ),
+        (
+            "time,displacement_x\n0,1\n0.5,2\n",
+            &["2 rows", "at least 3"],
+        ),
+        (
+            "time,displacement_x\n0,1\n0.7,2\n0.5,3\n",
+            &["row 3", "0.5"],
+        ),
+        (
+            "time,displacement_x\n0,1\n0.5,2\n0.7,0\n1,3\n",
+            &["does not close", "displacement_x"],
+        ),
+    ] {
+        bench.write("h.csv", csv);
+        fails(
+            &bench,
+            &["plan", "history.toml"],
+            USAGE,
+            &[parts, &["h.csv"]].concat(),
+        );
+    }
+    assert!(!bench.path("runs").exists(), "a wrong scene left a run");
+}
+
+#[test]
+fn runs_that_are_not_there() {
+    let bench = Bench::new();
+    for command in ["status", "verify"] {
+        fails(
+            &bench,
+            &[command, "none"],
+            USAGE,
+            &["there is no run at none"],
+        );
+    }
+    fails(
+        &bench,
+        &["run", "--run", "none"],
+        USAGE,
+        &["there is no run at none"],
+    );
+    fails(
+        &bench,
+        &["run", "--from", "none@1"],
+        USAGE,
+        &["there is no run at none"],
+    );
+    std::fs::create_dir(bench.path("other")).expect("made");
+    bench.write("other/letter.txt", "hello");
+    fails(
+        &bench,
+        &["run", "small.toml", "--run", "other"],
+        DAMAGED,
+        &["other is not a run", "letter.txt", "another folder"],
+    );
+    bench.write("file", "hello");
+    fails(
+        &bench,
+        &["run", "small.toml", "--run", "file"],
+        1,
+        &["file"],
+    );
+}
+
+#[test]
+fn not_converged() {
+    let bench = Bench::new();
+    // No step of a cycle is short enough for such wear.
+    let sets = [
+        "run",
+        "small.toml",
+        "--run",
+        "a",
+        "--set",
+        "wear.coefficient=\"2e14 um^3/J\"",
+    ];
+    fails(
+        &bench,
+        &sets,
+        NOT_CONVERGED,
+        &["wear of iteration 1", "step of 1 cycles"],
+    );
+    let did = bench.fretwear(&sets);
+    assert!(
+        did.stderr().contains("what is committed in a is kept"),
+        "{}",
+        did.stderr()
+    );
+    bench.done(&["verify", "a"]);
+}
+
+/// Help and version are no errors.
+#[test]
+fn help() {
+    let bench = Bench::new();
+    for arguments in [
+        &["--help"][..],
+        &["run", "--help"],
+        &["--version"],
+        &["plan", "--help"],
+    ] {
+        let did = bench.done(arguments);
+        assert!(!did.stdout().is_empty());
+        assert_eq!(did.stderr(), "");
+    }
+    let help = bench.done(&["--help"]).stdout();
+    for code in [
+        "0 done",
+        "2 usage",
+        "3 not converged",
+        "4 damaged",
+        "75 stopped",
+    ] {
+        assert!(help.contains(code), "{help}");
+    }
+}

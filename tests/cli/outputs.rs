@@ -1,0 +1,183 @@
+//! What the commands print: results on stdout, the rest on stderr.
+
+use std::collections::BTreeSet;
+
+use fretwear::tables::TableName;
+use serde_json::Value;
+
+use crate::support::{Bench, flip, latest, summary, table};
+
+fn run_in(bench: &Bench, more: &[&str]) -> crate::support::Did {
+    let short = [
+        "run",
+        "small.toml",
+        "--run",
+        "a",
+        "--set",
+        "wear.cycles=100_000",
+    ];
+    bench.done(&[&short[..], more].concat())
+}
+
+fn keys(value: &Value) -> BTreeSet<String> {
+    value
+        .as_object()
+        .expect("an object")
+        .keys()
+        .cloned()
+        .collect()
+}
+
+#[test]
+fn json_is_the_last_summary() {
+    let bench = Bench::new();
+    let did = run_in(&bench, &["--json"]);
+    assert_eq!(did.stdout().lines().count(), 1);
+    let root = bench.path("a");
+    let row = table(&root, latest(&root), TableName::Summary);
+    let mut expected: BTreeSet<String> = row.columns().map(|(s, _)| s.name.clone()).collect();
+    let found = did.json();
+    for column in &expected {
+        let value = found[column].as_f64().expect("a number");
+        assert_eq!(value, summary(&root, latest(&root), column), "{column}");
+    }
+    expected.extend(["wear_iteration", "timing"].map(str::to_owned));
+    assert_eq!(keys(&found), expected);
+    assert_eq!(found["wear_iteration"], latest(&root));
+    let stages = ["fretting_cycle", "static_contact", "surface", "wear"];
+    assert_eq!(keys(&found["timing"]), stages.map(str::to_owned).into());
+    assert!(found["timing"]["wear"].as_f64().expect("a number") > 0.0);
+    // A finished run says the same.
+    assert_eq!(run_in(&bench, &["--json"]).json(), found);
+
+    let status = bench.done(&["status", "a", "--json"]).json();
+    expected.remove("timing");
+    expected.extend(["running", "damage"].map(str::to_owned));
+    assert_eq!(keys(&status), expected);
+    assert_eq!(status["running"], false);
+    assert_eq!(status["damage"], Value::Array(Vec::new()));
+}
+
+#[test]
+fn json_of_a_run_without_an_iteration() {
+    let bench = Bench::new();
+    let found = run_in(&bench, &["--json", "--until", "surface"]).json();
+    assert_eq!(found["wear_iteration"], Value::Null);
+    let status = bench.done(&["status", "a", "--json"]).json();
+    assert_eq!(status["wear_iteration"], Value::Null);
+    let words = bench.done(&["status", "a"]).stdout();
+    assert_eq!(words, "a: nothing committed yet, not running\n");
+}
+
+#[test]
+fn progress_is_one_line_an_iteration_on_stderr() {
+    let bench = Bench::new();
+    let did = run_in(&bench, &[]);
+    let lines: Vec<String> = did.stderr().lines().map(str::to_owned).collect();
+    let last = latest(&bench.path("a"));
+    assert_eq!(lines.len() as u64, 2 + last, "{lines:?}");
+    assert_eq!(lines[0], "begins a");
+    assert_eq!(lines[1], "iteration 0, 0 of 100 000 cycles, worn 0 mm³");
+    let end = &lines[1 + last as usize];
+    assert!(
+        end.starts_with(&format!(
+            "iteration {last}, 100 000 of 100 000 cycles, worn "
+        )),
+        "{end}"
+    );
+    assert!(did.stdout().contains("wear_volume"), "{}", did.stdout());
+    assert!(
+        !did.stdout().contains('\u{1b}'),
+        "colours where no terminal is"
+    );
+    assert_eq!(run_in(&bench, &["--quiet"]).stderr(), "");
+}
+
+#[test]
+fn status_and_verify_say_what_there_is() {
+    let bench = Bench::new();
+    run_in(&bench, &[]);
+    let last = latest(&bench.path("a"));
+    let status = bench.done(&["status", "a"]).stdout();
+    assert!(
+        status.starts_with(&format!("a: iteration {last}, not running\n")),
+        "{status}"
+    );
+    assert!(status.contains("m^3"), "no units: {status}");
+    let verify = bench.done(&["verify", "a"]).stdout();
+    for k in 0..=last {
+        assert!(verify.contains(&format!("iteration {k}: ok\n")), "{verify}");
+    }
+    assert!(verify.contains("once/surface: ok\n"), "{verify}");
+    assert!(
+        verify.ends_with(&format!("all {} iterations verify\n", last + 1)),
+        "{verify}"
+    );
+
+    flip(&bench.path("a/iterations/wear_iteration=1/cycle.parquet"));
+    let did = bench.fretwear(&["verify", "a"]);
+    assert_eq!(did.code(), 4);
+    let said = did.stdout();
+    let path = "a/iterations/wear_iteration=1/cycle.parquet: content has hash ";
+    assert!(said.contains(&format!("iteration 1: {path}")), "{said}");
+    assert!(said.contains("iteration 0: ok\n"), "{said}");
+    let did = bench.fretwear(&["status", "a", "--json"]);
+    assert_eq!(did.code(), 4);
+    assert_eq!(did.json()["wear_iteration"], 0);
+    assert!(
+        did.json()["damage"][0]
+            .as_str()
+            .expect("text")
+            .contains("cycle.parquet")
+    );
+}
+
+#[test]
+fn schema_explains_every_column() {
+    let bench = Bench::new();
+    let all = bench.done(&["schema"]).stdout();
+    for table in TableName::ALL {
+        let schema = table.schema();
+        assert!(all.contains(&format!("{table} (version {}): ", schema.version)));
+        let one = bench.done(&["schema", table.as_str()]).stdout();
+        for column in &schema.columns {
+            assert!(one.contains(&column.description), "{table}.{}", column.name);
+            assert!(
+                one.contains(&format!("[{}]", column.unit)),
+                "{table}.{}",
+                column.name
+            );
+        }
+        assert!(all.contains(&one));
+    }
+}
+
+#[test]
+fn a_plan_in_words() {
+    let bench = Bench::new();
+    let said = bench.done(&["plan", "small.toml"]).stdout();
+    for part in [
+        "Small\n",
+        "cells: 572 of 572",
+        "shear: along x and y",
+        "estimated cost",
+        "memory",
+        "time",
+    ] {
+        assert!(said.contains(part), "no {part:?} in {said}");
+    }
+}
+
+/// A pipe that is closed early, as by `head`, is no reason to crash.
+#[test]
+fn a_closed_pipe() {
+    let bench = Bench::new();
+    let mut child = bench.command(&["schema"]).spawn().expect("started");
+    drop(child.stdout.take());
+    let mut said = String::new();
+    use std::io::Read;
+    let mut stderr = child.stderr.take().expect("piped");
+    stderr.read_to_string(&mut said).expect("text");
+    child.wait().expect("a child");
+    assert!(!said.contains("panicked"), "{said}");
+}
