@@ -1,6 +1,6 @@
 //! Files of measured topographies: bytes in, [`Topography`] out.
 //!
-//! A format is one module with a function from bytes to a topography, and one row in [`FORMATS`]; nothing else knows which
+//! A format is one module with a function from bytes to a topography, and one row in `FORMATS`; nothing else knows which
 //! formats there are.
 
 mod error;
