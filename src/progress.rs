@@ -1,6 +1,6 @@
 //! What a person sees of a run: a bar of cycles in a terminal, one line an iteration elsewhere. All on stderr.
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -23,7 +23,6 @@ pub struct Watcher {
     begin: Instant,
     /// Part done when the run was opened, and now.
     first: Cell<Option<f64>>,
-    last: RefCell<String>,
 }
 
 impl Watcher {
@@ -32,7 +31,8 @@ impl Watcher {
         let (cycles, volume) = (wear.and_then(|w| w.cycles), wear.and_then(|w| w.volume));
         let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
             let bar = ProgressBar::new(1000);
-            let template = "{spinner} [{elapsed_precise}] [{bar:32}] {msg}";
+            // What is cut where the terminal is narrow is the end of a line, never the stage.
+            let template = "{spinner} {wide_msg}\n  [{elapsed_precise}] [{bar:32}] {prefix}";
             bar.set_style(
                 ProgressStyle::with_template(template)
                     .expect("the template is a constant")
@@ -49,7 +49,6 @@ impl Watcher {
             volume,
             begin: Instant::now(),
             first: Cell::new(None),
-            last: RefCell::new(String::new()),
         }
     }
 
@@ -90,7 +89,7 @@ impl Watcher {
             significant(progress.volume * 1e9)
         );
         if progress.error > 0.0 {
-            line += &format!(" ±{:.1} %", progress.error * 100.0);
+            line += &format!(" ±{:.2} %", progress.error * 100.0);
         }
         let part = self.part(progress);
         let first = self.first.get().unwrap_or(part);
@@ -135,10 +134,7 @@ impl Observer for Watcher {
 
     fn stage(&self, stage: Stage, wear_iteration: u64) {
         if let Some(bar) = &self.bar {
-            bar.set_message(format!(
-                "{} ({stage} of iteration {wear_iteration})",
-                self.last.borrow()
-            ));
+            bar.set_prefix(format!("{stage} of iteration {wear_iteration}"));
         }
     }
 
@@ -146,11 +142,10 @@ impl Observer for Watcher {
         let line = self.line(progress);
         if let Some(bar) = &self.bar {
             bar.set_position((1000.0 * self.part(progress)) as u64);
-            bar.set_message(line.clone());
+            bar.set_message(line);
         } else if !self.quiet {
             eprintln!("{line}");
         }
-        self.last.replace(line);
     }
 }
 
@@ -180,6 +175,7 @@ fn significant(value: f64) -> String {
 
 fn duration(seconds: f64) -> String {
     match seconds {
+        s if s < 1.0 => "less than 1 s".to_owned(),
         s if s < 100.0 => format!("{s:.0} s"),
         s if s < 6000.0 => format!("{:.0} min", s / 60.0),
         s => format!("{:.1} h", s / 3600.0),

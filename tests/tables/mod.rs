@@ -68,7 +68,7 @@ fn hysteresis(load: Vec<f64>) -> Table {
 }
 
 /// The symbols that a unit may be made of; a new one is added here on purpose.
-const UNITS: [&str; 8] = ["1", "m", "m^3", "Pa", "N", "N/m", "J", "s"];
+const UNITS: [&str; 9] = ["1", "m", "m^3", "Pa", "N", "N/m", "J", "J/m^2", "s"];
 
 #[test]
 fn every_schema_file_is_built_in_and_complete() {
@@ -216,15 +216,32 @@ proptest! {
     }
 
     #[test]
-    fn integers_come_back(cycles in any::<i64>(), pairs in prop::collection::vec(any::<i64>(), 1..50)) {
-        let table = Table::builder(TableName::Timing)
-            .column("stage", vec!["wear \u{3b4}".to_owned(); pairs.len()])
-            .column("seconds", vec![cycles as f64; pairs.len()])
-            .column("fft_pairs", pairs.clone())
+    fn integers_and_texts_come_back(cycles in any::<[i64; 2]>(), cells in prop::collection::vec(any::<i32>(), 1..50)) {
+        let step = Table::builder(TableName::WearStep)
+            .column("n_cycles", vec![cycles[0]])
+            .column("volume", vec![1.0])
+            .column("error", vec![0.0])
+            .column("next_n_cycles", vec![1.0])
+            .column("rejected", vec![cycles[1]])
+            .column("fft_pairs", vec![2.5])
             .build()
-            .expect("three columns");
-        let bytes = to_parquet(&table, &provenance()).expect("a file");
-        prop_assert_eq!(from_parquet(&bytes, TableName::Timing.schema()).expect("the table"), table);
+            .expect("all columns");
+        let field = Table::builder(TableName::WearField)
+            .column("i", cells.clone())
+            .column("j", cells.clone())
+            .column("wear_depth", vec![0.0; cells.len()])
+            .build()
+            .expect("all columns");
+        let timing = Table::builder(TableName::Timing)
+            .column("stage", vec!["wear \u{3b4}".to_owned(); cells.len()])
+            .column("seconds", vec![cycles[0] as f64; cells.len()])
+            .column("fft_pairs", vec![0.0; cells.len()])
+            .build()
+            .expect("all columns");
+        for table in [step, field, timing] {
+            let bytes = to_parquet(&table, &provenance()).expect("a file");
+            prop_assert_eq!(from_parquet(&bytes, table.schema()).expect("the table"), table);
+        }
     }
 }
 
