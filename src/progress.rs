@@ -175,7 +175,7 @@ fn significant(value: f64) -> String {
 
 fn duration(seconds: f64) -> String {
     match seconds {
-        s if s < 1.0 => "less than 1 s".to_owned(),
+        s if s < 1.0 => "< 1 s".to_owned(),
         s if s < 100.0 => format!("{s:.0} s"),
         s if s < 6000.0 => format!("{:.0} min", s / 60.0),
         s => format!("{:.1} h", s / 3600.0),

@@ -120,7 +120,7 @@ impl Scale {
 }
 
 /// The known unit most like `name`: the fewest edits whatever the capitals, then the right dimension, length and capitals; none if
-/// more than half of it would change.
+/// more than half of it would change, or a third for a unit of another dimension.
 fn nearest_unit(name: &str, expected: Dimension) -> Option<String> {
     let prefixed = std::iter::once("")
         .chain(PREFIXES.map(|prefix| prefix.0))
@@ -137,7 +137,10 @@ fn nearest_unit(name: &str, expected: Dimension) -> Option<String> {
             (edits, is_other, length, capitals, unit)
         })
         .min()
-        .filter(|(edits, ..)| 2 * edits <= name.chars().count())
+        .filter(|(edits, is_other, ..)| {
+            let least = if *is_other { 3 } else { 2 };
+            least * edits <= name.chars().count()
+        })
         .map(|(.., unit)| unit)
 }
 

@@ -57,6 +57,9 @@ fn values() {
         ("1e4 N/um", D::STIFFNESS, 1e10),
         ("1 kW s/m", D::FORCE, 1e3),
         ("1 kHz", D { s: -1, ..D::NONE }, 1e3),
+        ("8 h", D { s: 1, ..D::NONE }, 28_800.0),
+        ("90 min", D { s: 1, ..D::NONE }, 5400.0),
+        ("2 d", D { s: 1, ..D::NONE }, 172_800.0),
         ("1e-400 m", D::LENGTH, 0.0),
         ("0e99999999999999999999 m", D::LENGTH, 0.0),
         // Halfway cases that a multiplication by 1e-6 or a division by 1e6 would round twice.
