@@ -127,8 +127,13 @@ fn nearest_unit(name: &str, expected: Dimension) -> Option<String> {
         .flat_map(|prefix| PREFIXED.map(|unit| format!("{prefix}{}", unit.0)));
     let plain = PLAIN.iter().map(|unit| unit.0.to_owned());
     let folded = name.to_lowercase();
+    // A unit of time in place of one that has nothing to do with time would only puzzle.
+    let is_possible = |unit: &String| {
+        expected.s != 0 || Scale::known(unit).is_none_or(|scale| scale.dimension.s == 0)
+    };
     prefixed
         .chain(plain)
+        .filter(is_possible)
         .map(|unit| {
             let edits = strsim::damerau_levenshtein(&folded, &unit.to_lowercase());
             let is_other = Scale::known(&unit).is_none_or(|scale| scale.dimension != expected);

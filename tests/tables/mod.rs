@@ -68,7 +68,7 @@ fn hysteresis(load: Vec<f64>) -> Table {
 }
 
 /// The symbols that a unit may be made of; a new one is added here on purpose.
-const UNITS: [&str; 8] = ["1", "m", "m^3", "Pa", "N", "N/m", "J", "s"];
+const UNITS: [&str; 9] = ["1", "m", "m^3", "Pa", "N", "N/m", "J", "J/m^2", "s"];
 
 #[test]
 fn every_schema_file_is_built_in_and_complete() {
@@ -216,11 +216,26 @@ proptest! {
     }
 
     #[test]
-    fn integers_come_back(cycles in any::<i64>(), pairs in prop::collection::vec(any::<i64>(), 1..50)) {
+    fn integers_come_back(n_cycles in any::<i64>(), rejected in any::<i64>()) {
+        let table = Table::builder(TableName::WearStep)
+            .column("n_cycles", vec![n_cycles])
+            .column("rejected", vec![rejected])
+            .column("volume", vec![1e-12])
+            .column("error", vec![0.0])
+            .column("next_n_cycles", vec![n_cycles as f64])
+            .column("fft_pairs", vec![12.5])
+            .build()
+            .expect("all columns");
+        let bytes = to_parquet(&table, &provenance()).expect("a file");
+        prop_assert_eq!(from_parquet(&bytes, TableName::WearStep.schema()).expect("the table"), table);
+    }
+
+    #[test]
+    fn texts_come_back(stages in prop::collection::vec("\\PC{0,12}", 1..50)) {
         let table = Table::builder(TableName::Timing)
-            .column("stage", vec!["wear \u{3b4}".to_owned(); pairs.len()])
-            .column("seconds", vec![cycles as f64; pairs.len()])
-            .column("fft_pairs", pairs.clone())
+            .column("seconds", vec![0.5; stages.len()])
+            .column("fft_pairs", vec![12.5; stages.len()])
+            .column("stage", stages)
             .build()
             .expect("three columns");
         let bytes = to_parquet(&table, &provenance()).expect("a file");
