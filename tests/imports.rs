@@ -163,7 +163,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "grid", "units", "fft", "contact", "surface", "wear", "scene",
         ],
     ),
-    ("report/", &["tables", "report"]),
+    ("report/", &["store", "tables", "report"]),
     (
         "validate.rs",
         &["grid", "contact", "reference", "surface", "wear"],
