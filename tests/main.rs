@@ -9,6 +9,7 @@ mod reference;
 mod scene;
 mod stages;
 mod store;
+mod structure;
 mod support;
 mod surface;
 mod tables;
