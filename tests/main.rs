@@ -3,6 +3,7 @@
 mod cli;
 mod contact;
 mod imports;
+mod linalg;
 mod plan;
 mod quadrature;
 mod reference;

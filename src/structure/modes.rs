@@ -9,11 +9,11 @@ use crate::structure::StructureError;
 use crate::structure::assembly::System;
 
 /// The shift is this share of the largest ratio of the diagonals of K and M, itself near the largest eigenvalue: K + s·M then
-/// keeps six digits in the worst direction, and s lies far below the elastic modes of any body that its mesh resolves.
-const SHIFT_SHARE: f64 = 1e-9;
+/// keeps nine digits in the worst direction, and s lies well below the highest modes wanted, where Lanczos has the work.
+const SHIFT_SHARE: f64 = 1e-7;
 /// A combination of rigid motions is taken for a rigid mode if its Rayleigh quotient is below this share of the shift. Rounding
-/// leaves 1e-5 of the shift and less; a spring that gives a quarter of a hertz to a structure whose shift is 50 Hz is elastic.
-const RIGID_SHARE: f64 = 1e-4;
+/// leaves 1e-9 of the shift and less; a spring on which a structure whose shift is 300 Hz swings at a third of a hertz is elastic.
+const RIGID_SHARE: f64 = 1e-6;
 /// A block's direction that keeps less than this share of its length after orthogonalisation has nothing new.
 const NOTHING_NEW: f64 = 1e-10;
 /// A block whose Gram matrix has Cholesky pivots of a smaller ratio than this is orthonormalised column by column: two passes of
@@ -38,7 +38,7 @@ impl ModeOptions {
     pub fn new(count: usize) -> Self {
         ModeOptions {
             count,
-            block: 6,
+            block: 4,
             tolerance: 1e-9,
             max_vectors: 12 * count + 120,
         }

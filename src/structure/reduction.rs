@@ -214,12 +214,18 @@ fn remove(flexibility: &mut Matrix, shapes: &Matrix, weight: impl Fn(usize) -> f
 }
 
 impl Reduced {
+    /// The residual R₀ + ω²R₁ \[m/N\] at an angular frequency. Over a narrow band it is as good as constant.
+    pub fn residual_at(&self, omega: f64) -> Matrix {
+        let mut residual = self.residual.clone();
+        residual.add(omega * omega, &self.residual_slope);
+        residual
+    }
+
     /// Receptance \[m/N\] of all ports at angular frequency `omega` > 0 with a modal damping ratio ζ, its real and imaginary
     /// part, with e^{+iωt}: a lag is a negative imaginary part. Rigid modes and the residual are undamped.
     pub fn receptance(&self, omega: f64, damping_ratio: f64) -> (Matrix, Matrix) {
         let squared = omega * omega;
-        let mut real = self.residual.clone();
-        real.add(squared, &self.residual_slope);
+        let mut real = self.residual_at(omega);
         let mut imaginary = Matrix::zeros(self.ports.len(), self.ports.len());
         remove(&mut real, &self.rigid, |_| 1.0 / squared);
         let denominator = |r: usize| {
@@ -236,12 +242,17 @@ impl Reduced {
     }
 
     /// Modes of the structure with springs on its contact ports (one stiffness \[N/m\] each, as the contact ports are
-    /// ordered): the joint stuck. The modal stiffness is Ω² + Φᵀ(k⁻¹ + R₀)⁻¹Φ over rigid and elastic modes; springs of zero
-    /// stiffness are left out, k = ∞ bonds.
+    /// ordered): the joint stuck. The modal stiffness is Ω² + Φᵀ(k⁻¹ + R)⁻¹Φ over rigid and elastic modes, with the residual R
+    /// taken at angular frequency `omega`: modes near it are the most accurate. Springs of zero stiffness are left out; k = ∞
+    /// bonds.
     ///
     /// # Errors
     /// As many stiffnesses as contact ports, none negative.
-    pub fn with_springs(&self, stiffness: &[f64]) -> Result<SprungModes, StructureError> {
+    pub fn with_springs(
+        &self,
+        stiffness: &[f64],
+        omega: f64,
+    ) -> Result<SprungModes, StructureError> {
         let contact = self.ports.contact_ports();
         if stiffness.len() != contact {
             return Err(StructureError::DoNotFit {
@@ -269,13 +280,14 @@ impl Reduced {
                 self.shapes[(port, r - held)]
             }
         };
+        let residual = self.residual_at(omega);
         let flexibility = Matrix::from_fn(closed.len(), closed.len(), |i, j| {
             let own = if i == j {
                 1.0 / stiffness[closed[i]]
             } else {
                 0.0
             };
-            own + self.residual[(closed[i], closed[j])]
+            own + residual[(closed[i], closed[j])]
         });
         let fail = |matrix| move |source| StructureError::Factorization { matrix, source };
         let factor = flexibility

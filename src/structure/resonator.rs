@@ -46,8 +46,8 @@ pub struct Resonator {
     pub wall_thickness: f64,
     /// Thickness of a bolt head along z.
     pub head_thickness: f64,
-    /// Modulus of the shank over that of the masses: corrects the staircase shank's area to the bolt's stress area.
-    pub shank_modulus_factor: f64,
+    /// Modulus of the whole bolt over that of the masses: corrects the staircase shank's area to the bolt's stress area.
+    pub bolt_modulus_factor: f64,
     /// Material of everything.
     pub material: Material,
     /// Cells of the lap along x and along y; odd, as the hole has a middle cell.
@@ -93,7 +93,7 @@ impl Default for Resonator {
             wall_thickness: 40e-3,
             head_thickness: 8e-3,
             // 57.99 mm² of an M10 thread over the nine cells' 39.89 mm².
-            shank_modulus_factor: 1.453_634_085_213_032_7,
+            bolt_modulus_factor: 1.453_634_085_213_032_7,
             material: Material {
                 youngs_modulus: 198.4e9,
                 poisson_ratio: 0.3,
@@ -190,7 +190,7 @@ impl Resonator {
             ("window_length", self.window_length),
             ("wall_thickness", self.wall_thickness),
             ("head_thickness", self.head_thickness),
-            ("shank_modulus_factor", self.shank_modulus_factor),
+            ("bolt_modulus_factor", self.bolt_modulus_factor),
         ] {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(StructureError::OutOfRange {
@@ -281,8 +281,8 @@ impl Resonator {
             .to(0.0, self.half_depth_cells)
             .to(half_depth, self.half_depth_cells)
             .to(half_depth + self.head_thickness, self.head_cells);
-        let mut shank = self.material;
-        shank.youngs_modulus *= self.shank_modulus_factor;
+        let mut bolt = self.material;
+        bolt.youngs_modulus *= self.bolt_modulus_factor;
         let mut builder = Builder {
             tied: self.tied,
             x: x.0,
@@ -295,7 +295,7 @@ impl Resonator {
             mesh: Mesh {
                 nodes: Vec::new(),
                 elements: Vec::new(),
-                materials: vec![self.material, shank],
+                materials: vec![self.material, bolt],
             },
         };
 
@@ -345,14 +345,21 @@ impl Resonator {
                             || inside && leaf.contains(&i)
                             || inside && in_rim && window.contains(&i)
                             || inside && wall.contains(&i);
+                    let bolt = within(
+                        i,
+                        j,
+                        if inside {
+                            SHANK_HALF_WIDTH
+                        } else {
+                            HEAD_HALF_WIDTH
+                        },
+                    );
                     if solid_1 {
-                        builder.add([i, j, k], 0, MASS_1);
+                        builder.add([i, j, k], MASS_1);
                     } else if solid_2 {
-                        builder.add([i, j, k], 0, MASS_2);
-                    } else if inside && within(i, j, SHANK_HALF_WIDTH) {
-                        builder.add([i, j, k], 1, BOLT);
-                    } else if !inside && within(i, j, HEAD_HALF_WIDTH) {
-                        builder.add([i, j, k], 0, BOLT);
+                        builder.add([i, j, k], MASS_2);
+                    } else if bolt {
+                        builder.add([i, j, k], BOLT);
                     }
                 }
             }
@@ -421,11 +428,11 @@ impl Builder {
         })
     }
 
-    fn add(&mut self, cell: [usize; 3], material: usize, part: usize) {
+    fn add(&mut self, cell: [usize; 3], part: usize) {
         let nodes = corners(cell[0], cell[1], cell[2]).map(|at| self.node(at, part));
         self.mesh.elements.push(Hexahedron {
             nodes,
-            material,
+            material: usize::from(part == BOLT),
             part,
         });
     }
