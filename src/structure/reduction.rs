@@ -263,7 +263,7 @@ impl Reduced {
                 expected: "they must be equal",
             });
         }
-        if let Some(&value) = stiffness.iter().find(|k| !(**k >= 0.0)) {
+        if let Some(&value) = stiffness.iter().find(|k| k.is_nan() || **k < 0.0) {
             return Err(StructureError::OutOfRange {
                 name: "a spring stiffness",
                 value,
