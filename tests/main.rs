@@ -3,6 +3,7 @@
 mod cli;
 mod contact;
 mod imports;
+mod linalg;
 mod plan;
 mod quadrature;
 mod reference;
@@ -11,6 +12,7 @@ mod report;
 mod scene;
 mod stages;
 mod store;
+mod structure;
 mod support;
 mod surface;
 mod tables;

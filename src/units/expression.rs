@@ -120,15 +120,20 @@ impl Scale {
 }
 
 /// The known unit most like `name`: the fewest edits whatever the capitals, then the right dimension, length and capitals; none if
-/// more than half of it would change, or a third for a unit of another dimension.
+/// more than half of it would change.
 fn nearest_unit(name: &str, expected: Dimension) -> Option<String> {
     let prefixed = std::iter::once("")
         .chain(PREFIXES.map(|prefix| prefix.0))
         .flat_map(|prefix| PREFIXED.map(|unit| format!("{prefix}{}", unit.0)));
     let plain = PLAIN.iter().map(|unit| unit.0.to_owned());
     let folded = name.to_lowercase();
+    // A unit of time in place of one that has nothing to do with time would only puzzle.
+    let is_possible = |unit: &String| {
+        expected.s != 0 || Scale::known(unit).is_none_or(|scale| scale.dimension.s == 0)
+    };
     prefixed
         .chain(plain)
+        .filter(is_possible)
         .map(|unit| {
             let edits = strsim::damerau_levenshtein(&folded, &unit.to_lowercase());
             let is_other = Scale::known(&unit).is_none_or(|scale| scale.dimension != expected);
@@ -137,10 +142,7 @@ fn nearest_unit(name: &str, expected: Dimension) -> Option<String> {
             (edits, is_other, length, capitals, unit)
         })
         .min()
-        .filter(|(edits, is_other, ..)| {
-            let least = if *is_other { 3 } else { 2 };
-            least * edits <= name.chars().count()
-        })
+        .filter(|(edits, ..)| 2 * edits <= name.chars().count())
         .map(|(.., unit)| unit)
 }
 

@@ -75,7 +75,7 @@ fn compute(folder: &TempDir, name: &str, scene: &str, until: Option<Stage>) -> P
         source: None,
         until,
         file_system: Arc::new(RealFileSystem),
-        stop: &|| false,
+        stop: &|_| false,
     };
     run(&options, &Silent).unwrap();
     root

@@ -1,0 +1,235 @@
+//! Sparse stiffness and mass of a mesh.
+
+use crate::linalg::{LinalgError, SparseCholesky, SparseSymmetric};
+use crate::structure::StructureError;
+use crate::structure::element::{Formulation, matrices};
+use crate::structure::mesh::Mesh;
+use crate::structure::order::nested_dissection;
+
+/// A linear combination of degrees of freedom: their numbers and weights.
+pub type Combination = Vec<(usize, f64)>;
+
+/// A spring between nodes: the force `stiffness * value` acts against a combination of displacements.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spring {
+    /// What it resists.
+    pub on: Combination,
+    /// Stiffness \[N/m\].
+    pub stiffness: f64,
+}
+
+/// Stiffness and mass of a structure, three degrees of freedom a node.
+#[derive(Debug, Clone, PartialEq)]
+pub struct System {
+    /// Stiffness \[N/m\].
+    pub stiffness: SparseSymmetric,
+    /// Consistent mass \[kg\].
+    pub mass: SparseSymmetric,
+    /// Position of each node \[m\].
+    pub coordinates: Vec<[f64; 3]>,
+    /// Neighbours of node n are `adjacency[adjacency_starts[n]..adjacency_starts[n + 1]]`, ascending.
+    adjacency_starts: Vec<usize>,
+    adjacency: Vec<usize>,
+}
+
+impl System {
+    /// Assembles a mesh and springs between its nodes.
+    ///
+    /// # Errors
+    /// An element that is turned inside out, or refers to a node or material that does not exist.
+    pub fn assemble(
+        mesh: &Mesh,
+        formulation: Formulation,
+        springs: &[Spring],
+    ) -> Result<System, StructureError> {
+        mesh.check()?;
+        let count = mesh.nodes.len();
+        let mut groups: Vec<Vec<usize>> = mesh.elements.iter().map(|e| e.nodes.to_vec()).collect();
+        for spring in springs {
+            let mut nodes = Vec::new();
+            for &(dof, _) in &spring.on {
+                if dof >= 3 * count {
+                    return Err(StructureError::NoSuch {
+                        what: "degree of freedom",
+                        index: dof,
+                        count: 3 * count,
+                    });
+                }
+                nodes.push(dof / 3);
+            }
+            nodes.sort_unstable();
+            nodes.dedup();
+            groups.push(nodes);
+        }
+        let (adjacency_starts, adjacency) = adjacency(&groups, count);
+        let mut system = System {
+            stiffness: pattern(&adjacency_starts, &adjacency, |_, _| true),
+            mass: pattern(&adjacency_starts, &adjacency, |a, b| a == b),
+            coordinates: mesh.nodes.clone(),
+            adjacency_starts,
+            adjacency,
+        };
+        for (e, element) in mesh.elements.iter().enumerate() {
+            let material = &mesh.materials[element.material];
+            let own = matrices(&mesh.corners_of(e), material, formulation, e)?;
+            for (p, &node) in element.nodes.iter().enumerate() {
+                for (q, &other) in element.nodes.iter().enumerate() {
+                    for a in 0..3 {
+                        let column = 3 * other + a;
+                        if node >= other {
+                            add(&mut system.mass, 3 * node + a, column, own.mass[p][q]);
+                        }
+                        for b in 0..3 {
+                            if 3 * node + b >= column {
+                                let value = own.stiffness[3 * p + b][3 * q + a];
+                                add(&mut system.stiffness, 3 * node + b, column, value);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        for spring in springs {
+            for &(row, one) in &spring.on {
+                for &(column, other) in &spring.on {
+                    if row >= column {
+                        let value = spring.stiffness * one * other;
+                        add(&mut system.stiffness, row, column, value);
+                    }
+                }
+            }
+        }
+        Ok(system)
+    }
+
+    /// Degrees of freedom.
+    pub fn size(&self) -> usize {
+        3 * self.coordinates.len()
+    }
+
+    /// Mass of the whole \[kg\].
+    pub fn total_mass(&self) -> f64 {
+        let mut total = 0.0;
+        for column in (0..self.size()).step_by(3) {
+            for (row, value) in self.mass.column(column) {
+                total += if row == column { value } else { 2.0 * value };
+            }
+        }
+        total
+    }
+
+    /// The connected bodies: for each node the number of its body, and how many bodies there are.
+    pub fn bodies(&self) -> (Vec<usize>, usize) {
+        let count = self.coordinates.len();
+        let mut body = vec![usize::MAX; count];
+        let mut bodies = 0;
+        let mut open = Vec::new();
+        for first in 0..count {
+            if body[first] != usize::MAX {
+                continue;
+            }
+            body[first] = bodies;
+            open.push(first);
+            while let Some(node) = open.pop() {
+                let range = self.adjacency_starts[node]..self.adjacency_starts[node + 1];
+                for &next in &self.adjacency[range] {
+                    if body[next] == usize::MAX {
+                        body[next] = bodies;
+                        open.push(next);
+                    }
+                }
+            }
+            bodies += 1;
+        }
+        (body, bodies)
+    }
+
+    /// An order of elimination of the degrees of freedom, those of the given nodes last.
+    pub fn elimination_order(&self, last: &[usize]) -> Vec<usize> {
+        nested_dissection(
+            &self.coordinates,
+            &self.adjacency_starts,
+            &self.adjacency,
+            last,
+        )
+        .into_iter()
+        .flat_map(|node| [3 * node, 3 * node + 1, 3 * node + 2])
+        .collect()
+    }
+
+    /// Factors K + shift·M, which a positive shift \[rad²/s²\] makes positive definite.
+    pub fn shifted_factor(
+        &self,
+        shift: f64,
+        order: &[usize],
+    ) -> Result<SparseCholesky, StructureError> {
+        SparseCholesky::new(&self.stiffness.plus(shift, &self.mass), order).map_err(
+            |source: LinalgError| StructureError::Factorization {
+                matrix: "the shifted stiffness",
+                source,
+            },
+        )
+    }
+}
+
+/// Neighbours of each node, itself left out, from groups of nodes that are coupled to each other.
+fn adjacency(groups: &[Vec<usize>], count: usize) -> (Vec<usize>, Vec<usize>) {
+    let mut of_node: Vec<Vec<usize>> = vec![Vec::new(); count];
+    for (g, group) in groups.iter().enumerate() {
+        for &n in group {
+            of_node[n].push(g);
+        }
+    }
+    let mut starts = vec![0];
+    let mut neighbours = Vec::new();
+    let mut own = Vec::new();
+    for (n, touching) in of_node.iter().enumerate() {
+        own.clear();
+        for &g in touching {
+            own.extend(groups[g].iter().copied().filter(|&m| m != n));
+        }
+        own.sort_unstable();
+        own.dedup();
+        neighbours.extend_from_slice(&own);
+        starts.push(neighbours.len());
+    }
+    (starts, neighbours)
+}
+
+/// The pattern of a matrix that couples each node with itself and its neighbours, where axes a (of the row) and b (of the column)
+/// are coupled at all; its values are zero.
+fn pattern(
+    starts: &[usize],
+    adjacency: &[usize],
+    coupled: impl Fn(usize, usize) -> bool,
+) -> SparseSymmetric {
+    let mut matrix = SparseSymmetric {
+        starts: vec![0],
+        rows: Vec::new(),
+        values: Vec::new(),
+    };
+    for node in 0..starts.len() - 1 {
+        for b in 0..3 {
+            let above = adjacency[starts[node]..starts[node + 1]].iter();
+            for &other in std::iter::once(&node).chain(above.filter(|&&m| m > node)) {
+                for a in 0..3 {
+                    if coupled(a, b) && 3 * other + a >= 3 * node + b {
+                        matrix.rows.push(3 * other + a);
+                    }
+                }
+            }
+            matrix.starts.push(matrix.rows.len());
+        }
+    }
+    matrix.values = vec![0.0; matrix.rows.len()];
+    matrix
+}
+
+/// Adds to an entry on or below the diagonal that the pattern has.
+fn add(matrix: &mut SparseSymmetric, row: usize, column: usize, value: f64) {
+    let range = matrix.starts[column]..matrix.starts[column + 1];
+    let place = matrix.rows[range.clone()]
+        .binary_search(&row)
+        .expect("the pattern was made from the same elements and springs");
+    matrix.values[range.start + place] += value;
+}

@@ -1,0 +1,227 @@
+//! The 8-node hexahedron, plain and with incompatible modes.
+//!
+//! Nodes are ordered as in Abaqus and CalculiX (`C3D8`): four nodes of one face, counter-clockwise seen from the opposite face,
+//! then the four opposite ones. Degree of freedom 3·n + a is node n along axis a.
+
+use crate::structure::StructureError;
+
+/// Which hexahedron.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Formulation {
+    /// Trilinear displacements, 2×2×2 integration. Locks in bending.
+    Plain,
+    /// Plain plus three quadratic bubbles per displacement component, condensed per element (Wilson et al. 1973), with the
+    /// gradients taken at the element's centre so that distorted elements pass the patch test (Taylor, Beresford, Wilson, Int. J.
+    /// Numer. Methods Eng. 10, 1976).
+    IncompatibleModes,
+}
+
+/// Linear elastic, isotropic material with mass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Material {
+    /// Young's modulus \[Pa\].
+    pub youngs_modulus: f64,
+    /// Poisson ratio.
+    pub poisson_ratio: f64,
+    /// Density \[kg/m³\].
+    pub density: f64,
+}
+
+impl Material {
+    /// Refuses a material that no elastic solid has.
+    pub fn check(&self) -> Result<(), StructureError> {
+        let out_of_range = |name, value, expected| StructureError::OutOfRange {
+            name,
+            value,
+            expected,
+        };
+        if !(self.youngs_modulus > 0.0 && self.youngs_modulus.is_finite()) {
+            let expected = "a positive number of pascals";
+            return Err(out_of_range(
+                "youngs_modulus",
+                self.youngs_modulus,
+                expected,
+            ));
+        }
+        if !(self.poisson_ratio > -1.0 && self.poisson_ratio < 0.5) {
+            let expected = "above -1 and below 0.5";
+            return Err(out_of_range("poisson_ratio", self.poisson_ratio, expected));
+        }
+        if !(self.density > 0.0 && self.density.is_finite()) {
+            let expected = "a positive number of kg/m³";
+            return Err(out_of_range("density", self.density, expected));
+        }
+        Ok(())
+    }
+}
+
+/// Degrees of freedom of the element.
+pub const DOFS: usize = 24;
+
+/// Stiffness and mass of one element.
+#[derive(Debug, Clone)]
+pub struct ElementMatrices {
+    /// Stiffness \[N/m\], symmetric, row by row.
+    pub stiffness: [[f64; DOFS]; DOFS],
+    /// Consistent mass between nodes \[kg\], the same along each axis: the mass matrix is this times the 3×3 identity.
+    pub mass: [[f64; 8]; 8],
+    /// Volume \[m³\].
+    pub volume: f64,
+}
+
+/// Natural coordinates of the nodes.
+pub const CORNERS: [[f64; 3]; 8] = [
+    [-1.0, -1.0, -1.0],
+    [1.0, -1.0, -1.0],
+    [1.0, 1.0, -1.0],
+    [-1.0, 1.0, -1.0],
+    [-1.0, -1.0, 1.0],
+    [1.0, -1.0, 1.0],
+    [1.0, 1.0, 1.0],
+    [-1.0, 1.0, 1.0],
+];
+
+/// Shape functions at a natural point.
+pub fn shape(point: [f64; 3]) -> [f64; 8] {
+    CORNERS.map(|c| 0.125 * (0..3).map(|m| 1.0 + c[m] * point[m]).product::<f64>())
+}
+
+/// Derivatives of the shape functions by the natural coordinates, `[node][m]`.
+pub fn shape_derivatives(point: [f64; 3]) -> [[f64; 3]; 8] {
+    CORNERS.map(|c| {
+        let f = [0, 1, 2].map(|m| 1.0 + c[m] * point[m]);
+        [
+            0.125 * c[0] * f[1] * f[2],
+            0.125 * c[1] * f[0] * f[2],
+            0.125 * c[2] * f[0] * f[1],
+        ]
+    })
+}
+
+/// `jacobian[a][m]` = ∂x_a/∂ξ_m at a natural point.
+pub fn jacobian(nodes: &[[f64; 3]; 8], point: [f64; 3]) -> [[f64; 3]; 3] {
+    let derivatives = shape_derivatives(point);
+    let mut jacobian = [[0.0; 3]; 3];
+    for (x, d) in nodes.iter().zip(&derivatives) {
+        for a in 0..3 {
+            for m in 0..3 {
+                jacobian[a][m] += x[a] * d[m];
+            }
+        }
+    }
+    jacobian
+}
+
+/// Determinant and inverse of a 3×3 matrix; the inverse means nothing if the determinant is zero.
+pub fn invert(m: &[[f64; 3]; 3]) -> (f64, [[f64; 3]; 3]) {
+    let cofactor = |i: usize, j: usize| {
+        let (a, b, c, d) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
+        m[a][c] * m[b][d] - m[a][d] * m[b][c]
+    };
+    let determinant = (0..3).map(|j| m[0][j] * cofactor(0, j)).sum::<f64>();
+    let mut inverse = [[0.0; 3]; 3];
+    for i in 0..3 {
+        for j in 0..3 {
+            inverse[j][i] = cofactor(i, j) / determinant;
+        }
+    }
+    (determinant, inverse)
+}
+
+/// Shape gradients: eight of the nodes, three of the incompatible modes.
+const GRADIENTS: usize = 11;
+const FULL: usize = 3 * GRADIENTS;
+
+/// Stiffness and mass of the hexahedron with the given nodes \[m\]. `element` is its number, for the error.
+///
+/// # Errors
+/// [`StructureError::InvertedElement`] if the Jacobian is not positive at an integration point.
+pub fn matrices(
+    nodes: &[[f64; 3]; 8],
+    material: &Material,
+    formulation: Formulation,
+    element: usize,
+) -> Result<ElementMatrices, StructureError> {
+    let shear = 0.5 * material.youngs_modulus / (1.0 + material.poisson_ratio);
+    let lame = 2.0 * shear * material.poisson_ratio / (1.0 - 2.0 * material.poisson_ratio);
+    let (centre_determinant, centre_inverse) = invert(&jacobian(nodes, [0.0; 3]));
+    let gradients = match formulation {
+        Formulation::Plain => 8,
+        Formulation::IncompatibleModes => GRADIENTS,
+    };
+
+    let mut full = [[0.0; FULL]; FULL];
+    let mut mass = [[0.0; 8]; 8];
+    let mut volume = 0.0;
+    let station = 1.0 / 3.0_f64.sqrt();
+    for corner in CORNERS {
+        let point = corner.map(|c| c * station);
+        let (determinant, inverse) = invert(&jacobian(nodes, point));
+        // Not `determinant <= 0.0`: a node that is not a number must be refused too.
+        if !(determinant > 0.0 && centre_determinant > 0.0) {
+            return Err(StructureError::InvertedElement {
+                element,
+                jacobian: determinant.min(centre_determinant),
+            });
+        }
+        let mut gradient = [[0.0; 3]; GRADIENTS];
+        for (g, d) in gradient.iter_mut().zip(&shape_derivatives(point)) {
+            for a in 0..3 {
+                g[a] = (0..3).map(|m| inverse[m][a] * d[m]).sum();
+            }
+        }
+        // The bubble 1 − ξ_m² with the centre's Jacobian: its integral over the element is zero whatever the distortion.
+        for m in 0..3 {
+            let factor = -2.0 * point[m] * centre_determinant / determinant;
+            gradient[8 + m] = [0, 1, 2].map(|a| factor * centre_inverse[m][a]);
+        }
+        for p in 0..gradients {
+            for q in 0..=p {
+                let (gp, gq) = (gradient[p], gradient[q]);
+                let dot = gp[0] * gq[0] + gp[1] * gq[1] + gp[2] * gq[2];
+                for a in 0..3 {
+                    for b in 0..3 {
+                        let diagonal = if a == b { shear * dot } else { 0.0 };
+                        full[3 * p + a][3 * q + b] +=
+                            determinant * (lame * gp[a] * gq[b] + shear * gp[b] * gq[a] + diagonal);
+                    }
+                }
+            }
+        }
+        let n = shape(point);
+        for p in 0..8 {
+            for q in 0..8 {
+                mass[p][q] += material.density * determinant * n[p] * n[q];
+            }
+        }
+        volume += determinant;
+    }
+    if gradients == GRADIENTS {
+        condense(&mut full);
+    }
+    let mut stiffness = [[0.0; DOFS]; DOFS];
+    for i in 0..DOFS {
+        for j in 0..=i {
+            stiffness[i][j] = full[i][j];
+            stiffness[j][i] = full[i][j];
+        }
+    }
+    Ok(ElementMatrices {
+        stiffness,
+        mass,
+        volume,
+    })
+}
+
+/// Eliminates the rows after the first [`DOFS`] from a symmetric matrix of which the lower triangle is given and kept.
+fn condense(full: &mut [[f64; FULL]; FULL]) {
+    for pivot in (DOFS..FULL).rev() {
+        let row = full[pivot];
+        for i in 0..pivot {
+            let factor = row[i] / row[pivot];
+            for j in 0..=i {
+                full[i][j] -= factor * row[j];
+            }
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! What can go wrong between a structure's drawing and its reduced model.
+
+use crate::linalg::LinalgError;
+
+/// A structure that cannot be meshed, assembled or reduced.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum StructureError {
+    /// A number out of its range.
+    #[error("{name} is {value:e}; it must be {expected}")]
+    OutOfRange {
+        /// What the number is.
+        name: &'static str,
+        /// The value found.
+        value: f64,
+        /// What would be right.
+        expected: &'static str,
+    },
+    /// Two numbers that do not fit each other.
+    #[error("{name} is {value:e}, but {other} is {other_value:e}; {expected}")]
+    DoNotFit {
+        /// What the number is.
+        name: &'static str,
+        /// The value found.
+        value: f64,
+        /// What it must fit.
+        other: &'static str,
+        /// The value of that.
+        other_value: f64,
+        /// What would be right.
+        expected: &'static str,
+    },
+    /// A hexahedron that is turned inside out, or has no volume.
+    #[error(
+        "element {element} has a Jacobian of {jacobian:e} m³; it must be positive (8 nodes: one face counter-clockwise seen from the opposite face, then that face)"
+    )]
+    InvertedElement {
+        /// Number of the element, from 0.
+        element: usize,
+        /// Smallest Jacobian determinant at its integration points \[m³\].
+        jacobian: f64,
+    },
+    /// A point outside all elements.
+    #[error("the point {name} at ({:e}, {:e}, {:e}) m lies in no element of the mesh", .position[0], .position[1], .position[2])]
+    PointOutside {
+        /// Name of the point.
+        name: String,
+        /// Where it is \[m\].
+        position: [f64; 3],
+    },
+    /// A node number, or degree of freedom, that does not exist.
+    #[error("{what} {index} does not exist; there are {count}, counted from 0")]
+    NoSuch {
+        /// `"node"` or `"degree of freedom"`.
+        what: &'static str,
+        /// The number found.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// The modes were not found.
+    #[error(
+        "{converged} of {wanted} modes converged with {vectors} Lanczos vectors: residual {residual:.3e}, {tolerance:.1e} asked"
+    )]
+    NotConverged {
+        /// Modes that did converge.
+        converged: usize,
+        /// Modes asked for.
+        wanted: usize,
+        /// Lanczos vectors spent.
+        vectors: usize,
+        /// Largest relative residual among the modes asked for.
+        residual: f64,
+        /// The residual asked for.
+        tolerance: f64,
+    },
+    /// More modes than the structure has.
+    #[error("{wanted} elastic modes are asked of a structure of {available}")]
+    TooManyModes {
+        /// Modes asked for.
+        wanted: usize,
+        /// Degrees of freedom with mass, less the rigid ones.
+        available: usize,
+    },
+    /// A factorization that does not exist.
+    #[error("{matrix}: {source}")]
+    Factorization {
+        /// Which matrix.
+        matrix: &'static str,
+        /// What went wrong.
+        source: LinalgError,
+    },
+}

@@ -1,0 +1,318 @@
+//! The small model: modes, and the static residual of everything above them, at the ports.
+//!
+//! A *port* is a combination of displacements where a force may act: the relative displacements of the contact elements (upper
+//! minus lower body, the mean over an element's four pairs of nodes), then the drive and response points. With unit forces on
+//! the ports the receptance is
+//!
+//! H(ω) = Σ_rigid φφᵀ/(−ω²) + Σ_r φφᵀ/(ω_r² − ω² + 2iζω_rω) + R₀ + ω²R₁,
+//!
+//! where R₀ + ω²R₁ stands for the modes above the n kept ones, Σ_{r>n} φφᵀ/(ω_r² − ω²) = R₀ + ω²R₁ + O(ω⁴/ω_n⁴): the residual
+//! flexibility of MacNeal (Comput. Struct. 1, 1971) and the residual mass of Rubin (AIAA J. 13, 1975). The residual is the
+//! flexibility of K + s·M less the modes' share, for two shifts s, so the rigid modes need no support. Ports are eliminated last:
+//! their flexibility is a small dense factor, not a thousand solves.
+//!
+//! Force on a port acts along its displacement: a positive force on a contact port pulls the upper body along the positive axis
+//! and the lower one against it; along z it opens the joint.
+
+use crate::linalg::{LinalgError, Matrix, SparseCholesky};
+use crate::structure::StructureError;
+use crate::structure::assembly::{Combination, System};
+use crate::structure::mesh::Point;
+use crate::structure::modes::{ModeOptions, lowest, rigid_modes, shift};
+use crate::structure::resonator::Facing;
+
+/// The second shift, at which the residual's slope is taken, as a share of the highest kept eigenvalue: small enough that the
+/// next term of the series is below a percent of the slope's, large enough that the difference keeps its digits.
+const SLOPE_SHARE: f64 = 0.01;
+
+/// The ports of a structure: three for each contact element, then three for each point; x, y, z in turn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ports {
+    /// Degrees of freedom and weights of each port.
+    pub combinations: Vec<Combination>,
+    /// Number of contact elements; contact element e has the ports 3e, 3e + 1, 3e + 2.
+    pub contacts: usize,
+    /// Names of the points, in order.
+    pub points: Vec<String>,
+}
+
+impl Ports {
+    /// Ports of contact elements and points.
+    pub fn new(contacts: &[Facing], points: &[Point]) -> Ports {
+        let mut combinations = Vec::with_capacity(3 * (contacts.len() + points.len()));
+        for contact in contacts {
+            let share = 1.0 / contact.pairs.len() as f64;
+            for axis in 0..3 {
+                let both = contact.pairs.iter().flat_map(|&(lower, upper)| {
+                    [(3 * lower + axis, -share), (3 * upper + axis, share)]
+                });
+                combinations.push(both.collect());
+            }
+        }
+        for point in points {
+            for axis in 0..3 {
+                let all = point.weights.iter();
+                combinations.push(all.map(|&(n, w)| (3 * n + axis, w)).collect());
+            }
+        }
+        Ports {
+            combinations,
+            contacts: contacts.len(),
+            points: points.iter().map(|p| p.name.clone()).collect(),
+        }
+    }
+
+    /// Number of ports.
+    pub fn len(&self) -> usize {
+        self.combinations.len()
+    }
+
+    /// True if there is none.
+    pub fn is_empty(&self) -> bool {
+        self.combinations.is_empty()
+    }
+
+    /// Number of contact ports; they come first.
+    pub fn contact_ports(&self) -> usize {
+        3 * self.contacts
+    }
+
+    /// The port of a point along an axis (0, 1, 2 for x, y, z).
+    pub fn of_point(&self, name: &str, axis: usize) -> Option<usize> {
+        let place = self.points.iter().position(|p| p == name)?;
+        Some(self.contact_ports() + 3 * place + axis)
+    }
+
+    /// The nodes that ports take part in, ascending.
+    fn nodes(&self) -> Vec<usize> {
+        let dofs = self.combinations.iter().flatten();
+        let mut nodes: Vec<usize> = dofs.map(|&(dof, _)| dof / 3).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+
+    /// Displacements of the ports, one row each, from those of all degrees of freedom.
+    fn displacements(&self, shapes: &Matrix) -> Matrix {
+        Matrix::from_fn(self.len(), shapes.columns(), |port, c| {
+            let column = shapes.column(c);
+            let terms = self.combinations[port].iter();
+            terms.map(|&(dof, weight)| weight * column[dof]).sum()
+        })
+    }
+}
+
+/// A structure reduced to its ports.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reduced {
+    /// The ports: what the rows below are.
+    pub ports: Ports,
+    /// Rigid modes at the ports \[kg^-1/2\], one column each; contact ports of bodies that hang together have zeros.
+    pub rigid: Matrix,
+    /// Angular frequencies of the elastic modes \[rad/s\], ascending.
+    pub omega: Vec<f64>,
+    /// Elastic modes at the ports \[kg^-1/2\], one column each.
+    pub shapes: Matrix,
+    /// Static residual R₀ \[m/N\], symmetric, port by port.
+    pub residual: Matrix,
+    /// Its slope R₁ over ω² \[m s²/N\], symmetric, port by port.
+    pub residual_slope: Matrix,
+    /// Mass of the structure \[kg\].
+    pub mass: f64,
+    /// Largest relative residual of the modes.
+    pub mode_residual: f64,
+    /// Entries of the sparse factor: eight bytes each.
+    pub factor_entries: usize,
+}
+
+/// Reduces a structure to its ports.
+///
+/// # Errors
+/// A port that refers to a node that does not exist, modes that do not converge, a stiffness that is not one.
+pub fn reduce(
+    system: &System,
+    ports: Ports,
+    options: &ModeOptions,
+) -> Result<Reduced, StructureError> {
+    let nodes = ports.nodes();
+    if let Some(&index) = nodes.last()
+        && index >= system.coordinates.len()
+    {
+        return Err(StructureError::NoSuch {
+            what: "node",
+            index,
+            count: system.coordinates.len(),
+        });
+    }
+    let order = system.elimination_order(&nodes);
+    let fail = |source: LinalgError| StructureError::Factorization {
+        matrix: "the energy of the rigid motions",
+        source,
+    };
+    let small = shift(system);
+    let factor = system.shifted_factor(small, &order)?;
+    let rigid_shapes = rigid_modes(system, small).map_err(fail)?;
+    let modes = lowest(system, &factor, small, &rigid_shapes, options)?;
+    let rigid = ports.displacements(&rigid_shapes);
+    let shapes = ports.displacements(&modes.shapes);
+    let above = |factor: &SparseCholesky, shift: f64| {
+        let mut flexibility = port_flexibility(factor, &ports, 3 * nodes.len());
+        remove(&mut flexibility, &rigid, |_| 1.0 / shift);
+        remove(&mut flexibility, &shapes, |r| {
+            1.0 / (modes.omega[r].powi(2) + shift)
+        });
+        flexibility
+    };
+    let near = above(&factor, small);
+    let factor_entries = factor.entries();
+    // Two factors at a time would be the peak of memory.
+    drop(factor);
+    let highest = modes.omega[modes.omega.len() - 1];
+    let large = small + SLOPE_SHARE * highest * highest;
+    let far = above(&system.shifted_factor(large, &order)?, large);
+    // R(−s) = R₀ − s R₁ at both shifts.
+    let mut residual_slope = Matrix::zeros(ports.len(), ports.len());
+    residual_slope.add(1.0 / (large - small), &near);
+    residual_slope.add(-1.0 / (large - small), &far);
+    let mut residual = near;
+    residual.add(small, &residual_slope);
+    Ok(Reduced {
+        rigid,
+        omega: modes.omega,
+        shapes,
+        residual,
+        residual_slope,
+        mass: system.total_mass(),
+        mode_residual: modes.residuals.iter().copied().fold(0.0, f64::max),
+        factor_entries,
+        ports,
+    })
+}
+
+/// Bᵀ A⁻¹ B for the ports' columns B, from the last `count` rows of the factor of A.
+fn port_flexibility(factor: &SparseCholesky, ports: &Ports, count: usize) -> Matrix {
+    let mut place = std::collections::HashMap::new();
+    for (p, &dof) in factor.last_rows(count).iter().enumerate() {
+        place.insert(dof, p);
+    }
+    let mut columns = Matrix::zeros(count, ports.len());
+    for (port, combination) in ports.combinations.iter().enumerate() {
+        for (dof, weight) in combination {
+            columns[(place[dof], port)] += weight;
+        }
+    }
+    factor.trailing_factor(count).solve_lower(&mut columns);
+    columns.transpose_times(&columns)
+}
+
+/// Takes Σ weight·φφᵀ over the columns of `shapes` away.
+fn remove(flexibility: &mut Matrix, shapes: &Matrix, weight: impl Fn(usize) -> f64) {
+    let weighted = Matrix::from_fn(shapes.columns(), shapes.rows(), |r, port| {
+        weight(r) * shapes[(port, r)]
+    });
+    flexibility.add_product(-1.0, shapes, &weighted);
+}
+
+impl Reduced {
+    /// The residual R₀ + ω²R₁ \[m/N\] at an angular frequency. Over a narrow band it is as good as constant.
+    pub fn residual_at(&self, omega: f64) -> Matrix {
+        let mut residual = self.residual.clone();
+        residual.add(omega * omega, &self.residual_slope);
+        residual
+    }
+
+    /// Receptance \[m/N\] of all ports at angular frequency `omega` > 0 with a modal damping ratio ζ, its real and imaginary
+    /// part, with e^{+iωt}: a lag is a negative imaginary part. Rigid modes and the residual are undamped.
+    pub fn receptance(&self, omega: f64, damping_ratio: f64) -> (Matrix, Matrix) {
+        let squared = omega * omega;
+        let mut real = self.residual_at(omega);
+        let mut imaginary = Matrix::zeros(self.ports.len(), self.ports.len());
+        remove(&mut real, &self.rigid, |_| 1.0 / squared);
+        let denominator = |r: usize| {
+            let stiff = self.omega[r].powi(2) - squared;
+            let damped = 2.0 * damping_ratio * self.omega[r] * omega;
+            let size = stiff * stiff + damped * damped;
+            (stiff / size, damped / size)
+        };
+        remove(&mut real, &self.shapes, |r| -denominator(r).0);
+        if damping_ratio != 0.0 {
+            remove(&mut imaginary, &self.shapes, |r| denominator(r).1);
+        }
+        (real, imaginary)
+    }
+
+    /// Modes of the structure with springs on its contact ports (one stiffness \[N/m\] each, as the contact ports are
+    /// ordered): the joint stuck. The modal stiffness is Ω² + Φᵀ(k⁻¹ + R)⁻¹Φ over rigid and elastic modes, with the residual R
+    /// taken at angular frequency `omega`: modes near it are the most accurate. Springs of zero stiffness are left out; k = ∞
+    /// bonds.
+    ///
+    /// # Errors
+    /// As many stiffnesses as contact ports, none negative.
+    pub fn with_springs(
+        &self,
+        stiffness: &[f64],
+        omega: f64,
+    ) -> Result<SprungModes, StructureError> {
+        let contact = self.ports.contact_ports();
+        if stiffness.len() != contact {
+            return Err(StructureError::DoNotFit {
+                name: "the number of spring stiffnesses",
+                value: stiffness.len() as f64,
+                other: "the number of contact ports",
+                other_value: contact as f64,
+                expected: "they must be equal",
+            });
+        }
+        if let Some(&value) = stiffness.iter().find(|k| k.is_nan() || **k < 0.0) {
+            return Err(StructureError::OutOfRange {
+                name: "a spring stiffness",
+                value,
+                expected: "zero or positive",
+            });
+        }
+        let closed: Vec<usize> = (0..contact).filter(|&p| stiffness[p] > 0.0).collect();
+        let held = self.rigid.columns();
+        let count = held + self.omega.len();
+        let mode = |port: usize, r: usize| {
+            if r < held {
+                self.rigid[(port, r)]
+            } else {
+                self.shapes[(port, r - held)]
+            }
+        };
+        let residual = self.residual_at(omega);
+        let flexibility = Matrix::from_fn(closed.len(), closed.len(), |i, j| {
+            let own = if i == j {
+                1.0 / stiffness[closed[i]]
+            } else {
+                0.0
+            };
+            own + residual[(closed[i], closed[j])]
+        });
+        let fail = |matrix| move |source| StructureError::Factorization { matrix, source };
+        let factor = flexibility
+            .cholesky()
+            .map_err(fail("the flexibility of springs and residual"))?;
+        let mut at_springs = Matrix::from_fn(closed.len(), count, |i, r| mode(closed[i], r));
+        factor.solve_lower(&mut at_springs);
+        let mut modal = at_springs.transpose_times(&at_springs);
+        for r in held..count {
+            modal[(r, r)] += self.omega[r - held].powi(2);
+        }
+        let (values, vectors) = modal.symmetric_eigen().map_err(fail("the sprung modes"))?;
+        Ok(SprungModes {
+            omega: values.iter().map(|v| v.max(0.0).sqrt()).collect(),
+            vectors,
+        })
+    }
+}
+
+/// Modes of the reduced structure with springs at its contact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SprungModes {
+    /// Angular frequencies \[rad/s\], ascending; the first ones are the rigid modes, zero but for rounding.
+    pub omega: Vec<f64>,
+    /// Orthonormal columns over (rigid, elastic) modes of the unsprung structure. A damping matrix for its modal coordinates that
+    /// gives each sprung mode the ratio ζ is V·diag(2ζω)·Vᵀ.
+    pub vectors: Matrix,
+}

@@ -1,0 +1,35 @@
+//! Finite elements, modes and reduction against closed forms, an independent program and direct solves.
+
+mod beam;
+mod element;
+mod matrices;
+mod reduction;
+mod resonator;
+
+use fretwear::linalg::{Matrix, SparseSymmetric};
+use fretwear::structure::assembly::System;
+
+fn dense(matrix: &SparseSymmetric) -> Matrix {
+    let mut full = Matrix::zeros(matrix.size(), matrix.size());
+    for j in 0..matrix.size() {
+        for (i, v) in matrix.column(j) {
+            full[(i, j)] = v;
+            full[(j, i)] = v;
+        }
+    }
+    full
+}
+
+/// All angular frequencies of dense matrices \[rad/s\], ascending, by Cholesky of the mass.
+fn frequencies(stiffness: &Matrix, mass: &Matrix) -> Vec<f64> {
+    let factor = mass.cholesky().unwrap();
+    let mut reduced = stiffness.clone();
+    factor.solve_lower(&mut reduced);
+    factor.solve_upper_right(&mut reduced);
+    let (values, _) = reduced.symmetric_eigen().unwrap();
+    values.iter().map(|v| v.max(0.0).sqrt()).collect()
+}
+
+fn dense_frequencies(system: &System) -> Vec<f64> {
+    frequencies(&dense(&system.stiffness), &dense(&system.mass))
+}
