@@ -150,7 +150,9 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("units.rs", &[]),
     ("units/", &[]),
     ("fft.rs", &[]),
+    ("linalg/", &["linalg"]),
     ("contact/", &["grid", "fft", "contact"]),
+    ("structure/", &["linalg", "structure"]),
     ("surface/readers/", &["grid", "surface", "units"]),
     ("surface/", &["grid", "fft", "surface"]),
     ("reference/", &["grid", "contact", "reference"]),
@@ -211,6 +213,7 @@ fn imports_run_one_way() {
 /// Where a library, or a part of the standard one, may be named.
 const NAMED_IN: &[(&[&str], &[&str])] = &[
     (&["realfft", "rustfft"], &["fft.rs"]),
+    (&["faer"], &["linalg/"]),
     // A foreign table of heights has no schema of ours, so that `tables` cannot read it.
     (
         &[
