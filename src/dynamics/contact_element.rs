@@ -6,13 +6,17 @@
 //!
 //! *Start of the slider.* A mean tangential force can be locked in by friction, so the mean is unique only together with a
 //! history. It is this one: at the preloaded state u = 0 and w = 0; from there to the first sample in one step, then cycle after
-//! cycle to the steady one.
+//! cycle to the steady one. Between samples the displacement goes straight and the load changes linearly, for which the law is
+//! integrated exactly.
 
 use super::DynamicsError;
 use super::aft::{Closure, Derivative, InterfaceElement};
+use super::slider::{self, Dual, INPUTS, Step};
 
-/// Cycles after which marching gives up; the memory of most motions is gone after one.
-const MOST_CYCLES: usize = 400;
+/// Cycles marched as they come before the steady cycle is solved for; the memory of most motions is gone by then.
+const PLAIN_CYCLES: usize = 3;
+/// Cycles in all. An element that slips by little forgets slowly, but the solution for its steady cycle converges quadratically.
+const MOST_CYCLES: usize = 60;
 /// Change of the force over a cycle, relative to its largest value, at which the cycle is steady: rounding.
 const STEADY: f64 = 1e-13;
 
@@ -73,13 +77,6 @@ pub struct ElementCycle {
     pub closure: Closure,
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum Step {
-    Stick,
-    Slip,
-    Open,
-}
-
 impl ContactElement {
     /// Normal load at the normal displacement `u` without the limit at zero \[N\].
     fn bilateral_load(&self, u: f64) -> f64 {
@@ -92,35 +89,6 @@ impl ContactElement {
             self.tangential_stiffness
         } else {
             0.0
-        }
-    }
-
-    /// Tangential force after a step from `force` by the displacement `delta`, at the friction limit `limit`.
-    fn step(&self, force: [f64; 2], delta: [f64; 2], load: f64) -> ([f64; 2], Step) {
-        if load <= 0.0 {
-            return ([0.0; 2], Step::Open);
-        }
-        let (kt, limit) = (self.gripping_stiffness(), self.friction_coefficient * load);
-        let trial = [force[0] + kt * delta[0], force[1] + kt * delta[1]];
-        match self.law {
-            FrictionLaw::Cone => {
-                let size = trial[0].hypot(trial[1]);
-                if size <= limit {
-                    (trial, Step::Stick)
-                } else {
-                    let scale = limit / size;
-                    ([scale * trial[0], scale * trial[1]], Step::Slip)
-                }
-            }
-            FrictionLaw::Box => {
-                let clamped = trial.map(|t| t.clamp(-limit, limit));
-                let step = if clamped == trial {
-                    Step::Stick
-                } else {
-                    Step::Slip
-                };
-                (clamped, step)
-            }
         }
     }
 
@@ -239,33 +207,11 @@ impl InterfaceElement for ContactElement {
         if self.gripping_stiffness() == 0.0 {
             return Closure::EXACT;
         }
-        let mut march = March {
+        let march = March {
             element: self,
-            tangent: vec![0.0; derivative.as_ref().map_or(0, |d| 6 * d.coefficients)],
-            force: [0.0; 2],
-            displacement: [0.0; 2],
-            largest: 0.0,
-            previous_sample: None,
+            displacement,
         };
-        let mut end = [f64::NAN; 2];
-        let mut closure = Closure::EXACT;
-        for cycle in 1..=MOST_CYCLES {
-            let stuck = march.cycle(displacement, force, derivative.as_deref_mut());
-            let change = (march.force[0] - end[0]).hypot(march.force[1] - end[1]);
-            end = march.force;
-            closure = Closure {
-                cycles: cycle,
-                change: change / march.largest,
-            };
-            // Without slip the second cycle is the first; without force there is nothing to close.
-            if (cycle == 1 && stuck) || march.largest == 0.0 || change <= STEADY * march.largest {
-                return Closure {
-                    change: 0.0,
-                    ..closure
-                };
-            }
-        }
-        closure
+        march.run(force, derivative)
     }
 }
 
@@ -292,108 +238,242 @@ impl ContactElement {
     }
 }
 
-/// The slider on its way: force, and its derivative with respect to all coefficients (two rows of `3 × coefficients`).
+/// The slider over the samples of a cycle.
 struct March<'a> {
     element: &'a ContactElement,
-    tangent: Vec<f64>,
-    force: [f64; 2],
-    displacement: [f64; 2],
-    largest: f64,
-    previous_sample: Option<usize>,
+    displacement: &'a [[f64; 3]],
 }
 
+/// One cycle of the slider.
+struct Lap {
+    /// Force at its end.
+    end: [f64; 2],
+    /// Largest force.
+    largest: f64,
+    /// Whether it neither slipped nor opened.
+    stuck: bool,
+}
+
+/// Derivatives of every step of a cycle.
+type Slopes = Vec<[[f64; INPUTS]; 2]>;
+
 impl March<'_> {
-    /// One cycle; returns whether it neither slipped nor opened.
-    fn cycle(
-        &mut self,
-        displacement: &[[f64; 3]],
-        force: &mut [[f64; 3]],
-        mut derivative: Option<&mut Derivative<'_>>,
-    ) -> bool {
-        let mut stuck = true;
-        self.largest = 0.0;
-        for (j, u) in displacement.iter().enumerate() {
-            let load = self.element.bilateral_load(u[2]);
-            let delta = [u[0] - self.displacement[0], u[1] - self.displacement[1]];
-            let (next, step) = self.element.step(self.force, delta, load);
-            if let Some(derivative) = derivative.as_deref_mut() {
-                self.advance_tangent(j, delta, load, step, next, derivative);
+    fn run(&self, force: &mut [[f64; 3]], mut derivative: Option<&mut Derivative<'_>>) -> Closure {
+        let from_preload = [0.0, 0.0, 0.0];
+        let mut lap = self.lap([0.0; 2], from_preload, force);
+        let again = self.displacement.last().copied().unwrap_or_default();
+        let mut cycles = 1;
+        let mut closure = Closure::EXACT;
+        let mut start = [0.0; 2];
+        // Cycles that a change of the start force went through: the steady cycle does not know them, a stuck one does.
+        let mut history = vec![(start, from_preload)];
+        let mut remembers = true;
+        if !lap.stuck {
+            loop {
+                start = lap.end;
+                if cycles >= PLAIN_CYCLES {
+                    start = self.towards_steady(start, again, force);
+                    remembers = false;
+                    cycles += 1;
+                }
+                history.push((start, again));
+                lap = self.lap(start, again, force);
+                cycles += 1;
+                let change = (lap.end[0] - start[0]).hypot(lap.end[1] - start[1]);
+                closure = Closure {
+                    cycles,
+                    change: if lap.largest > 0.0 {
+                        change / lap.largest
+                    } else {
+                        0.0
+                    },
+                };
+                if closure.change <= STEADY || cycles >= MOST_CYCLES {
+                    break;
+                }
             }
-            self.force = next;
-            self.displacement = [u[0], u[1]];
-            self.previous_sample = Some(j);
-            force[j][0] = next[0];
-            force[j][1] = next[1];
-            self.largest = self.largest.max(next[0].hypot(next[1]));
-            stuck &= step == Step::Stick;
         }
-        stuck
+        if let Some(derivative) = derivative.as_deref_mut() {
+            if lap.stuck && remembers {
+                self.follow(&history, derivative);
+            } else {
+                self.steady_derivative(start, again, derivative);
+            }
+        }
+        closure
     }
 
-    fn advance_tangent(
-        &mut self,
-        j: usize,
-        delta: [f64; 2],
-        load: f64,
-        step: Step,
-        next: [f64; 2],
+    /// Inputs of the step to sample `j`, where the cycle starts from the force `start` at the displacement `from`.
+    fn loads(&self, j: usize, from: [f64; 3]) -> ([f64; 2], [f64; 2]) {
+        let before = if j == 0 {
+            from
+        } else {
+            self.displacement[j - 1]
+        };
+        let now = self.displacement[j];
+        (
+            [now[0] - before[0], now[1] - before[1]],
+            [before, now].map(|u| self.element.bilateral_load(u[2])),
+        )
+    }
+
+    fn lap(&self, start: [f64; 2], from: [f64; 3], force: &mut [[f64; 3]]) -> Lap {
+        let element = self.element;
+        let mut lap = Lap {
+            end: start,
+            largest: 0.0,
+            stuck: true,
+        };
+        for (j, force) in force.iter_mut().enumerate() {
+            let (delta, loads) = self.loads(j, from);
+            let (kt, mu) = (element.tangential_stiffness, element.friction_coefficient);
+            let (next, step) = slider::step(element.law, kt, mu, lap.end, delta, loads);
+            lap.end = next;
+            lap.largest = lap.largest.max(next[0].hypot(next[1]));
+            lap.stuck &= step == Step::Stick;
+            (force[0], force[1]) = (next[0], next[1]);
+        }
+        lap
+    }
+
+    /// The derivatives of all steps of a cycle, and the force at its end.
+    fn slopes(&self, start: [f64; 2], from: [f64; 3]) -> (Slopes, [f64; 2]) {
+        let element = self.element;
+        let mut force = start;
+        let slopes = (0..self.displacement.len())
+            .map(|j| {
+                let (delta, loads) = self.loads(j, from);
+                let input = |value: f64, index: usize| Dual::input(value, index);
+                let (next, _) = slider::step(
+                    element.law,
+                    element.tangential_stiffness,
+                    element.friction_coefficient,
+                    [input(force[0], 0), input(force[1], 1)],
+                    [input(delta[0], 2), input(delta[1], 3)],
+                    [input(loads[0], 4), input(loads[1], 5)],
+                );
+                force = next.map(|n| n.value);
+                next.map(|n| n.slope)
+            })
+            .collect();
+        (slopes, force)
+    }
+
+    /// One Newton step for the force that a cycle returns to, from `start`; the plain cycle if that leads nowhere.
+    fn towards_steady(
+        &self,
+        start: [f64; 2],
+        from: [f64; 3],
+        scratch: &mut [[f64; 3]],
+    ) -> [f64; 2] {
+        let (slopes, end) = self.slopes(start, from);
+        let passes = passed_on(&slopes);
+        let change = [end[0] - start[0], end[1] - start[1]];
+        let Some(step) = solve(
+            [
+                [1.0 - passes[0][0], -passes[0][1]],
+                [-passes[1][0], 1.0 - passes[1][1]],
+            ],
+            change,
+        ) else {
+            return end;
+        };
+        let there = [start[0] + step[0], start[1] + step[1]];
+        let lap = self.lap(there, from, scratch);
+        let left = (lap.end[0] - there[0]).hypot(lap.end[1] - there[1]);
+        // A start beyond the friction limit is no state, and one that closes worse is no progress.
+        if left < change[0].hypot(change[1]) {
+            lap.end
+        } else {
+            end
+        }
+    }
+
+    /// Derivatives along all cycles since the preload, for a cycle that never forgets.
+    fn follow(&self, history: &[([f64; 2], [f64; 3])], derivative: &mut Derivative<'_>) {
+        let mut tangent = vec![0.0; 6 * derivative.coefficients];
+        for (lap, &(start, from)) in history.iter().enumerate() {
+            let (slopes, _) = self.slopes(start, from);
+            self.propagate(&slopes, lap > 0, &mut tangent, derivative);
+        }
+    }
+
+    /// Derivatives of the steady cycle: S = A S + B, with A what a cycle passes on of its start.
+    fn steady_derivative(&self, start: [f64; 2], from: [f64; 3], derivative: &mut Derivative<'_>) {
+        let (slopes, _) = self.slopes(start, from);
+        let width = 3 * derivative.coefficients;
+        let mut tangent = vec![0.0; 2 * width];
+        self.propagate(&slopes, true, &mut tangent, derivative);
+        let passes = passed_on(&slopes);
+        let system = [
+            [1.0 - passes[0][0], -passes[0][1]],
+            [-passes[1][0], 1.0 - passes[1][1]],
+        ];
+        for c in 0..width {
+            if let Some([x, y]) = solve(system, [tangent[c], tangent[width + c]]) {
+                (tangent[c], tangent[width + c]) = (x, y);
+            }
+        }
+        self.propagate(&slopes, true, &mut tangent, derivative);
+    }
+
+    /// Carries the derivative of the force over a cycle and stores it at every sample; `closed`: the cycle follows another.
+    fn propagate(
+        &self,
+        slopes: &Slopes,
+        closed: bool,
+        tangent: &mut [f64],
         derivative: &mut Derivative<'_>,
     ) {
         let n = derivative.coefficients;
-        let element = self.element;
-        let (kt, mu) = (element.gripping_stiffness(), element.friction_coefficient);
-        let limit = mu * load;
-        if step == Step::Open {
-            self.tangent.fill(0.0);
-        } else {
-            // Of the trial force.
+        let width = 3 * n;
+        let kn = self.element.normal_stiffness;
+        let last = slopes.len() - 1;
+        for (j, [x, y]) in slopes.iter().enumerate() {
+            let (first, second) = tangent.split_at_mut(width);
+            for (a, b) in first.iter_mut().zip(second.iter_mut()) {
+                (*a, *b) = (x[0] * *a + x[1] * *b, y[0] * *a + y[1] * *b);
+            }
+            let now = derivative.basis_at(j);
+            let nothing = vec![0.0; n];
+            let before = match j {
+                0 if closed => derivative.basis_at(last),
+                0 => &nothing,
+                _ => derivative.basis_at(j - 1),
+            };
             for c in 0..n {
-                let before = self
-                    .previous_sample
-                    .map_or(0.0, |before| derivative.basis_at(before)[c]);
-                let slope = kt * (derivative.basis_at(j)[c] - before);
-                self.tangent[c] += slope;
-                self.tangent[4 * n + c] += slope;
-            }
-        }
-        if step == Step::Slip {
-            let trial = [self.force[0] + kt * delta[0], self.force[1] + kt * delta[1]];
-            let (first, second) = self.tangent.split_at_mut(3 * n);
-            match element.law {
-                FrictionLaw::Cone => {
-                    let size = trial[0].hypot(trial[1]);
-                    let (x, y) = (trial[0] / size, trial[1] / size);
-                    let shrink = limit / size;
-                    for (a, b) in first.iter_mut().zip(second.iter_mut()) {
-                        // What is across the force stays, turned; what is along it is set by the load.
-                        let across = shrink * (x * *b - y * *a);
-                        (*a, *b) = (-y * across, x * across);
-                    }
-                    for c in 0..n {
-                        let slope = mu * element.normal_stiffness * derivative.basis_at(j)[c];
-                        first[2 * n + c] += x * slope;
-                        second[2 * n + c] += y * slope;
-                    }
-                }
-                FrictionLaw::Box => {
-                    for (d, row) in [first, second].into_iter().enumerate() {
-                        if next[d] != trial[d] {
-                            row.fill(0.0);
-                            for c in 0..n {
-                                let basis = derivative.basis_at(j)[c];
-                                row[2 * n + c] =
-                                    next[d].signum() * mu * element.normal_stiffness * basis;
-                            }
-                        }
-                    }
+                let change = now[c] - before[c];
+                for (row, slope) in [(&mut *first, x), (&mut *second, y)] {
+                    row[c] += slope[2] * change;
+                    row[n + c] += slope[3] * change;
+                    row[2 * n + c] += kn * (slope[4] * before[c] + slope[5] * now[c]);
                 }
             }
+            derivative.row_mut(j, 0).copy_from_slice(&tangent[..width]);
+            derivative.row_mut(j, 1).copy_from_slice(&tangent[width..]);
         }
-        derivative
-            .row_mut(j, 0)
-            .copy_from_slice(&self.tangent[..3 * n]);
-        derivative
-            .row_mut(j, 1)
-            .copy_from_slice(&self.tangent[3 * n..]);
     }
+}
+
+/// What a cycle passes on of a change of its start: the product of ∂ force after / ∂ force before.
+fn passed_on(slopes: &Slopes) -> [[f64; 2]; 2] {
+    let mut product = [[1.0, 0.0], [0.0, 1.0]];
+    for [x, y] in slopes {
+        let [[a, b], [c, d]] = product;
+        product = [
+            [x[0] * a + x[1] * c, x[0] * b + x[1] * d],
+            [y[0] * a + y[1] * c, y[0] * b + y[1] * d],
+        ];
+    }
+    product
+}
+
+/// Solves a 2×2 system, unless it is singular.
+fn solve(m: [[f64; 2]; 2], r: [f64; 2]) -> Option<[f64; 2]> {
+    let determinant = m[0][0] * m[1][1] - m[0][1] * m[1][0];
+    let solution = [
+        (r[0] * m[1][1] - m[0][1] * r[1]) / determinant,
+        (m[0][0] * r[1] - m[1][0] * r[0]) / determinant,
+    ];
+    solution.iter().all(|s| s.is_finite()).then_some(solution)
 }

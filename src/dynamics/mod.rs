@@ -22,6 +22,7 @@ pub mod linear_model;
 mod newton;
 pub mod oscillator;
 pub mod resonance;
+mod slider;
 
 pub use aft::{InterfaceElement, Sampling};
 pub use contact_element::{ContactElement, ElementState, FrictionLaw};

@@ -25,6 +25,9 @@ const STALE: usize = 25;
 const FREQUENCY_DIFFERENCE: f64 = 1e-6;
 /// Weight of a relative change of frequency against one of displacement: amplitudes change by 100 % within about 1 %.
 const FREQUENCY_WEIGHT: f64 = 100.0;
+/// Share of the tangential stiffness that is left, in the Jacobian alone, to a mean displacement of full slip. Full slip forgets its
+/// mean, and a motion that friction alone holds would otherwise run away; what something else holds converges hardly slower.
+const MEAN_GRIP: f64 = 1e-6;
 /// Share of the largest square that regularises a step whose matrix is singular.
 const REGULARISATION: f64 = 1e-13;
 
@@ -218,6 +221,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 for i in d * n..(d + 1) * n {
                     g[i] = stiffness * u[i] - g[i];
                     jacobian[i * width + i] -= stiffness;
+                }
+                if d < 2 {
+                    jacobian[d * n * (width + 1)] += MEAN_GRIP * stiffness;
                 }
             }
             beyond.push(jacobian);

@@ -3,7 +3,9 @@
 use std::f64::consts::PI;
 
 use fretwear::dynamics::dense::Matrix;
-use fretwear::dynamics::{FrictionLaw, HarmonicBalance, Harmonics, Oscillator, Receptance, Settings};
+use fretwear::dynamics::{
+    FrictionLaw, HarmonicBalance, Harmonics, Oscillator, Receptance, Settings,
+};
 use num_complex::Complex64;
 
 use super::{balance, drive, oscillator};
@@ -24,10 +26,20 @@ fn energy_balances_at_every_point_from_linear_to_sliding() {
                 Oscillator::load(2, (0.1 * force).min(40.0), 0.2),
             ];
             let balance = balance(&oscillator, 3, &loads, Settings::default());
-            for response in balance.forced_response(&sweep()).unwrap_or_else(|e| panic!("{force} N: {e}")) {
+            for response in balance
+                .forced_response(&sweep())
+                .unwrap_or_else(|e| panic!("{force} N: {e}"))
+            {
                 let energy = response.energy;
-                assert!(energy.imbalance() < 1e-6, "{force} N, {} Hz: {energy:?}", response.frequency());
-                assert!(energy.friction >= -1e-9 * energy.input && energy.viscous > 0.0, "{energy:?}");
+                assert!(
+                    energy.imbalance() < 1e-6,
+                    "{force} N, {} Hz: {energy:?}",
+                    response.frequency()
+                );
+                assert!(
+                    energy.friction >= -1e-9 * energy.input && energy.viscous > 0.0,
+                    "{energy:?}"
+                );
             }
         }
     }
@@ -35,8 +47,15 @@ fn energy_balances_at_every_point_from_linear_to_sliding() {
 
 #[test]
 fn input_is_pi_force_amplitude_sine_of_the_lag() {
-    let balance = balance(&oscillator(FrictionLaw::Cone), 5, &drive(250.0), Settings::default());
-    let response = balance.solve(5700.0, None).unwrap_or_else(|e| panic!("{e}"));
+    let balance = balance(
+        &oscillator(FrictionLaw::Cone),
+        5,
+        &drive(250.0),
+        Settings::default(),
+    );
+    let response = balance
+        .solve(5700.0, None)
+        .unwrap_or_else(|e| panic!("{e}"));
     let (amplitude, lag) = balance.amplitude(&response, 0).expect("port 0");
     let input = PI * 250.0 * amplitude * lag.sin();
     assert!((input / response.energy.input - 1.0).abs() < 1e-12);
@@ -44,7 +63,10 @@ fn input_is_pi_force_amplitude_sine_of_the_lag() {
     assert!((input / lost - 1.0).abs() < 1e-9, "{input} {lost}");
     // Dissipation from samples and from harmonics is the same to the resolution of both.
     let sampled = balance.element_cycles(&response)[0].dissipated_energy;
-    assert!((sampled / response.energy.friction - 1.0).abs() < 0.02, "{sampled}");
+    assert!(
+        (sampled / response.energy.friction - 1.0).abs() < 0.02,
+        "{sampled}"
+    );
 }
 
 /// The linear response of an axis with stiffness k.
@@ -56,7 +78,12 @@ fn linear(force: f64, omega: f64, axis: usize, extra: f64) -> Complex64 {
 
 #[test]
 fn small_loads_are_linear_and_stuck() {
-    let balance = balance(&oscillator(FrictionLaw::Cone), 3, &drive(2.0), Settings::default());
+    let balance = balance(
+        &oscillator(FrictionLaw::Cone),
+        3,
+        &drive(2.0),
+        Settings::default(),
+    );
     for omega in sweep() {
         let response = balance.solve(omega, None).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!((response.active_elements(), response.iterations), (0, 0));
@@ -69,12 +96,23 @@ fn small_loads_are_linear_and_stuck() {
 #[test]
 fn large_loads_slide_with_the_amplitude_of_a_constant_friction_force() {
     // F ≫ µN: at resonance of the mass without contact, cωU = F − 4µN/π.
-    let balance = balance(&oscillator(FrictionLaw::Cone), 1, &drive(1e5), Settings { samples: 512, ..Settings::default() });
+    let balance = balance(
+        &oscillator(FrictionLaw::Cone),
+        1,
+        &drive(1e5),
+        Settings {
+            samples: 512,
+            ..Settings::default()
+        },
+    );
     let omega = (4.0e7_f64 / 1.5).sqrt();
     let response = balance.solve(omega, None).unwrap_or_else(|e| panic!("{e}"));
     let (amplitude, _) = balance.amplitude(&response, 0).expect("port 0");
     let expected = (1e5 - 4.0 / PI * 54.0) / (300.0 * omega);
-    assert!((amplitude / expected - 1.0).abs() < 1e-5, "{amplitude} {expected}");
+    assert!(
+        (amplitude / expected - 1.0).abs() < 1e-5,
+        "{amplitude} {expected}"
+    );
 }
 
 #[test]
@@ -96,15 +134,30 @@ fn axes_of_the_plane_may_be_exchanged() {
     for law in [FrictionLaw::Cone, FrictionLaw::Box] {
         let along_x = oscillator(law);
         let mut along_y = along_x;
-        for values in [&mut along_y.mass, &mut along_y.damping, &mut along_y.stiffness] {
+        for values in [
+            &mut along_y.mass,
+            &mut along_y.damping,
+            &mut along_y.stiffness,
+        ] {
             values.swap(0, 1);
         }
         let x = balance(&along_x, 5, &drive(250.0), Settings::default());
-        let y = balance(&along_y, 5, &[Oscillator::load(1, 250.0, 0.0)], Settings::default());
-        let (x, y) = (x.solve(5700.0, None).expect("x"), y.solve(5700.0, None).expect("y"));
+        let y = balance(
+            &along_y,
+            5,
+            &[Oscillator::load(1, 250.0, 0.0)],
+            Settings::default(),
+        );
+        let (x, y) = (
+            x.solve(5700.0, None).expect("x"),
+            y.solve(5700.0, None).expect("y"),
+        );
         for c in 1..11 {
             let (a, b) = (x.displacement[c], y.displacement[11 + c]);
-            assert!((a - b).abs() < 1e-12 * x.displacement[1].abs(), "{c}: {a} {b}");
+            assert!(
+                (a - b).abs() < 1e-12 * x.displacement[1].abs(),
+                "{c}: {a} {b}"
+            );
         }
     }
 }
@@ -112,13 +165,30 @@ fn axes_of_the_plane_may_be_exchanged() {
 #[test]
 fn a_shifted_phase_of_the_load_shifts_the_response() {
     let oscillator = oscillator(FrictionLaw::Cone);
-    let settings = Settings { samples: 64, ..Settings::default() };
+    let settings = Settings {
+        samples: 64,
+        ..Settings::default()
+    };
     // A quarter of a cycle is a whole number of samples.
     let plain = balance(&oscillator, 3, &drive(260.0), settings);
-    let shifted = balance(&oscillator, 3, &[Oscillator::load(0, 260.0, 0.5 * PI)], settings);
-    let (a, b) = (plain.solve(5700.0, None).expect("a"), shifted.solve(5700.0, None).expect("b"));
-    let (a, b) = (plain.amplitude(&a, 0).expect("a"), shifted.amplitude(&b, 0).expect("b"));
-    assert!((a.0 / b.0 - 1.0).abs() < 1e-9 && (a.1 - b.1).abs() < 1e-9, "{a:?} {b:?}");
+    let shifted = balance(
+        &oscillator,
+        3,
+        &[Oscillator::load(0, 260.0, 0.5 * PI)],
+        settings,
+    );
+    let (a, b) = (
+        plain.solve(5700.0, None).expect("a"),
+        shifted.solve(5700.0, None).expect("b"),
+    );
+    let (a, b) = (
+        plain.amplitude(&a, 0).expect("a"),
+        shifted.amplitude(&b, 0).expect("b"),
+    );
+    assert!(
+        (a.0 / b.0 - 1.0).abs() < 1e-9 && (a.1 - b.1).abs() < 1e-9,
+        "{a:?} {b:?}"
+    );
 }
 
 #[test]
@@ -135,15 +205,27 @@ fn matrices_and_receptance_are_the_same_structure() {
         ports: 3,
         contact_dofs: 3,
     };
-    let loads = [Oscillator::load(0, 260.0, 0.0), Oscillator::load(2, 50.0, 1.0)];
+    let loads = [
+        Oscillator::load(0, 260.0, 0.0),
+        Oscillator::load(2, 50.0, 1.0),
+    ];
     let settings = Settings::default();
-    let by_receptance =
-        HarmonicBalance::new(&model, vec![oscillator.element], Harmonics::up_to(3), loads.to_vec(), settings)
-            .expect("right");
+    let by_receptance = HarmonicBalance::new(
+        &model,
+        vec![oscillator.element],
+        Harmonics::up_to(3),
+        loads.to_vec(),
+        settings,
+    )
+    .expect("right");
     let by_matrices = balance(&oscillator, 3, &loads, settings);
     for omega in [5000.0, 5600.0, 6400.0] {
-        let a = by_receptance.solve(omega, None).unwrap_or_else(|e| panic!("{e}"));
-        let b = by_matrices.solve(omega, None).unwrap_or_else(|e| panic!("{e}"));
+        let a = by_receptance
+            .solve(omega, None)
+            .unwrap_or_else(|e| panic!("{e}"));
+        let b = by_matrices
+            .solve(omega, None)
+            .unwrap_or_else(|e| panic!("{e}"));
         let scale = b.displacement.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         for (a, b) in a.displacement.iter().zip(&b.displacement) {
             assert!((a - b).abs() < 1e-9 * scale, "{a} {b}");

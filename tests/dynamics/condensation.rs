@@ -73,7 +73,11 @@ impl Joint {
         for (i, j, k) in [(0, 5, -leaf * lever), (5, 0, -leaf * lever)] {
             stiffness.set(i, j, k);
         }
-        for (i, j, k) in [(1, 5, leaf * lever), (5, 1, leaf * lever), (5, 5, leaf * lever * lever)] {
+        for (i, j, k) in [
+            (1, 5, leaf * lever),
+            (5, 1, leaf * lever),
+            (5, 5, leaf * lever * lever),
+        ] {
             let k = stiffness.at(i, j) + k;
             stiffness.set(i, j, k);
         }
@@ -112,7 +116,13 @@ impl Joint {
         residual.set(3 * n, 3 * n, 1e-10);
         let springs: Vec<f64> = elements
             .iter()
-            .flat_map(|e| [e.tangential_stiffness, e.tangential_stiffness, e.normal_stiffness])
+            .flat_map(|e| {
+                [
+                    e.tangential_stiffness,
+                    e.tangential_stiffness,
+                    e.normal_stiffness,
+                ]
+            })
             .collect();
         let model = SecondOrder {
             mass: Matrix::diagonal(&mass),
@@ -139,8 +149,14 @@ impl Joint {
             sine: 0.0,
         };
         let harmonics = Harmonics::up_to(3);
-        HarmonicBalance::new(&self.model, self.elements.clone(), harmonics, vec![load], settings)
-            .unwrap_or_else(|error| panic!("{error}"))
+        HarmonicBalance::new(
+            &self.model,
+            self.elements.clone(),
+            harmonics,
+            vec![load],
+            settings,
+        )
+        .unwrap_or_else(|error| panic!("{error}"))
     }
 }
 
@@ -170,11 +186,16 @@ fn active_elements_alone_give_what_all_give() {
                 },
             );
             let range = (hertz(750.0), hertz(1000.0));
-            let resonance = plain.phase_resonance(range, None).unwrap_or_else(|e| panic!("{force} N: {e}"));
+            let resonance = plain
+                .phase_resonance(range, None)
+                .unwrap_or_else(|e| panic!("{force} N: {e}"));
             for offset in [-0.01, -0.002, 0.0, 0.003] {
                 let omega = resonance.omega * (1.0 + offset);
-                let [a, b, c] = [&plain, &all, &krylov]
-                    .map(|balance| balance.solve(omega, None).unwrap_or_else(|e| panic!("{force} N: {e}")));
+                let [a, b, c] = [&plain, &all, &krylov].map(|balance| {
+                    balance
+                        .solve(omega, None)
+                        .unwrap_or_else(|e| panic!("{force} N: {e}"))
+                });
                 let scale = b.displacement.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
                 let contact = b.displacement[..b.force.len()]
                     .iter()
@@ -183,7 +204,10 @@ fn active_elements_alone_give_what_all_give() {
                     let size = if k < a.force.len() { contact } else { scale };
                     for other in [&a, &c] {
                         let difference = (other.displacement[k] - b).abs();
-                        assert!(difference < 1e-8 * size, "{law:?}, {force} N: {difference:e} of {size:e}");
+                        assert!(
+                            difference < 1e-8 * size,
+                            "{law:?}, {force} N: {difference:e} of {size:e}"
+                        );
                     }
                 }
                 assert!(b.active_elements() == joint.elements.len());
@@ -203,7 +227,11 @@ fn active_elements_alone_give_what_all_give() {
 fn forced_responses_of_340_elements() {
     let start = Instant::now();
     let joint = Joint::new(19, 19, FrictionLaw::Cone, 0.003);
-    println!("{} elements, built in {:.2?}", joint.elements.len(), start.elapsed());
+    println!(
+        "{} elements, built in {:.2?}",
+        joint.elements.len(),
+        start.elapsed()
+    );
     let mut warm = None;
     for force in [10.0, 40.0, 70.0, 400.0] {
         let start = Instant::now();
@@ -219,7 +247,9 @@ fn forced_responses_of_340_elements() {
             .map(|k| resonance.omega * (0.985 + 0.0005 * k as f64))
             .collect();
         let start = Instant::now();
-        let responses = balance.forced_response(&omegas).unwrap_or_else(|e| panic!("{force} N: {e}"));
+        let responses = balance
+            .forced_response(&omegas)
+            .unwrap_or_else(|e| panic!("{force} N: {e}"));
         let swept = start.elapsed();
         let iterations: usize = responses.iter().map(|r| r.iterations).sum();
         let active = responses.iter().map(|r| r.active_elements()).max();

@@ -84,7 +84,12 @@ fn forces_stay_inside_the_law_and_dissipate() {
                 assert!(*n >= 0.0);
             }
             let slips = state > ElementState::Stick;
-            assert_eq!(cycle.dissipated_energy > 0.0, slips, "{}", cycle.dissipated_energy);
+            assert_eq!(
+                cycle.dissipated_energy > 0.0,
+                slips,
+                "{}",
+                cycle.dissipated_energy
+            );
             assert_eq!(cycle.slip_path > 0.0, slips);
         }
     }
@@ -92,7 +97,10 @@ fn forces_stay_inside_the_law_and_dissipate() {
 
 #[test]
 fn straight_motion_is_the_jenkins_loop() {
-    let jenkins = Jenkins { stiffness: 2.5e7, limit: 54.0 };
+    let jenkins = Jenkins {
+        stiffness: 2.5e7,
+        limit: 54.0,
+    };
     let harmonics = Harmonics::up_to(7);
     let sampling = Sampling::new(harmonics.clone(), 4096).expect("enough samples");
     for law in BOTH {
@@ -106,7 +114,11 @@ fn straight_motion_is_the_jenkins_loop() {
                 for (j, force) in cycle.force.iter().enumerate() {
                     let theta = 2.0 * std::f64::consts::PI * j as f64 / 4096.0;
                     let expected = jenkins.force(amplitude, theta);
-                    assert!((force[axis] - expected).abs() < 1e-9, "{} {expected}", force[axis]);
+                    assert!(
+                        (force[axis] - expected).abs() < 1e-9,
+                        "{} {expected}",
+                        force[axis]
+                    );
                 }
                 let energy = jenkins.dissipated_energy(amplitude);
                 assert!((cycle.dissipated_energy - energy).abs() <= 1e-12 + 1e-9 * energy);
@@ -116,7 +128,10 @@ fn straight_motion_is_the_jenkins_loop() {
                     let (a, b) = jenkins.coefficients(amplitude, order);
                     let slot = axis * n + 2 * order as usize - 1;
                     for (found, expected) in [(force[slot], a), (force[slot + 1], b)] {
-                        assert!((found - expected).abs() < 2e-5 * 54.0, "{order}: {found} {expected}");
+                        assert!(
+                            (found - expected).abs() < 2e-5 * 54.0,
+                            "{order}: {found} {expected}"
+                        );
                     }
                 }
             }
@@ -134,14 +149,25 @@ fn cone_is_isotropic_and_box_is_not() {
         .map(|[x, y, n]| [cos * x - sin * y, sin * x + cos * y, *n])
         .collect();
     let difference = |law| {
-        let (plain, turned) = (element(law).cycle(&displacement), element(law).cycle(&turned));
+        let (plain, turned) = (
+            element(law).cycle(&displacement),
+            element(law).cycle(&turned),
+        );
         let pairs = plain.force.iter().zip(&turned.force);
         pairs.fold(0.0_f64, |worst, (p, t)| {
             worst.max((cos * p[0] - sin * p[1] - t[0]).hypot(sin * p[0] + cos * p[1] - t[1]))
         })
     };
-    assert!(difference(FrictionLaw::Cone) < 1e-11, "{}", difference(FrictionLaw::Cone));
-    assert!(difference(FrictionLaw::Box) > 1.0, "{}", difference(FrictionLaw::Box));
+    assert!(
+        difference(FrictionLaw::Cone) < 1e-11,
+        "{}",
+        difference(FrictionLaw::Cone)
+    );
+    assert!(
+        difference(FrictionLaw::Box) > 1.0,
+        "{}",
+        difference(FrictionLaw::Box)
+    );
 }
 
 #[test]
@@ -150,7 +176,10 @@ fn opposite_motion_has_opposite_friction() {
     let displacement = sampling.synthesise(&motion(1.8e-6));
     let mirrored: Vec<[f64; 3]> = displacement.iter().map(|[x, y, n]| [-x, -y, *n]).collect();
     for law in BOTH {
-        let (a, b) = (element(law).cycle(&displacement), element(law).cycle(&mirrored));
+        let (a, b) = (
+            element(law).cycle(&displacement),
+            element(law).cycle(&mirrored),
+        );
         for (a, b) in a.force.iter().zip(&b.force) {
             assert!((a[0] + b[0]).abs().max((a[1] + b[1]).abs()) < 1e-12 && a[2] == b[2]);
         }
@@ -163,12 +192,20 @@ fn a_stuck_mean_is_that_of_the_way_from_the_preload() {
     let sampling = Sampling::new(Harmonics::up_to(2), 32).expect("enough samples");
     let mut motion = vec![0.0; 15];
     (motion[0], motion[1]) = (5e-7, 6e-7);
-    let force = sampling.analyse(&element(FrictionLaw::Cone).cycle(&sampling.synthesise(&motion)).force);
+    let force = sampling.analyse(
+        &element(FrictionLaw::Cone)
+            .cycle(&sampling.synthesise(&motion))
+            .force,
+    );
     assert!((force[0] - 2.5e7 * 5e-7).abs() < 1e-9 && (force[1] - 2.5e7 * 6e-7).abs() < 1e-9);
     // On the way to the first sample the limit of 54 N is passed: from there the cycle sticks, hung from the limit.
     motion[0] = 8e-6;
     motion[1] = 1e-6;
-    let force = sampling.analyse(&element(FrictionLaw::Cone).cycle(&sampling.synthesise(&motion)).force);
+    let force = sampling.analyse(
+        &element(FrictionLaw::Cone)
+            .cycle(&sampling.synthesise(&motion))
+            .force,
+    );
     assert!((force[0] - (54.0 - 25.0)).abs() < 1e-9, "{}", force[0]);
 }
 
@@ -176,13 +213,37 @@ fn a_stuck_mean_is_that_of_the_way_from_the_preload() {
 fn parameters_out_of_range_are_named() {
     let right = element(FrictionLaw::Cone);
     let wrong = [
-        (fretwear::dynamics::ContactElement { friction_coefficient: -0.1, ..right }, "the friction coefficient"),
-        (fretwear::dynamics::ContactElement { normal_load: f64::NAN, ..right }, "the normal load"),
-        (fretwear::dynamics::ContactElement { normal_stiffness: f64::INFINITY, ..right }, "the normal stiffness"),
-        (fretwear::dynamics::ContactElement { gap: 1e-6, ..right }, "the gap"),
+        (
+            fretwear::dynamics::ContactElement {
+                friction_coefficient: -0.1,
+                ..right
+            },
+            "the friction coefficient",
+        ),
+        (
+            fretwear::dynamics::ContactElement {
+                normal_load: f64::NAN,
+                ..right
+            },
+            "the normal load",
+        ),
+        (
+            fretwear::dynamics::ContactElement {
+                normal_stiffness: f64::INFINITY,
+                ..right
+            },
+            "the normal stiffness",
+        ),
+        (
+            fretwear::dynamics::ContactElement { gap: 1e-6, ..right },
+            "the gap",
+        ),
     ];
     for (element, name) in wrong {
         let message = element.check(17).expect_err("wrong").to_string();
-        assert!(message.contains(name) && message.contains("element 17"), "{message}");
+        assert!(
+            message.contains(name) && message.contains("element 17"),
+            "{message}"
+        );
     }
 }

@@ -2,27 +2,41 @@
 
 use fretwear::dynamics::dense::Matrix;
 use fretwear::dynamics::{
-    ContactElement, DynamicsError, FrictionLaw, HarmonicBalance, Harmonics, Load, Oscillator, Settings,
+    ContactElement, DynamicsError, FrictionLaw, HarmonicBalance, Harmonics, Load, Oscillator,
+    Settings,
 };
 
 use super::{balance, drive, oscillator};
 
 /// A load in the plane and along the normal.
 fn loads(force: f64) -> [Load; 2] {
-    [Oscillator::load(0, force, 0.0), Oscillator::load(2, 0.4 * force, 0.7)]
+    [
+        Oscillator::load(0, force, 0.0),
+        Oscillator::load(2, 0.4 * force, 0.7),
+    ]
 }
 
 /// Responses over the resonances of stuck, sliding and open contact, all of which keep the balance of energy.
 fn respond(oscillator: &Oscillator, force: f64, what: &str) {
     let balance = balance(oscillator, 5, &loads(force), Settings::default());
     let omegas: Vec<f64> = (0..25).map(|k| 4500.0 + 140.0 * k as f64).collect();
-    for response in balance.forced_response(&omegas).unwrap_or_else(|e| panic!("{what}: {e}")) {
+    for response in balance
+        .forced_response(&omegas)
+        .unwrap_or_else(|e| panic!("{what}: {e}"))
+    {
         let energy = response.energy;
-        assert!(energy.imbalance() < 1e-6, "{what}, {} rad/s: {energy:?}", response.omega);
+        assert!(
+            energy.imbalance() < 1e-6,
+            "{what}, {} rad/s: {energy:?}",
+            response.omega
+        );
         assert!(response.displacement.iter().all(|u| u.is_finite()));
         for cycle in balance.element_cycles(&response) {
             for [x, _, n] in cycle.force {
-                assert!(n >= 0.0 && x.abs() <= oscillator.element.friction_coefficient * n * (1.0 + 1e-9));
+                assert!(
+                    n >= 0.0
+                        && x.abs() <= oscillator.element.friction_coefficient * n * (1.0 + 1e-9)
+                );
             }
         }
     }
@@ -41,7 +55,13 @@ fn friction_coefficients_from_none_to_ten() {
 
 #[test]
 fn without_load_and_with_gaps() {
-    for (load, gap) in [(0.0, 0.0), (0.0, 1e-7), (0.0, 1e-6), (0.0, 1.0), (1e-6, 0.0)] {
+    for (load, gap) in [
+        (0.0, 0.0),
+        (0.0, 1e-7),
+        (0.0, 1e-6),
+        (0.0, 1.0),
+        (1e-6, 0.0),
+    ] {
         let mut oscillator = oscillator(FrictionLaw::Cone);
         (oscillator.element.normal_load, oscillator.element.gap) = (load, gap);
         respond(&oscillator, 50.0, &format!("N₀ {load}, gap {gap}"));
@@ -73,7 +93,11 @@ fn normal_stiffness_over_eight_decades() {
 fn forces_over_six_decades_to_separation() {
     for law in [FrictionLaw::Cone, FrictionLaw::Box] {
         for decade in 0..=6 {
-            respond(&oscillator(law), 10_f64.powi(decade), &format!("{law:?}, 1e{decade} N"));
+            respond(
+                &oscillator(law),
+                10_f64.powi(decade),
+                &format!("{law:?}, 1e{decade} N"),
+            );
         }
     }
 }
@@ -97,8 +121,14 @@ fn an_undamped_resonance_is_bounded_by_friction() {
     oscillator.damping = [0.0; 3];
     // 4µN/π = 68.8 N.
     let held = balance(&oscillator, 3, &drive(60.0), Settings::default());
-    let response = held.phase_resonance((4000.0, 7500.0), None).unwrap_or_else(|e| panic!("{e}"));
-    assert!(response.energy.imbalance() < 1e-6 && response.energy.viscous == 0.0, "{:?}", response.energy);
+    let response = held
+        .phase_resonance((4000.0, 7500.0), None)
+        .unwrap_or_else(|e| panic!("{e}"));
+    assert!(
+        response.energy.imbalance() < 1e-6 && response.energy.viscous == 0.0,
+        "{:?}",
+        response.energy
+    );
     let carried = balance(&oscillator, 3, &drive(80.0), Settings::default());
     match carried.phase_resonance((4000.0, 7500.0), None) {
         Ok(response) => panic!("{} rad/s, {:?}", response.omega, response.energy),
@@ -111,8 +141,17 @@ fn a_structure_without_contact() {
     let mut model = oscillator(FrictionLaw::Cone).model().expect("right");
     model.contact_dofs = 0;
     let none: Vec<ContactElement> = Vec::new();
-    let balance = HarmonicBalance::new(&model, none, Harmonics::up_to(1), drive(3.0), Settings::default()).expect("right");
-    let resonance = balance.phase_resonance((4000.0, 6000.0), None).unwrap_or_else(|e| panic!("{e}"));
+    let balance = HarmonicBalance::new(
+        &model,
+        none,
+        Harmonics::up_to(1),
+        drive(3.0),
+        Settings::default(),
+    )
+    .expect("right");
+    let resonance = balance
+        .phase_resonance((4000.0, 6000.0), None)
+        .unwrap_or_else(|e| panic!("{e}"));
     assert!((resonance.omega / (4.0e7_f64 / 1.5).sqrt() - 1.0).abs() < 1e-9);
     let (amplitude, _) = balance.amplitude(&resonance, 0).expect("port 0");
     assert!((amplitude * 300.0 * resonance.omega / 3.0 - 1.0).abs() < 1e-9);
@@ -125,7 +164,9 @@ fn a_mass_held_by_its_joint_alone() {
     for force in [1.0, 40.0, 200.0] {
         let balance = balance(&oscillator, 3, &drive(force), Settings::default());
         for omega in [2000.0, 3900.0, 4300.0] {
-            let response = balance.solve(omega, None).unwrap_or_else(|e| panic!("{force} N, {omega}: {e}"));
+            let response = balance
+                .solve(omega, None)
+                .unwrap_or_else(|e| panic!("{force} N, {omega}: {e}"));
             assert!(response.energy.imbalance() < 1e-6, "{:?}", response.energy);
         }
     }
@@ -140,10 +181,18 @@ fn a_static_load_that_nothing_holds_is_refused() {
     let free = balance(&oscillator, 1, &loads, Settings::default());
     let response = free.solve(5000.0, None).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(response.displacement[0], 0.0);
-    loads.push(Load { port: 0, harmonic: 0, cosine: 5.0, sine: 0.0 });
+    loads.push(Load {
+        port: 0,
+        harmonic: 0,
+        cosine: 5.0,
+        sine: 0.0,
+    });
     let pushed = balance(&oscillator, 1, &loads, Settings::default());
     let error = pushed.solve(5000.0, None).expect_err("runs away");
-    assert!(matches!(error, DynamicsError::Unsupported { .. }), "{error}");
+    assert!(
+        matches!(error, DynamicsError::Unsupported { .. }),
+        "{error}"
+    );
 }
 
 #[test]
@@ -151,31 +200,87 @@ fn what_does_not_fit_is_refused() {
     let oscillator = oscillator(FrictionLaw::Cone);
     let model = oscillator.model().expect("right");
     let new = |elements: usize, loads: Vec<Load>, settings| {
-        HarmonicBalance::new(&model, vec![oscillator.element; elements], Harmonics::up_to(2), loads, settings)
-            .map(|_| ())
-            .expect_err("wrong")
+        HarmonicBalance::new(
+            &model,
+            vec![oscillator.element; elements],
+            Harmonics::up_to(2),
+            loads,
+            settings,
+        )
+        .map(|_| ())
+        .expect_err("wrong")
     };
     let usual = Settings::default();
-    assert!(matches!(new(2, drive(1.0), usual), DynamicsError::Length { found: 3, expected: 6, .. }));
-    let load = |port, harmonic, cosine| vec![Load { port, harmonic, cosine, sine: 0.0 }];
-    assert!(matches!(new(1, load(3, 1, 1.0), usual), DynamicsError::OutOfRange { .. }));
-    assert!(matches!(new(1, load(0, 5, 1.0), usual), DynamicsError::HarmonicMissing { order: 5, .. }));
-    assert!(matches!(new(1, load(0, 1, f64::NAN), usual), DynamicsError::OutOfRange { .. }));
-    let few = Settings { samples: 4, ..usual };
-    assert!(matches!(new(1, drive(1.0), few), DynamicsError::Samples { .. }));
+    assert!(matches!(
+        new(2, drive(1.0), usual),
+        DynamicsError::Length {
+            found: 3,
+            expected: 6,
+            ..
+        }
+    ));
+    let load = |port, harmonic, cosine| {
+        vec![Load {
+            port,
+            harmonic,
+            cosine,
+            sine: 0.0,
+        }]
+    };
+    assert!(matches!(
+        new(1, load(3, 1, 1.0), usual),
+        DynamicsError::OutOfRange { .. }
+    ));
+    assert!(matches!(
+        new(1, load(0, 5, 1.0), usual),
+        DynamicsError::HarmonicMissing { order: 5, .. }
+    ));
+    assert!(matches!(
+        new(1, load(0, 1, f64::NAN), usual),
+        DynamicsError::OutOfRange { .. }
+    ));
+    let few = Settings {
+        samples: 4,
+        ..usual
+    };
+    assert!(matches!(
+        new(1, drive(1.0), few),
+        DynamicsError::Samples { .. }
+    ));
     let mut short = model.clone();
     short.damping = Matrix::zeros(2, 2);
-    let error = HarmonicBalance::new(&short, vec![oscillator.element], Harmonics::up_to(1), drive(1.0), usual)
-        .map(|_| ())
-        .expect_err("wrong");
-    assert!(matches!(error, DynamicsError::Length { found: 2, expected: 3, .. }), "{error}");
+    let error = HarmonicBalance::new(
+        &short,
+        vec![oscillator.element],
+        Harmonics::up_to(1),
+        drive(1.0),
+        usual,
+    )
+    .map(|_| ())
+    .expect_err("wrong");
+    assert!(
+        matches!(
+            error,
+            DynamicsError::Length {
+                found: 2,
+                expected: 3,
+                ..
+            }
+        ),
+        "{error}"
+    );
     for mass in [0.0, -1.0, f64::NAN] {
         let mut wrong = oscillator;
         wrong.mass[1] = mass;
-        assert!(matches!(wrong.model(), Err(DynamicsError::OutOfRange { .. })));
+        assert!(matches!(
+            wrong.model(),
+            Err(DynamicsError::OutOfRange { .. })
+        ));
     }
     for omega in [0.0, -3.0, f64::INFINITY] {
-        let error = balance(&oscillator, 1, &drive(1.0), usual).solve(omega, None).expect_err("wrong");
+        let error = balance(&oscillator, 1, &drive(1.0), usual)
+            .solve(omega, None)
+            .expect_err("wrong");
         assert!(matches!(error, DynamicsError::OutOfRange { .. }));
     }
 }
