@@ -13,10 +13,9 @@ use super::DynamicsError;
 use super::aft::{Closure, Derivative, InterfaceElement};
 use super::slider::{self, Dual, INPUTS, Step};
 
-/// Cycles marched as they come before the steady cycle is solved for; the memory of most motions is gone by then.
-const PLAIN_CYCLES: usize = 3;
-/// Cycles in all. An element that slips by little forgets slowly, but the solution for its steady cycle converges quadratically.
-const MOST_CYCLES: usize = 60;
+/// Cycles marched at most. The memory of most motions is gone after one; an element that slips by much less than it stretches
+/// forgets a force across its motion over dozens, and what is left of that is reported as its closure.
+const MOST_CYCLES: usize = 12;
 /// Change of the force over a cycle, relative to its largest value, at which the cycle is steady: rounding.
 const STEADY: f64 = 1e-13;
 
@@ -254,57 +253,52 @@ struct Lap {
     stuck: bool,
 }
 
-/// Derivatives of every step of a cycle.
-type Slopes = Vec<[[f64; INPUTS]; 2]>;
+/// Derivatives of a step: of both forces with respect to its inputs.
+type Slopes = [[f64; INPUTS]; 2];
 
 impl March<'_> {
+    /// From the preload to the steady cycle, with derivatives along the whole way.
     fn run(&self, force: &mut [[f64; 3]], mut derivative: Option<&mut Derivative<'_>>) -> Closure {
-        let from_preload = [0.0, 0.0, 0.0];
-        let mut lap = self.lap([0.0; 2], from_preload, force);
-        let again = self.displacement.last().copied().unwrap_or_default();
-        let mut cycles = 1;
+        let Some(&last) = self.displacement.last() else {
+            return Closure::EXACT;
+        };
+        let mut tangent = vec![0.0; derivative.as_ref().map_or(0, |d| 6 * d.coefficients)];
+        let mut slopes = Vec::new();
+        let (mut start, mut from) = ([0.0; 2], [0.0; 3]);
         let mut closure = Closure::EXACT;
-        let mut start = [0.0; 2];
-        // Cycles that a change of the start force went through: the steady cycle does not know them, a stuck one does.
-        let mut history = vec![(start, from_preload)];
-        let mut remembers = true;
-        if !lap.stuck {
-            loop {
-                start = lap.end;
-                if cycles >= PLAIN_CYCLES {
-                    start = self.towards_steady(start, again, force);
-                    remembers = false;
-                    cycles += 1;
+        for cycle in 1..=MOST_CYCLES {
+            let lap = match derivative.as_deref_mut() {
+                None => self.lap(start, from, force),
+                Some(derivative) => {
+                    let lap = self.lap_with_slopes(start, from, force, &mut slopes);
+                    self.propagate(&slopes, cycle > 1, &mut tangent, derivative);
+                    lap
                 }
-                history.push((start, again));
-                lap = self.lap(start, again, force);
-                cycles += 1;
-                let change = (lap.end[0] - start[0]).hypot(lap.end[1] - start[1]);
-                closure = Closure {
-                    cycles,
-                    change: if lap.largest > 0.0 {
-                        change / lap.largest
-                    } else {
-                        0.0
-                    },
-                };
-                if closure.change <= STEADY || cycles >= MOST_CYCLES {
-                    break;
-                }
+            };
+            let change = (lap.end[0] - start[0]).hypot(lap.end[1] - start[1]);
+            closure = Closure {
+                cycles: cycle,
+                change: if lap.largest > 0.0 {
+                    change / lap.largest
+                } else {
+                    0.0
+                },
+            };
+            // Without slip the next cycle is this one; after the first, the start was the preload rather than a cycle.
+            if lap.stuck || lap.largest == 0.0 {
+                closure.change = 0.0;
+                break;
             }
-        }
-        if let Some(derivative) = derivative.as_deref_mut() {
-            if lap.stuck && remembers {
-                self.follow(&history, derivative);
-            } else {
-                self.steady_derivative(start, again, derivative);
+            if cycle > 1 && closure.change <= STEADY {
+                break;
             }
+            (start, from) = (lap.end, last);
         }
         closure
     }
 
-    /// Inputs of the step to sample `j`, where the cycle starts from the force `start` at the displacement `from`.
-    fn loads(&self, j: usize, from: [f64; 3]) -> ([f64; 2], [f64; 2]) {
+    /// Displacement increment and normal loads of the step to sample `j` of a cycle that starts at the displacement `from`.
+    fn inputs(&self, j: usize, from: [f64; 3]) -> ([f64; 2], [f64; 2]) {
         let before = if j == 0 {
             from
         } else {
@@ -319,128 +313,76 @@ impl March<'_> {
 
     fn lap(&self, start: [f64; 2], from: [f64; 3], force: &mut [[f64; 3]]) -> Lap {
         let element = self.element;
-        let mut lap = Lap {
-            end: start,
-            largest: 0.0,
-            stuck: true,
-        };
+        let (kt, mu) = (element.tangential_stiffness, element.friction_coefficient);
+        let mut lap = Lap::new(start);
         for (j, force) in force.iter_mut().enumerate() {
-            let (delta, loads) = self.loads(j, from);
-            let (kt, mu) = (element.tangential_stiffness, element.friction_coefficient);
+            let (delta, loads) = self.inputs(j, from);
             let (next, step) = slider::step(element.law, kt, mu, lap.end, delta, loads);
-            lap.end = next;
-            lap.largest = lap.largest.max(next[0].hypot(next[1]));
-            lap.stuck &= step == Step::Stick;
+            lap.advance(next, step);
             (force[0], force[1]) = (next[0], next[1]);
         }
         lap
     }
 
-    /// The derivatives of all steps of a cycle, and the force at its end.
-    fn slopes(&self, start: [f64; 2], from: [f64; 3]) -> (Slopes, [f64; 2]) {
-        let element = self.element;
-        let mut force = start;
-        let slopes = (0..self.displacement.len())
-            .map(|j| {
-                let (delta, loads) = self.loads(j, from);
-                let input = |value: f64, index: usize| Dual::input(value, index);
-                let (next, _) = slider::step(
-                    element.law,
-                    element.tangential_stiffness,
-                    element.friction_coefficient,
-                    [input(force[0], 0), input(force[1], 1)],
-                    [input(delta[0], 2), input(delta[1], 3)],
-                    [input(loads[0], 4), input(loads[1], 5)],
-                );
-                force = next.map(|n| n.value);
-                next.map(|n| n.slope)
-            })
-            .collect();
-        (slopes, force)
-    }
-
-    /// One Newton step for the force that a cycle returns to, from `start`; the plain cycle if that leads nowhere.
-    fn towards_steady(
+    fn lap_with_slopes(
         &self,
         start: [f64; 2],
         from: [f64; 3],
-        scratch: &mut [[f64; 3]],
-    ) -> [f64; 2] {
-        let (slopes, end) = self.slopes(start, from);
-        let passes = passed_on(&slopes);
-        let change = [end[0] - start[0], end[1] - start[1]];
-        let Some(step) = solve(
-            [
-                [1.0 - passes[0][0], -passes[0][1]],
-                [-passes[1][0], 1.0 - passes[1][1]],
-            ],
-            change,
-        ) else {
-            return end;
-        };
-        let there = [start[0] + step[0], start[1] + step[1]];
-        let lap = self.lap(there, from, scratch);
-        let left = (lap.end[0] - there[0]).hypot(lap.end[1] - there[1]);
-        // A start beyond the friction limit is no state, and one that closes worse is no progress.
-        if left < change[0].hypot(change[1]) {
-            lap.end
-        } else {
-            end
+        force: &mut [[f64; 3]],
+        slopes: &mut Vec<Slopes>,
+    ) -> Lap {
+        let element = self.element;
+        let (kt, mu) = (element.tangential_stiffness, element.friction_coefficient);
+        let mut lap = Lap::new(start);
+        slopes.clear();
+        for (j, force) in force.iter_mut().enumerate() {
+            let (delta, loads) = self.inputs(j, from);
+            let pair = |values: [f64; 2], index: usize| {
+                [
+                    Dual::input(values[0], index),
+                    Dual::input(values[1], index + 1),
+                ]
+            };
+            let (next, step) = slider::step(
+                element.law,
+                kt,
+                mu,
+                pair(lap.end, 0),
+                pair(delta, 2),
+                pair(loads, 4),
+            );
+            slopes.push(next.map(|n| n.slope));
+            let next = next.map(|n| n.value);
+            lap.advance(next, step);
+            (force[0], force[1]) = (next[0], next[1]);
         }
+        lap
     }
 
-    /// Derivatives along all cycles since the preload, for a cycle that never forgets.
-    fn follow(&self, history: &[([f64; 2], [f64; 3])], derivative: &mut Derivative<'_>) {
-        let mut tangent = vec![0.0; 6 * derivative.coefficients];
-        for (lap, &(start, from)) in history.iter().enumerate() {
-            let (slopes, _) = self.slopes(start, from);
-            self.propagate(&slopes, lap > 0, &mut tangent, derivative);
-        }
-    }
-
-    /// Derivatives of the steady cycle: S = A S + B, with A what a cycle passes on of its start.
-    fn steady_derivative(&self, start: [f64; 2], from: [f64; 3], derivative: &mut Derivative<'_>) {
-        let (slopes, _) = self.slopes(start, from);
-        let width = 3 * derivative.coefficients;
-        let mut tangent = vec![0.0; 2 * width];
-        self.propagate(&slopes, true, &mut tangent, derivative);
-        let passes = passed_on(&slopes);
-        let system = [
-            [1.0 - passes[0][0], -passes[0][1]],
-            [-passes[1][0], 1.0 - passes[1][1]],
-        ];
-        for c in 0..width {
-            if let Some([x, y]) = solve(system, [tangent[c], tangent[width + c]]) {
-                (tangent[c], tangent[width + c]) = (x, y);
-            }
-        }
-        self.propagate(&slopes, true, &mut tangent, derivative);
-    }
-
-    /// Carries the derivative of the force over a cycle and stores it at every sample; `closed`: the cycle follows another.
+    /// Carries the derivative of the force over a cycle and stores it at every sample; `follows`: the cycle follows another.
     fn propagate(
         &self,
-        slopes: &Slopes,
-        closed: bool,
+        slopes: &[Slopes],
+        follows: bool,
         tangent: &mut [f64],
         derivative: &mut Derivative<'_>,
     ) {
         let n = derivative.coefficients;
         let width = 3 * n;
         let kn = self.element.normal_stiffness;
-        let last = slopes.len() - 1;
+        let nothing = vec![0.0; n];
         for (j, [x, y]) in slopes.iter().enumerate() {
             let (first, second) = tangent.split_at_mut(width);
             for (a, b) in first.iter_mut().zip(second.iter_mut()) {
                 (*a, *b) = (x[0] * *a + x[1] * *b, y[0] * *a + y[1] * *b);
             }
             let now = derivative.basis_at(j);
-            let nothing = vec![0.0; n];
             let before = match j {
-                0 if closed => derivative.basis_at(last),
+                0 if follows => derivative.basis_at(slopes.len() - 1),
                 0 => &nothing,
                 _ => derivative.basis_at(j - 1),
             };
+            // Before the first sample there is the preload, on which no coefficient acts.
             for c in 0..n {
                 let change = now[c] - before[c];
                 for (row, slope) in [(&mut *first, x), (&mut *second, y)] {
@@ -455,25 +397,18 @@ impl March<'_> {
     }
 }
 
-/// What a cycle passes on of a change of its start: the product of ∂ force after / ∂ force before.
-fn passed_on(slopes: &Slopes) -> [[f64; 2]; 2] {
-    let mut product = [[1.0, 0.0], [0.0, 1.0]];
-    for [x, y] in slopes {
-        let [[a, b], [c, d]] = product;
-        product = [
-            [x[0] * a + x[1] * c, x[0] * b + x[1] * d],
-            [y[0] * a + y[1] * c, y[0] * b + y[1] * d],
-        ];
+impl Lap {
+    fn new(start: [f64; 2]) -> Lap {
+        Lap {
+            end: start,
+            largest: 0.0,
+            stuck: true,
+        }
     }
-    product
-}
 
-/// Solves a 2×2 system, unless it is singular.
-fn solve(m: [[f64; 2]; 2], r: [f64; 2]) -> Option<[f64; 2]> {
-    let determinant = m[0][0] * m[1][1] - m[0][1] * m[1][0];
-    let solution = [
-        (r[0] * m[1][1] - m[0][1] * r[1]) / determinant,
-        (m[0][0] * r[1] - m[1][0] * r[0]) / determinant,
-    ];
-    solution.iter().all(|s| s.is_finite()).then_some(solution)
+    fn advance(&mut self, next: [f64; 2], step: Step) {
+        self.end = next;
+        self.largest = self.largest.max(next[0].hypot(next[1]));
+        self.stuck &= step == Step::Stick;
+    }
 }

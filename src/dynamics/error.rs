@@ -119,18 +119,6 @@ pub enum DynamicsError {
         /// Relative residual asked for.
         tolerance: f64,
     },
-    /// Friction forces that do not close after many cycles of the same motion.
-    #[error(
-        "the friction force of element {element} does not close: it still changes by {closure:.3e} of itself per cycle after {cycles} cycles"
-    )]
-    NotPeriodic {
-        /// Index of the element.
-        element: usize,
-        /// Change over the last cycle, relative to the force.
-        closure: f64,
-        /// Cycles marched.
-        cycles: usize,
-    },
     /// No resonance where one was looked for.
     #[error("no {what} between {from:.6} and {to:.6} Hz")]
     NoResonance {

@@ -67,6 +67,9 @@ impl Joint {
             let omega = 2.0 * PI * (4000.0 + 1700.0 * p as f64);
             stiffness.set(rigid + p, rigid + p, 0.5 * omega * omega);
         }
+        // The bolt.
+        stiffness.set(4, 4, 1.2e5);
+        stiffness.set(6, 6, 0.9e5);
         // The force acts off the plane of contact: the lap tilts.
         stiffness.set(5, 5, 4e4);
         let lever = 0.004;
