@@ -186,7 +186,7 @@ impl InterfaceElement for ContactElement {
             }
             let limit = self.friction_coefficient * load;
             let inside = match self.law {
-                FrictionLaw::Cone => (kt * u[0]).hypot(kt * u[1]) <= limit,
+                FrictionLaw::Cone => slider::magnitude([kt * u[0], kt * u[1]]) <= limit,
                 FrictionLaw::Box => (kt * u[0]).abs() <= limit && (kt * u[1]).abs() <= limit,
             };
             load >= 0.0 && inside
@@ -408,7 +408,7 @@ impl Lap {
 
     fn advance(&mut self, next: [f64; 2], step: Step) {
         self.end = next;
-        self.largest = self.largest.max(next[0].hypot(next[1]));
+        self.largest = self.largest.max(slider::magnitude(next));
         self.stuck &= step == Step::Stick;
     }
 }

@@ -60,7 +60,7 @@ pub struct Continuation<'a, E> {
 
 enum Progress {
     Start,
-    Underway(Branch),
+    Underway(Box<Branch>),
     Done,
 }
 
@@ -265,7 +265,7 @@ impl<E: InterfaceElement> Iterator for Continuation<'_, E> {
                     step: self.settings.step,
                     points: 1,
                 }),
-            Progress::Underway(branch) => self.advance(branch),
+            Progress::Underway(branch) => self.advance(*branch),
         };
         let branch = match branch {
             Ok(branch) => branch,
@@ -276,7 +276,7 @@ impl<E: InterfaceElement> Iterator for Continuation<'_, E> {
         let ended = direction * (response.omega - self.settings.to) >= 0.0;
         let returned = direction * (response.omega - self.settings.from) < 0.0;
         if !(ended || returned || branch.points >= self.settings.most_points) {
-            self.state = Progress::Underway(branch);
+            self.state = Progress::Underway(Box::new(branch));
         }
         Some(Ok(response))
     }

@@ -213,7 +213,7 @@ impl<T: Scalar> Factors<T> {
                     })
                     .unwrap_or(k);
                 let size = lu.at(pivot, k).magnitude();
-                if !size.is_finite() || !(size > SINGULAR * largest) {
+                if !size.is_finite() || size <= SINGULAR * largest {
                     return Err(DynamicsError::Singular {
                         what,
                         order: n,

@@ -6,7 +6,8 @@
 //! the same samples. The result is that of all elements active, to rounding.
 
 use super::aft::{InterfaceElement, Sampling, Workspace};
-use super::linear_model::{ClosedModel, LinearModel};
+use super::closed_model::ClosedModel;
+use super::linear_model::LinearModel;
 use super::newton::{Condition, State};
 use super::{DynamicsError, Harmonics};
 

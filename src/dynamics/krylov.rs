@@ -2,8 +2,8 @@
 
 use num_complex::Complex64;
 
+use super::closed_model::ClosedModel;
 use super::dense::{Factors, Matrix, add_scaled};
-use super::linear_model::ClosedModel;
 use super::{DynamicsError, Harmonics};
 
 /// Basis vectors before giving up; the preconditioned operator needs one to four dozen.

@@ -10,6 +10,7 @@
 //! the structure. Everything is in SI units, frequencies are angular \[rad/s\] unless a name says otherwise.
 
 pub mod aft;
+mod closed_model;
 pub mod contact_element;
 pub mod continuation;
 pub mod cycle;
@@ -25,10 +26,11 @@ pub mod resonance;
 mod slider;
 
 pub use aft::{InterfaceElement, Sampling};
+pub use closed_model::{ClosedModel, Core};
 pub use contact_element::{ContactElement, ElementState, FrictionLaw};
 pub use continuation::{Continuation, ContinuationSettings};
 pub use error::DynamicsError;
 pub use harmonic_balance::{Energy, HarmonicBalance, Load, Response, Settings};
 pub use harmonics::Harmonics;
-pub use linear_model::{ClosedModel, LinearModel, Receptance, SecondOrder};
+pub use linear_model::{LinearModel, Receptance, SecondOrder};
 pub use oscillator::Oscillator;

@@ -86,6 +86,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let mut part: Option<(Vec<usize>, ElementPart)> = None;
         let mut failures = 0;
         let mut correction = f64::INFINITY;
+        // The last one measured, for the error.
+        let mut reached = f64::INFINITY;
         for iteration in 0..=self.settings.most_iterations {
             while self.enlarge(&mut state, &at) {
                 at = self.evaluate(&state, factor, condition)?;
@@ -152,6 +154,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let Some((left, length, trial, there)) = best else {
                 break;
             };
+            reached = left;
             if left < before {
                 failures = 0;
                 correction = if length == 1.0 { left } else { f64::INFINITY };
@@ -163,7 +166,6 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 failures += 1;
                 correction = f64::INFINITY;
                 if failures > TRIALS || !left.is_finite() {
-                    correction = left;
                     break;
                 }
                 let trial = self.moved(&state, &at, &step, 1.0);
@@ -181,7 +183,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             frequency: state.omega / (2.0 * std::f64::consts::PI),
             load_factor: factor,
             iterations: self.settings.most_iterations,
-            correction,
+            correction: reached,
             tolerance: self.settings.tolerance,
             active: at.elements.len(),
             elements: self.elements.len(),

@@ -93,6 +93,8 @@ impl Sub for Dual {
     }
 }
 
+// The rules of derivatives mix the operations.
+#[allow(clippy::suspicious_arithmetic_impl)]
 impl Mul for Dual {
     type Output = Dual;
     fn mul(self, other: Dual) -> Dual {
@@ -105,6 +107,7 @@ impl Mul for Dual {
     }
 }
 
+#[allow(clippy::suspicious_arithmetic_impl)]
 impl Div for Dual {
     type Output = Dual;
     fn div(self, other: Dual) -> Dual {
@@ -197,8 +200,7 @@ pub(super) fn step<T: Number>(
             (clamped, step)
         }
         FrictionLaw::Cone => {
-            let size = trial[0].value().hypot(trial[1].value());
-            if size <= limit.value() {
+            if magnitude(trial.map(T::value)) <= limit.value() {
                 return (trial, Step::Stick);
             }
             let limit_before = if closes {
@@ -209,6 +211,11 @@ pub(super) fn step<T: Number>(
             (slip(start, pull, trial, [limit_before, limit]), Step::Slip)
         }
     }
+}
+
+/// Length of a vector of forces; these are far from the ends of the range that `hypot` takes care of.
+pub(super) fn magnitude([x, y]: [f64; 2]) -> f64 {
+    (x * x + y * y).sqrt()
 }
 
 /// The force on the circle of the limit after a step that leaves it.

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use fretwear::dynamics::dense::Matrix;
 use fretwear::dynamics::{
-    ContactElement, FrictionLaw, HarmonicBalance, Harmonics, Load, SecondOrder, Settings,
+    ContactElement, FrictionLaw, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Settings,
 };
 
 /// A 7 kg mass on a soft leaf, and a lap that is held by its joint alone: rigid body motions, bending patterns and a local
@@ -223,6 +223,44 @@ fn active_elements_alone_give_what_all_give() {
                 resonance.frequency()
             );
         }
+    }
+}
+
+#[test]
+fn modes_and_residual_are_the_structure_they_come_from() {
+    let joint = Joint::new(4, 3, FrictionLaw::Cone, 0.0);
+    let contact = joint.model.contact_dofs;
+    let (frequencies, modes) = joint.model.modes(&vec![0.0; contact]).expect("modes");
+    let shapes = joint.model.basis.times(&modes);
+    let residual = joint.model.residual.clone();
+    let normals: Vec<usize> = (0..contact / 3).map(|e| 3 * e + 2).collect();
+    let modal = SecondOrder::from_modes(&frequencies, shapes, residual, contact)
+        .expect("right")
+        .with_reversed_ports(&normals)
+        .with_reversed_ports(&normals);
+    let load = Load {
+        port: joint.drive,
+        harmonic: 1,
+        cosine: 400.0,
+        sine: 0.0,
+    };
+    let [a, b] = [&joint.model, &modal].map(|model| {
+        let elements = joint.elements.clone();
+        HarmonicBalance::new(
+            model,
+            elements,
+            Harmonics::up_to(3),
+            vec![load],
+            Settings::default(),
+        )
+        .and_then(|balance| balance.solve(hertz(915.0), None))
+        .unwrap_or_else(|e| panic!("{e}"))
+    });
+    assert!(a.active_elements() > 0);
+    let contact = |r: &Response| r.displacement[..r.force.len()].to_vec();
+    let scale = contact(&a).iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    for (a, b) in contact(&a).iter().zip(&contact(&b)) {
+        assert!((a - b).abs() < 1e-8 * scale, "{a} {b}");
     }
 }
 

@@ -3,6 +3,7 @@
 mod balance;
 mod condensation;
 mod continuation;
+mod dense;
 mod element;
 mod extremes;
 mod harmonics;

@@ -277,7 +277,7 @@ fn orbital_motion_with_varying_normal_load_and_with_separation() {
                 errors.windows(2).all(|pair| pair[1] < pair[0]),
                 "{errors:?}"
             );
-            assert!(errors[3] < 4e-4, "{errors:?}");
+            assert!(errors[3] < 1e-4, "{errors:?}");
         }
     }
 }
