@@ -1,10 +1,11 @@
 //! Fretting wear of rough joints over millions of vibration cycles.
 //!
-//! The numerics ([`contact`], [`surface`], [`structure`], [`wear`], [`mod@reference`]) are pure: they know no file, no scene and no
-//! terminal.
+//! The numerics ([`contact`], [`dynamics`], [`surface`], [`structure`], [`wear`], [`mod@reference`]) are pure: they know no file, no
+//! scene and no terminal.
 //! [`scene`] is what the user writes, [`tables`] and [`store`] are what a run leaves on disk, and [`stages`] joins them.
 
 pub mod contact;
+pub mod dynamics;
 pub mod fft;
 pub mod grid;
 pub mod linalg;

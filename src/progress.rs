@@ -1,7 +1,7 @@
 //! What a person sees of a run: a bar of cycles in a terminal, one line an iteration elsewhere. All on stderr.
 
 use std::cell::Cell;
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -61,8 +61,8 @@ impl Watcher {
     fn say(&self, text: &str) {
         match &self.bar {
             _ if self.quiet => (),
-            Some(bar) => bar.suspend(|| eprintln!("{text}")),
-            None => eprintln!("{text}"),
+            Some(bar) => bar.suspend(|| write_line(text)),
+            None => write_line(text),
         }
     }
 
@@ -144,9 +144,14 @@ impl Observer for Watcher {
             bar.set_position((1000.0 * self.part(progress)) as u64);
             bar.set_message(line);
         } else if !self.quiet {
-            eprintln!("{line}");
+            write_line(&line);
         }
     }
+}
+
+/// One line on stderr. A run goes on where nobody listens any more.
+fn write_line(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
 }
 
 /// 10000000 as 10 000 000.

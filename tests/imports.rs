@@ -153,6 +153,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("linalg/", &["linalg"]),
     ("contact/", &["grid", "fft", "contact"]),
     ("structure/", &["linalg", "structure"]),
+    ("dynamics/", &["dynamics"]),
     ("surface/readers/", &["grid", "surface", "units"]),
     ("surface/", &["grid", "fft", "surface"]),
     ("reference/", &["grid", "contact", "reference"]),

@@ -7,16 +7,20 @@
 
 pub mod axisymmetric;
 pub mod cattaneo_mindlin;
+pub mod duffing;
 pub mod elastic;
 pub mod elliptic;
 pub mod hertz;
+pub mod jenkins;
 pub mod punch;
 pub mod wear;
 pub mod westergaard;
 
 pub use axisymmetric::CappedHertz;
 pub use cattaneo_mindlin::CattaneoMindlin;
+pub use duffing::Duffing;
 pub use hertz::Hertz;
+pub use jenkins::Jenkins;
 pub use punch::CircularPunch;
 pub use wear::WinklerWear;
 pub use westergaard::Westergaard;

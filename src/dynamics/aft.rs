@@ -1,0 +1,222 @@
+//! Alternating frequency–time method by samples [A §2b, fig. 2b]: coefficients of displacement to coefficients of force.
+//!
+//! The Jacobian is the exact derivative of what was sampled: its error does not depend on the number of samples.
+
+use super::{DynamicsError, Harmonics};
+
+/// An element of the interface: what force it has at given displacements over a cycle.
+///
+/// Displacements and forces are `[x, y, n]` at the samples of one cycle; see the [module](super) for signs.
+pub trait InterfaceElement {
+    /// Checks parameters; `element` is the index for the error.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Element`].
+    fn check(&self, element: usize) -> Result<(), DynamicsError>;
+
+    /// Stiffness per direction \[N/m\] of the state about which it is linearised: stuck if loaded, open if it has a gap.
+    fn reference_stiffness(&self) -> [f64; 3];
+
+    /// Whether at every sample the force is exactly reference stiffness times displacement.
+    fn follows_reference(&self, displacement: &[[f64; 3]]) -> bool;
+
+    /// Forces \[N\] over the steady cycle, and their derivative if asked for.
+    fn sample(
+        &self,
+        displacement: &[[f64; 3]],
+        force: &mut [[f64; 3]],
+        derivative: Option<&mut Derivative<'_>>,
+    ) -> Closure;
+}
+
+/// How well a cycle of friction forces closes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Closure {
+    /// Cycles marched.
+    pub cycles: usize,
+    /// Change of the force from one cycle to the next, relative to its largest value.
+    pub change: f64,
+}
+
+impl Closure {
+    /// That of a force without memory.
+    pub const EXACT: Closure = Closure {
+        cycles: 1,
+        change: 0.0,
+    };
+}
+
+/// Derivatives of the sampled forces with respect to the coefficients of displacement.
+pub struct Derivative<'a> {
+    /// Coefficients per direction.
+    pub coefficients: usize,
+    /// Basis functions, `samples × coefficients`.
+    pub basis: &'a [f64],
+    /// ∂ force\[d\] at sample j / ∂ coefficient c of direction e, at `((j * 3 + d) * 3 + e) * coefficients + c`.
+    pub values: &'a mut [f64],
+}
+
+impl Derivative<'_> {
+    /// The basis functions at sample `j`.
+    pub fn basis_at(&self, j: usize) -> &[f64] {
+        &self.basis[j * self.coefficients..][..self.coefficients]
+    }
+
+    /// The derivatives of force `d` at sample `j`, `3 × coefficients`.
+    pub fn row_mut(&mut self, j: usize, d: usize) -> &mut [f64] {
+        &mut self.values[(j * 3 + d) * 3 * self.coefficients..][..3 * self.coefficients]
+    }
+}
+
+/// Equidistant samples of one cycle, t_j = j T / samples, and the transforms between them and coefficients.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sampling {
+    harmonics: Harmonics,
+    samples: usize,
+    /// `samples × coefficients`.
+    basis: Vec<f64>,
+    /// The inverse of `basis` in the sense of least squares, `coefficients × samples`.
+    analysis: Vec<f64>,
+}
+
+/// Arrays that [`Sampling::evaluate`] works in.
+#[derive(Debug, Clone)]
+pub struct Workspace {
+    displacement: Vec<[f64; 3]>,
+    force: Vec<[f64; 3]>,
+    derivative: Vec<f64>,
+}
+
+impl Sampling {
+    /// `samples` per cycle.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Samples`] unless there are more than twice the highest harmonic.
+    pub fn new(harmonics: Harmonics, samples: usize) -> Result<Sampling, DynamicsError> {
+        let least = 2 * harmonics.highest() as usize;
+        if samples <= least {
+            return Err(DynamicsError::Samples {
+                samples,
+                highest: harmonics.highest(),
+                least,
+            });
+        }
+        let n = harmonics.coefficients();
+        let mut basis = Vec::with_capacity(samples * n);
+        for j in 0..samples {
+            let theta = 2.0 * std::f64::consts::PI * j as f64 / samples as f64;
+            basis.extend(harmonics.basis(theta));
+        }
+        let mut analysis = vec![0.0; n * samples];
+        for j in 0..samples {
+            for c in 0..n {
+                let weight = if c == 0 { 1.0 } else { 2.0 };
+                analysis[c * samples + j] = weight / samples as f64 * basis[j * n + c];
+            }
+        }
+        Ok(Sampling {
+            harmonics,
+            samples,
+            basis,
+            analysis,
+        })
+    }
+
+    /// The harmonics.
+    pub fn harmonics(&self) -> &Harmonics {
+        &self.harmonics
+    }
+
+    /// Samples per cycle.
+    pub fn samples(&self) -> usize {
+        self.samples
+    }
+
+    /// Inverse transform: samples of the three rows of coefficients of an element.
+    pub fn synthesise(&self, coefficients: &[f64]) -> Vec<[f64; 3]> {
+        let mut out = vec![[0.0; 3]; self.samples];
+        self.synthesise_into(coefficients, &mut out);
+        out
+    }
+
+    fn synthesise_into(&self, coefficients: &[f64], out: &mut [[f64; 3]]) {
+        let n = self.harmonics.coefficients();
+        for (out, basis) in out.iter_mut().zip(self.basis.chunks_exact(n)) {
+            for d in 0..3 {
+                let row = &coefficients[d * n..][..n];
+                out[d] = row.iter().zip(basis).map(|(a, b)| a * b).sum();
+            }
+        }
+    }
+
+    /// Transform: the three rows of coefficients of samples.
+    pub fn analyse(&self, samples: &[[f64; 3]]) -> Vec<f64> {
+        let n = self.harmonics.coefficients();
+        let mut out = vec![0.0; 3 * n];
+        self.analyse_into(samples, &mut out);
+        out
+    }
+
+    fn analyse_into(&self, samples: &[[f64; 3]], out: &mut [f64]) {
+        let n = self.harmonics.coefficients();
+        for d in 0..3 {
+            for c in 0..n {
+                let weights = &self.analysis[c * self.samples..][..self.samples];
+                out[d * n + c] = weights.iter().zip(samples).map(|(w, s)| w * s[d]).sum();
+            }
+        }
+    }
+
+    /// Arrays for [`Self::evaluate`].
+    pub fn workspace(&self) -> Workspace {
+        let n = self.harmonics.coefficients();
+        Workspace {
+            displacement: vec![[0.0; 3]; self.samples],
+            force: vec![[0.0; 3]; self.samples],
+            derivative: vec![0.0; self.samples * 9 * n],
+        }
+    }
+
+    /// Coefficients of the force of `element` and their Jacobian.
+    ///
+    /// `displacement` and `force` are three rows of coefficients (x, y, n); `jacobian`, if given, is the square matrix
+    /// ∂force/∂displacement of `3 × coefficients` rows, row by row.
+    pub fn evaluate<E: InterfaceElement>(
+        &self,
+        element: &E,
+        displacement: &[f64],
+        force: &mut [f64],
+        jacobian: Option<&mut [f64]>,
+        work: &mut Workspace,
+    ) -> Closure {
+        let n = self.harmonics.coefficients();
+        self.synthesise_into(displacement, &mut work.displacement);
+        let Some(jacobian) = jacobian else {
+            let closure = element.sample(&work.displacement, &mut work.force, None);
+            self.analyse_into(&work.force, force);
+            return closure;
+        };
+        let mut derivative = Derivative {
+            coefficients: n,
+            basis: &self.basis,
+            values: &mut work.derivative,
+        };
+        let closure = element.sample(&work.displacement, &mut work.force, Some(&mut derivative));
+        self.analyse_into(&work.force, force);
+        jacobian.fill(0.0);
+        let width = 3 * n;
+        for j in 0..self.samples {
+            for d in 0..3 {
+                let source = &work.derivative[(j * 3 + d) * width..][..width];
+                for c in 0..n {
+                    let weight = self.analysis[c * self.samples + j];
+                    let target = &mut jacobian[(d * n + c) * width..][..width];
+                    for (target, source) in target.iter_mut().zip(source) {
+                        *target += weight * source;
+                    }
+                }
+            }
+        }
+        closure
+    }
+}

@@ -1,0 +1,283 @@
+//! A branch of responses over a range of frequencies, through turning points: pseudo-arclength continuation.
+//!
+//! The curve that is followed is (cosine, sine, ω) of the first harmonic at one port, scaled by the largest amplitude so far and
+//! by the width of the range; it does not depend on which elements are active. For a predictor, all displacements go along the
+//! secant.
+
+use super::aft::InterfaceElement;
+use super::newton::Condition;
+use super::{DynamicsError, HarmonicBalance, Response};
+
+/// Cosine of the angle between secants beyond which a step is taken again at half its length.
+const SHARPEST: f64 = 0.85;
+/// Steps below this multiple of the least are accepted whatever their angle: the curve has kinks where slip begins.
+const KINK: f64 = 32.0;
+/// Newton iterations up to which the step grows.
+const EASY: usize = 4;
+
+/// How a branch is followed. Lengths are in units of the scaled curve, whose frequency axis has length 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContinuationSettings {
+    /// Angular frequency of the first point \[rad/s\].
+    pub from: f64,
+    /// Angular frequency that ends the branch \[rad/s\]; below `from` for a sweep downwards.
+    pub to: f64,
+    /// Port whose first harmonic is followed.
+    pub port: usize,
+    /// Length of the first step; 1/60 of the range is a usual resolution.
+    pub step: f64,
+    /// Least length before giving up.
+    pub least_step: f64,
+    /// Largest length: resolution where the curve is straight.
+    pub largest_step: f64,
+    /// Most points, the first included.
+    pub most_points: usize,
+}
+
+impl ContinuationSettings {
+    /// Over a range, looking at `port`, with usual steps.
+    pub fn over(from: f64, to: f64, port: usize) -> ContinuationSettings {
+        ContinuationSettings {
+            from,
+            to,
+            port,
+            step: 1.0 / 60.0,
+            least_step: 1e-7,
+            largest_step: 1.0 / 20.0,
+            most_points: 2000,
+        }
+    }
+}
+
+/// Iterator over the points of a branch. It ends at `to`, at its return beyond `from`, or after `most_points`; after an error it
+/// yields nothing more.
+pub struct Continuation<'a, E> {
+    balance: &'a HarmonicBalance<E>,
+    settings: ContinuationSettings,
+    slot: usize,
+    state: Progress,
+}
+
+enum Progress {
+    Start,
+    Underway(Box<Branch>),
+    Done,
+}
+
+struct Branch {
+    now: Response,
+    before: Option<Response>,
+    step: f64,
+    /// Largest amplitude so far \[m\].
+    largest: f64,
+    points: usize,
+}
+
+impl<'a, E: InterfaceElement> Continuation<'a, E> {
+    /// The branch of `balance` that `settings` describe.
+    ///
+    /// # Errors
+    /// [`DynamicsError::OutOfRange`], [`DynamicsError::HarmonicMissing`].
+    pub fn new(
+        balance: &'a HarmonicBalance<E>,
+        settings: ContinuationSettings,
+    ) -> Result<Continuation<'a, E>, DynamicsError> {
+        for (name, value) in [
+            ("the first angular frequency", settings.from),
+            ("the last angular frequency", settings.to),
+            ("the least step of the continuation", settings.least_step),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(DynamicsError::OutOfRange {
+                    name,
+                    value,
+                    expected: "a positive finite number",
+                });
+            }
+        }
+        if settings.from == settings.to {
+            return Err(DynamicsError::OutOfRange {
+                name: "the last angular frequency",
+                value: settings.to,
+                expected: "different from the first",
+            });
+        }
+        if settings.port >= balance.model.ports() {
+            return Err(DynamicsError::OutOfRange {
+                name: "the port that is followed",
+                value: settings.port as f64,
+                expected: "the index of a port of the structure",
+            });
+        }
+        Ok(Continuation {
+            balance,
+            settings,
+            slot: balance.harmonics().require(1, "continuation")?,
+            state: Progress::Start,
+        })
+    }
+
+    /// The point of the curve, scaled.
+    fn point(&self, response: &Response, largest: f64) -> [f64; 3] {
+        let n = self.balance.harmonics().coefficients();
+        let row = &response.displacement[self.settings.port * n..];
+        let width = (self.settings.to - self.settings.from).abs();
+        let scale = if largest > 0.0 { largest } else { 1.0 };
+        [
+            row[self.slot] / scale,
+            row[self.slot + 1] / scale,
+            response.omega / width,
+        ]
+    }
+
+    fn size(&self, response: &Response) -> f64 {
+        let n = self.balance.harmonics().coefficients();
+        let row = &response.displacement[self.settings.port * n..];
+        row[self.slot].hypot(row[self.slot + 1])
+    }
+
+    fn advance(&self, branch: Branch) -> Result<Branch, DynamicsError> {
+        let settings = &self.settings;
+        let direction = (settings.to - settings.from).signum();
+        let width = (settings.to - settings.from).abs();
+        let here = self.point(&branch.now, branch.largest);
+        let tangent = match &branch.before {
+            None => [0.0, 0.0, direction],
+            Some(before) => {
+                let there = self.point(before, branch.largest);
+                unit(here, there)
+            }
+        };
+        let mut step = branch.step;
+        loop {
+            let target = branch.now.omega + step * tangent[2] * width;
+            let ends = direction * (target - settings.to) >= 0.0;
+            let attempt = if ends {
+                self.balance.solve(settings.to, Some(&branch.now))
+            } else {
+                self.correct(&branch, here, tangent, step)
+            };
+            let last = match attempt {
+                Ok(next) => {
+                    let largest = branch.largest.max(self.size(&next));
+                    let there = self.point(&next, largest);
+                    let from = self.point(&branch.now, largest);
+                    let secant = unit(there, from);
+                    let straight = match &branch.before {
+                        None => 1.0,
+                        Some(before) => {
+                            let old = unit(from, self.point(before, largest));
+                            (0..3).map(|i| old[i] * secant[i]).sum()
+                        }
+                    };
+                    let long = distance(there, from) > 4.0 * step.max(settings.least_step);
+                    if (straight >= SHARPEST && !long) || step <= KINK * settings.least_step {
+                        let easy = next.iterations <= EASY && straight > 0.5 * (1.0 + SHARPEST);
+                        let growth = if easy { 1.4 } else { 1.0 };
+                        return Ok(Branch {
+                            now: next,
+                            before: Some(branch.now),
+                            step: (step * growth).min(settings.largest_step),
+                            largest,
+                            points: branch.points + 1,
+                        });
+                    }
+                    None
+                }
+                Err(error) => Some(error),
+            };
+            step *= 0.5;
+            if step < settings.least_step {
+                let frequency = branch.now.frequency();
+                return Err(DynamicsError::StepTooSmall {
+                    frequency,
+                    step,
+                    least: settings.least_step,
+                    last: Box::new(last.unwrap_or(DynamicsError::NoResonance {
+                        what: "continuous branch",
+                        from: frequency,
+                        to: settings.to / (2.0 * std::f64::consts::PI),
+                    })),
+                });
+            }
+        }
+    }
+
+    /// The point of the branch in the plane across `tangent` at the distance `step`.
+    fn correct(
+        &self,
+        branch: &Branch,
+        here: [f64; 3],
+        tangent: [f64; 3],
+        step: f64,
+    ) -> Result<Response, DynamicsError> {
+        let width = (self.settings.to - self.settings.from).abs();
+        let scale = if branch.largest > 0.0 {
+            branch.largest
+        } else {
+            1.0
+        };
+        let value: f64 = (0..3)
+            .map(|i| tangent[i] * (here[i] + step * tangent[i]))
+            .sum();
+        let condition = Condition::Linear {
+            port: self.settings.port,
+            slot: self.slot,
+            weights: [tangent[0] / scale, tangent[1] / scale, tangent[2] / width],
+            value,
+        };
+        let mut guess = branch.now.clone();
+        if let Some(before) = &branch.before {
+            let secant = distance(here, self.point(before, branch.largest));
+            let share = step / secant;
+            for (u, old) in guess.displacement.iter_mut().zip(&before.displacement) {
+                *u += share * (*u - old);
+            }
+        }
+        let omega = branch.now.omega + step * tangent[2] * width;
+        let start = self.balance.start_from(&guess, omega, 1.0)?;
+        self.balance.newton(start, 1.0, &condition)
+    }
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
+}
+
+fn unit(to: [f64; 3], from: [f64; 3]) -> [f64; 3] {
+    let length = distance(to, from);
+    [0, 1, 2].map(|i| (to[i] - from[i]) / length)
+}
+
+impl<E: InterfaceElement> Iterator for Continuation<'_, E> {
+    type Item = Result<Response, DynamicsError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let branch = match std::mem::replace(&mut self.state, Progress::Done) {
+            Progress::Done => return None,
+            Progress::Start => self
+                .balance
+                .solve(self.settings.from, None)
+                .map(|first| Branch {
+                    largest: self.size(&first),
+                    now: first,
+                    before: None,
+                    step: self.settings.step,
+                    points: 1,
+                }),
+            Progress::Underway(branch) => self.advance(*branch),
+        };
+        let branch = match branch {
+            Ok(branch) => branch,
+            Err(error) => return Some(Err(error)),
+        };
+        let response = branch.now.clone();
+        let direction = (self.settings.to - self.settings.from).signum();
+        let ended = direction * (response.omega - self.settings.to) >= 0.0;
+        let returned = direction * (response.omega - self.settings.from) < 0.0;
+        if !(ended || returned || branch.points >= self.settings.most_points) {
+            self.state = Progress::Underway(Box::new(branch));
+        }
+        Some(Ok(response))
+    }
+}

@@ -1,0 +1,146 @@
+//! What can go wrong in the computation of a steady response.
+
+/// A steady response that could not be computed, or a question that has no answer.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DynamicsError {
+    /// A number out of its range.
+    #[error("{name} is {value:e}; it must be {expected}")]
+    OutOfRange {
+        /// What the number is.
+        name: &'static str,
+        /// The value found.
+        value: f64,
+        /// What would be right.
+        expected: &'static str,
+    },
+    /// A parameter of a contact element out of its range.
+    #[error("contact element {element}: {name} is {value:e}; it must be {expected}")]
+    Element {
+        /// Index of the element.
+        element: usize,
+        /// What the number is.
+        name: &'static str,
+        /// The value found.
+        value: f64,
+        /// What would be right.
+        expected: &'static str,
+    },
+    /// A container whose length does not fit the others.
+    #[error("the {what} has {found} entries; {expected} are needed")]
+    Length {
+        /// Name of the container.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// The length that fits.
+        expected: usize,
+    },
+    /// A set of harmonics without the mean, or with one twice.
+    #[error(
+        "the harmonics {found:?} cannot be used: they must be different and one of them must be 0"
+    )]
+    Harmonics {
+        /// The harmonics as given.
+        found: Vec<u32>,
+    },
+    /// A harmonic that something needs and the set does not have.
+    #[error("harmonic {order} is needed by the {by} but the response has the harmonics {found:?}")]
+    HarmonicMissing {
+        /// The order needed.
+        order: u32,
+        /// What needs it.
+        by: &'static str,
+        /// The harmonics there are.
+        found: Vec<u32>,
+    },
+    /// Fewer samples per cycle than the highest harmonic needs.
+    #[error(
+        "{samples} samples per cycle alias harmonic {highest}: more than {least} are needed, and many more resolve friction"
+    )]
+    Samples {
+        /// Samples per cycle.
+        samples: usize,
+        /// The highest harmonic.
+        highest: u32,
+        /// Twice the highest harmonic.
+        least: usize,
+    },
+    /// A matrix that cannot be solved with.
+    #[error(
+        "the {what} of {order} unknowns is singular: pivot {pivot} has {size:.3e} of the largest entry"
+    )]
+    Singular {
+        /// Which matrix.
+        what: &'static str,
+        /// Its order.
+        order: usize,
+        /// Where elimination stopped.
+        pivot: usize,
+        /// Size of the pivot over that of the largest entry.
+        size: f64,
+    },
+    /// A mean force that nothing holds.
+    #[error(
+        "the mean force of {force:.6e} N moves the structure as a rigid body, and nothing holds it there: support it, or give the joint a preload or friction"
+    )]
+    Unsupported {
+        /// Generalised force on the free motion, its largest port displacement scaled to 1 \[N\].
+        force: f64,
+    },
+    /// Newton's method found no steady state.
+    #[error(
+        "no steady state at {frequency:.6} Hz and load factor {load_factor}: correction {correction:.3e} after {iterations} iterations, {tolerance:.1e} asked ({active} of {elements} elements active)"
+    )]
+    NotConverged {
+        /// Frequency \[Hz\].
+        frequency: f64,
+        /// Share of the load that was being applied.
+        load_factor: f64,
+        /// Iterations spent at this load factor.
+        iterations: usize,
+        /// Relative Newton correction left.
+        correction: f64,
+        /// The correction asked for.
+        tolerance: f64,
+        /// Elements that slip or open.
+        active: usize,
+        /// All elements.
+        elements: usize,
+    },
+    /// The linear system of a Newton step was not solved.
+    #[error(
+        "the Krylov solver stopped at a relative residual of {residual:.3e} after {iterations} iterations, {tolerance:.1e} asked"
+    )]
+    Krylov {
+        /// Iterations spent.
+        iterations: usize,
+        /// Relative residual reached.
+        residual: f64,
+        /// Relative residual asked for.
+        tolerance: f64,
+    },
+    /// No resonance where one was looked for.
+    #[error("no {what} between {from:.6} and {to:.6} Hz")]
+    NoResonance {
+        /// `"phase resonance"` or `"peak"`.
+        what: &'static str,
+        /// Start of the range \[Hz\].
+        from: f64,
+        /// End of the range \[Hz\].
+        to: f64,
+    },
+    /// A continuation whose step became too small.
+    #[error(
+        "the continuation stopped at {frequency:.6} Hz: the step fell to {step:.3e}, below {least:.1e} (last: {last})"
+    )]
+    StepTooSmall {
+        /// Frequency of the last converged point \[Hz\].
+        frequency: f64,
+        /// The arc length that failed.
+        step: f64,
+        /// The least arc length.
+        least: f64,
+        /// Why the last attempt failed.
+        last: Box<DynamicsError>,
+    },
+}

@@ -1,0 +1,116 @@
+//! Truncated Fourier series of a set of harmonics [A eq. 2.2].
+
+use super::DynamicsError;
+
+/// A set of harmonics that contains 0, sorted.
+///
+/// A periodic quantity is `a₀ + Σ (a_k cos kωt + b_k sin kωt)` with half-range amplitudes (a_k is half the range of its term,
+/// not the coefficient of an exponential). Its *coefficients* are the row `[a₀, a_k₁, b_k₁, a_k₂, b_k₂, …]`. Several quantities
+/// are stored row after row: coefficient c of quantity d is at `d * coefficients() + c`. The complex amplitude of harmonic k is
+/// a_k − i b_k, the factor of e^{ikωt} of which the real part is meant.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Harmonics {
+    orders: Vec<u32>,
+}
+
+impl Harmonics {
+    /// The given orders, in any order.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Harmonics`] without 0 or with an order twice.
+    pub fn new(orders: &[u32]) -> Result<Harmonics, DynamicsError> {
+        let mut sorted = orders.to_vec();
+        sorted.sort_unstable();
+        if sorted.first() != Some(&0) || sorted.windows(2).any(|pair| pair[0] == pair[1]) {
+            return Err(DynamicsError::Harmonics {
+                found: orders.to_vec(),
+            });
+        }
+        Ok(Harmonics { orders: sorted })
+    }
+
+    /// All harmonics from 0 to `highest`.
+    pub fn up_to(highest: u32) -> Harmonics {
+        Harmonics {
+            orders: (0..=highest).collect(),
+        }
+    }
+
+    /// The orders, 0 first.
+    pub fn orders(&self) -> &[u32] {
+        &self.orders
+    }
+
+    /// The highest order.
+    pub fn highest(&self) -> u32 {
+        self.orders.last().copied().unwrap_or(0)
+    }
+
+    /// Real coefficients per quantity: one for the mean, two for every other harmonic.
+    pub fn coefficients(&self) -> usize {
+        2 * self.orders.len() - 1
+    }
+
+    /// Place of the cosine coefficient of the `index`-th harmonic; its sine coefficient follows, unless `index` is 0.
+    pub fn slot(&self, index: usize) -> usize {
+        (2 * index).saturating_sub(1)
+    }
+
+    /// Place of the cosine coefficient of harmonic `order`, if it is in the set.
+    pub fn slot_of(&self, order: u32) -> Option<usize> {
+        self.orders.binary_search(&order).ok().map(|i| self.slot(i))
+    }
+
+    /// Place of the cosine coefficient of harmonic `order`, which `by` needs.
+    pub(crate) fn require(&self, order: u32, by: &'static str) -> Result<usize, DynamicsError> {
+        self.slot_of(order)
+            .ok_or_else(|| DynamicsError::HarmonicMissing {
+                order,
+                by,
+                found: self.orders.clone(),
+            })
+    }
+
+    /// Values of the basis functions at the phase `theta` = ωt: `[1, cos k₁θ, sin k₁θ, …]`, length [`Self::coefficients`].
+    pub fn basis(&self, theta: f64) -> Vec<f64> {
+        let mut row = vec![1.0];
+        for &order in &self.orders[1..] {
+            let (sin, cos) = (f64::from(order) * theta).sin_cos();
+            row.extend([cos, sin]);
+        }
+        row
+    }
+
+    /// Coefficients of the time derivative at the angular frequency `omega`: (a, b) becomes kω(b, −a).
+    ///
+    /// `coefficients` holds whole rows, one per quantity.
+    pub fn derivative(&self, coefficients: &[f64], omega: f64) -> Vec<f64> {
+        let mut out = vec![0.0; coefficients.len()];
+        let rows = out
+            .chunks_mut(self.coefficients())
+            .zip(coefficients.chunks(self.coefficients()));
+        for (out, row) in rows {
+            for (index, &order) in self.orders.iter().enumerate().skip(1) {
+                let (slot, rate) = (self.slot(index), f64::from(order) * omega);
+                out[slot] = rate * row[slot + 1];
+                out[slot + 1] = -rate * row[slot];
+            }
+        }
+        out
+    }
+
+    /// Work ∮ f du over one period of the fundamental, π Σ k (a_f b_u − b_f a_u): that of `force` on `displacement` \[J\].
+    ///
+    /// Both are rows of the same length, one row per degree of freedom.
+    pub fn work(&self, force: &[f64], displacement: &[f64]) -> f64 {
+        let n = self.coefficients();
+        let mut sum = 0.0;
+        for (f, u) in force.chunks(n).zip(displacement.chunks(n)) {
+            for (index, &order) in self.orders.iter().enumerate().skip(1) {
+                let slot = self.slot(index);
+                sum += f64::from(order) * (f[slot] * u[slot + 1] - f[slot + 1] * u[slot]);
+            }
+        }
+        std::f64::consts::PI * sum
+    }
+}

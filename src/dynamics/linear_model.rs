@@ -1,0 +1,428 @@
+//! The linear structure as the contact sees it: displacements of *ports* due to forces at ports.
+//!
+//! Ports are numbered: first the contact degrees of freedom (x, y, n of every element), then whatever else is driven or looked
+//! at. A port may stand for a combination of nodes (a point between nodes, a resultant).
+
+use num_complex::Complex64;
+
+use super::DynamicsError;
+use super::closed_model::{ClosedModel, Core};
+use super::dense::{Factors, Matrix, eigen};
+
+/// Share of the largest eigenvalue below which a coordinate is a rigid body motion; modes of one structure span 1e8.
+const RIGID: f64 = 1e-11;
+/// Dynamic stiffness, relative to its parts, below which an undamped resonance is hit exactly.
+const RESONANT: f64 = 1e-13;
+
+/// A linear structure with contact ports.
+pub trait LinearModel {
+    /// Contact degrees of freedom, three per element; they are the first ports.
+    fn contact_dofs(&self) -> usize;
+
+    /// All ports.
+    fn ports(&self) -> usize;
+
+    /// The structure with a linear spring of `springs[i]` \[N/m\] in every contact degree of freedom.
+    ///
+    /// # Errors
+    /// [`DynamicsError`] if the numbers do not fit together or a matrix is singular.
+    fn close(&self, springs: &[f64]) -> Result<ClosedModel, DynamicsError>;
+}
+
+/// A second-order system `M q̈ + C q̇ + K q = Bᵀ f`, ports `u = B q + R f`.
+///
+/// Physical coordinates with the identity for B, or modes (M = 1, K = diag ω²) with mode shapes at the ports for B and the static
+/// residual of the modes left out for R. Matrices are symmetric.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SecondOrder {
+    /// M, `n × n`, positive definite \[kg\].
+    pub mass: Matrix,
+    /// C, `n × n` \[N s/m\].
+    pub damping: Matrix,
+    /// K without contact springs, `n × n` \[N/m\].
+    pub stiffness: Matrix,
+    /// B, `ports × n`.
+    pub basis: Matrix,
+    /// R, `ports × ports` \[m/N\].
+    pub residual: Option<Matrix>,
+    /// How many of the ports are contact degrees of freedom.
+    pub contact_dofs: usize,
+}
+
+impl SecondOrder {
+    /// From modes: angular frequencies \[rad/s\] (0 for rigid body motions), mass-normalised shapes at the ports
+    /// (`ports × modes`, \[kg^-1/2\]) and the residual of the modes left out. Undamped.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Length`] if there are not as many shapes as frequencies.
+    pub fn from_modes(
+        frequencies: &[f64],
+        shapes: Matrix,
+        residual: Option<Matrix>,
+        contact_dofs: usize,
+    ) -> Result<SecondOrder, DynamicsError> {
+        let n = frequencies.len();
+        let squares: Vec<f64> = frequencies.iter().map(|f| f * f).collect();
+        let model = SecondOrder {
+            mass: Matrix::identity(n),
+            damping: Matrix::zeros(n, n),
+            stiffness: Matrix::diagonal(&squares),
+            basis: shapes,
+            residual,
+            contact_dofs,
+        };
+        model.check(&vec![0.0; contact_dofs])?;
+        Ok(model)
+    }
+
+    /// The same with the direction of some ports reversed: for a structure whose normal displacement is positive where the
+    /// bodies part.
+    pub fn with_reversed_ports(mut self, ports: &[usize]) -> SecondOrder {
+        for &port in ports {
+            self.basis.row_mut(port).iter_mut().for_each(|b| *b = -*b);
+            if let Some(residual) = &mut self.residual {
+                for other in 0..residual.rows() {
+                    residual.set(port, other, -residual.at(port, other));
+                    residual.set(other, port, -residual.at(other, port));
+                }
+            }
+        }
+        self
+    }
+
+    fn check(&self, springs: &[f64]) -> Result<(), DynamicsError> {
+        let n = self.mass.rows();
+        let ports = self.basis.rows();
+        let lengths = [
+            ("columns of the mass matrix", self.mass.columns(), n),
+            ("rows of the damping matrix", self.damping.rows(), n),
+            ("columns of the damping matrix", self.damping.columns(), n),
+            ("rows of the stiffness matrix", self.stiffness.rows(), n),
+            (
+                "columns of the stiffness matrix",
+                self.stiffness.columns(),
+                n,
+            ),
+            ("columns of the port matrix", self.basis.columns(), n),
+            ("contact springs", springs.len(), self.contact_dofs),
+            (
+                "contact ports",
+                self.contact_dofs.min(ports),
+                self.contact_dofs,
+            ),
+        ];
+        for (what, found, expected) in lengths {
+            if found != expected {
+                return Err(DynamicsError::Length {
+                    what,
+                    found,
+                    expected,
+                });
+            }
+        }
+        if let Some(residual) = &self.residual {
+            for (what, found) in [
+                ("rows of the residual", residual.rows()),
+                ("columns of the residual", residual.columns()),
+            ] {
+                if found != ports {
+                    return Err(DynamicsError::Length {
+                        what,
+                        found,
+                        expected: ports,
+                    });
+                }
+            }
+        }
+        if let Some(&value) = springs.iter().find(|k| !(**k >= 0.0 && k.is_finite())) {
+            return Err(DynamicsError::OutOfRange {
+                name: "a contact spring",
+                value,
+                expected: "a finite number, zero or more",
+            });
+        }
+        Ok(())
+    }
+
+    /// B̃ = (1 + R K_s)⁻¹ B, R̃ = (1 + R K_s)⁻¹ R, K̃ = K + B_cᵀ K_s B̃_c: springs K_s behind the residual.
+    fn closed_parts(
+        &self,
+        springs: &[f64],
+    ) -> Result<(Matrix, Option<Matrix>, Matrix), DynamicsError> {
+        self.check(springs)?;
+        let (basis, residual) = match &self.residual {
+            None => (self.basis.clone(), None),
+            Some(residual) => {
+                let mut system = Matrix::identity(residual.rows());
+                for i in 0..residual.rows() {
+                    for (j, &spring) in springs.iter().enumerate() {
+                        let value = system.at(i, j) + residual.at(i, j) * spring;
+                        system.set(i, j, value);
+                    }
+                }
+                let factors = Factors::new(system, "residual with closed contact")?;
+                let (mut basis, mut closed) = (self.basis.clone(), residual.clone());
+                factors.solve_columns(&mut basis);
+                factors.solve_columns(&mut closed);
+                symmetrise(&mut closed);
+                (basis, Some(closed))
+            }
+        };
+        let n = self.stiffness.rows();
+        let mut stiffness = self.stiffness.clone();
+        for (i, &spring) in springs.iter().enumerate() {
+            if spring == 0.0 {
+                continue;
+            }
+            for a in 0..n {
+                let factor = spring * self.basis.at(i, a);
+                for (entry, b) in stiffness.row_mut(a).iter_mut().zip(basis.row(i)) {
+                    *entry += factor * b;
+                }
+            }
+        }
+        symmetrise(&mut stiffness);
+        Ok((basis, residual, stiffness))
+    }
+
+    /// Natural frequencies \[rad/s\], ascending, and mass-normalised modes (column r) with the contact closed by `springs`.
+    ///
+    /// # Errors
+    /// As [`LinearModel::close`].
+    pub fn modes(&self, springs: &[f64]) -> Result<(Vec<f64>, Matrix), DynamicsError> {
+        let (_, _, stiffness) = self.closed_parts(springs)?;
+        let (squares, modes) = eigen(&stiffness, &self.mass)?;
+        Ok((squares.iter().map(|s| s.max(0.0).sqrt()).collect(), modes))
+    }
+
+    /// The same with a damping matrix that gives every mode of the structure closed by `springs` the damping ratio `ratio`:
+    /// C = M Φ diag(2ζω_r) Φᵀ M. With zero springs it is the basis `free`.
+    ///
+    /// # Errors
+    /// As [`LinearModel::close`].
+    pub fn with_damping_ratio(
+        mut self,
+        ratio: f64,
+        springs: &[f64],
+    ) -> Result<SecondOrder, DynamicsError> {
+        if !(ratio >= 0.0 && ratio.is_finite()) {
+            return Err(DynamicsError::OutOfRange {
+                name: "the damping ratio",
+                value: ratio,
+                expected: "a finite number, zero or more",
+            });
+        }
+        let (frequencies, modes) = self.modes(springs)?;
+        let weighted = self.mass.times(&modes);
+        let rates: Vec<f64> = frequencies.iter().map(|f| 2.0 * ratio * f).collect();
+        self.damping = weighted
+            .times(&Matrix::diagonal(&rates))
+            .times(&weighted.transposed());
+        Ok(self)
+    }
+}
+
+fn symmetrise(matrix: &mut Matrix) {
+    for i in 0..matrix.rows() {
+        for j in 0..i {
+            let mean = 0.5 * (matrix.at(i, j) + matrix.at(j, i));
+            matrix.set(i, j, mean);
+            matrix.set(j, i, mean);
+        }
+    }
+}
+
+impl LinearModel for SecondOrder {
+    fn contact_dofs(&self) -> usize {
+        self.contact_dofs
+    }
+
+    fn ports(&self) -> usize {
+        self.basis.rows()
+    }
+
+    fn close(&self, springs: &[f64]) -> Result<ClosedModel, DynamicsError> {
+        let (basis, residual, stiffness) = self.closed_parts(springs)?;
+        let (squares, modes) = eigen(&stiffness, &self.mass)?;
+        let largest = squares.iter().fold(0.0_f64, |m, s| m.max(s.abs()));
+        let (mut inverse, mut floating) = (Vec::new(), Vec::new());
+        for (r, &square) in squares.iter().enumerate() {
+            if square < -RIGID * largest {
+                return Err(DynamicsError::OutOfRange {
+                    name: "an eigenvalue of the stiffness",
+                    value: square,
+                    expected: "zero or more",
+                });
+            }
+            if square.abs() <= RIGID * largest {
+                inverse.push(0.0);
+                floating.push(r);
+            } else {
+                inverse.push(1.0 / square);
+            }
+        }
+        let flexibility = modes
+            .times(&Matrix::diagonal(&inverse))
+            .times(&modes.transposed());
+        let motions = (!floating.is_empty()).then(|| {
+            let mut motions = Matrix::zeros(basis.rows(), floating.len());
+            for (column, &r) in floating.iter().enumerate() {
+                let shape: Vec<f64> = (0..modes.rows()).map(|a| modes.at(a, r)).collect();
+                let ports = basis.apply(&shape);
+                let size = ports.iter().fold(0.0_f64, |m, p| m.max(p.abs()));
+                for (i, value) in ports.iter().enumerate() {
+                    motions.set(i, column, if size > 0.0 { value / size } else { 0.0 });
+                }
+            }
+            motions
+        });
+        Ok(ClosedModel {
+            basis: Some(basis),
+            residual,
+            core: Box::new(SecondOrderCore {
+                mass: self.mass.clone(),
+                damping: self.damping.clone(),
+                stiffness,
+                flexibility,
+            }),
+            floating: motions,
+        })
+    }
+}
+
+struct SecondOrderCore {
+    mass: Matrix,
+    damping: Matrix,
+    stiffness: Matrix,
+    /// Static receptance without rigid body motions.
+    flexibility: Matrix,
+}
+
+impl Core for SecondOrderCore {
+    fn coordinates(&self) -> usize {
+        self.mass.rows()
+    }
+
+    fn receptance(&self, omega: f64) -> Result<Matrix<Complex64>, DynamicsError> {
+        let n = self.mass.rows();
+        let mut out = Matrix::zeros(n, n);
+        if omega == 0.0 {
+            for i in 0..n {
+                for j in 0..n {
+                    out.set(i, j, self.flexibility.at(i, j).into());
+                }
+            }
+            return Ok(out);
+        }
+        for i in 0..n {
+            let mut cancels = true;
+            for j in 0..n {
+                let (elastic, inertial) =
+                    (self.stiffness.at(i, j), omega * omega * self.mass.at(i, j));
+                let value = Complex64::new(elastic - inertial, omega * self.damping.at(i, j));
+                cancels &= value.norm() <= RESONANT * (elastic.abs() + inertial.abs());
+                out.set(i, j, value);
+            }
+            if cancels {
+                return Err(DynamicsError::Singular {
+                    what: "dynamic stiffness at an undamped resonance",
+                    order: n,
+                    pivot: i,
+                    size: 0.0,
+                });
+            }
+        }
+        Ok(Factors::new(out, "dynamic stiffness")?.inverse())
+    }
+
+    fn loss(&self, omega: f64, displacement: &[Complex64], _force: &[Complex64]) -> f64 {
+        let mut sum = 0.0;
+        for (i, a) in displacement.iter().enumerate() {
+            for (c, b) in self.damping.row(i).iter().zip(displacement) {
+                sum += c * (a.conj() * b).re;
+            }
+        }
+        std::f64::consts::PI * omega * sum
+    }
+}
+
+/// A structure known by its receptance matrix alone: from a measurement or a direct solution.
+pub struct Receptance<F> {
+    /// Receptance of the ports without contact springs at an angular frequency \[m/N\], `ports × ports`, symmetric. It is
+    /// asked for at 0 too.
+    pub matrix: F,
+    /// Number of ports.
+    pub ports: usize,
+    /// How many of them are contact degrees of freedom.
+    pub contact_dofs: usize,
+}
+
+impl<F> LinearModel for Receptance<F>
+where
+    F: Fn(f64) -> Matrix<Complex64> + Clone + 'static,
+{
+    fn contact_dofs(&self) -> usize {
+        self.contact_dofs
+    }
+
+    fn ports(&self) -> usize {
+        self.ports
+    }
+
+    fn close(&self, springs: &[f64]) -> Result<ClosedModel, DynamicsError> {
+        if springs.len() != self.contact_dofs {
+            return Err(DynamicsError::Length {
+                what: "contact springs",
+                found: springs.len(),
+                expected: self.contact_dofs,
+            });
+        }
+        Ok(ClosedModel {
+            basis: None,
+            residual: None,
+            core: Box::new(ReceptanceCore {
+                matrix: self.matrix.clone(),
+                ports: self.ports,
+                springs: springs.to_vec(),
+            }),
+            floating: None,
+        })
+    }
+}
+
+struct ReceptanceCore<F> {
+    matrix: F,
+    ports: usize,
+    springs: Vec<f64>,
+}
+
+impl<F: Fn(f64) -> Matrix<Complex64>> Core for ReceptanceCore<F> {
+    fn coordinates(&self) -> usize {
+        self.ports
+    }
+
+    fn receptance(&self, omega: f64) -> Result<Matrix<Complex64>, DynamicsError> {
+        let mut free = (self.matrix)(omega);
+        if free.rows() != self.ports || free.columns() != self.ports {
+            return Err(DynamicsError::Length {
+                what: "receptance matrix",
+                found: free.rows() * free.columns(),
+                expected: self.ports * self.ports,
+            });
+        }
+        let mut system = Matrix::identity(self.ports);
+        for i in 0..self.ports {
+            for (j, &spring) in self.springs.iter().enumerate() {
+                system.set(i, j, system.at(i, j) + free.at(i, j) * spring);
+            }
+        }
+        Factors::new(system, "receptance with closed contact")?.solve_columns(&mut free);
+        Ok(free)
+    }
+
+    fn loss(&self, _omega: f64, displacement: &[Complex64], force: &[Complex64]) -> f64 {
+        // Springs take nothing: what the forces on the closed structure put in is what it loses.
+        let pairs = force.iter().zip(displacement);
+        std::f64::consts::PI * pairs.map(|(f, u)| (f * u.conj()).im).sum::<f64>()
+    }
+}

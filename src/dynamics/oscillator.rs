@@ -1,0 +1,68 @@
+//! A single mass on one contact element: the smallest structure that can slip, twist and lift off.
+
+use super::contact_element::ContactElement;
+use super::dense::Matrix;
+use super::linear_model::SecondOrder;
+use super::{DynamicsError, Load};
+
+/// A mass with a spring and a damper to the ground along each axis, and one contact element between it and the ground.
+///
+/// Axes are x, y (in the plane of the contact) and n (positive when the mass approaches the ground). Its ports are these three
+/// displacements.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Oscillator {
+    /// Mass per axis \[kg\].
+    pub mass: [f64; 3],
+    /// Viscous damping per axis \[N s/m\].
+    pub damping: [f64; 3],
+    /// Stiffness per axis, without the contact \[N/m\].
+    pub stiffness: [f64; 3],
+    /// The contact.
+    pub element: ContactElement,
+}
+
+impl Oscillator {
+    /// Its linear part.
+    ///
+    /// # Errors
+    /// [`DynamicsError::OutOfRange`] for a mass that is not positive, or a damping or stiffness that is negative.
+    pub fn model(&self) -> Result<SecondOrder, DynamicsError> {
+        for (name, values, least) in [
+            ("the mass along an axis", self.mass, f64::MIN_POSITIVE),
+            ("the damping along an axis", self.damping, 0.0),
+            ("the stiffness along an axis", self.stiffness, 0.0),
+        ] {
+            for value in values {
+                if !(value >= least && value.is_finite()) {
+                    return Err(DynamicsError::OutOfRange {
+                        name,
+                        value,
+                        expected: if least > 0.0 {
+                            "a positive finite number"
+                        } else {
+                            "a finite number, zero or more"
+                        },
+                    });
+                }
+            }
+        }
+        Ok(SecondOrder {
+            mass: Matrix::diagonal(&self.mass),
+            damping: Matrix::diagonal(&self.damping),
+            stiffness: Matrix::diagonal(&self.stiffness),
+            basis: Matrix::identity(3),
+            residual: None,
+            contact_dofs: 3,
+        })
+    }
+
+    /// A load `amplitude · cos(ωt + phase)` along `axis` (0 x, 1 y, 2 n) \[N, rad\].
+    pub fn load(axis: usize, amplitude: f64, phase: f64) -> Load {
+        Load {
+            port: axis,
+            harmonic: 1,
+            cosine: amplitude * phase.cos(),
+            sine: -amplitude * phase.sin(),
+        }
+    }
+}

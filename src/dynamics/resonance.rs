@@ -1,0 +1,279 @@
+//! Resonance without a frequency response: the phase resonance (displacement 90° behind the drive) and the peak.
+
+use super::aft::InterfaceElement;
+use super::newton::Condition;
+use super::{DynamicsError, HarmonicBalance, Response};
+
+/// Points of the search for a start; a range is a few modes wide at most.
+const SCAN: usize = 400;
+/// Points of the search among nonlinear responses, when all else failed.
+const NONLINEAR_SCAN: usize = 60;
+/// Least factor between two loads on the way to the asked one.
+const LEAST_FACTOR: f64 = 1.01;
+/// Least load factor to start from; at smaller loads a preloaded joint is linear.
+const LEAST_LOAD: f64 = 1e-9;
+/// First step away from the phase resonance in search of the peak, relative to frequency.
+const FIRST_STEP: f64 = 5e-4;
+/// Width of the bracket of the peak, relative to frequency, that ends the search.
+const PEAK_WIDTH: f64 = 1e-8;
+
+impl<E: InterfaceElement> HarmonicBalance<E> {
+    /// The response whose displacement at the drive is 90° behind it, between the angular frequencies of `range`.
+    ///
+    /// From `guess` directly, if there is one: the response of a similar joint is a good one. Otherwise from the resonance of the
+    /// linear structure, raising the load as far as needed in one go.
+    ///
+    /// # Errors
+    /// [`DynamicsError::NoResonance`], or that of the last attempt.
+    pub fn phase_resonance(
+        &self,
+        range: (f64, f64),
+        guess: Option<&Response>,
+    ) -> Result<Response, DynamicsError> {
+        let condition = self.phase_lag()?;
+        let inside = |response: &Response| range.0 <= response.omega && response.omega <= range.1;
+        if let Some(guess) = guess {
+            let start = self.start_from(guess, guess.omega, 1.0)?;
+            if let Ok(response) = self.newton(start, 1.0, &condition)
+                && inside(&response)
+            {
+                return Ok(response);
+            }
+        }
+        let mut last = None;
+        if let Some(omega) = self.linear_resonance(range)? {
+            match self.raise_resonance(omega, &condition) {
+                Ok(response) if inside(&response) => return Ok(response),
+                Ok(_) => {}
+                Err(error) => last = Some(error),
+            }
+        }
+        match self.scan_resonance(range, &condition)? {
+            Some(response) if inside(&response) => Ok(response),
+            _ => Err(last.unwrap_or(no_resonance("phase resonance", range))),
+        }
+    }
+
+    /// Re(û F̂*) = 0, as a condition.
+    fn phase_lag(&self) -> Result<Condition, DynamicsError> {
+        let slot = self.harmonics().require(1, "phase resonance")?;
+        let Some(load) = self.drive() else {
+            return Err(DynamicsError::OutOfRange {
+                name: "the amplitude of the drive",
+                value: 0.0,
+                expected: "different from zero: a phase resonance is a phase behind a load",
+            });
+        };
+        let size = load.cosine.hypot(load.sine);
+        Ok(Condition::Linear {
+            port: load.port,
+            slot,
+            weights: [load.cosine / size, load.sine / size, 0.0],
+            value: 0.0,
+        })
+    }
+
+    /// In-phase part and size of the displacement at the drive for the condition of [`Self::phase_lag`].
+    fn in_phase(&self, condition: &Condition, displacement: &[f64]) -> (f64, f64) {
+        let Condition::Linear {
+            port,
+            slot,
+            weights,
+            ..
+        } = *condition
+        else {
+            return (0.0, 0.0);
+        };
+        let row = &displacement[port * self.harmonics().coefficients()..];
+        let (a, b) = (row[slot], row[slot + 1]);
+        (weights[0] * a + weights[1] * b, a.hypot(b))
+    }
+
+    /// The strongest phase resonance of the reference state, looked for somewhat above the range too: friction lowers it.
+    fn linear_resonance(&self, range: (f64, f64)) -> Result<Option<f64>, DynamicsError> {
+        let condition = self.phase_lag()?;
+        let at = |omega: f64| -> Result<(f64, f64), DynamicsError> {
+            let cores = self.model.cores(self.harmonics(), omega)?;
+            let ports = &self.load_ports;
+            let all = self
+                .model
+                .respond(self.harmonics(), &cores, ports, &self.load_rows, true);
+            Ok(self.in_phase(&condition, &all))
+        };
+        let top = range.1 + 0.5 * (range.1 - range.0);
+        let step = (top - range.0) / SCAN as f64;
+        let mut best: Option<(f64, f64)> = None;
+        let mut before = at(range.0)?.0;
+        for k in 1..=SCAN {
+            let (mut low, mut high) = (range.0 + (k - 1) as f64 * step, range.0 + k as f64 * step);
+            let now = at(high)?.0;
+            // From in phase to behind: a resonance; the other way round: an antiresonance.
+            if before > 0.0 && now <= 0.0 {
+                for _ in 0..60 {
+                    let middle = 0.5 * (low + high);
+                    if middle <= low || middle >= high {
+                        break;
+                    }
+                    match at(middle) {
+                        Ok((value, _)) if value > 0.0 => low = middle,
+                        Ok(_) => high = middle,
+                        // Without damping the resonance itself has no response.
+                        Err(DynamicsError::Singular { .. }) => break,
+                        Err(error) => return Err(error),
+                    }
+                }
+                let size = at(low)?.1;
+                if best.is_none_or(|(_, s)| size > s) {
+                    best = Some((low, size));
+                }
+            }
+            before = now;
+        }
+        Ok(best.map(|(omega, _)| omega))
+    }
+
+    /// From the linear resonance at a load that is small enough, up to the whole load.
+    fn raise_resonance(
+        &self,
+        omega: f64,
+        condition: &Condition,
+    ) -> Result<Response, DynamicsError> {
+        let mut factor = 1.0;
+        let mut last = loop {
+            let start = self.linear_start(omega, factor)?;
+            match self.newton(start, factor, condition) {
+                Ok(response) => break response,
+                Err(error) if factor < LEAST_LOAD => return Err(error),
+                Err(_) => factor *= 0.25,
+            }
+        };
+        let mut growth = 2.0;
+        while last.load_factor < 1.0 {
+            let next = (last.load_factor * growth).min(1.0);
+            let start = self.start_from(&last, last.omega, next)?;
+            match self.newton(start, next, condition) {
+                Ok(response) => {
+                    last = response;
+                    growth = f64::min(growth * growth, 4.0);
+                }
+                Err(error) => {
+                    growth = f64::sqrt(growth);
+                    if growth < LEAST_FACTOR {
+                        return Err(error);
+                    }
+                }
+            }
+        }
+        Ok(last)
+    }
+
+    /// The strongest resonance among responses over the whole range.
+    fn scan_resonance(
+        &self,
+        range: (f64, f64),
+        condition: &Condition,
+    ) -> Result<Option<Response>, DynamicsError> {
+        let mut best: Option<(f64, Response)> = None;
+        let mut before: Option<(f64, Response)> = None;
+        for k in 0..=NONLINEAR_SCAN {
+            let omega = range.0 + (range.1 - range.0) * k as f64 / NONLINEAR_SCAN as f64;
+            let guess = before.as_ref().map(|(_, response)| response);
+            let Ok(response) = self.solve(omega, guess) else {
+                before = None;
+                continue;
+            };
+            let (value, size) = self.in_phase(condition, &response.displacement);
+            if let Some((earlier, response_before)) = &before
+                && *earlier > 0.0
+                && value <= 0.0
+                && best.as_ref().is_none_or(|(s, _)| size > *s)
+            {
+                best = Some((size, response_before.clone()));
+            }
+            before = Some((value, response));
+        }
+        let Some((_, near)) = best else {
+            return Ok(None);
+        };
+        let start = self.start_from(&near, near.omega, 1.0)?;
+        self.newton(start, 1.0, condition).map(Some)
+    }
+
+    /// The response with the largest first harmonic at `port`, between the angular frequencies of `range`, near `guess` (the
+    /// phase resonance is a good one).
+    ///
+    /// A root of the derivative of the squared amplitude along the branch, so a plateau is no difficulty.
+    ///
+    /// # Errors
+    /// [`DynamicsError::NoResonance`] if the amplitude still rises at the end of the range, or that of a solve.
+    pub fn peak(
+        &self,
+        port: usize,
+        range: (f64, f64),
+        guess: &Response,
+    ) -> Result<Response, DynamicsError> {
+        let slot = self.harmonics().require(1, "peak")?;
+        let n = self.harmonics().coefficients();
+        let slope = |response: &Response| -> Result<f64, DynamicsError> {
+            let row = &response.displacement[port * n..];
+            let change = self.port_slope(response, port, slot)?;
+            Ok(row[slot] * change[0] + row[slot + 1] * change[1])
+        };
+        let start = self.solve(guess.omega.clamp(range.0, range.1), Some(guess))?;
+        let first = slope(&start)?;
+        if first == 0.0 {
+            return Ok(start);
+        }
+        // Uphill until the slope changes its sign.
+        let mut step = FIRST_STEP * start.omega * first.signum();
+        let (mut near, mut near_slope) = (start, first);
+        let (mut far, mut far_slope) = loop {
+            let omega = (near.omega + step).clamp(range.0, range.1);
+            if omega == near.omega {
+                return Err(no_resonance("peak", range));
+            }
+            let next = self.solve(omega, Some(&near))?;
+            let next_slope = slope(&next)?;
+            if next_slope * first <= 0.0 {
+                break (next, next_slope);
+            }
+            (near, near_slope) = (next, next_slope);
+            step *= 1.6;
+        };
+        // Regula falsi with halved weights (Illinois), and bisection now and then: the slope may jump.
+        let (mut near_weight, mut far_weight) = (near_slope, far_slope);
+        for iteration in 0..60 {
+            let width = far.omega - near.omega;
+            if width.abs() <= PEAK_WIDTH * near.omega || far_slope == 0.0 {
+                break;
+            }
+            let share = if iteration % 4 == 3 {
+                0.5
+            } else {
+                (near_weight / (near_weight - far_weight)).clamp(0.01, 0.99)
+            };
+            let next = self.solve(near.omega + share * width, Some(&near))?;
+            let next_slope = slope(&next)?;
+            if next_slope * first > 0.0 {
+                (near, near_slope) = (next, next_slope);
+                near_weight = near_slope;
+                far_weight *= 0.5;
+            } else {
+                (far, far_slope) = (next, next_slope);
+                far_weight = far_slope;
+                near_weight *= 0.5;
+            }
+        }
+        let higher = self.amplitude(&far, port)?.0 > self.amplitude(&near, port)?.0;
+        Ok(if higher { far } else { near })
+    }
+}
+
+fn no_resonance(what: &'static str, range: (f64, f64)) -> DynamicsError {
+    let turn = 2.0 * std::f64::consts::PI;
+    DynamicsError::NoResonance {
+        what,
+        from: range.0 / turn,
+        to: range.1 / turn,
+    }
+}

@@ -1,0 +1,284 @@
+//! One step of the slider of a contact element: exact for a straight step of the displacement with a linear change of the load.
+//!
+//! Written once over a [`Number`], so that the derivative is that of the very same operations.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use super::contact_element::FrictionLaw;
+
+/// Inputs of a step: force (2), displacement increment (2), normal load before and after.
+pub(super) const INPUTS: usize = 6;
+/// Relative change of the load over a step below which its logarithmic mean is taken from a series.
+const SMALL_CHANGE: f64 = 1e-2;
+
+/// A real number, with or without derivatives.
+pub(super) trait Number:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// A constant.
+    fn constant(value: f64) -> Self;
+    /// The value.
+    fn value(self) -> f64;
+    /// Square root of a positive number.
+    fn sqrt(self) -> Self;
+    /// Exponential.
+    fn exp(self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
+}
+
+impl Number for f64 {
+    fn constant(value: f64) -> f64 {
+        value
+    }
+    fn value(self) -> f64 {
+        self
+    }
+    fn sqrt(self) -> f64 {
+        self.sqrt()
+    }
+    fn exp(self) -> f64 {
+        self.exp()
+    }
+    fn ln(self) -> f64 {
+        self.ln()
+    }
+}
+
+/// A number with its derivatives with respect to the inputs of the step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Dual {
+    pub(super) value: f64,
+    pub(super) slope: [f64; INPUTS],
+}
+
+impl Dual {
+    /// Input number `index`.
+    pub(super) fn input(value: f64, index: usize) -> Dual {
+        let mut slope = [0.0; INPUTS];
+        slope[index] = 1.0;
+        Dual { value, slope }
+    }
+
+    fn chain(self, value: f64, derivative: f64) -> Dual {
+        Dual {
+            value,
+            slope: self.slope.map(|s| s * derivative),
+        }
+    }
+}
+
+impl Add for Dual {
+    type Output = Dual;
+    fn add(self, other: Dual) -> Dual {
+        Dual {
+            value: self.value + other.value,
+            slope: std::array::from_fn(|i| self.slope[i] + other.slope[i]),
+        }
+    }
+}
+
+impl Sub for Dual {
+    type Output = Dual;
+    fn sub(self, other: Dual) -> Dual {
+        Dual {
+            value: self.value - other.value,
+            slope: std::array::from_fn(|i| self.slope[i] - other.slope[i]),
+        }
+    }
+}
+
+// The rules of derivatives mix the operations.
+#[allow(clippy::suspicious_arithmetic_impl)]
+impl Mul for Dual {
+    type Output = Dual;
+    fn mul(self, other: Dual) -> Dual {
+        Dual {
+            value: self.value * other.value,
+            slope: std::array::from_fn(|i| {
+                self.slope[i] * other.value + self.value * other.slope[i]
+            }),
+        }
+    }
+}
+
+#[allow(clippy::suspicious_arithmetic_impl)]
+impl Div for Dual {
+    type Output = Dual;
+    fn div(self, other: Dual) -> Dual {
+        let value = self.value / other.value;
+        Dual {
+            value,
+            slope: std::array::from_fn(|i| (self.slope[i] - value * other.slope[i]) / other.value),
+        }
+    }
+}
+
+impl Neg for Dual {
+    type Output = Dual;
+    fn neg(self) -> Dual {
+        self.chain(-self.value, -1.0)
+    }
+}
+
+impl Number for Dual {
+    fn constant(value: f64) -> Dual {
+        Dual {
+            value,
+            slope: [0.0; INPUTS],
+        }
+    }
+    fn value(self) -> f64 {
+        self.value
+    }
+    fn sqrt(self) -> Dual {
+        let root = self.value.sqrt();
+        self.chain(root, 0.5 / root)
+    }
+    fn exp(self) -> Dual {
+        let value = self.value.exp();
+        self.chain(value, value)
+    }
+    fn ln(self) -> Dual {
+        self.chain(self.value.ln(), 1.0 / self.value)
+    }
+}
+
+/// What an element did in a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Step {
+    Stick,
+    Slip,
+    Open,
+}
+
+/// Tangential force after a step.
+///
+/// `force` \[N\] before, `delta` \[m\], normal loads `before` and `after` \[N\] (negative: how far from closing, times k_n).
+pub(super) fn step<T: Number>(
+    law: FrictionLaw,
+    stiffness: f64,
+    friction: f64,
+    force: [T; 2],
+    delta: [T; 2],
+    [before, after]: [T; 2],
+) -> ([T; 2], Step) {
+    let zero = T::constant(0.0);
+    if after.value() <= 0.0 {
+        return ([zero; 2], Step::Open);
+    }
+    // An element that closes within the step grips from then on.
+    let closes = before.value() < 0.0;
+    let grip = T::constant(stiffness);
+    let (start, pull) = if closes {
+        let share = after / (after - before);
+        (
+            [zero; 2],
+            [grip * share * delta[0], grip * share * delta[1]],
+        )
+    } else {
+        (force, [grip * delta[0], grip * delta[1]])
+    };
+    let trial = [start[0] + pull[0], start[1] + pull[1]];
+    let limit = T::constant(friction) * after;
+    match law {
+        FrictionLaw::Box => {
+            let mut step = Step::Stick;
+            let clamped = trial.map(|t| {
+                if t.value().abs() <= limit.value() {
+                    t
+                } else {
+                    step = Step::Slip;
+                    if t.value() > 0.0 { limit } else { -limit }
+                }
+            });
+            (clamped, step)
+        }
+        FrictionLaw::Cone => {
+            if magnitude(trial.map(T::value)) <= limit.value() {
+                return (trial, Step::Stick);
+            }
+            let limit_before = if closes {
+                zero
+            } else {
+                T::constant(friction) * before
+            };
+            (slip(start, pull, trial, [limit_before, limit]), Step::Slip)
+        }
+    }
+}
+
+/// Length of a vector of forces; these are far from the ends of the range that `hypot` takes care of.
+pub(super) fn magnitude([x, y]: [f64; 2]) -> f64 {
+    (x * x + y * y).sqrt()
+}
+
+/// The force on the circle of the limit after a step that leaves it.
+///
+/// It leaves at the share s of the step, where |T| is the limit of that moment; from there the angle φ between force and motion
+/// obeys φ′ = −(k_t |u̇|/µN) sin φ, so tan(φ/2) decays exponentially.
+fn slip<T: Number>(start: [T; 2], pull: [T; 2], trial: [T; 2], [before, limit]: [T; 2]) -> [T; 2] {
+    let radial = || {
+        let size = (trial[0] * trial[0] + trial[1] * trial[1]).sqrt();
+        [limit * trial[0] / size, limit * trial[1] / size]
+    };
+    let path_square = pull[0] * pull[0] + pull[1] * pull[1];
+    // Without motion (the limit alone shrinks) or without force before, the direction is that of the trial.
+    let tiny = f64::EPSILON * limit.value();
+    if path_square.value() <= tiny * tiny || before.value() <= tiny {
+        return radial();
+    }
+    let growth = limit - before;
+    let a = path_square - growth * growth;
+    let b = start[0] * pull[0] + start[1] * pull[1] - before * growth;
+    let c = start[0] * start[0] + start[1] * start[1] - before * before;
+    let discriminant = b * b - a * c;
+    if discriminant.value() <= 0.0 {
+        return radial();
+    }
+    let root = discriminant.sqrt();
+    // The crossing outwards, in the form without cancellation.
+    let share = if b.value() >= 0.0 {
+        -c / (b + root)
+    } else {
+        (root - b) / a
+    };
+    let left = T::constant(1.0) - share;
+    let leaving = [start[0] + share * pull[0], start[1] + share * pull[1]];
+    let limit_there = before + share * growth;
+    if limit_there.value() <= tiny || left.value() < 0.0 {
+        return radial();
+    }
+    let path = path_square.sqrt();
+    let along = [pull[0] / path, pull[1] / path];
+    let cos = (leaving[0] * along[0] + leaving[1] * along[1]) / limit_there;
+    let sin = (along[0] * leaving[1] - along[1] * leaving[0]) / limit_there;
+    // ∫ k_t |du| / µN over the rest of the step, the load linear.
+    let sum = limit + limit_there;
+    let x = (limit - limit_there) / sum;
+    let mean = if x.value().abs() < SMALL_CHANGE {
+        let square = x * x;
+        let series =
+            T::constant(1.0 / 3.0) + square * (T::constant(0.2) + square * T::constant(1.0 / 7.0));
+        T::constant(2.0) * (T::constant(1.0) + square * series) / sum
+    } else {
+        (limit / limit_there).ln() / (limit - limit_there)
+    };
+    let decay = (-(path * left * mean)).exp();
+    let (p, q) = (T::constant(1.0) + cos, decay * sin);
+    let norm = p * p + q * q;
+    if norm.value() <= f64::EPSILON {
+        return radial();
+    }
+    let cos = (p * p - q * q) / norm;
+    let sin = T::constant(2.0) * p * q / norm;
+    [
+        limit * (along[0] * cos - along[1] * sin),
+        limit * (along[1] * cos + along[0] * sin),
+    ]
+}

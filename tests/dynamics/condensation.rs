@@ -1,0 +1,308 @@
+//! A joint of many elements: unknowns for the active ones only, by elimination or by Krylov, give what all unknowns give.
+
+use std::f64::consts::PI;
+use std::time::Instant;
+
+use fretwear::dynamics::dense::Matrix;
+use fretwear::dynamics::{
+    ContactElement, FrictionLaw, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Settings,
+};
+
+/// A 7 kg mass on a soft leaf, and a lap that is held by its joint alone: rigid body motions, bending patterns and a local
+/// flexibility of the patch (a residual).
+pub struct Joint {
+    pub elements: Vec<ContactElement>,
+    pub model: SecondOrder,
+    pub drive: usize,
+}
+
+impl Joint {
+    /// `nx × ny` elements on 40×34 mm without those in a hole, 30 kN.
+    pub fn new(nx: usize, ny: usize, law: FrictionLaw, damping: f64) -> Joint {
+        let (lx, ly) = (0.040, 0.034);
+        let positions: Vec<[f64; 2]> = (0..nx * ny)
+            .map(|k| {
+                let (i, j) = (k / ny, k % ny);
+                [
+                    ((i as f64 + 0.5) / nx as f64 - 0.5) * lx,
+                    ((j as f64 + 0.5) / ny as f64 - 0.5) * ly,
+                ]
+            })
+            .filter(|[x, y]| x.hypot(*y) > 0.0055)
+            .collect();
+        let n = positions.len();
+        let shares: Vec<f64> = positions
+            .iter()
+            .map(|[x, y]| 1.0 + 2.5 * (2.0 * x / lx).powi(2) + 1.7 * (2.0 * y / ly).powi(4))
+            .collect();
+        let total: f64 = shares.iter().sum();
+        let elements: Vec<ContactElement> = shares
+            .iter()
+            .map(|share| ContactElement {
+                area: lx * ly / (nx * ny) as f64,
+                friction_coefficient: 0.6,
+                normal_load: 3e4 * share / total,
+                gap: 0.0,
+                tangential_stiffness: 1.0e10 / n as f64,
+                normal_stiffness: 1.2e10 / n as f64,
+                law,
+            })
+            .collect();
+        // Coordinates: the mass along x; the lap along x, y, n and its three rotations; eight bending patterns.
+        let (rigid, patterns) = (7, 8);
+        let m = rigid + patterns;
+        let mut mass = vec![0.5; m];
+        mass[0] = 7.0;
+        (mass[4], mass[5], mass[6]) = (1.2e-4, 1.4e-4, 2e-4);
+        let mut stiffness = Matrix::zeros(m, m);
+        let leaf = 2.6e8;
+        for (i, j, k) in [(0, 0, leaf), (0, 1, -leaf), (1, 0, -leaf), (1, 1, leaf)] {
+            stiffness.set(i, j, k);
+        }
+        for (axis, k) in [(1, 3e8), (2, 2e8), (3, 6e8)] {
+            let k = stiffness.at(axis, axis) + k;
+            stiffness.set(axis, axis, k);
+        }
+        for p in 0..patterns {
+            let omega = 2.0 * PI * (4000.0 + 1700.0 * p as f64);
+            stiffness.set(rigid + p, rigid + p, 0.5 * omega * omega);
+        }
+        // The bolt.
+        stiffness.set(4, 4, 1.2e5);
+        stiffness.set(6, 6, 0.9e5);
+        // The force acts off the plane of contact: the lap tilts.
+        stiffness.set(5, 5, 4e4);
+        let lever = 0.004;
+        for (i, j, k) in [(0, 5, -leaf * lever), (5, 0, -leaf * lever)] {
+            stiffness.set(i, j, k);
+        }
+        for (i, j, k) in [
+            (1, 5, leaf * lever),
+            (5, 1, leaf * lever),
+            (5, 5, leaf * lever * lever),
+        ] {
+            let k = stiffness.at(i, j) + k;
+            stiffness.set(i, j, k);
+        }
+        let ports = 3 * n + 1;
+        let mut basis = Matrix::zeros(ports, m);
+        for (e, [x, y]) in positions.iter().enumerate() {
+            let rows = [
+                [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -y],
+                [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, *x],
+                [0.0, 0.0, 0.0, 1.0, *y, -x, 0.0],
+            ];
+            for (d, row) in rows.iter().enumerate() {
+                for (a, value) in row.iter().enumerate() {
+                    basis.set(3 * e + d, a, *value);
+                }
+                for p in 0..patterns {
+                    let wave = PI * (1 + p / 2) as f64;
+                    let phase = 0.9 * d as f64 + 0.4 * p as f64;
+                    let value = (wave * x / lx + phase).cos() * (0.6 * wave * y / ly - phase).cos();
+                    basis.set(3 * e + d, rigid + p, 0.7 * value);
+                }
+            }
+        }
+        basis.set(3 * n, 0, 1.0);
+        let mut residual = Matrix::zeros(ports, ports);
+        let size = (lx * ly / (nx * ny) as f64).sqrt();
+        for (a, p) in positions.iter().enumerate() {
+            for (b, q) in positions.iter().enumerate() {
+                let distance = (p[0] - q[0]).hypot(p[1] - q[1]);
+                let value = 1.0 / (PI * 1.09e11 * (distance + 0.28 * size));
+                for d in 0..3 {
+                    residual.set(3 * a + d, 3 * b + d, value);
+                }
+            }
+        }
+        residual.set(3 * n, 3 * n, 1e-10);
+        let springs: Vec<f64> = elements
+            .iter()
+            .flat_map(|e| {
+                [
+                    e.tangential_stiffness,
+                    e.tangential_stiffness,
+                    e.normal_stiffness,
+                ]
+            })
+            .collect();
+        let model = SecondOrder {
+            mass: Matrix::diagonal(&mass),
+            damping: Matrix::zeros(m, m),
+            stiffness,
+            basis,
+            residual: Some(residual),
+            contact_dofs: 3 * n,
+        }
+        .with_damping_ratio(damping, &springs)
+        .expect("a right structure");
+        Joint {
+            elements,
+            model,
+            drive: 3 * n,
+        }
+    }
+
+    pub fn balance(&self, force: f64, settings: Settings) -> HarmonicBalance<ContactElement> {
+        let load = Load {
+            port: self.drive,
+            harmonic: 1,
+            cosine: force,
+            sine: 0.0,
+        };
+        let harmonics = Harmonics::up_to(3);
+        HarmonicBalance::new(
+            &self.model,
+            self.elements.clone(),
+            harmonics,
+            vec![load],
+            settings,
+        )
+        .unwrap_or_else(|error| panic!("{error}"))
+    }
+}
+
+fn hertz(frequency: f64) -> f64 {
+    2.0 * PI * frequency
+}
+
+#[test]
+fn active_elements_alone_give_what_all_give() {
+    for law in [FrictionLaw::Cone, FrictionLaw::Box] {
+        let joint = Joint::new(7, 5, law, 0.003);
+        for force in [40.0, 90.0, 400.0] {
+            let plain = joint.balance(force, Settings::default());
+            let all = joint.balance(
+                force,
+                Settings {
+                    all_active: true,
+                    dense_unknowns: 10_000,
+                    ..Settings::default()
+                },
+            );
+            let krylov = joint.balance(
+                force,
+                Settings {
+                    dense_unknowns: 0,
+                    ..Settings::default()
+                },
+            );
+            let range = (hertz(750.0), hertz(1000.0));
+            let resonance = plain
+                .phase_resonance(range, None)
+                .unwrap_or_else(|e| panic!("{force} N: {e}"));
+            for offset in [-0.01, -0.002, 0.0, 0.003] {
+                let omega = resonance.omega * (1.0 + offset);
+                let [a, b, c] = [&plain, &all, &krylov].map(|balance| {
+                    balance
+                        .solve(omega, None)
+                        .unwrap_or_else(|e| panic!("{force} N: {e}"))
+                });
+                let scale = b.displacement.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+                let contact = b.displacement[..b.force.len()]
+                    .iter()
+                    .fold(0.0_f64, |m, v| m.max(v.abs()));
+                for (k, b) in b.displacement.iter().enumerate() {
+                    let size = if k < a.force.len() { contact } else { scale };
+                    for other in [&a, &c] {
+                        let difference = (other.displacement[k] - b).abs();
+                        assert!(
+                            difference < 1e-8 * size,
+                            "{law:?}, {force} N: {difference:e} of {size:e}"
+                        );
+                    }
+                }
+                assert!(b.active_elements() == joint.elements.len());
+                assert!(a.energy.imbalance() < 1e-6, "{:?}", a.energy);
+            }
+            println!(
+                "{law:?}, {force} N: {} of {} elements active at {:.3} Hz",
+                resonance.active_elements(),
+                joint.elements.len(),
+                resonance.frequency()
+            );
+        }
+    }
+}
+
+#[test]
+fn modes_and_residual_are_the_structure_they_come_from() {
+    let joint = Joint::new(4, 3, FrictionLaw::Cone, 0.0);
+    let contact = joint.model.contact_dofs;
+    let (frequencies, modes) = joint.model.modes(&vec![0.0; contact]).expect("modes");
+    let shapes = joint.model.basis.times(&modes);
+    let residual = joint.model.residual.clone();
+    let normals: Vec<usize> = (0..contact / 3).map(|e| 3 * e + 2).collect();
+    let modal = SecondOrder::from_modes(&frequencies, shapes, residual, contact)
+        .expect("right")
+        .with_reversed_ports(&normals)
+        .with_reversed_ports(&normals);
+    let load = Load {
+        port: joint.drive,
+        harmonic: 1,
+        cosine: 400.0,
+        sine: 0.0,
+    };
+    let [a, b] = [&joint.model, &modal].map(|model| {
+        let elements = joint.elements.clone();
+        HarmonicBalance::new(
+            model,
+            elements,
+            Harmonics::up_to(3),
+            vec![load],
+            Settings::default(),
+        )
+        .and_then(|balance| balance.solve(hertz(915.0), None))
+        .unwrap_or_else(|e| panic!("{e}"))
+    });
+    assert!(a.active_elements() > 0);
+    let contact = |r: &Response| r.displacement[..r.force.len()].to_vec();
+    let scale = contact(&a).iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    for (a, b) in contact(&a).iter().zip(&contact(&b)) {
+        assert!((a - b).abs() < 1e-8 * scale, "{a} {b}");
+    }
+}
+
+#[test]
+fn forced_responses_of_340_elements() {
+    let start = Instant::now();
+    let joint = Joint::new(19, 19, FrictionLaw::Cone, 0.003);
+    println!(
+        "{} elements, built in {:.2?}",
+        joint.elements.len(),
+        start.elapsed()
+    );
+    let mut warm = None;
+    for force in [10.0, 40.0, 70.0, 400.0] {
+        let start = Instant::now();
+        let balance = joint.balance(force, Settings::default());
+        let closed = start.elapsed();
+        let start = Instant::now();
+        let range = (hertz(750.0), hertz(1000.0));
+        let resonance = balance
+            .phase_resonance(range, warm.as_ref())
+            .unwrap_or_else(|e| panic!("{force} N: {e}"));
+        let tracked = start.elapsed();
+        let omegas: Vec<f64> = (0..61)
+            .map(|k| resonance.omega * (0.985 + 0.0005 * k as f64))
+            .collect();
+        let start = Instant::now();
+        let responses = balance
+            .forced_response(&omegas)
+            .unwrap_or_else(|e| panic!("{force} N: {e}"));
+        let swept = start.elapsed();
+        let iterations: usize = responses.iter().map(|r| r.iterations).sum();
+        let active = responses.iter().map(|r| r.active_elements()).max();
+        println!(
+            "{force} N: {:.3} Hz, {:?} active; closed {closed:.2?}, resonance {tracked:.2?} ({} its), 61 points {swept:.2?} ({iterations} its, up to {active:?} active)",
+            resonance.frequency(),
+            resonance.active_elements(),
+            resonance.iterations,
+        );
+        for response in &responses {
+            assert!(response.energy.imbalance() < 1e-6, "{:?}", response.energy);
+        }
+        warm = Some(resonance);
+    }
+}

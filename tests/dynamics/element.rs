@@ -1,0 +1,249 @@
+//! Every contact law goes through the same checks: derivative against differences, closed cycle, dissipation, symmetry, limits.
+
+use fretwear::dynamics::{ElementState, FrictionLaw, Harmonics, InterfaceElement, Sampling};
+use fretwear::reference::Jenkins;
+
+use super::{CubicSpring, element};
+
+const BOTH: [FrictionLaw; 2] = [FrictionLaw::Cone, FrictionLaw::Box];
+
+/// Coefficients (H 0–3) of an orbital motion with varying normal displacement; `size` scales it to the slip limit.
+fn motion(size: f64) -> Vec<f64> {
+    let x = [0.3, 2.0, -0.4, 0.3, 0.2, -0.1, 0.25];
+    let y = [-0.2, 0.5, 1.4, -0.2, 0.1, 0.15, -0.3];
+    let n = [0.1, 0.6, -0.5, 0.2, 0.3, 0.1, 0.05];
+    [x, y, n].concat().iter().map(|v| v * size).collect()
+}
+
+fn check_derivative<E: InterfaceElement>(element: &E, at: &[f64], what: &str) {
+    let sampling = Sampling::new(Harmonics::up_to(3), 48).expect("enough samples");
+    let mut work = sampling.workspace();
+    let mut force = vec![0.0; 21];
+    let mut jacobian = vec![0.0; 21 * 21];
+    sampling.evaluate(element, at, &mut force, Some(&mut jacobian), &mut work);
+    let largest = jacobian.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let scale = at.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let step = 1e-6 * scale;
+    for column in 0..21 {
+        let mut shifted = |sign: f64| {
+            let mut there = at.to_vec();
+            there[column] += sign * step;
+            let mut out = vec![0.0; 21];
+            sampling.evaluate(element, &there, &mut out, None, &mut work);
+            out
+        };
+        let (above, below) = (shifted(1.0), shifted(-1.0));
+        for row in 0..21 {
+            let difference = (above[row] - below[row]) / (2.0 * step);
+            let exact = jacobian[row * 21 + column];
+            assert!(
+                (difference - exact).abs() < 1e-6 * largest,
+                "{what}: entry ({row}, {column}) {exact} against {difference}"
+            );
+        }
+    }
+}
+
+#[test]
+fn jacobian_is_that_of_the_samples() {
+    for law in BOTH {
+        let loaded = element(law);
+        // Sticking, partly slipping, mostly sliding, lifting off.
+        for size in [2e-7, 1e-6, 1.5e-6, 2.3e-6, 6e-6] {
+            check_derivative(&loaded, &motion(size), &format!("{law:?} at {size}"));
+        }
+        let mut open = loaded;
+        (open.normal_load, open.gap) = (0.0, 4e-7);
+        check_derivative(&open, &motion(2e-6), &format!("{law:?} with a gap"));
+        let mut unloaded = loaded;
+        unloaded.normal_load = 0.0;
+        check_derivative(&unloaded, &motion(2e-6), &format!("{law:?} without load"));
+    }
+    check_derivative(&CubicSpring(1e18), &motion(1e-6), "cubic spring");
+}
+
+#[test]
+fn forces_stay_inside_the_law_and_dissipate() {
+    let sampling = Sampling::new(Harmonics::up_to(3), 96).expect("enough samples");
+    for law in BOTH {
+        let element = element(law);
+        for (size, state) in [
+            (2e-7, ElementState::Stick),
+            (1.5e-6, ElementState::Slip),
+            (6e-6, ElementState::Open),
+        ] {
+            let cycle = element.cycle(&sampling.synthesise(&motion(size)));
+            assert_eq!(cycle.state, state, "{law:?} at {size}");
+            assert!(cycle.closure.change <= 1e-13, "{:?}", cycle.closure);
+            for [x, y, n] in &cycle.force {
+                let limit = 0.6 * n * (1.0 + 1e-12);
+                match law {
+                    FrictionLaw::Cone => assert!(x.hypot(*y) <= limit),
+                    FrictionLaw::Box => assert!(x.abs() <= limit && y.abs() <= limit),
+                }
+                assert!(*n >= 0.0);
+            }
+            let slips = state > ElementState::Stick;
+            assert_eq!(
+                cycle.dissipated_energy > 0.0,
+                slips,
+                "{}",
+                cycle.dissipated_energy
+            );
+            assert_eq!(cycle.slip_path > 0.0, slips);
+        }
+    }
+}
+
+#[test]
+fn straight_motion_is_the_jenkins_loop() {
+    let jenkins = Jenkins {
+        stiffness: 2.5e7,
+        limit: 54.0,
+    };
+    let harmonics = Harmonics::up_to(7);
+    let sampling = Sampling::new(harmonics.clone(), 4096).expect("enough samples");
+    for law in BOTH {
+        for axis in [0, 1] {
+            for amplitude in [1e-6, 2.5e-6, 9e-6, 4e-4] {
+                let n = harmonics.coefficients();
+                let mut motion = vec![0.0; 3 * n];
+                motion[axis * n + 1] = amplitude;
+                let displacement = sampling.synthesise(&motion);
+                let cycle = element(law).cycle(&displacement);
+                for (j, force) in cycle.force.iter().enumerate() {
+                    let theta = 2.0 * std::f64::consts::PI * j as f64 / 4096.0;
+                    let expected = jenkins.force(amplitude, theta);
+                    assert!(
+                        (force[axis] - expected).abs() < 1e-9,
+                        "{} {expected}",
+                        force[axis]
+                    );
+                }
+                let energy = jenkins.dissipated_energy(amplitude);
+                assert!((cycle.dissipated_energy - energy).abs() <= 1e-12 + 1e-9 * energy);
+                // Quadrature over 4096 samples of a kinked function.
+                let force = sampling.analyse(&cycle.force);
+                for order in 1..=7 {
+                    let (a, b) = jenkins.coefficients(amplitude, order);
+                    let slot = axis * n + 2 * order as usize - 1;
+                    for (found, expected) in [(force[slot], a), (force[slot + 1], b)] {
+                        assert!(
+                            (found - expected).abs() < 2e-5 * 54.0,
+                            "{order}: {found} {expected}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn cone_is_isotropic_and_box_is_not() {
+    let sampling = Sampling::new(Harmonics::up_to(3), 64).expect("enough samples");
+    let displacement = sampling.synthesise(&motion(1.8e-6));
+    let (sin, cos) = 0.7_f64.sin_cos();
+    let turned: Vec<[f64; 3]> = displacement
+        .iter()
+        .map(|[x, y, n]| [cos * x - sin * y, sin * x + cos * y, *n])
+        .collect();
+    let difference = |law| {
+        let (plain, turned) = (
+            element(law).cycle(&displacement),
+            element(law).cycle(&turned),
+        );
+        let pairs = plain.force.iter().zip(&turned.force);
+        pairs.fold(0.0_f64, |worst, (p, t)| {
+            worst.max((cos * p[0] - sin * p[1] - t[0]).hypot(sin * p[0] + cos * p[1] - t[1]))
+        })
+    };
+    assert!(
+        difference(FrictionLaw::Cone) < 1e-11,
+        "{}",
+        difference(FrictionLaw::Cone)
+    );
+    assert!(
+        difference(FrictionLaw::Box) > 1.0,
+        "{}",
+        difference(FrictionLaw::Box)
+    );
+}
+
+#[test]
+fn opposite_motion_has_opposite_friction() {
+    let sampling = Sampling::new(Harmonics::up_to(3), 64).expect("enough samples");
+    let displacement = sampling.synthesise(&motion(1.8e-6));
+    let mirrored: Vec<[f64; 3]> = displacement.iter().map(|[x, y, n]| [-x, -y, *n]).collect();
+    for law in BOTH {
+        let (a, b) = (
+            element(law).cycle(&displacement),
+            element(law).cycle(&mirrored),
+        );
+        for (a, b) in a.force.iter().zip(&b.force) {
+            assert!((a[0] + b[0]).abs().max((a[1] + b[1]).abs()) < 1e-12 && a[2] == b[2]);
+        }
+    }
+}
+
+#[test]
+fn a_stuck_mean_is_that_of_the_way_from_the_preload() {
+    // Never slips: force and displacement are proportional, the mean too.
+    let sampling = Sampling::new(Harmonics::up_to(2), 32).expect("enough samples");
+    let mut motion = vec![0.0; 15];
+    (motion[0], motion[1]) = (5e-7, 6e-7);
+    let force = sampling.analyse(
+        &element(FrictionLaw::Cone)
+            .cycle(&sampling.synthesise(&motion))
+            .force,
+    );
+    assert!((force[0] - 2.5e7 * 5e-7).abs() < 1e-9 && (force[1] - 2.5e7 * 6e-7).abs() < 1e-9);
+    // On the way to the first sample the limit of 54 N is passed: from there the cycle sticks, hung from the limit.
+    motion[0] = 8e-6;
+    motion[1] = 1e-6;
+    let force = sampling.analyse(
+        &element(FrictionLaw::Cone)
+            .cycle(&sampling.synthesise(&motion))
+            .force,
+    );
+    assert!((force[0] - (54.0 - 25.0)).abs() < 1e-9, "{}", force[0]);
+}
+
+#[test]
+fn parameters_out_of_range_are_named() {
+    let right = element(FrictionLaw::Cone);
+    let wrong = [
+        (
+            fretwear::dynamics::ContactElement {
+                friction_coefficient: -0.1,
+                ..right
+            },
+            "the friction coefficient",
+        ),
+        (
+            fretwear::dynamics::ContactElement {
+                normal_load: f64::NAN,
+                ..right
+            },
+            "the normal load",
+        ),
+        (
+            fretwear::dynamics::ContactElement {
+                normal_stiffness: f64::INFINITY,
+                ..right
+            },
+            "the normal stiffness",
+        ),
+        (
+            fretwear::dynamics::ContactElement { gap: 1e-6, ..right },
+            "the gap",
+        ),
+    ];
+    for (element, name) in wrong {
+        let message = element.check(17).expect_err("wrong").to_string();
+        assert!(
+            message.contains(name) && message.contains("element 17"),
+            "{message}"
+        );
+    }
+}

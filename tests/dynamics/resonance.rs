@@ -1,0 +1,164 @@
+//! The phase resonance tracked directly, and the peak.
+
+use std::f64::consts::PI;
+
+use fretwear::dynamics::{DynamicsError, FrictionLaw, HarmonicBalance, Harmonics, Settings};
+use fretwear::reference::Duffing;
+
+use super::{CubicSpring, balance, drive, oscillator};
+
+/// From below the sliding resonance along x to above the stuck one.
+const RANGE: (f64, f64) = (4000.0, 7500.0);
+
+#[test]
+fn phase_resonance_lags_by_a_quarter_at_every_load() {
+    let mut before = None;
+    let mut last = f64::INFINITY;
+    for force in [0.5, 20.0, 60.0, 150.0, 400.0, 1e4, 1e6] {
+        let balance = balance(
+            &oscillator(FrictionLaw::Cone),
+            5,
+            &drive(force),
+            Settings::default(),
+        );
+        let cold = balance
+            .phase_resonance(RANGE, None)
+            .unwrap_or_else(|e| panic!("{force} N: {e}"));
+        let (_, lag) = balance.amplitude(&cold, 0).expect("port 0");
+        assert!((lag - 0.5 * PI).abs() < 1e-8, "{force} N: {lag}");
+        assert!(cold.energy.imbalance() < 1e-6, "{:?}", cold.energy);
+        // Friction only softens.
+        assert!(
+            cold.omega <= last * (1.0 + 1e-9),
+            "{force} N: {}",
+            cold.omega
+        );
+        last = cold.omega;
+        if let Some(before) = &before {
+            let warm = balance
+                .phase_resonance(RANGE, Some(before))
+                .unwrap_or_else(|e| panic!("{e}"));
+            assert!((warm.omega / cold.omega - 1.0).abs() < 1e-7, "{force} N");
+        }
+        before = Some(cold);
+    }
+    // From stuck to sliding.
+    assert!((last - (4.0e7_f64 / 1.5).sqrt()).abs() < 1.0, "{last}");
+}
+
+#[test]
+fn warm_tracking_needs_few_iterations() {
+    let track = |load: f64, guess| {
+        let mut oscillator = oscillator(FrictionLaw::Cone);
+        oscillator.element.normal_load = load;
+        balance(&oscillator, 5, &drive(150.0), Settings::default())
+            .phase_resonance(RANGE, guess)
+            .unwrap_or_else(|e| panic!("{e}"))
+    };
+    let first = track(90.0, None);
+    let second = track(90.9, Some(&first));
+    assert!(second.iterations <= 6, "{}", second.iterations);
+}
+
+#[test]
+fn peak_is_higher_than_its_neighbours() {
+    for force in [0.5, 60.0, 150.0, 400.0] {
+        // With 64 samples the amplitude has ripples of 4e-4, each with a top of its own.
+        let settings = Settings {
+            samples: 2048,
+            ..Settings::default()
+        };
+        let balance = balance(&oscillator(FrictionLaw::Cone), 3, &drive(force), settings);
+        let resonance = balance
+            .phase_resonance(RANGE, None)
+            .unwrap_or_else(|e| panic!("{e}"));
+        let peak = balance
+            .peak(0, RANGE, &resonance)
+            .unwrap_or_else(|e| panic!("{force} N: {e}"));
+        let size = |omega: f64| {
+            let response = balance
+                .solve(omega, Some(&peak))
+                .unwrap_or_else(|e| panic!("{e}"));
+            balance.amplitude(&response, 0).expect("port 0").0
+        };
+        let top = balance.amplitude(&peak, 0).expect("port 0").0;
+        for offset in [-1e-2, -1e-3, -1e-4, 1e-4, 1e-3, 1e-2] {
+            let there = size(peak.omega * (1.0 + offset));
+            assert!(
+                there <= top * (1.0 + 2e-6),
+                "{force} N, {offset}: {there} {top}"
+            );
+        }
+        if force == 0.5 {
+            // Linear: ω_p² = ω₀² − c²/2m².
+            let expected = ((6.5e7_f64 / 1.5) - 0.5 * (300.0_f64 / 1.5).powi(2)).sqrt();
+            assert!(
+                (peak.omega / expected - 1.0).abs() < 1e-7,
+                "{} {expected}",
+                peak.omega
+            );
+        }
+    }
+}
+
+#[test]
+fn duffing_backbone() {
+    let oscillator = oscillator(FrictionLaw::Cone);
+    let duffing = Duffing {
+        mass: 1.5,
+        damping: 300.0,
+        stiffness: 4.0e7,
+        cubic: 1.2e16,
+    };
+    let model = oscillator.model().expect("right");
+    for amplitude in [1e-6, 1e-5, 4e-5] {
+        let force = duffing.resonant_force(amplitude);
+        let balance = HarmonicBalance::new(
+            &model,
+            vec![CubicSpring(1.2e16)],
+            Harmonics::up_to(1),
+            drive(force),
+            Settings::default(),
+        )
+        .expect("right");
+        let response = balance
+            .phase_resonance((4500.0, 12000.0), None)
+            .unwrap_or_else(|e| panic!("{e}"));
+        assert!(
+            (response.omega / duffing.backbone(amplitude) - 1.0).abs() < 1e-8,
+            "{} {}",
+            response.omega,
+            duffing.backbone(amplitude)
+        );
+        let (found, _) = balance.amplitude(&response, 0).expect("port 0");
+        assert!((found / amplitude - 1.0).abs() < 1e-8, "{found}");
+    }
+}
+
+#[test]
+fn a_range_without_resonance_says_so() {
+    let balance = balance(
+        &oscillator(FrictionLaw::Cone),
+        1,
+        &drive(1.0),
+        Settings::default(),
+    );
+    let error = balance
+        .phase_resonance((1000.0, 1500.0), None)
+        .expect_err("none there");
+    assert!(
+        matches!(error, DynamicsError::NoResonance { .. }),
+        "{error}"
+    );
+    let resonance = balance.phase_resonance(RANGE, None).expect("there");
+    let error = balance
+        .peak(0, (4000.0, 6000.0), &resonance)
+        .expect_err("beyond");
+    assert!(
+        matches!(error, DynamicsError::NoResonance { what: "peak", .. }),
+        "{error}"
+    );
+    let still = super::balance(&oscillator(FrictionLaw::Cone), 1, &[], Settings::default());
+    let error = still.phase_resonance(RANGE, None).expect_err("no load");
+    assert!(matches!(error, DynamicsError::OutOfRange { .. }), "{error}");
+}
