@@ -103,6 +103,9 @@ pub fn wear(
         }
         Scheme::Explicit => Ok(explicit_step(&before.worn, wear, remaining)),
     })?;
+    if wear.scheme == Scheme::Explicit && context.wear_iteration == 1 {
+        warn_of_instability(context, wear, before, step.cycles);
+    }
     let volume = context.joint.volume(&step.wear) - context.joint.volume(&before.worn.wear);
     let gap = step.gap.unwrap_or_else(|| vec![0.0; step.wear.len()]);
     let predicted = Predicted {
@@ -160,6 +163,24 @@ fn explicit_step(before: &crate::wear::joint::WornState, wear: &Wear, remaining:
         gap: None,
         pressure: before.pressure.clone(),
         shear: before.cycle.shear.clone(),
+    }
+}
+
+/// Says once a run if the explicit step is too long to be stable.
+fn warn_of_instability(context: &Context, wear: &Wear, before: &Committed, cycles: u64) {
+    let beyond = explicit::beyond_stability(
+        &before.worn.cycle.slip_path,
+        &before.worn.pressure,
+        context.joint.friction_coefficient,
+        wear.coefficient,
+        cycles,
+        context.joint.half_space.self_compliance(),
+    );
+    if beyond > 1.0 {
+        context.observer.notice(&format!(
+            "wear.depth_step: the first explicit step is {beyond:.1} times as long as is stable; contact area will be \
+             wrong, and with a much too long step volume too; make wear.depth_step smaller or wear.scheme \"implicit\""
+        ));
     }
 }
 

@@ -13,3 +13,28 @@ pub fn advance(wear: &[f64], energy: &[f64], coefficient: f64, cycles: u64) -> V
         .map(|(w, e)| w + cycles as f64 * coefficient * e)
         .collect()
 }
+
+/// The smallest eigenvalue of the half spaces' compliance on a grid, in parts of a cell's own compliance: that of pressures
+/// which alternate from cell to cell.
+const ALTERNATING: f64 = 0.5;
+
+/// How far a step is beyond the stability of the explicit scheme: N α µ·(slip path) of the fastest cell in contact over twice
+/// the smallest eigenvalue of the compliance. Above 1 cells overshoot, lift off and come back.
+///
+/// `slip_path` \[m\] and `pressure` \[Pa\] have one value a cell; `self_compliance` is a cell's own \[m/Pa\].
+pub fn beyond_stability(
+    slip_path: &[f64],
+    pressure: &[f64],
+    friction_coefficient: f64,
+    coefficient: f64,
+    cycles: u64,
+    self_compliance: f64,
+) -> f64 {
+    let longest = slip_path
+        .iter()
+        .zip(pressure)
+        .filter(|(_, pressure)| **pressure > 0.0)
+        .fold(0.0f64, |longest, (path, _)| longest.max(*path));
+    let compliance = cycles as f64 * coefficient * friction_coefficient * longest;
+    compliance / (2.0 * ALTERNATING * self_compliance)
+}

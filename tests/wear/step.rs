@@ -272,3 +272,38 @@ fn wear_that_dies_out_comes_to_its_end() {
     );
     assert!(steps < 60, "{steps} steps");
 }
+
+#[test]
+fn the_explicit_limit_is_where_alternating_pressures_begin_to_grow() {
+    // Uniform slip c on a flat patch: a pressure that alternates from cell to cell changes by -N α c / λ of itself in a step,
+    // so the step that doubles back on itself is N α c = 2 λ, with λ measured on the half space itself.
+    let mut joint = reversal(CASES[1].0);
+    let grid = joint.patch.grid;
+    let alternating: Vec<f64> = (0..grid.len())
+        .map(|index| {
+            let (i, j) = grid.cell(index);
+            if (i + j).is_multiple_of(2) { 1.0 } else { -1.0 }
+        })
+        .collect();
+    let mut displacement = vec![0.0; grid.len()];
+    joint.half_space.normal(&alternating, &mut displacement);
+    let product: f64 = alternating
+        .iter()
+        .zip(&displacement)
+        .map(|(p, u)| p * u)
+        .sum();
+    let lambda = product / grid.len() as f64;
+    let slip = vec![1e-6; grid.len()];
+    let pressure = vec![1e7; grid.len()];
+    let cycles = 1_000_000;
+    let exact = cycles as f64 * COEFFICIENT * 0.6 * 1e-6 / (2.0 * lambda);
+    let compliance = joint.half_space.self_compliance();
+    let found = explicit::beyond_stability(&slip, &pressure, 0.6, COEFFICIENT, cycles, compliance);
+    // The limit is a warning: its scale counts, not its digits (cells are not square, edges soften).
+    assert!((found / exact - 1.0).abs() < 0.2, "{found} for {exact}");
+    let open = vec![0.0; grid.len()];
+    assert_eq!(
+        explicit::beyond_stability(&slip, &open, 0.6, COEFFICIENT, cycles, compliance),
+        0.0
+    );
+}
