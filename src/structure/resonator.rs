@@ -18,7 +18,7 @@ use crate::structure::element::Material;
 use crate::structure::mesh::{Hexahedron, Mesh, Point, corners};
 
 /// Dimensions \[m\], element counts and materials of the resonator. [`Resonator::default`] has the shipped set.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Resonator {
     /// Length of the lap along x.
     pub lap_length: f64,
@@ -177,6 +177,15 @@ impl Lines {
 }
 
 impl Resonator {
+    /// Cells of the lap that are contact elements, (i, j) along x and y, in the order of [`ResonatorMesh::contacts`].
+    pub fn contact_cells(&self) -> Vec<[usize; 2]> {
+        let middle = [self.lap_cells / 2; 2];
+        (0..self.lap_cells)
+            .flat_map(|i| (0..self.lap_cells).map(move |j| [i, j]))
+            .filter(|&cell| !in_staircase(cell, middle))
+            .collect()
+    }
+
     fn check(&self) -> Result<(), StructureError> {
         self.material.check()?;
         for (name, value) in [
@@ -320,10 +329,7 @@ impl Resonator {
             lap.start + self.lap_cells / 2,
             arm.start + self.lap_cells / 2,
         ];
-        let in_hole = |i: usize, j: usize| {
-            let widths = HOLE_HALF_WIDTHS.get(j.abs_diff(middle[1]));
-            widths.is_some_and(|&w| i.abs_diff(middle[0]) <= w)
-        };
+        let in_hole = |i: usize, j: usize| in_staircase([i, j], middle);
         let within = |i: usize, j: usize, half_width: usize| {
             i.abs_diff(middle[0]) <= half_width && j.abs_diff(middle[1]) <= half_width
         };
@@ -387,6 +393,12 @@ impl Resonator {
             points,
         })
     }
+}
+
+/// True for the cells of the staircase hole about the cell `middle`.
+fn in_staircase(cell: [usize; 2], middle: [usize; 2]) -> bool {
+    let widths = HOLE_HALF_WIDTHS.get(cell[1].abs_diff(middle[1]));
+    widths.is_some_and(|&w| cell[0].abs_diff(middle[0]) <= w)
 }
 
 /// A mesh under construction on a grid of lines.
