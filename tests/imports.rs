@@ -73,12 +73,13 @@ fn names(code: &str, path: &str) -> bool {
 
 /// The modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
 fn modules(source: &Source) -> Vec<String> {
-    const MODULES: [&str; 18] = [
+    const MODULES: [&str; 19] = [
         "cli",
         "contact",
         "fft",
         "grid",
         "linalg",
+        "model_update",
         "progress",
         "reference",
         "report",
@@ -154,6 +155,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("contact/", &["grid", "fft", "contact"]),
     ("structure/", &["linalg", "structure"]),
     ("dynamics/", &["dynamics"]),
+    ("model_update/", &["grid", "contact", "model_update"]),
     ("surface/readers/", &["grid", "surface", "units"]),
     ("surface/", &["grid", "fft", "surface"]),
     ("reference/", &["grid", "contact", "reference"]),
