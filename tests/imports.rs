@@ -153,7 +153,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("linalg/", &["linalg"]),
     ("contact/", &["grid", "fft", "contact"]),
     ("structure/", &["linalg", "structure"]),
-    ("dynamics/", &["dynamics"]),
+    ("dynamics/", &["linalg", "structure", "dynamics"]),
     ("surface/readers/", &["grid", "surface", "units"]),
     ("surface/", &["grid", "fft", "surface"]),
     ("reference/", &["grid", "contact", "reference"]),
