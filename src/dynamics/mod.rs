@@ -22,6 +22,7 @@ mod krylov;
 pub mod linear_model;
 mod newton;
 pub mod oscillator;
+pub mod reduced;
 pub mod resonance;
 mod slider;
 
@@ -30,7 +31,8 @@ pub use closed_model::{ClosedModel, Core};
 pub use contact_element::{ContactElement, ElementState, FrictionLaw};
 pub use continuation::{Continuation, ContinuationSettings};
 pub use error::DynamicsError;
-pub use harmonic_balance::{Energy, HarmonicBalance, Load, Response, Settings};
+pub use harmonic_balance::{Energy, HarmonicBalance, Load, Response, Settings, Start};
 pub use harmonics::Harmonics;
 pub use linear_model::{LinearModel, Receptance, SecondOrder};
 pub use oscillator::Oscillator;
+pub use reduced::{Damping, reduced_model, reference_springs};

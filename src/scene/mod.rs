@@ -16,9 +16,11 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use crate::grid::{Grid, Patch};
+use crate::model_update::{ContactElements, ModelUpdateError};
 
 pub use crate::contact::Boundary;
 pub use crate::dynamics::FrictionLaw;
+pub use crate::model_update::{Distribution, StiffnessKind as Stiffness};
 pub use crate::structure::resonator::Resonator;
 pub use crate::surface::prepare::{Detrend, Fill};
 pub use crate::wear::joint::Scheme;
@@ -180,28 +182,6 @@ pub struct Contact {
     pub transverse: Transverse,
     /// What happens to the rotations of the bodies.
     pub rotation: Rotation,
-}
-
-/// Which stiffness of the rough contact the contact elements get.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Stiffness {
-    /// That of the whole patch, the compliance of the bodies below it included [A §2e].
-    Total,
-    /// The same without the compliance of the smooth patch, which the structure has already.
-    Roughness,
-    /// Each element its own tangent.
-    Tangent,
-}
-
-/// How a stiffness of the whole joint is shared among the contact elements.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Distribution {
-    /// By area.
-    Uniform,
-    /// By static load.
-    ByLoad,
 }
 
 /// Contact stiffness given in place of a surface: totals over the joint.
@@ -504,11 +484,22 @@ pub struct RoughJoint<'a> {
 }
 
 impl RoughJoint<'_> {
-    /// The grid and the cells of it that belong to the joint.
+    /// The grid and the cells of it that belong to the joint: with a structure, those of its contact elements.
     pub fn patch(&self) -> Patch {
-        match self.joint.hole {
-            Some(hole) => Patch::with_hole(self.grid, hole.diameter),
-            None => Patch::full(self.grid),
+        match (self.elements(), self.joint.hole) {
+            (Some(Ok(elements)), _) => elements.patch().clone(),
+            (_, Some(hole)) => Patch::with_hole(self.grid, hole.diameter),
+            _ => Patch::full(self.grid),
         }
+    }
+
+    /// The contact elements of the structure on this grid, if there is one.
+    ///
+    /// # Errors
+    /// [`ModelUpdateError`] where the grid is coarser than the elements.
+    pub fn elements(&self) -> Option<Result<ContactElements, ModelUpdateError>> {
+        let cells = self.resonator?.contact_cells();
+        let counts = self.joint.elements.unwrap_or([1, 1]);
+        Some(ContactElements::new(self.grid, counts, &cells))
     }
 }
