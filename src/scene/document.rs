@@ -97,6 +97,29 @@ impl Node {
         }
     }
 
+    /// Lays `over` on top of this tree, and drops what it makes meaningless.
+    fn lay(&mut self, over: Node) -> Result<(), SceneError> {
+        for key in keys::LISTS {
+            if let (Some(list), Some(node)) = (self.get(key), over.get(key))
+                && list.tables().is_some()
+                && matches!(node.content, Content::Section(_))
+            {
+                return Err(SceneError::new(
+                    &node.place,
+                    Problem::Conflict {
+                        key: (*key).to_owned(),
+                        value: node.shown(),
+                        reason: format!(
+                            "{key} is a list of tables, which is replaced by a list only; give all of it"
+                        ),
+                    },
+                ));
+            }
+        }
+        self.merge(over, true);
+        Ok(())
+    }
+
     /// Lays `over` on top of this tree. A section keeps the place where it first appeared. With `drop_rivals`, keys that `over` makes meaningless are dropped: those of the other
     /// kinds when it changes the kind of a section, and the other ways of giving a motion or an update.
     fn merge(&mut self, over: Node, drop_rivals: bool) {
@@ -132,6 +155,12 @@ impl Node {
                 for name in others.filter(|name| !own.contains(name)) {
                     self.remove(section, name);
                 }
+            }
+        }
+        for (section, name, word, dropped) in keys::DROPPED_BY {
+            let key = join(section, name);
+            if over.text(&key) == Some(word) && self.text(&key) != Some(word) {
+                self.remove(section, dropped);
             }
         }
         for (section, alternatives) in keys::ALTERNATIVES {
@@ -226,7 +255,7 @@ pub(super) fn read(path: &Path, sets: &[String]) -> Result<Node, SceneError> {
     }
     if let Some(mut settings) = settings {
         settings.resolve_paths(Path::new(""))?;
-        tree.merge(settings, true);
+        tree.lay(settings)?;
     }
     Ok(tree)
 }
@@ -261,7 +290,7 @@ fn read_layers(path: &Path, text: &str, chain: &mut Vec<Link>) -> Result<Node, S
     let mut tree = read_layers(&base_path, &base_text, chain)?;
     // What is missing from the document as a whole is missing from the file that was asked for.
     tree.place = Rc::clone(&own.place);
-    tree.merge(own, true);
+    tree.lay(own)?;
     Ok(tree)
 }
 

@@ -203,6 +203,13 @@ pub(super) const ALTERNATIVES: &[(&str, &[&[&str]])] = &[
     ),
 ];
 
+/// A section, a key of it, and the word that makes another key of it meaningless: setting the word drops the other key.
+pub(super) const DROPPED_BY: &[(&str, &str, &str, &str)] =
+    &[("contact", "stiffness", "tangent", "distribution")];
+
+/// Tables that may also be given as a list of tables.
+pub(super) const LISTS: &[&str] = &["dynamics.force"];
+
 const GIVE_AMPLITUDE: &str = "give motion.amplitude instead";
 
 /// Keys of the whole program that this version does not have, and what to do instead.
@@ -210,6 +217,14 @@ pub(super) const UNAVAILABLE: &[(&str, &str)] = &[
     ("motion.force", GIVE_AMPLITUDE),
     ("motion.moment", GIVE_AMPLITUDE),
     ("motion.rotation", GIVE_AMPLITUDE),
+];
+
+/// Names that a resonator's drawing has, and the keys that give them.
+const ELSEWHERE: &[(&str, &str)] = &[
+    ("structure.lap_length", "joint.size"),
+    ("structure.arm_height", "joint.size"),
+    ("structure.lap_cells", "joint.elements"),
+    ("structure.material", "material"),
 ];
 
 /// Words less alike than this are not suggested: at 0.6 `frq` still finds `rq` and `bolt` finds nothing.
@@ -253,6 +268,9 @@ pub(super) fn children(section: &str) -> Vec<&'static str> {
 
 /// The known key that an unknown one was probably meant to be: in its own section, else of the same name elsewhere, else alike elsewhere.
 pub(super) fn nearest_key(key: &str) -> Option<String> {
+    if let Some((_, given)) = ELSEWHERE.iter().find(|entry| entry.0 == key) {
+        return Some((*given).to_owned());
+    }
     let (section, name) = key.rsplit_once('.').unwrap_or(("", key));
     if let Some(sibling) = nearest(name, children(section)) {
         return Some(join(section, sibling));

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use fretwear::scene::{Motion, Surface};
 
-use super::{CASE, Folder, absolute, case, case_with};
+use super::{CASE, Folder, Sections, absolute, case, case_with};
 
 #[test]
 fn a_derived_file_gives_only_what_differs() {
@@ -20,13 +20,10 @@ fn a_derived_file_gives_only_what_differs() {
     let scene = folder.scene("sub/deep/both.toml", &[]);
     assert_eq!(scene.name, "both");
     assert_eq!(scene.title.as_deref(), Some("Both"));
+    assert_eq!(scene.the_contact().pressure_cap, Some(6e8));
+    assert_eq!(scene.the_contact().normal_load, 2e4);
     assert_eq!(
-        scene.contact.as_ref().expect("contact").pressure_cap,
-        Some(6e8)
-    );
-    assert_eq!(scene.contact.as_ref().expect("contact").normal_load, 2e4);
-    assert_eq!(
-        scene.surface,
+        scene.the_surface(),
         Surface::Gaussian {
             rq: 1e-6,
             correlation_length: [0.5e-3, 0.4e-3],
@@ -125,21 +122,19 @@ fn a_set_value_is_toml_else_a_string() {
         " output.curves_every = 0 ",
         "title=a = b",
     ]);
-    assert_eq!(scene.wear.and_then(|wear| wear.cycles), Some(1_000_000));
-    assert_eq!(scene.contact.as_ref().expect("contact").normal_load, 2e4);
-    assert!(matches!(scene.surface, Surface::Gaussian { rq: 2e-6, .. }));
     assert_eq!(
-        scene.joint.as_ref().expect("joint").grid.expect("grid"),
-        [32, 24]
+        scene.wear.as_ref().and_then(|wear| wear.cycles),
+        Some(1_000_000)
     );
+    assert_eq!(scene.the_contact().normal_load, 2e4);
+    assert!(matches!(
+        scene.the_surface(),
+        Surface::Gaussian { rq: 2e-6, .. }
+    ));
+    assert_eq!(scene.the_joint().grid.expect("grid"), [32, 24]);
     assert!(scene.output.cycle_fields);
     assert_eq!(
-        scene
-            .joint
-            .as_ref()
-            .expect("joint")
-            .hole
-            .map(|hole| hole.diameter),
+        scene.the_joint().hole.map(|hole| hole.diameter),
         Some(0.009)
     );
     assert_eq!(scene.output.curves_every, 0);
@@ -169,7 +164,7 @@ fn a_set_kind_drops_the_keys_of_other_kinds_in_any_order() {
         ["surface.radius=1 mm", "surface.kind=sphere"],
     ] {
         let scene = case_with(&sets);
-        assert_eq!(scene.surface, Surface::Sphere { radius: 1e-3 });
+        assert_eq!(scene.the_surface(), Surface::Sphere { radius: 1e-3 });
         let surface = scene.document()["surface"].as_table().expect("a section");
         assert_eq!(surface.keys().collect::<Vec<_>>(), ["kind", "radius"]);
     }
@@ -179,7 +174,7 @@ fn a_set_kind_drops_the_keys_of_other_kinds_in_any_order() {
 fn a_kind_keeps_the_keys_it_shares() {
     let scene = case_with(&["surface.kind=self_affine", "surface.hurst=0.7"]);
     assert!(matches!(
-        scene.surface,
+        scene.the_surface(),
         Surface::SelfAffine {
             rq: 5e-6,
             seed: 3,
@@ -195,7 +190,7 @@ fn a_derived_kind_drops_the_keys_of_its_base() {
         "base = \"case.toml\"\nsurface = { kind = \"sphere\", radius = \"2 mm\" }\n",
     );
     assert_eq!(
-        folder.scene("ball.toml", &[]).surface,
+        folder.scene("ball.toml", &[]).the_surface(),
         Surface::Sphere { radius: 2e-3 }
     );
 }
@@ -251,7 +246,7 @@ fn paths_start_at_their_file_and_in_a_set_at_the_working_folder() {
             "base = \"../case.toml\"\n[surface]\nkind = \"file\"\npath = \"maps/heights.npy\"\n",
         )
         .with("top.toml", "base = \"sub/measured.toml\"\n");
-    let path = |name: &str, sets: &[&str]| match folder.scene(name, sets).surface {
+    let path = |name: &str, sets: &[&str]| match folder.scene(name, sets).the_surface() {
         Surface::File { path, .. } => path,
         other => panic!("{other:?}"),
     };

@@ -6,11 +6,14 @@ mod layers;
 mod pipelines;
 mod set_faults;
 mod values;
+mod vibration;
+mod dynamics_faults;
+mod structure_faults;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use fretwear::scene::{Scene, SceneError, load};
+use fretwear::scene::{Contact, Joint, Material, Scene, SceneError, Surface, load};
 use tempfile::TempDir;
 
 /// A scene that uses most sections, one key a line, so that a test can change one of them.
@@ -37,6 +40,67 @@ coefficient = "2e3 um^3/J"
 cycles = 10_000_000
 [output]
 keep = "all"
+"#;
+
+/// A rough joint in a resonator that wears.
+const ROUGH: &str = r#"[joint]
+size = ["40 mm", "38 mm"]
+grid = [76, 57]
+elements = [19, 19]
+[material]
+youngs_modulus = "198.4 GPa"
+poisson_ratio = 0.3
+density = "7949 kg/m^3"
+[surface]
+kind = "gaussian"
+rq = "5 um"
+correlation_length = ["0.5 mm", "0.4 mm"]
+[contact]
+friction_coefficient = 0.6
+normal_load = "30 kN"
+[structure]
+kind = "resonator"
+[dynamics]
+force = { amplitude = "1000 N", at = "far_wall", direction = "x" }
+frequency = ["900 Hz", "1050 Hz"]
+[wear]
+coefficient = "2e3 um^3/J"
+cycles = 10_000_000
+[update]
+stiffness_change = 0.10
+"#;
+
+/// The resonator on contact elements of given stiffness.
+const SPRINGS: &str = r#"[joint]
+size = ["40 mm", "38 mm"]
+[material]
+youngs_modulus = "198.4 GPa"
+poisson_ratio = 0.3
+density = "7949 kg/m^3"
+[contact]
+kn = "1.2e4 N/um"
+kt = "1e4 N/um"
+friction_coefficient = 0.6
+normal_load = "30 kN"
+[structure]
+kind = "resonator"
+[dynamics]
+force = { amplitude = "1000 N" }
+frequency = ["900 Hz", "1050 Hz"]
+"#;
+
+/// One mass on one contact element.
+const OSCILLATOR: &str = r#"[structure]
+kind = "oscillator"
+mass = "1 kg"
+stiffness = "4 N/um"
+[contact]
+kn = "8 N/um"
+kt = "6 N/um"
+friction_coefficient = 0.3
+normal_load = "1 kN"
+[dynamics]
+force = { amplitude = "100 N" }
 "#;
 
 /// A folder with scene files.
@@ -76,6 +140,32 @@ impl Folder {
                 .to_string()
                 .replace(&format!("{}/", self.0.path().display()), ""),
         }
+    }
+}
+
+/// The sections that a scene of a rough joint has.
+trait Sections {
+    fn the_joint(&self) -> &Joint;
+    fn the_material(&self) -> &Material;
+    fn the_surface(&self) -> Surface;
+    fn the_contact(&self) -> &Contact;
+}
+
+impl Sections for Scene {
+    fn the_joint(&self) -> &Joint {
+        self.joint.as_ref().expect("a joint")
+    }
+
+    fn the_material(&self) -> &Material {
+        self.material.as_ref().expect("a material")
+    }
+
+    fn the_surface(&self) -> Surface {
+        self.surface.clone().expect("a surface")
+    }
+
+    fn the_contact(&self) -> &Contact {
+        self.contact.as_ref().expect("a contact")
     }
 }
 

@@ -7,45 +7,34 @@ use fretwear::scene::{
     Boundary, CycleMode, Detrend, Fill, Keep, Motion, Preset, Scheme, Surface, Transverse,
 };
 
-use super::{Folder, absolute, case, case_with, edited};
+use super::{Folder, Sections, absolute, case, case_with, edited};
 
 #[test]
 fn a_case_with_its_defaults() {
     let scene = case_with(&[]);
     assert_eq!(scene.title.as_deref(), Some("Case"));
     assert_eq!(scene.name, "case");
-    assert_eq!(scene.joint.as_ref().expect("joint").size, [0.04, 0.03]);
+    assert_eq!(scene.the_joint().size, [0.04, 0.03]);
+    assert_eq!(scene.the_joint().grid.expect("grid"), [64, 40]);
+    assert_eq!(scene.the_joint().elements, None);
     assert_eq!(
-        scene.joint.as_ref().expect("joint").grid.expect("grid"),
-        [64, 40]
-    );
-    assert_eq!(scene.joint.as_ref().expect("joint").elements, None);
-    assert_eq!(
-        scene
-            .joint
-            .as_ref()
-            .expect("joint")
-            .hole
-            .map(|hole| hole.diameter),
+        scene.the_joint().hole.map(|hole| hole.diameter),
         Some(0.011)
     );
-    for solid in [
-        scene.material.as_ref().expect("material").lower,
-        scene.material.as_ref().expect("material").upper,
-    ] {
+    for solid in [scene.the_material().lower, scene.the_material().upper] {
         assert_eq!(solid.youngs_modulus, 198.4e9);
         assert_eq!(solid.poisson_ratio, 0.3);
         assert_eq!(solid.density, None);
     }
     assert_eq!(
-        scene.surface,
+        scene.the_surface(),
         Surface::Gaussian {
             rq: 5e-6,
             correlation_length: [0.5e-3, 0.4e-3],
             seed: 3
         }
     );
-    let contact = scene.contact.as_ref().expect("contact");
+    let contact = scene.the_contact();
     assert_eq!(contact.friction_coefficient, Some(0.6));
     assert_eq!(contact.normal_load, 3e4);
     assert_eq!(contact.pressure_cap, None);
@@ -99,10 +88,7 @@ fn one_body_may_differ() {
     let scene = Folder::new()
         .with("case.toml", &text)
         .scene("case.toml", &[]);
-    let (lower, upper) = (
-        scene.material.as_ref().expect("material").lower,
-        scene.material.as_ref().expect("material").upper,
-    );
+    let (lower, upper) = (scene.the_material().lower, scene.the_material().upper);
     assert_eq!(
         (lower.youngs_modulus, lower.density),
         (198.4e9, Some(7949.0))
@@ -113,7 +99,7 @@ fn one_body_may_differ() {
 
 #[test]
 fn surfaces_of_every_kind() {
-    let kind = |sets: &[&str]| case_with(sets).surface;
+    let kind = |sets: &[&str]| case_with(sets).the_surface();
     assert_eq!(
         kind(&["surface.kind=exponential"]),
         Surface::Exponential {
@@ -317,11 +303,8 @@ fn what_the_whole_program_writes_is_accepted_where_it_means_the_same() {
 #[test]
 fn a_periodic_joint_may_have_a_hole() {
     let scene = case_with(&["contact.boundary=periodic"]);
-    assert_eq!(
-        scene.contact.as_ref().expect("contact").boundary,
-        Boundary::Periodic
-    );
-    assert!(scene.joint.as_ref().expect("joint").hole.is_some());
+    assert_eq!(scene.the_contact().boundary, Boundary::Periodic);
+    assert!(scene.the_joint().hole.is_some());
 }
 
 #[test]
@@ -331,14 +314,7 @@ fn a_static_contact_needs_no_friction() {
     let scene = Folder::new()
         .with("case.toml", &text[..start])
         .scene("case.toml", &[]);
-    assert_eq!(
-        scene
-            .contact
-            .as_ref()
-            .expect("contact")
-            .friction_coefficient,
-        None
-    );
+    assert_eq!(scene.the_contact().friction_coefficient, None);
     assert_eq!((scene.motion, scene.wear), (None, None));
     // The case itself is not affected by its copy.
     assert!(case().load("case.toml", &[]).is_ok());

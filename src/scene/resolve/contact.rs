@@ -64,7 +64,7 @@ pub(super) fn contact(reader: &Reader<'_>, body: Body) -> Result<Option<Contact>
     }
     match body {
         Body::Oscillator => {
-            return Err(reader.missing("contact.kn", "kn = \"12 N/um\" and kt = \"10 N/um\""));
+            return Err(reader.missing("contact.kn", "kn = \"12 N/um\""));
         }
         Body::Resonator if !has_surface => {
             return Err(reader.missing_section(

@@ -96,7 +96,11 @@ pub(super) fn dynamics(
 fn forces(reader: &Reader<'_>, structure: &Structure) -> Result<Vec<Force>> {
     const KEY: &str = "dynamics.force";
     let Some(node) = reader.node(KEY) else {
-        return Err(reader.missing(KEY, FORCE_EXAMPLE));
+        let example = match structure {
+            Structure::Resonator { .. } => FORCE_EXAMPLE,
+            Structure::Oscillator { .. } => "force = { amplitude = \"100 N\", direction = \"x\" }",
+        };
+        return Err(reader.missing(KEY, example));
     };
     if matches!(node.content, Content::Section(_)) {
         return Ok(vec![force(reader, KEY, structure)?]);
@@ -237,7 +241,8 @@ fn frequency(
         return if low < high {
             Ok([low, high])
         } else {
-            let expected = "the lower frequency first, such as [\"900 Hz\", \"1050 Hz\"]";
+            let expected =
+                "a list with the lower frequency first, such as [\"900 Hz\", \"1050 Hz\"]";
             Err(reader.out_of_range(KEY, expected))
         };
     }

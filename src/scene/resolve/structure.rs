@@ -161,6 +161,11 @@ fn key_of(field: &str) -> String {
     }
 }
 
+/// For people: without the digits that scaling adds.
+fn millimetres(length: f64) -> f64 {
+    (length * 1e9).round() / 1e6
+}
+
 /// What the mesh finds wrong, by the key that was given.
 fn named(reader: &Reader<'_>, fault: &StructureError) -> SceneError {
     match fault {
@@ -179,14 +184,14 @@ fn named(reader: &Reader<'_>, fault: &StructureError) -> SceneError {
         } => {
             let (key, other_key) = (key_of(name), key_of(other));
             let reason = format!(
-                "{key} must be greater than {other_key}{}, and is {:.6} mm against {:.6} mm",
+                "{key} must be greater than {other_key}{}, and is {} mm against {} mm",
                 if *other == "arm_height" {
                     " along y"
                 } else {
                     ""
                 },
-                value * 1e3,
-                other_value * 1e3
+                millimetres(*value),
+                millimetres(*other_value)
             );
             // One of the two was given, or the shipped values would fit.
             let given = if reader.has(&key) { key } else { other_key };

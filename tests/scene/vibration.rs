@@ -1,0 +1,477 @@
+//! What a scene with a vibrating structure resolves to.
+
+use std::f64::consts::{PI, TAU};
+
+use fretwear::scene::{
+    DampingBasis, Distribution, Dynamics, Force, FrictionLaw, GivenContact, Port, Resonator, Scene,
+    Stiffness, Structure, Update, differences,
+};
+
+use super::{Folder, OSCILLATOR, ROUGH, SPRINGS, Sections};
+
+/// Rounding of a natural frequency: a few operations.
+const ROUNDING: f64 = 1e-14;
+
+fn of(text: &str, sets: &[&str]) -> Scene {
+    Folder::new()
+        .with("case.toml", text)
+        .scene("case.toml", sets)
+}
+
+fn resonator(scene: &Scene) -> Resonator {
+    match &scene.structure {
+        Some(Structure::Resonator { geometry }) => (**geometry).clone(),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn dynamics(scene: &Scene) -> &Dynamics {
+    scene.dynamics.as_ref().expect("a [dynamics] section")
+}
+
+fn port(at: &str, axis: usize) -> Port {
+    Port {
+        at: at.to_owned(),
+        axis,
+    }
+}
+
+#[test]
+fn a_rough_joint_in_a_structure_with_its_defaults() {
+    let scene = of(ROUGH, &[]);
+    let expected = Resonator {
+        lap_length: 0.04,
+        arm_height: 0.038,
+        ..Resonator::default()
+    };
+    assert_eq!(resonator(&scene), expected);
+    assert_eq!(scene.the_joint().elements, Some([19; 2]));
+    let contact = scene.the_contact();
+    assert_eq!(contact.given, None);
+    assert_eq!(
+        (contact.stiffness, contact.distribution),
+        (Stiffness::Total, Distribution::Uniform)
+    );
+    assert_eq!(contact.bolt_stiffness, None);
+    let expected = Dynamics {
+        forces: vec![Force {
+            amplitude: 1e3,
+            port: port("far_wall", 0),
+            phase: 0.0,
+            harmonic: 1,
+        }],
+        response: port("far_wall", 0),
+        harmonics: vec![0, 1, 2, 3],
+        modes: 30,
+        damping_ratio: 0.002,
+        damping_basis: DampingBasis::Stuck,
+        friction_law: FrictionLaw::Cone,
+        frequency: [900.0, 1050.0],
+        points: None,
+    };
+    assert_eq!(dynamics(&scene), &expected);
+    assert_eq!(scene.update, Some(Update::StiffnessChange(0.1)));
+    assert_eq!(scene.fidelity.aft_samples, 128);
+    assert_eq!(scene.output.response_at, [0_u64; 0]);
+    assert!(scene.motion.is_none() && scene.wear.is_some());
+}
+
+#[test]
+fn every_dimension_of_the_resonator_is_a_key() {
+    let scene = of(
+        ROUGH,
+        &[
+            "joint.elements=[21, 21]",
+            "structure.depth=61 mm",
+            "structure.stub_length=9 mm",
+            "structure.gap_length=7 mm",
+            "structure.block_length=71 mm",
+            "structure.block_height=191 mm",
+            "structure.leaf_thickness=11 mm",
+            "structure.window_length=86 mm",
+            "structure.window_height=121 mm",
+            "structure.frame_height=192 mm",
+            "structure.wall_thickness=41 mm",
+            "structure.head_thickness=8.5 mm",
+            "structure.bolt_modulus_factor=1.5",
+            "structure.half_depth_cells=6",
+            "structure.block_cells=13",
+            "structure.stub_cells=3",
+            "structure.gap_cells=4",
+            "structure.leaf_cells=5",
+            "structure.window_cells=17",
+            "structure.wall_cells=9",
+            "structure.inner_cells=10",
+            "structure.rim_cells=7",
+            "structure.head_cells=1",
+            "material.youngs_modulus=200 GPa",
+        ],
+    );
+    let mut material = Resonator::default().material;
+    material.youngs_modulus = 200e9;
+    let expected = Resonator {
+        lap_length: 0.04,
+        arm_height: 0.038,
+        depth: 0.061,
+        stub_length: 0.009,
+        gap_length: 0.007,
+        block_length: 0.071,
+        block_height: 0.191,
+        leaf_thickness: 0.011,
+        window_length: 0.086,
+        window_height: 0.121,
+        frame_height: 0.192,
+        wall_thickness: 0.041,
+        head_thickness: 0.0085,
+        bolt_modulus_factor: 1.5,
+        material,
+        lap_cells: 21,
+        half_depth_cells: 6,
+        block_cells: 13,
+        stub_cells: 3,
+        gap_cells: 4,
+        leaf_cells: 5,
+        window_cells: 17,
+        wall_cells: 9,
+        inner_cells: 10,
+        rim_cells: 7,
+        head_cells: 1,
+        tied: false,
+    };
+    assert_eq!(resonator(&scene), expected);
+}
+
+/// The hole of a resonator is that of its mesh, whether or not it is named, and so are the cells.
+#[test]
+fn the_hole_of_a_resonator_is_a_staircase() {
+    let (plain, named) = (
+        of(ROUGH, &[]),
+        of(ROUGH, &["joint.hole.diameter=11 mm"]),
+    );
+    assert_eq!(plain.canonical(), named.canonical());
+    let rough = plain.rough().expect("a rough joint");
+    let element = 0.04 * 0.038 / 361.0;
+    // The grid is a multiple of the elements: 4 by 3 cells each.
+    assert_eq!(rough.patch().cells(), 340 * 4 * 3);
+    assert!((rough.patch().area() / (340.0 * element) - 1.0).abs() < ROUNDING);
+    for set in ["joint.hole.diameter=8.6 mm", "joint.hole.diameter=12.6 mm"] {
+        of(ROUGH, &[set]);
+    }
+}
+
+#[test]
+fn given_stiffness_needs_no_surface_and_no_grid() {
+    let scene = of(SPRINGS, &[]);
+    assert_eq!((&scene.surface, scene.the_joint().grid), (&None, None));
+    assert_eq!(scene.the_joint().elements, Some([19; 2]));
+    let contact = scene.the_contact();
+    let given = GivenContact {
+        kn: 1.2e10,
+        kt: 1e10,
+        gap: 0.0,
+    };
+    assert_eq!(contact.given, Some(given));
+    assert_eq!(
+        (contact.normal_load, contact.friction_coefficient),
+        (3e4, Some(0.6))
+    );
+    assert!(scene.rough().is_none());
+    assert!(!resonator(&scene).tied);
+}
+
+#[test]
+fn a_contact_may_be_open_at_rest_and_without_friction() {
+    let open = SPRINGS.replace("normal_load = \"30 kN\"", "gap = \"2 um\"");
+    let contact = of(&open, &[]).contact.expect("a contact");
+    assert_eq!(contact.normal_load, 0.0);
+    assert_eq!(contact.given.map(|given| given.gap), Some(2e-6));
+    let smooth = SPRINGS.replace("friction_coefficient = 0.6\n", "");
+    let contact = of(&smooth, &["contact.kt=0 N/um"]).contact.expect("a contact");
+    assert_eq!(contact.friction_coefficient, None);
+    for sets in [
+        ["contact.friction_coefficient=0", "contact.normal_load=0 N"],
+        ["contact.kn=0 N/um", "contact.normal_load=1 N"],
+    ] {
+        of(SPRINGS, &sets);
+    }
+}
+
+#[test]
+fn without_contact_the_joint_is_bonded() {
+    let start = SPRINGS.find("[contact]").expect("a contact");
+    let end = SPRINGS.find("[structure]").expect("a structure");
+    let bonded = format!("{}{}", &SPRINGS[..start], &SPRINGS[end..]);
+    let scene = of(&bonded, &[]);
+    assert!(scene.contact.is_none() && resonator(&scene).tied);
+}
+
+#[test]
+fn an_oscillator_with_its_defaults() {
+    let scene = of(OSCILLATOR, &[]);
+    let expected = Structure::Oscillator {
+        mass: [1.0; 3],
+        damping: [0.0; 3],
+        stiffness: [4e6; 3],
+    };
+    assert_eq!(scene.structure, Some(expected));
+    assert!(scene.joint.is_none() && scene.material.is_none() && scene.surface.is_none());
+    let dynamics = dynamics(&scene);
+    assert_eq!(dynamics.response, port("mass", 0));
+    assert_eq!(dynamics.damping_ratio, 0.0);
+    let three = of(
+        OSCILLATOR,
+        &[
+            r#"structure.mass=["1 kg", "2000 g", "0.003 t"]"#,
+            r#"structure.damping=["5 N s/m", "6 kg/s", "0 N s/m"]"#,
+            r#"structure.stiffness=["4 N/um", "5 kN/mm", "6e6 N/m"]"#,
+        ],
+    );
+    let expected = Structure::Oscillator {
+        mass: [1.0, 2.0, 3.0],
+        damping: [5.0, 6.0, 0.0],
+        stiffness: [4e6, 5e6, 6e6],
+    };
+    assert_eq!(three.structure, Some(expected));
+}
+
+/// From half the frequency without the contact to one and a half times that with its springs.
+#[test]
+fn the_frequencies_of_an_oscillator() {
+    let linear = OSCILLATOR.replace("kt = \"6 N/um\"", "kt = \"0 N/um\"");
+    let free_only = |stiffness: f64| stiffness.sqrt() / TAU;
+    let cases = [
+        (OSCILLATOR, vec![], [0.5 * free_only(4e6), 1.5 * free_only(1e7)]),
+        (
+            OSCILLATOR,
+            vec!["structure.stiffness=0 N/m"],
+            [0.3 * free_only(6e6), 1.5 * free_only(6e6)],
+        ),
+        (
+            OSCILLATOR,
+            vec!["dynamics.force.direction=z"],
+            [0.5 * free_only(4e6), 1.5 * free_only(1.2e7)],
+        ),
+        (
+            linear.as_str(),
+            vec![],
+            [0.5 * free_only(4e6), 1.5 * free_only(4e6)],
+        ),
+        (
+            OSCILLATOR,
+            vec![r#"dynamics.frequency=["0.1 kHz", "200 Hz"]"#],
+            [100.0, 200.0],
+        ),
+    ];
+    for (text, sets, expected) in cases {
+        let found = dynamics(&of(text, &sets)).frequency;
+        for (found, expected) in found.into_iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < ROUNDING, "{sets:?}: {found}");
+        }
+    }
+}
+
+#[test]
+fn forces_as_a_list() {
+    let list = r#"dynamics.force=[{ amplitude = "5 N" }, { amplitude = "4 N", direction = "y", phase = "90 deg" }, { amplitude = "-3 N", direction = "z", harmonic = 0 }, { amplitude = "2 N", harmonic = 3 }]"#;
+    let scene = of(OSCILLATOR, &[list, "dynamics.harmonics=[3, 1, 0]"]);
+    let dynamics = dynamics(&scene);
+    let force = |amplitude, axis, phase, harmonic| Force {
+        amplitude,
+        port: port("mass", axis),
+        phase,
+        harmonic,
+    };
+    assert_eq!(
+        dynamics.forces,
+        [
+            force(5.0, 0, 0.0, 1),
+            force(4.0, 1, 0.5 * PI, 1),
+            force(-3.0, 2, 0.0, 0),
+            force(2.0, 0, 0.0, 3)
+        ]
+    );
+    assert_eq!(dynamics.harmonics, [0, 1, 3]);
+
+    let text = OSCILLATOR.replace(
+        "[dynamics]\nforce = { amplitude = \"100 N\" }\n",
+        "[[dynamics.force]]\namplitude = \"1 N\"\nharmonic = 2\n[[dynamics.force]]\namplitude = \"2 N\"\ndirection = \"z\"\n",
+    );
+    let scene = of(&text, &[]);
+    assert_eq!(scene.dynamics.expect("dynamics").response, port("mass", 2));
+}
+
+#[test]
+fn what_else_a_response_may_be() {
+    let scene = of(
+        ROUGH,
+        &[
+            "dynamics.response={ at = \"block\", direction = \"y\" }",
+            "dynamics.modes=12",
+            "dynamics.damping_ratio=1 %",
+            "dynamics.damping_basis=free",
+            "dynamics.friction_law=box",
+            "dynamics.points=61",
+            "contact.bolt_stiffness=500 N/um",
+            "contact.distribution=by_load",
+            "contact.stiffness=roughness",
+            "output.response_at=[0, 1e6, 1e7]",
+        ],
+    );
+    let dynamics = dynamics(&scene);
+    assert_eq!(dynamics.response, port("block", 1));
+    assert_eq!((dynamics.modes, dynamics.points), (12, Some(61)));
+    assert_eq!(dynamics.damping_ratio, 0.01);
+    assert_eq!(
+        (dynamics.damping_basis, dynamics.friction_law),
+        (DampingBasis::Free, FrictionLaw::Box)
+    );
+    let contact = scene.the_contact();
+    assert_eq!(contact.bolt_stiffness, Some(5e8));
+    assert_eq!(
+        (contact.stiffness, contact.distribution),
+        (Stiffness::Roughness, Distribution::ByLoad)
+    );
+    assert_eq!(scene.output.response_at, [0, 1_000_000, 10_000_000]);
+}
+
+#[test]
+fn updates_and_their_alternatives() {
+    let update = |sets: &[&str]| of(ROUGH, sets).update;
+    assert_eq!(update(&["update.iterations=5"]), Some(Update::Iterations(5)));
+    assert_eq!(
+        update(&["update.wear_volume=0.5 mm^3"]),
+        Some(Update::WearVolume(5e-10))
+    );
+    assert_eq!(update(&["update=never"]), None);
+    let folder = Folder::new()
+        .with("case.toml", ROUGH)
+        .with("never.toml", "base = \"case.toml\"\nupdate = \"never\"\n")
+        .with(
+            "again.toml",
+            "base = \"never.toml\"\n[update]\niterations = 3\n",
+        );
+    assert_eq!(folder.scene("never.toml", &[]).update, None);
+    assert_eq!(
+        folder.scene("again.toml", &[]).update,
+        Some(Update::Iterations(3))
+    );
+}
+
+#[test]
+fn samples_of_a_cycle_follow_the_preset_and_the_harmonics() {
+    let samples = |sets: &[&str]| of(ROUGH, sets).fidelity.aft_samples;
+    for (preset, expected) in [
+        ("paper", 32),
+        ("fast", 64),
+        ("balanced", 128),
+        ("reference", 512),
+    ] {
+        assert_eq!(samples(&[&format!("fidelity.preset={preset}")]), expected);
+    }
+    assert_eq!(samples(&["dynamics.harmonics=[0, 1, 50]"]), 202);
+    assert_eq!(samples(&["fidelity.aft_samples=8"]), 8);
+}
+
+#[test]
+fn a_set_kind_drops_the_keys_of_other_structures() {
+    let text = ROUGH.replace(
+        "kind = \"resonator\"",
+        "kind = \"resonator\"\nblock_length = \"71 mm\"",
+    );
+    let folder = Folder::new().with("case.toml", &text);
+    // What is left is the joint, which an oscillator has none of.
+    assert_eq!(
+        folder.message("case.toml", &["structure.kind=oscillator"]),
+        "case.toml, line 1: section [joint]: an oscillator has one contact element and no joint; leave it out"
+    );
+    let folder = Folder::new().with("case.toml", OSCILLATOR);
+    assert_eq!(
+        folder.message("case.toml", &["structure.kind=resonator"]),
+        "case.toml: section [joint] is missing (the size of the joint); add for example:\n[joint]\nsize = [\"40 mm\", \"40 mm\"]\ngrid = [256, 256]\nelements = [19, 19]"
+    );
+}
+
+#[test]
+fn a_tangent_stiffness_drops_the_distribution() {
+    let text = ROUGH.replace(
+        "normal_load = \"30 kN\"",
+        "normal_load = \"30 kN\"\nstiffness = \"total\"\ndistribution = \"uniform\"",
+    );
+    let scene = of(&text, &["contact.stiffness=tangent"]);
+    assert_eq!(scene.the_contact().stiffness, Stiffness::Tangent);
+}
+
+#[test]
+fn one_key_of_a_list_of_forces_cannot_be_changed() {
+    let text = OSCILLATOR.replace(
+        "force = { amplitude = \"100 N\" }",
+        "force = [{ amplitude = \"1 N\" }, { amplitude = \"2 N\", direction = \"y\" }]",
+    );
+    let folder = Folder::new().with("case.toml", &text);
+    assert_eq!(
+        folder.message("case.toml", &["dynamics.force.amplitude=5 N"]),
+        "--set dynamics.force.amplitude=5 N: dynamics.force = { amplitude = \"5 N\" }: dynamics.force is a list of tables, which is replaced by a list only; give all of it"
+    );
+    let scene = of(&text, &["dynamics.force=[{ amplitude = \"5 N\" }]"]);
+    assert_eq!(dynamics(&scene).forces.len(), 1);
+    let single = of(OSCILLATOR, &["dynamics.force.amplitude=5 N"]);
+    assert_eq!(dynamics(&single).forces[0].amplitude, 5.0);
+}
+
+#[test]
+fn differences_have_the_names_of_keys() {
+    let changed = |text: &str, sets: &[&str]| -> Vec<String> {
+        let found = differences(&of(text, &[]).canonical(), &of(text, sets).canonical());
+        found.into_iter().map(|d| d.key).collect()
+    };
+    for set in [
+        "joint.size=[\"40 mm\", \"39 mm\"]",
+        "joint.elements=[21, 21]",
+        "material.density=7950 kg/m^3",
+        "contact.stiffness=tangent",
+        "contact.bolt_stiffness=1 N/um",
+        "structure.depth=61 mm",
+        "structure.rim_cells=7",
+        "dynamics.force.amplitude=900 N",
+        "dynamics.force.direction=y",
+        "dynamics.force.phase=1 deg",
+        "dynamics.harmonics=[0, 1]",
+        "dynamics.modes=29",
+        "dynamics.damping_ratio=0.001",
+        "dynamics.damping_basis=free",
+        "dynamics.friction_law=box",
+        "dynamics.frequency=[\"900 Hz\", \"1051 Hz\"]",
+        "dynamics.points=5",
+        "update.stiffness_change=0.2",
+        "fidelity.aft_samples=256",
+        "output.response_at=[5]",
+    ] {
+        let key = set.split('=').next().expect("a key");
+        let found = changed(ROUGH, &[set]);
+        assert!(
+            found.iter().any(|f| key.starts_with(f.trim_end_matches(".lower"))
+                || f.starts_with(key)
+                || (key == "material.density" && f == "material.lower.density")),
+            "{set}: {found:?}"
+        );
+    }
+    assert_eq!(
+        changed(ROUGH, &["dynamics.response.direction=z"]),
+        ["dynamics.response.direction"]
+    );
+    assert_eq!(changed(SPRINGS, &["contact.kn=1 N/um"]), ["contact.kn"]);
+    assert_eq!(
+        changed(OSCILLATOR, &["structure.mass=2 kg", "dynamics.frequency=[\"1 Hz\", \"9 Hz\"]"]),
+        ["dynamics.frequency", "structure.mass"]
+    );
+}
+
+#[test]
+fn the_document_of_a_vibrating_scene_loads_again() {
+    for text in [ROUGH, SPRINGS, OSCILLATOR] {
+        let list = "dynamics.force=[{ amplitude = \"5 N\" }, { amplitude = \"4 N\", harmonic = 2 }]";
+        let scene = of(text, &[list]);
+        let folder = Folder::new().with("case.toml", &scene.to_toml());
+        assert_eq!(folder.scene("case.toml", &[]), scene);
+    }
+}
