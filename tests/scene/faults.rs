@@ -27,27 +27,32 @@ const IN_FILE: &[(&str, &str, &str)] = &[
     (
         r#"title = "Case""#,
         "zzz = 1",
-        "case.toml, line 1: zzz = 1: there is no such key; known here: title, joint, material, surface, contact, motion, wear, fidelity, output",
+        "case.toml, line 1: zzz = 1: there is no such key; known here: title, joint, material, surface, contact, structure, dynamics, motion, wear, update, fidelity, output",
     ),
     (
         r#"title = "Case""#,
         r#"structure.kind = "resonator""#,
-        "case.toml, line 1: structure is not available in this version: give [motion] instead",
+        r#"case.toml: section [dynamics] is missing ([structure] needs it: what makes it vibrate); add for example:
+[dynamics]
+force = { amplitude = "1000 N", at = "far_wall", direction = "x" }
+frequency = ["900 Hz", "1050 Hz"]"#,
     ),
     (
         r#"title = "Case""#,
         "dynamics = { modes = 30 }",
-        "case.toml, line 1: dynamics is not available in this version: give [motion] instead",
+        r#"case.toml: section [structure] is missing ([dynamics] needs it: what vibrates); add for example:
+[structure]
+kind = "resonator""#,
     ),
     (
         r#"title = "Case""#,
         "update = { stiffness_change = 0.1 }",
-        "case.toml, line 1: update is not available in this version: give [motion] instead",
+        "case.toml, line 1: section [update]: it changes the contact elements of a structure, and there is none; add [structure] and [dynamics], or leave it out",
     ),
     (
         r#"keep = "all""#,
         "response_at = [0, 1e6]",
-        "case.toml, line 23: output.response_at = [0, 1000000.0] is not available in this version: it needs [dynamics]; leave it out or give []",
+        "case.toml, line 23: output.response_at = [0, 1000000.0]: without [dynamics] there is no response; leave it out or give []",
     ),
     (
         r#"size = ["40 mm", "30 mm"]"#,
@@ -227,7 +232,7 @@ const IN_FILE: &[(&str, &str, &str)] = &[
     (
         "friction_coefficient = 0.6",
         "mu = 0.6",
-        "case.toml, line 15: contact.mu = 0.6: there is no such key; known here: friction_coefficient, normal_load, pressure_cap, boundary, transverse, rotation, stiffness, distribution",
+        "case.toml, line 15: contact.mu = 0.6: there is no such key; known here: friction_coefficient, normal_load, kn, kt, gap, pressure_cap, boundary, transverse, rotation, stiffness, distribution, bolt_stiffness",
     ),
     (
         "friction_coefficient = 0.6",
@@ -242,12 +247,22 @@ const IN_FILE: &[(&str, &str, &str)] = &[
     (
         "friction_coefficient = 0.6",
         r#"stiffness = "tangent""#,
-        r#"case.toml, line 15: contact.stiffness = "tangent" is not available in this version: only "total" is"#,
+        r#"case.toml, line 15: contact.stiffness = "tangent": it is about the contact elements of a structure, and there is none; add [structure] and [dynamics], or leave it out"#,
     ),
     (
         "friction_coefficient = 0.6",
         r#"kn = "1e4 N/um""#,
-        "case.toml, line 15: contact.kn is not available in this version: it needs [dynamics]; give [surface], from which the contact stiffness is computed",
+        r#"case.toml, line 15: contact.kn = "1e4 N/um": a contact of given stiffness is part of a structure; add [structure] and [dynamics], or give [surface], from which the contact stiffness is computed"#,
+    ),
+    (
+        "friction_coefficient = 0.6",
+        r#"distribution = "by_load""#,
+        r#"case.toml, line 15: contact.distribution = "by_load": it is about the contact elements of a structure, and there is none; add [structure] and [dynamics], or leave it out"#,
+    ),
+    (
+        "friction_coefficient = 0.6",
+        r#"gap = "1 um""#,
+        r#"case.toml, line 15: contact.gap = "1 um": the gap follows from the surface; it is given only together with contact.kn and contact.kt"#,
     ),
     (
         r#"normal_load = "30 kN""#,

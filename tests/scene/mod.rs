@@ -1,14 +1,14 @@
 //! Scenes as a user writes them: what is accepted, what is refused, and in which words.
 
 mod canonical;
+mod dynamics_faults;
 mod faults;
 mod layers;
 mod pipelines;
 mod set_faults;
+mod structure_faults;
 mod values;
 mod vibration;
-mod dynamics_faults;
-mod structure_faults;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -179,10 +179,15 @@ fn case_with(sets: &[&str]) -> Scene {
     case().scene("case.toml", sets)
 }
 
+/// A scene with one text replaced by another.
+fn replaced(case: &str, from: &str, to: &str) -> String {
+    assert!(case.contains(from), "the case has no {from}");
+    case.replacen(from, to, 1)
+}
+
 /// [`CASE`] with one text replaced by another.
 fn edited(from: &str, to: &str) -> String {
-    assert!(CASE.contains(from), "the case has no {from}");
-    CASE.replacen(from, to, 1)
+    replaced(CASE, from, to)
 }
 
 /// A relative file name as the program resolves it.

@@ -129,7 +129,11 @@ const IN_SET: &[(&[&str], &str)] = &[
     ),
     (
         &["output.response_at=[1]"],
-        "--set output.response_at=[1]: output.response_at = [1] is not available in this version: it needs [dynamics]; leave it out or give []",
+        "--set output.response_at=[1]: output.response_at = [1]: without [dynamics] there is no response; leave it out or give []",
+    ),
+    (
+        &["fidelity.aft_samples=64"],
+        "--set fidelity.aft_samples=64: fidelity.aft_samples = 64: it is about [dynamics], and there is none; leave it out",
     ),
     (
         &["motion.phase=5 um"],
@@ -180,7 +184,7 @@ normal_load = "30 kN""#,
     ),
     (
         "motion",
-        r#"case.toml: section [motion] is missing ([wear] needs it: without motion nothing wears); add for example:
+        r#"case.toml: section [motion] is missing ([wear] needs it, or [structure] and [dynamics]: without motion nothing wears); add for example:
 [motion]
 amplitude = ["5 um", "0 um"]"#,
     ),

@@ -144,10 +144,7 @@ fn every_dimension_of_the_resonator_is_a_key() {
 /// The hole of a resonator is that of its mesh, whether or not it is named, and so are the cells.
 #[test]
 fn the_hole_of_a_resonator_is_a_staircase() {
-    let (plain, named) = (
-        of(ROUGH, &[]),
-        of(ROUGH, &["joint.hole.diameter=11 mm"]),
-    );
+    let (plain, named) = (of(ROUGH, &[]), of(ROUGH, &["joint.hole.diameter=11 mm"]));
     assert_eq!(plain.canonical(), named.canonical());
     let rough = plain.rough().expect("a rough joint");
     let element = 0.04 * 0.038 / 361.0;
@@ -186,7 +183,9 @@ fn a_contact_may_be_open_at_rest_and_without_friction() {
     assert_eq!(contact.normal_load, 0.0);
     assert_eq!(contact.given.map(|given| given.gap), Some(2e-6));
     let smooth = SPRINGS.replace("friction_coefficient = 0.6\n", "");
-    let contact = of(&smooth, &["contact.kt=0 N/um"]).contact.expect("a contact");
+    let contact = of(&smooth, &["contact.kt=0 N/um"])
+        .contact
+        .expect("a contact");
     assert_eq!(contact.friction_coefficient, None);
     for sets in [
         ["contact.friction_coefficient=0", "contact.normal_load=0 N"],
@@ -240,7 +239,11 @@ fn the_frequencies_of_an_oscillator() {
     let linear = OSCILLATOR.replace("kt = \"6 N/um\"", "kt = \"0 N/um\"");
     let free_only = |stiffness: f64| stiffness.sqrt() / TAU;
     let cases = [
-        (OSCILLATOR, vec![], [0.5 * free_only(4e6), 1.5 * free_only(1e7)]),
+        (
+            OSCILLATOR,
+            vec![],
+            [0.5 * free_only(4e6), 1.5 * free_only(1e7)],
+        ),
         (
             OSCILLATOR,
             vec!["structure.stiffness=0 N/m"],
@@ -265,7 +268,10 @@ fn the_frequencies_of_an_oscillator() {
     for (text, sets, expected) in cases {
         let found = dynamics(&of(text, &sets)).frequency;
         for (found, expected) in found.into_iter().zip(expected) {
-            assert!((found / expected - 1.0).abs() < ROUNDING, "{sets:?}: {found}");
+            assert!(
+                (found / expected - 1.0).abs() < ROUNDING,
+                "{sets:?}: {found}"
+            );
         }
     }
 }
@@ -337,7 +343,10 @@ fn what_else_a_response_may_be() {
 #[test]
 fn updates_and_their_alternatives() {
     let update = |sets: &[&str]| of(ROUGH, sets).update;
-    assert_eq!(update(&["update.iterations=5"]), Some(Update::Iterations(5)));
+    assert_eq!(
+        update(&["update.iterations=5"]),
+        Some(Update::Iterations(5))
+    );
     assert_eq!(
         update(&["update.wear_volume=0.5 mm^3"]),
         Some(Update::WearVolume(5e-10))
@@ -449,9 +458,11 @@ fn differences_have_the_names_of_keys() {
         let key = set.split('=').next().expect("a key");
         let found = changed(ROUGH, &[set]);
         assert!(
-            found.iter().any(|f| key.starts_with(f.trim_end_matches(".lower"))
-                || f.starts_with(key)
-                || (key == "material.density" && f == "material.lower.density")),
+            found
+                .iter()
+                .any(|f| key.starts_with(f.trim_end_matches(".lower"))
+                    || f.starts_with(key)
+                    || (key == "material.density" && f == "material.lower.density")),
             "{set}: {found:?}"
         );
     }
@@ -461,7 +472,13 @@ fn differences_have_the_names_of_keys() {
     );
     assert_eq!(changed(SPRINGS, &["contact.kn=1 N/um"]), ["contact.kn"]);
     assert_eq!(
-        changed(OSCILLATOR, &["structure.mass=2 kg", "dynamics.frequency=[\"1 Hz\", \"9 Hz\"]"]),
+        changed(
+            OSCILLATOR,
+            &[
+                "structure.mass=2 kg",
+                "dynamics.frequency=[\"1 Hz\", \"9 Hz\"]"
+            ]
+        ),
         ["dynamics.frequency", "structure.mass"]
     );
 }
@@ -469,7 +486,8 @@ fn differences_have_the_names_of_keys() {
 #[test]
 fn the_document_of_a_vibrating_scene_loads_again() {
     for text in [ROUGH, SPRINGS, OSCILLATOR] {
-        let list = "dynamics.force=[{ amplitude = \"5 N\" }, { amplitude = \"4 N\", harmonic = 2 }]";
+        let list =
+            "dynamics.force=[{ amplitude = \"5 N\" }, { amplitude = \"4 N\", harmonic = 2 }]";
         let scene = of(text, &[list]);
         let folder = Folder::new().with("case.toml", &scene.to_toml());
         assert_eq!(folder.scene("case.toml", &[]), scene);
