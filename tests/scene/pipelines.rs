@@ -1,9 +1,10 @@
 //! The scenes that are shipped.
 
+use std::f64::consts::{PI, TAU};
 use std::fs;
 use std::path::Path;
 
-use fretwear::scene::{Motion, Scene, Surface, Transverse, load};
+use fretwear::scene::{Motion, Resonator, Scene, Structure, Surface, Transverse, Update, load};
 
 use super::Sections;
 
@@ -29,7 +30,7 @@ fn every_shipped_scene_loads_and_has_a_title() {
             count += 1;
         }
     }
-    assert!(count >= 4, "{count} scenes");
+    assert!(count >= 15, "{count} scenes");
 }
 
 #[test]
@@ -58,6 +59,103 @@ fn the_published_parameters() {
     let keys: Vec<&str> = found.iter().map(|d| d.key.as_str()).collect();
     assert_eq!(keys, ["contact.pressure_cap"]);
     assert_eq!(plastic.the_contact().pressure_cap, Some(6e8));
+}
+
+/// What Table 1 and sections 3 and 4 of the paper say, and what the scene says it assumes.
+#[test]
+fn the_published_case() {
+    let scene = shipped("lap_joint.toml");
+    let prescribed = shipped("prescribed_fretting.toml");
+    assert_eq!(scene.surface, prescribed.surface);
+    assert_eq!(scene.material, prescribed.material);
+    assert_eq!(scene.wear, prescribed.wear);
+    assert_eq!(scene.contact, prescribed.contact);
+    let joint = scene.the_joint();
+    assert_eq!((joint.size, joint.grid), ([0.04; 2], Some([256; 2])));
+    let Some(Structure::Resonator { geometry }) = &scene.structure else {
+        panic!("{:?}", scene.structure);
+    };
+    assert_eq!(**geometry, Resonator::default(), "the shipped set");
+    assert_eq!(geometry.contact_cells().len(), 340);
+    let dynamics = scene.dynamics.as_ref().expect("dynamics");
+    assert_eq!(dynamics.forces.len(), 1);
+    assert_eq!(dynamics.forces[0].amplitude, 1000.0);
+    assert_eq!(dynamics.forces[0].port, dynamics.response);
+    assert_eq!(
+        (dynamics.modes, &dynamics.harmonics[..]),
+        (30, &[0, 1, 2, 3][..])
+    );
+    assert_eq!(scene.update, Some(Update::StiffnessChange(0.1)));
+}
+
+#[test]
+fn variants_differ_in_what_they_say() {
+    let variants: [(&str, &[&str]); 8] = [
+        ("lap_joint_rq05.toml", &["surface.rq"]),
+        ("lap_joint_rq1.toml", &["surface.rq"]),
+        ("lap_joint_rq10.toml", &["surface.rq"]),
+        ("lap_joint_plastic.toml", &["contact.pressure_cap"]),
+        ("lap_joint_update05.toml", &["update.stiffness_change"]),
+        ("lap_joint_update20.toml", &["update.stiffness_change"]),
+        ("lap_joint_no_update.toml", &["update.stiffness_change"]),
+        ("lap_joint.toml", &[]),
+    ];
+    let case = shipped("lap_joint.toml").canonical();
+    for (name, expected) in variants {
+        let scene = shipped(name);
+        let found = fretwear::scene::differences(&case, &scene.canonical());
+        let keys: Vec<&str> = found.iter().map(|d| d.key.as_str()).collect();
+        assert_eq!(keys, expected, "{name}");
+    }
+    let rq = |name| match shipped(name).the_surface() {
+        Surface::Gaussian { rq, .. } => rq,
+        other => panic!("{other:?}"),
+    };
+    let found = [
+        "lap_joint_rq05.toml",
+        "lap_joint_rq1.toml",
+        "lap_joint_rq10.toml",
+    ]
+    .map(rq);
+    assert_eq!(found, [0.5e-6, 1e-6, 10e-6]);
+    assert_eq!(shipped("lap_joint_no_update.toml").update, None);
+    let cap = shipped("lap_joint_plastic.toml").the_contact().pressure_cap;
+    assert_eq!(cap, Some(6e8));
+}
+
+#[test]
+fn given_springs_are_those_of_the_independent_run() {
+    let scene = shipped("resonator_springs.toml");
+    let given = scene.the_contact().given.expect("given");
+    assert_eq!((given.kn, given.kt, given.gap), (1.2e10, 1e10, 0.0));
+    assert_eq!(scene.structure, shipped("lap_joint.toml").structure);
+    let [here, there] =
+        [&scene, &shipped("lap_joint.toml")].map(|scene| scene.dynamics.clone().expect("dynamics"));
+    assert_eq!(here.forces, there.forces);
+    assert!(scene.surface.is_none() && scene.wear.is_none());
+}
+
+/// The comment of the oscillator says where its resonances are, and that friction holds it.
+#[test]
+fn the_oscillator_slips_between_its_two_resonances() {
+    let scene = shipped("oscillator.toml");
+    let Some(Structure::Oscillator {
+        mass, stiffness, ..
+    }) = &scene.structure
+    else {
+        panic!("{:?}", scene.structure);
+    };
+    let contact = scene.the_contact();
+    let kt = contact.given.expect("given").kt;
+    let hertz = |stiffness: f64| (stiffness / mass[0]).sqrt() / TAU;
+    assert_eq!(hertz(stiffness[0]).round(), 318.0);
+    assert_eq!(hertz(stiffness[0] + kt).round(), 503.0);
+    let limit = contact.friction_coefficient.expect("friction") * contact.normal_load;
+    assert_eq!(limit, 300.0);
+    let dynamics = scene.dynamics.as_ref().expect("dynamics");
+    assert!(dynamics.forces[0].amplitude < 4.0 / PI * limit);
+    let [low, high] = dynamics.frequency;
+    assert!(low < hertz(stiffness[0]) && hertz(stiffness[0] + kt) < high);
 }
 
 #[test]
