@@ -213,8 +213,7 @@ fn the_balance_holds_for_a_contact_that_is_solved() {
             load,
             pressure_cap: None,
         };
-        let solution =
-            normal::solve(&mut half_space, &problem, None, options).expect("contact");
+        let solution = normal::solve(&mut half_space, &problem, None, options).expect("contact");
         let set: Vec<bool> = solution.pressure.iter().map(|&p| p > 0.0).collect();
         let kn = stiffness::normal(&mut half_space, &set).expect("kn");
         Ok(Approach {
@@ -243,8 +242,5 @@ fn the_balance_holds_for_a_contact_that_is_solved() {
     // With all of the stretch worn away, nothing is left: the real contact says so too.
     let faces = worn(20e-6);
     let loose = preload(bolt, None, |n| contact(&faces, n)).expect_err("loose");
-    assert!(
-        matches!(loose, ModelUpdateError::Loose { .. }),
-        "{loose:?}"
-    );
+    assert!(matches!(loose, ModelUpdateError::Loose { .. }), "{loose:?}");
 }
