@@ -237,7 +237,7 @@ fn never_negative(mut k: Vec<f64>) -> Vec<f64> {
 }
 
 /// Parameters of the contact elements, in their order.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct ElementParameters {
     /// Normal static load N₀ \[N\].
     pub normal_load: Vec<f64>,

@@ -15,7 +15,7 @@ use crate::scene::{
 use crate::structure::reduction::Reduced;
 
 /// Where the contact elements of a structure are.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Layout {
     /// Centres (x, y), from the middle of the joint \[m\].
     pub centres: Vec<[f64; 2]>,
@@ -209,6 +209,33 @@ impl Plan {
         }
     }
 
+    /// The ports of the vibration that are no contact ports, in their order: those of the loads and of the response, each once.
+    /// The mass of an oscillator is its contact, unless it has none.
+    pub fn points(scene: &Scene) -> Vec<Port> {
+        let (Some(structure), Some(dynamics)) = (&scene.structure, &scene.dynamics) else {
+            return Vec::new();
+        };
+        match structure {
+            Structure::Oscillator { .. } if scene.contact.is_some() => Vec::new(),
+            Structure::Oscillator { .. } => (0..3)
+                .map(|axis| Port {
+                    at: dynamics.response.at.clone(),
+                    axis,
+                })
+                .collect(),
+            Structure::Resonator { .. } => {
+                let mut points: Vec<Port> = Vec::new();
+                let loads = dynamics.forces.iter().map(|force| &force.port);
+                for port in loads.chain([&dynamics.response]) {
+                    if !points.contains(port) {
+                        points.push(port.clone());
+                    }
+                }
+                points
+            }
+        }
+    }
+
     /// When the contact elements are renewed.
     pub fn criterion(update: Option<Update>) -> Criterion {
         match update {
@@ -237,18 +264,8 @@ impl Plan {
         };
         let springs = reference_springs(unworn);
         let springs = (dynamics.damping_basis == DampingBasis::Stuck).then_some(&springs[..]);
-        let mut ports: Vec<&Port> = Vec::new();
-        for port in dynamics
-            .forces
-            .iter()
-            .map(|f| &f.port)
-            .chain([&dynamics.response])
-        {
-            if !ports.contains(&port) {
-                ports.push(port);
-            }
-        }
-        let place = |port: &Port| ports.iter().position(|p| *p == port).unwrap_or(0);
+        let points = Plan::points(scene);
+        let place = |port: &Port| points.iter().position(|p| p == port).unwrap_or(0);
         let (model, first): (SecondOrder, usize) = match structure {
             Structure::Oscillator {
                 mass,
@@ -257,7 +274,7 @@ impl Plan {
             } => oscillator(*mass, *damping, *stiffness, dynamics, unworn, springs)?,
             Structure::Resonator { .. } => {
                 let reduced = reduced.expect("the structure is reduced before it vibrates");
-                let numbers: Option<Vec<usize>> = ports
+                let numbers: Option<Vec<usize>> = points
                     .iter()
                     .map(|port| reduced.ports.of_point(&port.at, port.axis))
                     .collect();
