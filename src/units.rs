@@ -34,7 +34,7 @@ struct Named {
     units: &'static [&'static str],
 }
 
-const NAMED: [Named; 9] = [
+const NAMED: [Named; 12] = [
     Named {
         dimension: Dimension::NONE,
         name: "a plain number",
@@ -78,6 +78,24 @@ const NAMED: [Named; 9] = [
         units: &["N/um"],
     },
     Named {
+        dimension: Dimension::MASS,
+        name: "a mass",
+        number: "2",
+        units: &["g", "kg"],
+    },
+    Named {
+        dimension: Dimension::DAMPING,
+        name: "a damping (force per velocity)",
+        number: "5",
+        units: &["N s/m"],
+    },
+    Named {
+        dimension: Dimension::FREQUENCY,
+        name: "a frequency",
+        number: "900",
+        units: &["Hz"],
+    },
+    Named {
         dimension: Dimension::WEAR_COEFFICIENT,
         name: "a wear coefficient (volume per energy)",
         number: "2e3",
@@ -106,6 +124,12 @@ impl Dimension {
     pub const DENSITY: Self = Self::of(-3, 1, 0);
     /// Force per length \[N/m\].
     pub const STIFFNESS: Self = Self::of(0, 1, -2);
+    /// Mass \[kg\].
+    pub const MASS: Self = Self::of(0, 1, 0);
+    /// Force per velocity \[N s/m\].
+    pub const DAMPING: Self = Self::of(0, 1, -1);
+    /// Frequency \[Hz\].
+    pub const FREQUENCY: Self = Self::of(0, 0, -1);
     /// Wear volume per dissipated energy \[m³/J\], [A eq. 2.5].
     pub const WEAR_COEFFICIENT: Self = Self::of(1, -1, 2);
     /// Angle \[rad\].

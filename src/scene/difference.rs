@@ -14,6 +14,9 @@ const LEFT_OUT: [(&str, &str); 4] = [
     ("motion", "path"),
 ];
 
+/// Fields of the resonator that other sections give.
+const GIVEN_ELSEWHERE: [&str; 5] = ["lap_length", "arm_height", "lap_cells", "material", "tied"];
+
 /// See [`Scene::canonical`].
 pub(super) fn canonical(scene: &Scene) -> Value {
     let mut value = serde_json::to_value(scene)
@@ -27,7 +30,37 @@ pub(super) fn canonical(scene: &Scene) -> Value {
             object.remove(key);
         }
     }
+    as_keys(&mut value);
     sorted(value)
+}
+
+/// Gives what a scene holds under other names the names of its keys, by which differences are told.
+fn as_keys(scene: &mut Value) {
+    let section = |scene: &mut Value, name: &str, inner: &str| {
+        let section = scene.get_mut(name)?.as_object_mut()?;
+        let found = section.remove(inner)?;
+        Some((section.clone(), found))
+    };
+    for (name, inner) in [("structure", "geometry"), ("contact", "given")] {
+        if let Some((mut outer, Value::Object(found))) = section(scene, name, inner) {
+            let own = |key: &String| !GIVEN_ELSEWHERE.contains(&key.as_str());
+            outer.extend(found.into_iter().filter(|(key, _)| own(key)));
+            scene[name] = Value::Object(outer);
+        }
+    }
+    if let Some((mut outer, mut forces)) = section(scene, "dynamics", "forces") {
+        let places = forces.as_array_mut().into_iter().flatten();
+        for place in places.chain(outer.get_mut("response")) {
+            if let Some(place) = place.as_object_mut()
+                && let Some(axis) = place.remove("axis").and_then(|axis| axis.as_u64())
+            {
+                let direction = ["x", "y", "z"].get(axis as usize).copied();
+                place.insert("direction".to_owned(), direction.into());
+            }
+        }
+        outer.insert("force".to_owned(), forces);
+        scene["dynamics"] = Value::Object(outer);
+    }
 }
 
 /// The same value with the keys of every object in order, which serde_json does or does not keep depending on features that

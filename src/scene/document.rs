@@ -42,6 +42,29 @@ impl Node {
             })
     }
 
+    /// The tables of a list of tables, as sections where the list is; none for anything else, and for an empty list.
+    pub fn tables(&self) -> Option<Vec<Node>> {
+        let Content::Value(Value::Array(items)) = &self.content else {
+            return None;
+        };
+        let tables: Option<Vec<Node>> = items
+            .iter()
+            .map(|item| match item {
+                Value::Table(_) => Some(build("", item.clone(), &|_| Rc::clone(&self.place))),
+                _ => None,
+            })
+            .collect();
+        tables.filter(|tables| !tables.is_empty())
+    }
+
+    /// A tree with this node below the names given.
+    pub fn below(self, names: &[&str]) -> Node {
+        let place = Rc::clone(&self.place);
+        names.iter().rev().fold(self, |node, name| {
+            Node::section(&place, BTreeMap::from([((*name).to_owned(), node)]))
+        })
+    }
+
     /// The value as TOML would write it, for messages.
     pub fn shown(&self) -> String {
         match self.to_value() {
@@ -75,7 +98,7 @@ impl Node {
     }
 
     /// Lays `over` on top of this tree. A section keeps the place where it first appeared. With `drop_rivals`, keys that `over` makes meaningless are dropped: those of the other
-    /// kinds when it changes the kind of a surface, and the other way of giving the motion.
+    /// kinds when it changes the kind of a section, and the other ways of giving a motion or an update.
     fn merge(&mut self, over: Node, drop_rivals: bool) {
         if drop_rivals {
             self.drop_rivals(&over);
@@ -99,21 +122,31 @@ impl Node {
     }
 
     fn drop_rivals(&mut self, over: &Node) {
-        if let Some(kind) = over.text("surface.kind")
-            && self.text("surface.kind") != Some(kind)
-            && let Some(own) = keys::surface_keys(kind)
-        {
-            let others = keys::SURFACE_KINDS.iter().flat_map(|entry| entry.1);
-            for name in others.filter(|name| !own.contains(name)) {
-                self.remove("surface", name);
+        for (section, kinds) in keys::KINDS {
+            let key = join(section, "kind");
+            if let Some(kind) = over.text(&key)
+                && self.text(&key) != Some(kind)
+                && let Some(own) = keys::keys_of_kind(section, kind)
+            {
+                let others = kinds.iter().flat_map(|entry| entry.1);
+                for name in others.filter(|name| !own.contains(name)) {
+                    self.remove(section, name);
+                }
             }
         }
-        if over.get("motion.history").is_some() {
-            for name in ["amplitude", "phase", "normal_load_amplitude"] {
-                self.remove("motion", name);
+        for (section, alternatives) in keys::ALTERNATIVES {
+            // The first name of an alternative is the one that stands for it.
+            let Some(chosen) = alternatives
+                .iter()
+                .find(|names| over.get(&join(section, names[0])).is_some())
+            else {
+                continue;
+            };
+            for names in alternatives.iter().filter(|names| *names != chosen) {
+                for name in *names {
+                    self.remove(section, name);
+                }
             }
-        } else if over.get("motion.amplitude").is_some() {
-            self.remove("motion", "history");
         }
     }
 
@@ -354,7 +387,5 @@ fn parse_set(text: &str) -> Result<Node, SceneError> {
         .parse()
         .unwrap_or_else(|_| Value::String(value.to_owned()));
     let leaf = build("", value, &|_| Rc::clone(&place));
-    Ok(names.into_iter().rev().fold(leaf, |node, name| {
-        Node::section(&place, BTreeMap::from([(name.to_owned(), node)]))
-    }))
+    Ok(leaf.below(&names))
 }

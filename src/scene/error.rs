@@ -203,6 +203,14 @@ pub enum Problem {
         /// The one most like it.
         nearest: Option<&'static str>,
     },
+    /// A section that contradicts another one.
+    #[error("section [{section}]: {reason}")]
+    Misplaced {
+        /// The section.
+        section: &'static str,
+        /// What it contradicts and what would be right.
+        reason: String,
+    },
     /// Two keys that contradict each other.
     #[error("{key} = {value}: {reason}")]
     Conflict {

@@ -1,4 +1,4 @@
-//! The keys of a scene: which exist, which are paths, which belong to which kind of surface, and which are still to come.
+//! The keys of a scene: which exist, which are paths, which belong to which kind of a section, and which are still to come.
 
 /// Every key. A table that is itself listed may also be written as a plain value.
 pub(super) const KEYS: &[&str] = &[
@@ -31,12 +31,57 @@ pub(super) const KEYS: &[&str] = &[
     "surface.spacing",
     "contact.friction_coefficient",
     "contact.normal_load",
+    "contact.kn",
+    "contact.kt",
+    "contact.gap",
     "contact.pressure_cap",
     "contact.boundary",
     "contact.transverse",
     "contact.rotation",
     "contact.stiffness",
     "contact.distribution",
+    "contact.bolt_stiffness",
+    "structure.kind",
+    "structure.depth",
+    "structure.stub_length",
+    "structure.gap_length",
+    "structure.block_length",
+    "structure.block_height",
+    "structure.leaf_thickness",
+    "structure.window_length",
+    "structure.window_height",
+    "structure.frame_height",
+    "structure.wall_thickness",
+    "structure.head_thickness",
+    "structure.bolt_modulus_factor",
+    "structure.half_depth_cells",
+    "structure.block_cells",
+    "structure.stub_cells",
+    "structure.gap_cells",
+    "structure.leaf_cells",
+    "structure.window_cells",
+    "structure.wall_cells",
+    "structure.inner_cells",
+    "structure.rim_cells",
+    "structure.head_cells",
+    "structure.mass",
+    "structure.damping",
+    "structure.stiffness",
+    "dynamics.force",
+    "dynamics.force.amplitude",
+    "dynamics.force.at",
+    "dynamics.force.direction",
+    "dynamics.force.phase",
+    "dynamics.force.harmonic",
+    "dynamics.response.at",
+    "dynamics.response.direction",
+    "dynamics.harmonics",
+    "dynamics.modes",
+    "dynamics.damping_ratio",
+    "dynamics.damping_basis",
+    "dynamics.friction_law",
+    "dynamics.frequency",
+    "dynamics.points",
     "motion.amplitude",
     "motion.phase",
     "motion.normal_load_amplitude",
@@ -47,6 +92,10 @@ pub(super) const KEYS: &[&str] = &[
     "wear.scheme",
     "wear.depth_step",
     "wear.tolerance",
+    "update",
+    "update.stiffness_change",
+    "update.iterations",
+    "update.wear_volume",
     "fidelity.preset",
     "fidelity.cycle",
     "fidelity.steps_per_cycle",
@@ -54,6 +103,7 @@ pub(super) const KEYS: &[&str] = &[
     "fidelity.tangential_tolerance",
     "fidelity.cycle_tolerance",
     "fidelity.wear_tolerance",
+    "fidelity.aft_samples",
     "output.keep",
     "output.keep.every",
     "output.keep.last",
@@ -66,8 +116,14 @@ pub(super) const KEYS: &[&str] = &[
 /// Keys whose value is the path of a file.
 pub(super) const PATHS: &[[&str; 2]] = &[["surface", "path"], ["motion", "history"]];
 
-/// Kinds of surface and the keys that each has beside `kind`.
-pub(super) const SURFACE_KINDS: &[(&str, &[&str])] = &[
+/// Kinds of a section and the keys that each has beside `kind`.
+pub(super) type Kinds = &'static [(&'static str, &'static [&'static str])];
+
+/// The sections that have a `kind`.
+pub(super) const KINDS: &[(&str, Kinds)] =
+    &[("surface", SURFACE_KINDS), ("structure", STRUCTURE_KINDS)];
+
+const SURFACE_KINDS: Kinds = &[
     ("gaussian", &["rq", "correlation_length", "seed"]),
     ("exponential", &["rq", "correlation_length", "seed"]),
     (
@@ -85,32 +141,75 @@ pub(super) const SURFACE_KINDS: &[(&str, &[&str])] = &[
     ("file", &["path", "unit", "detrend", "fill", "spacing"]),
 ];
 
-/// The keys of one kind of surface.
-pub(super) fn surface_keys(kind: &str) -> Option<&'static [&'static str]> {
-    SURFACE_KINDS
+const STRUCTURE_KINDS: Kinds = &[
+    (
+        "resonator",
+        &[
+            "depth",
+            "stub_length",
+            "gap_length",
+            "block_length",
+            "block_height",
+            "leaf_thickness",
+            "window_length",
+            "window_height",
+            "frame_height",
+            "wall_thickness",
+            "head_thickness",
+            "bolt_modulus_factor",
+            "half_depth_cells",
+            "block_cells",
+            "stub_cells",
+            "gap_cells",
+            "leaf_cells",
+            "window_cells",
+            "wall_cells",
+            "inner_cells",
+            "rim_cells",
+            "head_cells",
+        ],
+    ),
+    ("oscillator", &["mass", "damping", "stiffness"]),
+];
+
+/// The kinds of a section; none for a section without `kind`.
+pub(super) fn kinds(section: &str) -> Kinds {
+    KINDS
+        .iter()
+        .find(|entry| entry.0 == section)
+        .map_or(&[], |entry| entry.1)
+}
+
+/// The keys of one kind of a section.
+pub(super) fn keys_of_kind(section: &str, kind: &str) -> Option<&'static [&'static str]> {
+    kinds(section)
         .iter()
         .find(|entry| entry.0 == kind)
         .map(|entry| entry.1)
 }
 
-const GIVE_MOTION: &str = "give [motion] instead";
-const GIVE_AMPLITUDE: &str = "give motion.amplitude instead";
-const GIVE_SURFACE: &str =
-    "it needs [dynamics]; give [surface], from which the contact stiffness is computed";
-const NEEDS_DYNAMICS: &str = "it acts only through [dynamics]; leave it out";
+/// Keys of one section of which a scene gives one: setting one drops the others.
+pub(super) const ALTERNATIVES: &[(&str, &[&[&str]])] = &[
+    (
+        "motion",
+        &[
+            &["history"],
+            &["amplitude", "phase", "normal_load_amplitude"],
+        ],
+    ),
+    (
+        "update",
+        &[&["stiffness_change"], &["iterations"], &["wear_volume"]],
+    ),
+];
 
-/// Sections and keys of the whole program that this version does not have, and what to do instead.
+const GIVE_AMPLITUDE: &str = "give motion.amplitude instead";
+
+/// Keys of the whole program that this version does not have, and what to do instead.
 pub(super) const UNAVAILABLE: &[(&str, &str)] = &[
-    ("structure", GIVE_MOTION),
-    ("dynamics", GIVE_MOTION),
-    ("update", GIVE_MOTION),
     ("motion.force", GIVE_AMPLITUDE),
     ("motion.moment", GIVE_AMPLITUDE),
     ("motion.rotation", GIVE_AMPLITUDE),
-    ("contact.kn", GIVE_SURFACE),
-    ("contact.kt", GIVE_SURFACE),
-    ("contact.bolt_stiffness", NEEDS_DYNAMICS),
-    ("fidelity.aft_samples", NEEDS_DYNAMICS),
 ];
 
 /// Words less alike than this are not suggested: at 0.6 `frq` still finds `rq` and `bolt` finds nothing.

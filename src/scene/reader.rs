@@ -36,6 +36,14 @@ pub(super) const HURST: Check = Check {
     holds: |x| x > 0.0 && x <= 1.0,
     expected: "greater than 0 and at most 1",
 };
+pub(super) const RATIO: Check = Check {
+    holds: |x| (0.0..1.0).contains(&x),
+    expected: "zero or greater, and less than 1",
+};
+pub(super) const CHANGE: Check = Check {
+    holds: |x| x > 0.0 && x < 1.0,
+    expected: "greater than 0 and less than 1, such as 0.1",
+};
 pub(super) const TOLERANCE: Check = Check {
     holds: |x| x > 0.0 && x < 1.0,
     expected: "greater than 0 and less than 1, such as 1e-4",
@@ -88,6 +96,13 @@ impl<'a> Reader<'a> {
         )
     }
 
+    /// The error of a section that contradicts another one.
+    pub fn misplaced(&self, section: &'static str, reason: impl Into<String>) -> SceneError {
+        let node = self.node(section).unwrap_or(self.root);
+        let reason = reason.into();
+        SceneError::new(&node.place, Problem::Misplaced { section, reason })
+    }
+
     /// The error of a key that contradicts another one.
     pub fn conflict(&self, key: &str, reason: impl Into<String>) -> SceneError {
         let node = self.node(key).unwrap_or(self.root);
@@ -114,7 +129,8 @@ impl<'a> Reader<'a> {
         )
     }
 
-    fn wrong_type(&self, key: &str, node: &Node, expected: impl Into<String>) -> SceneError {
+    /// The error of a key whose value is of another type.
+    pub fn wrong_type(&self, key: &str, node: &Node, expected: impl Into<String>) -> SceneError {
         SceneError::new(
             &node.place,
             Problem::Type {
@@ -188,21 +204,61 @@ impl<'a> Reader<'a> {
         single: Option<fn(f64) -> [f64; 2]>,
         example: &str,
     ) -> Result<Option<[f64; 2]>, SceneError> {
+        let expected = format!("a list of two values, for x and y, such as {example}");
+        self.list(key, dimension, check, single, &expected)
+    }
+
+    /// A list of `N` quantities. `single` makes a list of a value that stands alone, where that is allowed; `expected` says what
+    /// would be right.
+    pub fn list<const N: usize>(
+        &self,
+        key: &str,
+        dimension: Dimension,
+        check: Check,
+        single: Option<fn(f64) -> [f64; N]>,
+        expected: &str,
+    ) -> Result<Option<[f64; N]>, SceneError> {
         let Some(node) = self.node(key) else {
             return Ok(None);
         };
+        let example = expected.rsplit("such as ").next().unwrap_or(expected);
         let number = |value| self.number(key, node, value, dimension, check, example);
         match (&node.content, single) {
             (Content::Value(Value::Array(items)), _) => {
-                if let [x, y] = items.as_slice() {
-                    return Ok(Some([number(x)?, number(y)?]));
+                let numbers: Result<Vec<f64>, SceneError> = items.iter().map(number).collect();
+                if items.len() == N
+                    && let Ok(list) = <[f64; N]>::try_from(numbers?)
+                {
+                    return Ok(Some(list));
                 }
             }
-            (Content::Value(value), Some(both)) => return Ok(Some(both(number(value)?))),
+            (Content::Value(value), Some(all)) => return Ok(Some(all(number(value)?))),
             _ => {}
         }
-        let expected = format!("a list of two values, for x and y, such as {example}");
         Err(self.wrong_type(key, node, expected))
+    }
+
+    /// A list of integers of 0 or more that differ from one another.
+    pub fn integers(&self, key: &str, expected: &str) -> Result<Option<Vec<u64>>, SceneError> {
+        let Some(node) = self.node(key) else {
+            return Ok(None);
+        };
+        let Content::Value(Value::Array(items)) = &node.content else {
+            return Err(self.wrong_type(key, node, expected));
+        };
+        let numbers: Option<Vec<u64>> = items
+            .iter()
+            .map(|item| as_integer(item).and_then(|n| u64::try_from(n).ok()))
+            .collect();
+        let Some(numbers) = numbers else {
+            return Err(self.wrong_type(key, node, expected));
+        };
+        let mut sorted = numbers.clone();
+        sorted.sort_unstable();
+        if sorted.windows(2).any(|pair| pair[0] == pair[1]) {
+            return Err(self.out_of_range(key, expected));
+        }
+        Ok(Some(numbers))
     }
 
     /// A list of two integers, for x and y, of 1 to `largest`.
@@ -309,12 +365,68 @@ impl<'a> Reader<'a> {
         ))
     }
 
+    /// The kind of a section, once it is there: a word of [`keys::KINDS`]. Keys of another kind are refused.
+    pub fn kind(&self, section: &str, example: &'static str) -> Result<&'static str, SceneError> {
+        let key = join(section, "kind");
+        let kinds: Vec<(&'static str, &'static str)> = keys::kinds(section)
+            .iter()
+            .map(|entry| (entry.0, entry.0))
+            .collect();
+        let kind = self
+            .choice(&key, &kinds)?
+            .ok_or_else(|| self.missing(&key, example))?;
+        let own = keys::keys_of_kind(section, kind).unwrap_or(&[]);
+        for name in keys::children(section) {
+            let other = join(section, name);
+            if let Some(node) = self.node(&other)
+                && name != "kind"
+                && !own.contains(&name)
+            {
+                return Err(SceneError::new(
+                    &node.place,
+                    Problem::OtherKind {
+                        key: other,
+                        value: node.shown(),
+                        kind_key: key,
+                        kind: kind.to_owned(),
+                        keys: own.iter().map(|name| (*name).to_owned()).collect(),
+                    },
+                ));
+            }
+        }
+        Ok(kind)
+    }
+
+    /// Refuses words that the whole program knows and this version does not.
+    pub fn refuse_words(
+        &self,
+        key: &str,
+        words: &[&str],
+        instead: &'static str,
+    ) -> Result<(), SceneError> {
+        let Some(node) = self.node(key) else {
+            return Ok(());
+        };
+        let shown = node.shown();
+        if words.iter().any(|word| shown == format!("\"{word}\"")) {
+            return Err(SceneError::new(
+                &node.place,
+                Problem::Unavailable {
+                    key: format!("{key} = {shown}"),
+                    instead,
+                },
+            ));
+        }
+        Ok(())
+    }
+
     /// Refuses every key that no scene has.
     pub fn check_keys(&self) -> Result<(), SceneError> {
         self.check_section("", self.root)
     }
 
-    fn check_section(&self, section: &str, node: &Node) -> Result<(), SceneError> {
+    /// Refuses every key of a section that no such section has.
+    pub fn check_section(&self, section: &str, node: &Node) -> Result<(), SceneError> {
         let Content::Section(entries) = &node.content else {
             let names = keys::children(section).join(", ");
             let expected = format!("a section, [{section}], with keys: {names}");

@@ -215,7 +215,11 @@ impl Resonator {
         reduction::reduce(&system, ports, &ModeOptions::new(modes))
     }
 
-    fn check(&self) -> Result<(), StructureError> {
+    /// Whether it can be meshed.
+    ///
+    /// # Errors
+    /// The first dimension or count that makes no resonator, by the name of its field.
+    pub fn check(&self) -> Result<(), StructureError> {
         self.material.check()?;
         for (name, value) in [
             ("lap_length", self.lap_length),

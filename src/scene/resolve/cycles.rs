@@ -1,8 +1,10 @@
-//! `[motion]`, `[wear]` and `[fidelity]`: what happens in a cycle, over many of them, and how exactly.
+//! `[motion]`, `[wear]`, `[update]` and `[fidelity]`: what happens in a cycle, over many of them, and how exactly.
 
-use super::Result;
-use crate::scene::reader::{ANY, NOT_NEGATIVE, POSITIVE, Reader, TOLERANCE};
-use crate::scene::{Contact, CycleMode, Fidelity, Motion, Preset, Scheme, Transverse, Wear, keys};
+use super::{Body, Result};
+use crate::scene::reader::{ANY, CHANGE, NOT_NEGATIVE, POSITIVE, Reader, TOLERANCE};
+use crate::scene::{
+    Contact, CycleMode, Dynamics, Fidelity, Motion, Preset, Scheme, Transverse, Update, Wear, keys,
+};
 use crate::units::Dimension;
 
 /// Largest wear depth of an explicit step of the `paper` preset \[m\]: what [A §4a] takes at Rq 5 and 10 µm.
@@ -90,19 +92,35 @@ pub(super) fn motion(reader: &Reader<'_>, contact: &Contact) -> Result<Option<Mo
     }))
 }
 
-pub(super) fn wear(reader: &Reader<'_>, preset: Preset) -> Result<Option<Wear>> {
+/// What `[wear]` needs beside it: a surface, and something that moves it.
+fn check_wear(reader: &Reader<'_>, body: Body) -> Result<()> {
+    if body == Body::Joint && !reader.has("motion") {
+        return Err(reader.missing_section(
+            "motion",
+            "[wear] needs it, or [structure] and [dynamics]: without motion nothing wears",
+            "[motion]\namplitude = [\"5 um\", \"0 um\"]",
+        ));
+    }
+    if body == Body::Oscillator {
+        let reason = "an oscillator has no surface that could wear; leave [wear] out";
+        return Err(reader.misplaced("wear", reason));
+    }
+    if reader.has("contact.kn") {
+        return Err(reader.conflict(
+            "contact.kn",
+            "a contact of given stiffness has no surface that could wear; give [surface] instead, or leave [wear] out",
+        ));
+    }
+    Ok(())
+}
+
+pub(super) fn wear(reader: &Reader<'_>, body: Body, preset: Preset) -> Result<Option<Wear>> {
     let tolerance = |key| reader.quantity(key, Dimension::NONE, TOLERANCE, "0.01");
     let general = tolerance("fidelity.wear_tolerance")?;
     if !reader.has("wear") {
         return Ok(None);
     }
-    if !reader.has("motion") {
-        return Err(reader.missing_section(
-            "motion",
-            "[wear] needs it: without motion nothing wears",
-            "[motion]\namplitude = [\"5 um\", \"0 um\"]",
-        ));
-    }
+    check_wear(reader, body)?;
     let own = tolerance("wear.tolerance")?;
     if own.is_some() && general.is_some() {
         return Err(reader.conflict(
@@ -160,6 +178,53 @@ pub(super) fn wear(reader: &Reader<'_>, preset: Preset) -> Result<Option<Wear>> 
         depth_step,
         tolerance: own.or(general).unwrap_or(defaults(preset).wear),
     }))
+}
+
+pub(super) fn update(
+    reader: &Reader<'_>,
+    wear: Option<&Wear>,
+    dynamics: Option<&Dynamics>,
+) -> Result<Option<Update>> {
+    const CRITERIA: [&str; 3] = [
+        "update.stiffness_change",
+        "update.iterations",
+        "update.wear_volume",
+    ];
+    let Some(node) = reader.node("update") else {
+        return Ok(None);
+    };
+    let given: Vec<&str> = CRITERIA.into_iter().filter(|key| reader.has(key)).collect();
+    let Some(&first) = given.first() else {
+        return match node.shown().as_str() {
+            "\"never\"" => Ok(None),
+            "{}" => Err(reader.missing(CRITERIA[0], "stiffness_change = 0.10")),
+            _ => Err(reader.out_of_range(
+                "update",
+                "\"never\" or a table such as { stiffness_change = 0.10 }",
+            )),
+        };
+    };
+    if let Some(second) = given.get(1) {
+        return Err(reader.conflict(
+            second,
+            format!("{first} decides already when to update; give one of them"),
+        ));
+    }
+    if wear.is_none() {
+        let reason = "without [wear] the contact never changes; leave it out";
+        return Err(reader.misplaced("update", reason));
+    }
+    if dynamics.is_none() {
+        let reason = "it changes the contact elements of a structure, and there is none; add [structure] and [dynamics], or leave it out";
+        return Err(reader.misplaced("update", reason));
+    }
+    let change = reader.quantity(CRITERIA[0], Dimension::NONE, CHANGE, "0.10")?;
+    let iterations = reader.integer(CRITERIA[1], 1)?;
+    let volume = reader.quantity(CRITERIA[2], Dimension::VOLUME, POSITIVE, "\"0.1 mm^3\"")?;
+    Ok(change
+        .map(Update::StiffnessChange)
+        .or(iterations.map(Update::Iterations))
+        .or(volume.map(Update::WearVolume)))
 }
 
 /// Tolerances of a preset.
@@ -227,6 +292,56 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
         normal_tolerance: tolerance("fidelity.normal_tolerance", default.normal)?,
         tangential_tolerance: tolerance("fidelity.tangential_tolerance", default.tangential)?,
         cycle_tolerance: tolerance("fidelity.cycle_tolerance", default.cycle)?,
-        aft_samples: 64,
+        aft_samples: samples(preset),
+    })
+}
+
+/// Samples of a vibration cycle of a preset. The friction law is integrated exactly between them, along straight lines: the
+/// error of the force falls with the square of their number, and 64 leave about a thousandth.
+fn samples(preset: Preset) -> usize {
+    match preset {
+        Preset::Paper => 32,
+        Preset::Fast => 64,
+        Preset::Balanced => 128,
+        Preset::Reference => 512,
+    }
+}
+
+/// The samples of a vibration cycle, of which the highest harmonic needs some.
+pub(super) fn with_samples(
+    reader: &Reader<'_>,
+    fidelity: Fidelity,
+    dynamics: Option<&Dynamics>,
+) -> Result<Fidelity> {
+    const KEY: &str = "fidelity.aft_samples";
+    let Some(dynamics) = dynamics else {
+        return if reader.has(KEY) {
+            Err(reader.conflict(
+                KEY,
+                "it is about [dynamics], and there is none; leave it out",
+            ))
+        } else {
+            Ok(fidelity)
+        };
+    };
+    let highest = dynamics.harmonics.last().map_or(0, |order| *order as usize);
+    let least = 2 * highest + 2;
+    let aft_samples = match reader.integer(KEY, 0)? {
+        None => fidelity.aft_samples.max(4 * highest + 2),
+        Some(samples) => usize::try_from(samples)
+            .ok()
+            .filter(|n| n % 2 == 0 && (least..=LARGEST_STEPS).contains(n))
+            .ok_or_else(|| {
+                reader.out_of_range(
+                    KEY,
+                    format!(
+                        "an even integer of {least} to {LARGEST_STEPS}: more than twice the highest harmonic, {highest}"
+                    ),
+                )
+            })?,
+    };
+    Ok(Fidelity {
+        aft_samples,
+        ..fidelity
     })
 }

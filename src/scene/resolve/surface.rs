@@ -3,7 +3,7 @@
 use super::Result;
 use crate::scene::error::{Problem, SceneError};
 use crate::scene::reader::{HURST, POSITIVE, Reader};
-use crate::scene::{Detrend, Fill, Joint, Surface, keys};
+use crate::scene::{Detrend, Fill, Joint, Surface};
 use crate::units::{self, Dimension};
 
 /// Random surfaces start from this seed unless the scene says otherwise.
@@ -20,15 +20,7 @@ pub(super) fn surface(reader: &Reader<'_>, joint: &Joint) -> Result<Surface> {
             SURFACE_EXAMPLE,
         ));
     }
-    let kinds: Vec<(&str, &str)> = keys::SURFACE_KINDS
-        .iter()
-        .map(|entry| (entry.0, entry.0))
-        .collect();
-    let kind = reader
-        .choice("surface.kind", &kinds)?
-        .ok_or_else(|| reader.missing("surface.kind", "kind = \"gaussian\""))?;
-    refuse_other_kinds(reader, kind)?;
-
+    let kind = reader.kind("surface", "kind = \"gaussian\"")?;
     let length = |key, example| reader.quantity(key, Dimension::LENGTH, POSITIVE, example);
     let rq = || {
         length("surface.rq", "\"5 um\"")?
@@ -142,28 +134,4 @@ fn surface_file(reader: &Reader<'_>) -> Result<Surface> {
             "[\"2 um\", \"2 um\"]",
         )?,
     })
-}
-
-/// Refuses the keys of a surface that belong to another kind than the one chosen.
-fn refuse_other_kinds(reader: &Reader<'_>, kind: &str) -> Result<()> {
-    let own = keys::surface_keys(kind).unwrap_or(&[]);
-    for name in keys::children("surface") {
-        let key = keys::join("surface", name);
-        let Some(node) = reader.node(&key) else {
-            continue;
-        };
-        if name != "kind" && !own.contains(&name) {
-            return Err(SceneError::new(
-                &node.place,
-                Problem::OtherKind {
-                    key,
-                    value: node.shown(),
-                    kind_key: "surface.kind".to_owned(),
-                    kind: kind.to_owned(),
-                    keys: own.iter().map(|name| (*name).to_owned()).collect(),
-                },
-            ));
-        }
-    }
-    Ok(())
 }
