@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use fretwear::scene::{self, Scene};
 use fretwear::stages::{self, Ending, Inputs, RunOptions, Source};
-use fretwear::store::{RealFileSystem, StoreError};
+use fretwear::store::{Cache, RealFileSystem, StoreError};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
@@ -39,6 +39,7 @@ pub fn run(arguments: RunArguments) -> Result<Exit, CliError> {
         root: root.clone(),
         source: arguments.from.clone(),
         until: arguments.until,
+        cache: cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder)),
         file_system: Arc::new(RealFileSystem),
         // A start makes an iteration in any case, so that one with little time after another gets through.
         stop: &|commits| {
@@ -68,6 +69,17 @@ pub fn run(arguments: RunArguments) -> Result<Exit, CliError> {
         return Ok(Exit::Stopped);
     }
     Ok(Exit::Done)
+}
+
+/// Where results are shared between runs: the folder that `FRETWEAR_CACHE` names (none if it is empty), else `fretwear` in the
+/// user's cache.
+fn cache_folder() -> Option<PathBuf> {
+    if let Some(folder) = std::env::var_os("FRETWEAR_CACHE") {
+        return (!folder.is_empty()).then(|| PathBuf::from(folder));
+    }
+    let user = std::env::var_os("XDG_CACHE_HOME").filter(|folder| !folder.is_empty());
+    let home = || Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache"));
+    Some(user.map(PathBuf::from).or_else(home)?.join("fretwear"))
 }
 
 /// The scene, and the folder of its run.

@@ -144,3 +144,16 @@ pub enum DynamicsError {
         last: Box<DynamicsError>,
     },
 }
+
+impl DynamicsError {
+    /// True where a solver found no answer that may exist: another tolerance, range or start may help.
+    pub fn is_not_converged(&self) -> bool {
+        matches!(
+            self,
+            DynamicsError::NotConverged { .. }
+                | DynamicsError::Krylov { .. }
+                | DynamicsError::NoResonance { .. }
+                | DynamicsError::StepTooSmall { .. }
+        )
+    }
+}

@@ -25,6 +25,7 @@ pub mod oscillator;
 pub mod reduced;
 pub mod resonance;
 mod slider;
+pub mod vibration;
 
 pub use aft::{InterfaceElement, Sampling};
 pub use closed_model::{ClosedModel, Core};
@@ -36,3 +37,4 @@ pub use harmonics::Harmonics;
 pub use linear_model::{LinearModel, Receptance, SecondOrder};
 pub use oscillator::Oscillator;
 pub use reduced::{Damping, reduced_model, reference_springs};
+pub use vibration::{ForcedPoint, Resonance, Spread, Vibration};

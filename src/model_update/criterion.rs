@@ -1,4 +1,4 @@
-//! When the contact elements are due for an update [A §2e, §4c].
+//! When the contact elements are due for an update [A §2e, §4d(i)].
 
 use serde::{Deserialize, Serialize};
 

@@ -44,7 +44,8 @@ impl Compliance {
     }
 
     /// Compliance of a patch in full contact: that of the half spaces under it, without roughness. It depends on the patch
-    /// alone and takes two solves: to be kept.
+    /// alone and takes two solves: to be kept. `shear` must be that of the contact from which it is to be taken away, as holding
+    /// the transverse displacement makes the joint a little stiffer (by 0.1 % on a square patch).
     ///
     /// # Errors
     /// Those of [`stiffness::normal`] and [`stiffness::tangential`].
@@ -122,7 +123,8 @@ pub enum StiffnessKind {
     /// What the roughness adds to the smooth patch. The displacement of the fine contact is then not that of the springs:
     /// [`fine_displacement`].
     Roughness,
-    /// All of it, each element with the stiffness that the fine contact has there.
+    /// All of it, each element with the stiffness that the fine contact has there: none where nothing is in contact (at the
+    /// published load a third of the elements at Rq 10 µm, a sixth at 5 µm), which then stays so over the cycle.
     Tangent,
 }
 
@@ -235,7 +237,7 @@ fn never_negative(mut k: Vec<f64>) -> Vec<f64> {
 }
 
 /// Parameters of the contact elements, in their order.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct ElementParameters {
     /// Normal static load N₀ \[N\].
     pub normal_load: Vec<f64>,

@@ -340,6 +340,13 @@ pub struct Wear {
     pub tolerance: f64,
 }
 
+impl Wear {
+    /// True if these cycles, or this worn volume \[m³\], end the run.
+    pub fn is_reached(&self, cycles: u64, volume: f64) -> bool {
+        self.cycles.is_some_and(|end| cycles >= end) || self.volume.is_some_and(|end| volume >= end)
+    }
+}
+
 /// `[fidelity]`
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Fidelity {

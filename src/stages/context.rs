@@ -2,23 +2,31 @@
 
 use std::time::Instant;
 
-use super::{Inputs, Observer, RunError, Stage};
+use super::error::NumericsError;
+use super::{Inputs, Observer, RunError, Stage, dynamic_response};
 use crate::grid::Patch;
+use crate::model_update::Bolt;
 use crate::store::{Draft, Kept, RunStore, StageKey};
 use crate::tables::{Table, TableError, TableName};
 use crate::wear::{FrettingJoint, WearError};
 
-/// The joint of a run, its inputs, and the clock of the iteration in progress.
+/// Who watches, which iteration is in progress, and what its stages have cost so far.
+pub struct Clock<'a> {
+    pub observer: &'a dyn Observer,
+    pub wear_iteration: u64,
+    pub timing: Vec<Timing>,
+}
+
+/// The rough joint of a run, its inputs, and the iteration in progress.
 pub struct Context<'a> {
     pub inputs: &'a Inputs,
     pub joint: FrettingJoint,
     pub surface_key: StageKey,
-    pub observer: &'a dyn Observer,
-    /// The iteration in progress.
-    pub wear_iteration: u64,
-    /// True if the iteration in progress reaches the cycles of the scene.
+    pub clock: Clock<'a>,
+    /// Approach of the unworn joint under its load; there if the load falls with wear.
+    pub unworn_approach: Option<f64>,
+    /// True if the iteration in progress reaches the end of the scene.
     pub is_last: bool,
-    pub timing: Vec<Timing>,
 }
 
 /// What a stage cost.
@@ -33,7 +41,39 @@ pub struct Timing {
 pub struct Keys {
     pub wear: Option<StageKey>,
     pub static_contact: StageKey,
+    /// Keys of model update and dynamic response; none without a structure.
+    pub vibration: Option<VibrationKeys>,
     pub fretting_cycle: StageKey,
+}
+
+/// Keys of the stages of a vibrating structure.
+pub struct VibrationKeys {
+    pub model_update: StageKey,
+    pub dynamic_response: StageKey,
+}
+
+impl VibrationKeys {
+    /// From the keys of the structure and of what its contact elements are made from.
+    pub fn of(inputs: &Inputs, structure: &StageKey, contact: &[&StageKey]) -> VibrationKeys {
+        let mut upstream = vec![structure];
+        upstream.extend(contact);
+        let model_update = StageKey::new(
+            Stage::ModelUpdate.name(),
+            &[TableName::ModelUpdate, TableName::ContactElement],
+            &inputs.sections(&["joint", "contact", "update"]),
+            &upstream,
+        );
+        let dynamic_response = StageKey::new(
+            Stage::DynamicResponse.name(),
+            &dynamic_response::TABLES,
+            &inputs.sections(&["dynamics", "fidelity", "output.response_at"]),
+            &[&model_update],
+        );
+        VibrationKeys {
+            model_update,
+            dynamic_response,
+        }
+    }
 }
 
 impl Keys {
@@ -42,14 +82,25 @@ impl Keys {
         inputs: &Inputs,
         store: &RunStore,
         surface: &StageKey,
+        structure: Option<&StageKey>,
         wear_iteration: u64,
     ) -> Result<Keys, RunError> {
-        let wear = match wear_iteration {
+        let parent = match wear_iteration {
             0 => None,
-            k => {
-                let parent = StageKey::of_commit(store.reader().commit_of(k - 1)?);
-                let parameters = inputs
-                    .sections(&["joint", "material", "contact", "motion", "wear", "fidelity"]);
+            k => Some(StageKey::of_commit(store.reader().commit_of(k - 1)?)),
+        };
+        let wear = match &parent {
+            None => None,
+            Some(parent) => {
+                let parameters = inputs.sections(&[
+                    "joint",
+                    "material",
+                    "contact",
+                    "motion",
+                    "wear",
+                    "fidelity",
+                    "output.response_at",
+                ]);
                 let tables = [
                     TableName::WearField,
                     TableName::WearStep,
@@ -59,7 +110,7 @@ impl Keys {
                     Stage::Wear.name(),
                     &tables,
                     &parameters,
-                    &[surface, &parent],
+                    &[surface, parent],
                 ))
             }
         };
@@ -80,6 +131,13 @@ impl Keys {
         ];
         let static_contact =
             StageKey::new(Stage::StaticContact.name(), &tables, &parameters, &upstream);
+        let vibration = structure.map(|structure| {
+            let mut contact = vec![&static_contact];
+            contact.extend(&parent);
+            VibrationKeys::of(inputs, structure, &contact)
+        });
+        let mut upstream = vec![&static_contact];
+        upstream.extend(vibration.as_ref().map(|keys| &keys.dynamic_response));
         let parameters = inputs.sections(&["contact", "motion", "fidelity", "output.curves_every"]);
         let tables = [
             TableName::ContactField,
@@ -87,73 +145,37 @@ impl Keys {
             TableName::Hysteresis,
             TableName::Summary,
         ];
-        let fretting_cycle = StageKey::new(
-            Stage::FrettingCycle.name(),
-            &tables,
-            &parameters,
-            &[&static_contact],
-        );
+        let fretting_cycle =
+            StageKey::new(Stage::FrettingCycle.name(), &tables, &parameters, &upstream);
         Ok(Keys {
             wear,
             static_contact,
+            vibration,
             fretting_cycle,
         })
     }
 }
 
-impl Context<'_> {
-    /// Runs the numerics of a stage, with its time and transform pairs noted.
+impl Clock<'_> {
+    /// Runs the numerics of a stage without transforms, with its time noted.
     pub fn timed<T>(
         &mut self,
         stage: Stage,
-        work: impl FnOnce(&mut FrettingJoint) -> Result<T, WearError>,
-    ) -> Result<(T, f64), RunError> {
+        work: impl FnOnce() -> Result<T, RunError>,
+    ) -> Result<T, RunError> {
         self.observer.stage(stage, self.wear_iteration);
         let begin = Instant::now();
-        self.joint.half_space.take_pairs();
-        let wear_iteration = self.wear_iteration;
-        let result = work(&mut self.joint).map_err(|source| match source {
-            WearError::Contact(source) => RunError::Contact {
-                stage,
-                wear_iteration,
-                source,
-            },
-            source => RunError::Wear {
-                stage,
-                wear_iteration,
-                source,
-            },
-        })?;
-        let fft_pairs = self.joint.half_space.take_pairs();
+        let result = work()?;
         self.timing.push(Timing {
             stage,
             seconds: begin.elapsed().as_secs_f64(),
-            fft_pairs,
+            fft_pairs: 0.0,
         });
-        Ok((result, fft_pairs))
-    }
-
-    /// Notes whether the iteration in progress, with these cycles behind it, is the last.
-    pub fn reach(&mut self, cycles: u64) {
-        let wear = self.inputs.scene.wear.as_ref();
-        self.is_last = wear
-            .and_then(|wear| wear.cycles)
-            .is_some_and(|end| cycles >= end);
-    }
-
-    /// True if the curves behind the stiffnesses belong to this iteration: every so many, and the last.
-    pub fn curves_due(&self) -> bool {
-        let every = self.inputs.scene.output.curves_every;
-        every > 0 && (self.is_last || self.wear_iteration.is_multiple_of(every))
-    }
-
-    /// A column of the kept cells, spread over the grid.
-    pub fn field(&self, table: &Table, column: &str) -> Result<Vec<f64>, RunError> {
-        Ok(spread(&self.joint.patch, table.f64(column)?))
+        Ok(result)
     }
 
     /// The timing table of the iteration.
-    pub fn timing_table(&mut self) -> Result<Table, TableError> {
+    pub fn table(&mut self) -> Result<Table, TableError> {
         let timing = std::mem::take(&mut self.timing);
         Table::builder(TableName::Timing)
             .column(
@@ -172,6 +194,74 @@ impl Context<'_> {
                 timing.iter().map(|t| t.fft_pairs).collect::<Vec<_>>(),
             )
             .build()
+    }
+}
+
+impl Context<'_> {
+    /// Runs the numerics of a stage, with its time and transform pairs noted.
+    pub fn timed<T>(
+        &mut self,
+        stage: Stage,
+        work: impl FnOnce(&mut FrettingJoint) -> Result<T, NumericsError>,
+    ) -> Result<(T, f64), RunError> {
+        self.clock.observer.stage(stage, self.clock.wear_iteration);
+        let begin = Instant::now();
+        self.joint.half_space.take_pairs();
+        let wear_iteration = self.clock.wear_iteration;
+        let result = work(&mut self.joint).map_err(|source| match source {
+            NumericsError::ModelUpdate(source) => RunError::ModelUpdate(source),
+            NumericsError::Wear(WearError::Contact(source)) => RunError::Contact {
+                stage,
+                wear_iteration,
+                source,
+            },
+            NumericsError::Wear(source) => RunError::Wear {
+                stage,
+                wear_iteration,
+                source,
+            },
+        })?;
+        let fft_pairs = self.joint.half_space.take_pairs();
+        self.clock.timing.push(Timing {
+            stage,
+            seconds: begin.elapsed().as_secs_f64(),
+            fft_pairs,
+        });
+        Ok((result, fft_pairs))
+    }
+
+    /// What clamps the joint, if its load falls with wear.
+    pub fn bolt(&self) -> Option<Bolt> {
+        let contact = self.inputs.scene.contact.as_ref()?;
+        Some(Bolt {
+            stiffness: contact.bolt_stiffness?,
+            load: contact.normal_load,
+            approach: self.unworn_approach?,
+        })
+    }
+
+    /// From now on the joint moves under this static load.
+    pub fn bear(&mut self, load: f64) {
+        if self.unworn_approach.is_some() {
+            self.joint.motion = self.joint.motion.clone().with_mean_load(load);
+        }
+    }
+
+    /// Notes whether the iteration in progress, with these cycles and this volume behind it, is the last.
+    pub fn reach(&mut self, cycles: u64, volume: f64) {
+        let wear = self.inputs.scene.wear.as_ref();
+        self.is_last = wear.is_none_or(|wear| wear.is_reached(cycles, volume));
+    }
+
+    /// True if the curves behind the stiffnesses belong to this iteration: every so many, and the last.
+    pub fn curves_due(&self) -> bool {
+        let every = self.inputs.scene.output.curves_every;
+        every > 0 && (self.is_last || self.clock.wear_iteration.is_multiple_of(every))
+    }
+
+    /// A column of the kept cells, spread over the grid.
+    pub fn field(&self, table: &Table, column: &str) -> Result<Vec<f64>, RunError> {
+        Ok(spread(&self.joint.patch, table.f64(column)?))
     }
 }
 

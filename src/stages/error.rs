@@ -3,8 +3,11 @@
 use std::path::PathBuf;
 
 use crate::contact::ContactError;
+use crate::dynamics::DynamicsError;
+use crate::model_update::ModelUpdateError;
 use crate::scene::{PlanError, SceneError};
 use crate::store::StoreError;
+use crate::structure::StructureError;
 use crate::surface::SurfaceError;
 use crate::surface::prepare::PrepareError;
 use crate::surface::readers::ReadError;
@@ -62,6 +65,37 @@ pub enum RunError {
         /// What is wrong.
         source: WearError,
     },
+    /// `--until` a stage that the scene does not have.
+    #[error(
+        "this scene has no stage {stage}; its stages are {}",
+        stages.iter().map(|s| s.name()).collect::<Vec<_>>().join(", ")
+    )]
+    NoSuchStage {
+        /// The stage asked for.
+        stage: super::Stage,
+        /// Those there are.
+        stages: Vec<super::Stage>,
+    },
+    /// The structure cannot be meshed or reduced.
+    #[error("structure: {0}")]
+    Structure(#[from] StructureError),
+    /// The contact elements cannot be made.
+    #[error("model_update: {0}")]
+    ModelUpdate(#[from] ModelUpdateError),
+    /// The contact of the unworn or smooth joint, which the structure is closed by, failed.
+    #[error("contact of the unworn joint: {0}")]
+    Unworn(#[from] ContactError),
+    /// What vibrates cannot be built, or its samples.
+    #[error("dynamic_response: {0}")]
+    Vibration(#[from] DynamicsError),
+    /// No steady vibration was found.
+    #[error("dynamic_response of iteration {wear_iteration}: {source}")]
+    Dynamics {
+        /// The iteration.
+        wear_iteration: u64,
+        /// What is wrong.
+        source: DynamicsError,
+    },
     /// The worn volume asked for is out of reach.
     #[error(
         "`wear.volume` = {volume:.6e} m³ is never reached: the joint stopped wearing at {reached:.6e} m³; give `wear.cycles` too, or a larger motion"
@@ -78,6 +112,30 @@ pub enum RunError {
     /// A table.
     #[error(transparent)]
     Table(#[from] TableError),
+}
+
+/// What the numerics of a stage can fail of.
+pub enum NumericsError {
+    Wear(WearError),
+    ModelUpdate(ModelUpdateError),
+}
+
+impl From<WearError> for NumericsError {
+    fn from(error: WearError) -> Self {
+        NumericsError::Wear(error)
+    }
+}
+
+impl From<ContactError> for NumericsError {
+    fn from(error: ContactError) -> Self {
+        NumericsError::Wear(error.into())
+    }
+}
+
+impl From<ModelUpdateError> for NumericsError {
+    fn from(error: ModelUpdateError) -> Self {
+        NumericsError::ModelUpdate(error)
+    }
 }
 
 /// What can be wrong with a motion history.
@@ -151,6 +209,11 @@ impl RunError {
                 WearError::NotStraight => false,
             },
             RunError::WearsNoMore { .. } => true,
+            RunError::Unworn(source) => contact(source),
+            RunError::Dynamics { source, .. } => source.is_not_converged(),
+            RunError::ModelUpdate(source) => {
+                matches!(source, ModelUpdateError::NotConverged { .. })
+            }
             _ => false,
         }
     }
@@ -160,6 +223,7 @@ impl RunError {
         matches!(
             self,
             RunError::Scene(_)
+                | RunError::NoSuchStage { .. }
                 | RunError::Plan(_)
                 | RunError::Read(_)
                 | RunError::Prepare { .. }

@@ -8,14 +8,20 @@
 
 mod context;
 mod curves;
+mod dynamic_response;
 mod error;
 mod fretting_cycle;
 mod inputs;
+mod ledger;
+mod model_update;
 mod run;
 mod state;
 mod static_contact;
+mod structure;
 mod summary;
 mod surface;
+mod vibrating;
+mod vibration_alone;
 mod wear;
 
 use std::fmt;
@@ -29,31 +35,43 @@ pub use summary::FREE_KEYS;
 /// A stage, in the order in which an iteration passes through them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
+    /// The reduced structure, once a run and shared between runs.
+    Structure,
     /// The unworn surface, once a run.
     Surface,
     /// The wear step that leads to an iteration.
     Wear,
     /// Pressure, gap and stiffness.
     StaticContact,
+    /// The contact elements of the structure, where they are due.
+    ModelUpdate,
+    /// The steady vibration.
+    DynamicResponse,
     /// Shear, slip and dissipation over a steady cycle.
     FrettingCycle,
 }
 
 impl Stage {
     /// All stages.
-    pub const ALL: [Stage; 4] = [
+    pub const ALL: [Stage; 7] = [
+        Stage::Structure,
         Stage::Surface,
         Stage::Wear,
         Stage::StaticContact,
+        Stage::ModelUpdate,
+        Stage::DynamicResponse,
         Stage::FrettingCycle,
     ];
 
     /// Name in tables, keys and on the command line.
     pub fn name(self) -> &'static str {
         match self {
+            Stage::Structure => "structure",
             Stage::Surface => "surface",
             Stage::Wear => "wear",
             Stage::StaticContact => "static_contact",
+            Stage::ModelUpdate => "model_update",
+            Stage::DynamicResponse => "dynamic_response",
             Stage::FrettingCycle => "fretting_cycle",
         }
     }

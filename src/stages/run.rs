@@ -1,16 +1,25 @@
 //! The loop over wear iterations.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::context::{Context, Keys, kept};
+use super::context::{Clock, Context, Keys, kept};
+use super::dynamic_response::{dynamic_response, worn_is_due, worn_response};
+use super::ledger::ledger;
+use super::model_update::{model_update, parameters};
 use super::state::{self, Committed};
+use super::structure::Stored;
 use super::summary::{FREE_KEYS, INHERITED_KEYS, summary};
-use super::{Inputs, RunError, Stage, fretting_cycle, static_contact, surface, wear};
-use crate::scene::{self, Surface, Wear};
-use crate::store::{Draft, FileSystem, Keep, Opening, RunIdentity, RunStore, StageKey, StoreError};
+use super::vibrating::Vibrating;
+use super::vibration_alone::vibration_alone;
+use super::{Inputs, RunError, Stage, fretting_cycle, static_contact, structure, surface, wear};
+use crate::scene::{self, RoughJoint, Surface};
+use crate::store::{
+    Cache, Draft, FileSystem, Keep, Opening, RunIdentity, RunStore, StageKey, StoreError,
+};
 use crate::tables::{Table, TableName};
+use crate::wear::{FrettingJoint, WearError};
 
 /// Where a sibling run begins.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -31,6 +40,8 @@ pub struct RunOptions<'a> {
     pub source: Option<Source>,
     /// End after this stage.
     pub until: Option<Stage>,
+    /// Where reduced structures are shared between runs; none: they are not.
+    pub cache: Option<Cache>,
     /// Through which all files of the run are written and read.
     pub file_system: Arc<dyn FileSystem>,
     /// Asked before every iteration but the unworn one, with the number of iterations that this start has committed; true ends
@@ -90,29 +101,82 @@ pub struct Outcome {
 /// Begins or continues a run.
 pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, RunError> {
     let inputs = options.inputs;
+    check_until(inputs, options.until)?;
     let mut store = open(options, observer)?;
-    let Some(rough) = inputs.scene.rough() else {
-        todo!()
+    let mut clock = Clock {
+        observer,
+        wear_iteration: 0,
+        timing: Vec::new(),
     };
-    let unworn = surface::surface(inputs, &rough, &mut store, observer)?;
+    let stored = structure::structure(inputs, &mut store, options.cache.as_ref(), &mut clock)?;
+    if options.until == Some(Stage::Structure) {
+        return outcome(&store, Ending::Until(Stage::Structure));
+    }
+    match (inputs.scene.rough(), stored) {
+        (Some(rough), stored) => run_rough(options, store, clock, &rough, stored),
+        (None, Some(stored)) => {
+            if store.latest().is_none() {
+                vibration_alone(inputs, stored, &mut store, &mut clock)?;
+                committed(&store, inputs, observer)?;
+            }
+            let ending = options.until.map_or(Ending::Done, Ending::Until);
+            outcome(&store, ending)
+        }
+        (None, None) => unreachable!("a scene has a surface or a structure"),
+    }
+}
+
+/// The stages of a scene, in their order.
+fn stages_of(inputs: &Inputs) -> Vec<Stage> {
+    let scene = &inputs.scene;
+    let (rough, vibrates) = (scene.surface.is_some(), scene.structure.is_some());
+    Stage::ALL
+        .into_iter()
+        .filter(|stage| match stage {
+            Stage::Structure | Stage::DynamicResponse => vibrates,
+            Stage::Surface | Stage::StaticContact => rough,
+            Stage::ModelUpdate => rough && vibrates,
+            Stage::FrettingCycle => rough && (vibrates || scene.motion.is_some()),
+            Stage::Wear => scene.wear.is_some(),
+        })
+        .collect()
+}
+
+fn check_until(inputs: &Inputs, until: Option<Stage>) -> Result<(), RunError> {
+    let stages = stages_of(inputs);
+    match until {
+        Some(stage) if !stages.contains(&stage) => Err(RunError::NoSuchStage { stage, stages }),
+        _ => Ok(()),
+    }
+}
+
+fn run_rough(
+    options: &RunOptions,
+    mut store: RunStore,
+    mut clock: Clock,
+    rough: &RoughJoint,
+    stored: Option<Stored>,
+) -> Result<Outcome, RunError> {
+    let inputs = options.inputs;
+    let observer = clock.observer;
+    let unworn = surface::surface(inputs, rough, &mut store, observer)?;
     if options.until == Some(Stage::Surface) {
         return outcome(&store, Ending::Until(Stage::Surface));
     }
-    let joint = inputs.plan.build(
-        &inputs.scene.fidelity,
-        &rough,
-        unworn.patch,
-        unworn.height,
-        inputs.motion.clone(),
-    );
+    clock.timing.extend(unworn.timing);
+    let motion = inputs.motion.clone();
+    let fidelity = &inputs.scene.fidelity;
+    let mut joint = inputs
+        .plan
+        .build(fidelity, rough, unworn.patch, unworn.height, motion);
+    let (vibrating, unworn_approach) = prepare(inputs, stored, &mut joint)?;
     let mut context = Context {
         inputs,
         joint,
         surface_key: unworn.key,
-        observer,
-        wear_iteration: 0,
+        clock,
+        unworn_approach,
         is_last: false,
-        timing: unworn.timing.into_iter().collect(),
     };
     let mut commits = 0;
     loop {
@@ -120,25 +184,33 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
         // computes from the very same numbers as one that is not interrupted.
         let before = match (store.latest(), &inputs.scene.wear) {
             (Some(latest), Some(_)) => {
-                context.wear_iteration = latest;
-                Some(state::read(&mut context, &store, latest)?)
+                context.clock.wear_iteration = latest;
+                let vibrating = vibrating.as_ref();
+                Some(state::read(&mut context, vibrating, &store, latest)?)
             }
             (Some(_), None) => return outcome(&store, Ending::Done),
             (None, _) => None,
         };
         if let (Some(before), Some(wear)) = (&before, &inputs.scene.wear)
-            && is_finished(wear, before)
+            && wear.is_reached(before.cycles, before.volume)
         {
             return outcome(&store, Ending::Done);
         }
         if store.latest().is_some() && (options.stop)(commits) {
             return outcome(&store, Ending::Stopped);
         }
-        context.wear_iteration = store.next();
-        let mut draft = store.draft(context.wear_iteration)?;
-        let keys = Keys::of(inputs, &store, &context.surface_key, context.wear_iteration)?;
+        context.clock.wear_iteration = store.next();
+        let mut draft = store.draft(context.clock.wear_iteration)?;
+        let keys = Keys::of(
+            inputs,
+            &store,
+            &context.surface_key,
+            vibrating.as_ref().map(|vibrating| &vibrating.key),
+            context.clock.wear_iteration,
+        )?;
         if let Some(stage) = iterate(
             &mut context,
+            vibrating.as_ref(),
             &mut draft,
             &keys,
             before.as_ref(),
@@ -146,21 +218,43 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
         )? {
             return outcome(&store, Ending::Until(stage));
         }
-        let timing = context.timing_table()?;
+        let timing = context.clock.table()?;
         draft.put(TableName::Timing, &keys.fretting_cycle, &timing)?;
         draft.commit(&mut store)?;
         commits += 1;
         committed(&store, inputs, observer)?;
         prune(&mut store, inputs)?;
-        let last = if inputs.scene.motion.is_some() {
-            Stage::FrettingCycle
-        } else {
-            Stage::StaticContact
-        };
-        if options.until == Some(last) {
-            return outcome(&store, Ending::Until(last));
+        let last = stages_of(inputs).last().copied();
+        if let Some(stage) = options.until.filter(|until| Some(*until) == last) {
+            return outcome(&store, Ending::Until(stage));
         }
     }
+}
+
+/// What of the unworn contact the whole run depends on: the damping of the stuck joint, and where its bolt begins.
+fn prepare(
+    inputs: &Inputs,
+    stored: Option<Stored>,
+    joint: &mut FrettingJoint,
+) -> Result<(Option<Vibrating>, Option<f64>), RunError> {
+    let bolt = inputs.scene.contact.as_ref().and_then(|c| c.bolt_stiffness);
+    if stored.is_none() && bolt.is_none() {
+        return Ok((None, None));
+    }
+    let wrong = |source| match source {
+        WearError::Contact(source) => RunError::Unworn(source),
+        source => RunError::Wear {
+            stage: Stage::StaticContact,
+            wear_iteration: 0,
+            source,
+        },
+    };
+    let wear = vec![0.0; joint.patch.grid.len()];
+    let unworn = joint.static_contact(&wear, None).map_err(wrong)?;
+    let vibrating = stored
+        .map(|stored| Vibrating::with_surface(inputs, stored, joint, &unworn.pressure, &unworn.gap))
+        .transpose()?;
+    Ok((vibrating, bolt.map(|_| unworn.approach)))
 }
 
 fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunError> {
@@ -206,6 +300,7 @@ fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunEr
 /// Computes the stages of one iteration. The stage after which to end, if it comes before the commit.
 fn iterate(
     context: &mut Context,
+    vibrating: Option<&Vibrating>,
     draft: &mut Draft,
     keys: &Keys,
     before: Option<&Committed>,
@@ -219,24 +314,64 @@ fn iterate(
         _ => wear::unworn(context, draft, keys)?,
     };
     if until == Some(Stage::Wear) && keys.wear.is_some() {
-        return Ok(Some(Stage::Wear));
+        return Ok(until);
     }
-    context.reach(before.map_or(0, |b| b.cycles) + worn.n_cycles);
+    let cycles = before.map_or(0, |b| b.cycles) + worn.n_cycles;
+    let volume = before.map_or(0.0, |b| b.volume) + worn.volume;
+    context.reach(cycles, volume);
     let predicted = worn.predicted.take();
     let (contact, shear) =
         static_contact::static_contact(context, draft, keys, &worn.wear, predicted)?;
-    if scene.motion.is_none() {
-        let row = summary(context, before, &worn, &contact, None)?;
+    if vibrating.is_none() && scene.motion.is_none() {
+        let row = summary(context, before, &worn, &contact, None, None)?;
         put_summary(draft, &keys.static_contact, &row)?;
         return Ok(None);
     }
     if until == Some(Stage::StaticContact) {
-        return Ok(Some(Stage::StaticContact));
+        return Ok(until);
     }
+    let driven = match (vibrating, &keys.vibration) {
+        (Some(vibrating), Some(own)) => {
+            let moved = before.and_then(|before| before.driven.as_ref());
+            let model = moved.map(|driven| &driven.model);
+            let model = model_update(context, vibrating, draft, own, &contact, volume, model)?;
+            if until == Some(Stage::ModelUpdate) {
+                return Ok(until);
+            }
+            let (inputs, clock) = (context.inputs, &mut context.clock);
+            let driven = dynamic_response(inputs, vibrating, clock, draft, own, model, moved)?;
+            if worn_is_due(inputs, before.map(|b| b.cycles), cycles, context.is_last) {
+                let parameters = if driven.model.updated {
+                    driven.model.parameters.clone()
+                } else {
+                    parameters(context, vibrating, &contact)?
+                };
+                let (clock, start) = (&mut context.clock, &driven.shaken.start);
+                worn_response(inputs, vibrating, clock, draft, own, &parameters, start)?;
+            }
+            if until == Some(Stage::DynamicResponse) {
+                return Ok(until);
+            }
+            state::follow(context, vibrating, &driven)?;
+            Some(driven)
+        }
+        _ => None,
+    };
     if !fretting_cycle::is_complete(context, draft, keys)? {
         let cycle =
             fretting_cycle::fretting_cycle(context, draft, keys, &worn.wear, &contact, &shear)?;
-        let row = summary(context, before, &worn, &contact, Some(&cycle))?;
+        if let (Some(vibrating), Some(own), Some(driven)) = (vibrating, &keys.vibration, &driven) {
+            let keys = (own, &keys.fretting_cycle);
+            ledger(context, vibrating, draft, keys, driven, &contact, &cycle)?;
+        }
+        let row = summary(
+            context,
+            before,
+            &worn,
+            &contact,
+            driven.as_ref(),
+            Some(&cycle),
+        )?;
         put_summary(draft, &keys.fretting_cycle, &row)?;
         fretting_cycle::put_fields(context, draft, keys, &contact, &cycle)?;
     }
@@ -248,11 +383,6 @@ fn put_summary(draft: &mut Draft, key: &StageKey, row: &Table) -> Result<(), Run
         draft.put(TableName::Summary, key, row)?;
     }
     Ok(())
-}
-
-fn is_finished(wear: &Wear, at: &Committed) -> bool {
-    wear.cycles.is_some_and(|cycles| at.cycles >= cycles)
-        || wear.volume.is_some_and(|volume| at.volume >= volume)
 }
 
 fn committed(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Result<(), RunError> {
@@ -281,14 +411,19 @@ fn prune(store: &mut RunStore, inputs: &Inputs) -> Result<(), RunError> {
     if let scene::Keep::Some {
         every,
         last,
-        updates: _,
+        updates,
     } = inputs.scene.output.keep
     {
-        store.prune(&Keep {
-            every,
-            last,
-            also: Default::default(),
-        })?;
+        let mut also = BTreeSet::new();
+        if updates && inputs.scene.update.is_some() {
+            for wear_iteration in store.reader().iterations() {
+                let row = store.read(wear_iteration, TableName::ModelUpdate)?;
+                if row.bool("updated")?[0] {
+                    also.insert(wear_iteration);
+                }
+            }
+        }
+        store.prune(&Keep { every, last, also })?;
     }
     Ok(())
 }

@@ -1,9 +1,11 @@
 //! The state that a run continues from: what is committed, read back.
 
 use super::context::Context;
-use super::static_contact::SHEAR;
-use super::{RunError, Stage};
+use super::static_contact::{SHEAR, StaticContact, borne, stiffnesses};
+use super::vibrating::{Driven, Vibrating};
+use super::{RunError, Stage, dynamic_response, model_update};
 use crate::contact::Shear;
+use crate::scene::Plan;
 use crate::store::RunStore;
 use crate::tables::TableName;
 use crate::wear::cycle::CycleSolution;
@@ -12,6 +14,8 @@ use crate::wear::joint::WornState;
 /// A committed iteration, as far as the next one depends on it.
 pub struct Committed {
     pub worn: WornState,
+    /// What moves the joint there; none where its motion is prescribed.
+    pub driven: Option<Driven>,
     /// Cycles behind it.
     pub cycles: u64,
     /// Volume worn away \[m³\].
@@ -24,10 +28,11 @@ pub struct Committed {
     pub proposal: Option<f64>,
 }
 
-/// Reads an iteration of a run with wear. What a sibling inherited from a run of another scene is brought into balance under
-/// its own: the same wear, but its own load, friction and motion.
+/// Reads an iteration of a run with wear, and lets the joint of `context` move as it did there. What a sibling inherited from a
+/// run of another scene is brought into balance under its own: the same wear, but its own load, friction and motion.
 pub fn read(
     context: &mut Context,
+    vibrating: Option<&Vibrating>,
     store: &RunStore,
     wear_iteration: u64,
 ) -> Result<Committed, RunError> {
@@ -39,20 +44,71 @@ pub fn read(
         .as_ref()
         .is_some_and(|origin| origin.wear_iteration == wear_iteration);
     if inherited && reader.scene_hash_of(wear_iteration)? != reader.record().scene_hash {
-        let before = committed.worn;
-        let (contact, _) = context.timed(Stage::StaticContact, |joint| {
-            joint.static_contact(&before.wear, Some(&before.pressure))
-        })?;
-        let (cycle, _) = context.timed(Stage::FrettingCycle, |joint| {
-            joint.cycle(&before.wear, &contact, Some(&before.cycle.shear))
-        })?;
-        committed.worn = WornState {
-            wear: before.wear,
-            pressure: contact.pressure,
-            cycle,
-        };
+        balance(context, vibrating, &mut committed)?;
+        return Ok(committed);
+    }
+    if context.unworn_approach.is_some() {
+        let row = store.read(wear_iteration, TableName::StaticContact)?;
+        context.bear(row.f64("normal_load")?[0]);
+    }
+    if let Some(vibrating) = vibrating {
+        let driven = Driven::committed(vibrating, store, wear_iteration)?;
+        follow(context, vibrating, &driven)?;
+        committed.driven = Some(driven);
     }
     Ok(committed)
+}
+
+/// Lets the joint move as the response says, under the load that it bears.
+pub fn follow(
+    context: &mut Context,
+    vibrating: &Vibrating,
+    driven: &Driven,
+) -> Result<(), RunError> {
+    let inputs = context.inputs;
+    let fine = vibrating.motion(inputs, driven, context.joint.motion.mean_load())?;
+    let (motion, march) = Plan::computed_motion(&inputs.scene.fidelity, &fine)?;
+    context.joint.motion = motion;
+    context.joint.march = march;
+    Ok(())
+}
+
+fn balance(
+    context: &mut Context,
+    vibrating: Option<&Vibrating>,
+    committed: &mut Committed,
+) -> Result<(), RunError> {
+    let before = &committed.worn;
+    let shear_axes = context.inputs.plan.shear;
+    let bolt = context.bolt();
+    let ((contact, load, kn, kt), fft_pairs) = context.timed(Stage::StaticContact, |joint| {
+        let start = Some(&before.pressure[..]);
+        let (load, contact) = borne(joint, bolt, &before.wear, start)?;
+        let (kn, kt) = stiffnesses(joint, &contact.pressure, shear_axes)?;
+        Ok((contact, load, kn, kt))
+    })?;
+    context.bear(load);
+    let contact = StaticContact {
+        load,
+        solution: contact,
+        kn,
+        kt,
+        fft_pairs,
+    };
+    if let Some(vibrating) = vibrating {
+        let model = model_update::renewed(context, vibrating, &contact, committed.volume, None)?;
+        let inputs = context.inputs;
+        let driven = dynamic_response::shake(inputs, vibrating, &mut context.clock, model, None)?;
+        follow(context, vibrating, &driven)?;
+        committed.driven = Some(driven);
+    }
+    let (cycle, _) = context.timed(Stage::FrettingCycle, |joint| {
+        let shear = Some(&before.cycle.shear);
+        Ok(joint.cycle(&before.wear, &contact.solution, shear)?)
+    })?;
+    committed.worn.pressure = contact.solution.pressure;
+    committed.worn.cycle = cycle;
+    Ok(())
 }
 
 fn as_committed(
@@ -92,6 +148,7 @@ fn as_committed(
             pressure: context.field(&fields, "pressure")?,
             cycle,
         },
+        driven: None,
         cycles: summary.i64("cycles")?[0] as u64,
         volume,
         energy: summary.f64("dissipated_energy_total")?[0],

@@ -1,15 +1,20 @@
 //! Pressure and gap under the mean load, and the stiffness of the contact.
 
 use super::context::{Context, Keys, gather, kept, kept_cells};
+use super::error::NumericsError;
 use super::{RunError, Stage, curves, fretting_cycle};
 use crate::contact::normal::NormalSolution;
-use crate::contact::stiffness;
+use crate::contact::{Shear, stiffness};
 use crate::grid::ByAxis;
+use crate::model_update::{Approach, Bolt, Linearisation, preload};
 use crate::store::Draft;
 use crate::tables::{Table, TableBuilder, TableError, TableName};
+use crate::wear::FrettingJoint;
 
 /// The static contact of an iteration.
 pub struct StaticContact {
+    /// Static normal load \[N\].
+    pub load: f64,
     pub solution: NormalSolution,
     pub kn: f64,
     pub kt: f64,
@@ -78,22 +83,16 @@ pub fn static_contact(
     let shear_axes = context.inputs.plan.shear;
     let curve_due = context.curves_due();
     let start = predicted.as_ref().map(|p| &p.pressure[..]);
-    let ((solution, kn, kt, curve), fft_pairs) = context.timed(Stage::StaticContact, |joint| {
-        let solution = joint.static_contact(wear, start)?;
-        let cap = joint.pressure_cap.unwrap_or(f64::INFINITY);
-        let elastic: Vec<bool> = solution
-            .pressure
-            .iter()
-            .map(|&p| p > 0.0 && p < cap)
-            .collect();
-        let closed: Vec<bool> = solution.pressure.iter().map(|&p| p > 0.0).collect();
-        let kn = stiffness::normal(&mut joint.half_space, &elastic)?.total;
-        let kt = stiffness::tangential(&mut joint.half_space, &closed, shear_axes)?.total;
-        let curve = curve_due
-            .then(|| curves::indentation(joint, wear, &solution))
-            .transpose()?;
-        Ok((solution, kn, kt, curve))
-    })?;
+    let bolt = context.bolt();
+    let ((load, solution, kn, kt, curve), fft_pairs) =
+        context.timed(Stage::StaticContact, |joint| {
+            let (load, solution) = borne(joint, bolt, wear, start)?;
+            let (kn, kt) = stiffnesses(joint, &solution.pressure, shear_axes)?;
+            let curve = curve_due
+                .then(|| curves::indentation(joint, wear, &solution))
+                .transpose()?;
+            Ok((load, solution, kn, kt, curve))
+        })?;
     if let Some(curve) = curve {
         draft.put(
             TableName::Indentation,
@@ -101,7 +100,9 @@ pub fn static_contact(
             &curve.table(TableName::Indentation)?,
         )?;
     }
+    context.bear(load);
     let row = Table::builder(TableName::StaticContact)
+        .column("normal_load", vec![load])
         .column("approach", vec![solution.approach])
         .column("kn", vec![kn])
         .column("kt", vec![kt])
@@ -123,6 +124,7 @@ pub fn static_contact(
     )?;
     Ok((
         StaticContact {
+            load,
             solution,
             kn,
             kt,
@@ -132,9 +134,70 @@ pub fn static_contact(
     ))
 }
 
+/// Static load \[N\] and contact of a worn joint, under the load that it bears or what its bolt has left of it.
+pub fn borne(
+    joint: &mut FrettingJoint,
+    bolt: Option<Bolt>,
+    wear: &[f64],
+    start: Option<&[f64]>,
+) -> Result<(f64, NormalSolution), NumericsError> {
+    match bolt {
+        Some(bolt) => clamped(joint, bolt, wear, start),
+        None => Ok((joint.motion.mean_load(), joint.static_contact(wear, start)?)),
+    }
+}
+
+/// kn and kt \[N/m\]: capped cells count in kt alone.
+pub fn stiffnesses(
+    joint: &mut FrettingJoint,
+    pressure: &[f64],
+    shear: Shear,
+) -> Result<(f64, f64), NumericsError> {
+    let cap = joint.pressure_cap;
+    let linearisation = Linearisation::new(&mut joint.half_space, pressure, cap, shear)?;
+    Ok((linearisation.kn.total, linearisation.kt.total))
+}
+
+/// The contact of a worn joint under what its bolt has left of the load.
+fn clamped(
+    joint: &mut FrettingJoint,
+    bolt: Bolt,
+    wear: &[f64],
+    start: Option<&[f64]>,
+) -> Result<(f64, NormalSolution), NumericsError> {
+    let mut last: Option<NormalSolution> = None;
+    let first = joint.motion.mean_load();
+    let found = preload(
+        bolt,
+        Some(first),
+        |load| -> Result<Approach, NumericsError> {
+            let from = last.as_ref().map(|l| &l.pressure[..]).or(start);
+            let solution = joint.contact(wear, None, load, from)?;
+            let cap = joint.pressure_cap.unwrap_or(f64::INFINITY);
+            let elastic: Vec<bool> = solution
+                .pressure
+                .iter()
+                .map(|&p| p > 0.0 && p < cap)
+                .collect();
+            let kn = stiffness::normal(&mut joint.half_space, &elastic)?;
+            let approach = Approach {
+                approach: solution.approach,
+                kn: kn.total,
+            };
+            last = Some(solution);
+            Ok(approach)
+        },
+    )?;
+    let solution = match last {
+        Some(solution) => solution,
+        None => joint.contact(wear, None, found.load, start)?,
+    };
+    Ok((found.load, solution))
+}
+
 /// The static contact as an earlier start left it, if all of it is there; with the shear for the cycle to start from.
 pub fn resume(
-    context: &Context,
+    context: &mut Context,
     draft: &mut Draft,
     keys: &Keys,
 ) -> Result<Option<WithShear>, RunError> {
@@ -155,7 +218,10 @@ pub fn resume(
         pressure,
         shear,
     } = Predicted::of(context, &fields)?;
+    let load = row.f64("normal_load")?[0];
+    context.bear(load);
     let contact = StaticContact {
+        load,
         solution: NormalSolution {
             pressure,
             gap,

@@ -5,15 +5,22 @@ use super::context::Context;
 use super::fretting_cycle::Cycle;
 use super::state::Committed;
 use super::static_contact::StaticContact;
+use super::vibrating::Driven;
 use super::wear::Worn;
 use crate::surface::statistics::roughness;
 use crate::tables::{Table, TableName};
 
 /// Keys that cannot alter what is already computed: where a run stops and what it keeps.
-pub const FREE_KEYS: [&str; 3] = ["wear.cycles", "wear.volume", "output.keep.*"];
+pub const FREE_KEYS: [&str; 4] = [
+    "wear.cycles",
+    "wear.volume",
+    "output.keep.*",
+    "output.response_at.*",
+];
 
 /// Keys that a run shares with the one it begins from: wear belongs to the cells and heights that wore.
-pub const INHERITED_KEYS: [&str; 2] = ["joint.*", "surface.*"];
+/// With a structure these are the cells of its contact elements.
+pub const INHERITED_KEYS: [&str; 3] = ["joint.*", "surface.*", "structure.kind"];
 
 /// Pressure above this part of the largest counts as load: area by p > 0 alone hangs on cells that carry next to nothing.
 const LOADED: f64 = 1e-3;
@@ -24,6 +31,7 @@ pub fn summary(
     before: Option<&Committed>,
     worn: &Worn,
     contact: &StaticContact,
+    driven: Option<&Driven>,
     cycle: Option<&Cycle>,
 ) -> Result<Table, RunError> {
     let joint = &context.joint;
@@ -43,6 +51,7 @@ pub fn summary(
         .column("contact_area_fraction", vec![fraction(0.0)])
         .column("loaded_area_fraction", vec![fraction(LOADED * largest)])
         .column("max_pressure", vec![largest])
+        .maybe("normal_load", context.bolt().map(|_| vec![contact.load]))
         .column("approach", vec![contact.solution.approach])
         .column("kn", vec![contact.kn])
         .column("kt", vec![contact.kt])
@@ -55,6 +64,16 @@ pub fn summary(
             vec![contact.solution.iterations as i64],
         )
         .column("error_normal", vec![contact.solution.error]);
+    if let Some(driven) = driven {
+        table = table
+            .column("updated", vec![driven.model.updated])
+            .column(
+                "resonance_frequency",
+                vec![driven.shaken.resonance_frequency],
+            )
+            .column("peak_frequency", vec![driven.shaken.peak_frequency])
+            .column("peak_amplitude", vec![driven.shaken.peak_amplitude]);
+    }
     if let Some(cycle) = cycle {
         fft_pairs += cycle.fft_pairs;
         table = table

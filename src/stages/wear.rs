@@ -75,9 +75,7 @@ pub fn wear(
             reached: before.volume,
         });
     }
-    let remaining = wear
-        .cycles
-        .map_or(u64::MAX, |cycles| cycles - before.cycles);
+    let remaining = landing(context, wear, before.cycles) - before.cycles;
     let until_volume = (volume_left / rate * VOLUME_MARGIN).ceil().max(1.0);
     let coefficient = wear.coefficient;
     let (step, fft_pairs) = context.timed(Stage::Wear, |joint| match wear.scheme {
@@ -103,7 +101,7 @@ pub fn wear(
         }
         Scheme::Explicit => Ok(explicit_step(&before.worn, wear, remaining)),
     })?;
-    if wear.scheme == Scheme::Explicit && context.wear_iteration == 1 {
+    if wear.scheme == Scheme::Explicit && context.clock.wear_iteration == 1 {
         warn_of_instability(context, wear, before, step.cycles);
     }
     let volume = context.joint.volume(&step.wear) - context.joint.volume(&before.worn.wear);
@@ -132,6 +130,15 @@ pub fn wear(
         fft_pairs,
         predicted: Some(predicted),
     })
+}
+
+/// The cycles that a step from `cycles` must not pass: the end, or where a response is asked for.
+fn landing(context: &Context, wear: &Wear, cycles: u64) -> u64 {
+    let asked = &context.inputs.scene.output.response_at;
+    let next = asked.iter().copied().find(|&at| at > cycles);
+    wear.cycles
+        .unwrap_or(u64::MAX)
+        .min(next.unwrap_or(u64::MAX))
 }
 
 struct Outcome {
@@ -177,7 +184,7 @@ fn warn_of_instability(context: &Context, wear: &Wear, before: &Committed, cycle
         context.joint.half_space.self_compliance(),
     );
     if beyond > 1.0 {
-        context.observer.notice(&format!(
+        context.clock.observer.notice(&format!(
             "wear.depth_step: the first explicit step is {beyond:.1} times as long as is stable; contact area will be \
              wrong, and with a much too long step volume too; make wear.depth_step smaller or wear.scheme \"implicit\""
         ));
@@ -229,7 +236,10 @@ fn resume(
         return Ok(None);
     };
     let n_cycles = step.i64("n_cycles")?[0] as u64;
-    context.reach(before.cycles + n_cycles);
+    context.reach(
+        before.cycles + n_cycles,
+        before.volume + step.f64("volume")?[0],
+    );
     let predicted = match kept(draft, TableName::ContactField, key)? {
         Some(table) => Some(Predicted::of(context, &table)?),
         // Anything less than the whole static contact would have to be computed from the prediction again.

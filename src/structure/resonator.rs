@@ -14,8 +14,11 @@
 use std::collections::HashMap;
 
 use crate::structure::StructureError;
-use crate::structure::element::Material;
+use crate::structure::assembly::System;
+use crate::structure::element::{Formulation, Material};
 use crate::structure::mesh::{Hexahedron, Mesh, Point, corners};
+use crate::structure::modes::ModeOptions;
+use crate::structure::reduction::{self, Ports, Reduced};
 
 /// Dimensions \[m\], element counts and materials of the resonator. [`Resonator::default`] has the shipped set.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -184,6 +187,32 @@ impl Resonator {
             .flat_map(|i| (0..self.lap_cells).map(move |j| [i, j]))
             .filter(|&cell| !in_staircase(cell, middle))
             .collect()
+    }
+
+    /// Centres of the contact elements (x, y), from the middle of the lap, in the order of [`Self::contact_cells`] \[m\].
+    pub fn contact_centres(&self) -> Vec<[f64; 2]> {
+        let cells = self.lap_cells as f64;
+        let sides = [self.lap_length / cells, self.arm_height / cells];
+        let place =
+            |cell: [usize; 2], axis: usize| (cell[axis] as f64 + 0.5 - 0.5 * cells) * sides[axis];
+        let cells = self.contact_cells().into_iter();
+        cells.map(|cell| [place(cell, 0), place(cell, 1)]).collect()
+    }
+
+    /// Area of a contact element \[m²\].
+    pub fn contact_area(&self) -> f64 {
+        self.lap_length * self.arm_height / (self.lap_cells * self.lap_cells) as f64
+    }
+
+    /// Meshes the resonator and reduces it to its lowest `modes` elastic modes and the residual of the others.
+    ///
+    /// # Errors
+    /// [`StructureError`] for dimensions that make no mesh, and what the reduction fails of.
+    pub fn reduce(&self, modes: usize) -> Result<Reduced, StructureError> {
+        let meshed = self.mesh()?;
+        let system = System::assemble(&meshed.mesh, Formulation::IncompatibleModes, &[])?;
+        let ports = Ports::new(&meshed.contacts, &meshed.points);
+        reduction::reduce(&system, ports, &ModeOptions::new(modes))
     }
 
     /// Whether it can be meshed.

@@ -81,6 +81,13 @@ impl Motion {
         }
     }
 
+    /// The same motion under a load whose mean is `load`: the rest of it stays as it is.
+    pub fn with_mean_load(mut self, load: f64) -> Motion {
+        let shift = load - self.mean_load();
+        self.normal_load.iter_mut().for_each(|n| *n += shift);
+        self
+    }
+
     /// Every `step`-th sample, from the first on.
     pub fn every(&self, step: usize) -> Motion {
         let thin = |series: &Vec<f64>| series.iter().copied().step_by(step).collect();

@@ -15,6 +15,7 @@ use crate::wear::Motion;
 use crate::wear::cycle::March;
 
 pub use rough::motion_of;
+pub use vibration::Layout;
 
 /// A scene that is well written and cannot be run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -1,7 +1,29 @@
-//! The vibrating structure of a scene: what is decided about it.
+//! The vibrating structure of a scene: what is decided about it, and what is built.
 
-use super::{Decisions, PlanError};
-use crate::scene::{DampingBasis, FrictionLaw, Scene, Stiffness, Structure, Update};
+use std::f64::consts::TAU;
+
+use super::{Decisions, Plan, PlanError};
+use crate::dynamics::oscillator::mass_on_springs;
+use crate::dynamics::reduced::{Damping, reduced_model, reference_springs};
+use crate::dynamics::{
+    ContactElement, DynamicsError, Harmonics, Load, SecondOrder, Settings, Vibration,
+};
+use crate::model_update::{Criterion, ElementParameters};
+use crate::scene::{
+    Contact, DampingBasis, Dynamics, FrictionLaw, Port, Scene, Stiffness, Structure, Update,
+};
+use crate::structure::reduction::Reduced;
+
+/// Where the contact elements of a structure are.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Layout {
+    /// Centres (x, y), from the middle of the joint \[m\].
+    pub centres: Vec<[f64; 2]>,
+    /// Area of each \[m²\]; 0 for that of an oscillator.
+    pub area: f64,
+    /// Half the length of the joint along x \[m\].
+    pub lever: f64,
+}
 
 /// Contact elements of the structure.
 pub(super) fn contact_elements(scene: &Scene) -> usize {
@@ -129,4 +151,193 @@ pub(super) fn decide(scene: &Scene, decisions: &mut Decisions) -> Result<(), Pla
         ),
     }
     Ok(())
+}
+
+impl Plan {
+    /// Where the contact elements are; none without structure or contact.
+    pub fn layout(scene: &Scene) -> Option<Layout> {
+        scene.contact.as_ref()?;
+        Some(match scene.structure.as_ref()? {
+            Structure::Oscillator { .. } => Layout {
+                centres: vec![[0.0; 2]],
+                area: 0.0,
+                lever: 0.0,
+            },
+            Structure::Resonator { geometry } => Layout {
+                centres: geometry.contact_centres(),
+                area: geometry.contact_area(),
+                lever: 0.5 * geometry.lap_length,
+            },
+        })
+    }
+
+    /// The contact elements with these parameters.
+    pub fn contact_elements(
+        scene: &Scene,
+        layout: &Layout,
+        parameters: &ElementParameters,
+    ) -> Vec<ContactElement> {
+        let contact = scene.contact.as_ref();
+        let friction_coefficient = contact.and_then(|c| c.friction_coefficient).unwrap_or(0.0);
+        let law = scene
+            .dynamics
+            .as_ref()
+            .map_or_else(FrictionLaw::default, |d| d.friction_law);
+        (0..parameters.normal_load.len())
+            .map(|e| ContactElement {
+                area: layout.area,
+                friction_coefficient,
+                normal_load: parameters.normal_load[e],
+                gap: parameters.gap[e],
+                tangential_stiffness: parameters.kt[e],
+                normal_stiffness: parameters.kn[e],
+                law,
+            })
+            .collect()
+    }
+
+    /// Parameters of contact elements whose stiffness is given: load and stiffness by area.
+    pub fn given_parameters(contact: &Contact, layout: &Layout) -> ElementParameters {
+        let count = layout.centres.len();
+        let part = |total: f64| vec![total / count as f64; count];
+        let given = contact.given;
+        ElementParameters {
+            normal_load: part(contact.normal_load),
+            gap: vec![given.map_or(0.0, |g| g.gap); count],
+            kn: part(given.map_or(0.0, |g| g.kn)),
+            kt: part(given.map_or(0.0, |g| g.kt)),
+        }
+    }
+
+    /// The ports of the vibration that are no contact ports, in their order: those of the loads and of the response, each once.
+    /// The mass of an oscillator is its contact, unless it has none.
+    pub fn points(scene: &Scene) -> Vec<Port> {
+        let (Some(structure), Some(dynamics)) = (&scene.structure, &scene.dynamics) else {
+            return Vec::new();
+        };
+        match structure {
+            Structure::Oscillator { .. } if scene.contact.is_some() => Vec::new(),
+            Structure::Oscillator { .. } => (0..3)
+                .map(|axis| Port {
+                    at: dynamics.response.at.clone(),
+                    axis,
+                })
+                .collect(),
+            Structure::Resonator { .. } => {
+                let mut points: Vec<Port> = Vec::new();
+                let loads = dynamics.forces.iter().map(|force| &force.port);
+                for port in loads.chain([&dynamics.response]) {
+                    if !points.contains(port) {
+                        points.push(port.clone());
+                    }
+                }
+                points
+            }
+        }
+    }
+
+    /// When the contact elements are renewed.
+    pub fn criterion(update: Option<Update>) -> Criterion {
+        match update {
+            None => Criterion::Never,
+            Some(Update::StiffnessChange(change)) => Criterion::StiffnessChange(change),
+            Some(Update::Iterations(every)) => Criterion::Iterations(every),
+            Some(Update::WearVolume(volume)) => Criterion::WearVolume(volume),
+        }
+    }
+
+    /// The vibration of a scene, but for its contact elements. `reduced` is its structure, none for an oscillator; damping in
+    /// modes of the stuck joint is that of the `unworn` contact elements.
+    ///
+    /// # Errors
+    /// [`DynamicsError`] for numbers that the dynamics refuses.
+    ///
+    /// # Panics
+    /// On a scene without structure, or with a resonator that is not there.
+    pub fn vibration(
+        scene: &Scene,
+        reduced: Option<&Reduced>,
+        unworn: &[ContactElement],
+    ) -> Result<Vibration, DynamicsError> {
+        let (Some(structure), Some(dynamics)) = (&scene.structure, &scene.dynamics) else {
+            panic!("a scene without [structure] and [dynamics] does not vibrate");
+        };
+        let springs = reference_springs(unworn);
+        let springs = (dynamics.damping_basis == DampingBasis::Stuck).then_some(&springs[..]);
+        let points = Plan::points(scene);
+        let place = |port: &Port| points.iter().position(|p| p == port).unwrap_or(0);
+        let (model, first): (SecondOrder, usize) = match structure {
+            Structure::Oscillator {
+                mass,
+                damping,
+                stiffness,
+            } => oscillator(*mass, *damping, *stiffness, dynamics, unworn, springs)?,
+            Structure::Resonator { .. } => {
+                let reduced = reduced.expect("the structure is reduced before it vibrates");
+                let numbers: Option<Vec<usize>> = points
+                    .iter()
+                    .map(|port| reduced.ports.of_point(&port.at, port.axis))
+                    .collect();
+                let numbers = numbers.expect("the scene checks the names of points");
+                let damping = Damping {
+                    ratio: dynamics.damping_ratio,
+                    springs,
+                };
+                (
+                    reduced_model(reduced, &numbers, damping)?,
+                    reduced.ports.contact_ports(),
+                )
+            }
+        };
+        let number = |port: &Port| match structure {
+            Structure::Oscillator { .. } => port.axis,
+            Structure::Resonator { .. } => first + place(port),
+        };
+        Ok(Vibration {
+            loads: dynamics
+                .forces
+                .iter()
+                .map(|force| Load {
+                    port: number(&force.port),
+                    harmonic: force.harmonic,
+                    cosine: force.amplitude * force.phase.cos(),
+                    sine: if force.harmonic == 0 {
+                        0.0
+                    } else {
+                        -force.amplitude * force.phase.sin()
+                    },
+                })
+                .collect(),
+            response_port: number(&dynamics.response),
+            harmonics: Harmonics::new(&dynamics.harmonics)?,
+            settings: Settings {
+                samples: scene.fidelity.aft_samples,
+                ..Settings::default()
+            },
+            range: (dynamics.frequency[0] * TAU, dynamics.frequency[1] * TAU),
+            model,
+        })
+    }
+}
+
+/// An oscillator with its contact element, or without.
+fn oscillator(
+    mass: [f64; 3],
+    damping: [f64; 3],
+    stiffness: [f64; 3],
+    dynamics: &Dynamics,
+    elements: &[ContactElement],
+    springs: Option<&[f64]>,
+) -> Result<(SecondOrder, usize), DynamicsError> {
+    let mut model = mass_on_springs(mass, damping, stiffness, 3 * elements.len())?;
+    if dynamics.damping_ratio > 0.0 {
+        let own = model.damping.clone();
+        let none = vec![0.0; model.contact_dofs];
+        model = model.with_damping_ratio(dynamics.damping_ratio, springs.unwrap_or(&none))?;
+        for axis in 0..3 {
+            let sum = model.damping.at(axis, axis) + own.at(axis, axis);
+            model.damping.set(axis, axis, sum);
+        }
+    }
+    Ok((model, 0))
 }

@@ -1,0 +1,85 @@
+//! The fine contact against the contact elements of the structure: what both say of the same quantity.
+
+use super::RunError;
+use super::context::{Context, VibrationKeys, kept};
+use super::fretting_cycle::Cycle;
+use super::static_contact::StaticContact;
+use super::vibrating::{Driven, Vibrating};
+use crate::dynamics::vibration::half_range;
+use crate::model_update::Compliance;
+use crate::store::{Draft, StageKey};
+use crate::tables::{Table, TableName};
+
+/// A difference above this between both is told: the step from one to the other is then no small matter.
+const TOLD: f64 = 0.1;
+
+/// Writes the `ledger` of an iteration, and says where both sides are far apart if the elements are new.
+pub fn ledger(
+    context: &Context,
+    vibrating: &Vibrating,
+    draft: &mut Draft,
+    keys: (&VibrationKeys, &StageKey),
+    driven: &Driven,
+    contact: &StaticContact,
+    cycle: &Cycle,
+) -> Result<(), RunError> {
+    let Some(joint) = kept(draft, TableName::JointCycle, &keys.0.dynamic_response)? else {
+        unreachable!("the response comes before its ledger");
+    };
+    let patch = &context.joint.patch;
+    let load = contact.solution.pressure.iter().sum::<f64>() * patch.grid.cell_area();
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let instants = &cycle.solution.instants;
+    let mut fine = Compliance::of(contact.kn, contact.kt);
+    if let Some(smooth) = vibrating.smooth {
+        fine = fine.without(smooth);
+    }
+    let parameters = &driven.model.parameters;
+    let rows = [
+        ("normal_load [N]", load, mean(joint.f64("normal_load")?)),
+        (
+            "force_x [N]",
+            half_range(instants.iter().map(|i| i.force[0])),
+            half_range(joint.f64("force_x")?.iter().copied()),
+        ),
+        (
+            "displacement_x [m]",
+            half_range(instants.iter().map(|i| i.displacement[0])),
+            half_range(joint.f64("displacement_x")?.iter().copied()),
+        ),
+        (
+            "dissipated_energy [J]",
+            cycle.solution.dissipation,
+            driven.shaken.friction_energy,
+        ),
+        (
+            "compliance_normal [m/N]",
+            fine.normal,
+            1.0 / parameters.kn.iter().sum::<f64>(),
+        ),
+        (
+            "compliance_tangential [m/N]",
+            fine.tangential,
+            1.0 / parameters.kt.iter().sum::<f64>(),
+        ),
+    ];
+    if driven.model.updated {
+        for (quantity, fine, dynamic) in &rows[..2] {
+            let largest = fine.abs().max(dynamic.abs());
+            if (fine - dynamic).abs() > TOLD * largest {
+                context.clock.observer.notice(&format!(
+                    "{quantity}: {fine:.4e} in the fine contact, {dynamic:.4e} in the contact elements of the structure"
+                ));
+            }
+        }
+    }
+    let table = Table::builder(TableName::Ledger)
+        .column(
+            "quantity",
+            rows.iter().map(|r| r.0.to_owned()).collect::<Vec<_>>(),
+        )
+        .column("fine", rows.iter().map(|r| r.1).collect::<Vec<_>>())
+        .column("dynamic", rows.iter().map(|r| r.2).collect::<Vec<_>>())
+        .build()?;
+    Ok(draft.put(TableName::Ledger, keys.1, &table)?)
+}

@@ -1,0 +1,196 @@
+//! The contact elements of an iteration: those of its own fine contact where they are due, else those of the one before.
+
+use super::context::{Context, VibrationKeys, kept};
+use super::static_contact::StaticContact;
+use super::vibrating::{Model, Vibrating, linearise, springs};
+use super::{RunError, Stage};
+use crate::dynamics::ElementState;
+use crate::model_update::{Compliance, DueTo, ElementParameters, UpdateState};
+use crate::scene::plan::Layout;
+use crate::scene::{Plan, Stiffness};
+use crate::store::{Draft, StageKey};
+use crate::tables::{Table, TableName};
+
+/// Decides whether the contact elements are due, and makes them if so; or takes them from the draft.
+pub fn model_update(
+    context: &mut Context,
+    vibrating: &Vibrating,
+    draft: &mut Draft,
+    keys: &VibrationKeys,
+    contact: &StaticContact,
+    wear_volume: f64,
+    before: Option<&Model>,
+) -> Result<Model, RunError> {
+    let key = &keys.model_update;
+    if let Some(table) = kept(draft, TableName::ModelUpdate, key)? {
+        // The response replaces the elements by the same ones with their state.
+        let mut elements = kept(draft, TableName::ContactElement, key)?;
+        if elements.is_none() {
+            elements = kept(draft, TableName::ContactElement, &keys.dynamic_response)?;
+        }
+        if let Some(elements) = elements {
+            return model_of(&table, &elements);
+        }
+    }
+    let model = renewed(context, vibrating, contact, wear_volume, before)?;
+    put(draft, key, vibrating, &model)?;
+    Ok(model)
+}
+
+/// The contact elements of the fine contact if `before` is none or they are due; else `before`, no longer new.
+pub fn renewed(
+    context: &mut Context,
+    vibrating: &Vibrating,
+    contact: &StaticContact,
+    wear_volume: f64,
+    before: Option<&Model>,
+) -> Result<Model, RunError> {
+    let inputs = context.inputs;
+    let total = Compliance::of(contact.kn, contact.kt);
+    let compliance = match vibrating.smooth {
+        Some(smooth) => total.without(smooth),
+        None => total,
+    };
+    let now = UpdateState {
+        iteration: context.clock.wear_iteration,
+        compliance,
+        wear_volume,
+    };
+    let criterion = Plan::criterion(inputs.scene.update);
+    let due = before.map(|before| criterion.due(&before.reference, &now));
+    let reason = match due {
+        Some(None) => {
+            let before = before.expect("due is none without it");
+            return Ok(Model {
+                updated: false,
+                reason: String::new(),
+                ..before.clone()
+            });
+        }
+        None => String::new(),
+        Some(Some(due)) => match due.to {
+            DueTo::Kn => "kn",
+            DueTo::Kt => "kt",
+            DueTo::Iterations => "iterations",
+            DueTo::WearVolume => "wear_volume",
+        }
+        .to_owned(),
+    };
+    let parameters = parameters(context, vibrating, contact)?;
+    Ok(Model {
+        parameters,
+        updated: true,
+        reason,
+        updates: before.map_or(0, |before| before.updates + 1),
+        reference: now,
+    })
+}
+
+/// Parameters of the contact elements as the fine contact of this iteration gives them.
+pub fn parameters(
+    context: &mut Context,
+    vibrating: &Vibrating,
+    contact: &StaticContact,
+) -> Result<ElementParameters, RunError> {
+    let inputs = context.inputs;
+    let Some(elements) = &vibrating.elements else {
+        unreachable!("a joint with a surface has a map from its cells to the contact elements");
+    };
+    let (pressure, gap) = (&contact.solution.pressure, &contact.solution.gap);
+    let stiffness = inputs.scene.contact.as_ref().map(|c| c.stiffness);
+    if stiffness == Some(Stiffness::Tangent) {
+        let (linearisation, _) = context.timed(Stage::ModelUpdate, |joint| {
+            Ok(linearise(inputs, joint, pressure)?)
+        })?;
+        let springs = springs(inputs, &linearisation, vibrating.smooth);
+        return Ok(ElementParameters::new(elements, pressure, gap, springs)?);
+    }
+    // kn and kt of the whole joint are known already: no linearisation is needed to share them.
+    let springs = super::vibrating::shared_springs(
+        inputs,
+        Compliance::of(contact.kn, contact.kt),
+        vibrating.smooth,
+    );
+    Ok(ElementParameters::new(elements, pressure, gap, springs)?)
+}
+
+/// Writes both tables; the elements without their state.
+pub fn put(
+    draft: &mut Draft,
+    key: &StageKey,
+    vibrating: &Vibrating,
+    model: &Model,
+) -> Result<(), RunError> {
+    let row = Table::builder(TableName::ModelUpdate)
+        .column("updated", vec![model.updated])
+        .column("reason", vec![model.reason.clone()])
+        .column("updates", vec![model.updates as i64])
+        .column("update_iteration", vec![model.reference.iteration as i64])
+        .column("compliance_normal", vec![model.reference.compliance.normal])
+        .column(
+            "compliance_tangential",
+            vec![model.reference.compliance.tangential],
+        )
+        .column("wear_volume", vec![model.reference.wear_volume])
+        .build()?;
+    let elements = element_table(&vibrating.layout, &model.parameters, None)?;
+    // The elements go last: with both in the draft the stage is complete.
+    draft.put(TableName::ModelUpdate, key, &row)?;
+    draft.put(TableName::ContactElement, key, &elements)?;
+    Ok(())
+}
+
+/// The contact elements as a table, with the worst state of each over the cycle once it is known.
+pub fn element_table(
+    layout: &Layout,
+    parameters: &ElementParameters,
+    states: Option<&[ElementState]>,
+) -> Result<Table, RunError> {
+    let count = parameters.normal_load.len();
+    let name = |state: &ElementState| {
+        match state {
+            ElementState::Stick => "stick",
+            ElementState::Slip => "slip",
+            ElementState::Open => "open",
+        }
+        .to_owned()
+    };
+    Ok(Table::builder(TableName::ContactElement)
+        .column("element", (0..count as i32).collect::<Vec<_>>())
+        .column("x", layout.centres.iter().map(|c| c[0]).collect::<Vec<_>>())
+        .column("y", layout.centres.iter().map(|c| c[1]).collect::<Vec<_>>())
+        .column("area", vec![layout.area; count])
+        .column("normal_load", parameters.normal_load.clone())
+        .column("gap", parameters.gap.clone())
+        .column("kn", parameters.kn.clone())
+        .column("kt", parameters.kt.clone())
+        .maybe(
+            "state",
+            states.map(|states| states.iter().map(name).collect::<Vec<_>>()),
+        )
+        .build()?)
+}
+
+/// From the tables.
+pub fn model_of(row: &Table, elements: &Table) -> Result<Model, RunError> {
+    let values = |column: &str| elements.f64(column).map(<[f64]>::to_vec);
+    Ok(Model {
+        parameters: ElementParameters {
+            normal_load: values("normal_load")?,
+            gap: values("gap")?,
+            kn: values("kn")?,
+            kt: values("kt")?,
+        },
+        updated: row.bool("updated")?[0],
+        reason: row.text("reason")?[0].clone(),
+        updates: row.i64("updates")?[0] as u64,
+        reference: UpdateState {
+            iteration: row.i64("update_iteration")?[0] as u64,
+            compliance: Compliance {
+                normal: row.f64("compliance_normal")?[0],
+                tangential: row.f64("compliance_tangential")?[0],
+            },
+            wear_volume: row.f64("wear_volume")?[0],
+        },
+    })
+}

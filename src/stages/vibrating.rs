@@ -1,0 +1,219 @@
+//! What moves the joint of a run: its vibrating structure, the contact elements in force, and the response to them.
+
+use super::dynamic_response::{IN_FORCE, shaken_of};
+use super::model_update::model_of;
+use super::structure::Stored;
+use super::{Inputs, RunError};
+use crate::contact::{ContactError, Shear};
+use crate::dynamics::cycle::joint_cycle;
+use crate::dynamics::harmonic_balance::Start;
+use crate::dynamics::{ContactElement, Sampling, Vibration};
+use crate::model_update::{
+    Compliance, ContactElements, ElementParameters, Linearisation, Springs, UpdateState,
+    fine_displacement,
+};
+use crate::scene::plan::Layout;
+use crate::scene::{Plan, Stiffness};
+use crate::store::{RunStore, StageKey};
+use crate::tables::{Table, TableName};
+use crate::wear::{FrettingJoint, Motion};
+
+/// Samples of a cycle at which a computed motion is looked at: reversals are found to 2e-5 of the reach.
+const FINE_SAMPLES: usize = 512;
+
+/// A structure with a place for contact elements.
+pub struct Vibrating {
+    pub vibration: Vibration,
+    pub layout: Layout,
+    /// Of the structure's reduction.
+    pub key: StageKey,
+    /// The fine cells of every contact element; none where the stiffness is given.
+    pub elements: Option<ContactElements>,
+    /// Compliance of the smooth patch, where the stiffness or the motion needs it.
+    pub smooth: Option<Compliance>,
+}
+
+/// The contact elements in force.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    pub parameters: ElementParameters,
+    /// They are those of this iteration.
+    pub updated: bool,
+    /// Which quantity called for it.
+    pub reason: String,
+    /// Updates so far.
+    pub updates: u64,
+    /// The state at the last update.
+    pub reference: UpdateState,
+}
+
+/// The response in force, as far as a later one and the fretting cycle depend on it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shaken {
+    pub start: Start,
+    pub resonance_frequency: f64,
+    pub peak_frequency: f64,
+    pub peak_amplitude: f64,
+    /// Work of the contact forces per cycle \[J\].
+    pub friction_energy: f64,
+}
+
+/// What moves the joint at an iteration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Driven {
+    pub model: Model,
+    pub shaken: Shaken,
+    /// The tables of the response, in the order of [`IN_FORCE`]: iterations that do not renew it have the same.
+    pub tables: [Table; 4],
+}
+
+impl Driven {
+    pub fn of(vibrating: &Vibrating, model: Model, tables: [Table; 4]) -> Result<Driven, RunError> {
+        Ok(Driven {
+            shaken: shaken_of(&vibrating.vibration, &tables[0], &tables[1])?,
+            model,
+            tables,
+        })
+    }
+
+    /// What moved the joint at a committed iteration.
+    pub fn committed(
+        vibrating: &Vibrating,
+        store: &RunStore,
+        wear_iteration: u64,
+    ) -> Result<Driven, RunError> {
+        let read = |name| store.read(wear_iteration, name);
+        let [response, row, cycle, elements] = IN_FORCE;
+        let tables = [read(response)?, read(row)?, read(cycle)?, read(elements)?];
+        let model = model_of(&read(TableName::ModelUpdate)?, &tables[3])?;
+        Driven::of(vibrating, model, tables)
+    }
+}
+
+impl Vibrating {
+    /// From the structure, for a joint with a surface: damping in modes of the stuck joint needs the unworn contact elements,
+    /// and these its contact under load.
+    pub fn with_surface(
+        inputs: &Inputs,
+        stored: Stored,
+        joint: &mut FrettingJoint,
+        pressure: &[f64],
+        gap: &[f64],
+    ) -> Result<Vibrating, RunError> {
+        let scene = &inputs.scene;
+        let (Some(layout), Some(rough)) = (Plan::layout(scene), scene.rough()) else {
+            unreachable!("a vibrating joint with a surface has contact elements");
+        };
+        let Some(elements) = rough.elements() else {
+            unreachable!("a structure with a surface is a resonator");
+        };
+        let elements = elements?;
+        let smooth = match rough.contact.stiffness {
+            Stiffness::Roughness => Some(Compliance::smooth(
+                &mut joint.half_space,
+                &joint.patch,
+                inputs.plan.shear,
+            )?),
+            Stiffness::Total | Stiffness::Tangent => None,
+        };
+        let linearisation = linearise(inputs, joint, pressure)?;
+        let springs = springs(inputs, &linearisation, smooth);
+        let parameters = ElementParameters::new(&elements, pressure, gap, springs)?;
+        let unworn = Plan::contact_elements(scene, &layout, &parameters);
+        Ok(Vibrating {
+            vibration: Plan::vibration(scene, stored.reduced.as_ref(), &unworn)?,
+            layout,
+            key: stored.key,
+            elements: Some(elements),
+            smooth,
+        })
+    }
+
+    /// The contact elements with these parameters.
+    pub fn contact_elements(
+        &self,
+        inputs: &Inputs,
+        parameters: &ElementParameters,
+    ) -> Vec<ContactElement> {
+        Plan::contact_elements(&inputs.scene, &self.layout, parameters)
+    }
+
+    /// The motion that this response gives the fine contact, at many samples, under the static `load`: the mean of the elements'
+    /// displacement over the area, and what the load of the joint varies by. The mean of that variation is left out: under
+    /// prescribed displacement it is the bolt that bears the load.
+    pub fn motion(&self, inputs: &Inputs, driven: &Driven, load: f64) -> Result<Motion, RunError> {
+        let steps = inputs.scene.fidelity.steps_per_cycle;
+        let samples = steps * FINE_SAMPLES.div_ceil(steps);
+        let sampling = Sampling::new(self.vibration.harmonics.clone(), samples)?;
+        let elements = self.contact_elements(inputs, &driven.model.parameters);
+        let cycle = joint_cycle(
+            &elements,
+            &driven.shaken.start.displacement,
+            &sampling,
+            &self.layout.centres,
+        );
+        let axes = match inputs.plan.shear {
+            Shear::AlongX => 1,
+            Shear::InPlane => 2,
+        };
+        let series = |of: &[[f64; 3]]| -> Vec<Vec<f64>> {
+            (0..axes)
+                .map(|d| of.iter().map(|v| v[d]).collect())
+                .collect()
+        };
+        let mut displacement = series(&cycle.displacement);
+        if let Some(smooth) = self.smooth {
+            displacement =
+                fine_displacement(&displacement, &series(&cycle.force), smooth.tangential);
+        }
+        let motion = Motion {
+            time: (0..samples).map(|k| k as f64 / samples as f64).collect(),
+            displacement,
+            normal_load: cycle.force.iter().map(|f| f[2]).collect(),
+        };
+        Ok(motion.with_mean_load(load))
+    }
+}
+
+/// The fine contact linearised.
+pub fn linearise(
+    inputs: &Inputs,
+    joint: &mut FrettingJoint,
+    pressure: &[f64],
+) -> Result<Linearisation, ContactError> {
+    let cap = joint.pressure_cap;
+    Linearisation::new(&mut joint.half_space, pressure, cap, inputs.plan.shear)
+}
+
+/// What of the fine contact's compliance the contact elements get.
+pub fn springs<'a>(
+    inputs: &Inputs,
+    linearisation: &'a Linearisation,
+    smooth: Option<Compliance>,
+) -> Springs<'a> {
+    match inputs.scene.contact.as_ref().map(|c| c.stiffness) {
+        Some(Stiffness::Tangent) => Springs::Tangent(linearisation),
+        _ => shared_springs(inputs, linearisation.compliance(), smooth),
+    }
+}
+
+/// A compliance of the whole joint to be shared among the contact elements, without that of the smooth patch if it is given.
+pub fn shared_springs(
+    inputs: &Inputs,
+    total: Compliance,
+    smooth: Option<Compliance>,
+) -> Springs<'static> {
+    let contact = inputs.scene.contact.as_ref();
+    let distribution = contact.map(|c| c.distribution).unwrap_or_default();
+    match smooth {
+        Some(smooth) => Springs::Roughness {
+            total,
+            smooth,
+            distribution,
+        },
+        None => Springs::Total {
+            total,
+            distribution,
+        },
+    }
+}

@@ -1,0 +1,119 @@
+//! A vibration without a rough contact: one response, nothing wears.
+
+use super::context::{Clock, Timing, VibrationKeys, kept};
+use super::dynamic_response::{IN_FORCE, forced_response, in_force};
+use super::model_update::element_table;
+use super::structure::Stored;
+use super::{Inputs, RunError, Stage};
+use crate::dynamics::DynamicsError;
+use crate::model_update::ElementParameters;
+use crate::scene::Plan;
+use crate::scene::plan::Layout;
+use crate::store::{Draft, RunStore};
+use crate::tables::{Table, TableName};
+
+/// Computes and commits the only iteration.
+pub fn vibration_alone(
+    inputs: &Inputs,
+    stored: Stored,
+    store: &mut RunStore,
+    clock: &mut Clock,
+) -> Result<(), RunError> {
+    let keys = VibrationKeys::of(inputs, &stored.key, &[]);
+    let mut draft = store.draft(0)?;
+    let scene = &inputs.scene;
+    let (layout, parameters) = match (Plan::layout(scene), &scene.contact) {
+        (Some(layout), Some(contact)) => {
+            let parameters = Plan::given_parameters(contact, &layout);
+            (layout, parameters)
+        }
+        _ => (Layout::default(), ElementParameters::default()),
+    };
+    if kept(&mut draft, TableName::Summary, &keys.dynamic_response)?.is_none() {
+        respond(
+            inputs,
+            &stored,
+            clock,
+            &mut draft,
+            &keys,
+            &layout,
+            &parameters,
+        )?;
+    } else {
+        for name in IN_FORCE.into_iter().chain([TableName::Frf]) {
+            kept(&mut draft, name, &keys.dynamic_response)?;
+        }
+    }
+    let timing = clock.table()?;
+    draft.put(TableName::Timing, &keys.dynamic_response, &timing)?;
+    draft.commit(store)?;
+    Ok(())
+}
+
+fn respond(
+    inputs: &Inputs,
+    stored: &Stored,
+    clock: &mut Clock,
+    draft: &mut Draft,
+    keys: &VibrationKeys,
+    layout: &Layout,
+    parameters: &ElementParameters,
+) -> Result<(), RunError> {
+    let key = &keys.dynamic_response;
+    let elements = Plan::contact_elements(&inputs.scene, layout, parameters);
+    clock.observer.stage(Stage::DynamicResponse, 0);
+    let begin = std::time::Instant::now();
+    let vibration = Plan::vibration(&inputs.scene, stored.reduced.as_ref(), &elements)?;
+    let fail = |source| RunError::Dynamics {
+        wear_iteration: 0,
+        source,
+    };
+    let has_contact = !elements.is_empty();
+    let balance = vibration.balance(elements).map_err(fail)?;
+    let resonance = match vibration.resonance(&balance, None) {
+        Ok(resonance) => Some(resonance),
+        // The forced response has an answer all the same.
+        Err(error @ DynamicsError::NoResonance { .. }) => {
+            clock
+                .observer
+                .notice(&format!("dynamics.frequency: {error}"));
+            None
+        }
+        Err(error) => return Err(fail(error)),
+    };
+    let mut summary = Table::builder(TableName::Summary);
+    if let Some(resonance) = &resonance {
+        let tables = in_force(inputs, &vibration, layout, &balance, resonance, parameters)?;
+        for (name, table) in IN_FORCE.iter().zip(&tables) {
+            if has_contact || !matches!(name, TableName::ContactElement | TableName::JointCycle) {
+                draft.put(*name, key, table)?;
+            }
+        }
+        summary = summary
+            .column("dissipated_energy", vec![resonance.phase.energy.friction])
+            .column("resonance_frequency", vec![resonance.phase.frequency()])
+            .column("peak_frequency", vec![resonance.peak_frequency])
+            .column("peak_amplitude", vec![resonance.peak_amplitude]);
+    } else if has_contact {
+        let table = element_table(layout, parameters, None)?;
+        draft.put(TableName::ContactElement, key, &table)?;
+    }
+    if has_contact {
+        summary = summary
+            .column("kn", vec![parameters.kn.iter().sum::<f64>()])
+            .column("kt", vec![parameters.kt.iter().sum::<f64>()]);
+    }
+    let frf = forced_response(inputs, &vibration, &balance, 0)?;
+    draft.put(TableName::Frf, key, &frf)?;
+    clock.timing.push(Timing {
+        stage: Stage::DynamicResponse,
+        seconds: begin.elapsed().as_secs_f64(),
+        fft_pairs: 0.0,
+    });
+    draft.put(
+        TableName::Summary,
+        key,
+        &summary.column("fft_pairs", vec![0.0]).build()?,
+    )?;
+    Ok(())
+}
