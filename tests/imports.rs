@@ -247,6 +247,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "scene/document.rs",
             "stages/inputs.rs",
             "report/",
+            "cli/export.rs",
         ],
     ),
     // Results and their progress are said at the edge.
