@@ -1,7 +1,7 @@
 //! Fretting wear of rough joints over millions of vibration cycles.
 //!
-//! The numerics ([`contact`], [`dynamics`], [`surface`], [`structure`], [`wear`], [`mod@reference`]) are pure: they know no file, no
-//! scene and no terminal.
+//! The numerics ([`contact`], [`dynamics`], [`model_update`], [`surface`], [`structure`], [`wear`], [`mod@reference`]) are pure: they
+//! know no file, no scene and no terminal.
 //! [`scene`] is what the user writes, [`tables`] and [`store`] are what a run leaves on disk, and [`stages`] joins them.
 
 pub mod contact;
@@ -9,6 +9,7 @@ pub mod dynamics;
 pub mod fft;
 pub mod grid;
 pub mod linalg;
+pub mod model_update;
 pub mod reference;
 #[cfg(feature = "polars")]
 pub mod report;

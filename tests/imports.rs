@@ -73,12 +73,13 @@ fn names(code: &str, path: &str) -> bool {
 
 /// The modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
 fn modules(source: &Source) -> Vec<String> {
-    const MODULES: [&str; 18] = [
+    const MODULES: [&str; 19] = [
         "cli",
         "contact",
         "fft",
         "grid",
         "linalg",
+        "model_update",
         "progress",
         "reference",
         "report",
@@ -153,7 +154,8 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("linalg/", &["linalg"]),
     ("contact/", &["grid", "fft", "contact"]),
     ("structure/", &["linalg", "structure"]),
-    ("dynamics/", &["dynamics"]),
+    ("dynamics/", &["linalg", "structure", "dynamics"]),
+    ("model_update/", &["grid", "contact", "model_update"]),
     ("surface/readers/", &["grid", "surface", "units"]),
     ("surface/", &["grid", "fft", "surface"]),
     ("reference/", &["grid", "contact", "reference"]),
@@ -163,7 +165,16 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     (
         "scene/",
         &[
-            "grid", "units", "fft", "contact", "surface", "wear", "scene",
+            "grid",
+            "units",
+            "fft",
+            "contact",
+            "surface",
+            "wear",
+            "structure",
+            "dynamics",
+            "model_update",
+            "scene",
         ],
     ),
     ("report/", &["tables", "store", "report"]),
@@ -174,7 +185,19 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     (
         "stages/",
         &[
-            "grid", "units", "contact", "surface", "wear", "scene", "tables", "store", "stages",
+            "grid",
+            "units",
+            "linalg",
+            "contact",
+            "surface",
+            "wear",
+            "structure",
+            "dynamics",
+            "model_update",
+            "scene",
+            "tables",
+            "store",
+            "stages",
         ],
     ),
 ];

@@ -5,6 +5,7 @@ mod contact;
 mod dynamics;
 mod imports;
 mod linalg;
+mod model_update;
 mod plan;
 mod quadrature;
 mod reference;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use fretwear::contact::HalfSpace;
-use fretwear::scene::{self, Plan};
+use fretwear::scene::{self, Plan, RoughJoint};
 use fretwear::stages::Inputs;
 use fretwear::store::{LockHolder, RealFileSystem, RunReader};
 use fretwear::tables::TableName;
@@ -34,10 +34,15 @@ pub fn plan(path: &Path, sets: &[String], as_json: bool) -> Result<Exit, CliErro
     }
     let cost = &plan.cost;
     let states = 1.0 + cost.iterations;
-    let pair = seconds_of_pair(&inputs);
-    let pairs = states * cost.pairs_per_iteration;
     writeln!(out, "\nestimated cost")?;
     writeln!(out, "    memory        {:.0} MB", cost.memory as f64 / 1e6)?;
+    if cost.unknowns > 0 {
+        writeln!(
+            out,
+            "    unknowns      {} of the harmonic balance at most",
+            cost.unknowns
+        )?;
+    }
     if cost.iterations > 0.0 {
         writeln!(
             out,
@@ -50,25 +55,25 @@ pub fn plan(path: &Path, sets: &[String], as_json: bool) -> Result<Exit, CliErro
         "    disk          {:.1} MB",
         states * cost.disk_per_iteration as f64 / 1e6
     )?;
-    writeln!(out, "    FFT pairs     about {pairs:.0}")?;
-    writeln!(
-        out,
-        "    time          about {:.1} s here, at {:.2} ms a pair",
-        pairs * pair,
-        pair * 1e3
-    )?;
+    if let Some(rough) = inputs.scene.rough() {
+        let pair = seconds_of_pair(&rough);
+        let pairs = states * cost.pairs_per_iteration;
+        writeln!(out, "    FFT pairs     about {pairs:.0}")?;
+        writeln!(
+            out,
+            "    time          about {:.1} s here for them, at {:.2} ms a pair",
+            pairs * pair,
+            pair * 1e3
+        )?;
+    }
     Ok(Exit::Done)
 }
 
 /// Median time of a pair of transforms on this scene's plane \[s\].
-fn seconds_of_pair(inputs: &Inputs) -> f64 {
+fn seconds_of_pair(rough: &RoughJoint) -> f64 {
     const REPEATS: usize = 9;
-    let grid = inputs.scene.grid();
-    let mut half_space = HalfSpace::new(
-        grid,
-        Plan::pair(&inputs.scene),
-        inputs.scene.contact.boundary,
-    );
+    let grid = rough.grid;
+    let mut half_space = HalfSpace::new(grid, Plan::pair(rough.material), rough.contact.boundary);
     let (pressure, mut displacement) = (vec![1.0; grid.len()], vec![0.0; grid.len()]);
     let mut times: Vec<f64> = (0..REPEATS)
         .map(|_| {

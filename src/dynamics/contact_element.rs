@@ -20,7 +20,8 @@ const MOST_CYCLES: usize = 12;
 const STEADY: f64 = 1e-13;
 
 /// How friction limits the two tangential forces of an element.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum FrictionLaw {
     /// `|T| ≤ µN`: isotropic, slip along the force.
     #[default]

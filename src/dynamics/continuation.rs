@@ -153,7 +153,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
             let target = branch.now.omega + step * tangent[2] * width;
             let ends = direction * (target - settings.to) >= 0.0;
             let attempt = if ends {
-                self.balance.solve(settings.to, Some(&branch.now))
+                self.balance.solve(settings.to, Some(&branch.now.start()))
             } else {
                 self.correct(&branch, here, tangent, step)
             };
@@ -226,7 +226,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
             weights: [tangent[0] / scale, tangent[1] / scale, tangent[2] / width],
             value,
         };
-        let mut guess = branch.now.clone();
+        let mut guess = branch.now.start();
         if let Some(before) = &branch.before {
             let secant = distance(here, self.point(before, branch.largest));
             let share = step / secant;

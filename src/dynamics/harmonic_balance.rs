@@ -108,7 +108,28 @@ pub struct Response {
     pub energy: Energy,
 }
 
+/// Where to start from: a response as far as another one needs it, to be kept and made again from stored numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Start {
+    /// Angular frequency of the fundamental \[rad/s\].
+    pub omega: f64,
+    /// Share of the loads that was applied; displacements are scaled to the share that is asked for.
+    pub load_factor: f64,
+    /// Displacement of the ports \[m\], `ports × coefficients`, as in [`Response::displacement`]. Those of the contact degrees of
+    /// freedom, which come first, are enough: the rest is not read.
+    pub displacement: Vec<f64>,
+}
+
 impl Response {
+    /// This response as a start. The same numbers give the same start to the last bit.
+    pub fn start(&self) -> Start {
+        Start {
+            omega: self.omega,
+            load_factor: self.load_factor,
+            displacement: self.displacement.clone(),
+        }
+    }
+
     /// Frequency of the fundamental \[Hz\].
     pub fn frequency(&self) -> f64 {
         self.omega / (2.0 * std::f64::consts::PI)
@@ -228,7 +249,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     ///
     /// # Errors
     /// [`DynamicsError`]; a response that did not converge is never returned.
-    pub fn solve(&self, omega: f64, guess: Option<&Response>) -> Result<Response, DynamicsError> {
+    pub fn solve(&self, omega: f64, guess: Option<&Start>) -> Result<Response, DynamicsError> {
         self.solve_at(omega, 1.0, guess)
     }
 
@@ -240,7 +261,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         &self,
         omega: f64,
         factor: f64,
-        guess: Option<&Response>,
+        guess: Option<&Start>,
     ) -> Result<Response, DynamicsError> {
         if !(omega > 0.0 && omega.is_finite()) {
             return Err(DynamicsError::OutOfRange {
@@ -272,7 +293,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 reached + increment
             };
             let start = match &last {
-                Some(response) => self.start_from(response, omega, factor)?,
+                Some(response) => self.start_from(&response.start(), omega, factor)?,
                 None => self.linear_start(omega, factor)?,
             };
             match self.newton(start, factor, &Condition::Frequency) {
@@ -302,7 +323,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let ahead = match responses.as_slice() {
                 [.., before, last] if last.omega != before.omega => {
                     let share = (omega - last.omega) / (last.omega - before.omega);
-                    let mut ahead = last.clone();
+                    let mut ahead = last.start();
                     for (u, old) in ahead.displacement.iter_mut().zip(&before.displacement) {
                         *u += share * (*u - old);
                     }
@@ -317,7 +338,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             };
             let response = match ahead {
                 Some(response) => response,
-                None => self.solve(omega, responses.last())?,
+                None => self.solve(omega, responses.last().map(Response::start).as_ref())?,
             };
             responses.push(response);
         }
@@ -360,17 +381,18 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// The state of a response as a start at another frequency and load.
     pub(super) fn start_from(
         &self,
-        guess: &Response,
+        guess: &Start,
         omega: f64,
         factor: f64,
     ) -> Result<State, DynamicsError> {
         let n = self.harmonics().coefficients();
         let contact = 3 * n * self.elements.len();
-        if guess.displacement.len() != self.model.ports() * n {
+        let all = self.model.ports() * n;
+        if ![contact, all].contains(&guess.displacement.len()) {
             return Err(DynamicsError::Length {
-                what: "displacement of the response to start from",
+                what: "displacement to start from",
                 found: guess.displacement.len(),
-                expected: self.model.ports() * n,
+                expected: all,
             });
         }
         let mut contact = guess.displacement[..contact].to_vec();

@@ -25,35 +25,9 @@ impl Oscillator {
     /// Its linear part.
     ///
     /// # Errors
-    /// [`DynamicsError::OutOfRange`] for a mass that is not positive, or a damping or stiffness that is negative.
+    /// Those of [`mass_on_springs`].
     pub fn model(&self) -> Result<SecondOrder, DynamicsError> {
-        for (name, values, least) in [
-            ("the mass along an axis", self.mass, f64::MIN_POSITIVE),
-            ("the damping along an axis", self.damping, 0.0),
-            ("the stiffness along an axis", self.stiffness, 0.0),
-        ] {
-            for value in values {
-                if !(value >= least && value.is_finite()) {
-                    return Err(DynamicsError::OutOfRange {
-                        name,
-                        value,
-                        expected: if least > 0.0 {
-                            "a positive finite number"
-                        } else {
-                            "a finite number, zero or more"
-                        },
-                    });
-                }
-            }
-        }
-        Ok(SecondOrder {
-            mass: Matrix::diagonal(&self.mass),
-            damping: Matrix::diagonal(&self.damping),
-            stiffness: Matrix::diagonal(&self.stiffness),
-            basis: Matrix::identity(3),
-            residual: None,
-            contact_dofs: 3,
-        })
+        mass_on_springs(self.mass, self.damping, self.stiffness, 3)
     }
 
     /// A load `amplitude · cos(ωt + phase)` along `axis` (0 x, 1 y, 2 n) \[N, rad\].
@@ -65,4 +39,44 @@ impl Oscillator {
             sine: -amplitude * phase.sin(),
         }
     }
+}
+
+/// A mass with a spring and a damper to the ground along each axis; its displacements are the ports, and the first `contact_dofs`
+/// (0 or 3) those of a contact.
+///
+/// # Errors
+/// [`DynamicsError::OutOfRange`] for a mass that is not positive, or a damping or stiffness that is negative.
+pub fn mass_on_springs(
+    mass: [f64; 3],
+    damping: [f64; 3],
+    stiffness: [f64; 3],
+    contact_dofs: usize,
+) -> Result<SecondOrder, DynamicsError> {
+    for (name, values, least) in [
+        ("the mass along an axis", mass, f64::MIN_POSITIVE),
+        ("the damping along an axis", damping, 0.0),
+        ("the stiffness along an axis", stiffness, 0.0),
+    ] {
+        for value in values {
+            if !(value >= least && value.is_finite()) {
+                return Err(DynamicsError::OutOfRange {
+                    name,
+                    value,
+                    expected: if least > 0.0 {
+                        "a positive finite number"
+                    } else {
+                        "a finite number, zero or more"
+                    },
+                });
+            }
+        }
+    }
+    Ok(SecondOrder {
+        mass: Matrix::diagonal(&mass),
+        damping: Matrix::diagonal(&damping),
+        stiffness: Matrix::diagonal(&stiffness),
+        basis: Matrix::identity(3),
+        residual: None,
+        contact_dofs,
+    })
 }

@@ -2,7 +2,7 @@
 
 use super::aft::InterfaceElement;
 use super::newton::Condition;
-use super::{DynamicsError, HarmonicBalance, Response};
+use super::{DynamicsError, HarmonicBalance, Response, Start};
 
 /// Points of the search for a start; a range is a few modes wide at most.
 const SCAN: usize = 400;
@@ -28,7 +28,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     pub fn phase_resonance(
         &self,
         range: (f64, f64),
-        guess: Option<&Response>,
+        guess: Option<&Start>,
     ) -> Result<Response, DynamicsError> {
         let condition = self.phase_lag()?;
         let inside = |response: &Response| range.0 <= response.omega && response.omega <= range.1;
@@ -150,7 +150,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let mut growth = 2.0;
         while last.load_factor < 1.0 {
             let next = (last.load_factor * growth).min(1.0);
-            let start = self.start_from(&last, last.omega, next)?;
+            let start = self.start_from(&last.start(), last.omega, next)?;
             match self.newton(start, next, condition) {
                 Ok(response) => {
                     last = response;
@@ -177,8 +177,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let mut before: Option<(f64, Response)> = None;
         for k in 0..=NONLINEAR_SCAN {
             let omega = range.0 + (range.1 - range.0) * k as f64 / NONLINEAR_SCAN as f64;
-            let guess = before.as_ref().map(|(_, response)| response);
-            let Ok(response) = self.solve(omega, guess) else {
+            let guess = before.as_ref().map(|(_, response)| response.start());
+            let Ok(response) = self.solve(omega, guess.as_ref()) else {
                 before = None;
                 continue;
             };
@@ -195,7 +195,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let Some((_, near)) = best else {
             return Ok(None);
         };
-        let start = self.start_from(&near, near.omega, 1.0)?;
+        let start = self.start_from(&near.start(), near.omega, 1.0)?;
         self.newton(start, 1.0, condition).map(Some)
     }
 
@@ -210,7 +210,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         &self,
         port: usize,
         range: (f64, f64),
-        guess: &Response,
+        guess: &Start,
     ) -> Result<Response, DynamicsError> {
         let slot = self.harmonics().require(1, "peak")?;
         let n = self.harmonics().coefficients();
@@ -232,7 +232,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             if omega == near.omega {
                 return Err(no_resonance("peak", range));
             }
-            let next = self.solve(omega, Some(&near))?;
+            let next = self.solve(omega, Some(&near.start()))?;
             let next_slope = slope(&next)?;
             if next_slope * first <= 0.0 {
                 break (next, next_slope);
@@ -252,7 +252,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             } else {
                 (near_weight / (near_weight - far_weight)).clamp(0.01, 0.99)
             };
-            let next = self.solve(near.omega + share * width, Some(&near))?;
+            let next = self.solve(near.omega + share * width, Some(&near.start()))?;
             let next_slope = slope(&next)?;
             if next_slope * first > 0.0 {
                 (near, near_slope) = (next, next_slope);

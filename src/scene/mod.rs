@@ -16,8 +16,12 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use crate::grid::{Grid, Patch};
+use crate::model_update::{ContactElements, ModelUpdateError};
 
 pub use crate::contact::Boundary;
+pub use crate::dynamics::FrictionLaw;
+pub use crate::model_update::{Distribution, StiffnessKind as Stiffness};
+pub use crate::structure::resonator::Resonator;
 pub use crate::surface::prepare::{Detrend, Fill};
 pub use crate::wear::joint::Scheme;
 pub use difference::{Difference, differences};
@@ -31,18 +35,25 @@ pub struct Scene {
     pub title: Option<String>,
     /// The name of its file without the extension.
     pub name: String,
-    /// Extent and grid of the joint.
-    pub joint: Joint,
-    /// Elastic constants of the two bodies.
-    pub material: Material,
-    /// The rough surface (one composite surface against a flat).
-    pub surface: Surface,
-    /// Friction, load and boundary conditions.
-    pub contact: Contact,
-    /// The prescribed cyclic motion; none for a static contact.
+    /// Extent, grid and contact elements of the joint; none for an oscillator.
+    pub joint: Option<Joint>,
+    /// Elastic constants and density of the bodies; none for an oscillator.
+    pub material: Option<Material>,
+    /// The rough surface (one composite surface against a flat); none where the stiffness of the contact is given, or there
+    /// is no contact.
+    pub surface: Option<Surface>,
+    /// Friction, load and boundary conditions; none for a structure without contact.
+    pub contact: Option<Contact>,
+    /// What vibrates; always together with `dynamics`.
+    pub structure: Option<Structure>,
+    /// How it is made to vibrate, and what of the response is wanted.
+    pub dynamics: Option<Dynamics>,
+    /// The prescribed cyclic motion; none for a static contact, or where a structure moves the joint.
     pub motion: Option<Motion>,
     /// Wear over many cycles; none for a single pass.
     pub wear: Option<Wear>,
+    /// When the worn contact changes the contact elements of the structure; none: never.
+    pub update: Option<Update>,
     /// Accuracy against cost.
     pub fidelity: Fidelity,
     /// What a run keeps.
@@ -56,9 +67,9 @@ pub struct Scene {
 pub struct Joint {
     /// Side lengths along x and y \[m\].
     pub size: [f64; 2],
-    /// Cells along x and y.
-    pub grid: [usize; 2],
-    /// Contact elements along x and y, for a structure.
+    /// Cells along x and y; there whenever there is a surface.
+    pub grid: Option<[usize; 2]>,
+    /// Contact elements along x and y; there whenever there is a structure with a joint.
     pub elements: Option<[usize; 2]>,
     /// A round hole in the middle.
     pub hole: Option<Hole>,
@@ -151,10 +162,18 @@ pub enum Surface {
 /// `[contact]`
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Contact {
-    /// Coulomb's coefficient of friction; there whenever there is a motion.
+    /// Coulomb's coefficient of friction; there whenever there is a motion or a structure.
     pub friction_coefficient: Option<f64>,
     /// Static load that presses the bodies together \[N\].
     pub normal_load: f64,
+    /// Stiffness of a contact without a surface.
+    pub given: Option<GivenContact>,
+    /// Which stiffness of the rough contact the contact elements get.
+    pub stiffness: Stiffness,
+    /// How a stiffness of the whole joint is shared among the contact elements.
+    pub distribution: Distribution,
+    /// Stiffness of the bolt and of what it clamps \[N/m\]: the load falls as wear brings the bodies closer; none: it does not.
+    pub bolt_stiffness: Option<f64>,
     /// Largest pressure a point can carry \[Pa\], [A eq. 4.3]; none: elastic.
     pub pressure_cap: Option<f64>,
     /// What lies beyond the edges of the joint.
@@ -163,6 +182,17 @@ pub struct Contact {
     pub transverse: Transverse,
     /// What happens to the rotations of the bodies.
     pub rotation: Rotation,
+}
+
+/// Contact stiffness given in place of a surface: totals over the joint.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct GivenContact {
+    /// Normal stiffness \[N/m\].
+    pub kn: f64,
+    /// Tangential stiffness \[N/m\].
+    pub kt: f64,
+    /// Gap without load \[m\]; zero under load.
+    pub gap: f64,
 }
 
 /// What happens to the in-plane direction that is not driven.
@@ -183,6 +213,94 @@ pub enum Transverse {
 pub enum Rotation {
     /// They are held; the moments are reactions.
     Fixed,
+}
+
+/// `[structure]`
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Structure {
+    /// The single-lap-joint resonator, bonded without a contact.
+    Resonator {
+        /// Its dimensions, mesh and material; the lap has the size and the elements of the joint.
+        geometry: Box<Resonator>,
+    },
+    /// One mass on springs and dampers, and one contact element to the ground.
+    Oscillator {
+        /// Mass along x, y, z \[kg\].
+        mass: [f64; 3],
+        /// Damping along x, y, z \[N s/m\].
+        damping: [f64; 3],
+        /// Stiffness without the contact along x, y, z \[N/m\].
+        stiffness: [f64; 3],
+    },
+}
+
+/// A point of a structure and a direction.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Port {
+    /// Name of the point.
+    pub at: String,
+    /// 0, 1, 2 for x, y, z.
+    pub axis: usize,
+}
+
+/// `[dynamics] force`: `amplitude · cos(k ω t + phase)`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Force {
+    /// Half range \[N\].
+    pub amplitude: f64,
+    /// Where it acts, and along which axis.
+    #[serde(flatten)]
+    pub port: Port,
+    /// Lead \[rad\].
+    pub phase: f64,
+    /// k; 0 for a constant force.
+    pub harmonic: u32,
+}
+
+/// `[dynamics]`
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Dynamics {
+    /// The forces; the first of harmonic 1 is the drive.
+    pub forces: Vec<Force>,
+    /// Whose displacement is the response.
+    pub response: Port,
+    /// Orders of the harmonics, 0 among them.
+    pub harmonics: Vec<u32>,
+    /// Elastic modes of the reduced structure.
+    pub modes: usize,
+    /// Modal damping ratio.
+    pub damping_ratio: f64,
+    /// Of which structure the damped modes are.
+    pub damping_basis: DampingBasis,
+    /// Friction in the plane.
+    pub friction_law: FrictionLaw,
+    /// Range in which the resonance is looked for and the forced response is computed \[Hz\].
+    pub frequency: [f64; 2],
+    /// Equidistant points of the forced response; none: as continuation places them.
+    pub points: Option<usize>,
+}
+
+/// Of which structure the damped modes are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DampingBasis {
+    /// The unworn contact closed and stuck.
+    Stuck,
+    /// Without contact springs.
+    Free,
+}
+
+/// `[update]`: when the worn contact changes the contact elements.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Update {
+    /// At this relative change of the contact's kn or kt since the last update.
+    StiffnessChange(f64),
+    /// Every so many wear iterations.
+    Iterations(u64),
+    /// After this worn volume since the last update \[m³\].
+    WearVolume(f64),
 }
 
 /// `[motion]`: what drives the joint in every cycle of period T.
@@ -237,6 +355,8 @@ pub struct Fidelity {
     pub tangential_tolerance: f64,
     /// Relative closure of a steady cycle.
     pub cycle_tolerance: f64,
+    /// Samples of a vibration cycle at which contact elements are evaluated.
+    pub aft_samples: usize,
 }
 
 /// A set of defaults.
@@ -274,6 +394,8 @@ pub struct Output {
     pub cycle_fields: bool,
     /// Indentation and hysteresis curves are written every so many iterations; 0: never.
     pub curves_every: u64,
+    /// Cycles at which a forced response of the worn state is computed, without feeding it back.
+    pub response_at: Vec<u64>,
 }
 
 /// Which iterations are kept.
@@ -328,16 +450,56 @@ impl Scene {
         difference::canonical(self)
     }
 
+    /// What its rough contact is made of, if it has one.
+    pub fn rough(&self) -> Option<RoughJoint<'_>> {
+        Some(RoughJoint {
+            joint: self.joint.as_ref()?,
+            material: self.material.as_ref()?,
+            surface: self.surface.as_ref()?,
+            contact: self.contact.as_ref()?,
+            resonator: match self.structure.as_ref() {
+                Some(Structure::Resonator { geometry }) => Some(geometry),
+                _ => None,
+            },
+            grid: Grid::over(self.joint.as_ref()?.size, self.joint.as_ref()?.grid?),
+        })
+    }
+}
+
+/// The sections of a scene that a rough contact is made of.
+#[derive(Debug, Clone, Copy)]
+pub struct RoughJoint<'a> {
+    /// Extent and contact elements.
+    pub joint: &'a Joint,
+    /// The two bodies.
+    pub material: &'a Material,
+    /// The surface.
+    pub surface: &'a Surface,
+    /// Friction, load and boundary conditions.
+    pub contact: &'a Contact,
+    /// The structure whose contact elements the cells belong to.
+    pub resonator: Option<&'a Resonator>,
     /// The grid of the joint.
-    pub fn grid(&self) -> Grid {
-        Grid::over(self.joint.size, self.joint.grid)
+    pub grid: Grid,
+}
+
+impl RoughJoint<'_> {
+    /// The grid and the cells of it that belong to the joint: with a structure, those of its contact elements.
+    pub fn patch(&self) -> Patch {
+        match (self.elements(), self.joint.hole) {
+            (Some(Ok(elements)), _) => elements.patch().clone(),
+            (_, Some(hole)) => Patch::with_hole(self.grid, hole.diameter),
+            _ => Patch::full(self.grid),
+        }
     }
 
-    /// The grid and the cells of it that belong to the joint.
-    pub fn patch(&self) -> Patch {
-        match self.joint.hole {
-            Some(hole) => Patch::with_hole(self.grid(), hole.diameter),
-            None => Patch::full(self.grid()),
-        }
+    /// The contact elements of the structure on this grid, if there is one.
+    ///
+    /// # Errors
+    /// [`ModelUpdateError`] where the grid is coarser than the elements.
+    pub fn elements(&self) -> Option<Result<ContactElements, ModelUpdateError>> {
+        let cells = self.resonator?.contact_cells();
+        let counts = self.joint.elements.unwrap_or([1, 1]);
+        Some(ContactElements::new(self.grid, counts, &cells))
     }
 }

@@ -5,7 +5,9 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::error::{HistoryProblem, RunError};
-use crate::scene::{Motion as SceneMotion, Plan, Scene, Surface, Transverse, plan::motion_of};
+use crate::scene::{
+    Contact, Motion as SceneMotion, Plan, Scene, Surface, Transverse, plan::motion_of,
+};
 use crate::tables::{self, TableName};
 use crate::wear::Motion;
 
@@ -29,7 +31,7 @@ impl Inputs {
     /// Reads the files of a scene and plans it.
     pub fn of(scene: Scene) -> Result<Inputs, RunError> {
         let mut canonical = scene.canonical();
-        if let Surface::File { path, .. } = &scene.surface {
+        if let Some(Surface::File { path, .. }) = &scene.surface {
             let bytes =
                 std::fs::read(path).map_err(|source| crate::surface::readers::ReadError {
                     path: path.clone(),
@@ -37,20 +39,21 @@ impl Inputs {
                 })?;
             canonical["surface"]["content"] = json!(blake3::hash(&bytes).to_hex().as_str());
         }
-        let motion = match (motion_of(&scene), &scene.motion) {
-            (Some(motion), _) => motion,
-            (None, Some(SceneMotion::History { path })) => {
+        let contact = scene.contact.as_ref();
+        let motion = match (contact, &scene.motion) {
+            (Some(contact), Some(SceneMotion::History { path })) => {
                 let wrong = |problem: HistoryProblem| RunError::History {
                     path: path.clone(),
                     problem: Box::new(problem),
                 };
                 let bytes = std::fs::read(path).map_err(|e| wrong(e.into()))?;
                 canonical["motion"]["content"] = json!(blake3::hash(&bytes).to_hex().as_str());
-                history(&scene, path, &bytes).map_err(wrong)?
+                history(contact, path, &bytes).map_err(wrong)?
             }
-            (None, _) => Motion::none(scene.contact.normal_load),
+            (Some(contact), _) => motion_of(&scene, contact),
+            (None, _) => Motion::none(0.0),
         };
-        let plan = Plan::decide(&scene, &scene.patch(), &motion)?;
+        let plan = Plan::decide(&scene, Some(&motion))?;
         Ok(Inputs {
             scene,
             motion,
@@ -83,7 +86,7 @@ struct Columns {
 }
 
 /// A motion from a `cycle` table (Parquet), or from a CSV file with columns of the same names, in SI units.
-fn history(scene: &Scene, path: &Path, bytes: &[u8]) -> Result<Motion, HistoryProblem> {
+fn history(contact: &Contact, path: &Path, bytes: &[u8]) -> Result<Motion, HistoryProblem> {
     let parquet = path
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("parquet"));
@@ -111,7 +114,7 @@ fn history(scene: &Scene, path: &Path, bytes: &[u8]) -> Result<Motion, HistoryPr
         }
     }
     let mut displacement = vec![columns.displacement_x];
-    if scene.contact.transverse == Transverse::Absent {
+    if contact.transverse == Transverse::Absent {
         if columns
             .displacement_y
             .is_some_and(|y| y.iter().any(|v| *v != 0.0))
@@ -123,7 +126,7 @@ fn history(scene: &Scene, path: &Path, bytes: &[u8]) -> Result<Motion, HistoryPr
     }
     let normal_load = columns
         .normal_load
-        .unwrap_or_else(|| vec![scene.contact.normal_load; rows]);
+        .unwrap_or_else(|| vec![contact.normal_load; rows]);
     Ok(Motion {
         time: columns.time,
         displacement,

@@ -91,12 +91,16 @@ pub struct Outcome {
 pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, RunError> {
     let inputs = options.inputs;
     let mut store = open(options, observer)?;
-    let unworn = surface::surface(inputs, &mut store, observer)?;
+    let Some(rough) = inputs.scene.rough() else {
+        todo!()
+    };
+    let unworn = surface::surface(inputs, &rough, &mut store, observer)?;
     if options.until == Some(Stage::Surface) {
         return outcome(&store, Ending::Until(Stage::Surface));
     }
     let joint = inputs.plan.build(
-        &inputs.scene,
+        &inputs.scene.fidelity,
+        &rough,
         unworn.patch,
         unworn.height,
         inputs.motion.clone(),
@@ -162,10 +166,12 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
 fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunError> {
     let inputs = options.inputs;
     let seed = match &inputs.scene.surface {
-        Surface::Gaussian { seed, .. }
-        | Surface::Exponential { seed, .. }
-        | Surface::SelfAffine { seed, .. } => Some(*seed),
-        Surface::Flat | Surface::Sphere { .. } | Surface::File { .. } => None,
+        Some(
+            Surface::Gaussian { seed, .. }
+            | Surface::Exponential { seed, .. }
+            | Surface::SelfAffine { seed, .. },
+        ) => Some(*seed),
+        _ => None,
     };
     let identity = RunIdentity {
         scene: inputs.canonical.clone(),

@@ -3,7 +3,7 @@
 use super::context::Timing;
 use super::{Inputs, Observer, RunError, Stage};
 use crate::grid::Patch;
-use crate::scene::{self, Scene};
+use crate::scene::{self, RoughJoint};
 use crate::store::{Kept, RunStore, StageKey};
 use crate::surface::generate::{self, RandomSurface, Spectrum};
 use crate::surface::prepare::{self, PrepareOptions};
@@ -22,6 +22,7 @@ pub struct Unworn {
 /// Computes the surface, or takes the one that an earlier start computed from the same inputs.
 pub fn surface(
     inputs: &Inputs,
+    rough: &RoughJoint,
     store: &mut RunStore,
     observer: &dyn Observer,
 ) -> Result<Unworn, RunError> {
@@ -31,7 +32,7 @@ pub fn surface(
         &inputs.sections(&["joint", "surface"]),
         &[],
     );
-    let grid = inputs.scene.grid();
+    let grid = rough.grid;
     if let Kept::Valid(table) = store.once(TableName::Surface, &key)? {
         let patch = Patch {
             grid,
@@ -46,7 +47,7 @@ pub fn surface(
     }
     observer.stage(Stage::Surface, 0);
     let begin = std::time::Instant::now();
-    let (patch, height) = heights(&inputs.scene, observer)?;
+    let (patch, height) = heights(rough, observer)?;
     let cells = |value: fn((usize, usize)) -> usize| -> Vec<i32> {
         (0..grid.len())
             .map(|c| value(grid.cell(c)) as i32)
@@ -72,8 +73,8 @@ pub fn surface(
     })
 }
 
-fn heights(scene: &Scene, observer: &dyn Observer) -> Result<(Patch, Vec<f64>), RunError> {
-    let patch = scene.patch();
+fn heights(rough: &RoughJoint, observer: &dyn Observer) -> Result<(Patch, Vec<f64>), RunError> {
+    let patch = rough.patch();
     let random = |spectrum, rq, seed| -> Result<Vec<f64>, RunError> {
         let generated = generate::random(&patch, &RandomSurface { rq, spectrum, seed })?;
         for warning in &generated.warnings {
@@ -81,7 +82,7 @@ fn heights(scene: &Scene, observer: &dyn Observer) -> Result<(Patch, Vec<f64>), 
         }
         Ok(generated.heights)
     };
-    let height = match &scene.surface {
+    let height = match rough.surface {
         scene::Surface::Flat => generate::flat(&patch),
         scene::Surface::Sphere { radius } => generate::sphere(&patch, *radius)?,
         scene::Surface::Gaussian {

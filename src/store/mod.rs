@@ -16,6 +16,7 @@
 //!
 //! All access goes through [`FileSystem`], so that tests can make any call fail.
 
+mod cache;
 mod canonical;
 mod chain;
 mod commit;
@@ -30,6 +31,7 @@ mod record;
 mod run;
 mod sibling;
 
+pub use cache::Cache;
 pub use canonical::KeyChange;
 pub use chain::{CommitReport, OnceReport, VerifyReport};
 pub use commit::{Commit, TableEntry};

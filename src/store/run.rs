@@ -122,6 +122,11 @@ impl RunStore {
         self.reader.verify()
     }
 
+    /// Where the tables of this run come from.
+    pub fn provenance(&self) -> &Provenance {
+        &self.provenance
+    }
+
     /// A table that is computed once a run, if it was computed under this key and verifies; otherwise why not.
     ///
     /// # Errors

@@ -14,11 +14,14 @@
 use std::collections::HashMap;
 
 use crate::structure::StructureError;
-use crate::structure::element::Material;
+use crate::structure::assembly::System;
+use crate::structure::element::{Formulation, Material};
 use crate::structure::mesh::{Hexahedron, Mesh, Point, corners};
+use crate::structure::modes::ModeOptions;
+use crate::structure::reduction::{self, Ports, Reduced};
 
 /// Dimensions \[m\], element counts and materials of the resonator. [`Resonator::default`] has the shipped set.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Resonator {
     /// Length of the lap along x.
     pub lap_length: f64,
@@ -177,6 +180,41 @@ impl Lines {
 }
 
 impl Resonator {
+    /// Cells of the lap that are contact elements, (i, j) along x and y, in the order of [`ResonatorMesh::contacts`].
+    pub fn contact_cells(&self) -> Vec<[usize; 2]> {
+        let middle = [self.lap_cells / 2; 2];
+        (0..self.lap_cells)
+            .flat_map(|i| (0..self.lap_cells).map(move |j| [i, j]))
+            .filter(|&cell| !in_staircase(cell, middle))
+            .collect()
+    }
+
+    /// Centres of the contact elements (x, y), from the middle of the lap, in the order of [`Self::contact_cells`] \[m\].
+    pub fn contact_centres(&self) -> Vec<[f64; 2]> {
+        let cells = self.lap_cells as f64;
+        let sides = [self.lap_length / cells, self.arm_height / cells];
+        let place =
+            |cell: [usize; 2], axis: usize| (cell[axis] as f64 + 0.5 - 0.5 * cells) * sides[axis];
+        let cells = self.contact_cells().into_iter();
+        cells.map(|cell| [place(cell, 0), place(cell, 1)]).collect()
+    }
+
+    /// Area of a contact element \[m²\].
+    pub fn contact_area(&self) -> f64 {
+        self.lap_length * self.arm_height / (self.lap_cells * self.lap_cells) as f64
+    }
+
+    /// Meshes the resonator and reduces it to its lowest `modes` elastic modes and the residual of the others.
+    ///
+    /// # Errors
+    /// [`StructureError`] for dimensions that make no mesh, and what the reduction fails of.
+    pub fn reduce(&self, modes: usize) -> Result<Reduced, StructureError> {
+        let meshed = self.mesh()?;
+        let system = System::assemble(&meshed.mesh, Formulation::IncompatibleModes, &[])?;
+        let ports = Ports::new(&meshed.contacts, &meshed.points);
+        reduction::reduce(&system, ports, &ModeOptions::new(modes))
+    }
+
     fn check(&self) -> Result<(), StructureError> {
         self.material.check()?;
         for (name, value) in [
@@ -320,10 +358,7 @@ impl Resonator {
             lap.start + self.lap_cells / 2,
             arm.start + self.lap_cells / 2,
         ];
-        let in_hole = |i: usize, j: usize| {
-            let widths = HOLE_HALF_WIDTHS.get(j.abs_diff(middle[1]));
-            widths.is_some_and(|&w| i.abs_diff(middle[0]) <= w)
-        };
+        let in_hole = |i: usize, j: usize| in_staircase([i, j], middle);
         let within = |i: usize, j: usize, half_width: usize| {
             i.abs_diff(middle[0]) <= half_width && j.abs_diff(middle[1]) <= half_width
         };
@@ -387,6 +422,12 @@ impl Resonator {
             points,
         })
     }
+}
+
+/// True for the cells of the staircase hole about the cell `middle`.
+fn in_staircase(cell: [usize; 2], middle: [usize; 2]) -> bool {
+    let widths = HOLE_HALF_WIDTHS.get(cell[1].abs_diff(middle[1]));
+    widths.is_some_and(|&w| cell[0].abs_diff(middle[0]) <= w)
 }
 
 /// A mesh under construction on a grid of lines.

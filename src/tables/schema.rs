@@ -143,6 +143,30 @@ pub enum TableName {
     Hysteresis,
     /// Loads over one cycle.
     Cycle,
+    /// The finite-element model that was reduced.
+    Structure,
+    /// The ports of the reduced structure.
+    StructurePort,
+    /// Modes of the structure at the ports.
+    StructureMode,
+    /// Residual flexibility at the ports.
+    StructureResidual,
+    /// Parameters of the contact elements.
+    ContactElement,
+    /// Of which state the contact elements are.
+    ModelUpdate,
+    /// Harmonic coefficients at resonance.
+    Response,
+    /// Figures of the response that drives the iteration.
+    DynamicResponse,
+    /// Loads, moments and displacements of the joint over that cycle.
+    JointCycle,
+    /// Figures of the response of the worn state.
+    WornResponse,
+    /// Forced response over the frequency range.
+    Frf,
+    /// Fine contact against contact elements.
+    Ledger,
     /// Wall time by stage.
     Timing,
     /// One row on the state of the run.
@@ -159,7 +183,7 @@ static SCHEMAS: LazyLock<Vec<Schema>> = LazyLock::new(|| {
 
 impl TableName {
     /// All tables.
-    pub const ALL: [TableName; 10] = [
+    pub const ALL: [TableName; 22] = [
         TableName::Surface,
         TableName::ContactField,
         TableName::StaticContact,
@@ -168,6 +192,18 @@ impl TableName {
         TableName::Indentation,
         TableName::Hysteresis,
         TableName::Cycle,
+        TableName::Structure,
+        TableName::StructurePort,
+        TableName::StructureMode,
+        TableName::StructureResidual,
+        TableName::ContactElement,
+        TableName::ModelUpdate,
+        TableName::Response,
+        TableName::DynamicResponse,
+        TableName::JointCycle,
+        TableName::WornResponse,
+        TableName::Frf,
+        TableName::Ledger,
         TableName::Timing,
         TableName::Summary,
     ];
@@ -183,6 +219,18 @@ impl TableName {
             TableName::Indentation => include_str!("../../schemas/indentation.toml"),
             TableName::Hysteresis => include_str!("../../schemas/hysteresis.toml"),
             TableName::Cycle => include_str!("../../schemas/cycle.toml"),
+            TableName::Structure => include_str!("../../schemas/structure.toml"),
+            TableName::StructurePort => include_str!("../../schemas/structure_port.toml"),
+            TableName::StructureMode => include_str!("../../schemas/structure_mode.toml"),
+            TableName::StructureResidual => include_str!("../../schemas/structure_residual.toml"),
+            TableName::ContactElement => include_str!("../../schemas/contact_element.toml"),
+            TableName::ModelUpdate => include_str!("../../schemas/model_update.toml"),
+            TableName::Response => include_str!("../../schemas/response.toml"),
+            TableName::DynamicResponse => include_str!("../../schemas/dynamic_response.toml"),
+            TableName::JointCycle => include_str!("../../schemas/joint_cycle.toml"),
+            TableName::WornResponse => include_str!("../../schemas/worn_response.toml"),
+            TableName::Frf => include_str!("../../schemas/frf.toml"),
+            TableName::Ledger => include_str!("../../schemas/ledger.toml"),
             TableName::Timing => include_str!("../../schemas/timing.toml"),
             TableName::Summary => include_str!("../../schemas/summary.toml"),
         }

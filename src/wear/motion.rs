@@ -81,6 +81,99 @@ impl Motion {
         }
     }
 
+    /// Every `step`-th sample, from the first on.
+    pub fn every(&self, step: usize) -> Motion {
+        let thin = |series: &Vec<f64>| series.iter().copied().step_by(step).collect();
+        Motion {
+            time: thin(&self.time),
+            displacement: self.displacement.iter().map(thin).collect(),
+            normal_load: thin(&self.normal_load),
+        }
+    }
+
+    /// The same motion with the middle of its range at zero, axis by axis: where a cycle is about is lost in the steady state but
+    /// for shear that is locked in by the way there.
+    pub fn about_its_middle(mut self) -> Motion {
+        for series in &mut self.displacement {
+            let (least, most) = range(series);
+            let middle = 0.5 * (least + most);
+            series.iter_mut().for_each(|d| *d -= middle);
+        }
+        self
+    }
+
+    /// The two reversals of this motion about their middle, under its mean load, if that is what it amounts to: every sample lies
+    /// within `tolerance` of the reach from the line between the ends, the motion turns by no more than that anywhere else, and
+    /// the load stays within `tolerance` of its mean.
+    pub fn reversals(&self, tolerance: f64) -> Option<Motion> {
+        let n = self.samples();
+        let mean = self.mean_load();
+        if self
+            .normal_load
+            .iter()
+            .any(|load| (load - mean).abs() > tolerance * mean.abs())
+        {
+            return None;
+        }
+        // The ends: the two samples farthest apart along the axis of the larger range.
+        let ranges: Vec<(f64, f64)> = self
+            .displacement
+            .iter()
+            .map(|series| range(series))
+            .collect();
+        let widest = (0..ranges.len()).max_by(|&a, &b| {
+            let width = |axis: usize| ranges[axis].1 - ranges[axis].0;
+            width(a).total_cmp(&width(b))
+        })?;
+        let series = &self.displacement[widest];
+        let top = (0..n).max_by(|&a, &b| series[a].total_cmp(&series[b]))?;
+        let bottom = (0..n).min_by(|&a, &b| series[a].total_cmp(&series[b]))?;
+        let end: ByAxis<f64> = self
+            .displacement
+            .iter()
+            .map(|s| 0.5 * (s[top] - s[bottom]))
+            .collect();
+        let middle: ByAxis<f64> = self
+            .displacement
+            .iter()
+            .map(|s| 0.5 * (s[top] + s[bottom]))
+            .collect();
+        let reach = end.iter().map(|e| e * e).sum::<f64>().sqrt();
+        if reach > 0.0 {
+            let mut along = Vec::with_capacity(n);
+            for k in 0..n {
+                let from: Vec<f64> = self.at(k).iter().zip(&middle).map(|(d, m)| d - m).collect();
+                let a = from.iter().zip(&end).map(|(d, e)| d * e).sum::<f64>() / reach;
+                let across = from
+                    .iter()
+                    .zip(&end)
+                    .map(|(d, e)| (d - a * e / reach).powi(2))
+                    .sum::<f64>();
+                if across.sqrt() > tolerance * reach {
+                    return None;
+                }
+                along.push(a);
+            }
+            // Walking from one end to the other, nowhere back by more than the tolerance.
+            let one_way = |from: usize, to: usize, sign: f64| {
+                let mut farthest = f64::NEG_INFINITY;
+                (0..=(to + n - from) % n).all(|step| {
+                    let a = sign * along[(from + step) % n];
+                    farthest = farthest.max(a);
+                    farthest - a <= tolerance * reach
+                })
+            };
+            if !(one_way(bottom, top, 1.0) && one_way(top, bottom, -1.0)) {
+                return None;
+            }
+        }
+        Some(Motion {
+            time: vec![0.0, 0.5],
+            displacement: end.iter().map(|e| vec![*e, -e]).collect(),
+            normal_load: vec![mean; 2],
+        })
+    }
+
     /// Number of samples of the cycle.
     pub fn samples(&self) -> usize {
         self.normal_load.len()
@@ -149,4 +242,13 @@ impl Motion {
         let turns_at_ends = falls(top, bottom, 1.0) && falls(bottom, top, -1.0);
         (straight && centred && turns_at_ends).then_some(StraightMotion { end, top, bottom })
     }
+}
+
+/// Least and largest of a series.
+fn range(series: &[f64]) -> (f64, f64) {
+    series
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), &d| {
+            (least.min(d), most.max(d))
+        })
 }

@@ -62,7 +62,7 @@ fn input_is_pi_force_amplitude_sine_of_the_lag() {
     let lost = response.energy.friction + response.energy.viscous;
     assert!((input / lost - 1.0).abs() < 1e-9, "{input} {lost}");
     // Dissipation from samples and from harmonics is the same to the resolution of both.
-    let sampled = balance.element_cycles(&response)[0].dissipated_energy;
+    let sampled = balance.element_cycles(&response, balance.sampling())[0].dissipated_energy;
     assert!(
         (sampled / response.energy.friction - 1.0).abs() < 0.02,
         "{sampled}"

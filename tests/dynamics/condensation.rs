@@ -303,6 +303,6 @@ fn forced_responses_of_340_elements() {
         for response in &responses {
             assert!(response.energy.imbalance() < 1e-6, "{:?}", response.energy);
         }
-        warm = Some(resonance);
+        warm = Some(resonance.start());
     }
 }

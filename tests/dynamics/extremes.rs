@@ -31,7 +31,7 @@ fn respond(oscillator: &Oscillator, force: f64, what: &str) {
             response.omega
         );
         assert!(response.displacement.iter().all(|u| u.is_finite()));
-        for cycle in balance.element_cycles(&response) {
+        for cycle in balance.element_cycles(&response, balance.sampling()) {
             for [x, _, n] in cycle.force {
                 assert!(
                     n >= 0.0

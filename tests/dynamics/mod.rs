@@ -8,6 +8,7 @@ mod element;
 mod extremes;
 mod harmonics;
 mod resonance;
+mod resonator;
 mod time_integration;
 
 use fretwear::dynamics::aft::{Closure, Derivative};

@@ -2,7 +2,9 @@
 
 use std::f64::consts::PI;
 
-use fretwear::dynamics::{DynamicsError, FrictionLaw, HarmonicBalance, Harmonics, Settings};
+use fretwear::dynamics::{
+    DynamicsError, FrictionLaw, HarmonicBalance, Harmonics, Response, Settings, Start,
+};
 use fretwear::reference::Duffing;
 
 use super::{CubicSpring, balance, drive, oscillator};
@@ -12,7 +14,7 @@ const RANGE: (f64, f64) = (4000.0, 7500.0);
 
 #[test]
 fn phase_resonance_lags_by_a_quarter_at_every_load() {
-    let mut before = None;
+    let mut before: Option<Response> = None;
     let mut last = f64::INFINITY;
     for force in [0.5, 20.0, 60.0, 150.0, 400.0, 1e4, 1e6] {
         let balance = balance(
@@ -36,7 +38,7 @@ fn phase_resonance_lags_by_a_quarter_at_every_load() {
         last = cold.omega;
         if let Some(before) = &before {
             let warm = balance
-                .phase_resonance(RANGE, Some(before))
+                .phase_resonance(RANGE, Some(&before.start()))
                 .unwrap_or_else(|e| panic!("{e}"));
             assert!((warm.omega / cold.omega - 1.0).abs() < 1e-7, "{force} N");
         }
@@ -48,15 +50,15 @@ fn phase_resonance_lags_by_a_quarter_at_every_load() {
 
 #[test]
 fn warm_tracking_needs_few_iterations() {
-    let track = |load: f64, guess| {
+    let track = |load: f64, guess: Option<Start>| {
         let mut oscillator = oscillator(FrictionLaw::Cone);
         oscillator.element.normal_load = load;
         balance(&oscillator, 5, &drive(150.0), Settings::default())
-            .phase_resonance(RANGE, guess)
+            .phase_resonance(RANGE, guess.as_ref())
             .unwrap_or_else(|e| panic!("{e}"))
     };
     let first = track(90.0, None);
-    let second = track(90.9, Some(&first));
+    let second = track(90.9, Some(first.start()));
     assert!(second.iterations <= 6, "{}", second.iterations);
 }
 
@@ -73,11 +75,11 @@ fn peak_is_higher_than_its_neighbours() {
             .phase_resonance(RANGE, None)
             .unwrap_or_else(|e| panic!("{e}"));
         let peak = balance
-            .peak(0, RANGE, &resonance)
+            .peak(0, RANGE, &resonance.start())
             .unwrap_or_else(|e| panic!("{force} N: {e}"));
         let size = |omega: f64| {
             let response = balance
-                .solve(omega, Some(&peak))
+                .solve(omega, Some(&peak.start()))
                 .unwrap_or_else(|e| panic!("{e}"));
             balance.amplitude(&response, 0).expect("port 0").0
         };
@@ -152,7 +154,7 @@ fn a_range_without_resonance_says_so() {
     );
     let resonance = balance.phase_resonance(RANGE, None).expect("there");
     let error = balance
-        .peak(0, (4000.0, 6000.0), &resonance)
+        .peak(0, (4000.0, 6000.0), &resonance.start())
         .expect_err("beyond");
     assert!(
         matches!(error, DynamicsError::NoResonance { what: "peak", .. }),

@@ -268,7 +268,7 @@ fn orbital_motion_with_varying_normal_load_and_with_separation() {
                     "{}",
                     response.energy.imbalance()
                 );
-                let cycle = &balance.element_cycles(&response)[0];
+                let cycle = &balance.element_cycles(&response, balance.sampling())[0];
                 assert_eq!(cycle.force.iter().any(|f| f[2] == 0.0), lifts, "{highest}");
                 errors.push(error(balance.harmonics(), &response, &samples));
             }

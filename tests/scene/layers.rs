@@ -20,8 +20,11 @@ fn a_derived_file_gives_only_what_differs() {
     let scene = folder.scene("sub/deep/both.toml", &[]);
     assert_eq!(scene.name, "both");
     assert_eq!(scene.title.as_deref(), Some("Both"));
-    assert_eq!(scene.contact.pressure_cap, Some(6e8));
-    assert_eq!(scene.contact.normal_load, 2e4);
+    assert_eq!(
+        scene.contact.as_ref().expect("contact").pressure_cap,
+        Some(6e8)
+    );
+    assert_eq!(scene.contact.as_ref().expect("contact").normal_load, 2e4);
     assert_eq!(
         scene.surface,
         Surface::Gaussian {
@@ -123,11 +126,22 @@ fn a_set_value_is_toml_else_a_string() {
         "title=a = b",
     ]);
     assert_eq!(scene.wear.and_then(|wear| wear.cycles), Some(1_000_000));
-    assert_eq!(scene.contact.normal_load, 2e4);
+    assert_eq!(scene.contact.as_ref().expect("contact").normal_load, 2e4);
     assert!(matches!(scene.surface, Surface::Gaussian { rq: 2e-6, .. }));
-    assert_eq!(scene.joint.grid, [32, 24]);
+    assert_eq!(
+        scene.joint.as_ref().expect("joint").grid.expect("grid"),
+        [32, 24]
+    );
     assert!(scene.output.cycle_fields);
-    assert_eq!(scene.joint.hole.map(|hole| hole.diameter), Some(0.009));
+    assert_eq!(
+        scene
+            .joint
+            .as_ref()
+            .expect("joint")
+            .hole
+            .map(|hole| hole.diameter),
+        Some(0.009)
+    );
     assert_eq!(scene.output.curves_every, 0);
     assert_eq!(scene.title.as_deref(), Some("a = b"));
 }

@@ -33,11 +33,25 @@ fn every_shipped_scene_loads_and_has_a_title() {
 #[test]
 fn the_published_parameters() {
     let scene = shipped("prescribed_fretting.toml");
-    assert_eq!(scene.material.upper.youngs_modulus, 198.4e9);
-    assert_eq!(scene.material.upper.density, Some(7949.0));
-    assert_eq!(scene.joint.size, [0.04; 2]);
-    assert_eq!(scene.joint.grid, [256; 2]);
-    assert_eq!(scene.joint.elements, Some([19; 2]));
+    assert_eq!(
+        scene
+            .material
+            .as_ref()
+            .expect("material")
+            .upper
+            .youngs_modulus,
+        198.4e9
+    );
+    assert_eq!(
+        scene.material.as_ref().expect("material").upper.density,
+        Some(7949.0)
+    );
+    assert_eq!(scene.joint.as_ref().expect("joint").size, [0.04; 2]);
+    assert_eq!(
+        scene.joint.as_ref().expect("joint").grid.expect("grid"),
+        [256; 2]
+    );
+    assert_eq!(scene.joint.as_ref().expect("joint").elements, Some([19; 2]));
     assert_eq!(
         scene.surface,
         Surface::Gaussian {
@@ -46,8 +60,15 @@ fn the_published_parameters() {
             seed: 1
         }
     );
-    assert_eq!(scene.contact.friction_coefficient, Some(0.6));
-    assert_eq!(scene.contact.normal_load, 3e4);
+    assert_eq!(
+        scene
+            .contact
+            .as_ref()
+            .expect("contact")
+            .friction_coefficient,
+        Some(0.6)
+    );
+    assert_eq!(scene.contact.as_ref().expect("contact").normal_load, 3e4);
     let wear = scene.wear.as_ref().expect("a [wear] section");
     assert_eq!((wear.coefficient, wear.cycles), (2e-15, Some(10_000_000)));
 
@@ -62,7 +83,7 @@ fn the_published_parameters() {
 fn the_static_contact_does_not_move() {
     let scene = shipped("static_contact.toml");
     assert_eq!((scene.motion, scene.wear), (None, None));
-    assert_eq!(scene.joint.size, [0.04, 0.03]);
+    assert_eq!(scene.joint.as_ref().expect("joint").size, [0.04, 0.03]);
 }
 
 /// Shares that the scene of the sphere states for itself, to the two digits it states them with.
@@ -71,20 +92,31 @@ const STATED: f64 = 0.01;
 #[test]
 fn the_sphere_fits_its_patch_and_slips_partially() {
     let scene = shipped("hertz_fretting.toml");
-    assert_eq!(scene.contact.transverse, Transverse::Absent);
+    assert_eq!(
+        scene.contact.as_ref().expect("contact").transverse,
+        Transverse::Absent
+    );
     let Surface::Sphere { radius } = scene.surface else {
         panic!("not a sphere");
     };
     let Some(Motion::Harmonic { amplitude, .. }) = scene.motion else {
         panic!("not a harmonic motion");
     };
-    let solid = scene.material.lower;
-    let (load, nu) = (scene.contact.normal_load, solid.poisson_ratio);
-    let friction = scene.contact.friction_coefficient.expect("friction");
+    let solid = scene.material.as_ref().expect("material").lower;
+    let (load, nu) = (
+        scene.contact.as_ref().expect("contact").normal_load,
+        solid.poisson_ratio,
+    );
+    let friction = scene
+        .contact
+        .as_ref()
+        .expect("contact")
+        .friction_coefficient
+        .expect("friction");
     let contact_modulus = solid.youngs_modulus / (2.0 * (1.0 - nu * nu));
     let shear_modulus = solid.youngs_modulus / (2.0 * (1.0 + nu));
     let a = (0.75 * load * radius / contact_modulus).cbrt();
     let sliding = 3.0 * friction * load / (8.0 * a) * (2.0 - nu) / shear_modulus;
-    assert!((a / (0.5 * scene.joint.size[1]) - 0.33).abs() < STATED);
+    assert!((a / (0.5 * scene.joint.as_ref().expect("joint").size[1]) - 0.33).abs() < STATED);
     assert!((amplitude[0] / sliding - 0.6).abs() < STATED);
 }

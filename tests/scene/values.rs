@@ -14,11 +14,25 @@ fn a_case_with_its_defaults() {
     let scene = case_with(&[]);
     assert_eq!(scene.title.as_deref(), Some("Case"));
     assert_eq!(scene.name, "case");
-    assert_eq!(scene.joint.size, [0.04, 0.03]);
-    assert_eq!(scene.joint.grid, [64, 40]);
-    assert_eq!(scene.joint.elements, None);
-    assert_eq!(scene.joint.hole.map(|hole| hole.diameter), Some(0.011));
-    for solid in [scene.material.lower, scene.material.upper] {
+    assert_eq!(scene.joint.as_ref().expect("joint").size, [0.04, 0.03]);
+    assert_eq!(
+        scene.joint.as_ref().expect("joint").grid.expect("grid"),
+        [64, 40]
+    );
+    assert_eq!(scene.joint.as_ref().expect("joint").elements, None);
+    assert_eq!(
+        scene
+            .joint
+            .as_ref()
+            .expect("joint")
+            .hole
+            .map(|hole| hole.diameter),
+        Some(0.011)
+    );
+    for solid in [
+        scene.material.as_ref().expect("material").lower,
+        scene.material.as_ref().expect("material").upper,
+    ] {
         assert_eq!(solid.youngs_modulus, 198.4e9);
         assert_eq!(solid.poisson_ratio, 0.3);
         assert_eq!(solid.density, None);
@@ -31,7 +45,7 @@ fn a_case_with_its_defaults() {
             seed: 3
         }
     );
-    let contact = &scene.contact;
+    let contact = scene.contact.as_ref().expect("contact");
     assert_eq!(contact.friction_coefficient, Some(0.6));
     assert_eq!(contact.normal_load, 3e4);
     assert_eq!(contact.pressure_cap, None);
@@ -61,7 +75,10 @@ fn a_case_with_its_defaults() {
 #[test]
 fn grid_and_patch_follow_the_joint() {
     let scene = case_with(&[]);
-    let (grid, patch) = (scene.grid(), scene.patch());
+    let (grid, patch) = (
+        scene.rough().expect("rough").grid,
+        scene.rough().expect("rough").patch(),
+    );
     assert_eq!((grid.nx, grid.ny), (64, 40));
     assert_eq!((grid.dx, grid.dy), (0.04 / 64.0, 0.03 / 40.0));
     assert!(!patch.kept[grid.index(32, 20)], "the middle is in the hole");
@@ -82,7 +99,10 @@ fn one_body_may_differ() {
     let scene = Folder::new()
         .with("case.toml", &text)
         .scene("case.toml", &[]);
-    let (lower, upper) = (scene.material.lower, scene.material.upper);
+    let (lower, upper) = (
+        scene.material.as_ref().expect("material").lower,
+        scene.material.as_ref().expect("material").upper,
+    );
     assert_eq!(
         (lower.youngs_modulus, lower.density),
         (198.4e9, Some(7949.0))
@@ -297,8 +317,11 @@ fn what_the_whole_program_writes_is_accepted_where_it_means_the_same() {
 #[test]
 fn a_periodic_joint_may_have_a_hole() {
     let scene = case_with(&["contact.boundary=periodic"]);
-    assert_eq!(scene.contact.boundary, Boundary::Periodic);
-    assert!(scene.joint.hole.is_some());
+    assert_eq!(
+        scene.contact.as_ref().expect("contact").boundary,
+        Boundary::Periodic
+    );
+    assert!(scene.joint.as_ref().expect("joint").hole.is_some());
 }
 
 #[test]
@@ -308,7 +331,14 @@ fn a_static_contact_needs_no_friction() {
     let scene = Folder::new()
         .with("case.toml", &text[..start])
         .scene("case.toml", &[]);
-    assert_eq!(scene.contact.friction_coefficient, None);
+    assert_eq!(
+        scene
+            .contact
+            .as_ref()
+            .expect("contact")
+            .friction_coefficient,
+        None
+    );
     assert_eq!((scene.motion, scene.wear), (None, None));
     // The case itself is not affected by its copy.
     assert!(case().load("case.toml", &[]).is_ok());

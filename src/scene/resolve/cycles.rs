@@ -227,5 +227,6 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
         normal_tolerance: tolerance("fidelity.normal_tolerance", default.normal)?,
         tangential_tolerance: tolerance("fidelity.tangential_tolerance", default.tangential)?,
         cycle_tolerance: tolerance("fidelity.cycle_tolerance", default.cycle)?,
+        aft_samples: 64,
     })
 }

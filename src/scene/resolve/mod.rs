@@ -10,8 +10,8 @@ use super::document::Node;
 use super::error::{Problem, SceneError};
 use super::reader::{Check, POISSON, POSITIVE, Reader};
 use super::{
-    Boundary, Contact, Hole, Joint, Keep, Material, Motion, Output, Rotation, Scene, Solid,
-    Transverse, keys,
+    Boundary, Contact, Distribution, Hole, Joint, Keep, Material, Motion, Output, Rotation, Scene,
+    Solid, Stiffness, Transverse, keys,
 };
 use crate::units::Dimension;
 
@@ -38,13 +38,16 @@ pub(super) fn scene(tree: &Node, name: String) -> Result<Scene> {
             .text("title", "\"Lap joint, Rq 5 um\"")?
             .map(str::to_owned),
         name,
-        material: material(&reader)?,
-        surface: surface(&reader, &joint)?,
+        material: Some(material(&reader)?),
+        surface: Some(surface(&reader, &joint)?),
         motion: motion(&reader, &contact)?,
         wear: wear(&reader, fidelity.preset)?,
         output: output(&reader)?,
-        joint,
-        contact,
+        joint: Some(joint),
+        contact: Some(contact),
+        structure: None,
+        dynamics: None,
+        update: None,
         fidelity,
         document: tree.to_table(),
     };
@@ -86,7 +89,7 @@ fn joint(reader: &Reader<'_>) -> Result<Joint> {
     }
     Ok(Joint {
         size,
-        grid,
+        grid: Some(grid),
         elements,
         hole: diameter.map(|diameter| Hole { diameter }),
     })
@@ -158,6 +161,10 @@ fn contact(reader: &Reader<'_>) -> Result<Contact> {
                 "\"30 kN\"",
             )?
             .ok_or_else(|| reader.missing("contact.normal_load", "normal_load = \"30 kN\""))?,
+        given: None,
+        stiffness: Stiffness::Total,
+        distribution: Distribution::Uniform,
+        bolt_stiffness: None,
         pressure_cap: reader.quantity(
             "contact.pressure_cap",
             Dimension::PRESSURE,
@@ -244,6 +251,7 @@ fn output(reader: &Reader<'_>) -> Result<Output> {
     Ok(Output {
         keep,
         cycle_fields: reader.boolean("output.cycle_fields")?.unwrap_or(false),
+        response_at: Vec::new(),
         curves_every: reader
             .integer("output.curves_every", 0)?
             .unwrap_or(CURVES_EVERY),
@@ -252,7 +260,10 @@ fn output(reader: &Reader<'_>) -> Result<Output> {
 
 /// What needs the cells of the joint: there are some, and they can carry the load.
 fn check_patch(reader: &Reader<'_>, scene: &Scene) -> Result<()> {
-    let patch = scene.patch();
+    let Some(rough) = scene.rough() else {
+        return Ok(());
+    };
+    let patch = rough.patch();
     if patch.cells() == 0 {
         return Err(reader.out_of_range(
             "joint.grid",
@@ -266,8 +277,8 @@ fn check_patch(reader: &Reader<'_>, scene: &Scene) -> Result<()> {
         }) => normal_load_amplitude,
         _ => 0.0,
     };
-    let mean = (scene.contact.normal_load + amplitude) / patch.area();
-    if scene.contact.pressure_cap.is_some_and(|cap| cap <= mean) {
+    let mean = (rough.contact.normal_load + amplitude) / patch.area();
+    if rough.contact.pressure_cap.is_some_and(|cap| cap <= mean) {
         return Err(reader.out_of_range(
             "contact.pressure_cap",
             format!(

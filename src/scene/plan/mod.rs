@@ -1,0 +1,158 @@
+//! What a scene needs: the one place that decides what will exist.
+//!
+//! A [`Plan`] is data: what is built and why, what is not and why, and what it costs. Its cost is in cells, transform pairs and
+//! bytes, never in seconds, so that equal scenes give equal plans on every machine.
+
+mod cost;
+mod rough;
+mod vibration;
+
+use serde::Serialize;
+
+use super::Scene;
+use crate::contact::Shear;
+use crate::wear::Motion;
+use crate::wear::cycle::March;
+
+pub use rough::motion_of;
+pub use vibration::Layout;
+
+/// A scene that is well written and cannot be run.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PlanError {
+    /// Normal and tangential contact would be coupled.
+    #[error(
+        "`material.lower` and `material.upper` differ so that pressure causes slip (Dundurs' beta = {beta:.4}); this version computes bodies with beta = 0 only: give both the same constants, or both poisson_ratio = 0.5"
+    )]
+    Dissimilar {
+        /// Dundurs' β.
+        beta: f64,
+    },
+    /// A value that this version does not compute.
+    #[error("`{key}` is {value}, which this version does not compute; use {instead}")]
+    NotAvailable {
+        /// The key.
+        key: &'static str,
+        /// Its value.
+        value: &'static str,
+        /// What would be right.
+        instead: &'static str,
+    },
+    /// `reversal` for another motion than it can march.
+    #[error(
+        "`fidelity.cycle` is \"reversal\", which needs a straight motion about zero that turns at its ends only, under constant normal load; use \"stepped\""
+    )]
+    NotStraight,
+    /// The cap is too low for the load.
+    #[error(
+        "`contact.pressure_cap` = {cap:.6e} Pa on the joint's {area:.6e} m² carries {capacity:.6e} N; `contact.normal_load` is {load:.6e} N: lower the load or raise the cap"
+    )]
+    CapTooLow {
+        /// The cap \[Pa\].
+        cap: f64,
+        /// Nominal area of the joint \[m²\].
+        area: f64,
+        /// Their product \[N\].
+        capacity: f64,
+        /// The largest load of the cycle \[N\].
+        load: f64,
+    },
+    /// The load lifts off within the cycle.
+    #[error(
+        "the normal load falls to {load:.6e} N within the cycle; it must stay above zero: make `motion.normal_load_amplitude` smaller than `contact.normal_load`"
+    )]
+    LiftsOff {
+        /// The least load \[N\].
+        load: f64,
+    },
+    /// No cell is left.
+    #[error(
+        "the joint has no cell: `joint.hole.diameter` takes all of {cells} cells; make it smaller"
+    )]
+    NoCells {
+        /// Cells of the grid.
+        cells: usize,
+    },
+}
+
+/// One decision: what, whether it will exist, and why.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Decision {
+    /// What it is about.
+    pub what: String,
+    /// What was decided.
+    pub choice: String,
+    /// Why.
+    pub why: String,
+}
+
+/// What a plan decides, in the order in which it is told.
+#[derive(Default)]
+struct Decisions(Vec<Decision>);
+
+impl Decisions {
+    fn add(&mut self, what: &str, choice: impl Into<String>, why: impl Into<String>) {
+        self.0.push(Decision {
+            what: what.to_owned(),
+            choice: choice.into(),
+            why: why.into(),
+        });
+    }
+}
+
+/// What the decided things cost.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Cost {
+    /// Contact elements of the structure.
+    pub contact_elements: usize,
+    /// Unknowns of the harmonic balance if every contact element were active.
+    pub unknowns: usize,
+    /// Cells of the joint; 0 without a rough surface.
+    pub cells: usize,
+    /// Points of the plane that fields are transformed on.
+    pub plane: [usize; 2],
+    /// Memory of kernels and fields \[B\], estimated.
+    pub memory: u64,
+    /// Disk of one iteration \[B\], estimated: the dense gap and the sparse rest.
+    pub disk_per_iteration: u64,
+    /// Transform pairs of one iteration, estimated.
+    pub pairs_per_iteration: f64,
+    /// Wear iterations, estimated; 0 without wear.
+    pub iterations: f64,
+}
+
+/// What exists in a run of a scene.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Plan {
+    /// Tangential tractions.
+    #[serde(skip)]
+    pub shear: Shear,
+    /// How cycles are marched; none without motion, and where the motion is computed: it decides itself then.
+    pub march: Option<March>,
+    /// What was decided from the scene alone, and what will be decided by a stated rule.
+    pub decisions: Vec<Decision>,
+    /// What it costs.
+    pub cost: Cost,
+}
+
+impl Plan {
+    /// Decides what a scene needs. `motion` is what `[motion]` says (see [`motion_of`]).
+    ///
+    /// # Errors
+    /// [`PlanError`] for a scene that is well written and cannot be run.
+    pub fn decide(scene: &Scene, motion: Option<&Motion>) -> Result<Plan, PlanError> {
+        let mut decisions = Decisions::default();
+        let (mut shear, mut march) = (Shear::AlongX, None);
+        if let Some(rough) = scene.rough() {
+            (shear, march) = rough::decide(scene, &rough, motion, &mut decisions)?;
+        }
+        vibration::decide(scene, &mut decisions)?;
+        let cost = cost::cost(scene, motion, shear, march);
+        Ok(Plan {
+            shear,
+            march,
+            decisions: decisions.0,
+            cost,
+        })
+    }
+}

@@ -1,0 +1,83 @@
+//! Results shared between runs, found by what they were computed from.
+
+use super::draft::{Kept, encode, read_keyed};
+use super::error::StoreError;
+use super::file_system::FileSystem;
+use super::files::{Files, json};
+use super::key::StageKey;
+use crate::tables::{Provenance, Table, TableName};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A folder of results, one folder a key. Entries appear whole or not at all, so that runs may share it while they write.
+pub struct Cache {
+    files: Files,
+    root: PathBuf,
+}
+
+impl Cache {
+    /// The cache in the folder `root`, which need not exist.
+    pub fn new(file_system: Arc<dyn FileSystem>, root: &Path) -> Cache {
+        Cache {
+            files: Files(file_system),
+            root: root.to_owned(),
+        }
+    }
+
+    /// Its folder.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// The tables of a result, if all of them are there under this key and verify.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`] if one is there and cannot be read, [`StoreError::Table`] if it holds another table.
+    pub fn get(
+        &self,
+        tables: &[TableName],
+        key: &StageKey,
+    ) -> Result<Option<Vec<Table>>, StoreError> {
+        let folder = self.root.join(key.hash());
+        let mut found = Vec::with_capacity(tables.len());
+        for &table in tables {
+            let key_path = folder.join(format!("{table}.json"));
+            match read_keyed(&self.files, &folder, &key_path, table, key)?.0 {
+                Kept::Valid(values) => found.push(values),
+                Kept::Stale(_) => return Ok(None),
+            }
+        }
+        Ok(Some(found))
+    }
+
+    /// Adds a result, in place of one that does not verify.
+    ///
+    /// # Errors
+    /// [`StoreError::NoSpace`] before anything is written, [`StoreError::Io`].
+    pub fn put(
+        &self,
+        key: &StageKey,
+        tables: &[(TableName, &Table)],
+        provenance: &Provenance,
+    ) -> Result<(), StoreError> {
+        let folder = self.root.join(key.hash());
+        // Two runs that add the same result at once must not write into the same draft.
+        let draft = self
+            .root
+            .join(format!("draft-{}-{}", std::process::id(), key.hash()));
+        self.files.make_dir(&self.root)?;
+        self.files.remove_dir_if_there(&draft)?;
+        self.files.make_dir_unsynced(&draft)?;
+        for &(table, values) in tables {
+            let path = draft.join(table.file_name());
+            let (bytes, keyed) = encode(&path, table, key, values, provenance)?;
+            self.files.require_space(&self.root, keyed.entry.bytes)?;
+            self.files.write_new(&path, &bytes)?;
+            let key_path = draft.join(format!("{table}.json"));
+            self.files.write_new(&key_path, &json(&key_path, &keyed)?)?;
+        }
+        self.files.remove_dir_if_there(&folder)?;
+        self.files.rename(&draft, &folder)?;
+        self.files.sync_dir(&self.root)
+    }
+}

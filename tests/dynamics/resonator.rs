@@ -1,0 +1,268 @@
+//! The finite-element resonator joined to contact elements: signs, frequencies, a tied joint.
+
+use std::f64::consts::TAU;
+use std::sync::OnceLock;
+
+use fretwear::dynamics::{
+    ContactElement, Damping, DynamicsError, FrictionLaw, HarmonicBalance, Harmonics, LinearModel,
+    Load, SecondOrder, Settings, reduced_model, reference_springs,
+};
+use fretwear::linalg::{Matrix, SparseIndefinite};
+use fretwear::structure::assembly::{Spring, System};
+use fretwear::structure::element::Formulation;
+use fretwear::structure::modes::ModeOptions;
+use fretwear::structure::reduction::{Ports, Reduced, reduce};
+use fretwear::structure::resonator::{Resonator, ResonatorMesh};
+
+/// A meshed resonator and its reduction.
+pub struct Whole {
+    pub mesh: ResonatorMesh,
+    pub reduced: Reduced,
+}
+
+fn whole(resonator: &Resonator, modes: usize) -> Whole {
+    let mesh = resonator.mesh().unwrap();
+    let system = System::assemble(&mesh.mesh, Formulation::IncompatibleModes, &[]).unwrap();
+    let ports = Ports::new(&mesh.contacts, &mesh.points);
+    let reduced = reduce(&system, ports, &ModeOptions::new(modes)).unwrap();
+    Whole { mesh, reduced }
+}
+
+/// The published case: 340 contact elements, 30 modes.
+pub fn published() -> &'static Whole {
+    static CACHE: OnceLock<Whole> = OnceLock::new();
+    CACHE.get_or_init(|| whole(&Resonator::default(), 30))
+}
+
+/// A resonator of the same proportions with few cells.
+fn coarse() -> Resonator {
+    Resonator {
+        lap_cells: 9,
+        half_depth_cells: 2,
+        block_cells: 3,
+        stub_cells: 1,
+        gap_cells: 1,
+        leaf_cells: 2,
+        window_cells: 4,
+        wall_cells: 2,
+        inner_cells: 2,
+        rim_cells: 2,
+        head_cells: 1,
+        ..Resonator::default()
+    }
+}
+
+/// The joint of DESIGN's stand-in: totals over the joint kt 1e4 N/µm, kn 1.2e4 N/µm, 30 kN, uniform by area.
+pub fn elements(mesh: &ResonatorMesh) -> Vec<ContactElement> {
+    let area: f64 = mesh.contacts.iter().map(|c| c.area).sum();
+    let each = mesh.contacts.iter().map(|contact| {
+        let share = contact.area / area;
+        ContactElement {
+            area: contact.area,
+            friction_coefficient: 0.6,
+            normal_load: 3e4 * share,
+            gap: 0.0,
+            tangential_stiffness: 1e10 * share,
+            normal_stiffness: 1.2e10 * share,
+            law: FrictionLaw::Cone,
+        }
+    });
+    each.collect()
+}
+
+/// A force in x at the middle of the far wall; the port follows those of the contact.
+pub fn far_wall(model: &SecondOrder, force: f64) -> Vec<Load> {
+    vec![Load {
+        port: model.contact_dofs(),
+        harmonic: 1,
+        cosine: force,
+        sine: 0.0,
+    }]
+}
+
+/// A small load sticks everywhere: displacements are those of the whole system with springs, in size and sign.
+#[test]
+fn a_stuck_joint_moves_as_the_whole_structure_with_springs() {
+    let resonator = coarse();
+    let whole = whole(&resonator, 30);
+    let elements = elements(&whole.mesh);
+    let stiffness = reference_springs(&elements);
+    let ports = &whole.reduced.ports;
+    let drive = ports.of_point("far_wall", 0).unwrap();
+    let other = ports.of_point("block", 1).unwrap();
+    let none = Damping {
+        ratio: 0.0,
+        springs: None,
+    };
+    let model = reduced_model(&whole.reduced, &[drive, other, drive], none).unwrap();
+    assert_eq!(
+        (model.contact_dofs(), model.ports()),
+        (ports.contact_ports(), ports.contact_ports() + 3)
+    );
+    let balance = HarmonicBalance::new(
+        &model,
+        elements,
+        Harmonics::up_to(1),
+        far_wall(&model, 1.0),
+        Settings::default(),
+    )
+    .unwrap();
+
+    let springs: Vec<Spring> = ports.combinations[..ports.contact_ports()]
+        .iter()
+        .zip(&stiffness)
+        .map(|(on, &stiffness)| Spring {
+            on: on.clone(),
+            stiffness,
+        })
+        .collect();
+    let system =
+        System::assemble(&whole.mesh.mesh, Formulation::IncompatibleModes, &springs).unwrap();
+    for hz in [300.0, 930.0, 1100.0] {
+        let omega = TAU * hz;
+        let dynamic = system.stiffness.plus(-omega * omega, &system.mass);
+        let factor = SparseIndefinite::new(&dynamic, &system.elimination_order(&[])).unwrap();
+        let mut expected = Matrix::zeros(system.size(), 1);
+        for &(dof, weight) in &ports.combinations[drive] {
+            expected[(dof, 0)] += weight;
+        }
+        factor.solve(&mut expected);
+        let at = |port: usize| -> f64 {
+            let terms = ports.combinations[port].iter();
+            terms.map(|&(dof, w)| w * expected[(dof, 0)]).sum()
+        };
+
+        let response = balance.solve(omega, None).unwrap();
+        assert_eq!(response.active_elements(), 0, "stuck");
+        let found = |port: usize| response.displacement[3 * port + 1];
+        // R₀ without its slope, and modes above the 30th: see the reduction's own tests.
+        let tolerance = 1e-2;
+        let contact = ports.contact_ports();
+        let pairs = [(contact, drive), (contact + 1, other), (contact + 2, drive)];
+        for (new, old) in pairs {
+            let (found, expected) = (found(new), at(old));
+            assert!(
+                (found - expected).abs() < tolerance * at(drive).abs(),
+                "{hz} Hz, port {old}: {found:e} {expected:e}"
+            );
+        }
+        let largest = (0..contact).fold(0.0_f64, |m, p| m.max(at(p).abs()));
+        for port in 0..contact {
+            // Normal displacement is positive where the bodies approach.
+            let sign = if port % 3 == 2 { -1.0 } else { 1.0 };
+            let (found, expected) = (found(port), sign * at(port));
+            assert!(
+                (found - expected).abs() < tolerance * largest,
+                "{hz} Hz, contact port {port}: {found:e} {expected:e}, largest {largest:e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_joined_model_has_the_frequencies_of_an_independent_solution() {
+    let whole = published();
+    let none = Damping {
+        ratio: 0.0,
+        springs: None,
+    };
+    let model = reduced_model(&whole.reduced, &[], none).unwrap();
+    for (kt, expected) in [(1e9, vec![928.7]), (1e10, vec![]), (1e11, vec![987.5])] {
+        let expected = if expected.is_empty() {
+            vec![456.3, 524.1, 620.9, 979.2, 1713.7, 2284.6, 2535.3, 2759.5]
+        } else {
+            expected
+        };
+        let springs: Vec<f64> = (0..1020)
+            .map(|port| if port % 3 == 2 { 1.2 * kt } else { kt } / 340.0)
+            .collect();
+        let (omega, _) = model.modes(&springs).unwrap();
+        let first = if expected.len() == 1 { 9 } else { 6 };
+        for (found, expected) in omega[first..].iter().zip(expected) {
+            let found = found / TAU;
+            println!("kt {kt:e}: {found:.3} Hz, {expected} Hz");
+            assert!((found / expected - 1.0).abs() < 3e-3, "{found} {expected}");
+        }
+    }
+}
+
+/// A bonded joint has no contact degree of freedom; its response is that of its modes.
+#[test]
+fn a_tied_joint_is_linear() {
+    let resonator = Resonator {
+        tied: true,
+        ..coarse()
+    };
+    let whole = whole(&resonator, 20);
+    let reduced = &whole.reduced;
+    assert_eq!(reduced.ports.contact_ports(), 0);
+    let ratio = 0.002;
+    let ports = [
+        reduced.ports.of_point("far_wall", 0).unwrap(),
+        reduced.ports.of_point("block", 0).unwrap(),
+    ];
+    let damping = Damping {
+        ratio,
+        springs: Some(&[]),
+    };
+    let model = reduced_model(reduced, &ports, damping).unwrap();
+    let balance = HarmonicBalance::<ContactElement>::new(
+        &model,
+        Vec::new(),
+        Harmonics::up_to(3),
+        far_wall(&model, 500.0),
+        Settings::default(),
+    )
+    .unwrap();
+    // The breathing mode and its neighbours in the range.
+    let omegas: Vec<f64> = (0..25).map(|k| TAU * (900.0 + 10.0 * k as f64)).collect();
+    for response in balance.forced_response(&omegas).unwrap() {
+        assert!(response.energy.imbalance() < 1e-10);
+        assert_eq!(response.energy.friction, 0.0);
+        // The slope of the residual is left out.
+        let (real, imaginary) = reduced.receptance(response.omega, ratio);
+        for (k, &port) in ports.iter().enumerate() {
+            let slope = response.omega.powi(2) * reduced.residual_slope[(port, ports[0])];
+            let expected = [
+                500.0 * (real[(port, ports[0])] - slope),
+                -500.0 * imaginary[(port, ports[0])],
+            ];
+            let row = &response.displacement[7 * k..7 * k + 7];
+            let size = expected[0].hypot(expected[1]);
+            let error = (row[1] - expected[0]).hypot(row[2] - expected[1]);
+            assert!(error < 1e-9 * size, "{row:?} {expected:?}");
+        }
+    }
+    let range = (TAU * 900.0, TAU * 1150.0);
+    let resonance = balance.phase_resonance(range, None).unwrap();
+    let again = balance
+        .phase_resonance(range, Some(&resonance.start()))
+        .unwrap();
+    assert!((again.omega / resonance.omega - 1.0).abs() < 1e-9);
+    let (_, lag) = balance.amplitude(&resonance, 0).unwrap();
+    assert!((lag - TAU / 4.0).abs() < 1e-9, "{lag}");
+    let peak = balance.peak(0, range, &resonance.start()).unwrap();
+    assert!((peak.omega / resonance.omega - 1.0).abs() < 1e-4);
+    assert!(balance.amplitude(&peak, 0).unwrap().0 >= balance.amplitude(&resonance, 0).unwrap().0);
+}
+
+#[test]
+fn ports_and_springs_that_do_not_fit_are_refused() {
+    let resonator = Resonator {
+        tied: true,
+        ..coarse()
+    };
+    let whole = whole(&resonator, 4);
+    let ratio = 0.01;
+    let few = [1e6];
+    for (ports, springs) in [(vec![99], None), (vec![0], Some(&few[..]))] {
+        let error = reduced_model(&whole.reduced, &ports, Damping { ratio, springs }).unwrap_err();
+        assert!(
+            matches!(
+                error,
+                DynamicsError::OutOfRange { .. } | DynamicsError::Length { .. }
+            ),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,120 @@
+use fretwear::model_update::{Compliance, Criterion, DueTo, ModelUpdateError, UpdateState};
+
+fn state(iteration: u64, kn: f64, kt: f64, wear_volume: f64) -> UpdateState {
+    UpdateState {
+        iteration,
+        compliance: Compliance::of(kn, kt),
+        wear_volume,
+    }
+}
+
+#[test]
+fn what_makes_an_update_due() {
+    const RIGID: f64 = f64::INFINITY;
+    // The last update: iteration 7, kn 4e9 and kt 3e9 N/m, 2e-12 m³.
+    let reference = state(7, 4e9, 3e9, 2e-12);
+    let change = Criterion::StiffnessChange;
+    let cases = [
+        (Criterion::Never, state(999, RIGID, RIGID, 1.0), None),
+        (change(0.1), state(8, 4.39e9, 3.29e9, 1.0), None),
+        (
+            change(0.1),
+            state(8, 4.41e9, 3.2e9, 0.0),
+            Some((DueTo::Kn, 0.1025)),
+        ),
+        (
+            change(0.1),
+            state(8, 4.1e9, 3.31e9, 0.0),
+            Some((DueTo::Kt, 0.31 / 3.0)),
+        ),
+        // It falls as well as it rises, and the larger change is the reason.
+        (
+            change(0.1),
+            state(8, 3.5e9, 3.31e9, 0.0),
+            Some((DueTo::Kn, -0.125)),
+        ),
+        (change(0.1), state(8, 3.61e9, 2.71e9, 0.0), None),
+        (
+            change(0.2),
+            state(8, RIGID, 3e9, 0.0),
+            Some((DueTo::Kn, RIGID)),
+        ),
+        (
+            change(0.2),
+            state(8, 4e9, RIGID, 0.0),
+            Some((DueTo::Kt, RIGID)),
+        ),
+        (
+            change(0.2),
+            state(8, 0.0, 3e9, 0.0),
+            Some((DueTo::Kn, -1.0)),
+        ),
+        (Criterion::Iterations(5), state(11, 9e9, 9e9, 1.0), None),
+        (
+            Criterion::Iterations(5),
+            state(12, 4e9, 3e9, 0.0),
+            Some((DueTo::Iterations, 5.0)),
+        ),
+        (
+            Criterion::WearVolume(1e-12),
+            state(99, 9e9, 9e9, 2.9e-12),
+            None,
+        ),
+        (
+            Criterion::WearVolume(1e-12),
+            state(8, 4e9, 3e9, 3.5e-12),
+            Some((DueTo::WearVolume, 1.5e-12)),
+        ),
+    ];
+    for (criterion, now, expected) in cases {
+        let due = criterion.due(&reference, &now);
+        assert_eq!(criterion.is_due(&reference, &now), expected.is_some());
+        match (due, expected) {
+            (None, None) => (),
+            (Some(due), Some((to, value))) => {
+                assert_eq!(due.to, to, "{criterion:?} at {now:?}");
+                let equal = due.value == value || (due.value - value).abs() < 1e-12 * value.abs();
+                assert!(equal, "{criterion:?}: {} for {value}", due.value);
+            }
+            (due, expected) => panic!("{criterion:?} at {now:?}: {due:?}, expected {expected:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_rigid_joint_that_stays_rigid_has_not_changed() {
+    let criterion = Criterion::StiffnessChange(0.05);
+    let rigid = state(0, f64::INFINITY, f64::INFINITY, 0.0);
+    assert!(!criterion.is_due(&rigid, &rigid));
+    assert!(criterion.is_due(&rigid, &state(1, 4e9, f64::INFINITY, 0.0)));
+    let open = state(0, 0.0, 0.0, 0.0);
+    assert!(!criterion.is_due(&open, &open));
+    assert!(criterion.is_due(&open, &rigid));
+}
+
+#[test]
+fn limits_that_are_none_are_refused() {
+    for right in [
+        Criterion::Never,
+        Criterion::StiffnessChange(0.05),
+        Criterion::Iterations(1),
+        Criterion::WearVolume(1e-15),
+    ] {
+        assert_eq!(right.check(), Ok(()));
+    }
+    for (wrong, key) in [
+        (Criterion::StiffnessChange(0.0), "update.stiffness_change"),
+        (
+            Criterion::StiffnessChange(f64::NAN),
+            "update.stiffness_change",
+        ),
+        (Criterion::Iterations(0), "update.iterations"),
+        (Criterion::WearVolume(-1e-12), "update.wear_volume"),
+    ] {
+        let found = wrong.check();
+        assert!(
+            matches!(found, Err(ModelUpdateError::OutOfRange { name, .. }) if name == key),
+            "{found:?}"
+        );
+    }
+}

@@ -1,0 +1,61 @@
+//! Contact elements from the fine contact: against double loops, closed forms, and contact solutions.
+
+mod bolt;
+mod criterion;
+mod elements;
+mod parameters;
+mod stiffness;
+
+use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair};
+use fretwear::grid::Grid;
+use fretwear::model_update::ContactElements;
+use fretwear::structure::resonator::{Facing, Resonator};
+
+/// Material of the published case.
+pub const STEEL: Elastic = Elastic {
+    youngs_modulus: 198.4e9,
+    poisson_ratio: 0.3,
+};
+
+/// Rounding of a sum over the cells of a grid, relative.
+pub const ROUNDING: f64 = 1e-12;
+
+/// The 340 contact elements of the shipped resonator, from its mesh.
+pub fn facings() -> Vec<Facing> {
+    Resonator::default().mesh().expect("the resonator").contacts
+}
+
+/// The same elements over a fine grid.
+pub fn resonator(grid: Grid) -> ContactElements {
+    let cells: Vec<[usize; 2]> = facings().iter().map(|f| f.cell).collect();
+    ContactElements::new(grid, [19, 19], &cells).expect("the resonator's elements")
+}
+
+/// 5 × 3 elements without the one in the middle and one at a corner, over 17 × 14 cells of 6 × 4 mm.
+pub fn small() -> ContactElements {
+    let grid = Grid::over([6e-3, 4e-3], [17, 14]);
+    let cells: Vec<[usize; 2]> = (0..15)
+        .map(|c| [c / 3, c % 3])
+        .filter(|&c| c != [2, 1] && c != [4, 0])
+        .collect();
+    ContactElements::new(grid, [5, 3], &cells).expect("elements")
+}
+
+pub fn half_space(grid: Grid) -> HalfSpace {
+    HalfSpace::new(grid, Pair::same(STEEL), Boundary::Free)
+}
+
+/// A field without any regularity, in [0, 1).
+pub fn noise(cells: usize) -> Vec<f64> {
+    (0..cells)
+        .map(|c| ((c as f64 + 0.5) * 12.9898).sin() * 43_758.545_3)
+        .map(|x| x - x.floor())
+        .collect()
+}
+
+pub fn assert_close(found: f64, expected: f64, tolerance: f64, what: &str) {
+    assert!(
+        (found - expected).abs() <= tolerance * expected.abs(),
+        "{what}: {found:e}, expected {expected:e}"
+    );
+}
