@@ -19,6 +19,7 @@ Where both programs have the same law they agree to rounding. They differ in two
 
 import argparse
 import cmath
+import importlib
 import json
 import logging
 import math
@@ -31,13 +32,8 @@ import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
 
-# Some of pyHarm's elements are in JAX, which computes with 32 bits unless told otherwise before it is loaded.
-os.environ["JAX_ENABLE_X64"] = "1"
-warnings.filterwarnings("ignore", message=".*is faster on contiguous arrays.*")
-
-import numpy as np  # noqa: E402
-import pyarrow.parquet as pq  # noqa: E402
-import pyHarm  # noqa: E402
+import numpy as np
+import pyarrow.parquet as pq
 
 # The oscillator of all cases, unless a case says otherwise.
 MASS = 1.0  # kg
@@ -195,6 +191,16 @@ def by_fretwear(program, case, folder):
     return column["frequency"][order], response[order]
 
 
+def load_pyharm(folder):
+    """Some of its elements are in JAX, which computes with 32 bits, and it writes settings into the home and working folders."""
+    os.environ["JAX_ENABLE_X64"] = "1"
+    os.environ["HOME"] = str(folder)
+    os.chdir(folder)
+    warnings.filterwarnings("ignore", message=".*is faster on contiguous arrays.*")
+    logging.disable(logging.CRITICAL)
+    return importlib.import_module("pyHarm")
+
+
 def pyharm_problem(case, samples, frequencies):
     """pyHarm's input: one node with three degrees of freedom, its forces and its contact to the ground."""
     at = {"mass": [0]}
@@ -229,9 +235,9 @@ def pyharm_problem(case, samples, frequencies):
     }
 
 
-def by_pyharm(case, samples, frequencies):
+def by_pyharm(pyharm, case, samples, frequencies):
     """Complex amplitudes [m] at the frequencies, relative to the phase of the first force."""
-    maestro = pyHarm.Maestro(pyharm_problem(case, samples, frequencies))
+    maestro = pyharm.Maestro(pyharm_problem(case, samples, frequencies))
     analysis = maestro.nls["response"]
     dofs = maestro.system.expl_dofs
     axis = AXES.index(case.response)
@@ -262,16 +268,16 @@ def by_pyharm(case, samples, frequencies):
     return turn * np.array(responses) * cmath.exp(-1j * math.radians(case.forces[0].phase))
 
 
-def compare(case, arguments, folder):
+def compare(pyharm, case, arguments, folder):
     """Solves a case by both programs and prints it; returns the largest relative difference."""
     started = time.monotonic()
     frequencies, ours = by_fretwear(arguments.program, case, folder)
     middle = time.monotonic()
-    theirs = by_pyharm(case, case.samples, frequencies)
+    theirs = by_pyharm(pyharm, case, case.samples, frequencies)
     note = ""
     if case.extrapolate:
         coarse = np.max(np.abs(ours / theirs - 1.0))
-        fine = by_pyharm(case, 2 * case.samples, frequencies)
+        fine = by_pyharm(pyharm, case, 2 * case.samples, frequencies)
         note = f"; pyHarm extrapolated from {case.samples} and {2 * case.samples} samples, {coarse:.1e} apart at {case.samples}"
         theirs = 2.0 * fine - theirs
     ended = time.monotonic()
@@ -299,11 +305,11 @@ def main():
     parser.add_argument("folder", nargs="?", metavar="FOLDER", help="where scenes and runs go")
     arguments = parser.parse_args()
     arguments.program = str(Path(arguments.program).resolve())
-    logging.disable(logging.CRITICAL)
     with tempfile.TemporaryDirectory() as temporary:
-        folder = Path(arguments.folder or temporary)
+        folder = Path(arguments.folder or temporary).resolve()
         folder.mkdir(parents=True, exist_ok=True)
-        apart = [case.name for case in CASES if not compare(case, arguments, folder)]
+        pyharm = load_pyharm(folder)
+        apart = [case.name for case in CASES if not compare(pyharm, case, arguments, folder)]
     if apart:
         sys.exit(f"pyHarm and fretwear disagree on {', '.join(apart)}")
 
