@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
+use fretwear::scene::{self, Contact, Structure};
 use fretwear::structure::deck::Deck;
 use fretwear::structure::resonator::Resonator;
 use serde_json::json;
@@ -11,10 +12,25 @@ use super::{CliError, Exit, ExportArguments};
 
 /// Writes the resonator's input deck, and says on demand what its frequencies are here.
 pub fn export(arguments: &ExportArguments) -> Result<Exit, CliError> {
-    let stiffness = arguments.kt.zip(arguments.kn);
+    let (geometry, contact) = match &arguments.scene {
+        None => (Resonator::default(), None),
+        Some(path) => {
+            let scene = scene::load(path, &arguments.sets)?;
+            let Some(Structure::Resonator { geometry }) = scene.structure else {
+                return Err(CliError::NothingToExport { path: path.clone() });
+            };
+            (*geometry, scene.contact)
+        }
+    };
+    let stiffness = match (arguments.kt.zip(arguments.kn), &contact) {
+        _ if arguments.tied => None,
+        (Some(stiffness), _) => Some(stiffness),
+        (None, None) => None,
+        (None, Some(contact)) => Some(at_rest(contact).ok_or(CliError::UnknownStiffness)?),
+    };
     let resonator = Resonator {
         tied: stiffness.is_none(),
-        ..Resonator::default()
+        ..geometry
     };
     write(
         &resonator,
@@ -23,6 +39,16 @@ pub fn export(arguments: &ExportArguments) -> Result<Exit, CliError> {
         &arguments.output,
         arguments.frequencies,
     )
+}
+
+/// kt and kn \[N/m\] of a contact at rest, if the scene says them: a gap bears nothing.
+fn at_rest(contact: &Contact) -> Option<(f64, f64)> {
+    let given = contact.given?;
+    Some(if given.gap > 0.0 {
+        (0.0, 0.0)
+    } else {
+        (given.kt, given.kn)
+    })
 }
 
 /// `stiffness`: kt and kn \[N/m\] of the whole joint, shared by area.

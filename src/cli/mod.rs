@@ -127,13 +127,21 @@ struct RunArguments {
 
 #[derive(Args)]
 struct ExportArguments {
+    /// The scene (TOML); without it, the shipped resonator
+    scene: Option<PathBuf>,
+    /// Change a key, as in `--set structure.leaf_thickness="12 mm"`
+    #[arg(long = "set", value_name = "KEY=VALUE", requires = "scene")]
+    sets: Vec<String>,
     /// Where the deck goes
     #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
-    /// Tangential stiffness of the whole joint, as in `--kt "1e4 N/um"`; without, both bodies share the nodes of the contact
+    /// Both bodies share the nodes of the contact, as they do where there is no contact stiffness
+    #[arg(long, conflicts_with = "kt")]
+    tied: bool,
+    /// Tangential stiffness of the whole joint, as in `--kt "1e4 N/um"`, in place of the scene's
     #[arg(long, value_name = "STIFFNESS", value_parser = parse_stiffness, requires = "kn")]
     kt: Option<f64>,
-    /// Normal stiffness of the whole joint
+    /// Normal stiffness of the whole joint, in place of the scene's
     #[arg(long, value_name = "STIFFNESS", value_parser = parse_stiffness, requires = "kt")]
     kn: Option<f64>,
     /// Elastic modes to ask for
@@ -198,6 +206,12 @@ enum CliError {
     Signals(std::io::Error),
     #[error("cannot write the result: {0}")]
     Output(#[from] std::io::Error),
+    #[error("{} has no [structure] of kind \"resonator\" to export", path.display())]
+    NothingToExport { path: PathBuf },
+    #[error(
+        "the stiffness of this joint follows from its surface, in a run; give --kt and --kn (a run's summary has them), or --tied"
+    )]
+    UnknownStiffness,
     #[error("cannot write {}: {source}", path.display())]
     Export {
         path: PathBuf,
@@ -238,6 +252,8 @@ impl CliError {
             ))
             | CliError::NothingToRun { .. }
             | CliError::UnknownTable { .. }
+            | CliError::NothingToExport { .. }
+            | CliError::UnknownStiffness
             | CliError::Structure(
                 StructureError::OutOfRange { .. } | StructureError::DoNotFit { .. },
             ) => Exit::Scene,

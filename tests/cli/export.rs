@@ -53,5 +53,11 @@ fn what_cannot_be_exported() {
     assert_eq!(code(&lengths), 2);
     assert_eq!(code(&["-o", "a.inp", "--modes", "0"]), 2);
     assert_eq!(code(&["-o", "no/such/folder.inp"]), 1);
+    let both = ["--tied", "--kt", "1 N/um", "--kn", "1 N/um"];
+    assert_eq!(code(&[&["-o", "a.inp"], &both[..]].concat()), 2);
+    // The scene of the other tests has no structure.
+    let did = bench.fretwear(&["export", "small.toml", "-o", "a.inp"]);
+    assert_eq!(did.code(), 2);
+    assert!(did.stderr().contains("resonator"), "{}", did.stderr());
     assert!(!bench.path("a.inp").exists());
 }
