@@ -40,6 +40,53 @@ fn stiffnesses_make_springs() {
 }
 
 #[test]
+fn a_scene_says_what_is_exported() {
+    const SCENE: &str = r#"
+        [joint]
+        size = ["40 mm", "40 mm"]
+        elements = [19, 19]
+        [material]
+        youngs_modulus = "198.4 GPa"
+        poisson_ratio = 0.3
+        density = "7949 kg/m^3"
+        [contact]
+        kn = "1.2e4 N/um"
+        kt = "1e4 N/um"
+        normal_load = "30 kN"
+        friction_coefficient = 0.6
+        [structure]
+        kind = "resonator"
+        [dynamics]
+        force = { amplitude = "1000 N", at = "far_wall", direction = "x" }
+        frequency = ["900 Hz", "1050 Hz"]
+    "#;
+    let bench = Bench::new();
+    bench.write("springs.toml", SCENE);
+    let export = |more: &[&str]| {
+        bench.done(&[&["export", "-o", "found.inp"], more].concat());
+        fs::read_to_string(bench.path("found.inp")).expect("the deck")
+    };
+    // The shipped dimensions, and springs of the whole joint: what the options alone give.
+    let expected = export(&["--kt", "1e4 N/um", "--kn", "1.2e4 N/um"]);
+    assert_eq!(export(&["springs.toml"]), expected);
+    assert_eq!(export(&["springs.toml", "--tied"]), export(&[]));
+    let stiffer = ["--kt", "2e4 N/um", "--kn", "1.2e4 N/um"];
+    assert_eq!(
+        export(&[&["springs.toml"], &stiffer[..]].concat()),
+        export(&stiffer)
+    );
+    let longer = export(&["springs.toml", "--set", "structure.window_length=90 mm"]);
+    assert!(longer.contains(", 1.74") && !expected.contains(", 1.74"));
+    // A gap bears nothing: neither springs nor nodes for them.
+    bench.write(
+        "gap.toml",
+        SCENE.replace(r#"normal_load = "30 kN""#, r#"gap = "1 um""#),
+    );
+    let gap = export(&["gap.toml"]);
+    assert!(gap.contains("CONTACT_UPPER_FACES") && !gap.contains("SPRING"));
+}
+
+#[test]
 fn what_cannot_be_exported() {
     let bench = Bench::new();
     let code = |arguments: &[&str]| bench.fretwear(&[&["export"], arguments].concat()).code();
