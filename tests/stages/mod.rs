@@ -26,7 +26,6 @@ struct Start<'a> {
     root: &'a Path,
     source: Option<(&'a Path, u64)>,
     until: Option<Stage>,
-    cache: None,
     file_system: Arc<dyn FileSystem>,
 }
 
@@ -69,6 +68,7 @@ impl<'a> Start<'a> {
                 root: self.root.to_owned(),
                 source,
                 until: self.until,
+                cache: None,
                 file_system: self.file_system,
                 stop: &|_| false,
             };
