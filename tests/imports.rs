@@ -270,6 +270,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "scene/document.rs",
             "stages/inputs.rs",
             "report/",
+            "cli/export.rs",
         ],
     ),
     // Results and their progress are said at the edge.

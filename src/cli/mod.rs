@@ -2,6 +2,7 @@
 
 #[cfg(feature = "polars")]
 mod compare;
+mod export;
 mod report;
 mod run;
 mod show;
@@ -13,6 +14,7 @@ use clap::{Args, Parser, Subcommand};
 use fretwear::scene::SceneError;
 use fretwear::stages::RunError;
 use fretwear::store::StoreError;
+use fretwear::structure::StructureError;
 use fretwear::units::{self, Dimension};
 
 /// How a command ends, as its exit code.
@@ -75,6 +77,10 @@ enum Command {
         /// Name of a table; all of them without
         table: Option<String>,
     },
+    /// Write the resonator as an input deck of CalculiX and Abaqus
+    ///
+    /// Its free vibration, in SI units: nodes, hexahedra with incompatible modes, materials, sets, and a frequency step.
+    Export(ExportArguments),
     /// Put the summaries of several runs into one table
     ///
     /// One row a run: its last iteration, with the FFT pairs of all its iterations. Values are in SI units.
@@ -119,6 +125,33 @@ struct RunArguments {
     quiet: bool,
 }
 
+#[derive(Args)]
+struct ExportArguments {
+    /// The scene (TOML); without it, the shipped resonator
+    scene: Option<PathBuf>,
+    /// Change a key, as in `--set structure.leaf_thickness="12 mm"`
+    #[arg(long = "set", value_name = "KEY=VALUE", requires = "scene")]
+    sets: Vec<String>,
+    /// Where the deck goes
+    #[arg(long, short, value_name = "FILE")]
+    output: PathBuf,
+    /// Both bodies share the nodes of the contact, as they do where there is no contact stiffness
+    #[arg(long, conflicts_with = "kt")]
+    tied: bool,
+    /// Tangential stiffness of the whole joint, as in `--kt "1e4 N/um"`, in place of the scene's
+    #[arg(long, value_name = "STIFFNESS", value_parser = parse_stiffness, requires = "kn")]
+    kt: Option<f64>,
+    /// Normal stiffness of the whole joint, in place of the scene's
+    #[arg(long, value_name = "STIFFNESS", value_parser = parse_stiffness, requires = "kt")]
+    kn: Option<f64>,
+    /// Elastic modes to ask for
+    #[arg(long, value_name = "N", default_value_t = 8)]
+    modes: usize,
+    /// Compute the same modes here too, and print one JSON object
+    #[arg(long)]
+    frequencies: bool,
+}
+
 #[cfg(feature = "polars")]
 #[derive(Args)]
 struct CompareArguments {
@@ -152,6 +185,14 @@ fn parse_time(text: &str) -> Result<f64, String> {
     }
 }
 
+fn parse_stiffness(text: &str) -> Result<f64, String> {
+    match units::parse(text, Dimension::STIFFNESS) {
+        Ok(stiffness) if stiffness >= 0.0 => Ok(stiffness),
+        Ok(_) => Err("must not be negative".to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
 /// What a command can fail with.
 #[derive(Debug, thiserror::Error)]
 enum CliError {
@@ -165,6 +206,19 @@ enum CliError {
     Signals(std::io::Error),
     #[error("cannot write the result: {0}")]
     Output(#[from] std::io::Error),
+    #[error("{} has no [structure] of kind \"resonator\" to export", path.display())]
+    NothingToExport { path: PathBuf },
+    #[error(
+        "the stiffness of this joint follows from its surface, in a run; give --kt and --kn (a run's summary has them), or --tied"
+    )]
+    UnknownStiffness,
+    #[error("cannot write {}: {source}", path.display())]
+    Export {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error(transparent)]
+    Structure(#[from] StructureError),
     #[error("validation: {0}")]
     Validate(#[from] fretwear::contact::ContactError),
     #[cfg(feature = "polars")]
@@ -197,7 +251,13 @@ impl CliError {
                 StoreError::NoRun { .. } | StoreError::NoIteration { .. },
             ))
             | CliError::NothingToRun { .. }
-            | CliError::UnknownTable { .. } => Exit::Scene,
+            | CliError::UnknownTable { .. }
+            | CliError::NothingToExport { .. }
+            | CliError::UnknownStiffness
+            | CliError::Structure(
+                StructureError::OutOfRange { .. } | StructureError::DoNotFit { .. },
+            ) => Exit::Scene,
+            CliError::Structure(StructureError::NotConverged { .. }) => Exit::NotConverged,
             #[cfg(feature = "polars")]
             CliError::Compare(error) if error.is_nothing_to_compare() => Exit::Scene,
             #[cfg(feature = "polars")]
@@ -216,6 +276,7 @@ pub fn main() -> ExitCode {
         Command::Verify { run } => show::verify(&run),
         Command::Validate { json } => show::validate(json),
         Command::Schema { table } => show::schema(table.as_deref()),
+        Command::Export(arguments) => export::export(&arguments),
         #[cfg(feature = "polars")]
         Command::Compare(arguments) => compare::compare(&arguments),
     };

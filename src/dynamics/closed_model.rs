@@ -2,8 +2,8 @@
 
 use num_complex::Complex64;
 
-use super::dense::{self, Matrix};
 use super::{DynamicsError, Harmonics};
+use crate::linalg::{RowMatrix as Matrix, add_scaled};
 
 /// What answers at one frequency: coordinates due to forces on coordinates.
 pub trait Core {
@@ -13,7 +13,7 @@ pub trait Core {
     /// Complex receptance matrix of the coordinates at the angular frequency `omega` \[m/N\].
     ///
     /// # Errors
-    /// [`DynamicsError::Singular`] at an undamped resonance.
+    /// [`DynamicsError::Undamped`] at an undamped resonance, [`DynamicsError::Matrix`].
     fn receptance(&self, omega: f64) -> Result<Matrix<Complex64>, DynamicsError>;
 
     /// Energy that damping takes over one cycle of `omega` at the amplitudes `displacement` caused by `force` \[J\].
@@ -33,48 +33,12 @@ pub struct ClosedModel {
     pub floating: Option<Matrix>,
 }
 
-/// Adds R f to `target`, `coefficients × ports`; by symmetry a sum of rows of R, four at a time over columns that stay in cache.
-fn add_residual(residual: &Matrix, ports: &[usize], force: &[f64], target: &mut Matrix) {
-    const COLUMNS: usize = 256;
-    let n = target.rows();
-    let all = residual.columns();
-    for start in (0..all).step_by(COLUMNS) {
-        let columns = start..(start + COLUMNS).min(all);
-        for (ports, force) in ports.chunks(4).zip(force.chunks(4 * n)) {
-            let rows = |k: usize| &residual.row(ports[k])[columns.clone()];
-            for c in 0..n {
-                let target = &mut target.row_mut(c)[columns.clone()];
-                if let [_, _, _, _] = ports {
-                    let factors = [0, 1, 2, 3].map(|k| force[k * n + c]);
-                    let pairs = rows(0).iter().zip(rows(1)).zip(rows(2).iter().zip(rows(3)));
-                    for (target, ((r0, r1), (r2, r3))) in target.iter_mut().zip(pairs) {
-                        *target += (factors[0] * r0 + factors[1] * r1)
-                            + (factors[2] * r2 + factors[3] * r3);
-                    }
-                } else {
-                    for k in 0..ports.len() {
-                        dense::add_scaled(target, force[k * n + c], rows(k));
-                    }
-                }
-            }
-        }
-    }
-}
-
 impl ClosedModel {
     /// Number of ports.
     pub fn ports(&self) -> usize {
         self.basis
             .as_ref()
             .map_or_else(|| self.core.coordinates(), Matrix::rows)
-    }
-
-    /// Row of B of a port times `factor`, added to `target`.
-    fn spread(&self, port: usize, factor: f64, target: &mut [f64]) {
-        match &self.basis {
-            Some(basis) => dense::add_scaled(target, factor, basis.row(port)),
-            None => target[port] += factor,
-        }
     }
 
     /// Cores of every harmonic at the angular frequency `omega` of the fundamental.
@@ -89,7 +53,7 @@ impl ClosedModel {
             .collect()
     }
 
-    /// Forces on the coordinates, coefficient by coefficient: `coefficients × coordinates`.
+    /// Forces on the coordinates, `coordinates × coefficients`, of rows of coefficients at `ports`.
     pub(crate) fn generalised(
         &self,
         harmonics: &Harmonics,
@@ -97,18 +61,21 @@ impl ClosedModel {
         force: &[f64],
     ) -> Matrix {
         let n = harmonics.coefficients();
-        let mut out = Matrix::zeros(n, self.core.coordinates());
-        for (row, &port) in force.chunks(n).zip(ports) {
-            for (c, &value) in row.iter().enumerate() {
-                if value != 0.0 {
-                    self.spread(port, value, out.row_mut(c));
+        let mut out = Matrix::zeros(self.core.coordinates(), n);
+        match &self.basis {
+            Some(basis) => {
+                out.add_transposed_product(&rows_of(basis, ports), &matrix(ports.len(), n, force))
+            }
+            None => {
+                for (&port, row) in ports.iter().zip(force.chunks(n)) {
+                    add_scaled(out.row_mut(port), 1.0, row);
                 }
             }
         }
         out
     }
 
-    /// Complex amplitudes of the coordinates of one harmonic.
+    /// Complex amplitudes of the coordinates of one harmonic, and of the forces on them.
     pub(crate) fn amplitudes(
         harmonics: &Harmonics,
         index: usize,
@@ -116,18 +83,39 @@ impl ClosedModel {
         generalised: &Matrix,
     ) -> (Vec<Complex64>, Vec<Complex64>) {
         let slot = harmonics.slot(index);
+        let rows = (0..generalised.rows()).map(|a| generalised.row(a));
         let force: Vec<Complex64> = if index == 0 {
-            generalised.row(0).iter().map(|&f| f.into()).collect()
+            rows.map(|row| row[0].into()).collect()
         } else {
-            let pairs = generalised.row(slot).iter().zip(generalised.row(slot + 1));
-            pairs.map(|(&a, &b)| Complex64::new(a, -b)).collect()
+            rows.map(|row| Complex64::new(row[slot], -row[slot + 1]))
+                .collect()
         };
         (core.apply(&force), force)
     }
 
+    /// Coordinates due to forces on them, both `coordinates × coefficients`.
+    pub(crate) fn coordinates(
+        harmonics: &Harmonics,
+        cores: &[Matrix<Complex64>],
+        generalised: &Matrix,
+    ) -> Matrix {
+        let mut out = Matrix::zeros(generalised.rows(), generalised.columns());
+        for (index, core) in cores.iter().enumerate() {
+            let slot = harmonics.slot(index);
+            let (amplitude, _) = Self::amplitudes(harmonics, index, core, generalised);
+            for (a, value) in amplitude.iter().enumerate() {
+                out.set(a, slot, value.re);
+                if index > 0 {
+                    out.set(a, slot + 1, -value.im);
+                }
+            }
+        }
+        out
+    }
+
     /// Coefficients of the displacement of all ports due to forces at `ports` (rows of coefficients), dof by dof.
     ///
-    /// `with_residual` leaves R out, for differences between frequencies.
+    /// Without `with_residual` R is left out, for differences between frequencies.
     pub(crate) fn respond(
         &self,
         harmonics: &Harmonics,
@@ -137,63 +125,118 @@ impl ClosedModel {
         with_residual: bool,
     ) -> Vec<f64> {
         let n = harmonics.coefficients();
-        let all = self.ports();
         let generalised = self.generalised(harmonics, ports, force);
-        // Coefficient by coefficient, so that the residual is a sum of whole rows.
-        let mut by_coefficient = Matrix::zeros(n, all);
-        let mut coordinates = Matrix::zeros(n, self.core.coordinates());
-        for (index, core) in cores.iter().enumerate() {
-            let slot = harmonics.slot(index);
-            let (amplitude, _) = Self::amplitudes(harmonics, index, core, &generalised);
-            for (a, value) in amplitude.iter().enumerate() {
-                coordinates.set(slot, a, value.re);
-                if index > 0 {
-                    coordinates.set(slot + 1, a, -value.im);
-                }
-            }
-        }
-        for c in 0..n {
-            match &self.basis {
-                Some(basis) => {
-                    let values = basis.apply(coordinates.row(c));
-                    by_coefficient.row_mut(c).copy_from_slice(&values);
-                }
-                None => by_coefficient
-                    .row_mut(c)
-                    .copy_from_slice(coordinates.row(c)),
-            }
-        }
+        let coordinates = Self::coordinates(harmonics, cores, &generalised);
+        let mut out = match &self.basis {
+            Some(basis) => basis.times(&coordinates),
+            None => coordinates,
+        };
         if with_residual && let Some(residual) = &self.residual {
-            add_residual(residual, ports, force, &mut by_coefficient);
+            // Symmetric: its rows are its columns.
+            out.add_transposed_product(&rows_of(residual, ports), &matrix(ports.len(), n, force));
         }
-        by_coefficient.transposed().values().to_vec()
+        out.into_values()
     }
 
-    /// Receptances among `ports` for one core, `ports × ports`.
-    pub(crate) fn block(&self, core: &Matrix<Complex64>, ports: &[usize]) -> Matrix<Complex64> {
-        let m = ports.len();
-        let mut out = Matrix::zeros(m, m);
-        let Some(basis) = &self.basis else {
-            for (i, &a) in ports.iter().enumerate() {
-                for (j, &b) in ports.iter().enumerate() {
-                    out.set(i, j, core.at(a, b));
+    /// The model between some of its ports alone.
+    pub(crate) fn among(&self, ports: &[usize]) -> Among {
+        let residual = self.residual.as_ref();
+        Among {
+            ports: ports.to_vec(),
+            basis: self.basis.as_ref().map(|basis| rows_of(basis, ports)),
+            residual: residual.map(|residual| {
+                let mut out = Matrix::zeros(ports.len(), ports.len());
+                for (i, &a) in ports.iter().enumerate() {
+                    let row = residual.row(a);
+                    for (value, &b) in out.row_mut(i).iter_mut().zip(ports) {
+                        *value = row[b];
+                    }
                 }
+                out
+            }),
+        }
+    }
+}
+
+/// The rows of B, and rows and columns of R, of some ports.
+pub(crate) struct Among {
+    pub(crate) ports: Vec<usize>,
+    basis: Option<Matrix>,
+    residual: Option<Matrix>,
+}
+
+impl Among {
+    /// Coefficients of the displacement of these ports due to forces at them, dof by dof.
+    pub(crate) fn respond(
+        &self,
+        harmonics: &Harmonics,
+        cores: &[Matrix<Complex64>],
+        force: &[f64],
+    ) -> Vec<f64> {
+        let n = harmonics.coefficients();
+        let force = matrix(self.ports.len(), n, force);
+        let mut out = match &self.basis {
+            Some(basis) => {
+                let mut generalised = Matrix::zeros(basis.columns(), n);
+                generalised.add_transposed_product(basis, &force);
+                basis.times(&ClosedModel::coordinates(harmonics, cores, &generalised))
             }
-            return out;
+            None => {
+                let order = cores.first().map_or(0, Matrix::rows);
+                let mut generalised = Matrix::zeros(order, n);
+                for (i, &port) in self.ports.iter().enumerate() {
+                    // A port may occur twice.
+                    add_scaled(generalised.row_mut(port), 1.0, force.row(i));
+                }
+                rows_of(
+                    &ClosedModel::coordinates(harmonics, cores, &generalised),
+                    &self.ports,
+                )
+            }
         };
-        for (i, &a) in ports.iter().enumerate() {
-            let mut left = vec![Complex64::default(); core.columns()];
-            for (r, &factor) in basis.row(a).iter().enumerate() {
-                dense::add_scaled(&mut left, factor.into(), core.row(r));
+        if let Some(residual) = &self.residual {
+            out.add_product(residual, &force);
+        }
+        out.into_values()
+    }
+
+    /// Receptances among these ports for one core, `ports × ports`.
+    pub(crate) fn receptance(&self, core: &Matrix<Complex64>) -> Matrix<Complex64> {
+        let m = self.ports.len();
+        let mut out = Matrix::zeros(m, m);
+        match &self.basis {
+            Some(basis) => {
+                let mut complex = Matrix::zeros(m, basis.columns());
+                let pairs = complex.values_mut().iter_mut().zip(basis.values());
+                pairs.for_each(|(c, b)| *c = (*b).into());
+                out.add_product_transposed(&complex.times(core), &complex);
             }
-            for (j, &b) in ports.iter().enumerate() {
-                let mut sum: Complex64 = basis.row(b).iter().zip(&left).map(|(x, y)| y * x).sum();
-                if let Some(residual) = &self.residual {
-                    sum += residual.at(a, b);
+            None => {
+                for (i, &a) in self.ports.iter().enumerate() {
+                    for (j, &b) in self.ports.iter().enumerate() {
+                        out.set(i, j, core.at(a, b));
+                    }
                 }
-                out.set(i, j, sum);
             }
+        }
+        if let Some(residual) = &self.residual {
+            let pairs = out.values_mut().iter_mut().zip(residual.values());
+            pairs.for_each(|(h, r)| *h += r);
         }
         out
     }
+}
+
+fn rows_of(matrix: &Matrix, rows: &[usize]) -> Matrix {
+    let mut out = Matrix::zeros(rows.len(), matrix.columns());
+    for (i, &row) in rows.iter().enumerate() {
+        out.row_mut(i).copy_from_slice(matrix.row(row));
+    }
+    out
+}
+
+fn matrix(rows: usize, columns: usize, values: &[f64]) -> Matrix {
+    let mut out = Matrix::zeros(rows, columns);
+    out.values_mut().copy_from_slice(values);
+    out
 }

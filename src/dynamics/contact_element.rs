@@ -11,7 +11,7 @@
 
 use super::DynamicsError;
 use super::aft::{Closure, Derivative, InterfaceElement};
-use super::slider::{self, Dual, INPUTS, Step};
+use super::slider::{self, Dual, INPUTS, Number, Step};
 
 /// Cycles marched at most. The memory of most motions is gone after one; an element that slips by much less than it stretches
 /// forgets a force across its motion over dozens, and what is left of that is reported as its closure.
@@ -338,20 +338,30 @@ impl March<'_> {
         slopes.clear();
         for (j, force) in force.iter_mut().enumerate() {
             let (delta, loads) = self.inputs(j, from);
-            let pair = |values: [f64; 2], index: usize| {
-                [
-                    Dual::input(values[0], index),
-                    Dual::input(values[1], index + 1),
-                ]
+            let (plain, step) = slider::step(element.law, kt, mu, lap.end, delta, loads);
+            // Most steps are sticking ones, whose derivatives are constants.
+            let (next, step) = match step {
+                Step::Open => ([Dual::constant(0.0); 2], step),
+                Step::Stick if loads[0] >= 0.0 => {
+                    let stuck = |d: usize| {
+                        let mut slope = [0.0; INPUTS];
+                        (slope[d], slope[2 + d]) = (1.0, kt);
+                        let value = plain[d];
+                        Dual { value, slope }
+                    };
+                    ([stuck(0), stuck(1)], step)
+                }
+                _ => {
+                    let pair = |values: [f64; 2], index: usize| {
+                        [
+                            Dual::input(values[0], index),
+                            Dual::input(values[1], index + 1),
+                        ]
+                    };
+                    let (force, delta, loads) = (pair(lap.end, 0), pair(delta, 2), pair(loads, 4));
+                    slider::step(element.law, kt, mu, force, delta, loads)
+                }
             };
-            let (next, step) = slider::step(
-                element.law,
-                kt,
-                mu,
-                pair(lap.end, 0),
-                pair(delta, 2),
-                pair(loads, 4),
-            );
             slopes.push(next.map(|n| n.slope));
             let next = next.map(|n| n.value);
             lap.advance(next, step);

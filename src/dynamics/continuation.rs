@@ -5,7 +5,7 @@
 //! secant.
 
 use super::aft::InterfaceElement;
-use super::newton::Condition;
+use super::newton_step::Condition;
 use super::{DynamicsError, HarmonicBalance, Response};
 
 /// Cosine of the angle between secants beyond which a step is taken again at half its length.

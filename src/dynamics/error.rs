@@ -1,5 +1,7 @@
 //! What can go wrong in the computation of a steady response.
 
+use crate::linalg::LinalgError;
+
 /// A steady response that could not be computed, or a question that has no answer.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DynamicsError {
@@ -65,19 +67,21 @@ pub enum DynamicsError {
         /// Twice the highest harmonic.
         least: usize,
     },
-    /// A matrix that cannot be solved with.
-    #[error(
-        "the {what} of {order} unknowns is singular: pivot {pivot} has {size:.3e} of the largest entry"
-    )]
-    Singular {
+    /// A matrix that cannot be factorized.
+    #[error("the {what}: {source}")]
+    Matrix {
         /// Which matrix.
         what: &'static str,
-        /// Its order.
-        order: usize,
-        /// Where elimination stopped.
-        pivot: usize,
-        /// Size of the pivot over that of the largest entry.
-        size: f64,
+        /// What is wrong with it.
+        source: LinalgError,
+    },
+    /// An excitation at a resonance that nothing damps: there is no steady response.
+    #[error(
+        "an undamped resonance at {frequency:.6} Hz has no steady response; move the frequency or damp the structure"
+    )]
+    Undamped {
+        /// Frequency of the harmonic \[Hz\].
+        frequency: f64,
     },
     /// A mean force that nothing holds.
     #[error(
@@ -154,6 +158,22 @@ impl DynamicsError {
                 | DynamicsError::Krylov { .. }
                 | DynamicsError::NoResonance { .. }
                 | DynamicsError::StepTooSmall { .. }
+        )
+    }
+
+    /// Names the matrix that linear algebra complains about.
+    pub(super) fn of_matrix(what: &'static str) -> impl Fn(LinalgError) -> DynamicsError {
+        move |source| DynamicsError::Matrix { what, source }
+    }
+
+    /// Whether a matrix turned out to be singular.
+    pub(super) fn is_singular(&self) -> bool {
+        matches!(
+            self,
+            DynamicsError::Matrix {
+                source: LinalgError::Singular { .. },
+                ..
+            } | DynamicsError::Undamped { .. }
         )
     }
 }

@@ -8,7 +8,7 @@
 use super::aft::{InterfaceElement, Sampling, Workspace};
 use super::closed_model::ClosedModel;
 use super::linear_model::LinearModel;
-use super::newton::{Condition, State};
+use super::newton_step::{Condition, State};
 use super::{DynamicsError, Harmonics};
 
 /// Mean force on an unsupported motion, relative to the forces it is the balance of, that is rounding.

@@ -3,8 +3,8 @@
 use num_complex::Complex64;
 
 use super::closed_model::ClosedModel;
-use super::dense::{Factors, Matrix, add_scaled};
 use super::{DynamicsError, Harmonics};
+use crate::linalg::{Factors, RowMatrix as Matrix, add_scaled};
 
 /// Basis vectors before giving up; the preconditioned operator needs one to four dozen.
 const MOST_ITERATIONS: usize = 150;
@@ -101,36 +101,36 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// the elements and G is the contact Jacobian beyond the reference: per element `P = 1 + D G`, and `W = Bᵀ G P⁻¹ B`.
 pub(super) struct ElementPart {
     elements: Vec<ElementBlock>,
+    /// Rows of B of the elements, `3 · elements × coordinates`.
+    shapes: Matrix,
+    /// W, ordered by coefficient, then coordinate.
     coupling: Matrix,
 }
 
 struct ElementBlock {
-    /// P.
-    local: Factors,
+    /// P⁻¹.
+    inverse: Matrix,
     /// G P⁻¹.
     transfer: Matrix,
-    /// Rows of B, `3 × coordinates`.
-    shapes: Matrix,
 }
 
 impl ElementPart {
     /// For the elements `active`, with Jacobians `beyond` (each `3n × 3n`).
     pub(super) fn new(
-        model: &ClosedModel,
+        residual: Option<&Matrix>,
         basis: &Matrix,
         harmonics: &Harmonics,
         active: &[usize],
-        beyond: &[Vec<f64>],
+        beyond: &[Matrix],
     ) -> Result<ElementPart, DynamicsError> {
         let n = harmonics.coefficients();
-        let m = model.core.coordinates();
+        let m = basis.columns();
         let width = 3 * n;
-        let mut coupling = Matrix::zeros(m * n, m * n);
+        let mut shapes = Matrix::zeros(3 * active.len(), m);
         let mut elements = Vec::with_capacity(active.len());
-        for (&element, beyond) in active.iter().zip(beyond) {
-            let jacobian = Matrix::from_rows(width, width, beyond.clone())?;
+        for (place, (&element, jacobian)) in active.iter().zip(beyond).enumerate() {
             let mut local = Matrix::identity(width);
-            if let Some(residual) = &model.residual {
+            if let Some(residual) = residual {
                 for d in 0..3 {
                     for e in 0..3 {
                         let flexibility = residual.at(3 * element + d, 3 * element + e);
@@ -141,41 +141,43 @@ impl ElementPart {
                     }
                 }
             }
-            let local = Factors::new(local, "element with its own flexibility")?;
-            let transfer = jacobian.times(&local.inverse());
-            let mut shapes = Matrix::zeros(3, m);
+            let of_matrix = DynamicsError::of_matrix("element with its own flexibility");
+            let inverse = local.factorize().map_err(of_matrix)?.inverse();
             for d in 0..3 {
-                shapes
-                    .row_mut(d)
-                    .copy_from_slice(basis.row(3 * element + d));
+                let row = shapes.row_mut(3 * place + d);
+                row.copy_from_slice(basis.row(3 * element + d));
             }
-            // Transfer times shapes, then shapes transposed times that.
-            for d in 0..3 {
-                for c in 0..n {
-                    let mut right = vec![0.0; n * m];
-                    for e in 0..3 {
-                        for f in 0..n {
-                            let factor = transfer.at(d * n + c, e * n + f);
-                            if factor != 0.0 {
-                                add_scaled(&mut right[f * m..][..m], factor, shapes.row(e));
-                            }
-                        }
-                    }
-                    for a in 0..m {
-                        let factor = shapes.at(d, a);
-                        if factor != 0.0 {
-                            add_scaled(coupling.row_mut(c * m + a), factor, &right);
+            elements.push(ElementBlock {
+                transfer: jacobian.times(&inverse),
+                inverse,
+            });
+        }
+        // For every pair of coefficients a product over all elements.
+        let mut coupling = Matrix::zeros(m * n, m * n);
+        for c in 0..n {
+            for f in 0..n {
+                let mut moved = Matrix::zeros(3 * active.len(), m);
+                for (place, block) in elements.iter().enumerate() {
+                    for d in 0..3 {
+                        for e in 0..3 {
+                            let factor = block.transfer.at(d * n + c, e * n + f);
+                            let source = shapes.row(3 * place + e);
+                            add_scaled(moved.row_mut(3 * place + d), factor, source);
                         }
                     }
                 }
+                let mut product = Matrix::zeros(m, m);
+                product.add_transposed_product(&shapes, &moved);
+                for a in 0..m {
+                    coupling.row_mut(c * m + a)[f * m..][..m].copy_from_slice(product.row(a));
+                }
             }
-            elements.push(ElementBlock {
-                local,
-                transfer,
-                shapes,
-            });
         }
-        Ok(ElementPart { elements, coupling })
+        Ok(ElementPart {
+            elements,
+            shapes,
+            coupling,
+        })
     }
 }
 
@@ -195,7 +197,7 @@ impl<'a> Preconditioner<'a> {
         cores: &'a [Matrix<Complex64>],
     ) -> Result<Preconditioner<'a>, DynamicsError> {
         let order = part.coupling.rows();
-        let m = order / harmonics.coefficients();
+        let m = part.shapes.columns();
         let mut receptance = Matrix::zeros(order, order);
         for (index, core) in cores.iter().enumerate() {
             let slot = harmonics.slot(index);
@@ -211,62 +213,44 @@ impl<'a> Preconditioner<'a> {
                 }
             }
         }
-        let mut modal = part.coupling.times(&receptance);
-        for i in 0..order {
-            modal.set(i, i, modal.at(i, i) + 1.0);
-        }
+        let mut modal = Matrix::identity(order);
+        modal.add_product(&part.coupling, &receptance);
+        let of_matrix = DynamicsError::of_matrix("modal part of the preconditioner");
         Ok(Preconditioner {
             part,
             harmonics,
             cores,
-            modal: Factors::new(modal, "modal part of the preconditioner")?,
+            modal: modal.factorize().map_err(of_matrix)?,
         })
     }
 
     /// The approximate inverse applied to `right` (active unknowns).
     pub(super) fn apply(&self, right: &[f64]) -> Vec<f64> {
         let n = self.harmonics.coefficients();
-        let width = 3 * n;
-        let m = self.modal_order() / n;
-        let mut modal = vec![0.0; n * m];
-        for (block, right) in self.part.elements.iter().zip(right.chunks(width)) {
-            let force = block.transfer.apply(right);
-            for d in 0..3 {
-                for c in 0..n {
-                    let target = &mut modal[c * m..][..m];
-                    add_scaled(target, force[d * n + c], block.shapes.row(d));
-                }
+        let (width, m) = (3 * n, self.part.shapes.columns());
+        let shapes = &self.part.shapes;
+        let mut force = Matrix::zeros(shapes.rows(), n);
+        let elements = self.part.elements.iter();
+        let targets = force.values_mut().chunks_mut(width);
+        for ((block, right), target) in elements.zip(right.chunks(width)).zip(targets) {
+            for (i, target) in target.iter_mut().enumerate() {
+                *target = dot(block.transfer.row(i), right);
             }
         }
-        self.modal.solve(&mut modal);
-        let mut generalised = Matrix::zeros(n, m);
-        for (c, row) in modal.chunks(m).enumerate() {
-            generalised.row_mut(c).copy_from_slice(row);
-        }
-        let mut coordinates = Matrix::zeros(n, m);
-        for (index, core) in self.cores.iter().enumerate() {
-            let slot = self.harmonics.slot(index);
-            let (amplitude, _) = ClosedModel::amplitudes(self.harmonics, index, core, &generalised);
-            for (a, value) in amplitude.iter().enumerate() {
-                coordinates.set(slot, a, value.re);
-                if index > 0 {
-                    coordinates.set(slot + 1, a, -value.im);
-                }
+        let mut modal = Matrix::zeros(n, m);
+        modal.add_transposed_product(&force, shapes);
+        self.modal.solve(modal.values_mut());
+        let generalised = modal.transposed();
+        let coordinates = ClosedModel::coordinates(self.harmonics, self.cores, &generalised);
+        let mut out = shapes.times(&coordinates).into_values();
+        let elements = self.part.elements.iter();
+        let rows = out.chunks_mut(width).zip(right.chunks(width));
+        for (block, (out, right)) in elements.zip(rows) {
+            let left: Vec<f64> = right.iter().zip(&*out).map(|(r, o)| r - o).collect();
+            for (i, out) in out.iter_mut().enumerate() {
+                *out = dot(block.inverse.row(i), &left);
             }
-        }
-        let mut out = right.to_vec();
-        for (block, out) in self.part.elements.iter().zip(out.chunks_mut(width)) {
-            for d in 0..3 {
-                for c in 0..n {
-                    out[d * n + c] -= dot(block.shapes.row(d), coordinates.row(c));
-                }
-            }
-            block.local.solve(out);
         }
         out
-    }
-
-    fn modal_order(&self) -> usize {
-        self.part.coupling.rows()
     }
 }

@@ -7,7 +7,7 @@ use num_complex::Complex64;
 
 use super::DynamicsError;
 use super::closed_model::{ClosedModel, Core};
-use super::dense::{Factors, Matrix, eigen};
+use crate::linalg::{RowMatrix as Matrix, add_scaled, generalised_eigen};
 
 /// Share of the largest eigenvalue below which a coordinate is a rigid body motion; modes of one structure span 1e8.
 const RIGID: f64 = 1e-11;
@@ -160,7 +160,9 @@ impl SecondOrder {
                         system.set(i, j, value);
                     }
                 }
-                let factors = Factors::new(system, "residual with closed contact")?;
+                let factors = system
+                    .factorize()
+                    .map_err(DynamicsError::of_matrix("residual with closed contact"))?;
                 let (mut basis, mut closed) = (self.basis.clone(), residual.clone());
                 factors.solve_columns(&mut basis);
                 factors.solve_columns(&mut closed);
@@ -168,19 +170,14 @@ impl SecondOrder {
                 (basis, Some(closed))
             }
         };
-        let n = self.stiffness.rows();
-        let mut stiffness = self.stiffness.clone();
+        let mut sprung = Matrix::zeros(springs.len(), basis.columns());
+        let mut open = Matrix::zeros(springs.len(), basis.columns());
         for (i, &spring) in springs.iter().enumerate() {
-            if spring == 0.0 {
-                continue;
-            }
-            for a in 0..n {
-                let factor = spring * self.basis.at(i, a);
-                for (entry, b) in stiffness.row_mut(a).iter_mut().zip(basis.row(i)) {
-                    *entry += factor * b;
-                }
-            }
+            open.row_mut(i).copy_from_slice(self.basis.row(i));
+            add_scaled(sprung.row_mut(i), spring, basis.row(i));
         }
+        let mut stiffness = self.stiffness.clone();
+        stiffness.add_transposed_product(&open, &sprung);
         symmetrise(&mut stiffness);
         Ok((basis, residual, stiffness))
     }
@@ -191,7 +188,8 @@ impl SecondOrder {
     /// As [`LinearModel::close`].
     pub fn modes(&self, springs: &[f64]) -> Result<(Vec<f64>, Matrix), DynamicsError> {
         let (_, _, stiffness) = self.closed_parts(springs)?;
-        let (squares, modes) = eigen(&stiffness, &self.mass)?;
+        let (squares, modes) = generalised_eigen(&stiffness, &self.mass)
+            .map_err(DynamicsError::of_matrix("mass and stiffness"))?;
         Ok((squares.iter().map(|s| s.max(0.0).sqrt()).collect(), modes))
     }
 
@@ -243,7 +241,8 @@ impl LinearModel for SecondOrder {
 
     fn close(&self, springs: &[f64]) -> Result<ClosedModel, DynamicsError> {
         let (basis, residual, stiffness) = self.closed_parts(springs)?;
-        let (squares, modes) = eigen(&stiffness, &self.mass)?;
+        let (squares, modes) = generalised_eigen(&stiffness, &self.mass)
+            .map_err(DynamicsError::of_matrix("mass and stiffness"))?;
         let largest = squares.iter().fold(0.0_f64, |m, s| m.max(s.abs()));
         let (mut inverse, mut floating) = (Vec::new(), Vec::new());
         for (r, &square) in squares.iter().enumerate() {
@@ -324,15 +323,15 @@ impl Core for SecondOrderCore {
                 out.set(i, j, value);
             }
             if cancels {
-                return Err(DynamicsError::Singular {
-                    what: "dynamic stiffness at an undamped resonance",
-                    order: n,
-                    pivot: i,
-                    size: 0.0,
+                return Err(DynamicsError::Undamped {
+                    frequency: omega / (2.0 * std::f64::consts::PI),
                 });
             }
         }
-        Ok(Factors::new(out, "dynamic stiffness")?.inverse())
+        Ok(out
+            .factorize()
+            .map_err(DynamicsError::of_matrix("dynamic stiffness"))?
+            .inverse())
     }
 
     fn loss(&self, omega: f64, displacement: &[Complex64], _force: &[Complex64]) -> f64 {
@@ -416,7 +415,10 @@ impl<F: Fn(f64) -> Matrix<Complex64>> Core for ReceptanceCore<F> {
                 system.set(i, j, system.at(i, j) + free.at(i, j) * spring);
             }
         }
-        Factors::new(system, "receptance with closed contact")?.solve_columns(&mut free);
+        system
+            .factorize()
+            .map_err(DynamicsError::of_matrix("receptance with closed contact"))?
+            .solve_columns(&mut free);
         Ok(free)
     }
 

@@ -1,9 +1,9 @@
 //! A single mass on one contact element: the smallest structure that can slip, twist and lift off.
 
 use super::contact_element::ContactElement;
-use super::dense::Matrix;
 use super::linear_model::SecondOrder;
 use super::{DynamicsError, Load};
+use crate::linalg::RowMatrix as Matrix;
 
 /// A mass with a spring and a damper to the ground along each axis, and one contact element between it and the ground.
 ///

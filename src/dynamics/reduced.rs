@@ -4,10 +4,10 @@
 //! that of the lower one, so its normal port is positive where the joint opens; here a normal displacement is positive where
 //! the bodies approach. x and y are the same in both.
 
-use super::dense::Matrix;
 use super::linear_model::SecondOrder;
 use super::{DynamicsError, InterfaceElement};
 use crate::linalg;
+use crate::linalg::RowMatrix as Matrix;
 use crate::structure::reduction::Reduced;
 
 /// Modal damping: every mode of the structure, closed by springs or free, has the same damping ratio.

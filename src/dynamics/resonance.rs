@@ -1,7 +1,7 @@
 //! Resonance without a frequency response: the phase resonance (displacement 90° behind the drive) and the peak.
 
 use super::aft::InterfaceElement;
-use super::newton::Condition;
+use super::newton_step::Condition;
 use super::{DynamicsError, HarmonicBalance, Response, Start};
 
 /// Points of the search for a start; a range is a few modes wide at most.
@@ -118,7 +118,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                         Ok((value, _)) if value > 0.0 => low = middle,
                         Ok(_) => high = middle,
                         // Without damping the resonance itself has no response.
-                        Err(DynamicsError::Singular { .. }) => break,
+                        Err(error) if error.is_singular() => break,
                         Err(error) => return Err(error),
                     }
                 }

@@ -3,9 +3,11 @@
 //! Everything runs on one thread and in a fixed order, so that equal input gives equal bits.
 
 mod dense;
+mod rows;
 mod sparse;
 
 pub use dense::Matrix;
+pub use rows::{Factors, RowMatrix, Scalar, add_scaled, generalised_eigen};
 pub use sparse::{SparseCholesky, SparseIndefinite, SparseSymmetric};
 
 /// A factorization or decomposition that does not exist, or did not succeed.
@@ -20,6 +22,28 @@ pub enum LinalgError {
         size: usize,
         /// The row, in the matrix's own numbering.
         row: usize,
+    },
+    /// A pivot of an LU factorization is zero but for rounding, or not finite.
+    #[error(
+        "the matrix of {size} rows is singular: pivot {pivot} has {share:.3e} of the largest entry"
+    )]
+    Singular {
+        /// Rows of the matrix.
+        size: usize,
+        /// Where elimination stopped.
+        pivot: usize,
+        /// Size of the pivot over that of the largest entry.
+        share: f64,
+    },
+    /// As many values as entries were expected.
+    #[error("{found} values do not fill a matrix of {rows} rows and {columns} columns")]
+    Length {
+        /// Values found.
+        found: usize,
+        /// Rows of the matrix.
+        rows: usize,
+        /// Columns of the matrix.
+        columns: usize,
     },
     /// An eigenvalue iteration did not end.
     #[error(

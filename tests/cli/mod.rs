@@ -1,5 +1,6 @@
 //! The command line: exit codes, messages, and what stdout holds for a program.
 
 mod codes;
+mod export;
 mod outputs;
 mod sets;

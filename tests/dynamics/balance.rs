@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use fretwear::dynamics::dense::Matrix;
 use fretwear::dynamics::{
     FrictionLaw, HarmonicBalance, Harmonics, Oscillator, Receptance, Settings,
 };
+use fretwear::linalg::RowMatrix as Matrix;
 use num_complex::Complex64;
 
 use super::{balance, drive, oscillator};

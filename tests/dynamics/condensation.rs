@@ -3,10 +3,10 @@
 use std::f64::consts::PI;
 use std::time::Instant;
 
-use fretwear::dynamics::dense::Matrix;
 use fretwear::dynamics::{
     ContactElement, FrictionLaw, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Settings,
 };
+use fretwear::linalg::RowMatrix as Matrix;
 
 /// A 7 kg mass on a soft leaf, and a lap that is held by its joint alone: rigid body motions, bending patterns and a local
 /// flexibility of the patch (a residual).

@@ -3,7 +3,6 @@
 mod balance;
 mod condensation;
 mod continuation;
-mod dense;
 mod element;
 mod extremes;
 mod harmonics;

@@ -1,5 +1,7 @@
 //! Factorizations against products and against each other, on matrices small enough to look at.
 
+mod rows;
+
 use fretwear::linalg::{LinalgError, Matrix, SparseCholesky, SparseIndefinite, SparseSymmetric};
 
 /// Rounding of a few hundred operations on numbers of order one.

@@ -26,6 +26,7 @@ struct Start<'a> {
     root: &'a Path,
     source: Option<(&'a Path, u64)>,
     until: Option<Stage>,
+    cache: None,
     file_system: Arc<dyn FileSystem>,
 }
 

@@ -1,6 +1,7 @@
 //! Finite elements, modes and reduction against closed forms, an independent program and direct solves.
 
 mod beam;
+mod deck;
 mod element;
 mod matrices;
 mod reduction;

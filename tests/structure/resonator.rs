@@ -18,7 +18,7 @@ fn published() -> ResonatorMesh {
 }
 
 /// Elastic frequencies \[Hz\], lowest first.
-fn frequencies(system: &System, count: usize) -> Vec<f64> {
+pub(super) fn frequencies(system: &System, count: usize) -> Vec<f64> {
     let shift = shift(system);
     let factor = system
         .shifted_factor(shift, &system.elimination_order(&[]))

@@ -1,5 +1,4 @@
-use fretwear::dynamics::DynamicsError;
-use fretwear::dynamics::dense::{Factors, Matrix, eigen};
+use fretwear::linalg::{LinalgError, RowMatrix as Matrix, generalised_eigen};
 use num_complex::Complex64;
 
 /// Entries without order, from a multiplicative sequence.
@@ -17,7 +16,7 @@ fn entries(count: usize) -> Vec<f64> {
 fn factors_solve_at_every_size_across_blocks() {
     for n in [1, 2, 5, 31, 32, 33, 64, 71] {
         let matrix = Matrix::from_rows(n, n, entries(n * n)).expect("fits");
-        let factors = Factors::new(matrix.clone(), "test").expect("regular");
+        let factors = matrix.clone().factorize().expect("regular");
         let expected = entries(n);
         let mut found = matrix.apply(&expected);
         factors.solve(&mut found);
@@ -48,9 +47,7 @@ fn complex_factors_solve() {
         .map(|&v| Complex64::new(v, 1.0 - v))
         .collect();
     let mut found = matrix.apply(&expected);
-    Factors::new(matrix, "test")
-        .expect("regular")
-        .solve(&mut found);
+    matrix.factorize().expect("regular").solve(&mut found);
     for (a, b) in found.iter().zip(&expected) {
         assert!((a - b).norm() < 1e-10, "{a} {b}");
     }
@@ -60,13 +57,13 @@ fn complex_factors_solve() {
 fn singular_matrices_are_refused() {
     let mut matrix =
         Matrix::from_rows(3, 3, vec![1.0, 2.0, 3.0, 2.0, 4.0, 6.0, 1.0, 1.0, 1.0]).expect("fits");
-    let error = Factors::new(matrix.clone(), "test").expect_err("rank 2");
+    let error = matrix.clone().factorize().expect_err("rank 2");
     assert!(
-        matches!(error, DynamicsError::Singular { order: 3, .. }),
+        matches!(error, LinalgError::Singular { size: 3, .. }),
         "{error}"
     );
     matrix.set(1, 1, f64::NAN);
-    assert!(Factors::new(matrix, "test").is_err());
+    assert!(matrix.factorize().is_err());
 }
 
 #[test]
@@ -85,7 +82,7 @@ fn eigenvectors_are_mass_normalised_and_right() {
         square(all[..n * n].to_vec(), 0.0),
         square(all[n * n..].to_vec(), 0.3),
     );
-    let (values, vectors) = eigen(&stiffness, &mass).expect("positive");
+    let (values, vectors) = generalised_eigen(&stiffness, &mass).expect("positive");
     assert!(values.is_sorted());
     let (kv, mv) = (stiffness.times(&vectors), mass.times(&vectors));
     let gram = vectors.transposed().times(&mv);
@@ -96,5 +93,5 @@ fn eigenvectors_are_mass_normalised_and_right() {
             assert!((gram.at(i, j) - expected).abs() < 1e-11);
         }
     }
-    assert!(eigen(&stiffness, &Matrix::zeros(n, n)).is_err());
+    assert!(generalised_eigen(&stiffness, &Matrix::zeros(n, n)).is_err());
 }

@@ -1,0 +1,466 @@
+//! One Newton step of the harmonic balance: residual, Jacobian, and what solves with it.
+
+use num_complex::Complex64;
+
+use super::aft::InterfaceElement;
+use super::closed_model::Among;
+use super::krylov::{self, ElementPart, Preconditioner, dot};
+use super::{DynamicsError, HarmonicBalance};
+use crate::linalg::{Factors, RowMatrix as Matrix, add_scaled};
+
+/// Relative tolerance of a Newton step solved by GMRES. Steps of a nearly linear problem then gain four digits each.
+const STEP_TOLERANCE: f64 = 1e-4;
+/// Relative change of frequency for derivatives by central differences; half-power bandwidths are above 1e-4.
+const FREQUENCY_DIFFERENCE: f64 = 1e-6;
+/// Share of the tangential stiffness that is left, in the Jacobian alone, to a mean displacement of full slip. Full slip forgets its
+/// mean, and a motion that friction alone holds would otherwise run away; what something else holds converges hardly slower.
+const MEAN_GRIP: f64 = 1e-6;
+/// Share of the largest square that regularises a step whose matrix is singular.
+const REGULARISATION: f64 = 1e-13;
+
+/// Unknowns: contact displacements (all of them; those of passive elements follow) and frequency.
+#[derive(Debug, Clone)]
+pub(super) struct State {
+    pub(super) omega: f64,
+    pub(super) contact: Vec<f64>,
+    pub(super) active: Vec<bool>,
+}
+
+/// What fixes the frequency.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Condition {
+    /// It is given.
+    Frequency,
+    /// `weights · (cosine, sine, ω) = value`, with the coefficients of the first harmonic at `port`.
+    Linear {
+        port: usize,
+        slot: usize,
+        weights: [f64; 3],
+        value: f64,
+    },
+}
+
+/// Everything that Newton's method wants to know about a state.
+pub(super) struct Evaluation {
+    pub(super) cores: Vec<Matrix<Complex64>>,
+    pub(super) elements: Vec<usize>,
+    /// Contact degrees of freedom of the active elements, then ports with loads.
+    ports: Vec<usize>,
+    /// Forces on them: what is beyond the reference with the sign of a load, then loads.
+    forces: Vec<f64>,
+    /// Jacobians of what is beyond the reference, one per active element; none if not asked for.
+    beyond: Vec<Matrix>,
+    pub(super) displacement: Vec<f64>,
+    pub(super) residual: Vec<f64>,
+    pub(super) condition: f64,
+}
+
+impl Evaluation {
+    /// Whether it was asked for with Jacobians.
+    pub(super) fn has_jacobians(&self) -> bool {
+        self.beyond.len() == self.elements.len()
+    }
+}
+
+/// What depends on the active elements alone.
+pub(super) struct Frame {
+    elements: Vec<usize>,
+    /// Among their degrees of freedom and, last, the port of the condition.
+    among: Among,
+    /// The element part of the preconditioner, if there is one by now.
+    part: Option<ElementPart>,
+}
+
+impl Frame {
+    /// The element part of the preconditioner is to be made anew.
+    pub(super) fn forget(&mut self) {
+        self.part = None;
+    }
+}
+
+pub(super) enum Solver<'a> {
+    Dense(Factors),
+    Regularised { matrix: Matrix, normal: Factors },
+    Krylov(Preconditioner<'a>),
+}
+
+/// A change of the active unknowns and of the frequency.
+pub(super) struct Change {
+    pub(super) unknowns: Vec<f64>,
+    pub(super) omega: f64,
+}
+
+/// How the state and the condition move with frequency.
+pub(super) struct Slope {
+    pub(super) motion: Vec<f64>,
+    pub(super) total: f64,
+}
+
+impl<E: InterfaceElement> HarmonicBalance<E> {
+    /// Unknowns per element.
+    pub(super) fn width(&self) -> usize {
+        3 * self.harmonics().coefficients()
+    }
+
+    /// Residual of a state; Jacobians of the elements too if asked for.
+    pub(super) fn evaluate(
+        &self,
+        state: &State,
+        factor: f64,
+        condition: &Condition,
+        with_jacobian: bool,
+    ) -> Result<Evaluation, DynamicsError> {
+        let harmonics = self.harmonics();
+        let n = harmonics.coefficients();
+        let width = self.width();
+        let cores = self.model.cores(harmonics, state.omega)?;
+        let elements: Vec<usize> = (0..self.elements.len())
+            .filter(|e| state.active[*e])
+            .collect();
+        let mut work = self.sampling.workspace();
+        let mut ports: Vec<usize> = elements.iter().flat_map(|e| 3 * e..3 * e + 3).collect();
+        let mut forces = vec![0.0; elements.len() * width];
+        let mut beyond = Vec::new();
+        for (&element, g) in elements.iter().zip(forces.chunks_mut(width)) {
+            let u = &state.contact[element * width..][..width];
+            let law = &self.elements[element];
+            let mut jacobian = with_jacobian.then(|| Matrix::zeros(width, width));
+            let values = jacobian.as_mut().map(Matrix::values_mut);
+            self.sampling.evaluate(law, u, g, values, &mut work);
+            for d in 0..3 {
+                let stiffness = self.reference[element][d];
+                for i in d * n..(d + 1) * n {
+                    g[i] = stiffness * u[i] - g[i];
+                    if let Some(jacobian) = &mut jacobian {
+                        jacobian.row_mut(i)[i] -= stiffness;
+                    }
+                }
+                if let Some(jacobian) = &mut jacobian
+                    && d < 2
+                {
+                    jacobian.row_mut(d * n)[d * n] += MEAN_GRIP * stiffness;
+                }
+            }
+            beyond.extend(jacobian);
+        }
+        ports.extend(&self.load_ports);
+        forces.extend(self.load_rows.iter().map(|f| factor * f));
+        let displacement = self.model.respond(harmonics, &cores, &ports, &forces, true);
+        let mut residual = Vec::with_capacity(elements.len() * width);
+        for &element in &elements {
+            let range = element * width..(element + 1) * width;
+            let pairs = state.contact[range.clone()]
+                .iter()
+                .zip(&displacement[range]);
+            residual.extend(pairs.map(|(u, linear)| u - linear));
+        }
+        let condition = match *condition {
+            Condition::Frequency => 0.0,
+            Condition::Linear {
+                port,
+                slot,
+                weights,
+                value,
+            } => {
+                let row = &displacement[port * n..][..n];
+                weights[0] * row[slot] + weights[1] * row[slot + 1] + weights[2] * state.omega
+                    - value
+            }
+        };
+        Ok(Evaluation {
+            cores,
+            elements,
+            ports,
+            forces,
+            beyond,
+            displacement,
+            residual,
+            condition,
+        })
+    }
+
+    /// The frame of the active elements of `at`: the one at hand if it is theirs.
+    pub(super) fn frame(
+        &self,
+        at: &Evaluation,
+        condition: &Condition,
+        old: Option<Frame>,
+    ) -> Result<Frame, DynamicsError> {
+        let mut frame = match old {
+            Some(frame) if frame.elements == at.elements => frame,
+            _ => {
+                let elements = at.elements.iter();
+                let mut ports: Vec<usize> = elements.flat_map(|e| 3 * e..3 * e + 3).collect();
+                if let Condition::Linear { port, .. } = condition {
+                    ports.push(*port);
+                }
+                Frame {
+                    elements: at.elements.clone(),
+                    among: self.model.among(&ports),
+                    part: None,
+                }
+            }
+        };
+        if let (true, None, Some(basis)) = (
+            self.wants_krylov(at.residual.len()),
+            &frame.part,
+            &self.model.basis,
+        ) {
+            let harmonics = self.harmonics();
+            let (residual, elements) = (self.model.residual.as_ref(), &at.elements);
+            let part = ElementPart::new(residual, basis, harmonics, elements, &at.beyond)?;
+            frame.part = Some(part);
+        }
+        Ok(frame)
+    }
+
+    fn wants_krylov(&self, unknowns: usize) -> bool {
+        let modal = self.model.core.coordinates() * self.harmonics().coefficients();
+        // The modal part is eliminated: it must be the smaller part.
+        self.model.basis.is_some()
+            && unknowns > self.settings.dense_unknowns
+            && 2 * modal < unknowns
+    }
+
+    pub(super) fn solver<'a>(
+        &'a self,
+        at: &'a Evaluation,
+        frame: &'a Frame,
+    ) -> Result<Solver<'a>, DynamicsError> {
+        if let (true, Some(part)) = (self.wants_krylov(at.residual.len()), &frame.part) {
+            let harmonics = self.harmonics();
+            return Ok(Solver::Krylov(Preconditioner::new(
+                part, harmonics, &at.cores,
+            )?));
+        }
+        let matrix = self.jacobian(at, frame);
+        let of_matrix = DynamicsError::of_matrix("Jacobian of the harmonic balance");
+        match matrix.clone().factorize().map_err(of_matrix) {
+            Ok(factors) => Ok(Solver::Dense(factors)),
+            // A mean position that friction leaves free (full sliding without a spring) has no equation: least squares with the
+            // smallest step.
+            Err(error) if error.is_singular() => {
+                let mut normal = Matrix::zeros(matrix.columns(), matrix.columns());
+                normal.add_transposed_product(&matrix, &matrix);
+                let largest = (0..normal.rows()).fold(0.0_f64, |m, i| m.max(normal.at(i, i)));
+                for i in 0..normal.rows() {
+                    normal.set(i, i, normal.at(i, i) + REGULARISATION * largest);
+                }
+                let of_matrix =
+                    DynamicsError::of_matrix("regularised Jacobian of the harmonic balance");
+                let normal = normal.factorize().map_err(of_matrix)?;
+                Ok(Solver::Regularised { matrix, normal })
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// 1 + H G on the active unknowns.
+    fn jacobian(&self, at: &Evaluation, frame: &Frame) -> Matrix {
+        let harmonics = self.harmonics();
+        let n = harmonics.coefficients();
+        let width = self.width();
+        let size = at.residual.len();
+        let mut matrix = Matrix::identity(size);
+        let dofs = size / n;
+        for (index, core) in at.cores.iter().enumerate() {
+            let block = frame.among.receptance(core);
+            let slot = harmonics.slot(index);
+            for i in 0..dofs {
+                for j in 0..dofs {
+                    let value = block.at(i, j);
+                    let (element, d) = (j / 3, j % 3);
+                    let columns = element * width..(element + 1) * width;
+                    let source = |c: usize| at.beyond[element].row(d * n + c);
+                    let target = &mut matrix.row_mut(i * n + slot)[columns.clone()];
+                    add_scaled(target, value.re, source(slot));
+                    if index > 0 {
+                        add_scaled(target, value.im, source(slot + 1));
+                        let target = &mut matrix.row_mut(i * n + slot + 1)[columns];
+                        add_scaled(target, -value.im, source(slot));
+                        add_scaled(target, value.re, source(slot + 1));
+                    }
+                }
+            }
+        }
+        matrix
+    }
+
+    /// (1 + H G) v, and H G v at the port of the condition, if there is one.
+    fn operate(&self, at: &Evaluation, frame: &Frame, v: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let width = self.width();
+        let n = self.harmonics().coefficients();
+        let mut forces = Vec::with_capacity(v.len() + n);
+        for (jacobian, v) in at.beyond.iter().zip(v.chunks(width)) {
+            forces.extend((0..width).map(|i| dot(jacobian.row(i), v)));
+        }
+        forces.resize(frame.among.ports.len() * n, 0.0);
+        let mut out = frame.among.respond(self.harmonics(), &at.cores, &forces);
+        let port = out.split_off(v.len());
+        out.iter_mut().zip(v).for_each(|(out, v)| *out += v);
+        (out, port)
+    }
+
+    /// −J⁻¹ `residual`, and the Krylov iterations it took.
+    pub(super) fn step(
+        &self,
+        solver: &Solver<'_>,
+        at: &Evaluation,
+        frame: &Frame,
+        residual: &[f64],
+    ) -> Result<(Vec<f64>, usize), DynamicsError> {
+        match solver {
+            Solver::Krylov(preconditioner) => {
+                let right: Vec<f64> = residual.iter().map(|r| -r).collect();
+                krylov::solve(
+                    |v| self.operate(at, frame, v).0,
+                    |v| preconditioner.apply(v),
+                    &right,
+                    STEP_TOLERANCE,
+                )
+            }
+            _ => Ok((solver.approximate(residual), 0)),
+        }
+    }
+
+    /// Derivatives along frequency: of the residual behind −J⁻¹ (the motion of the state with frequency), and of the condition.
+    pub(super) fn slope(
+        &self,
+        at: &Evaluation,
+        frame: &Frame,
+        solver: &Solver<'_>,
+        condition: &Condition,
+        omega: f64,
+    ) -> Result<Slope, DynamicsError> {
+        let by_frequency = self.by_frequency(at, omega)?;
+        let width = self.width();
+        let residual: Vec<f64> = at
+            .elements
+            .iter()
+            .flat_map(|e| by_frequency[e * width..(e + 1) * width].iter().map(|v| -v))
+            .collect();
+        let (motion, _) = self.step(solver, at, frame, &residual)?;
+        let total = self.along_frequency(at, frame, condition, &by_frequency, &motion);
+        Ok(Slope { motion, total })
+    }
+
+    /// The derivative of the condition along frequency, the active unknowns moving by `motion`.
+    fn along_frequency(
+        &self,
+        at: &Evaluation,
+        frame: &Frame,
+        condition: &Condition,
+        by_frequency: &[f64],
+        motion: &[f64],
+    ) -> f64 {
+        let partial = match *condition {
+            Condition::Frequency => 0.0,
+            Condition::Linear {
+                port,
+                slot,
+                weights,
+                ..
+            } => {
+                let row = &by_frequency[port * self.harmonics().coefficients()..];
+                weights[0] * row[slot] + weights[1] * row[slot + 1] + weights[2]
+            }
+        };
+        partial + self.border(at, frame, condition, motion)
+    }
+
+    /// ∂ displacement of all ports / ∂ω at constant forces.
+    fn by_frequency(&self, at: &Evaluation, omega: f64) -> Result<Vec<f64>, DynamicsError> {
+        let step = FREQUENCY_DIFFERENCE * omega;
+        let respond = |omega: f64| -> Result<Vec<f64>, DynamicsError> {
+            let harmonics = self.harmonics();
+            let cores = self.model.cores(harmonics, omega)?;
+            let model = &self.model;
+            Ok(model.respond(harmonics, &cores, &at.ports, &at.forces, false))
+        };
+        let (mut change, low) = (respond(omega + step)?, respond(omega - step)?);
+        for (high, low) in change.iter_mut().zip(low) {
+            *high = (*high - low) / (2.0 * step);
+        }
+        Ok(change)
+    }
+
+    /// The derivative of the condition along a change `v` of the active unknowns.
+    fn border(&self, at: &Evaluation, frame: &Frame, condition: &Condition, v: &[f64]) -> f64 {
+        match *condition {
+            Condition::Frequency => 0.0,
+            Condition::Linear { slot, weights, .. } => {
+                let (_, row) = self.operate(at, frame, v);
+                -(weights[0] * row[slot] + weights[1] * row[slot + 1])
+            }
+        }
+    }
+
+    /// Block elimination of the bordered system: `direct` = −J⁻¹ r is completed by the motion with frequency.
+    pub(super) fn completed(
+        &self,
+        at: &Evaluation,
+        frame: &Frame,
+        condition: &Condition,
+        slope: Option<&Slope>,
+        (mut direct, left): (Vec<f64>, f64),
+    ) -> Change {
+        let Some(slope) = slope else {
+            return Change {
+                unknowns: direct,
+                omega: 0.0,
+            };
+        };
+        let omega = -(left + self.border(at, frame, condition, &direct)) / slope.total;
+        add_scaled(&mut direct, omega, &slope.motion);
+        Change {
+            unknowns: direct,
+            omega,
+        }
+    }
+
+    /// Derivative of the first harmonic (cosine, sine) at `port` with respect to frequency along the branch of a response.
+    pub(super) fn port_slope(
+        &self,
+        response: &super::Response,
+        port: usize,
+        slot: usize,
+    ) -> Result<[f64; 2], DynamicsError> {
+        let state = State {
+            omega: response.omega,
+            contact: response.displacement[..response.force.len()].to_vec(),
+            active: response.active.clone(),
+        };
+        let condition = |weights| Condition::Linear {
+            port,
+            slot,
+            weights,
+            value: 0.0,
+        };
+        let (cosine, sine) = (condition([1.0, 0.0, 0.0]), condition([0.0, 1.0, 0.0]));
+        let at = self.evaluate(&state, response.load_factor, &cosine, true)?;
+        let frame = self.frame(&at, &cosine, None)?;
+        let solver = self.solver(&at, &frame)?;
+        let slope = self.slope(&at, &frame, &solver, &cosine, state.omega)?;
+        let by_frequency = self.by_frequency(&at, state.omega)?;
+        Ok([
+            slope.total,
+            self.along_frequency(&at, &frame, &sine, &by_frequency, &slope.motion),
+        ])
+    }
+}
+
+impl Solver<'_> {
+    /// −J⁻¹ `residual` with what is at hand, without iterating.
+    pub(super) fn approximate(&self, residual: &[f64]) -> Vec<f64> {
+        let mut out: Vec<f64> = residual.iter().map(|r| -r).collect();
+        match self {
+            Solver::Dense(factors) => factors.solve(&mut out),
+            Solver::Regularised { matrix, normal } => {
+                out = matrix.transposed().apply(&out);
+                normal.solve(&mut out);
+            }
+            Solver::Krylov(preconditioner) => out = preconditioner.apply(&out),
+        }
+        out
+    }
+}

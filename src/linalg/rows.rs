@@ -1,0 +1,343 @@
+//! Dense matrices kept row by row, real and complex, and their LU factors.
+
+use std::ops::{Add, Div, Mul, Sub};
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
+use faer::linalg::lu::partial_pivoting::solve::{
+    solve_transpose_in_place_scratch, solve_transpose_in_place_with_conj,
+};
+use faer::linalg::matmul::matmul;
+use faer::perm::PermRef;
+use faer::traits::ComplexField;
+use faer::{Accum, Conj, MatMut, MatRef, Par};
+use num_complex::Complex64;
+
+use super::{LinalgError, Matrix};
+
+/// Pivots below this share of the largest entry are taken to be rounding of zero.
+const SINGULAR: f64 = 1e-15;
+
+/// A real or complex number.
+pub trait Scalar:
+    ComplexField
+    + Copy
+    + Default
+    + PartialEq
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+{
+    /// The number one.
+    const ONE: Self;
+    /// Absolute value.
+    fn magnitude(self) -> f64;
+}
+
+impl Scalar for f64 {
+    const ONE: f64 = 1.0;
+    fn magnitude(self) -> f64 {
+        self.abs()
+    }
+}
+
+impl Scalar for Complex64 {
+    const ONE: Complex64 = Complex64::new(1.0, 0.0);
+    fn magnitude(self) -> f64 {
+        self.norm()
+    }
+}
+
+/// A dense matrix, row by row: entry (i, j) is at `i * columns + j`. For what is read or gathered by rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RowMatrix<T = f64> {
+    rows: usize,
+    columns: usize,
+    values: Vec<T>,
+}
+
+impl<T: Scalar> RowMatrix<T> {
+    /// Zeros.
+    pub fn zeros(rows: usize, columns: usize) -> RowMatrix<T> {
+        RowMatrix {
+            rows,
+            columns,
+            values: vec![T::default(); rows * columns],
+        }
+    }
+
+    /// The identity.
+    pub fn identity(order: usize) -> RowMatrix<T> {
+        RowMatrix::diagonal(&vec![T::ONE; order])
+    }
+
+    /// From values row by row.
+    ///
+    /// # Errors
+    /// [`LinalgError::Length`] if there are not `rows * columns` of them.
+    pub fn from_rows(rows: usize, columns: usize, values: Vec<T>) -> Result<Self, LinalgError> {
+        if values.len() != rows * columns {
+            return Err(LinalgError::Length {
+                found: values.len(),
+                rows,
+                columns,
+            });
+        }
+        Ok(RowMatrix {
+            rows,
+            columns,
+            values,
+        })
+    }
+
+    /// A diagonal matrix.
+    pub fn diagonal(values: &[T]) -> RowMatrix<T> {
+        let mut matrix = RowMatrix::zeros(values.len(), values.len());
+        for (i, &value) in values.iter().enumerate() {
+            matrix.set(i, i, value);
+        }
+        matrix
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of columns.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// Entry (i, j).
+    pub fn at(&self, i: usize, j: usize) -> T {
+        self.values[i * self.columns + j]
+    }
+
+    /// Sets entry (i, j).
+    pub fn set(&mut self, i: usize, j: usize, value: T) {
+        self.values[i * self.columns + j] = value;
+    }
+
+    /// Row i.
+    pub fn row(&self, i: usize) -> &[T] {
+        &self.values[i * self.columns..][..self.columns]
+    }
+
+    /// Row i, to change.
+    pub fn row_mut(&mut self, i: usize) -> &mut [T] {
+        &mut self.values[i * self.columns..][..self.columns]
+    }
+
+    /// All entries, row by row.
+    pub fn values(&self) -> &[T] {
+        &self.values
+    }
+
+    /// All entries, row by row, to change.
+    pub fn values_mut(&mut self) -> &mut [T] {
+        &mut self.values
+    }
+
+    /// All entries, row by row.
+    pub fn into_values(self) -> Vec<T> {
+        self.values
+    }
+
+    fn view(&self) -> MatRef<'_, T> {
+        MatRef::from_row_major_slice(&self.values, self.rows, self.columns)
+    }
+
+    fn view_mut(&mut self) -> MatMut<'_, T> {
+        MatMut::from_row_major_slice_mut(&mut self.values, self.rows, self.columns)
+    }
+
+    /// The transpose.
+    pub fn transposed(&self) -> RowMatrix<T> {
+        let mut out = RowMatrix::zeros(self.columns, self.rows);
+        for i in 0..self.rows {
+            for (j, &value) in self.row(i).iter().enumerate() {
+                out.set(j, i, value);
+            }
+        }
+        out
+    }
+
+    /// The product with `other`, whose rows are as many as our columns.
+    pub fn times(&self, other: &RowMatrix<T>) -> RowMatrix<T> {
+        let mut out = RowMatrix::zeros(self.rows, other.columns);
+        out.add_product(self, other);
+        out
+    }
+
+    /// `self += a * b`.
+    pub fn add_product(&mut self, a: &RowMatrix<T>, b: &RowMatrix<T>) {
+        let add = Accum::Add;
+        matmul(self.view_mut(), add, a.view(), b.view(), T::ONE, Par::Seq);
+    }
+
+    /// `self += aᵀ * b`.
+    pub fn add_transposed_product(&mut self, a: &RowMatrix<T>, b: &RowMatrix<T>) {
+        let (target, add) = (self.view_mut(), Accum::Add);
+        matmul(
+            target,
+            add,
+            a.view().transpose(),
+            b.view(),
+            T::ONE,
+            Par::Seq,
+        );
+    }
+
+    /// `self += a * bᵀ`.
+    pub fn add_product_transposed(&mut self, a: &RowMatrix<T>, b: &RowMatrix<T>) {
+        let (target, add) = (self.view_mut(), Accum::Add);
+        matmul(
+            target,
+            add,
+            a.view(),
+            b.view().transpose(),
+            T::ONE,
+            Par::Seq,
+        );
+    }
+
+    /// The product with a vector.
+    pub fn apply(&self, vector: &[T]) -> Vec<T> {
+        (0..self.rows)
+            .map(|i| {
+                let products = self.row(i).iter().zip(vector).map(|(&a, &b)| a * b);
+                products.fold(T::default(), |sum, product| sum + product)
+            })
+            .collect()
+    }
+
+    /// LU factors with row exchanges.
+    ///
+    /// # Errors
+    /// [`LinalgError::Singular`] if a pivot is rounding of zero, or an entry is not finite.
+    pub fn factorize(mut self) -> Result<Factors<T>, LinalgError> {
+        let size = self.rows;
+        assert_eq!(size, self.columns, "only square matrices have LU factors");
+        let largest = self.values.iter().fold(0.0, |largest: f64, value| {
+            // A maximum that keeps NaN, so that a poisoned matrix is refused.
+            let size = value.magnitude();
+            if size > largest || size.is_nan() {
+                size
+            } else {
+                largest
+            }
+        });
+        let (mut order, mut place) = (vec![0_usize; size], vec![0_usize; size]);
+        let scratch =
+            lu_in_place_scratch::<usize, T>(size, size, Par::Seq, faer::prelude::default());
+        // Rows are the columns of the transpose: that is what is factorized, in place.
+        lu_in_place(
+            MatMut::from_column_major_slice_mut(&mut self.values, size, size),
+            &mut order,
+            &mut place,
+            Par::Seq,
+            MemStack::new(&mut MemBuffer::new(scratch)),
+            faer::prelude::default(),
+        );
+        for pivot in 0..size {
+            let found = self.at(pivot, pivot).magnitude();
+            if !found.is_finite() || !largest.is_finite() || found <= SINGULAR * largest {
+                return Err(LinalgError::Singular {
+                    size,
+                    pivot,
+                    share: found / largest,
+                });
+            }
+        }
+        Ok(Factors {
+            lu: self,
+            order,
+            place,
+        })
+    }
+}
+
+/// `target += factor * source`.
+pub fn add_scaled<T: Scalar>(target: &mut [T], factor: T, source: &[T]) {
+    for (target, &source) in target.iter_mut().zip(source) {
+        *target = *target + factor * source;
+    }
+}
+
+/// LU factors of a square matrix, with row exchanges.
+#[derive(Debug, Clone)]
+pub struct Factors<T = f64> {
+    /// Factors of the transpose, column by column.
+    lu: RowMatrix<T>,
+    order: Vec<usize>,
+    place: Vec<usize>,
+}
+
+impl<T: Scalar> Factors<T> {
+    fn solve_view(&self, right: MatMut<'_, T>) {
+        let size = self.lu.rows;
+        let lu = MatRef::from_column_major_slice(&self.lu.values, size, size);
+        let scratch = solve_transpose_in_place_scratch::<usize, T>(size, right.ncols(), Par::Seq);
+        solve_transpose_in_place_with_conj(
+            lu,
+            lu,
+            PermRef::new_checked(&self.order, &self.place, size),
+            Conj::No,
+            right,
+            Par::Seq,
+            MemStack::new(&mut MemBuffer::new(scratch)),
+        );
+    }
+
+    /// Replaces `right` by the solution.
+    pub fn solve(&self, right: &mut [T]) {
+        let size = self.lu.rows;
+        self.solve_view(MatMut::from_column_major_slice_mut(right, size, 1));
+    }
+
+    /// Replaces every column of `right` by its solution.
+    pub fn solve_columns(&self, right: &mut RowMatrix<T>) {
+        self.solve_view(right.view_mut());
+    }
+
+    /// The inverse.
+    pub fn inverse(&self) -> RowMatrix<T> {
+        let mut inverse = RowMatrix::identity(self.lu.rows);
+        self.solve_columns(&mut inverse);
+        inverse
+    }
+}
+
+/// Eigenvalues λ, ascending, and vectors of `stiffness` v = λ `mass` v, with vᵀ `mass` v = 1; vector r is column r. Both are
+/// symmetric.
+///
+/// # Errors
+/// [`LinalgError::NotPositiveDefinite`] if the mass is not positive definite, [`LinalgError::NoEigenvalues`].
+pub fn generalised_eigen(
+    stiffness: &RowMatrix,
+    mass: &RowMatrix,
+) -> Result<(Vec<f64>, RowMatrix), LinalgError> {
+    let size = stiffness.rows;
+    let columns = |m: &RowMatrix| Matrix::from_fn(m.rows, m.columns, |i, j| m.at(i, j));
+    let lower = columns(mass).cholesky()?;
+    let mut reduced = columns(stiffness);
+    lower.solve_lower(&mut reduced);
+    lower.solve_upper_right(&mut reduced);
+    let (values, vectors) = reduced.symmetric_eigen()?;
+    // Vᵀ L⁻¹, the rows of which are the vectors wanted.
+    let mut rows = RowMatrix::zeros(size, size);
+    for r in 0..size {
+        let row = rows.row_mut(r);
+        row.copy_from_slice(vectors.column(r));
+        for i in (0..size).rev() {
+            let mut sum = row[i];
+            for k in i + 1..size {
+                sum -= lower[(k, i)] * row[k];
+            }
+            row[i] = sum / lower[(i, i)];
+        }
+    }
+    Ok((values, rows.transposed()))
+}

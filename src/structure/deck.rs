@@ -1,0 +1,312 @@
+//! The resonator as an input deck of CalculiX and Abaqus: its free vibration, solved by another program.
+//!
+//! Everything is in SI: m, N, kg, s, Pa. Nodes and elements are numbered as in the mesh, from 1 instead of 0. The elements are
+//! C3D8I, hexahedra with incompatible modes as [`Formulation::IncompatibleModes`]; nothing is held, so the first six modes are
+//! rigid.
+//!
+//! A contact element's spring acts on the mean of its four relative displacements. A deck has springs between nodes only, and a
+//! quarter of the spring on each pair would also resist what leaves the mean alone (k/4·Σu² is not k·(Σu/4)²). So each contact
+//! element has one more node, without mass: an equation makes its displacement that mean, and the spring holds it to the ground.
+
+use std::collections::{BTreeMap, HashMap};
+use std::f64::consts::TAU;
+use std::fmt::{self, Display, Write};
+
+use crate::structure::StructureError;
+use crate::structure::assembly::{Spring, System};
+use crate::structure::element::Formulation;
+use crate::structure::modes::{ModeOptions, lowest, rigid_modes, shift};
+use crate::structure::reduction::Ports;
+use crate::structure::resonator::{BOLT, MASS_1, MASS_2, ResonatorMesh};
+
+/// Names of the element sets, by part.
+const PARTS: [(usize, &str); 3] = [(MASS_1, "MASS_1"), (MASS_2, "MASS_2"), (BOLT, "BOLT")];
+/// Numbers on a line of a set; the format allows 16.
+const NUMBERS_A_LINE: usize = 12;
+/// Terms on a line of an equation.
+const TERMS_A_LINE: usize = 4;
+/// Faces of a hexahedron by the places of its nodes, in the format's order S1…S6.
+const FACES: [[usize; 4]; 6] = [
+    [0, 1, 2, 3],
+    [4, 7, 6, 5],
+    [0, 4, 5, 1],
+    [1, 5, 6, 2],
+    [2, 6, 7, 3],
+    [3, 7, 4, 0],
+];
+
+/// A free-vibration problem; [`Display`] writes its input deck.
+#[derive(Debug, Clone, Copy)]
+pub struct Deck<'a> {
+    resonator: &'a ResonatorMesh,
+    springs: &'a [[f64; 3]],
+    modes: usize,
+}
+
+impl<'a> Deck<'a> {
+    /// The free vibration of a resonator with springs at its contact elements, `[x, y, z]` for each \[N/m\]; zero is no spring.
+    /// `modes` counts the elastic ones; the six rigid ones come on top. A tied resonator has no contact elements, and takes no
+    /// springs.
+    ///
+    /// # Errors
+    /// A number of springs that is not that of the contact elements, a stiffness that is negative or not finite, no modes.
+    pub fn new(
+        resonator: &'a ResonatorMesh,
+        springs: &'a [[f64; 3]],
+        modes: usize,
+    ) -> Result<Self, StructureError> {
+        if springs.len() != resonator.contacts.len() {
+            return Err(StructureError::DoNotFit {
+                name: "the number of contact springs",
+                value: springs.len() as f64,
+                other: "the number of contact elements",
+                other_value: resonator.contacts.len() as f64,
+                expected: "they must be equal",
+            });
+        }
+        let bad = springs
+            .iter()
+            .flatten()
+            .find(|k| !(**k >= 0.0 && k.is_finite()));
+        if let Some(&value) = bad {
+            return Err(StructureError::OutOfRange {
+                name: "the stiffness of a contact spring",
+                value,
+                expected: "a finite number, zero or more (a tied resonator is the infinite one)",
+            });
+        }
+        if modes == 0 {
+            return Err(StructureError::OutOfRange {
+                name: "the number of modes",
+                value: 0.0,
+                expected: "at least 1",
+            });
+        }
+        Ok(Deck {
+            resonator,
+            springs,
+            modes,
+        })
+    }
+
+    /// What the deck asks for, by our own elements.
+    ///
+    /// # Errors
+    /// Modes that do not converge.
+    pub fn frequencies(&self) -> Result<Frequencies, StructureError> {
+        let ports = Ports::new(&self.resonator.contacts, &[]);
+        let springs: Vec<Spring> = ports
+            .combinations
+            .into_iter()
+            .zip(self.springs.iter().flatten())
+            .filter(|(_, stiffness)| **stiffness > 0.0)
+            .map(|(on, &stiffness)| Spring { on, stiffness })
+            .collect();
+        let mesh = &self.resonator.mesh;
+        let system = System::assemble(mesh, Formulation::IncompatibleModes, &springs)?;
+        let shift = shift(&system);
+        let factor = system.shifted_factor(shift, &system.elimination_order(&[]))?;
+        let rigid =
+            rigid_modes(&system, shift).map_err(|source| StructureError::Factorization {
+                matrix: "the energy of the rigid motions",
+                source,
+            })?;
+        let options = ModeOptions::new(self.modes);
+        let modes = lowest(&system, &factor, shift, &rigid, &options)?;
+        Ok(Frequencies {
+            rigid: rigid.columns(),
+            elastic: modes.omega.iter().map(|omega| omega / TAU).collect(),
+            mass: system.total_mass(),
+        })
+    }
+}
+
+/// Frequencies of a free structure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frequencies {
+    /// Rigid modes.
+    pub rigid: usize,
+    /// Frequencies of the elastic modes \[Hz\], ascending.
+    pub elastic: Vec<f64>,
+    /// Mass of the whole \[kg\].
+    pub mass: f64,
+}
+
+/// A number of the format: CalculiX reads 20 characters of it, and no more digits.
+struct Number(f64);
+
+impl Display for Number {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "{:.11e}", self.0)
+    }
+}
+
+impl Display for Deck<'_> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ResonatorMesh {
+            mesh,
+            contacts,
+            points,
+        } = self.resonator;
+        out.write_str("*HEADING\nLap-joint resonator, free vibration\n")?;
+        out.write_str(
+            "** Units: m, N, kg, s, Pa. Nothing is held: the first six modes are rigid.\n",
+        )?;
+        out.write_str("*NODE, NSET=STRUCTURE\n")?;
+        for (n, x) in mesh.nodes.iter().enumerate() {
+            let [x, y, z] = x.map(Number);
+            writeln!(out, "{}, {x}, {y}, {z}", n + 1)?;
+        }
+        for (m, material) in mesh.materials.iter().enumerate() {
+            let modulus = Number(material.youngs_modulus);
+            let poisson = Number(material.poisson_ratio);
+            let density = Number(material.density);
+            writeln!(out, "*MATERIAL, NAME=MATERIAL_{}", m + 1)?;
+            writeln!(out, "*ELASTIC\n{modulus}, {poisson}")?;
+            writeln!(out, "*DENSITY\n{density}")?;
+        }
+        for (part, name) in PARTS {
+            self.elements(out, part, name)?;
+        }
+        for point in points {
+            let name = point.name.to_uppercase();
+            writeln!(out, "** {name}: the mean of its nodes, weighted by")?;
+            for (node, weight) in &point.weights {
+                writeln!(out, "** {}, {weight:.9}", node + 1)?;
+            }
+            node_set(out, &name, point.weights.iter().map(|w| w.0).collect())?;
+        }
+        if !contacts.is_empty() {
+            self.contact_faces(out)?;
+            self.contact_springs(out)?;
+        }
+        let modes = self.modes + 6;
+        writeln!(out, "*STEP\n*FREQUENCY\n{modes}\n*END STEP")
+    }
+}
+
+/// Writes a set of nodes, given from 0, in ascending order.
+fn node_set(out: &mut fmt::Formatter<'_>, name: &str, mut nodes: Vec<usize>) -> fmt::Result {
+    nodes.sort_unstable();
+    nodes.dedup();
+    writeln!(out, "*NSET, NSET={name}")?;
+    for line in nodes.chunks(NUMBERS_A_LINE) {
+        let numbers: Vec<String> = line.iter().map(|n| (n + 1).to_string()).collect();
+        writeln!(out, "{}", numbers.join(", "))?;
+    }
+    Ok(())
+}
+
+impl Deck<'_> {
+    /// The elements of a part, and the section of each material among them.
+    fn elements(&self, out: &mut fmt::Formatter<'_>, part: usize, name: &str) -> fmt::Result {
+        let mesh = &self.resonator.mesh;
+        for material in 0..mesh.materials.len() {
+            let own: Vec<usize> = (0..mesh.elements.len())
+                .filter(|&e| mesh.elements[e].part == part && mesh.elements[e].material == material)
+                .collect();
+            if own.is_empty() {
+                continue;
+            }
+            writeln!(out, "*ELEMENT, TYPE=C3D8I, ELSET={name}")?;
+            for e in own {
+                write!(out, "{}", e + 1)?;
+                for node in mesh.elements[e].nodes {
+                    write!(out, ", {}", node + 1)?;
+                }
+                out.write_char('\n')?;
+            }
+            let material = format!("MATERIAL_{}", material + 1);
+            writeln!(out, "*SOLID SECTION, ELSET={name}, MATERIAL={material}")?;
+        }
+        Ok(())
+    }
+
+    /// Nodes and element faces on both sides of the contact plane.
+    fn contact_faces(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ResonatorMesh { mesh, contacts, .. } = self.resonator;
+        let mut faces = HashMap::new();
+        for (e, element) in mesh.elements.iter().enumerate() {
+            for (f, places) in FACES.iter().enumerate() {
+                let mut nodes = places.map(|p| element.nodes[p]);
+                nodes.sort_unstable();
+                faces.insert(nodes, (e, f));
+            }
+        }
+        let lower = contacts.iter().map(|c| c.pairs.map(|pair| pair.0));
+        let upper = contacts.iter().map(|c| c.pairs.map(|pair| pair.1));
+        let sides: [(&str, Vec<[usize; 4]>); 2] = [
+            ("CONTACT_LOWER", lower.collect()),
+            ("CONTACT_UPPER", upper.collect()),
+        ];
+        for (name, side) in sides {
+            node_set(out, name, side.iter().flatten().copied().collect())?;
+            writeln!(out, "*SURFACE, NAME={name}_FACES, TYPE=ELEMENT")?;
+            for mut nodes in side {
+                nodes.sort_unstable();
+                // A facing quadrilateral is a face of the element it was made from.
+                if let Some((element, face)) = faces.get(&nodes) {
+                    writeln!(out, "{}, S{}", element + 1, face + 1)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The nodes without mass, their equations and the springs that hold them.
+    fn contact_springs(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ResonatorMesh { mesh, contacts, .. } = self.resonator;
+        out.write_str(
+            "** Each contact element's mean relative displacement, upper minus lower, is that of a node of its own.\n",
+        )?;
+        // A node that nothing holds would make the stiffness singular; one without a spring stays out.
+        let mut held = Vec::new();
+        for (contact, springs) in contacts.iter().zip(self.springs) {
+            if springs.iter().any(|k| *k > 0.0) {
+                held.push((mesh.nodes.len() + 1 + held.len(), contact, springs));
+            }
+        }
+        if held.is_empty() {
+            return Ok(());
+        }
+        out.write_str("*NODE, NSET=CONTACT_MEANS\n")?;
+        for (node, contact, _) in &held {
+            let [x, y] = contact.centre.map(Number);
+            writeln!(out, "{node}, {x}, {y}, {}", Number(0.0))?;
+        }
+        // Springs of one direction and stiffness make a set; the bits of a positive number are in its order.
+        let mut sets: BTreeMap<(usize, u64), Vec<usize>> = BTreeMap::new();
+        for (node, contact, springs) in &held {
+            let share = 1.0 / contact.pairs.len() as f64;
+            for axis in 1..=3 {
+                let stiffness = springs[axis - 1];
+                if stiffness == 0.0 {
+                    continue;
+                }
+                let mut terms = vec![format!("{node}, {axis}, -1.0")];
+                for (lower, upper) in contact.pairs {
+                    terms.push(format!("{}, {axis}, {share:?}", upper + 1));
+                    terms.push(format!("{}, {axis}, {:?}", lower + 1, -share));
+                }
+                writeln!(out, "*EQUATION\n{}", terms.len())?;
+                for line in terms.chunks(TERMS_A_LINE) {
+                    writeln!(out, "{}", line.join(", "))?;
+                }
+                let set = sets.entry((axis, stiffness.to_bits())).or_default();
+                set.push(*node);
+            }
+        }
+        let mut element = mesh.elements.len();
+        for (s, ((axis, bits), nodes)) in sets.iter().enumerate() {
+            let name = format!("SPRINGS_{}", s + 1);
+            writeln!(out, "*ELEMENT, TYPE=SPRING1, ELSET={name}")?;
+            for node in nodes {
+                element += 1;
+                writeln!(out, "{element}, {node}")?;
+            }
+            let stiffness = Number(f64::from_bits(*bits));
+            writeln!(out, "*SPRING, ELSET={name}\n{axis}\n{stiffness}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,318 @@
+#!/usr/bin/env python3
+"""Compare forced responses of small friction oscillators with those of pyHarm.
+
+    python tests/peers/pyharm.py --program target/release/fretwear [--all] [FOLDER]
+
+Wants the packages pyHarm-os and pyarrow. Each case is a scene that `fretwear run` solves and the same oscillator solved by
+pyHarm at the same frequencies, harmonics and samples a cycle, from the same start of the slider. Printed are some points of
+both, or all of them with --all. Scenes and runs go into FOLDER, a temporary one without.
+
+Where both programs have the same law they agree to rounding. They differ in two ways, and the cases keep to what both can do:
+
+- pyHarm turns the friction force towards the motion once a sample (an error of first order in the time step), fretwear
+  integrates the turning over the step (second order). On the orbit, pyHarm is extrapolated from two numbers of samples. It
+  also marches three cycles to the steady one, too few for an element that hardly slips: the orbit's range leaves that out.
+- The three-dimensional element of pyHarm does not open: without load its normal force jumps to zero instead of minus the
+  preload, and friction stays. Without preload it has no friction. So lift-off is compared for the normal direction alone, with
+  pyHarm's unilateral spring preloaded by a gap below zero and a constant force.
+"""
+
+import argparse
+import cmath
+import importlib
+import json
+import logging
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+
+# The oscillator of all cases, unless a case says otherwise.
+MASS = 1.0  # kg
+STIFFNESS = (4.0e4, 3.5e4, 5.0e4)  # N/m
+KT, KN, MU = 2.0e4, 3.0e4, 0.5  # N/m, N/m, 1
+LIGHT = (4.0, 4.0, 4.0)  # N s/m
+# Opening bends the resonance over; with so much damping there is one response at each frequency still.
+HEAVY = (4.0, 4.0, 60.0)  # N s/m
+HARMONICS = 5
+SAMPLES = 512
+AXES = "xyz"
+
+# Both solve the same algebraic equations, fretwear to a relative correction of 1e-10.
+SAME = 1e-8
+# Residual at which a solution of pyHarm counts [N]; it says "converged" of a first point whatever it is.
+SOLVED = 1e-8
+# On the orbit: what the extrapolation and fretwear's own samples leave.
+EXTRAPOLATED = 5e-5
+
+
+@dataclass
+class Force:
+    amplitude: float  # N
+    direction: str
+    phase: float = 0.0  # degrees, lead
+
+
+@dataclass
+class Case:
+    name: str
+    what: str
+    forces: list
+    element: dict
+    """pyHarm's contact element."""
+    response: str = "x"
+    frequency: tuple = (30.0, 42.0)  # Hz
+    points: int = 61
+    damping: tuple = LIGHT
+    normal_load: float = 10.0  # N
+    gap: float = 0.0  # m
+    samples: int = SAMPLES
+    opens_along_z: bool = False
+    """pyHarm's element takes a normal displacement that opens the contact as positive."""
+    constant_force: float = 0.0
+    """pyHarm alone: along z [N]."""
+    extrapolate: bool = False
+    tolerance: float = SAME
+    harmonics: list = field(default_factory=lambda: list(range(HARMONICS + 1)))
+
+
+JENKINS = {"type": "Jenkins", "mu": MU, "N0": 10.0, "k": KT}
+PENALTY_3D = {"type": "Penalty3D", "dirs": [2, 0, 1], "mu": MU, "N0": 10.0, "g": 0.0, "k_n": KN, "k_t": KT}
+UNILATERAL = {"type": "PenaltyUnilateralGap", "dirs": [2], "k": KN}
+
+CASES = [
+    Case(
+        "stick_slip",
+        "one direction, constant load: below, at and above the onset of slip",
+        [Force(5.0, "x")],
+        JENKINS | {"dirs": [0]},
+    ),
+    Case(
+        "full_slip",
+        "one direction, constant load: slips through at the resonance",
+        [Force(8.0, "x")],
+        JENKINS | {"dirs": [0]},
+    ),
+    Case(
+        "varying_load",
+        "tangential and normal force with a lag: friction limit and slip vary together, nothing opens",
+        [Force(5.0, "x"), Force(3.0, "z", 40.0)],
+        PENALTY_3D,
+        opens_along_z=True,
+    ),
+    Case(
+        "orbit",
+        "two tangential forces with a lag, constant load: the friction force turns",
+        [Force(5.0, "x"), Force(4.0, "y", -70.0)],
+        JENKINS | {"dirs": [0, 1]},
+        frequency=(32.0, 39.0),
+        points=29,
+        samples=1024,
+        extrapolate=True,
+        tolerance=EXTRAPOLATED,
+    ),
+    Case(
+        "gap",
+        "normal direction alone: open at rest, closes in the cycle",
+        [Force(24.0, "z")],
+        UNILATERAL | {"g": 3.0e-4},
+        response="z",
+        frequency=(30.0, 60.0),
+        damping=HEAVY,
+        normal_load=0.0,
+        gap=3.0e-4,
+    ),
+    Case(
+        "lift_off",
+        "normal direction alone: preloaded, opens in the cycle",
+        [Force(12.0, "z")],
+        UNILATERAL | {"g": -10.0 / KN},
+        response="z",
+        frequency=(30.0, 60.0),
+        damping=HEAVY,
+        constant_force=10.0,
+    ),
+]
+
+
+def scene(case):
+    """The scene of a case, as TOML."""
+    forces = ", ".join(
+        f'{{ amplitude = "{force.amplitude} N", direction = "{force.direction}", phase = "{force.phase} deg" }}'
+        for force in case.forces
+    )
+
+    def three(values, unit):
+        return json.dumps([f"{value} {unit}" for value in values])
+
+    preload = f'normal_load = "{case.normal_load} N"' if case.gap == 0.0 else f'gap = "{case.gap} m"'
+    return f"""\
+title = "{case.what}"
+[structure]
+kind = "oscillator"
+mass = "{MASS} kg"
+damping = {three(case.damping, "N s/m")}
+stiffness = {three(STIFFNESS, "N/m")}
+[contact]
+kt = "{KT} N/m"
+kn = "{KN} N/m"
+friction_coefficient = {MU}
+{preload}
+[dynamics]
+force = [{forces}]
+response = {{ direction = "{case.response}" }}
+harmonics = {case.harmonics}
+frequency = ["{case.frequency[0]} Hz", "{case.frequency[1]} Hz"]
+points = {case.points}
+[fidelity]
+aft_samples = {case.samples}
+"""
+
+
+def by_fretwear(program, case, folder):
+    """Frequencies [Hz] and complex amplitudes [m], a lag being a negative argument; through the command line and Parquet."""
+    (folder / f"{case.name}.toml").write_text(scene(case), encoding="utf-8")
+    command = [program, "run", f"{case.name}.toml", "--run", case.name, "--json", "--quiet"]
+    subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
+    path = folder / case.name / "iterations" / "wear_iteration=0" / "frf.parquet"
+    table = pq.ParquetFile(path).read()
+    column = {name: table.column(name).to_numpy() for name in ("frequency", "amplitude", "phase_lag")}
+    order = np.argsort(column["frequency"])
+    assert len(order) == case.points, f"{path} has {len(order)} points of {case.points}"
+    response = column["amplitude"] * np.exp(-1j * column["phase_lag"])
+    return column["frequency"][order], response[order]
+
+
+def load_pyharm(folder):
+    """Some of its elements are in JAX, which computes with 32 bits, and it writes settings into the home and working folders."""
+    os.environ["JAX_ENABLE_X64"] = "1"
+    os.environ["HOME"] = str(folder)
+    os.chdir(folder)
+    warnings.filterwarnings("ignore", message=".*is faster on contiguous arrays.*")
+    logging.disable(logging.CRITICAL)
+    return importlib.import_module("pyHarm")
+
+
+def pyharm_problem(case, samples, frequencies):
+    """pyHarm's input: one node with three degrees of freedom, its forces and its contact to the ground."""
+    at = {"mass": [0]}
+    connectors = {"contact": case.element | {"connect": dict(at)}}
+    if case.constant_force:
+        connectors["constant"] = {
+            "type": "GOForcing", "connect": dict(at), "dirs": [2], "ho": 0, "dto": 0, "amp": case.constant_force,
+        }
+    for number, force in enumerate(case.forces):
+        axis = AXES.index(force.direction)
+        sign = -1.0 if case.opens_along_z and axis == 2 else 1.0
+        connectors[f"force_{number}"] = {
+            "type": "GOForcing", "connect": dict(at), "dirs": [axis], "ho": 1, "dto": 0,
+            # It applies cos(phi) cos(wt) + sin(phi) sin(wt): phi is a lag.
+            "amp": sign * force.amplitude, "phi": -math.radians(force.phase),
+        }
+    matrices = {"M": MASS * np.eye(3), "C": np.diag(case.damping), "K": np.diag(STIFFNESS)}
+    return {
+        "system": {"type": "Base", "nh": case.harmonics[-1], "nti": samples},
+        "substructures": {"mass": {"matrix": matrices, "ndofs": 3}},
+        "connectors": connectors,
+        "analysis": {
+            "response": {
+                "study": "frf",
+                "verbose": False,
+                "solver": "scipyroot",
+                "solver_options": {"root": {"method": "hybr", "options": {"xtol": 1e-12, "maxfev": 2000}}},
+                "puls_inf": math.tau * frequencies[0],
+                "puls_sup": math.tau * frequencies[-1],
+            }
+        },
+    }
+
+
+def by_pyharm(pyharm, case, samples, frequencies):
+    """Complex amplitudes [m] at the frequencies, relative to the phase of the first force."""
+    maestro = pyharm.Maestro(pyharm_problem(case, samples, frequencies))
+    analysis = maestro.nls["response"]
+    dofs = maestro.system.expl_dofs
+    axis = AXES.index(case.response)
+
+    def place(part):
+        return dofs[(dofs["harm"] == 1) & (dofs["dof_num"] == axis) & (dofs["cs"] == part)].index[0]
+
+    cosine, sine = place("c"), place("s")
+    states, responses = [], []
+    for frequency in frequencies:
+        # Along the secant, from the last point, from the linear response, from rest.
+        starts = [2.0 * states[-1] - states[-2]] if len(states) > 1 else []
+        starts += states[-1:] + [None, "null"]
+        residuals = []
+        for start in starts:
+            analysis.analysis_options["puls_start"] = math.tau * frequency
+            analysis.SolList = []
+            analysis.initialise(start)
+            solution = analysis.SolList[-1]
+            residuals.append(float(np.linalg.norm(solution.R_solver)))
+            if residuals[-1] <= SOLVED:
+                break
+        else:
+            sys.exit(f"{case.name}: pyHarm finds no solution at {frequency} Hz; residuals {residuals} N")
+        states.append(solution.x[:-1].copy())
+        responses.append(states[-1][cosine] - 1j * states[-1][sine])
+    turn = -1.0 if case.opens_along_z and case.response == "z" else 1.0
+    return turn * np.array(responses) * cmath.exp(-1j * math.radians(case.forces[0].phase))
+
+
+def compare(pyharm, case, arguments, folder):
+    """Solves a case by both programs and prints it; returns the largest relative difference."""
+    started = time.monotonic()
+    frequencies, ours = by_fretwear(arguments.program, case, folder)
+    middle = time.monotonic()
+    theirs = by_pyharm(pyharm, case, case.samples, frequencies)
+    note = ""
+    if case.extrapolate:
+        coarse = np.max(np.abs(ours / theirs - 1.0))
+        fine = by_pyharm(pyharm, case, 2 * case.samples, frequencies)
+        note = f"; pyHarm extrapolated from {case.samples} and {2 * case.samples} samples, {coarse:.1e} apart at {case.samples}"
+        theirs = 2.0 * fine - theirs
+    ended = time.monotonic()
+    difference = np.abs(ours / theirs - 1.0)
+    largest = float(np.max(difference))
+
+    print(f"\n{case.name}: {case.what}")
+    print("  frequency    amplitude [um]            phase lag [rad]         difference")
+    print("       [Hz]    fretwear     pyHarm       fretwear     pyHarm     relative")
+    shown = range(len(frequencies)) if arguments.all else range(0, len(frequencies), max(1, len(frequencies) // 6))
+    for i in shown:
+        amplitudes = f"{1e6 * abs(ours[i]):11.5f} {1e6 * abs(theirs[i]):11.5f}"
+        lags = f"{-cmath.phase(ours[i]):11.6f} {-cmath.phase(theirs[i]):11.6f}"
+        print(f"  {frequencies[i]:9.4f}  {amplitudes}   {lags}    {difference[i]:8.1e}")
+    verdict = "agree" if largest <= case.tolerance else "DISAGREE"
+    print(f"  {verdict}: {largest:.1e} at most of {len(frequencies)} points, {case.tolerance:.0e} allowed{note}")
+    print(f"  fretwear {middle - started:.1f} s, pyHarm {ended - middle:.1f} s")
+    return largest <= case.tolerance
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--program", required=True, help="the fretwear program")
+    parser.add_argument("--all", action="store_true", help="print every point")
+    parser.add_argument("folder", nargs="?", metavar="FOLDER", help="where scenes and runs go")
+    arguments = parser.parse_args()
+    arguments.program = str(Path(arguments.program).resolve())
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(arguments.folder or temporary).resolve()
+        folder.mkdir(parents=True, exist_ok=True)
+        pyharm = load_pyharm(folder)
+        apart = [case.name for case in CASES if not compare(pyharm, case, arguments, folder)]
+    if apart:
+        sys.exit(f"pyHarm and fretwear disagree on {', '.join(apart)}")
+
+
+if __name__ == "__main__":
+    main()
