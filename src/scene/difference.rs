@@ -14,8 +14,15 @@ const LEFT_OUT: [(&str, &str); 4] = [
     ("motion", "path"),
 ];
 
-/// Fields of the resonator that other sections give.
-const GIVEN_ELSEWHERE: [&str; 5] = ["lap_length", "arm_height", "lap_cells", "material", "tied"];
+/// Fields of the resonator that follow from other sections. They are in the canonical form, so that its `structure` is complete
+/// in itself, and they are no difference of their own.
+const FOLLOWING: [&str; 5] = [
+    "structure.lap_length",
+    "structure.arm_height",
+    "structure.lap_cells",
+    "structure.material",
+    "structure.tied",
+];
 
 /// See [`Scene::canonical`].
 pub(super) fn canonical(scene: &Scene) -> Value {
@@ -43,8 +50,7 @@ fn as_keys(scene: &mut Value) {
     };
     for (name, inner) in [("structure", "geometry"), ("contact", "given")] {
         if let Some((mut outer, Value::Object(found))) = section(scene, name, inner) {
-            let own = |key: &String| !GIVEN_ELSEWHERE.contains(&key.as_str());
-            outer.extend(found.into_iter().filter(|(key, _)| own(key)));
+            outer.extend(found);
             scene[name] = Value::Object(outer);
         }
     }
@@ -111,6 +117,9 @@ pub fn differences(a: &Value, b: &Value) -> Vec<Difference> {
 
 /// Every leaf with its dotted key. A null is a key that is not given.
 fn flatten(prefix: &str, value: &Value, leaf: &mut impl FnMut(String, String)) {
+    if FOLLOWING.contains(&prefix) {
+        return;
+    }
     match value {
         Value::Object(object) => {
             for (name, inner) in object {

@@ -12,6 +12,20 @@ use super::{CASE, Folder, OSCILLATOR, ROUGH, SPRINGS, Sections, case_with};
 /// Rounding of a natural frequency: a few operations.
 const ROUNDING: f64 = 1e-14;
 
+/// The resonator without a contact.
+const BONDED: &str = r#"[joint]
+size = ["40 mm", "38 mm"]
+[material]
+youngs_modulus = "198.4 GPa"
+poisson_ratio = 0.3
+density = "7949 kg/m^3"
+[structure]
+kind = "resonator"
+[dynamics]
+force = { amplitude = "1000 N" }
+frequency = ["900 Hz", "1050 Hz"]
+"#;
+
 fn of(text: &str, sets: &[&str]) -> Scene {
     Folder::new()
         .with("case.toml", text)
@@ -211,10 +225,7 @@ fn a_bolt_loosens_only_with_wear() {
 
 #[test]
 fn without_contact_the_joint_is_bonded() {
-    let start = SPRINGS.find("[contact]").expect("a contact");
-    let end = SPRINGS.find("[structure]").expect("a structure");
-    let bonded = format!("{}{}", &SPRINGS[..start], &SPRINGS[end..]);
-    let scene = of(&bonded, &[]);
+    let scene = of(BONDED, &[]);
     assert!(scene.contact.is_none() && resonator(&scene).tied);
 }
 
@@ -494,6 +505,26 @@ fn differences_have_the_names_of_keys() {
         ),
         ["dynamics.frequency", "structure.mass"]
     );
+}
+
+/// Whatever the structure is built from is in that section of the canonical form, which stands for it in a key of stored results.
+#[test]
+fn the_canonical_structure_is_complete() {
+    let structure = |text: &str, sets: &[&str]| of(text, sets).canonical()["structure"].clone();
+    let plain = structure(ROUGH, &[]);
+    for set in [
+        "joint.size=[\"41 mm\", \"38 mm\"]",
+        "joint.size=[\"40 mm\", \"39 mm\"]",
+        "joint.elements=[21, 21]",
+        "material.youngs_modulus=200 GPa",
+        "material.poisson_ratio=0.29",
+        "material.density=7950 kg/m^3",
+        "structure.head_cells=3",
+    ] {
+        assert_ne!(structure(ROUGH, &[set]), plain, "{set}");
+    }
+    assert_eq!(structure(ROUGH, &["surface.rq=1 um"]), plain);
+    assert_ne!(structure(SPRINGS, &[]), structure(BONDED, &[]));
 }
 
 #[test]
