@@ -7,17 +7,25 @@
 //! *Start of the slider.* A mean tangential force can be locked in by friction, so the mean is unique only together with a
 //! history. It is this one: at the preloaded state u = 0 and w = 0; from there to the first sample in one step, then cycle after
 //! cycle to the steady one. Between samples the displacement goes straight and the load changes linearly, for which the law is
-//! integrated exactly.
+//! integrated exactly. Where the march closes slowly, the steady cycle is the fixed point of the force over one cycle, found by
+//! Newton's method; it is that of the march as long as the element slips in it.
 
 use super::DynamicsError;
 use super::aft::{Closure, Derivative, InterfaceElement};
 use super::slider::{self, Dual, INPUTS, Number, Step};
 
-/// Cycles marched at most. The memory of most motions is gone after one; an element that slips by much less than it stretches
-/// forgets a force across its motion over dozens, and what is left of that is reported as its closure.
-const MOST_CYCLES: usize = 12;
-/// Change of the force over a cycle, relative to its largest value, at which the cycle is steady: rounding.
-const STEADY: f64 = 1e-13;
+/// Cycles marched one after the other. The memory of most motions is gone after one; an element that slips by much less than it
+/// stretches forgets a force across its motion over hundreds, and from here on its steady cycle is looked for.
+const PLAIN_CYCLES: usize = 4;
+/// Cycles at most until the steady one is found.
+const MOST_CYCLES: usize = 2000;
+/// A guess of the steady force is taken if it changes over a cycle by less than this share of the change before.
+const BETTER: f64 = 0.8;
+/// Change of the force over a cycle, relative to its largest value, at which the cycle is steady: rounding over its samples.
+const STEADY: f64 = 1e-12;
+
+/// Determinant of 1 − A below which a cycle forgets nothing; that of a force which decays over 1e5 cycles is larger.
+const FORGETS: f64 = 1e-6;
 
 /// How friction limits the two tangential forces of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
@@ -258,7 +266,7 @@ struct Lap {
 type Slopes = [[f64; INPUTS]; 2];
 
 impl March<'_> {
-    /// From the preload to the steady cycle, with derivatives along the whole way.
+    /// From the preload to the steady cycle, with derivatives.
     fn run(&self, force: &mut [[f64; 3]], mut derivative: Option<&mut Derivative<'_>>) -> Closure {
         let Some(&last) = self.displacement.last() else {
             return Closure::EXACT;
@@ -266,8 +274,7 @@ impl March<'_> {
         let mut tangent = vec![0.0; derivative.as_ref().map_or(0, |d| 6 * d.coefficients)];
         let mut slopes = Vec::new();
         let (mut start, mut from) = ([0.0; 2], [0.0; 3]);
-        let mut closure = Closure::EXACT;
-        for cycle in 1..=MOST_CYCLES {
+        for cycle in 1..=PLAIN_CYCLES {
             let lap = match derivative.as_deref_mut() {
                 None => self.lap(start, from, force),
                 Some(derivative) => {
@@ -276,24 +283,80 @@ impl March<'_> {
                     lap
                 }
             };
-            let change = (lap.end[0] - start[0]).hypot(lap.end[1] - start[1]);
-            closure = Closure {
-                cycles: cycle,
-                change: if lap.largest > 0.0 {
-                    change / lap.largest
-                } else {
-                    0.0
-                },
-            };
             // Without slip the next cycle is this one; after the first, the start was the preload rather than a cycle.
-            if lap.stuck || lap.largest == 0.0 {
-                closure.change = 0.0;
-                break;
-            }
-            if cycle > 1 && closure.change <= STEADY {
-                break;
+            let closure = lap.closure(cycle, start);
+            if closure.change == 0.0 || cycle > 1 && closure.change <= STEADY {
+                return closure;
             }
             (start, from) = (lap.end, last);
+        }
+        self.settle(start, last, force, &mut slopes, derivative, tangent)
+    }
+
+    /// The steady cycle near the force `start` at its beginning; `tangent` is the derivative of that force.
+    fn settle(
+        &self,
+        mut start: [f64; 2],
+        last: [f64; 3],
+        force: &mut [[f64; 3]],
+        slopes: &mut Vec<Slopes>,
+        derivative: Option<&mut Derivative<'_>>,
+        mut tangent: Vec<f64>,
+    ) -> Closure {
+        let mut cycle = PLAIN_CYCLES;
+        // After a guess that was none, so many cycles are marched before the next.
+        let (mut wait, mut patience) = (0_usize, 1_usize);
+        let (lap, closure) = loop {
+            let lap = if wait > 0 {
+                self.lap(start, last, force)
+            } else {
+                self.lap_with_slopes(start, last, force, slopes)
+            };
+            cycle += 1;
+            let closure = lap.closure(cycle, start);
+            if closure.change <= STEADY || cycle >= MOST_CYCLES {
+                break (lap, closure);
+            }
+            let change = [lap.end[0] - start[0], lap.end[1] - start[1]];
+            start = lap.end;
+            if wait > 0 {
+                wait -= 1;
+                continue;
+            }
+            let before = [lap.end[0] - change[0], lap.end[1] - change[1]];
+            let guess = unforgotten(slopes).and_then(|map| {
+                let jump = map.map(|row| row[0] * change[0] + row[1] * change[1]);
+                // Where slip is about to end, the whole way leads to where there is none: any force is steady there, but it is not
+                // the one that the march leads to.
+                [1.0, 0.5, 0.25].into_iter().find_map(|share| {
+                    let guess = [before[0] + share * jump[0], before[1] + share * jump[1]];
+                    let there = self.lap(guess, last, force);
+                    cycle += 1;
+                    let left = [there.end[0] - guess[0], there.end[1] - guess[1]];
+                    let better = slider::magnitude(left) <= BETTER * slider::magnitude(change);
+                    (!there.stuck && better).then_some(there.end)
+                })
+            });
+            match guess {
+                Some(end) => (start, patience) = (end, 1),
+                None => (wait, patience) = (patience, 2 * patience),
+            }
+        };
+        if let Some(derivative) = derivative {
+            self.lap_with_slopes(start, last, force, slopes);
+            // The derivative of a fixed point forgets how it was found. Where it remembers, that of the march is the best there is.
+            if !lap.stuck
+                && let Some(map) = unforgotten(slopes)
+            {
+                tangent.fill(0.0);
+                self.propagate(slopes, true, &mut tangent, derivative);
+                let (first, second) = tangent.split_at_mut(3 * derivative.coefficients);
+                for (a, b) in first.iter_mut().zip(second) {
+                    let ends = [*a, *b];
+                    [*a, *b] = map.map(|row| row[0] * ends[0] + row[1] * ends[1]);
+                }
+            }
+            self.propagate(slopes, true, &mut tangent, derivative);
         }
         closure
     }
@@ -408,7 +471,38 @@ impl March<'_> {
     }
 }
 
+/// (1 − A)⁻¹, with A the derivative of the force at the end of a cycle with respect to that at its beginning; none if a cycle
+/// forgets nothing of it.
+fn unforgotten(slopes: &[Slopes]) -> Option<[[f64; 2]; 2]> {
+    let mut a = [[1.0, 0.0], [0.0, 1.0]];
+    for [x, y] in slopes {
+        a = [x, y].map(|row| [0, 1].map(|c| row[0] * a[0][c] + row[1] * a[1][c]));
+    }
+    let m = [[1.0 - a[0][0], -a[0][1]], [-a[1][0], 1.0 - a[1][1]]];
+    let determinant = m[0][0] * m[1][1] - m[0][1] * m[1][0];
+    (determinant.abs() > FORGETS).then(|| {
+        [
+            [m[1][1] / determinant, -m[0][1] / determinant],
+            [-m[1][0] / determinant, m[0][0] / determinant],
+        ]
+    })
+}
+
 impl Lap {
+    /// How well a lap from the force `start` closes.
+    fn closure(&self, cycles: usize, start: [f64; 2]) -> Closure {
+        let change = slider::magnitude([self.end[0] - start[0], self.end[1] - start[1]]);
+        Closure {
+            cycles,
+            change: if self.stuck || self.largest == 0.0 {
+                0.0
+            } else {
+                change / self.largest
+            },
+            largest: self.largest,
+        }
+    }
+
     fn new(start: [f64; 2]) -> Lap {
         Lap {
             end: start,

@@ -13,6 +13,8 @@ use super::{DynamicsError, Harmonics};
 
 /// Mean force on an unsupported motion, relative to the forces it is the balance of, that is rounding.
 const UNSUPPORTED: f64 = 1e-7;
+/// Change of a friction force over a cycle, relative to the largest of the joint, up to which it is a steady one.
+const CLOSED: f64 = 1e-6;
 /// Least increment of the load on the way to a state that Newton's method does not reach at once.
 const LEAST_INCREMENT: f64 = 1e-4;
 
@@ -101,8 +103,7 @@ pub struct Response {
     pub iterations: usize,
     /// Relative Newton correction left.
     pub correction: f64,
-    /// Largest change of a friction force from one cycle to the next, relative to itself: what the march from the preload left of
-    /// a force across the motion of elements that hardly slip.
+    /// Largest change of a friction force from one cycle to the next, relative to the largest friction force of the joint.
     pub closure: f64,
     /// Energy per cycle.
     pub energy: Energy,
@@ -430,19 +431,31 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// Contact forces of every element from the converged displacements, and the worst closure.
-    pub(super) fn contact_forces(&self, contact: &[f64], active: &[bool]) -> (Vec<f64>, f64) {
+    /// Contact forces of every element from the converged displacements, and the worst change from one cycle to the next, relative to
+    /// the largest friction force of the joint.
+    ///
+    /// # Errors
+    /// [`DynamicsError::NotClosed`].
+    fn contact_forces(
+        &self,
+        contact: &[f64],
+        active: &[bool],
+    ) -> Result<(Vec<f64>, f64), DynamicsError> {
         let n = self.harmonics().coefficients();
         let width = 3 * n;
         let mut force = vec![0.0; contact.len()];
         let mut work: Workspace = self.sampling.workspace();
-        let mut worst = 0.0_f64;
+        let (mut worst, mut largest) = ((0.0_f64, 0, 0), 0.0_f64);
         for (index, element) in self.elements.iter().enumerate() {
             let u = &contact[index * width..][..width];
             let f = &mut force[index * width..][..width];
             if active[index] {
                 let closure = self.sampling.evaluate(element, u, f, None, &mut work);
-                worst = worst.max(closure.change);
+                let change = closure.change * closure.largest;
+                largest = largest.max(closure.largest);
+                if change > worst.0 {
+                    worst = (change, index, closure.cycles);
+                }
             } else {
                 for d in 0..3 {
                     for c in 0..n {
@@ -451,7 +464,17 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 }
             }
         }
-        (force, worst)
+        let (change, element, cycles) = worst;
+        let change = if change > 0.0 { change / largest } else { 0.0 };
+        if change > CLOSED {
+            return Err(DynamicsError::NotClosed {
+                element,
+                change,
+                cycles,
+                tolerance: CLOSED,
+            });
+        }
+        Ok((force, change))
     }
 
     /// The response of a converged state; `displacement` is that of all ports.
@@ -465,7 +488,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     ) -> Result<Response, DynamicsError> {
         let harmonics = self.harmonics();
         let n = harmonics.coefficients();
-        let (force, closure) = self.contact_forces(&state.contact, &state.active);
+        let (force, closure) = self.contact_forces(&state.contact, &state.active)?;
         // All forces on the closed structure: loads, and contact forces beyond the reference.
         let mut ports = self.load_ports.clone();
         let mut rows: Vec<f64> = self.load_rows.iter().map(|f| factor * f).collect();
