@@ -1,5 +1,6 @@
 //! Runs as a whole: killed, stopped, continued, branched, damaged; and what the tables of all kinds of runs say.
 
+mod checkpoint;
 mod faults;
 mod kill;
 mod kinds;
