@@ -46,6 +46,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         // The last one measured, for the error.
         let mut reached = f64::INFINITY;
         let mut spent = 0;
+        // A resonance that is missed is tried again from nearer; at a given frequency there may be nothing nearer.
+        let patience = match condition {
+            Condition::Frequency => 2 * PATIENCE,
+            Condition::Linear { .. } => PATIENCE,
+        };
         let (mut least, mut since) = (f64::INFINITY, 0);
         for iteration in 0..=self.settings.most_iterations {
             spent = iteration;
@@ -85,7 +90,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             // A state that gains nothing over many steps is a cycle between two sides of a kink.
             if before < 0.5 * least {
                 (least, since) = (before, iteration);
-            } else if iteration - since >= PATIENCE {
+            } else if iteration - since >= patience {
                 break;
             }
             if reach.size(&step) <= self.settings.tolerance && before <= self.settings.tolerance {

@@ -54,7 +54,8 @@ fn the_published_case_goes_on_from_its_checkpoint() {
         "the contact elements are renewed on the way"
     );
 
-    let inputs = Inputs::of(load(&root.join("scene.toml"), &[]).expect("the scene")).expect("inputs");
+    let inputs =
+        Inputs::of(load(&root.join("scene.toml"), &[]).expect("the scene")).expect("inputs");
     let commits = expected.len() as u64;
     let options = RunOptions {
         inputs: &inputs,
