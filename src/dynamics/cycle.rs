@@ -79,7 +79,7 @@ impl HarmonicBalance<ContactElement> {
         }
         let preload: f64 = self.elements().iter().map(|e| e.normal_load).sum();
         if preload > 0.0 {
-            summary.normal_load = half_range(total.into_iter()) / preload;
+            summary.normal_load = half_range(total) / preload;
         }
         summary
     }

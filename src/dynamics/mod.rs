@@ -1,7 +1,7 @@
 //! Steady vibration of a structure with friction contacts: multi-harmonic balance, continuation and resonance.
 //!
-//! A [`LinearModel`] says how contact displacements answer to forces, [`InterfaceElement`]s say what forces they cause, and
-//! [`HarmonicBalance`] joins them [A eq. 2.1–2.2]. [`Continuation`] follows the response over a range of frequencies,
+//! A [`LinearModel`] ([`reduced_model`] makes it of finite elements) says how contact displacements answer to forces,
+//! [`InterfaceElement`]s say what forces they cause, and [`HarmonicBalance`] joins them [A eq. 2.1–2.2]. [`Continuation`] follows the response over a range of frequencies,
 //! [`resonance`] tracks the phase resonance and the peak alone.
 //!
 //! Conventions throughout: an element has three displacements, x and y in its plane and n along its normal, *relative* between
