@@ -35,6 +35,14 @@ pub fn ledger(
         fine = fine.without(smooth);
     }
     let parameters = &driven.model.parameters;
+    // The joint's stiffness is that of its loaded elements.
+    let compliance = |k: &[f64]| {
+        let pairs = k.iter().zip(&parameters.normal_load);
+        1.0 / pairs
+            .filter(|(_, load)| **load > 0.0)
+            .map(|(k, _)| k)
+            .sum::<f64>()
+    };
     let rows = [
         ("normal_load [N]", load, mean(joint.f64("normal_load")?)),
         (
@@ -55,12 +63,12 @@ pub fn ledger(
         (
             "compliance_normal [m/N]",
             fine.normal,
-            1.0 / parameters.kn.iter().sum::<f64>(),
+            compliance(&parameters.kn),
         ),
         (
             "compliance_tangential [m/N]",
             fine.tangential,
-            1.0 / parameters.kt.iter().sum::<f64>(),
+            compliance(&parameters.kt),
         ),
     ];
     if driven.model.updated {
