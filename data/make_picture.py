@@ -1,6 +1,6 @@
-"""Draws lap_joint.png, the picture of the README, from a run of pipelines/prescribed_fretting.toml.
+"""Draws lap_joint.png, the picture of the README, from a run of pipelines/lap_joint.toml.
 
-    python data/make_picture.py runs/prescribed_fretting data/lap_joint.png
+    python data/make_picture.py runs/lap_joint data/lap_joint.png
 """
 
 import pathlib
@@ -34,8 +34,8 @@ deepest = np.unravel_index(np.nanargmax(worn), worn.shape)
 surface = pd.read_parquet(f"{run}/once/surface.parquet")
 height = field(surface, "height") * 1e6
 
-figure, axes = plt.subplots(2, 2, figsize=(9.5, 7), constrained_layout=True)
-map_axis, profile_axis, curve_axis, loop_axis = axes.flat
+figure, axes = plt.subplots(2, 3, figsize=(13.5, 7), constrained_layout=True)
+map_axis, profile_axis, response_axis, curve_axis, resonance_axis, loop_axis = axes.flat
 
 shown = map_axis.imshow(worn.T, origin="lower", extent=(0, 40, 0, 40), cmap="magma_r", vmax=np.nanpercentile(worn, 99.7))
 figure.colorbar(shown, ax=map_axis, label="worn depth [µm]")
@@ -50,7 +50,18 @@ profile_axis.plot(x[window], before - worn[window, deepest[1]], color="tab:blue"
 profile_axis.set(title="section through the deepest point", xlabel="x [mm]", ylabel="height [µm]")
 profile_axis.legend()
 
+for iteration, color in ((0, "0.6"), (last, "tab:blue")):
+    frf = table(iteration, "frf")
+    response_axis.plot(frf.frequency, frf.amplitude * 1e6, ".-", ms=3, lw=0.8, color=color, label="worn" if iteration else "unworn")
+response_axis.set(title="response to 1000 N", xlabel="frequency [Hz]", ylabel="amplitude at the far wall [µm]")
+response_axis.legend()
+
 cycles = summaries.cycles / 1e6
+resonance_axis.step(cycles, summaries.resonance_frequency, "-", where="post", color="tab:purple")
+updated = summaries.updated.to_numpy()
+resonance_axis.plot(cycles[updated], summaries.resonance_frequency[updated], "o", ms=4, color="tab:purple", label="model update")
+resonance_axis.set(title="resonance in force", xlabel="cycles [10⁶]", ylabel="resonance frequency [Hz]")
+resonance_axis.legend()
 curve_axis.plot(cycles, summaries.wear_volume * 1e9, "o-", ms=3, color="tab:red")
 curve_axis.set_xlabel("cycles [10⁶]")
 curve_axis.set_ylabel("worn volume [mm³]", color="tab:red")
