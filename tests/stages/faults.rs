@@ -115,7 +115,7 @@ fn every_fault_at_some_calls_while_pruning() {
 const SHAKEN: [&str; 4] = [
     "dynamics.points=2",
     "wear.tolerance=0.5",
-    "wear.cycles=100_000",
+    "wear.cycles=60_000",
     "output.curves_every=1",
 ];
 
