@@ -315,12 +315,12 @@ fn a_bonded_resonator() {
     let (single, first) = (frf(&root), summary(&root, 0, "resonance_frequency"));
     let stiff = run(
         &bench,
-        &without_surface(&SPRINGS.replace("00 N/um", "00e3 N/um")),
+        &without_surface(&SPRINGS.replace("00 N/um", "00e2 N/um")),
         &[],
     );
     let springs = summary(&stiff, 0, "resonance_frequency");
     assert!(
-        (springs / first - 1.0).abs() < 2e-3,
+        (springs / first - 1.0).abs() < 5e-3,
         "{springs} Hz on stiff springs, {first} Hz bonded"
     );
     // It is linear.

@@ -130,7 +130,7 @@ fn renewed_every(iterations: u64) -> Bench {
 
 #[test]
 fn every_fault_at_some_calls_of_a_vibrating_run() {
-    for (fault, stride) in FAULTS.into_iter().zip([47, 29, 31, 23]) {
+    for (fault, stride) in FAULTS.into_iter().zip([131, 71, 73, 53]) {
         let bench = renewed_every(2);
         let scene = bench.scene("resonator.toml", &SHAKEN);
         sweep_scene(fault, &bench, scene, stride);
@@ -157,7 +157,7 @@ fn a_draft_of_a_vibrating_run_that_lost_any_file() {
     let bench = renewed_every(1);
     let once = ["wear.cycles=1"];
     let sets: Vec<&str> = SHAKEN.iter().chain(&once).copied().collect();
-    let lost = lose_any(&bench, bench.scene("resonator.toml", &sets), 41);
+    let lost = lose_any(&bench, bench.scene("resonator.toml", &sets), 97);
     assert!(lost > 30, "only {lost} files were lost");
 }
 
