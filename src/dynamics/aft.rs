@@ -36,6 +36,8 @@ pub struct Closure {
     pub cycles: usize,
     /// Change of the force from one cycle to the next, relative to its largest value.
     pub change: f64,
+    /// That value \[N\].
+    pub largest: f64,
 }
 
 impl Closure {
@@ -43,6 +45,7 @@ impl Closure {
     pub const EXACT: Closure = Closure {
         cycles: 1,
         change: 0.0,
+        largest: 0.0,
     };
 }
 

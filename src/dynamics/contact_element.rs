@@ -11,13 +11,8 @@
 
 use super::DynamicsError;
 use super::aft::{Closure, Derivative, InterfaceElement};
-use super::slider::{self, Dual, INPUTS, Number, Step};
-
-/// Cycles marched at most. The memory of most motions is gone after one; an element that slips by much less than it stretches
-/// forgets a force across its motion over dozens, and what is left of that is reported as its closure.
-const MOST_CYCLES: usize = 12;
-/// Change of the force over a cycle, relative to its largest value, at which the cycle is steady: rounding.
-const STEADY: f64 = 1e-13;
+use super::march::March;
+use super::slider;
 
 /// How friction limits the two tangential forces of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
@@ -79,7 +74,7 @@ pub struct ElementCycle {
 
 impl ContactElement {
     /// Normal load at the normal displacement `u` without the limit at zero \[N\].
-    fn bilateral_load(&self, u: f64) -> f64 {
+    pub(super) fn bilateral_load(&self, u: f64) -> f64 {
         self.normal_load + self.normal_stiffness * (u - self.gap)
     }
 
@@ -235,191 +230,5 @@ impl ContactElement {
                 }
             }
         }
-    }
-}
-
-/// The slider over the samples of a cycle.
-struct March<'a> {
-    element: &'a ContactElement,
-    displacement: &'a [[f64; 3]],
-}
-
-/// One cycle of the slider.
-struct Lap {
-    /// Force at its end.
-    end: [f64; 2],
-    /// Largest force.
-    largest: f64,
-    /// Whether it neither slipped nor opened.
-    stuck: bool,
-}
-
-/// Derivatives of a step: of both forces with respect to its inputs.
-type Slopes = [[f64; INPUTS]; 2];
-
-impl March<'_> {
-    /// From the preload to the steady cycle, with derivatives along the whole way.
-    fn run(&self, force: &mut [[f64; 3]], mut derivative: Option<&mut Derivative<'_>>) -> Closure {
-        let Some(&last) = self.displacement.last() else {
-            return Closure::EXACT;
-        };
-        let mut tangent = vec![0.0; derivative.as_ref().map_or(0, |d| 6 * d.coefficients)];
-        let mut slopes = Vec::new();
-        let (mut start, mut from) = ([0.0; 2], [0.0; 3]);
-        let mut closure = Closure::EXACT;
-        for cycle in 1..=MOST_CYCLES {
-            let lap = match derivative.as_deref_mut() {
-                None => self.lap(start, from, force),
-                Some(derivative) => {
-                    let lap = self.lap_with_slopes(start, from, force, &mut slopes);
-                    self.propagate(&slopes, cycle > 1, &mut tangent, derivative);
-                    lap
-                }
-            };
-            let change = (lap.end[0] - start[0]).hypot(lap.end[1] - start[1]);
-            closure = Closure {
-                cycles: cycle,
-                change: if lap.largest > 0.0 {
-                    change / lap.largest
-                } else {
-                    0.0
-                },
-            };
-            // Without slip the next cycle is this one; after the first, the start was the preload rather than a cycle.
-            if lap.stuck || lap.largest == 0.0 {
-                closure.change = 0.0;
-                break;
-            }
-            if cycle > 1 && closure.change <= STEADY {
-                break;
-            }
-            (start, from) = (lap.end, last);
-        }
-        closure
-    }
-
-    /// Displacement increment and normal loads of the step to sample `j` of a cycle that starts at the displacement `from`.
-    fn inputs(&self, j: usize, from: [f64; 3]) -> ([f64; 2], [f64; 2]) {
-        let before = if j == 0 {
-            from
-        } else {
-            self.displacement[j - 1]
-        };
-        let now = self.displacement[j];
-        (
-            [now[0] - before[0], now[1] - before[1]],
-            [before, now].map(|u| self.element.bilateral_load(u[2])),
-        )
-    }
-
-    fn lap(&self, start: [f64; 2], from: [f64; 3], force: &mut [[f64; 3]]) -> Lap {
-        let element = self.element;
-        let (kt, mu) = (element.tangential_stiffness, element.friction_coefficient);
-        let mut lap = Lap::new(start);
-        for (j, force) in force.iter_mut().enumerate() {
-            let (delta, loads) = self.inputs(j, from);
-            let (next, step) = slider::step(element.law, kt, mu, lap.end, delta, loads);
-            lap.advance(next, step);
-            (force[0], force[1]) = (next[0], next[1]);
-        }
-        lap
-    }
-
-    fn lap_with_slopes(
-        &self,
-        start: [f64; 2],
-        from: [f64; 3],
-        force: &mut [[f64; 3]],
-        slopes: &mut Vec<Slopes>,
-    ) -> Lap {
-        let element = self.element;
-        let (kt, mu) = (element.tangential_stiffness, element.friction_coefficient);
-        let mut lap = Lap::new(start);
-        slopes.clear();
-        for (j, force) in force.iter_mut().enumerate() {
-            let (delta, loads) = self.inputs(j, from);
-            let (plain, step) = slider::step(element.law, kt, mu, lap.end, delta, loads);
-            // Most steps are sticking ones, whose derivatives are constants.
-            let (next, step) = match step {
-                Step::Open => ([Dual::constant(0.0); 2], step),
-                Step::Stick if loads[0] >= 0.0 => {
-                    let stuck = |d: usize| {
-                        let mut slope = [0.0; INPUTS];
-                        (slope[d], slope[2 + d]) = (1.0, kt);
-                        let value = plain[d];
-                        Dual { value, slope }
-                    };
-                    ([stuck(0), stuck(1)], step)
-                }
-                _ => {
-                    let pair = |values: [f64; 2], index: usize| {
-                        [
-                            Dual::input(values[0], index),
-                            Dual::input(values[1], index + 1),
-                        ]
-                    };
-                    let (force, delta, loads) = (pair(lap.end, 0), pair(delta, 2), pair(loads, 4));
-                    slider::step(element.law, kt, mu, force, delta, loads)
-                }
-            };
-            slopes.push(next.map(|n| n.slope));
-            let next = next.map(|n| n.value);
-            lap.advance(next, step);
-            (force[0], force[1]) = (next[0], next[1]);
-        }
-        lap
-    }
-
-    /// Carries the derivative of the force over a cycle and stores it at every sample; `follows`: the cycle follows another.
-    fn propagate(
-        &self,
-        slopes: &[Slopes],
-        follows: bool,
-        tangent: &mut [f64],
-        derivative: &mut Derivative<'_>,
-    ) {
-        let n = derivative.coefficients;
-        let width = 3 * n;
-        let kn = self.element.normal_stiffness;
-        let nothing = vec![0.0; n];
-        for (j, [x, y]) in slopes.iter().enumerate() {
-            let (first, second) = tangent.split_at_mut(width);
-            for (a, b) in first.iter_mut().zip(second.iter_mut()) {
-                (*a, *b) = (x[0] * *a + x[1] * *b, y[0] * *a + y[1] * *b);
-            }
-            let now = derivative.basis_at(j);
-            let before = match j {
-                0 if follows => derivative.basis_at(slopes.len() - 1),
-                0 => &nothing,
-                _ => derivative.basis_at(j - 1),
-            };
-            // Before the first sample there is the preload, on which no coefficient acts.
-            for c in 0..n {
-                let change = now[c] - before[c];
-                for (row, slope) in [(&mut *first, x), (&mut *second, y)] {
-                    row[c] += slope[2] * change;
-                    row[n + c] += slope[3] * change;
-                    row[2 * n + c] += kn * (slope[4] * before[c] + slope[5] * now[c]);
-                }
-            }
-            derivative.row_mut(j, 0).copy_from_slice(&tangent[..width]);
-            derivative.row_mut(j, 1).copy_from_slice(&tangent[width..]);
-        }
-    }
-}
-
-impl Lap {
-    fn new(start: [f64; 2]) -> Lap {
-        Lap {
-            end: start,
-            largest: 0.0,
-            stuck: true,
-        }
-    }
-
-    fn advance(&mut self, next: [f64; 2], step: Step) {
-        self.end = next;
-        self.largest = self.largest.max(slider::magnitude(next));
-        self.stuck &= step == Step::Stick;
     }
 }

@@ -1,7 +1,7 @@
 //! Loads, moments and relative displacements over the cycle of a converged response: per element and in total.
 
-use super::contact_element::{ContactElement, ElementCycle};
-use super::{HarmonicBalance, Response, Sampling};
+use super::contact_element::{ContactElement, ElementCycle, ElementState};
+use super::{DynamicsError, HarmonicBalance, Response, Sampling};
 
 /// The whole joint at the samples of one cycle.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,10 +16,115 @@ pub struct JointCycle {
     pub dissipated_energy: f64,
 }
 
+impl JointCycle {
+    /// Half ranges of the moments about x, y and the normal, in parts of `moment` (a load times a lever) \[N m\].
+    pub fn moment_variation(&self, moment: f64) -> [f64; 3] {
+        [0, 1, 2].map(|d| {
+            if moment > 0.0 {
+                half_range(self.moment.iter().map(|m| m[d])) / moment
+            } else {
+                0.0
+            }
+        })
+    }
+}
+
 impl HarmonicBalance<ContactElement> {
     /// [`element_cycles`] of a response of this balance.
     pub fn element_cycles(&self, response: &Response, sampling: &Sampling) -> Vec<ElementCycle> {
         element_cycles(self.elements(), &response.displacement, sampling)
+    }
+
+    /// How the joint moves, slips and is loaded, in few numbers.
+    pub fn joint_summary(&self, response: &Response) -> JointSummary {
+        let width = 3 * self.harmonics().coefficients();
+        let samples = self.sampling().samples();
+        let mut mean = vec![[0.0; 3]; samples];
+        let mut total = vec![0.0; samples];
+        let mut summary = JointSummary {
+            states: Vec::with_capacity(self.elements().len()),
+            displacement: [0.0; 3],
+            least_displacement: [f64::INFINITY; 3],
+            largest_displacement: [0.0; 3],
+            normal_load: 0.0,
+            largest_normal_load: 0.0,
+        };
+        let rows = response.displacement.chunks(width);
+        let elements = self.elements().iter().zip(weights(self.elements()));
+        for ((element, weight), row) in elements.zip(rows) {
+            let displacement = self.sampling().synthesise(row);
+            let cycle = element.cycle(&displacement);
+            summary.states.push(cycle.state);
+            for d in 0..3 {
+                let amplitude = half_range(displacement.iter().map(|u| u[d]));
+                summary.least_displacement[d] = summary.least_displacement[d].min(amplitude);
+                summary.largest_displacement[d] = summary.largest_displacement[d].max(amplitude);
+            }
+            for j in 0..samples {
+                for d in 0..3 {
+                    mean[j][d] += weight * displacement[j][d];
+                }
+                total[j] += cycle.force[j][2];
+            }
+            if element.normal_load > 0.0 {
+                let amplitude = half_range(cycle.force.iter().map(|f| f[2]));
+                let share = amplitude / element.normal_load;
+                summary.largest_normal_load = summary.largest_normal_load.max(share);
+            }
+        }
+        if summary.states.is_empty() {
+            summary.least_displacement = [0.0; 3];
+        } else {
+            summary.displacement = [0, 1, 2].map(|d| half_range(mean.iter().map(|u| u[d])));
+        }
+        let preload: f64 = self.elements().iter().map(|e| e.normal_load).sum();
+        if preload > 0.0 {
+            summary.normal_load = half_range(total) / preload;
+        }
+        summary
+    }
+}
+
+/// Half of what lies between the least and the largest value; 0 of none.
+pub fn half_range(values: impl IntoIterator<Item = f64>) -> f64 {
+    let ends = (f64::INFINITY, f64::NEG_INFINITY);
+    let (least, largest) = values
+        .into_iter()
+        .fold(ends, |(a, b), v| (a.min(v), b.max(v)));
+    0.5 * (largest - least).max(0.0)
+}
+
+/// Shares of the elements in means over the joint: by area, or alike if they have none.
+fn weights(elements: &[ContactElement]) -> Vec<f64> {
+    let area: f64 = elements.iter().map(|e| e.area).sum();
+    let alike = 1.0 / elements.len() as f64;
+    let shares = elements.iter();
+    shares
+        .map(|e| if area > 0.0 { e.area / area } else { alike })
+        .collect()
+}
+
+/// A cycle of the joint in few numbers. Amplitudes are half of the range over the cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointSummary {
+    /// The worst state of every element.
+    pub states: Vec<ElementState>,
+    /// Amplitude of the area-weighted mean displacement, `[x, y, n]` \[m\].
+    pub displacement: [f64; 3],
+    /// The least amplitude of an element, `[x, y, n]` \[m\].
+    pub least_displacement: [f64; 3],
+    /// The largest amplitude of an element, `[x, y, n]` \[m\].
+    pub largest_displacement: [f64; 3],
+    /// Amplitude of the total normal load over the total preload; 0 without preload.
+    pub normal_load: f64,
+    /// The largest amplitude of an element's normal load over its own preload, of those that have one.
+    pub largest_normal_load: f64,
+}
+
+impl JointSummary {
+    /// Number of elements whose worst state is `state`.
+    pub fn count(&self, state: ElementState) -> usize {
+        self.states.iter().filter(|s| **s == state).count()
     }
 }
 
@@ -39,22 +144,23 @@ pub fn element_cycles(
 
 /// The cycle of the joint at the samples of `sampling`, with the elements at `positions` (x, y) \[m\]; arguments as of
 /// [`element_cycles`].
+///
+/// # Errors
+/// [`DynamicsError::Length`] unless there is a position for every element.
 pub fn joint_cycle(
     elements: &[ContactElement],
     displacement: &[f64],
     sampling: &Sampling,
     positions: &[[f64; 2]],
-) -> JointCycle {
+) -> Result<JointCycle, DynamicsError> {
+    if positions.len() != elements.len() {
+        return Err(DynamicsError::Length {
+            what: "list of positions of the elements",
+            found: positions.len(),
+            expected: elements.len(),
+        });
+    }
     let samples = sampling.samples();
-    let area: f64 = elements.iter().map(|e| e.area).sum();
-    // Elements without areas count alike.
-    let weight = |element: &ContactElement| {
-        if area > 0.0 {
-            element.area / area
-        } else {
-            1.0 / elements.len() as f64
-        }
-    };
     let mut joint = JointCycle {
         displacement: vec![[0.0; 3]; samples],
         force: vec![[0.0; 3]; samples],
@@ -62,14 +168,15 @@ pub fn joint_cycle(
         dissipated_energy: 0.0,
     };
     let rows = displacement.chunks(3 * sampling.harmonics().coefficients());
-    for ((element, row), [x, y]) in elements.iter().zip(rows).zip(positions) {
+    let elements = elements.iter().zip(weights(elements));
+    for (((element, weight), row), [x, y]) in elements.zip(rows).zip(positions) {
         let displacement = sampling.synthesise(row);
         let cycle = element.cycle(&displacement);
         joint.dissipated_energy += cycle.dissipated_energy;
         for j in 0..samples {
             let [tx, ty, n] = cycle.force[j];
             for d in 0..3 {
-                joint.displacement[j][d] += weight(element) * displacement[j][d];
+                joint.displacement[j][d] += weight * displacement[j][d];
                 joint.force[j][d] += cycle.force[j][d];
             }
             joint.moment[j][0] += y * n;
@@ -77,5 +184,5 @@ pub fn joint_cycle(
             joint.moment[j][2] += x * ty - y * tx;
         }
     }
-    joint
+    Ok(joint)
 }

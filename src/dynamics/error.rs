@@ -111,6 +111,20 @@ pub enum DynamicsError {
         /// All elements.
         elements: usize,
     },
+    /// An element whose friction force does not come back to itself over a cycle.
+    #[error(
+        "contact element {element} has no steady cycle yet: after {cycles} cycles its friction force changes by {change:.3e} of the joint's largest from one to the next, {tolerance:.1e} asked; other samples per cycle or another load avoid the standstill"
+    )]
+    NotClosed {
+        /// Index of the element.
+        element: usize,
+        /// Change over the last cycle relative to the largest friction force of the joint.
+        change: f64,
+        /// Cycles tried.
+        cycles: usize,
+        /// The change asked for.
+        tolerance: f64,
+    },
     /// The linear system of a Newton step was not solved.
     #[error(
         "the Krylov solver stopped at a relative residual of {residual:.3e} after {iterations} iterations, {tolerance:.1e} asked"

@@ -5,14 +5,13 @@
 //! the others, the *active* ones, have unknowns; the displacement of the rest follows, and is checked over the whole cycle at
 //! the same samples. The result is that of all elements active, to rounding.
 
-use super::aft::{InterfaceElement, Sampling, Workspace};
+use super::aft::{InterfaceElement, Sampling};
 use super::closed_model::ClosedModel;
 use super::linear_model::LinearModel;
 use super::newton_step::{Condition, State};
+use super::response::{Response, Start};
 use super::{DynamicsError, Harmonics};
 
-/// Mean force on an unsupported motion, relative to the forces it is the balance of, that is rounding.
-const UNSUPPORTED: f64 = 1e-7;
 /// Least increment of the load on the way to a state that Newton's method does not reach at once.
 const LEAST_INCREMENT: f64 = 1e-4;
 
@@ -54,90 +53,6 @@ impl Default for Settings {
             dense_unknowns: 300,
             all_active: false,
         }
-    }
-}
-
-/// What a cycle does with energy \[J\].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Energy {
-    /// Work of the loads, π F |u| sin φ for one load.
-    pub input: f64,
-    /// Work of the contact forces, from the harmonics of force and displacement.
-    pub friction: f64,
-    /// Loss of the damping matrix.
-    pub viscous: f64,
-}
-
-impl Energy {
-    /// |input − friction − viscous| over the largest of them; 0 if nothing moves.
-    pub fn imbalance(&self) -> f64 {
-        let scale = self
-            .input
-            .abs()
-            .max(self.friction.abs())
-            .max(self.viscous.abs());
-        if scale == 0.0 {
-            0.0
-        } else {
-            (self.input - self.friction - self.viscous).abs() / scale
-        }
-    }
-}
-
-/// A converged steady response.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Response {
-    /// Angular frequency of the fundamental \[rad/s\].
-    pub omega: f64,
-    /// Share of the loads applied.
-    pub load_factor: f64,
-    /// Displacement of every port \[m\], `ports × coefficients`; the contact degrees of freedom come first.
-    pub displacement: Vec<f64>,
-    /// Contact force on every contact degree of freedom \[N\], beyond the preload, `contact_dofs × coefficients`.
-    pub force: Vec<f64>,
-    /// Elements that had unknowns.
-    pub active: Vec<bool>,
-    /// Newton iterations, over all attempts.
-    pub iterations: usize,
-    /// Relative Newton correction left.
-    pub correction: f64,
-    /// Largest change of a friction force from one cycle to the next, relative to itself: what the march from the preload left of
-    /// a force across the motion of elements that hardly slip.
-    pub closure: f64,
-    /// Energy per cycle.
-    pub energy: Energy,
-}
-
-/// Where to start from: a response as far as another one needs it, to be kept and made again from stored numbers.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Start {
-    /// Angular frequency of the fundamental \[rad/s\].
-    pub omega: f64,
-    /// Share of the loads that was applied; displacements are scaled to the share that is asked for.
-    pub load_factor: f64,
-    /// Displacement of the ports \[m\], `ports × coefficients`, as in [`Response::displacement`]. Those of the contact degrees of
-    /// freedom, which come first, are enough: the rest is not read.
-    pub displacement: Vec<f64>,
-}
-
-impl Response {
-    /// This response as a start. The same numbers give the same start to the last bit.
-    pub fn start(&self) -> Start {
-        Start {
-            omega: self.omega,
-            load_factor: self.load_factor,
-            displacement: self.displacement.clone(),
-        }
-    }
-
-    /// Frequency of the fundamental \[Hz\].
-    pub fn frequency(&self) -> f64 {
-        self.omega / (2.0 * std::f64::consts::PI)
-    }
-
-    /// Number of active elements.
-    pub fn active_elements(&self) -> usize {
-        self.active.iter().filter(|a| **a).count()
     }
 }
 
@@ -345,32 +260,6 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Ok(responses)
     }
 
-    /// Half-range amplitude \[m\] and phase lag behind the drive \[rad, in (−π, π\]\] of the first harmonic at `port`.
-    ///
-    /// # Errors
-    /// [`DynamicsError::HarmonicMissing`], or [`DynamicsError::OutOfRange`] without such a port.
-    pub fn amplitude(&self, response: &Response, port: usize) -> Result<(f64, f64), DynamicsError> {
-        let slot = self
-            .harmonics()
-            .require(1, "amplitude of the first harmonic")?;
-        let n = self.harmonics().coefficients();
-        let Some(row) = response.displacement.get(port * n..(port + 1) * n) else {
-            return Err(DynamicsError::OutOfRange {
-                name: "the port",
-                value: port as f64,
-                expected: "the index of a port of the structure",
-            });
-        };
-        let (a, b) = (row[slot], row[slot + 1]);
-        let lead = self
-            .drive()
-            .map_or(0.0, |load| (-load.sine).atan2(load.cosine));
-        let lag = lead - (-b).atan2(a);
-        let turn = 2.0 * std::f64::consts::PI;
-        let lag = lag - turn * ((lag - std::f64::consts::PI) / turn).ceil();
-        Ok((a.hypot(b), lag))
-    }
-
     /// The first load of harmonic 1.
     pub fn drive(&self) -> Option<&Load> {
         self.loads
@@ -428,110 +317,5 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             contact,
             active,
         }
-    }
-
-    /// Contact forces of every element from the converged displacements, and the worst closure.
-    pub(super) fn contact_forces(&self, contact: &[f64], active: &[bool]) -> (Vec<f64>, f64) {
-        let n = self.harmonics().coefficients();
-        let width = 3 * n;
-        let mut force = vec![0.0; contact.len()];
-        let mut work: Workspace = self.sampling.workspace();
-        let mut worst = 0.0_f64;
-        for (index, element) in self.elements.iter().enumerate() {
-            let u = &contact[index * width..][..width];
-            let f = &mut force[index * width..][..width];
-            if active[index] {
-                let closure = self.sampling.evaluate(element, u, f, None, &mut work);
-                worst = worst.max(closure.change);
-            } else {
-                for d in 0..3 {
-                    for c in 0..n {
-                        f[d * n + c] = self.reference[index][d] * u[d * n + c];
-                    }
-                }
-            }
-        }
-        (force, worst)
-    }
-
-    /// The response of a converged state; `displacement` is that of all ports.
-    pub(super) fn response(
-        &self,
-        state: State,
-        factor: f64,
-        mut displacement: Vec<f64>,
-        iterations: usize,
-        correction: f64,
-    ) -> Result<Response, DynamicsError> {
-        let harmonics = self.harmonics();
-        let n = harmonics.coefficients();
-        let (force, closure) = self.contact_forces(&state.contact, &state.active);
-        // All forces on the closed structure: loads, and contact forces beyond the reference.
-        let mut ports = self.load_ports.clone();
-        let mut rows: Vec<f64> = self.load_rows.iter().map(|f| factor * f).collect();
-        let load_rows = rows.clone();
-        for (dof, (f, u)) in force.chunks(n).zip(state.contact.chunks(n)).enumerate() {
-            if state.active[dof / 3] {
-                ports.push(dof);
-                let stiffness = self.reference[dof / 3][dof % 3];
-                rows.extend(f.iter().zip(u).map(|(f, u)| stiffness * u - f));
-            }
-        }
-        self.check_support(&ports, &rows)?;
-        let cores = self.model.cores(harmonics, state.omega)?;
-        let generalised = self.model.generalised(harmonics, &ports, &rows);
-        let mut viscous = 0.0;
-        for (index, core) in cores.iter().enumerate().skip(1) {
-            let (amplitude, force) = ClosedModel::amplitudes(harmonics, index, core, &generalised);
-            let order = f64::from(harmonics.orders()[index]);
-            viscous += order
-                * self
-                    .model
-                    .core
-                    .loss(order * state.omega, &amplitude, &force);
-        }
-        let loaded: Vec<f64> = self
-            .load_ports
-            .iter()
-            .flat_map(|p| displacement[p * n..(p + 1) * n].to_vec())
-            .collect();
-        let energy = Energy {
-            input: harmonics.work(&load_rows, &loaded),
-            friction: harmonics.work(&force, &state.contact),
-            viscous,
-        };
-        displacement[..state.contact.len()].copy_from_slice(&state.contact);
-        Ok(Response {
-            omega: state.omega,
-            load_factor: factor,
-            displacement,
-            force,
-            active: state.active,
-            iterations,
-            correction,
-            closure,
-            energy,
-        })
-    }
-
-    fn check_support(&self, ports: &[usize], rows: &[f64]) -> Result<(), DynamicsError> {
-        let Some(motions) = &self.model.floating else {
-            return Ok(());
-        };
-        let n = self.harmonics().coefficients();
-        for motion in 0..motions.columns() {
-            let (mut sum, mut size) = (0.0, 0.0);
-            for (&port, row) in ports.iter().zip(rows.chunks(n)) {
-                let share = motions.at(port, motion) * row[0];
-                sum += share;
-                size += share
-                    .abs()
-                    .max(motions.at(port, motion).abs() * super::krylov::norm(row));
-            }
-            if sum.abs() > UNSUPPORTED * size {
-                return Err(DynamicsError::Unsupported { force: sum });
-            }
-        }
-        Ok(())
     }
 }

@@ -1,7 +1,7 @@
 //! Steady vibration of a structure with friction contacts: multi-harmonic balance, continuation and resonance.
 //!
-//! A [`LinearModel`] says how contact displacements answer to forces, [`InterfaceElement`]s say what forces they cause, and
-//! [`HarmonicBalance`] joins them [A eq. 2.1–2.2]. [`Continuation`] follows the response over a range of frequencies,
+//! A [`LinearModel`] ([`reduced_model`] makes it of finite elements) says how contact displacements answer to forces,
+//! [`InterfaceElement`]s say what forces they cause, and [`HarmonicBalance`] joins them [A eq. 2.1–2.2]. [`Continuation`] follows the response over a range of frequencies,
 //! [`resonance`] tracks the phase resonance and the peak alone.
 //!
 //! Conventions throughout: an element has three displacements, x and y in its plane and n along its normal, *relative* between
@@ -19,11 +19,13 @@ pub mod harmonic_balance;
 pub mod harmonics;
 mod krylov;
 pub mod linear_model;
+mod march;
 mod newton;
 mod newton_step;
 pub mod oscillator;
 pub mod reduced;
 pub mod resonance;
+pub mod response;
 mod slider;
 pub mod vibration;
 
@@ -31,10 +33,12 @@ pub use aft::{InterfaceElement, Sampling};
 pub use closed_model::{ClosedModel, Core};
 pub use contact_element::{ContactElement, ElementState, FrictionLaw};
 pub use continuation::{Continuation, ContinuationSettings};
+pub use cycle::{JointCycle, JointSummary};
 pub use error::DynamicsError;
-pub use harmonic_balance::{Energy, HarmonicBalance, Load, Response, Settings, Start};
+pub use harmonic_balance::{HarmonicBalance, Load, Settings};
 pub use harmonics::Harmonics;
 pub use linear_model::{LinearModel, Receptance, SecondOrder};
 pub use oscillator::Oscillator;
 pub use reduced::{Damping, reduced_model, reference_springs};
-pub use vibration::{ForcedPoint, Resonance, Spread, Vibration};
+pub use response::{Energy, Response, Start};
+pub use vibration::{ForcedPoint, Resonance, Vibration};

@@ -6,7 +6,7 @@
 
 use super::aft::InterfaceElement;
 use super::krylov::{dot, norm};
-use super::newton_step::{Change, Condition, Evaluation, Frame, State};
+use super::newton_step::{Change, Condition, Evaluation, Frame, LEAST_GRIP, State};
 use super::{DynamicsError, HarmonicBalance, Response};
 use crate::linalg::add_scaled;
 
@@ -18,6 +18,14 @@ const HALVINGS: u32 = 6;
 const TRIALS: usize = 3;
 /// Krylov iterations from which the element part of the preconditioner is made anew.
 const STALE: usize = 25;
+/// Grip of the mean displacement far from the solution, and per relative correction on the way: means that nothing but a few
+/// sticking elements holds run off when these begin to slip, and a held one is a shorter step.
+const MOST_GRIP: f64 = 1e-2;
+const GRIP_PER_CORRECTION: f64 = 0.1;
+/// Relative change of frequency from its start that leads to another resonance, if to any.
+const FAR: f64 = 0.5;
+/// Iterations after which the correction must have halved.
+const PATIENCE: usize = 8;
 /// Weight of a relative change of frequency against one of displacement: amplitudes change by 100 % within about 1 %.
 const FREQUENCY_WEIGHT: f64 = 100.0;
 
@@ -29,17 +37,25 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         factor: f64,
         condition: &Condition,
     ) -> Result<Response, DynamicsError> {
-        let mut at = self.evaluate(&state, factor, condition, true)?;
+        let first_omega = state.omega;
+        let mut grip = MOST_GRIP;
+        let mut at = self.evaluate(&state, factor, condition, Some(grip))?;
         let mut frame: Option<Frame> = None;
         let mut failures = 0;
         let mut correction = f64::INFINITY;
         // The last one measured, for the error.
         let mut reached = f64::INFINITY;
         let mut spent = 0;
+        // A resonance that is missed is tried again from nearer; at a given frequency there may be nothing nearer.
+        let patience = match condition {
+            Condition::Frequency => 2 * PATIENCE,
+            Condition::Linear { .. } => PATIENCE,
+        };
+        let (mut least, mut since) = (f64::INFINITY, 0);
         for iteration in 0..=self.settings.most_iterations {
             spent = iteration;
             while self.enlarge(&mut state, &at) {
-                at = self.evaluate(&state, factor, condition, true)?;
+                at = self.evaluate(&state, factor, condition, Some(grip))?;
                 correction = f64::INFINITY;
             }
             let free = matches!(condition, Condition::Frequency);
@@ -70,6 +86,13 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let step = complete(direct, at.condition);
             let reach = Reach::of(&state, &at, self.width());
             let before = reach.size(&measure(&at));
+            grip = (GRIP_PER_CORRECTION * before).clamp(LEAST_GRIP, MOST_GRIP);
+            // A state that gains nothing over many steps is a cycle between two sides of a kink.
+            if before < 0.5 * least {
+                (least, since) = (before, iteration);
+            } else if iteration - since >= patience {
+                break;
+            }
             if reach.size(&step) <= self.settings.tolerance && before <= self.settings.tolerance {
                 correction = reach.size(&step);
                 frame = Some(now);
@@ -80,11 +103,12 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             for halving in 0..HALVINGS {
                 let length = 0.5_f64.powi(halving as i32);
                 let trial = self.moved(&state, &at, &step, length);
-                if trial.omega <= 0.0 {
+                if (trial.omega / first_omega - 1.0).abs() > FAR {
                     continue;
                 }
                 // Most full steps are taken; of the others the Jacobian is of use only once they are.
-                let there = self.evaluate(&trial, factor, condition, halving == 0)?;
+                let there =
+                    self.evaluate(&trial, factor, condition, (halving == 0).then_some(grip))?;
                 let left = reach.size(&measure(&there));
                 let enough = left <= (1.0 - DESCENT * length) * before;
                 if best.as_ref().is_none_or(|(b, ..)| left < *b) {
@@ -126,7 +150,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 (state, at) = all;
             }
             if !at.has_jacobians() {
-                at = self.evaluate(&state, factor, condition, true)?;
+                at = self.evaluate(&state, factor, condition, Some(grip))?;
             }
             if effort > STALE {
                 now.forget();

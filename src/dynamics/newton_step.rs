@@ -12,9 +12,10 @@ use crate::linalg::{Factors, RowMatrix as Matrix, add_scaled};
 const STEP_TOLERANCE: f64 = 1e-4;
 /// Relative change of frequency for derivatives by central differences; half-power bandwidths are above 1e-4.
 const FREQUENCY_DIFFERENCE: f64 = 1e-6;
-/// Share of the tangential stiffness that is left, in the Jacobian alone, to a mean displacement of full slip. Full slip forgets its
-/// mean, and a motion that friction alone holds would otherwise run away; what something else holds converges hardly slower.
-const MEAN_GRIP: f64 = 1e-6;
+/// Least share of the tangential stiffness that is left, in the Jacobian alone, to a mean displacement of full slip. Full slip
+/// forgets its mean, and a motion that friction alone holds would otherwise run away; what something else holds converges hardly
+/// slower.
+pub(super) const LEAST_GRIP: f64 = 1e-6;
 /// Share of the largest square that regularises a step whose matrix is singular.
 const REGULARISATION: f64 = 1e-13;
 
@@ -102,13 +103,13 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         3 * self.harmonics().coefficients()
     }
 
-    /// Residual of a state; Jacobians of the elements too if asked for.
+    /// Residual of a state; with a `grip` (see [`LEAST_GRIP`]) Jacobians of the elements too.
     pub(super) fn evaluate(
         &self,
         state: &State,
         factor: f64,
         condition: &Condition,
-        with_jacobian: bool,
+        grip: Option<f64>,
     ) -> Result<Evaluation, DynamicsError> {
         let harmonics = self.harmonics();
         let n = harmonics.coefficients();
@@ -124,7 +125,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         for (&element, g) in elements.iter().zip(forces.chunks_mut(width)) {
             let u = &state.contact[element * width..][..width];
             let law = &self.elements[element];
-            let mut jacobian = with_jacobian.then(|| Matrix::zeros(width, width));
+            let mut jacobian = grip.map(|_| Matrix::zeros(width, width));
             let values = jacobian.as_mut().map(Matrix::values_mut);
             self.sampling.evaluate(law, u, g, values, &mut work);
             for d in 0..3 {
@@ -135,10 +136,10 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                         jacobian.row_mut(i)[i] -= stiffness;
                     }
                 }
-                if let Some(jacobian) = &mut jacobian
+                if let (Some(jacobian), Some(grip)) = (&mut jacobian, grip)
                     && d < 2
                 {
-                    jacobian.row_mut(d * n)[d * n] += MEAN_GRIP * stiffness;
+                    jacobian.row_mut(d * n)[d * n] += grip * stiffness;
                 }
             }
             beyond.extend(jacobian);
@@ -437,7 +438,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             value: 0.0,
         };
         let (cosine, sine) = (condition([1.0, 0.0, 0.0]), condition([0.0, 1.0, 0.0]));
-        let at = self.evaluate(&state, response.load_factor, &cosine, true)?;
+        let at = self.evaluate(&state, response.load_factor, &cosine, Some(LEAST_GRIP))?;
         let frame = self.frame(&at, &cosine, None)?;
         let solver = self.solver(&at, &frame)?;
         let slope = self.slope(&at, &frame, &solver, &cosine, state.omega)?;

@@ -3,6 +3,9 @@
 //! [`Reduced`](crate::structure::reduction::Reduced) has for every contact element the displacement of the upper body *minus*
 //! that of the lower one, so its normal port is positive where the joint opens; here a normal displacement is positive where
 //! the bodies approach. x and y are the same in both.
+//!
+//! The residual is the static one, R₀, for every harmonic. Its slope over ω² (R₁) would lower the resonance of the 30-mode resonator
+//! at 979 Hz by 6.6e-5 of itself and change the amplitude there by up to 1.9e-4 in partial slip, 6.5e-5 in full sliding.
 
 use super::linear_model::SecondOrder;
 use super::{DynamicsError, InterfaceElement};

@@ -2,11 +2,8 @@
 
 use super::contact_element::ContactElement;
 use super::continuation::{Continuation, ContinuationSettings};
-use super::cycle::JointCycle;
-use super::harmonic_balance::Start;
 use super::{
-    DynamicsError, ElementState, Energy, HarmonicBalance, Harmonics, Load, Response, SecondOrder,
-    Settings,
+    DynamicsError, Energy, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Settings, Start,
 };
 
 /// A structure, how it is driven and what of its response is wanted: all but the contact elements, which change as they wear.
@@ -54,34 +51,6 @@ pub struct ForcedPoint {
     pub energy: Energy,
     /// Elements that had unknowns.
     pub active_elements: usize,
-}
-
-/// How evenly a joint moves and is loaded over a cycle. Shares are of half ranges.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spread {
-    /// Elements that stick, slip, and open.
-    pub states: [usize; 3],
-    /// Half range of the joint's displacement along x \[m\].
-    pub displacement: f64,
-    /// Largest difference between that of an element and the joint's, in parts of the joint's.
-    pub displacement_spread: f64,
-    /// Of the joint's normal load, in parts of the static one.
-    pub load: f64,
-    /// Largest of an element's normal load, in parts of its static one, among elements that have one.
-    pub element_load: f64,
-    /// Larger of the moments about x and y, in parts of the static load times the lever.
-    pub moment: f64,
-    /// Of the moment about the normal, in the same parts.
-    pub torsion: f64,
-}
-
-/// Half the range of a series; 0 of an empty one.
-pub fn half_range(series: impl IntoIterator<Item = f64>) -> f64 {
-    let (least, most) = series.into_iter().fold(
-        (f64::INFINITY, f64::NEG_INFINITY),
-        |(least, most), value| (least.min(value), most.max(value)),
-    );
-    0.5 * (most - least).max(0.0)
 }
 
 impl Vibration {
@@ -156,46 +125,5 @@ impl Vibration {
             })
         };
         responses.iter().map(point).collect()
-    }
-}
-
-impl HarmonicBalance<ContactElement> {
-    /// The worst state of every element over a cycle.
-    pub fn states(&self, response: &Response) -> Vec<ElementState> {
-        let cycles = self.element_cycles(response, self.sampling());
-        cycles.iter().map(|cycle| cycle.state).collect()
-    }
-
-    /// How evenly the joint moves; `joint` is its [`joint_cycle`](super::cycle::joint_cycle), `lever` half its length \[m\].
-    pub fn spread(&self, response: &Response, joint: &JointCycle, lever: f64) -> Spread {
-        let cycles = self.element_cycles(response, self.sampling());
-        let along_x = |series: &[[f64; 3]]| half_range(series.iter().map(|u| u[0]));
-        let displacement = along_x(&joint.displacement);
-        let width = 3 * self.harmonics().coefficients();
-        let mut spread = Spread {
-            states: [0; 3],
-            displacement,
-            displacement_spread: 0.0,
-            load: 0.0,
-            element_load: 0.0,
-            moment: 0.0,
-            torsion: 0.0,
-        };
-        let part = |value: f64, of: f64| if of > 0.0 { value / of } else { 0.0 };
-        let rows = response.displacement.chunks(width);
-        for ((element, cycle), row) in self.elements().iter().zip(&cycles).zip(rows) {
-            spread.states[cycle.state as usize] += 1;
-            let own = along_x(&self.sampling().synthesise(row));
-            let difference = part((own - displacement).abs(), displacement);
-            spread.displacement_spread = spread.displacement_spread.max(difference);
-            let varies = half_range(cycle.force.iter().map(|f| f[2]));
-            spread.element_load = spread.element_load.max(part(varies, element.normal_load));
-        }
-        let load: f64 = self.elements().iter().map(|e| e.normal_load).sum();
-        let of = |d: usize| half_range(joint.moment.iter().map(|m| m[d]));
-        spread.load = part(half_range(joint.force.iter().map(|f| f[2])), load);
-        spread.moment = part(of(0).max(of(1)), load * lever);
-        spread.torsion = part(of(2), load * lever);
-        spread
     }
 }

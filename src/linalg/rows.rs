@@ -1,6 +1,6 @@
 //! Dense matrices kept row by row, real and complex, and their LU factors.
 
-use std::ops::{Add, Div, Mul, Sub};
+use std::ops::{Add, AddAssign, Div, Mul, Sub};
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
@@ -25,6 +25,7 @@ pub trait Scalar:
     + Default
     + PartialEq
     + Add<Output = Self>
+    + AddAssign
     + Sub<Output = Self>
     + Mul<Output = Self>
     + Div<Output = Self>
@@ -262,7 +263,7 @@ impl<T: Scalar> RowMatrix<T> {
 /// `target += factor * source`.
 pub fn add_scaled<T: Scalar>(target: &mut [T], factor: T, source: &[T]) {
     for (target, &source) in target.iter_mut().zip(source) {
-        *target = *target + factor * source;
+        *target += factor * source;
     }
 }
 

@@ -4,11 +4,11 @@ use super::context::{Clock, VibrationKeys, kept};
 use super::model_update::element_table;
 use super::vibrating::{Driven, Model, Shaken, Vibrating};
 use super::{Inputs, RunError, Stage};
-use crate::dynamics::cycle::{JointCycle, joint_cycle};
-use crate::dynamics::harmonic_balance::Start;
+use crate::dynamics::cycle::{JointCycle, JointSummary, joint_cycle};
 use crate::dynamics::vibration::ForcedPoint;
 use crate::dynamics::{
-    ContactElement, DynamicsError, HarmonicBalance, LinearModel, Resonance, Vibration,
+    ContactElement, DynamicsError, ElementState, HarmonicBalance, LinearModel, Resonance, Start,
+    Vibration,
 };
 use crate::model_update::ElementParameters;
 use crate::scene::Plan;
@@ -112,13 +112,13 @@ pub fn in_force(
         &resonance.phase.displacement,
         balance.sampling(),
         &layout.centres,
-    );
-    let states = balance.states(&resonance.phase);
+    )?;
+    let summary = balance.joint_summary(&resonance.phase);
     Ok([
         response_table(inputs, vibration, balance, resonance)?,
-        row(layout, balance, resonance, &cycle)?,
+        row(layout, balance, resonance, &cycle, &summary)?,
         cycle_table(&cycle)?,
-        element_table(layout, parameters, Some(&states))?,
+        element_table(layout, parameters, Some(&summary.states))?,
     ])
 }
 
@@ -222,24 +222,29 @@ fn row(
     balance: &HarmonicBalance<ContactElement>,
     resonance: &Resonance,
     cycle: &JointCycle,
+    summary: &JointSummary,
 ) -> Result<Table, RunError> {
     let phase = &resonance.phase;
-    let spread = balance.spread(phase, cycle, layout.lever);
-    let [stick, slip, open] = spread.states.map(|count| vec![count as i64]);
+    let count = |state| vec![summary.count(state) as i64];
+    let load: f64 = balance.elements().iter().map(|e| e.normal_load).sum();
+    let [about_x, about_y, about_n] = cycle.moment_variation(load * layout.lever);
+    let mean = summary.displacement[0];
+    let away = (summary.largest_displacement[0] - mean).max(mean - summary.least_displacement[0]);
+    let spread = if mean > 0.0 { away / mean } else { 0.0 };
     Ok(
         figures(Table::builder(TableName::DynamicResponse), resonance)
             .column("error_energy", vec![phase.energy.imbalance()])
             .column("iterations", vec![resonance.iterations as i64])
             .column("active_elements", vec![phase.active_elements() as i64])
-            .column("sticking_elements", stick)
-            .column("slipping_elements", slip)
-            .column("open_elements", open)
-            .column("displacement_amplitude", vec![spread.displacement])
-            .column("displacement_spread", vec![spread.displacement_spread])
-            .column("load_variation", vec![spread.load])
-            .column("element_load_variation", vec![spread.element_load])
-            .column("moment_variation", vec![spread.moment])
-            .column("torsion_variation", vec![spread.torsion])
+            .column("sticking_elements", count(ElementState::Stick))
+            .column("slipping_elements", count(ElementState::Slip))
+            .column("open_elements", count(ElementState::Open))
+            .column("displacement_amplitude", vec![mean])
+            .column("displacement_spread", vec![spread])
+            .column("load_variation", vec![summary.normal_load])
+            .column("element_load_variation", vec![summary.largest_normal_load])
+            .column("moment_variation", vec![about_x.max(about_y)])
+            .column("torsion_variation", vec![about_n])
             .build()?,
     )
 }

@@ -5,7 +5,7 @@ use super::context::{Context, VibrationKeys, kept};
 use super::fretting_cycle::Cycle;
 use super::static_contact::StaticContact;
 use super::vibrating::{Driven, Vibrating};
-use crate::dynamics::vibration::half_range;
+use crate::dynamics::cycle::half_range;
 use crate::model_update::Compliance;
 use crate::store::{Draft, StageKey};
 use crate::tables::{Table, TableName};

@@ -6,8 +6,7 @@ use super::structure::Stored;
 use super::{Inputs, RunError};
 use crate::contact::{ContactError, Shear};
 use crate::dynamics::cycle::joint_cycle;
-use crate::dynamics::harmonic_balance::Start;
-use crate::dynamics::{ContactElement, Sampling, Vibration};
+use crate::dynamics::{ContactElement, Sampling, Start, Vibration};
 use crate::model_update::{
     Compliance, ContactElements, ElementParameters, Linearisation, Springs, UpdateState,
     fine_displacement,
@@ -151,7 +150,7 @@ impl Vibrating {
             &driven.shaken.start.displacement,
             &sampling,
             &self.layout.centres,
-        );
+        )?;
         let axes = match inputs.plan.shear {
             Shear::AlongX => 1,
             Shear::InPlane => 2,

@@ -1,15 +1,15 @@
 //! A vibration without a rough contact: one response, nothing wears.
 
-use super::context::{Clock, Timing, VibrationKeys, kept};
+use super::context::{Clock, VibrationKeys, kept};
 use super::dynamic_response::{IN_FORCE, forced_response, in_force};
 use super::model_update::element_table;
 use super::structure::Stored;
-use super::{Inputs, RunError, Stage};
+use super::{Inputs, Observer, RunError, Stage};
 use crate::dynamics::DynamicsError;
 use crate::model_update::ElementParameters;
 use crate::scene::Plan;
 use crate::scene::plan::Layout;
-use crate::store::{Draft, RunStore};
+use crate::store::{Draft, RunStore, StageKey};
 use crate::tables::{Table, TableName};
 
 /// Computes and commits the only iteration.
@@ -30,15 +30,19 @@ pub fn vibration_alone(
         _ => (Layout::default(), ElementParameters::default()),
     };
     if !is_complete(&mut draft, &keys, !layout.centres.is_empty())? {
-        respond(
-            inputs,
-            &stored,
-            clock,
-            &mut draft,
-            &keys,
-            &layout,
-            &parameters,
-        )?;
+        let observer = clock.observer;
+        clock.timed(Stage::DynamicResponse, || {
+            let key = &keys.dynamic_response;
+            respond(
+                inputs,
+                &stored,
+                observer,
+                &mut draft,
+                key,
+                &layout,
+                &parameters,
+            )
+        })?;
     }
     let timing = clock.table()?;
     draft.put(TableName::Timing, &keys.dynamic_response, &timing)?;
@@ -77,16 +81,13 @@ fn tables(has_contact: bool, has_resonance: bool) -> impl Iterator<Item = TableN
 fn respond(
     inputs: &Inputs,
     stored: &Stored,
-    clock: &mut Clock,
+    observer: &dyn Observer,
     draft: &mut Draft,
-    keys: &VibrationKeys,
+    key: &StageKey,
     layout: &Layout,
     parameters: &ElementParameters,
 ) -> Result<(), RunError> {
-    let key = &keys.dynamic_response;
     let elements = Plan::contact_elements(&inputs.scene, layout, parameters);
-    clock.observer.stage(Stage::DynamicResponse, 0);
-    let begin = std::time::Instant::now();
     let vibration = Plan::vibration(&inputs.scene, stored.reduced.as_ref(), &elements)?;
     let fail = |source| RunError::Dynamics {
         wear_iteration: 0,
@@ -98,9 +99,7 @@ fn respond(
         Ok(resonance) => Some(resonance),
         // The forced response has an answer all the same.
         Err(error @ DynamicsError::NoResonance { .. }) => {
-            clock
-                .observer
-                .notice(&format!("dynamics.frequency: {error}"));
+            observer.notice(&format!("dynamics.frequency: {error}"));
             None
         }
         Err(error) => return Err(fail(error)),
@@ -130,11 +129,6 @@ fn respond(
     }
     let frf = forced_response(inputs, &vibration, &balance, 0)?;
     draft.put(TableName::Frf, key, &frf)?;
-    clock.timing.push(Timing {
-        stage: Stage::DynamicResponse,
-        seconds: begin.elapsed().as_secs_f64(),
-        fft_pairs: 0.0,
-    });
     draft.put(
         TableName::Summary,
         key,

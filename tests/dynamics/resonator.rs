@@ -3,9 +3,10 @@
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
+use fretwear::dynamics::cycle::joint_cycle;
 use fretwear::dynamics::{
-    ContactElement, Damping, DynamicsError, FrictionLaw, HarmonicBalance, Harmonics, LinearModel,
-    Load, SecondOrder, Settings, reduced_model, reference_springs,
+    ContactElement, Damping, DynamicsError, ElementState, FrictionLaw, HarmonicBalance, Harmonics,
+    LinearModel, Load, SecondOrder, Settings, reduced_model, reference_springs,
 };
 use fretwear::linalg::{Matrix, SparseIndefinite};
 use fretwear::structure::assembly::{Spring, System};
@@ -265,4 +266,188 @@ fn ports_and_springs_that_do_not_fit_are_refused() {
             "{error}"
         );
     }
+}
+
+/// What a joint does at its ends, on a coarse resonator: every point converges, keeps the balance of energy, and the ends that are
+/// linear are those of a linear structure.
+#[test]
+fn joints_at_their_ends() {
+    let whole = whole(&coarse(), 20);
+    let reduced = &whole.reduced;
+    let base = elements(&whole.mesh);
+    let springs = reference_springs(&base);
+    let drive = reduced.ports.of_point("far_wall", 0).unwrap();
+    let damping = Damping {
+        ratio: 0.003,
+        springs: Some(&springs),
+    };
+    let model = reduced_model(reduced, &[drive], damping).unwrap();
+    let port = model.contact_dofs();
+    let positions: Vec<[f64; 2]> = whole.mesh.contacts.iter().map(|c| c.centre).collect();
+    let linear = HarmonicBalance::new(
+        &model,
+        base.clone(),
+        Harmonics::up_to(1),
+        far_wall(&model, 1e-3),
+        Settings::default(),
+    )
+    .and_then(|balance| balance.phase_resonance((TAU * 850.0, TAU * 1100.0), None))
+    .unwrap();
+    let omegas: Vec<f64> = (0..16)
+        .map(|k| linear.omega * (0.985 + 0.0015 * f64::from(k)))
+        .collect();
+    let attempt = |what: &str, force: f64, change: &dyn Fn(&mut ContactElement)| {
+        let mut elements = base.clone();
+        elements.iter_mut().for_each(change);
+        let balance = HarmonicBalance::new(
+            &model,
+            elements,
+            Harmonics::up_to(3),
+            far_wall(&model, force),
+            Settings::default(),
+        )
+        .unwrap();
+        let responses = balance.forced_response(&omegas)?;
+        let mut worst = ElementState::Stick;
+        for response in &responses {
+            assert!(
+                response.energy.imbalance() < 1e-6,
+                "{what}: {:?}",
+                response.energy
+            );
+            assert!(response.closure < 1e-6, "{what}: {}", response.closure);
+            let summary = balance.joint_summary(response);
+            let joint = joint_cycle(
+                balance.elements(),
+                &response.displacement,
+                balance.sampling(),
+                &positions,
+            )
+            .unwrap();
+            for (j, [tx, ty, n]) in joint.force.iter().enumerate() {
+                let limit = base.len() as f64 * 1e-9
+                    + balance.elements()[0].friction_coefficient * n * (1.0 + 1e-9);
+                assert!(tx.hypot(*ty) <= limit, "{what}, sample {j}");
+            }
+            worst = worst.max(summary.states.into_iter().max().unwrap());
+        }
+        let sizes: Vec<f64> = responses
+            .iter()
+            .map(|r| balance.amplitude(r, port).unwrap().0 / force)
+            .collect();
+        Ok((sizes, worst))
+    };
+    let sweep = |what: &str, force: f64, change: &dyn Fn(&mut ContactElement)| {
+        attempt(what, force, change).unwrap_or_else(|e: DynamicsError| panic!("{what}: {e}"))
+    };
+    let free = |e: &mut ContactElement| (e.normal_load, e.gap) = (0.0, 1.0);
+    let (open, state) = sweep("gaps everywhere", 500.0, &free);
+    assert_eq!(state, ElementState::Open);
+    // Open everywhere is the structure without springs.
+    let bare = HarmonicBalance::<ContactElement>::new(
+        &SecondOrder {
+            contact_dofs: 0,
+            ..model.clone()
+        },
+        Vec::new(),
+        Harmonics::up_to(1),
+        far_wall(&model, 1.0),
+        Settings::default(),
+    )
+    .unwrap();
+    for (size, response) in open.iter().zip(bare.forced_response(&omegas).unwrap()) {
+        let expected = bare.amplitude(&response, port).unwrap().0;
+        assert!((size / expected - 1.0).abs() < 1e-9, "{size} {expected}");
+    }
+    let same = |a: &[f64], b: &[f64]| {
+        let pairs = a.iter().zip(b);
+        pairs.fold(0.0_f64, |m, (a, b)| m.max((a / b - 1.0).abs()))
+    };
+    let (stuck, state) = sweep("a millinewton", 1e-3, &|_| ());
+    assert_eq!(state, ElementState::Stick);
+    let (grips, state) = sweep("µ 10", 10.0, &|e| e.friction_coefficient = 10.0);
+    assert_eq!(state, ElementState::Stick);
+    assert!(same(&stuck, &grips) < 1e-9, "a stuck joint is linear");
+    let (slides, state) = sweep("1 kN", 1e3, &|_| ());
+    assert_eq!(state, ElementState::Slip);
+    assert!(same(&stuck, &slides) > 0.1, "a sliding joint is not");
+    sweep("µ 0", 300.0, &|e| e.friction_coefficient = 0.0);
+    // Touching without preload everywhere, a joint rattles: a steady state is found or refused, never made up.
+    if let Err(error) = attempt("no preload", 100.0, &|e| e.normal_load = 0.0) {
+        assert!(
+            matches!(error, DynamicsError::NotConverged { .. }),
+            "{error}"
+        );
+    }
+    sweep("soft normal", 300.0, &|e| e.normal_stiffness *= 1e-4);
+    sweep("hard normal", 300.0, &|e| e.normal_stiffness *= 1e3);
+    let error = {
+        let balance = HarmonicBalance::new(
+            &model,
+            base.clone(),
+            Harmonics::up_to(1),
+            far_wall(&model, 1.0),
+            Settings::default(),
+        )
+        .unwrap();
+        let response = balance.solve(omegas[0], None).unwrap();
+        joint_cycle(
+            balance.elements(),
+            &response.displacement,
+            balance.sampling(),
+            &positions[1..],
+        )
+        .unwrap_err()
+    };
+    assert!(matches!(error, DynamicsError::Length { .. }), "{error}");
+}
+
+/// Unknowns for the active elements alone give what all unknowns give; the totals are those of the elements.
+#[test]
+fn active_elements_are_enough() {
+    let whole = whole(&coarse(), 20);
+    let elements = elements(&whole.mesh);
+    let springs = reference_springs(&elements);
+    let drive = whole.reduced.ports.of_point("far_wall", 0).unwrap();
+    let damping = Damping {
+        ratio: 0.003,
+        springs: Some(&springs),
+    };
+    let model = reduced_model(&whole.reduced, &[drive], damping).unwrap();
+    let solve = |all_active: bool| {
+        let settings = Settings {
+            all_active,
+            tolerance: 1e-11,
+            ..Settings::default()
+        };
+        let load = far_wall(&model, 150.0);
+        let harmonics = Harmonics::up_to(3);
+        let balance =
+            HarmonicBalance::new(&model, elements.clone(), harmonics, load, settings).unwrap();
+        let range = (TAU * 850.0, TAU * 1100.0);
+        let response = balance.phase_resonance(range, None).unwrap();
+        // Beside it, where part of the elements stick throughout.
+        let beside = TAU * (response.frequency() - 12.0).round();
+        let off = balance.solve(beside, Some(&response.start())).unwrap();
+        let summary = balance.joint_summary(&off);
+        (response.omega, off, summary)
+    };
+    let (few, all) = (solve(false), solve(true));
+    assert!((few.0 / all.0 - 1.0).abs() < 1e-9);
+    let largest = few.1.displacement[..few.1.force.len()]
+        .iter()
+        .fold(0.0_f64, |m, u| m.max(u.abs()));
+    for (a, b) in few.1.displacement.iter().zip(&all.1.displacement) {
+        assert!((a - b).abs() < 1e-8 * largest.max(b.abs()), "{a} {b}");
+    }
+    assert_eq!(all.1.active_elements(), elements.len());
+    println!("{} of {} active", few.1.active_elements(), elements.len());
+    assert!(few.1.active_elements() > 0);
+    assert_eq!(
+        few.2.count(ElementState::Slip) + few.2.count(ElementState::Stick),
+        elements.len()
+    );
+    assert!(few.2.least_displacement[0] <= few.2.displacement[0]);
+    assert!(few.2.displacement[0] <= few.2.largest_displacement[0]);
+    assert!(few.2.normal_load < few.2.largest_normal_load);
 }

@@ -1,6 +1,7 @@
 //! Runs as a whole: killed, stopped, continued, branched, damaged; and what the tables of all kinds of runs say.
 
 mod alone;
+mod checkpoint;
 mod energy;
 mod faults;
 mod kill;

@@ -1,0 +1,53 @@
+"""Makes data/lap_joint_checkpoint: the published case at one iteration before its contact elements are renewed, to go on from.
+
+    python3 data/make_checkpoint.py PROGRAM
+
+PROGRAM is target/release/fretwear. The case is run in a temporary folder to its first update after UPDATES updates; what is kept
+is the iteration before, the unworn one, the unworn surface, and (expected.json) the summaries of the iterations that follow. The
+reduced structure is left out for its size: it is computed again.
+"""
+
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+TARGET = REPOSITORY / "data/lap_joint_checkpoint"
+# Enough cycles for one update after the first, few enough for a minute of work.
+CYCLES = 200_000
+
+
+def main():
+    program = str(Path(sys.argv[1]).resolve())
+    scene = REPOSITORY / "pipelines/lap_joint.toml"
+    with tempfile.TemporaryDirectory() as folder:
+        run = Path(folder) / "run"
+        rows = []
+        command = [program, "run", str(scene), "--run", str(run), "--until", "fretting_cycle", "--quiet", "--json"]
+        # `--until` the last stage makes one iteration a start.
+        while not rows or rows[-1]["cycles"] < CYCLES:
+            done = subprocess.run(command, check=True, capture_output=True, text=True)
+            row = json.loads(done.stdout)
+            row.pop("timing")
+            rows.append(row)
+            updates = [r["wear_iteration"] for r in rows[1:] if r["updated"]]
+            if updates and rows[-1]["wear_iteration"] > updates[0]:
+                break
+        update = updates[0]
+        checkpoint = Path(folder) / "checkpoint"
+        # The same scene, so that what is inherited stays as it is; then what is kept may change.
+        for arguments in (["--from", f"{run}@{update - 1}"], ["--set", "output.keep={ last = 1 }"]):
+            subprocess.run(
+                [program, "run", "--run", str(checkpoint), *arguments, "--until", "structure", "--quiet"], check=True
+            )
+        if TARGET.exists():
+            shutil.rmtree(TARGET)
+        shutil.copytree(checkpoint, TARGET, ignore=shutil.ignore_patterns("structure*", "lock", "staging"))
+        (TARGET / "expected.json").write_text(json.dumps(rows[update:], indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    print(f"{TARGET}: iteration {update - 1}; {len(rows) - update} expected")
+
+
+main()

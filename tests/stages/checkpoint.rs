@@ -1,0 +1,96 @@
+//! The published case from a checkpoint in `data/`: whoever clones the project goes on from there.
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use fretwear::scene::load;
+use fretwear::stages::{Inputs, RunOptions, run};
+use fretwear::store::{RealFileSystem, RunReader};
+use fretwear::tables::{Column, TableName};
+use serde_json::Value;
+
+use super::Seen;
+
+/// Another processor rounds the structure otherwise, and a step may then be a cycle longer: one in tens of thousands.
+const REPRODUCED: f64 = 1e-4;
+/// What says how a result was found rather than what it is.
+const EFFORT: [&str; 6] = [
+    "error_normal",
+    "error_tangential",
+    "error_wear",
+    "fft_pairs",
+    "normal_iterations",
+    "tangential_iterations",
+];
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).expect("a folder");
+    for entry in fs::read_dir(from).expect("the checkpoint") {
+        let entry = entry.expect("an entry");
+        let target = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy(&entry.path(), &target);
+        } else {
+            fs::copy(entry.path(), target).expect("a copy");
+        }
+    }
+}
+
+#[test]
+fn the_published_case_goes_on_from_its_checkpoint() {
+    let source = Path::new(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/data/lap_joint_checkpoint"
+    ));
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().join("run");
+    copy(source, &root);
+    let expected = fs::read_to_string(root.join("expected.json")).expect("what follows");
+    fs::remove_file(root.join("expected.json")).expect("not part of the run");
+    let expected: Vec<Value> = serde_json::from_str(&expected).expect("rows");
+    assert!(
+        expected.iter().any(|row| row["updated"] == true),
+        "the contact elements are renewed on the way"
+    );
+
+    let inputs =
+        Inputs::of(load(&root.join("scene.toml"), &[]).expect("the scene")).expect("inputs");
+    let commits = expected.len() as u64;
+    let options = RunOptions {
+        inputs: &inputs,
+        root: root.clone(),
+        source: None,
+        until: None,
+        cache: None,
+        file_system: Arc::new(RealFileSystem),
+        stop: &|done| done >= commits,
+    };
+    run(&options, &Seen::default()).expect("it goes on");
+    let reader = RunReader::open(Arc::new(RealFileSystem), &root).expect("the run");
+    let last = &expected[expected.len() - 1];
+    let k = last["wear_iteration"].as_u64().expect("a number");
+    assert_eq!(reader.latest(), Some(k));
+    // The checkpoint keeps its last iteration alone, so the last is what there is to compare.
+    let row = reader.read(k, TableName::Summary).expect("the summary");
+    for (schema, column) in row.columns() {
+        let name = schema.name.as_str();
+        if EFFORT.contains(&name) {
+            continue;
+        }
+        match column {
+            Column::F64(values) => {
+                let value = last[name].as_f64().expect("a number");
+                let error = (values[0] / value - 1.0).abs();
+                assert!(error <= REPRODUCED, "{name}: {} for {value}", values[0]);
+            }
+            Column::I64(values) => {
+                let value = last[name].as_f64().expect("a number");
+                let error = (values[0] as f64 / value - 1.0).abs();
+                assert!(error <= REPRODUCED, "{name}: {} for {value}", values[0]);
+            }
+            Column::Bool(values) => assert_eq!(Value::from(values[0]), last[name], "{name}"),
+            _ => panic!("{name} has an unexpected type"),
+        }
+    }
+}
