@@ -72,7 +72,7 @@ fn a_run_made_stage_by_stage_is_the_same() {
         let mut once = computed.clone();
         once.sort();
         once.dedup();
-        // The response in force and that of the worn state are two works of one stage, and so are contact and its curves.
+        // The response in force and that of the worn state, at the start and at the end, are two works of one stage.
         let twice = computed.len() - once.len();
         assert!(twice <= 2, "something was computed twice: {computed:?}");
         fs::remove_dir_all(whole).expect("removed");

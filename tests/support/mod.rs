@@ -42,8 +42,8 @@ tolerance = 1e-3
 curves_every = 2
 "#;
 
-/// A resonator of so few cells that its vibration wears the joint in some iterations within a second: about a tenth of its elements
-/// slip. At this `stiffness_change` the elements are renewed more than once, and not at every iteration.
+/// A resonator of so few cells that its vibration wears the joint in some iterations within a second; some of its elements slip.
+/// At this `stiffness_change` the elements are renewed more than once, and not at every iteration.
 pub const RESONATOR: &str = r#"title = "Small resonator"
 [joint]
 size = ["40 mm", "36 mm"]

@@ -75,7 +75,8 @@ fn what_amounts_to_two_reversals() {
     let s = |t: f64| (TAU * t).sin();
     type Cycle<'a> = Box<dyn Fn(f64) -> (f64, f64, f64) + 'a>;
     // Half ranges along x and y of the two reversals, or none.
-    let cases: Vec<(&str, Cycle, Option<(f64, f64)>)> = vec![
+    type Case<'a> = (&'static str, Cycle<'a>, Option<(f64, f64)>);
+    let cases: Vec<Case> = vec![
         (
             "straight along x",
             Box::new(|t| (c(t), 0.0, N)),
