@@ -23,6 +23,9 @@ pub struct Context<'a> {
     pub joint: FrettingJoint,
     pub surface_key: StageKey,
     pub clock: Clock<'a>,
+    /// Static load that the joint bears \[N\]: the number itself, as the mean of a motion under it is rounded, and a run that is
+    /// continued has to go on with the very same.
+    pub load: f64,
     /// Approach of the unworn joint under its load; there if the load falls with wear.
     pub unworn_approach: Option<f64>,
     /// True if the iteration in progress reaches the end of the scene.
@@ -240,10 +243,12 @@ impl Context<'_> {
         })
     }
 
-    /// From now on the joint moves under this static load.
+    /// From now on the joint moves under this static load. A motion that a structure gives it has to follow.
     pub fn bear(&mut self, load: f64) {
+        self.load = load;
         if self.unworn_approach.is_some() {
-            self.joint.motion = self.joint.motion.clone().with_mean_load(load);
+            // Always from the motion of the scene: shifted again and again it would hang on how often that was.
+            self.joint.motion = self.inputs.motion.clone().with_mean_load(load);
         }
     }
 

@@ -32,13 +32,13 @@ impl Curve {
     }
 }
 
-/// Normal load over approach about the static contact. Loads that a pressure cap does not carry are left out.
+/// Normal load over approach about the static contact under `load`. Loads that a pressure cap does not carry are left out.
 pub fn indentation(
     joint: &mut FrettingJoint,
     wear: &[f64],
+    load: f64,
     at_load: &NormalSolution,
 ) -> Result<Curve, WearError> {
-    let load = joint.motion.mean_load();
     let capacity = joint
         .pressure_cap
         .map_or(f64::INFINITY, |cap| cap * joint.patch.area());

@@ -72,6 +72,9 @@ pub fn is_complete(context: &Context, draft: &mut Draft, keys: &Keys) -> Result<
     if context.curves_due() {
         tables.push(TableName::Hysteresis);
     }
+    if keys.vibration.is_some() {
+        tables.push(TableName::Ledger);
+    }
     for table in tables {
         if kept(draft, table, &keys.fretting_cycle)?.is_none() {
             return Ok(false);

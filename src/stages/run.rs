@@ -175,6 +175,7 @@ fn run_rough(
         joint,
         surface_key: unworn.key,
         clock,
+        load: inputs.motion.mean_load(),
         unworn_approach,
         is_last: false,
     };

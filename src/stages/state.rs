@@ -66,7 +66,7 @@ pub fn follow(
     driven: &Driven,
 ) -> Result<(), RunError> {
     let inputs = context.inputs;
-    let fine = vibrating.motion(inputs, driven, context.joint.motion.mean_load())?;
+    let fine = vibrating.motion(inputs, driven, context.load)?;
     let (motion, march) = Plan::computed_motion(&inputs.scene.fidelity, &fine)?;
     context.joint.motion = motion;
     context.joint.march = march;
@@ -80,10 +80,10 @@ fn balance(
 ) -> Result<(), RunError> {
     let before = &committed.worn;
     let shear_axes = context.inputs.plan.shear;
-    let bolt = context.bolt();
+    let (bolt, load) = (context.bolt(), context.load);
     let ((contact, load, kn, kt), fft_pairs) = context.timed(Stage::StaticContact, |joint| {
         let start = Some(&before.pressure[..]);
-        let (load, contact) = borne(joint, bolt, &before.wear, start)?;
+        let (load, contact) = borne(joint, bolt, load, &before.wear, start)?;
         let (kn, kt) = stiffnesses(joint, &contact.pressure, shear_axes)?;
         Ok((contact, load, kn, kt))
     })?;

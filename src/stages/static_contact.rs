@@ -83,13 +83,13 @@ pub fn static_contact(
     let shear_axes = context.inputs.plan.shear;
     let curve_due = context.curves_due();
     let start = predicted.as_ref().map(|p| &p.pressure[..]);
-    let bolt = context.bolt();
+    let (bolt, load) = (context.bolt(), context.load);
     let ((load, solution, kn, kt, curve), fft_pairs) =
         context.timed(Stage::StaticContact, |joint| {
-            let (load, solution) = borne(joint, bolt, wear, start)?;
+            let (load, solution) = borne(joint, bolt, load, wear, start)?;
             let (kn, kt) = stiffnesses(joint, &solution.pressure, shear_axes)?;
             let curve = curve_due
-                .then(|| curves::indentation(joint, wear, &solution))
+                .then(|| curves::indentation(joint, wear, load, &solution))
                 .transpose()?;
             Ok((load, solution, kn, kt, curve))
         })?;
@@ -134,16 +134,17 @@ pub fn static_contact(
     ))
 }
 
-/// Static load \[N\] and contact of a worn joint, under the load that it bears or what its bolt has left of it.
+/// Static load \[N\] and contact of a worn joint, under `load` or what its bolt has left of it, which is looked for from there.
 pub fn borne(
     joint: &mut FrettingJoint,
     bolt: Option<Bolt>,
+    load: f64,
     wear: &[f64],
     start: Option<&[f64]>,
 ) -> Result<(f64, NormalSolution), NumericsError> {
     match bolt {
-        Some(bolt) => clamped(joint, bolt, wear, start),
-        None => Ok((joint.motion.mean_load(), joint.static_contact(wear, start)?)),
+        Some(bolt) => clamped(joint, bolt, load, wear, start),
+        None => Ok((load, joint.contact(wear, None, load, start)?)),
     }
 }
 
@@ -162,11 +163,11 @@ pub fn stiffnesses(
 fn clamped(
     joint: &mut FrettingJoint,
     bolt: Bolt,
+    first: f64,
     wear: &[f64],
     start: Option<&[f64]>,
 ) -> Result<(f64, NormalSolution), NumericsError> {
     let mut last: Option<NormalSolution> = None;
-    let first = joint.motion.mean_load();
     let found = preload(
         bolt,
         Some(first),

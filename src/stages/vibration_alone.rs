@@ -29,7 +29,7 @@ pub fn vibration_alone(
         }
         _ => (Layout::default(), ElementParameters::default()),
     };
-    if kept(&mut draft, TableName::Summary, &keys.dynamic_response)?.is_none() {
+    if !is_complete(&mut draft, &keys, !layout.centres.is_empty())? {
         let observer = clock.observer;
         clock.timed(Stage::DynamicResponse, || {
             let key = &keys.dynamic_response;
@@ -43,15 +43,39 @@ pub fn vibration_alone(
                 &parameters,
             )
         })?;
-    } else {
-        for name in IN_FORCE.into_iter().chain([TableName::Frf]) {
-            kept(&mut draft, name, &keys.dynamic_response)?;
-        }
     }
     let timing = clock.table()?;
     draft.put(TableName::Timing, &keys.dynamic_response, &timing)?;
     draft.commit(store)?;
     Ok(())
+}
+
+/// True if an earlier start left all tables in the draft.
+fn is_complete(
+    draft: &mut Draft,
+    keys: &VibrationKeys,
+    has_contact: bool,
+) -> Result<bool, RunError> {
+    let key = &keys.dynamic_response;
+    let Some(summary) = kept(draft, TableName::Summary, key)? else {
+        return Ok(false);
+    };
+    let has_resonance = summary.has("resonance_frequency");
+    for name in tables(has_contact, has_resonance).chain([TableName::Frf]) {
+        if kept(draft, name, key)?.is_none() {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// The tables beside the forced response and the summary.
+fn tables(has_contact: bool, has_resonance: bool) -> impl Iterator<Item = TableName> {
+    IN_FORCE.into_iter().filter(move |name| match name {
+        TableName::ContactElement => has_contact,
+        TableName::JointCycle => has_contact && has_resonance,
+        _ => has_resonance,
+    })
 }
 
 fn respond(
@@ -83,8 +107,9 @@ fn respond(
     let mut summary = Table::builder(TableName::Summary);
     if let Some(resonance) = &resonance {
         let tables = in_force(inputs, &vibration, layout, &balance, resonance, parameters)?;
+        let written: Vec<TableName> = self::tables(has_contact, true).collect();
         for (name, table) in IN_FORCE.iter().zip(&tables) {
-            if has_contact || !matches!(name, TableName::ContactElement | TableName::JointCycle) {
+            if written.contains(name) {
                 draft.put(*name, key, table)?;
             }
         }

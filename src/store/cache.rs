@@ -60,14 +60,29 @@ impl Cache {
         tables: &[(TableName, &Table)],
         provenance: &Provenance,
     ) -> Result<(), StoreError> {
-        let folder = self.root.join(key.hash());
         // Two runs that add the same result at once must not write into the same draft.
         let draft = self
             .root
             .join(format!("draft-{}-{}", std::process::id(), key.hash()));
         self.files.make_dir(&self.root)?;
         self.files.remove_dir_if_there(&draft)?;
-        self.files.make_dir_unsynced(&draft)?;
+        let added = self.add(key, tables, provenance, &draft);
+        if added.is_err() {
+            // What is left of it serves nobody. That it cannot be removed would say less than why it was not finished.
+            drop(self.files.remove_dir_if_there(&draft));
+        }
+        added
+    }
+
+    fn add(
+        &self,
+        key: &StageKey,
+        tables: &[(TableName, &Table)],
+        provenance: &Provenance,
+        draft: &Path,
+    ) -> Result<(), StoreError> {
+        let folder = self.root.join(key.hash());
+        self.files.make_dir_unsynced(draft)?;
         for &(table, values) in tables {
             let path = draft.join(table.file_name());
             let (bytes, keyed) = encode(&path, table, key, values, provenance)?;
@@ -77,7 +92,7 @@ impl Cache {
             self.files.write_new(&key_path, &json(&key_path, &keyed)?)?;
         }
         self.files.remove_dir_if_there(&folder)?;
-        self.files.rename(&draft, &folder)?;
+        self.files.rename(draft, &folder)?;
         self.files.sync_dir(&self.root)
     }
 }

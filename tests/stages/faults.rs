@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use fretwear::scene::Scene;
 use fretwear::store::FileSystem;
 
 use super::Start;
 use crate::support::faulty::{Fault, FaultyFileSystem};
-use crate::support::{Bench, assert_same, content, latest};
+use crate::support::{Bench, OSCILLATOR, RESONATOR, SLIDER, assert_same, content, latest};
 
 const FAULTS: [Fault; 4] = [
     Fault::Error,
@@ -27,7 +28,10 @@ const TINY: [&str; 3] = [
 fn sweep(fault: Fault, sets: &[&str], stride: usize) {
     let bench = Bench::new();
     let sets: Vec<&str> = TINY.iter().chain(sets).copied().collect();
-    let scene = bench.scene("small.toml", &sets);
+    sweep_scene(fault, &bench, bench.scene("small.toml", &sets), stride);
+}
+
+fn sweep_scene(fault: Fault, bench: &Bench, scene: Scene, stride: usize) {
     let through =
         |fs: Arc<dyn FileSystem>, root: &Path| Start::new(scene.clone(), root).through(fs).run();
     let reference = bench.path("reference");
@@ -107,6 +111,32 @@ fn every_fault_at_some_calls_while_pruning() {
     }
 }
 
+/// Three iterations of a structure that sticks so much that its response takes milliseconds.
+const SHAKEN: [&str; 4] = [
+    "dynamics.points=2",
+    "wear.tolerance=0.5",
+    "wear.cycles=60_000",
+    "output.curves_every=1",
+];
+
+/// A folder with a resonator whose elements are renewed every so many iterations.
+fn renewed_every(iterations: u64) -> Bench {
+    let bench = Bench::new();
+    let every = format!("iterations = {iterations}");
+    let text = RESONATOR.replace("stiffness_change = 0.01", &every);
+    bench.write("resonator.toml", text);
+    bench
+}
+
+#[test]
+fn every_fault_at_some_calls_of_a_vibrating_run() {
+    for (fault, stride) in FAULTS.into_iter().zip([131, 71, 73, 53]) {
+        let bench = renewed_every(2);
+        let scene = bench.scene("resonator.toml", &SHAKEN);
+        sweep_scene(fault, &bench, scene, stride);
+    }
+}
+
 /// A machine that loses power may keep any of the files that it was not told to wait for: with each single one of them lost, what
 /// is left of a draft leads to the same bits.
 #[test]
@@ -117,6 +147,30 @@ fn a_draft_that_lost_any_file() {
     let sets = ["fidelity.cycle=stepped", "fidelity.steps_per_cycle=8"];
     let sets: Vec<&str> = TINY.iter().chain(&sets).copied().collect();
     let scene = bench.scene("small.toml", &sets);
+    let lost = lose_any(&bench, scene, STRIDE);
+    assert!(lost > 50, "only {lost} files were lost");
+}
+
+/// The same with a structure, where the last tables of an iteration are there: it has more tables than any other.
+#[test]
+fn a_draft_of_a_vibrating_run_that_lost_any_file() {
+    let bench = renewed_every(1);
+    let once = ["wear.cycles=1"];
+    let sets: Vec<&str> = SHAKEN.iter().chain(&once).copied().collect();
+    let lost = lose_any(&bench, bench.scene("resonator.toml", &sets), 97);
+    assert!(lost > 30, "only {lost} files were lost");
+}
+
+#[test]
+fn a_draft_of_a_vibration_alone_that_lost_any_file() {
+    let bench = Bench::new();
+    bench.write("alone.toml", format!("{OSCILLATOR}{SLIDER}"));
+    let lost = lose_any(&bench, bench.scene("alone.toml", &[]), 3);
+    assert!(lost > 20, "only {lost} files were lost");
+}
+
+/// Ends runs at every `stride`-th call, and loses each file of what is left of their drafts. How many were lost.
+fn lose_any(bench: &Bench, scene: Scene, stride: usize) -> usize {
     let reference = bench.path("reference");
     let counted = Arc::new(FaultyFileSystem::sound());
     Start::new(scene.clone(), &reference)
@@ -125,7 +179,7 @@ fn a_draft_that_lost_any_file() {
     let expected = content(&reference);
 
     let mut lost = 0;
-    for call in (1..=counted.calls(Fault::EndBefore)).step_by(STRIDE) {
+    for call in (1..=counted.calls(Fault::EndBefore)).step_by(stride) {
         let ended = bench.path("ended");
         let failing = FaultyFileSystem::failing(call, Fault::EndBefore);
         let (result, _) = Start::new(scene.clone(), &ended)
@@ -146,7 +200,7 @@ fn a_draft_that_lost_any_file() {
             std::fs::remove_dir_all(&ended).expect("removed");
         }
     }
-    assert!(lost > 50, "only {lost} files were lost");
+    lost
 }
 
 /// The files below a folder, relative to it; none if there is no such folder.

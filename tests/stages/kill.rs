@@ -16,10 +16,10 @@ const RUNS: usize = 20;
 const PARTS: [f64; 3] = [0.02, 0.1, 0.4];
 
 /// Kills runs of the scene at pinned random moments, and continues each until it gets through.
-fn killed(sets: &[&str], seed: u64) {
+fn killed(scene: &str, sets: &[&str], seed: u64) {
     let bench = Bench::new();
     let arguments = |run: &str| -> Vec<String> {
-        let mut arguments = vec!["run", "small.toml", "--run", run];
+        let mut arguments = vec!["run", scene, "--run", run];
         arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
         arguments.into_iter().map(str::to_owned).collect()
     };
@@ -81,7 +81,7 @@ fn is_killed(bench: &Bench, arguments: &[String], after: Duration) -> bool {
 
 #[test]
 fn a_killed_run_ends_in_the_same_bits() {
-    killed(&[], 1);
+    killed("small.toml", &[], 1);
 }
 
 /// Larger, so that stages take longer than files, and marched sample by sample under a load that varies.
@@ -94,11 +94,25 @@ fn a_killed_stepped_run_ends_in_the_same_bits() {
         "motion.normal_load_amplitude=\"20 N\"",
         "wear.cycles=200_000",
     ];
-    killed(&sets, 2);
+    killed("small.toml", &sets, 2);
 }
 
 /// Iterations disappear while the run goes on.
 #[test]
 fn a_killed_run_that_keeps_little_ends_in_the_same_bits() {
-    killed(&["output.keep={ every = 4, last = 2 }"], 3);
+    let sets = ["output.keep={ every = 4, last = 2 }"];
+    killed("small.toml", &sets, 3);
+}
+
+/// Its response of one iteration is the start of the next, and the contact elements outlive iterations.
+#[test]
+fn a_killed_vibrating_run_ends_in_the_same_bits() {
+    killed("resonator.toml", &["output.response_at=[100_000]"], 4);
+}
+
+/// The load of an iteration is found from the one before.
+#[test]
+fn a_killed_run_that_loses_its_bolt_load_ends_in_the_same_bits() {
+    let sets = ["contact.bolt_stiffness=\"500 N/um\"", "wear.cycles=150_000"];
+    killed("resonator.toml", &sets, 5);
 }

@@ -1,13 +1,18 @@
 //! Runs as a whole: killed, stopped, continued, branched, damaged; and what the tables of all kinds of runs say.
 
+mod alone;
 mod checkpoint;
+mod energy;
 mod faults;
 mod kill;
 mod kinds;
 mod laws;
 mod resume;
+mod shared;
 mod sibling;
 mod stop;
+mod updates;
+mod vibrating;
 
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -17,7 +22,7 @@ use fretwear::scene::Scene;
 use fretwear::stages::{
     Inputs, Observer, Outcome, Progress, RunError, RunOptions, Source, Stage, run,
 };
-use fretwear::store::{FileSystem, Opening};
+use fretwear::store::{Cache, FileSystem, Opening};
 
 use crate::support::faulty::FaultyFileSystem;
 
@@ -27,6 +32,7 @@ struct Start<'a> {
     root: &'a Path,
     source: Option<(&'a Path, u64)>,
     until: Option<Stage>,
+    cache: Option<PathBuf>,
     file_system: Arc<dyn FileSystem>,
 }
 
@@ -37,6 +43,7 @@ impl<'a> Start<'a> {
             root,
             source: None,
             until: None,
+            cache: None,
             // It does not wait for the disk.
             file_system: Arc::new(FaultyFileSystem::sound()),
         }
@@ -49,6 +56,11 @@ impl<'a> Start<'a> {
 
     fn until(mut self, stage: Stage) -> Self {
         self.until = Some(stage);
+        self
+    }
+
+    fn sharing(mut self, cache: PathBuf) -> Self {
+        self.cache = Some(cache);
         self
     }
 
@@ -69,7 +81,9 @@ impl<'a> Start<'a> {
                 root: self.root.to_owned(),
                 source,
                 until: self.until,
-                cache: None,
+                cache: self
+                    .cache
+                    .map(|root| Cache::new(self.file_system.clone(), &root)),
                 file_system: self.file_system,
                 stop: &|_| false,
             };

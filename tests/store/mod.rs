@@ -1,5 +1,6 @@
 //! The run store: a run that is killed, damaged, shared, continued, branched and pruned.
 
+mod cache;
 mod damage;
 mod faults;
 mod keys;

@@ -42,14 +42,87 @@ tolerance = 1e-3
 curves_every = 2
 "#;
 
+/// A resonator of so few cells that its vibration wears the joint in some iterations within a second; some of its elements slip.
+/// At this `stiffness_change` the elements are renewed more than once, and not at every iteration.
+pub const RESONATOR: &str = r#"title = "Small resonator"
+[joint]
+size = ["40 mm", "36 mm"]
+grid = [45, 36]
+elements = [9, 9]
+[material]
+youngs_modulus = "198.4 GPa"
+poisson_ratio = 0.3
+density = "7949 kg/m^3"
+[surface]
+kind = "gaussian"
+rq = "2 um"
+correlation_length = ["5 mm", "4 mm"]
+seed = 5
+[contact]
+friction_coefficient = 0.6
+normal_load = "30 kN"
+[structure]
+kind = "resonator"
+half_depth_cells = 2
+block_cells = 3
+stub_cells = 1
+gap_cells = 1
+leaf_cells = 1
+window_cells = 3
+wall_cells = 2
+inner_cells = 2
+rim_cells = 1
+head_cells = 1
+[dynamics]
+force = { amplitude = "300 N", at = "far_wall", direction = "x" }
+harmonics = [0, 1]
+modes = 10
+damping_ratio = 0.01
+frequency = ["900 Hz", "1100 Hz"]
+points = 3
+[wear]
+coefficient = "2e5 um^3/J"
+cycles = 500_000
+tolerance = 0.05
+[update]
+stiffness_change = 0.01
+[fidelity]
+aft_samples = 32
+[output]
+curves_every = 0
+"#;
+
+/// A mass on a spring, without contact.
+pub const OSCILLATOR: &str = r#"title = "Oscillator"
+[structure]
+kind = "oscillator"
+mass = "1 kg"
+damping = "20 N s/m"
+stiffness = "4 N/um"
+[dynamics]
+force = { amplitude = "100 N", at = "mass", direction = "x" }
+harmonics = [0, 1, 3]
+frequency = ["160 Hz", "750 Hz"]
+points = 23
+"#;
+
+/// What gives [`OSCILLATOR`] a friction contact.
+pub const SLIDER: &str = r#"[contact]
+kn = "8 N/um"
+kt = "6 N/um"
+friction_coefficient = 0.3
+normal_load = "1000 N"
+"#;
+
 /// A folder with scenes and runs.
 pub struct Bench(TempDir);
 
 impl Bench {
-    /// One with [`SMALL`] as `small.toml`.
+    /// One with [`SMALL`] as `small.toml` and [`RESONATOR`] as `resonator.toml`.
     pub fn new() -> Bench {
         let bench = Bench(tempfile::tempdir().expect("a folder"));
         bench.write("small.toml", SMALL);
+        bench.write("resonator.toml", RESONATOR);
         bench
     }
 
@@ -69,12 +142,13 @@ impl Bench {
         scene::load(&self.path(name), &sets).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// The program in this folder, not started yet.
+    /// The program in this folder, not started yet. It shares no structures between runs, least of all with its user's.
     pub fn command(&self, arguments: &[impl AsRef<OsStr>]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_fretwear"));
         command
             .current_dir(self.0.path())
             .args(arguments)
+            .env("FRETWEAR_CACHE", "")
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped());
@@ -167,10 +241,10 @@ pub fn content_from(root: &Path, first: u64) -> Content {
     let reader = reader(root);
     let mut files = BTreeMap::new();
     let mut chain = BTreeMap::new();
-    for name in ["once/surface.parquet", "once/surface.json"] {
-        if let Ok(bytes) = fs::read(root.join(name)) {
-            files.insert(PathBuf::from(name), bytes);
-        }
+    for entry in fs::read_dir(root.join("once")).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        let name = path.strip_prefix(root).expect("below").to_owned();
+        files.insert(name, fs::read(&path).expect("a file"));
     }
     for k in reader.iterations().filter(|k| *k >= first) {
         let commit = reader.commit_of(k).expect("listed");

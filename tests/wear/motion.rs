@@ -49,3 +49,205 @@ fn a_motion_with_a_mean_or_with_inner_turns_is_not_straight() {
             .is_none()
     );
 }
+
+/// `samples` of a displacement along x and y and a load, as functions of the phase in 0..1.
+fn sampled(samples: usize, at: impl Fn(f64) -> (f64, f64, f64)) -> Motion {
+    let time: Vec<f64> = (0..samples).map(|k| k as f64 / samples as f64).collect();
+    let values: Vec<_> = time.iter().map(|t| at(*t)).collect();
+    Motion {
+        displacement: vec![
+            values.iter().map(|v| v.0).collect(),
+            values.iter().map(|v| v.1).collect(),
+        ],
+        normal_load: values.iter().map(|v| v.2).collect(),
+        time,
+    }
+}
+
+const TOLERANCE: f64 = 0.01;
+const N: f64 = 30e3;
+
+/// What amounts to two reversals, and what does not: each case just within the tolerance and just beyond it.
+#[test]
+fn what_amounts_to_two_reversals() {
+    use std::f64::consts::TAU;
+    let c = |t: f64| (TAU * t).cos();
+    let s = |t: f64| (TAU * t).sin();
+    type Cycle<'a> = Box<dyn Fn(f64) -> (f64, f64, f64) + 'a>;
+    // Half ranges along x and y of the two reversals, or none.
+    type Case<'a> = (&'static str, Cycle<'a>, Option<(f64, f64)>);
+    let cases: Vec<Case> = vec![
+        (
+            "straight along x",
+            Box::new(|t| (c(t), 0.0, N)),
+            Some((1.0, 0.0)),
+        ),
+        (
+            "along y",
+            Box::new(|t| (0.0, -2.0 * c(t), N)),
+            Some((0.0, 2.0)),
+        ),
+        (
+            "oblique",
+            Box::new(|t| (3.0 * c(t), -4.0 * c(t), N)),
+            Some((3.0, -4.0)),
+        ),
+        (
+            "about an offset",
+            Box::new(|t| (7.0 + c(t), -5.0, N)),
+            Some((1.0, 0.0)),
+        ),
+        (
+            "begun in between",
+            Box::new(|t| (s(t), 0.5 * s(t), N)),
+            Some((1.0, 0.5)),
+        ),
+        (
+            "a thin ellipse",
+            Box::new(|t| (c(t), 0.009 * s(t), N)),
+            Some((1.0, 0.0)),
+        ),
+        (
+            "a thicker ellipse",
+            Box::new(|t| (c(t), 0.011 * s(t), N)),
+            None,
+        ),
+        ("a circle", Box::new(|t| (c(t), s(t), N)), None),
+        (
+            "a load that varies little",
+            Box::new(|t| (c(t), 0.0, N * (1.0 + 0.0099 * s(t)))),
+            Some((1.0, 0.0)),
+        ),
+        (
+            "a load that varies more",
+            Box::new(|t| (c(t), 0.0, N * (1.0 + 0.0101 * s(t)))),
+            None,
+        ),
+        (
+            "a ripple that turns nowhere",
+            Box::new(|t| (c(t) + 0.1 * c(3.0 * t), 0.0, N)),
+            Some((1.1, 0.0)),
+        ),
+        // At t = 1/4 the slope of x is -1 + 3·0.5: it turns back there, by 0.14.
+        (
+            "turns in between",
+            Box::new(|t| (c(t) - 0.5 * c(3.0 * t), 0.0, N)),
+            None,
+        ),
+        (
+            "a shiver within the tolerance",
+            Box::new(|t| (c(t) + 0.004 * c(50.0 * t), 0.0, N)),
+            Some((1.004, 0.0)),
+        ),
+        (
+            "a shiver beyond it",
+            Box::new(|t| (c(t) + 0.02 * c(50.0 * t), 0.0, N)),
+            None,
+        ),
+        ("twice a cycle", Box::new(|t| (c(2.0 * t), 0.0, N)), None),
+        ("a bow", Box::new(|t| (c(t), 0.05 * c(2.0 * t), N)), None),
+        ("no motion", Box::new(|_| (3.0, -2.0, N)), Some((0.0, 0.0))),
+        (
+            "no motion, a load that varies",
+            Box::new(|t| (0.0, 0.0, N * (1.0 + 0.1 * c(t)))),
+            None,
+        ),
+    ];
+    for (name, cycle, expected) in cases {
+        let found = sampled(400, &cycle).reversals(TOLERANCE);
+        let Some((x, y)) = expected else {
+            assert!(found.is_none(), "{name}: {found:?}");
+            continue;
+        };
+        let found = found.unwrap_or_else(|| panic!("{name} is not straight"));
+        assert_eq!(found.time, [0.0, 0.5], "{name}");
+        for (axis, end) in [x, y].into_iter().enumerate() {
+            let series = &found.displacement[axis];
+            assert_eq!(series[1], -series[0], "{name}");
+            // A thin ellipse has its ends off the axis by less than it is thick.
+            let off = (series[0].abs() - end.abs()).abs();
+            assert!(
+                off < 1e-12 + 0.01 * f64::from(name.contains("thin")),
+                "{name}: {series:?}"
+            );
+        }
+        // Both axes turn together, and the motion begins at the top of the wider one.
+        let [ex, ey] = [found.displacement[0][0], found.displacement[1][0]];
+        assert!(ex * ey * x * y >= 0.0, "{name}: {ex}, {ey}");
+        assert!(
+            if x.abs() > y.abs() { ex } else { ey } >= 0.0,
+            "{name}: {ex}, {ey}"
+        );
+        for load in &found.normal_load {
+            assert!((load / N - 1.0).abs() < 1e-12, "{name}: {load}");
+        }
+        assert!(found.straight().is_some(), "{name} is marched by reversals");
+    }
+}
+
+/// Whatever unit the motion is in, and wherever its cycle begins.
+#[test]
+fn reversals_do_not_depend_on_unit_or_beginning() {
+    let cycle = |t: f64| {
+        let turn = std::f64::consts::TAU * t;
+        (turn.cos() + 0.05 * (2.0 * turn).cos(), 0.3 * turn.cos(), N)
+    };
+    for ripple in [0.0, 0.004, 0.05] {
+        let mut verdicts = Vec::new();
+        for (unit, shift) in [(1.0, 0.0), (1e-9, 0.0), (1e-6, 0.31), (1e3, 0.77)] {
+            let motion = sampled(360, |t| {
+                let (x, y, load) = cycle(t + shift);
+                let shiver = ripple * (40.0 * std::f64::consts::TAU * (t + shift)).cos();
+                (unit * (x + shiver), unit * y, load)
+            });
+            verdicts.push(motion.reversals(TOLERANCE).is_some());
+        }
+        assert!(
+            verdicts.iter().all(|v| *v == verdicts[0]),
+            "ripple {ripple}: {verdicts:?}"
+        );
+    }
+}
+
+#[test]
+fn a_joint_without_an_axis_has_no_reversals() {
+    assert_eq!(Motion::none(N).reversals(TOLERANCE), None);
+}
+
+#[test]
+fn about_its_middle_and_at_another_load() {
+    let motion = sampled(8, |t| (3.0 + (8.0 * t - 2.0).abs(), -1.0, N + 800.0 * t));
+    let moved = motion.clone().about_its_middle();
+    // x spans 3 … 8: its middle is 5.5, not its mean.
+    for (now, before) in moved.displacement[0].iter().zip(&motion.displacement[0]) {
+        assert_eq!(*now, before - 5.5);
+    }
+    assert_eq!(moved.displacement[1], vec![0.0; 8]);
+    assert_eq!(
+        (&moved.time, &moved.normal_load),
+        (&motion.time, &motion.normal_load)
+    );
+    let loaded = motion.clone().with_mean_load(2e4);
+    assert!((loaded.mean_load() - 2e4).abs() < 1e-11 * 2e4);
+    for k in 0..8 {
+        let (now, before) = (loaded.normal_load[k], motion.normal_load[k]);
+        assert!((now - loaded.normal_load[0] - (before - motion.normal_load[0])).abs() < 1e-8);
+    }
+    assert_eq!(
+        (&loaded.time, &loaded.displacement),
+        (&motion.time, &motion.displacement)
+    );
+}
+
+#[test]
+fn every_so_many_samples() {
+    let motion = sampled(12, |t| (t, 2.0 * t, N + t));
+    let thin = motion.every(4);
+    assert_eq!(thin.samples(), 3);
+    for k in 0..3 {
+        assert_eq!(thin.time_of(k), motion.time_of(4 * k));
+        assert_eq!(thin.at(k), motion.at(4 * k));
+        assert_eq!(thin.normal_load[k], motion.normal_load[4 * k]);
+    }
+    assert_eq!(motion.every(1), motion);
+}

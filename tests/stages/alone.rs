@@ -1,0 +1,331 @@
+//! Vibrations without a rough contact: oscillators with and without a friction contact, and the resonator on given springs.
+
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+
+use fretwear::reference::Jenkins;
+use fretwear::stages::{Ending, Stage};
+use fretwear::tables::{Table, TableName};
+
+use super::Start;
+use crate::support::{Bench, OSCILLATOR, RESONATOR, SLIDER, reader, summary, table, verified};
+
+/// Of [`OSCILLATOR`] and [`SLIDER`].
+const MASS: f64 = 1.0;
+const DAMPING: f64 = 20.0;
+const STIFFNESS: f64 = 4e6;
+const TANGENTIAL: f64 = 6e6;
+const NORMAL: f64 = 8e6;
+const LIMIT: f64 = 0.3 * 1000.0;
+const FORCE: f64 = 100.0;
+
+fn run(bench: &Bench, text: &str, sets: &[&str]) -> PathBuf {
+    bench.write("alone.toml", text);
+    let root = bench.path("run");
+    if root.exists() {
+        std::fs::remove_dir_all(&root).expect("removed");
+    }
+    let (outcome, _) = Start::new(bench.scene("alone.toml", sets), &root).done();
+    assert_eq!(outcome.ending, Ending::Done);
+    assert_eq!(outcome.wear_iteration, Some(0));
+    verified(&root);
+    root
+}
+
+fn slider() -> String {
+    format!("{OSCILLATOR}{SLIDER}")
+}
+
+fn frf(root: &Path) -> Table {
+    table(root, 0, TableName::Frf)
+}
+
+/// Frequency, amplitude and lag of each row.
+fn rows(frf: &Table) -> impl Iterator<Item = [f64; 3]> {
+    let of = |column| frf.f64(column).expect("a column");
+    let (frequency, amplitude, lag) = (of("frequency"), of("amplitude"), of("phase_lag"));
+    (0..frf.rows()).map(|row| [frequency[row], amplitude[row], lag[row]])
+}
+
+/// Every row is F / (k - m w^2 + i c w).
+fn assert_linear(root: &Path, stiffness: f64, force: f64) {
+    /// A linear equation with a residual, and a sum of springs.
+    const EXACT: f64 = 1e-10;
+    for [frequency, amplitude, lag] in rows(&frf(root)) {
+        let omega = TAU * frequency;
+        let (real, imaginary) = (stiffness - MASS * omega * omega, DAMPING * omega);
+        let expected = force / real.hypot(imaginary);
+        assert!(
+            (amplitude / expected - 1.0).abs() < EXACT,
+            "{amplitude:e} m instead of {expected:e} m at {frequency} Hz"
+        );
+        let expected = imaginary.atan2(real);
+        assert!(
+            (lag - expected).abs() < EXACT,
+            "{lag} instead of {expected} at {frequency} Hz"
+        );
+    }
+}
+
+/// Tables of the only iteration.
+fn tables(root: &Path) -> Vec<String> {
+    let reader = reader(root);
+    let commit = reader.commit_of(0).expect("committed");
+    let mut names: Vec<String> = commit.tables.keys().cloned().collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_linear_oscillator() {
+    let bench = Bench::new();
+    let root = run(&bench, OSCILLATOR, &[]);
+    assert_eq!(frf(&root).rows(), 23);
+    assert_linear(&root, STIFFNESS, FORCE);
+    let expected = ["dynamic_response", "frf", "response", "summary"];
+    assert_eq!(tables(&root), expected);
+    // A quarter of a turn behind at the natural frequency, and highest at w^2 = k/m - c^2/2m^2.
+    let natural = (STIFFNESS / MASS).sqrt() / TAU;
+    assert!((summary(&root, 0, "resonance_frequency") / natural - 1.0).abs() < 1e-9);
+    let peak = (STIFFNESS / MASS - 0.5 * (DAMPING / MASS).powi(2)).sqrt() / TAU;
+    assert!((summary(&root, 0, "peak_frequency") / peak - 1.0).abs() < 1e-7);
+    assert_eq!(summary(&root, 0, "dissipated_energy"), 0.0);
+    // Once more, it is done.
+    let (outcome, seen) = Start::new(bench.scene("alone.toml", &[]), &root).done();
+    assert_eq!((outcome.ending, seen.stages.take()), (Ending::Done, vec![]));
+}
+
+#[test]
+fn an_oscillator_that_sticks() {
+    let bench = Bench::new();
+    // At resonance the spring bears 6e6 N/m · 1 N / (20 N s/m · 3162 rad/s) = 95 N of the 300 N.
+    let root = run(&bench, &slider(), &["dynamics.force.amplitude=\"1 N\""]);
+    assert_linear(&root, STIFFNESS + TANGENTIAL, 1.0);
+    let expected = [
+        "contact_element",
+        "dynamic_response",
+        "frf",
+        "joint_cycle",
+        "response",
+        "summary",
+    ];
+    assert_eq!(tables(&root), expected);
+    let element = table(&root, 0, TableName::ContactElement);
+    assert_eq!(element.text("state").expect("a state"), ["stick"]);
+    assert_eq!(element.f64("normal_load").expect("a load"), [1000.0]);
+    assert_eq!(summary(&root, 0, "kt"), TANGENTIAL);
+    assert_eq!(summary(&root, 0, "kn"), NORMAL);
+}
+
+/// With one harmonic every point solves the balance with the first harmonic of the Jenkins loop.
+#[test]
+fn an_oscillator_that_slips_by_one_harmonic() {
+    /// Of the sampling of a loop with corners: the square of a step.
+    const SAMPLED: f64 = 1e-4;
+    let bench = Bench::new();
+    let sets = ["dynamics.harmonics=[0, 1]", "fidelity.aft_samples=1024"];
+    let root = run(&bench, &slider(), &sets);
+    let jenkins = Jenkins {
+        stiffness: TANGENTIAL,
+        limit: LIMIT,
+    };
+    let frf = frf(&root);
+    let friction = frf.f64("friction_energy").expect("energy");
+    let mut slipping = 0;
+    for (row, [frequency, amplitude, lag]) in rows(&frf).enumerate() {
+        let omega = TAU * frequency;
+        let (cosine, sine) = jenkins.coefficients(amplitude, 1);
+        let real = (STIFFNESS - MASS * omega * omega) * amplitude + cosine;
+        let imaginary = DAMPING * omega * amplitude - sine;
+        let off = (real - FORCE * lag.cos()).hypot(imaginary - FORCE * lag.sin());
+        assert!(
+            off < SAMPLED * FORCE,
+            "{off} N of {FORCE} N at {frequency} Hz"
+        );
+        let expected = jenkins.dissipated_energy(amplitude);
+        let scale = LIMIT * amplitude;
+        assert!(
+            (friction[row] - expected).abs() < 4.0 * SAMPLED * scale,
+            "{frequency} Hz"
+        );
+        slipping += usize::from(jenkins.slips(amplitude));
+    }
+    assert!(slipping >= 3, "it slips at {slipping} frequencies");
+    let amplitude = table(&root, 0, TableName::DynamicResponse);
+    let amplitude = amplitude.f64("resonance_amplitude").expect("one")[0];
+    let energy = summary(&root, 0, "dissipated_energy");
+    let expected = jenkins.dissipated_energy(amplitude);
+    assert!(
+        (energy / expected - 1.0).abs() < 1e-3,
+        "{energy:e} instead of {expected:e}"
+    );
+    let element = table(&root, 0, TableName::ContactElement);
+    assert_eq!(element.text("state").expect("a state"), ["slip"]);
+}
+
+/// Half the range of the first harmonic of the steady motion, step by step in time.
+fn integrated(omega: f64) -> f64 {
+    const STEPS: usize = 1500;
+    // 20 time constants 2m/c of the free motion.
+    let periods = (20.0 * 2.0 * MASS / DAMPING * omega / TAU).ceil() as usize;
+    let step = TAU / omega / STEPS as f64;
+    let (mut x, mut v, mut friction) = (0.0f64, 0.0f64, 0.0f64);
+    let (mut cosine, mut sine) = (0.0, 0.0);
+    let mut a = FORCE / MASS;
+    for k in 0..periods * STEPS {
+        let phase = TAU * ((k + 1) % STEPS) as f64 / STEPS as f64;
+        // Velocity Verlet; the damping force is of the middle of the step, solved for.
+        let half = v + 0.5 * step * a;
+        let moved = step * half;
+        x += moved;
+        friction = (friction + TANGENTIAL * moved).clamp(-LIMIT, LIMIT);
+        let pull = FORCE * phase.cos() - STIFFNESS * x - friction;
+        v = (half + 0.5 * step * pull / MASS) / (1.0 + 0.5 * step * DAMPING / MASS);
+        a = (pull - DAMPING * v) / MASS;
+        if k >= (periods - 1) * STEPS {
+            cosine += 2.0 / STEPS as f64 * x * phase.cos();
+            sine += 2.0 / STEPS as f64 * x * phase.sin();
+        }
+    }
+    cosine.hypot(sine)
+}
+
+#[test]
+fn an_oscillator_that_slips_in_time() {
+    /// Of the harmonics that are left out, and of the steps in time.
+    const HARMONICS: f64 = 2e-3;
+    let bench = Bench::new();
+    let sets = [
+        "dynamics.harmonics=[0, 1, 3, 5, 7, 9]",
+        "dynamics.frequency=[\"330 Hz\", \"520 Hz\"]",
+        "dynamics.points=6",
+    ];
+    let root = run(&bench, &slider(), &sets);
+    for [frequency, amplitude, _] in rows(&frf(&root)) {
+        let expected = integrated(TAU * frequency);
+        assert!(
+            (amplitude / expected - 1.0).abs() < HARMONICS,
+            "{amplitude:e} m instead of {expected:e} m at {frequency} Hz"
+        );
+    }
+}
+
+#[test]
+fn a_gap_that_never_closes() {
+    let bench = Bench::new();
+    let contact = SLIDER.replace("normal_load = \"1000 N\"", "gap = \"10 um\"");
+    for direction in ["x", "z"] {
+        let text = OSCILLATOR.replace("\"x\"", &format!("\"{direction}\""));
+        // At resonance 2.5 um of the 10 um.
+        let sets = ["dynamics.force.amplitude=\"0.1 N\""];
+        let root = run(&bench, &format!("{text}{contact}"), &sets);
+        assert_linear(&root, STIFFNESS, 0.1);
+        let element = table(&root, 0, TableName::ContactElement);
+        assert_eq!(element.text("state").expect("a state"), ["open"]);
+        assert_eq!(summary(&root, 0, "dissipated_energy"), 0.0);
+    }
+}
+
+#[test]
+fn no_resonance_in_the_range_is_no_failure() {
+    let bench = Bench::new();
+    bench.write("alone.toml", OSCILLATOR);
+    let range = "dynamics.frequency=[\"400 Hz\", \"750 Hz\"]";
+    let did = bench.done(&["run", "alone.toml", "--run", "a", "--set", range]);
+    let said = "note: dynamics.frequency: no phase resonance between 400";
+    assert!(did.stderr().contains(said), "{}", did.stderr());
+    let root = bench.path("a");
+    assert_eq!(tables(&root), ["frf", "summary"]);
+    assert_linear(&root, STIFFNESS, FORCE);
+    assert!(!table(&root, 0, TableName::Summary).has("resonance_frequency"));
+    // With a contact its element is there all the same.
+    bench.write("alone.toml", slider());
+    let range = "dynamics.frequency=[\"700 Hz\", \"750 Hz\"]";
+    bench.done(&["run", "alone.toml", "--run", "b", "--set", range]);
+    assert_eq!(
+        tables(&bench.path("b")),
+        ["contact_element", "frf", "summary"]
+    );
+}
+
+/// The small resonator without its rough surface.
+fn without_surface(contact: &str) -> String {
+    let (head, tail) = RESONATOR.split_once("[surface]").expect("a surface");
+    let (_, tail) = tail.split_once("[structure]").expect("a structure");
+    let (tail, _) = tail.split_once("[wear]").expect("wear");
+    let head = head.replace("grid = [45, 36]\n", "");
+    format!("{head}{contact}[structure]{tail}")
+}
+
+/// Enough that some elements slip.
+const FORCED: &str = "dynamics.force.amplitude=\"600 N\"";
+
+const SPRINGS: &str = r#"[contact]
+kn = "4000 N/um"
+kt = "3300 N/um"
+friction_coefficient = 0.6
+normal_load = "30 kN"
+"#;
+
+#[test]
+fn a_resonator_on_given_springs() {
+    let bench = Bench::new();
+    let text = without_surface(SPRINGS);
+    let root = run(&bench, &text, &[FORCED]);
+    for (column, total) in [("kn", 4e9), ("kt", 3.3e9)] {
+        assert!((summary(&root, 0, column) / total - 1.0).abs() < 1e-12);
+        let element = table(&root, 0, TableName::ContactElement);
+        assert_eq!(element.rows(), 60);
+        let values = element.f64(column).expect("a column");
+        assert!(
+            values
+                .iter()
+                .all(|v| (v / (total / 60.0) - 1.0).abs() < 1e-12)
+        );
+    }
+    let response = table(&root, 0, TableName::DynamicResponse);
+    let energy = response.f64("friction_energy").expect("energy")[0];
+    assert!(energy > 0.0, "nothing slips");
+    assert_eq!(summary(&root, 0, "dissipated_energy"), energy);
+    assert!(response.f64("error_energy").expect("an error")[0] < 1e-6);
+    // Stage by stage it is the same.
+    let parts = bench.path("parts");
+    let scene = bench.scene("alone.toml", &[FORCED]);
+    for stage in [
+        Stage::Structure,
+        Stage::DynamicResponse,
+        Stage::DynamicResponse,
+    ] {
+        let (outcome, _) = Start::new(scene.clone(), &parts).until(stage).done();
+        assert_eq!(outcome.ending, Ending::Until(stage));
+    }
+    let expected = crate::support::content(&root);
+    crate::support::assert_same(&crate::support::content(&parts), &expected, "stages");
+}
+
+#[test]
+fn a_bonded_resonator() {
+    let bench = Bench::new();
+    let text = without_surface("");
+    let root = run(&bench, &text, &[]);
+    assert_eq!(
+        tables(&root),
+        ["dynamic_response", "frf", "response", "summary"]
+    );
+    let (single, first) = (frf(&root), summary(&root, 0, "resonance_frequency"));
+    let stiff = run(
+        &bench,
+        &without_surface(&SPRINGS.replace("00 N/um", "00e2 N/um")),
+        &[],
+    );
+    let springs = summary(&stiff, 0, "resonance_frequency");
+    assert!(
+        (springs / first - 1.0).abs() < 5e-3,
+        "{springs} Hz on stiff springs, {first} Hz bonded"
+    );
+    // It is linear.
+    let twice = run(&bench, &text, &["dynamics.force.amplitude=\"600 N\""]);
+    for (one, two) in rows(&single).zip(rows(&frf(&twice))) {
+        assert!((two[1] / one[1] - 2.0).abs() < 1e-10, "{} Hz", one[0]);
+    }
+}

@@ -1,0 +1,140 @@
+//! The cache: whole results or none, whatever happens while they are written, read or damaged.
+
+use super::{StageKey, quick, surface, wear_field};
+use crate::support::faulty::{Fault, FaultyFileSystem};
+use crate::support::flip;
+use fretwear::store::{Cache, FileSystem};
+use fretwear::tables::{Provenance, Table, TableName};
+use serde_json::json;
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+const TABLES: [TableName; 2] = [TableName::Surface, TableName::WearField];
+
+fn key(rq: f64) -> StageKey {
+    StageKey::new("surface", &TABLES, &json!({ "rq": rq }), &[])
+}
+
+fn tables(rq: f64) -> Vec<Table> {
+    vec![surface(rq), wear_field(|c| rq * f64::from(c))]
+}
+
+fn put(cache: &Cache, rq: f64) -> Result<(), fretwear::store::StoreError> {
+    let tables = tables(rq);
+    let named: Vec<(TableName, &Table)> = TABLES.into_iter().zip(&tables).collect();
+    let provenance = Provenance {
+        scene_hash: "of some scene".to_owned(),
+        program_version: "0.1.0".to_owned(),
+    };
+    cache.put(&key(rq), &named, &provenance)
+}
+
+fn cache(root: &Path) -> Cache {
+    Cache::new(quick(), root)
+}
+
+#[test]
+fn what_is_put_is_found_under_its_key_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let cache = cache(&folder.path().join("below/cache"));
+    assert_eq!(cache.get(&TABLES, &key(1.0)).expect("readable"), None);
+    put(&cache, 1.0).expect("put");
+    put(&cache, 2.0).expect("put");
+    for rq in [1.0, 2.0] {
+        let found = cache.get(&TABLES, &key(rq)).expect("readable");
+        assert_eq!(found, Some(tables(rq)));
+    }
+    assert_eq!(cache.get(&TABLES, &key(3.0)).expect("readable"), None);
+    // A result without one of the tables asked for is none.
+    let more = [TableName::Surface, TableName::Cycle];
+    assert_eq!(cache.get(&more, &key(1.0)).expect("readable"), None);
+}
+
+#[test]
+fn a_flipped_bit_or_a_lost_file_is_a_miss_and_is_replaced() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let cache = cache(folder.path());
+    put(&cache, 1.0).expect("put");
+    let entry = folder.path().join(key(1.0).hash());
+    let names: Vec<_> = fs::read_dir(&entry)
+        .expect("a folder")
+        .map(|e| e.expect("an entry").path())
+        .collect();
+    assert_eq!(names.len(), 4);
+    for path in names {
+        for lose in [false, true] {
+            if lose {
+                fs::remove_file(&path).expect("removed");
+            } else {
+                flip(&path);
+            }
+            let found = cache.get(&TABLES, &key(1.0)).expect("readable");
+            assert_eq!(found, None, "{}", path.display());
+            put(&cache, 1.0).expect("put");
+            let found = cache.get(&TABLES, &key(1.0)).expect("readable");
+            assert_eq!(found, Some(tables(1.0)));
+        }
+    }
+    // An entry under the name of another key is not believed.
+    fs::rename(&entry, folder.path().join(key(2.0).hash())).expect("renamed");
+    assert_eq!(cache.get(&TABLES, &key(2.0)).expect("readable"), None);
+}
+
+/// After a fault at any call there is the whole result or none, the next one adds it, and nothing of the failed one is left.
+#[test]
+fn a_fault_at_any_call() {
+    for fault in [
+        Fault::Error,
+        Fault::EndTruncating,
+        Fault::EndBefore,
+        Fault::PowerLoss,
+    ] {
+        for there in [false, true] {
+            let begin = |root: &Path| {
+                if there {
+                    put(&cache(root), 1.0).expect("put");
+                    flip(&root.join(key(1.0).hash()).join("surface.parquet"));
+                }
+            };
+            let folder = tempfile::tempdir().expect("a folder");
+            let counted = Arc::new(FaultyFileSystem::sound());
+            begin(folder.path());
+            put(&Cache::new(counted.clone(), folder.path()), 1.0).expect("put");
+            for call in 1..=counted.calls(fault) {
+                let at = format!("{fault:?} at call {call}, there: {there}");
+                let folder = tempfile::tempdir().expect("a folder");
+                begin(folder.path());
+                let failing = Arc::new(FaultyFileSystem::failing(call, fault));
+                let through: Arc<dyn FileSystem> = failing.clone();
+                let result = put(&Cache::new(through, folder.path()), 1.0);
+                assert!(result.is_err(), "{at} went unnoticed");
+                failing.settle();
+                let found = cache(folder.path())
+                    .get(&TABLES, &key(1.0))
+                    .expect("readable");
+                assert!(found.is_none() || found == Some(tables(1.0)), "{at}");
+                put(&cache(folder.path()), 1.0).unwrap_or_else(|error| panic!("{at}: {error}"));
+                let found = cache(folder.path())
+                    .get(&TABLES, &key(1.0))
+                    .expect("readable");
+                assert_eq!(found, Some(tables(1.0)), "{at}");
+                let entries = fs::read_dir(folder.path()).expect("a folder").count();
+                assert_eq!(entries, 1, "{at}: something is left over");
+            }
+        }
+    }
+}
+
+#[test]
+fn no_room_is_said_before_anything_is_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let little = Arc::new(FaultyFileSystem::with_free_space(1000));
+    let error = put(&Cache::new(little, folder.path()), 1.0).expect_err("no room");
+    assert!(
+        matches!(error, fretwear::store::StoreError::NoSpace { .. }),
+        "{error}"
+    );
+    let left = fs::read_dir(folder.path()).expect("a folder").count();
+    assert_eq!(left, 0, "a draft is left over");
+}
