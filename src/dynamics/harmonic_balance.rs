@@ -243,7 +243,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 Some(response) => response,
                 None => match self.solve(omega, responses.last().map(Response::start).as_ref()) {
                     Ok(response) => response,
-                    Err(error) => self.from_the_end(omega, omegas).ok_or(error)?,
+                    Err(error) => self.backwards_to(omega, omegas).ok_or(error)?,
                 },
             };
             responses.push(response);
@@ -291,7 +291,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 
     /// The response at `omega` on the branch from the other end of a sweep.
-    fn from_the_end(&self, omega: f64, omegas: &[f64]) -> Option<Response> {
+    fn backwards_to(&self, omega: f64, omegas: &[f64]) -> Option<Response> {
         let end = *omegas.last()?;
         let last = self.solve(end, None).ok()?;
         self.follow(None, &last, end, omega)
