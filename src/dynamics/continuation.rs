@@ -55,6 +55,8 @@ pub struct Continuation<'a, E> {
     balance: &'a HarmonicBalance<E>,
     settings: ContinuationSettings,
     slot: usize,
+    /// Angular frequencies that make the length 1 of the scaled curve \[rad/s\].
+    width: f64,
     state: Progress,
 }
 
@@ -113,7 +115,44 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
             balance,
             settings,
             slot: balance.harmonics().require(1, "continuation")?,
+            width: (settings.to - settings.from).abs(),
             state: Progress::Start,
+        })
+    }
+
+    /// The point of the branch through `now` at `settings.to`, reached over turning points if need be; `before` is an earlier
+    /// point of it.
+    ///
+    /// # Errors
+    /// [`DynamicsError::NoResonance`] if the branch returns beyond `settings.from`, those of [`Self::new`] and of a step.
+    pub(super) fn reach(
+        balance: &'a HarmonicBalance<E>,
+        settings: ContinuationSettings,
+        before: Option<&Response>,
+        now: &Response,
+        width: f64,
+    ) -> Result<Response, DynamicsError> {
+        let mut path = Continuation::new(balance, settings)?;
+        path.width = width;
+        let largest = before.map_or(0.0, |b| path.size(b)).max(path.size(now));
+        path.state = Progress::Underway(Box::new(Branch {
+            now: now.clone(),
+            before: before.cloned(),
+            step: settings.step,
+            largest,
+            points: 1,
+        }));
+        for response in path {
+            let response = response?;
+            if response.omega == settings.to {
+                return Ok(response);
+            }
+        }
+        let turn = 2.0 * std::f64::consts::PI;
+        Err(DynamicsError::NoResonance {
+            what: "continuous branch",
+            from: now.frequency(),
+            to: settings.to / turn,
         })
     }
 
@@ -121,7 +160,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
     fn point(&self, response: &Response, largest: f64) -> [f64; 3] {
         let n = self.balance.harmonics().coefficients();
         let row = &response.displacement[self.settings.port * n..];
-        let width = (self.settings.to - self.settings.from).abs();
+        let width = self.width;
         let scale = if largest > 0.0 { largest } else { 1.0 };
         [
             row[self.slot] / scale,
@@ -139,7 +178,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
     fn advance(&self, branch: Branch) -> Result<Branch, DynamicsError> {
         let settings = &self.settings;
         let direction = (settings.to - settings.from).signum();
-        let width = (settings.to - settings.from).abs();
+        let width = self.width;
         let here = self.point(&branch.now, branch.largest);
         let tangent = match &branch.before {
             None => [0.0, 0.0, direction],
@@ -211,7 +250,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         tangent: [f64; 3],
         step: f64,
     ) -> Result<Response, DynamicsError> {
-        let width = (self.settings.to - self.settings.from).abs();
+        let width = self.width;
         let scale = if branch.largest > 0.0 {
             branch.largest
         } else {

@@ -10,7 +10,7 @@ use super::closed_model::ClosedModel;
 use super::linear_model::LinearModel;
 use super::newton_step::{Condition, State};
 use super::response::{Response, Start};
-use super::{DynamicsError, Harmonics};
+use super::{Continuation, ContinuationSettings, DynamicsError, Harmonics};
 
 /// Least increment of the load on the way to a state that Newton's method does not reach at once.
 const LEAST_INCREMENT: f64 = 1e-4;
@@ -230,34 +230,71 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 
     /// Responses at each of `omegas`, each from those before.
     ///
+    /// Where there are several, it is that of the branch on which a sweep in the order of `omegas` arrives: where the branch turns
+    /// back before the next frequency, it is followed over its turning points to there, so that the sweep jumps where a slow
+    /// experiment does. Only what no branch leads to is looked for from the other end of the sweep and from the linear response.
+    ///
     /// # Errors
     /// That of the first point that has none.
     pub fn forced_response(&self, omegas: &[f64]) -> Result<Vec<Response>, DynamicsError> {
         let mut responses: Vec<Response> = Vec::with_capacity(omegas.len());
         for &omega in omegas {
-            let ahead = match responses.as_slice() {
-                [.., before, last] if last.omega != before.omega => {
-                    let share = (omega - last.omega) / (last.omega - before.omega);
-                    let mut ahead = last.start();
-                    for (u, old) in ahead.displacement.iter_mut().zip(&before.displacement) {
-                        *u += share * (*u - old);
-                    }
-                    self.newton(
-                        self.start_from(&ahead, omega, 1.0)?,
-                        1.0,
-                        &Condition::Frequency,
-                    )
-                    .ok()
-                }
-                _ => None,
-            };
-            let response = match ahead {
+            let response = match self.next_of_sweep(omega, &responses) {
                 Some(response) => response,
-                None => self.solve(omega, responses.last().map(Response::start).as_ref())?,
+                None => match self.solve(omega, responses.last().map(Response::start).as_ref()) {
+                    Ok(response) => response,
+                    Err(error) => self.backwards_to(omega, omegas).ok_or(error)?,
+                },
             };
             responses.push(response);
         }
         Ok(responses)
+    }
+
+    /// The response at `omega` that is connected with those before.
+    fn next_of_sweep(&self, omega: f64, responses: &[Response]) -> Option<Response> {
+        let last = responses.last()?;
+        let before = responses.iter().rev().nth(1);
+        let at = |start: &Start| {
+            let start = self.start_from(start, omega, 1.0).ok()?;
+            self.newton(start, 1.0, &Condition::Frequency).ok()
+        };
+        if let Some(before) = before.filter(|before| before.omega != last.omega) {
+            let share = (omega - last.omega) / (last.omega - before.omega);
+            let mut ahead = last.start();
+            for (u, old) in ahead.displacement.iter_mut().zip(&before.displacement) {
+                *u += share * (*u - old);
+            }
+            if let Some(response) = at(&ahead) {
+                return Some(response);
+            }
+        }
+        if let Some(response) = at(&last.start()) {
+            return Some(response);
+        }
+        let first = responses.first()?;
+        self.follow(before, last, first.omega, omega)
+    }
+
+    /// The response at `omega` on the branch through `last`, unless that leads back beyond `from`.
+    fn follow(
+        &self,
+        before: Option<&Response>,
+        last: &Response,
+        from: f64,
+        omega: f64,
+    ) -> Option<Response> {
+        let port = self.drive()?.port;
+        let settings = ContinuationSettings::over(from, omega, port);
+        let width = (omega - from).abs();
+        Continuation::reach(self, settings, before, last, width).ok()
+    }
+
+    /// The response at `omega` on the branch from the other end of a sweep.
+    fn backwards_to(&self, omega: f64, omegas: &[f64]) -> Option<Response> {
+        let end = *omegas.last()?;
+        let last = self.solve(end, None).ok()?;
+        self.follow(None, &last, end, omega)
     }
 
     /// The first load of harmonic 1.

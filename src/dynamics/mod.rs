@@ -23,6 +23,7 @@ mod march;
 mod newton;
 mod newton_step;
 pub mod oscillator;
+mod peak;
 pub mod reduced;
 pub mod resonance;
 pub mod response;

@@ -2,12 +2,19 @@
 
 use super::aft::InterfaceElement;
 use super::newton_step::Condition;
-use super::{DynamicsError, HarmonicBalance, Response, Start};
+use super::{Continuation, ContinuationSettings, DynamicsError, HarmonicBalance, Response, Start};
 
 /// Points of the search for a start; a range is a few modes wide at most.
 const SCAN: usize = 400;
 /// Points of the search among nonlinear responses, when all else failed.
 const NONLINEAR_SCAN: usize = 60;
+/// Halvings of an interval that has a resonance.
+const BISECTIONS: usize = 40;
+/// Width of that interval, relative to frequency, at which a phase that still leaps has no resonance between: half-power
+/// bandwidths are above 1e-4.
+const LEAP_WIDTH: f64 = 1e-7;
+/// In-phase share of the displacement on both sides of a leap. Under friction alone at the largest force that it bounds it is 0.
+const LEAP: f64 = 0.1;
 /// Least factor between two loads on the way to the asked one.
 const LEAST_FACTOR: f64 = 1.01;
 /// Least load factor to start from; at smaller loads a preloaded joint is linear.
@@ -21,10 +28,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// The response whose displacement at the drive is 90° behind it, between the angular frequencies of `range`.
     ///
     /// From `guess` directly, if there is one: the response of a similar joint is a good one. Otherwise from the resonance of the
-    /// linear structure, raising the load as far as needed in one go.
+    /// linear structure, raising the load as far as needed in one go; where that fails, the strongest on the branch over the range.
     ///
     /// # Errors
-    /// [`DynamicsError::NoResonance`], or that of the last attempt.
+    /// [`DynamicsError::NoResonance`] if there is none, also where nothing bounds it (no damping, and friction that slides), or
+    /// that of the last attempt.
     pub fn phase_resonance(
         &self,
         range: (f64, f64),
@@ -40,18 +48,13 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 return Ok(response);
             }
         }
-        let mut last = None;
-        if let Some(omega) = self.linear_resonance(range)? {
-            match self.raise_resonance(omega, &condition) {
-                Ok(response) if inside(&response) => return Ok(response),
-                Ok(_) => {}
-                Err(error) => last = Some(error),
-            }
+        if let Some(omega) = self.linear_resonance(range)?
+            && let Ok(response) = self.raise_resonance(omega, &condition)
+            && inside(&response)
+        {
+            return Ok(response);
         }
-        match self.scan_resonance(range, &condition)? {
-            Some(response) if inside(&response) => Ok(response),
-            _ => Err(last.unwrap_or(no_resonance("phase resonance", range))),
-        }
+        self.scan_resonance(range, &condition)
     }
 
     /// Re(û F̂*) = 0, as a condition.
@@ -167,42 +170,133 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Ok(last)
     }
 
-    /// The strongest resonance among responses over the whole range.
+    /// The strongest phase resonance on the branch over the range, which may turn back, or among responses at frequencies of it
+    /// where the branch cannot be followed.
+    ///
+    /// # Errors
+    /// [`DynamicsError::NoResonance`] if there is none or nothing bounds its amplitude, or what kept from knowing.
     fn scan_resonance(
         &self,
         range: (f64, f64),
         condition: &Condition,
+    ) -> Result<Response, DynamicsError> {
+        let port = self.drive().map_or(0, |load| load.port);
+        let mut failure = None;
+        let mut branch = Vec::new();
+        let settings = ContinuationSettings::over(range.0, range.1, port);
+        for response in Continuation::new(self, settings)? {
+            match response {
+                Ok(response) => branch.push(Some(response)),
+                Err(error) => failure = Some(error),
+            }
+        }
+        let mut best = self.crossing(&branch, range, condition);
+        if !matches!(best, Ok(Some(_))) && failure.is_some() {
+            (branch, failure) = (Vec::new(), None);
+            for k in 0..=NONLINEAR_SCAN {
+                let omega = range.0 + (range.1 - range.0) * k as f64 / NONLINEAR_SCAN as f64;
+                let guess = branch.last().and_then(Option::as_ref).map(Response::start);
+                branch.push(match self.solve(omega, guess.as_ref()) {
+                    Ok(response) => Some(response),
+                    Err(error) => {
+                        failure = Some(error);
+                        None
+                    }
+                });
+            }
+            best = self.crossing(&branch, range, condition);
+        }
+        match best? {
+            Some(response) => Ok(response),
+            None => Err(failure.unwrap_or(no_resonance("phase resonance", range))),
+        }
+    }
+
+    /// The strongest phase resonance between neighbours of `branch`.
+    fn crossing(
+        &self,
+        branch: &[Option<Response>],
+        range: (f64, f64),
+        condition: &Condition,
     ) -> Result<Option<Response>, DynamicsError> {
         let mut best: Option<(f64, Response)> = None;
-        let mut before: Option<(f64, Response)> = None;
-        for k in 0..=NONLINEAR_SCAN {
-            let omega = range.0 + (range.1 - range.0) * k as f64 / NONLINEAR_SCAN as f64;
-            let guess = before.as_ref().map(|(_, response)| response.start());
-            let Ok(response) = self.solve(omega, guess.as_ref()) else {
-                before = None;
+        let mut failure = None;
+        for pair in branch.windows(2) {
+            let [Some(before), Some(after)] = pair else {
                 continue;
             };
-            let (value, size) = self.in_phase(condition, &response.displacement);
-            if let Some((earlier, response_before)) = &before
-                && *earlier > 0.0
-                && value <= 0.0
-                && best.as_ref().is_none_or(|(s, _)| size > *s)
-            {
-                best = Some((size, response_before.clone()));
+            let side = |response: &Response| self.in_phase(condition, &response.displacement).0;
+            if !(side(before) > 0.0 && side(after) <= 0.0) {
+                continue;
             }
-            before = Some((value, response));
+            match self.resonance_between(before, after, range, condition) {
+                Ok(response) if range.0 <= response.omega && response.omega <= range.1 => {
+                    let size = self.in_phase(condition, &response.displacement).1;
+                    if best.as_ref().is_none_or(|(s, _)| size > *s) {
+                        best = Some((size, response));
+                    }
+                }
+                Ok(_) => {}
+                Err(error) => failure = Some(error),
+            }
         }
-        let Some((_, near)) = best else {
-            return Ok(None);
-        };
-        let start = self.start_from(&near.start(), near.omega, 1.0)?;
-        self.newton(start, 1.0, condition).map(Some)
+        match (best, failure) {
+            (Some((_, response)), _) => Ok(Some(response)),
+            (None, Some(error)) => Err(error),
+            (None, None) => Ok(None),
+        }
+    }
+
+    /// The phase resonance between a response in phase with the drive and one behind it.
+    fn resonance_between(
+        &self,
+        before: &Response,
+        after: &Response,
+        range: (f64, f64),
+        condition: &Condition,
+    ) -> Result<Response, DynamicsError> {
+        let (mut low, mut high) = (before.clone(), after.clone());
+        let mut failure = None;
+        for _ in 0..BISECTIONS {
+            for near in [&low, &high] {
+                let start = self.start_from(&near.start(), near.omega, 1.0)?;
+                match self.newton(start, 1.0, condition) {
+                    Ok(response) => return Ok(response),
+                    Err(error) => failure = Some(error),
+                }
+            }
+            let share = |response: &Response| {
+                let (part, size) = self.in_phase(condition, &response.displacement);
+                part.abs() / size.max(f64::MIN_POSITIVE)
+            };
+            if (high.omega - low.omega).abs() <= LEAP_WIDTH * low.omega {
+                // Friction bounds an amplitude by at most 4/π of its limit, and nothing does without it.
+                if share(&low) > LEAP && share(&high) > LEAP {
+                    return Err(no_resonance("bounded phase resonance", range));
+                }
+                break;
+            }
+            let middle = 0.5 * (low.omega + high.omega);
+            let there = match self.solve(middle, Some(&low.start())) {
+                Err(error) if error.is_singular() => {
+                    return Err(no_resonance("bounded phase resonance", range));
+                }
+                there => there?,
+            };
+            if self.in_phase(condition, &there.displacement).0 > 0.0 {
+                low = there;
+            } else {
+                high = there;
+            }
+        }
+        Err(failure.unwrap_or(no_resonance("phase resonance", range)))
     }
 
     /// The response with the largest first harmonic at `port`, between the angular frequencies of `range`, near `guess` (the
     /// phase resonance is a good one).
     ///
-    /// A root of the derivative of the squared amplitude along the branch, so a plateau is no difficulty.
+    /// A root of the derivative of the squared amplitude along the branch, so a plateau is no difficulty. The phase at the port leads
+    /// along the branch, which changes steadily over a resonance also where the branch overhangs; where it does not, the frequency.
     ///
     /// # Errors
     /// [`DynamicsError::NoResonance`] if the amplitude still rises at the end of the range, or that of a solve.
@@ -212,6 +306,19 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         range: (f64, f64),
         guess: &Start,
     ) -> Result<Response, DynamicsError> {
+        let start = self.solve(guess.omega.clamp(range.0, range.1), Some(guess))?;
+        match self.peak_by_phase(port, range, &start) {
+            Ok(peak) => Ok(peak),
+            Err(_) => self.peak_by_frequency(port, range, start),
+        }
+    }
+
+    fn peak_by_frequency(
+        &self,
+        port: usize,
+        range: (f64, f64),
+        start: Response,
+    ) -> Result<Response, DynamicsError> {
         let slot = self.harmonics().require(1, "peak")?;
         let n = self.harmonics().coefficients();
         let slope = |response: &Response| -> Result<f64, DynamicsError> {
@@ -219,7 +326,6 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let change = self.port_slope(response, port, slot)?;
             Ok(row[slot] * change[0] + row[slot + 1] * change[1])
         };
-        let start = self.solve(guess.omega.clamp(range.0, range.1), Some(guess))?;
         let first = slope(&start)?;
         if first == 0.0 {
             return Ok(start);

@@ -30,7 +30,7 @@ pub struct Resonance {
     pub phase: Response,
     /// Half range of the first harmonic at the response port there \[m\].
     pub amplitude: f64,
-    /// Frequency of the largest first harmonic at the response port \[Hz\].
+    /// Frequency of the largest first harmonic at the response port (see [`Vibration::resonance`]) \[Hz\].
     pub peak_frequency: f64,
     /// That harmonic \[m\].
     pub peak_amplitude: f64,
@@ -71,7 +71,8 @@ impl Vibration {
         )
     }
 
-    /// Phase resonance and peak, from `start` if there is one.
+    /// Phase resonance and peak, from `start` if there is one. The peak is the highest in the range if the unknowns of all elements
+    /// are few enough for elimination, so that a whole branch costs little; otherwise that of the phase resonance.
     ///
     /// # Errors
     /// Those of [`HarmonicBalance::phase_resonance`] and [`HarmonicBalance::peak`].
@@ -81,7 +82,14 @@ impl Vibration {
         start: Option<&Start>,
     ) -> Result<Resonance, DynamicsError> {
         let phase = balance.phase_resonance(self.range, start)?;
-        let peak = balance.peak(self.response_port, self.range, &phase.start())?;
+        let port = self.response_port;
+        let near = balance.peak(port, self.range, &phase.start());
+        let peak = if balance.is_small() {
+            let highest = balance.highest_peak(port, self.range, near.as_ref().ok().cloned())?;
+            highest.map_or(near, Ok)?
+        } else {
+            near?
+        };
         Ok(Resonance {
             amplitude: balance.amplitude(&phase, self.response_port)?.0,
             peak_frequency: peak.frequency(),

@@ -5,6 +5,7 @@ mod condensation;
 mod continuation;
 mod element;
 mod extremes;
+mod folds;
 mod harmonics;
 mod resonance;
 mod resonator;

@@ -1,0 +1,214 @@
+//! The peak of a resonance along its branch, with the phase of the response as the coordinate: also where the branch overhangs.
+
+use std::f64::consts::PI;
+
+use super::aft::InterfaceElement;
+use super::newton_step::Condition;
+use super::{Continuation, ContinuationSettings, DynamicsError, HarmonicBalance, Response, Start};
+
+/// First and largest step of phase \[rad\].
+const FIRST_STEP: f64 = 0.02;
+const LARGEST_STEP: f64 = 0.2;
+/// Least step of phase before the coordinate is given up \[rad\].
+const LEAST_STEP: f64 = 1e-4;
+/// A step that changes the amplitude by more than this factor has left the branch.
+const LEFT: f64 = 1.5;
+/// Phase from the start within which the peak is that of the same resonance \[rad\].
+const FARTHEST: f64 = 0.5 * PI;
+/// Width of the bracket that ends the search \[rad\]: the amplitude of a linear peak is then right to 1e-13.
+const WIDTH: f64 = 3e-7;
+/// Amplitude by which another peak must be higher to be it: samples let it ripple by less.
+const HIGHER: f64 = 1e-6;
+
+/// A response on the branch and the derivative of its amplitude's logarithm by phase.
+struct Place {
+    response: Response,
+    phase: f64,
+    slope: f64,
+}
+
+impl<E: InterfaceElement> HarmonicBalance<E> {
+    /// The local peak near `start`, along the branch.
+    pub(super) fn peak_by_phase(
+        &self,
+        port: usize,
+        range: (f64, f64),
+        start: &Response,
+    ) -> Result<Response, DynamicsError> {
+        let slot = self.harmonics().require(1, "peak")?;
+        let lost = || {
+            let turn = 2.0 * PI;
+            DynamicsError::NoResonance {
+                what: "peak",
+                from: range.0 / turn,
+                to: range.1 / turn,
+            }
+        };
+        let origin = self.first_harmonic(start, port, slot)[1];
+        let mut near = self.place(start.clone(), port, slot, origin)?;
+        if near.slope == 0.0 {
+            return Ok(near.response);
+        }
+        let uphill = near.slope.signum();
+        let mut step = FIRST_STEP;
+        let mut far = loop {
+            let phase = near.phase + step * uphill;
+            if (phase - origin).abs() > FARTHEST {
+                return Err(lost());
+            }
+            match self.at_phase(&near, phase, port, slot) {
+                Ok(next) if next.slope * uphill <= 0.0 => break next,
+                Ok(next) => {
+                    near = next;
+                    step = (1.6 * step).min(LARGEST_STEP);
+                }
+                Err(error) => {
+                    step *= 0.25;
+                    if step < LEAST_STEP {
+                        return Err(error);
+                    }
+                }
+            }
+        };
+        // Regula falsi with halved weights (Illinois), and bisection now and then: the slope may jump.
+        let (mut near_weight, mut far_weight) = (near.slope, far.slope);
+        for iteration in 0..60 {
+            let width = far.phase - near.phase;
+            if width.abs() <= WIDTH || far.slope == 0.0 {
+                break;
+            }
+            let share = if iteration % 4 == 3 {
+                0.5
+            } else {
+                (near_weight / (near_weight - far_weight)).clamp(0.01, 0.99)
+            };
+            let next = self.at_phase(&near, near.phase + share * width, port, slot)?;
+            if next.slope * uphill > 0.0 {
+                near = next;
+                near_weight = near.slope;
+                far_weight *= 0.5;
+            } else {
+                far = next;
+                far_weight = far.slope;
+                near_weight *= 0.5;
+            }
+        }
+        let size = |place: &Place| self.first_harmonic(&place.response, port, slot)[0];
+        let peak = if size(&far) > size(&near) { far } else { near }.response;
+        if peak.omega < range.0 || peak.omega > range.1 {
+            return Err(lost());
+        }
+        Ok(peak)
+    }
+
+    /// The highest peak at `port` between the angular frequencies of `range`, on the branch over the whole of it; `near`, a peak
+    /// that is known, if no other is higher.
+    ///
+    /// # Errors
+    /// None of the branch: as far as it can be followed, it counts.
+    pub fn highest_peak(
+        &self,
+        port: usize,
+        range: (f64, f64),
+        near: Option<Response>,
+    ) -> Result<Option<Response>, DynamicsError> {
+        let slot = self.harmonics().require(1, "peak")?;
+        let size = |response: &Response| self.first_harmonic(response, port, slot)[0];
+        let settings = ContinuationSettings::over(range.0, range.1, port);
+        let branch: Vec<Response> = Continuation::new(self, settings)?
+            .map_while(Result::ok)
+            .collect();
+        let inner = branch.windows(3).filter(|at| {
+            let middle = size(&at[1]);
+            middle >= size(&at[0]) && middle >= size(&at[2])
+        });
+        let Some(top) = inner
+            .map(|at| &at[1])
+            .max_by(|a, b| size(a).total_cmp(&size(b)))
+        else {
+            return Ok(near);
+        };
+        if near
+            .as_ref()
+            .is_some_and(|near| size(top) <= size(near) * (1.0 + HIGHER))
+        {
+            return Ok(near);
+        }
+        let refined = self.peak(port, range, &top.start()).ok();
+        let all = [near, refined, Some(top.clone())];
+        Ok(all
+            .into_iter()
+            .flatten()
+            .max_by(|a, b| size(a).total_cmp(&size(b))))
+    }
+
+    /// Whether a whole branch costs little: its unknowns are few.
+    pub(super) fn is_small(&self) -> bool {
+        self.elements.len() * self.width() <= self.settings.dense_unknowns
+    }
+
+    /// Amplitude and angle of (cosine, sine).
+    fn first_harmonic(&self, response: &Response, port: usize, slot: usize) -> [f64; 2] {
+        let row = &response.displacement[port * self.harmonics().coefficients()..];
+        let (a, b) = (row[slot], row[slot + 1]);
+        [a.hypot(b), b.atan2(a)]
+    }
+
+    /// `response` with its phase, the turn of it next to `near`.
+    fn place(
+        &self,
+        response: Response,
+        port: usize,
+        slot: usize,
+        near: f64,
+    ) -> Result<Place, DynamicsError> {
+        let row = &response.displacement[port * self.harmonics().coefficients()..];
+        let (a, b) = (row[slot], row[slot + 1]);
+        let change = self.port_slope(&response, port, slot)?;
+        let angle = b.atan2(a);
+        let phase = angle + 2.0 * PI * ((near - angle) / (2.0 * PI)).round();
+        let slope = (a * change[0] + b * change[1]) / (a * change[1] - b * change[0]);
+        if !slope.is_finite() {
+            return Err(DynamicsError::OutOfRange {
+                name: "the change of amplitude with phase",
+                value: slope,
+                expected: "finite: the phase changes along the branch",
+            });
+        }
+        Ok(Place {
+            response,
+            phase,
+            slope,
+        })
+    }
+
+    /// The response of the branch through `near` whose phase is `phase`.
+    fn at_phase(
+        &self,
+        near: &Place,
+        phase: f64,
+        port: usize,
+        slot: usize,
+    ) -> Result<Place, DynamicsError> {
+        let condition = Condition::Linear {
+            port,
+            slot,
+            weights: [-phase.sin(), phase.cos(), 0.0],
+            value: 0.0,
+        };
+        let start: Start = near.response.start();
+        let start = self.start_from(&start, near.response.omega, 1.0)?;
+        let response = self.newton(start, 1.0, &condition)?;
+        let place = self.place(response, port, slot, phase)?;
+        let size = |place: &Place| self.first_harmonic(&place.response, port, slot)[0];
+        let ratio = size(&place) / size(near);
+        if (place.phase - phase).abs() > 0.1 || !(1.0 / LEFT..LEFT).contains(&ratio) {
+            return Err(DynamicsError::NoResonance {
+                what: "continuous branch",
+                from: near.response.frequency(),
+                to: place.response.frequency(),
+            });
+        }
+        Ok(place)
+    }
+}

@@ -1,0 +1,199 @@
+//! Sweeps, peaks and resonances where several responses exist.
+
+use fretwear::dynamics::{
+    ContactElement, Continuation, ContinuationSettings, DynamicsError, FrictionLaw,
+    HarmonicBalance, Oscillator, Response, Settings, Vibration,
+};
+
+use super::{balance, oscillator};
+
+const TURN: f64 = 2.0 * std::f64::consts::PI;
+/// Two solutions of the same equations, each to a relative correction of 1e-10.
+const SAME: f64 = 1e-7;
+/// A maximum between points of a branch 1/20 apart at most, against the highest of them.
+const BETWEEN_POINTS: f64 = 5e-3;
+
+/// 1 kg on a soft spring above a contact along the normal: pressed on by 10 N, or 1 mm away.
+fn bouncing(is_pressed: bool) -> Oscillator {
+    Oscillator {
+        mass: [1.0, 1.1, 1.0],
+        damping: [4.0; 3],
+        stiffness: [5e4; 3],
+        element: ContactElement {
+            area: 1e-4,
+            friction_coefficient: 0.3,
+            normal_load: if is_pressed { 10.0 } else { 0.0 },
+            gap: if is_pressed { 0.0 } else { 1e-3 },
+            tangential_stiffness: 1e4,
+            normal_stiffness: 3e4,
+            law: FrictionLaw::Cone,
+        },
+    }
+}
+
+fn along_the_normal(is_pressed: bool, force: f64) -> HarmonicBalance<ContactElement> {
+    let settings = Settings {
+        samples: 256,
+        ..Settings::default()
+    };
+    let load = Oscillator::load(2, force, 0.0);
+    balance(&bouncing(is_pressed), 3, &[load], settings)
+}
+
+fn size(balance: &HarmonicBalance<ContactElement>, response: &Response) -> f64 {
+    balance.amplitude(response, 2).expect("port 2").0
+}
+
+fn branch(
+    balance: &HarmonicBalance<ContactElement>,
+    from: f64,
+    to: f64,
+    port: usize,
+) -> Vec<Response> {
+    Continuation::new(balance, ContinuationSettings::over(from, to, port))
+        .and_then(Iterator::collect)
+        .unwrap_or_else(|error: DynamicsError| panic!("{error}"))
+}
+
+#[test]
+fn sweeps_jump_at_the_folds() {
+    let balance = along_the_normal(true, 6.0);
+    let (from, to) = (TURN * 30.0, TURN * 60.0);
+    let mut omegas: Vec<f64> = (0..61)
+        .map(|k| from + (to - from) * k as f64 / 60.0)
+        .collect();
+    let up = balance
+        .forced_response(&omegas)
+        .unwrap_or_else(|error| panic!("{error}"));
+    omegas.reverse();
+    let down = balance
+        .forced_response(&omegas)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let branch = branch(&balance, from, to, 2);
+    // The first and the last time that the branch comes by: where sweeps up and down find themselves.
+    let between = |pair: &&[Response], omega: f64| {
+        let (a, b) = (pair[0].omega, pair[1].omega);
+        (a < omega) != (b < omega)
+    };
+    let near = |pair: &[Response], response: &Response| {
+        let (a, b) = (size(&balance, &pair[0]), size(&balance, &pair[1]));
+        let found = size(&balance, response);
+        let room = 0.5 * (a - b).abs() + 1e-2 * a;
+        found > a.min(b) - room && found < a.max(b) + room
+    };
+    let mut differ = 0;
+    for (up, down) in up.iter().zip(down.iter().rev()).skip(1) {
+        assert_eq!(up.omega.to_bits(), down.omega.to_bits());
+        let (first, last) = (
+            branch.windows(2).find(|p| between(p, up.omega)),
+            branch.windows(2).rfind(|p| between(p, up.omega)),
+        );
+        assert!(
+            first.is_none_or(|p| near(p, up)) && last.is_none_or(|p| near(p, down)),
+            "{} Hz: up {}, down {}",
+            up.frequency(),
+            size(&balance, up),
+            size(&balance, down)
+        );
+        let change = size(&balance, up) / size(&balance, down) - 1.0;
+        if change.abs() > SAME {
+            differ += 1;
+        }
+        assert!(up.energy.imbalance() < 1e-6 && down.energy.imbalance() < 1e-6);
+    }
+    let backwards = branch.windows(2).filter(|p| p[1].omega < p[0].omega);
+    assert!(backwards.count() > 3 && differ < 10, "{differ}");
+}
+
+#[test]
+fn peaks_of_overhanging_branches() {
+    for (is_pressed, forces) in [(true, [1.0, 6.0, 15.0]), (false, [1.0, 4.0, 8.0])] {
+        for force in forces {
+            let balance = along_the_normal(is_pressed, force);
+            let range = (TURN * 25.0, TURN * 60.0);
+            let resonance = balance
+                .phase_resonance(range, None)
+                .unwrap_or_else(|error| panic!("{force} N: {error}"));
+            let peak = balance
+                .peak(2, range, &resonance.start())
+                .unwrap_or_else(|error| panic!("{force} N: {error}"));
+            let branch = branch(&balance, range.0, range.1, 2);
+            let top = branch.iter().map(|r| size(&balance, r)).fold(0.0, f64::max);
+            let found = size(&balance, &peak);
+            println!("{force} N, pressed {is_pressed}: {found:.6e}, of the branch {top:.6e}");
+            assert!(
+                (found / top - 1.0).abs() < BETWEEN_POINTS,
+                "{force} N, pressed {is_pressed}: {found} {top}"
+            );
+            // Nothing but the dashpot takes energy: what the force gives at most, π F |u|, is at least π c ω |u|².
+            let bound = force / (4.0 * peak.omega);
+            assert!(found < bound * (1.0 + 1e-2), "{found} {bound}");
+        }
+    }
+}
+
+#[test]
+fn the_highest_of_several_peaks() {
+    // Along x at its own resonance, and once more where the normal load varies most.
+    let mut oscillator = oscillator(FrictionLaw::Cone);
+    oscillator.mass = [1.0; 3];
+    oscillator.damping = [60.0; 3];
+    oscillator.stiffness = [4e6; 3];
+    oscillator.element = ContactElement {
+        area: 1e-4,
+        friction_coefficient: 0.3,
+        normal_load: 1000.0,
+        gap: 0.0,
+        tangential_stiffness: 6e6,
+        normal_stiffness: 8e6,
+        law: FrictionLaw::Cone,
+    };
+    let range = (TURN * 160.0, TURN * 750.0);
+    let vibration = Vibration {
+        model: oscillator.model().expect("right"),
+        loads: vec![
+            Oscillator::load(0, 200.0, 0.0),
+            Oscillator::load(2, 3000.0, 0.5 * std::f64::consts::PI),
+        ],
+        response_port: 0,
+        harmonics: fretwear::dynamics::Harmonics::up_to(5),
+        settings: Settings {
+            samples: 256,
+            ..Settings::default()
+        },
+        range,
+    };
+    let balance = vibration
+        .balance(vec![oscillator.element])
+        .expect("a right oscillator");
+    let resonance = vibration
+        .resonance(&balance, None)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let points = vibration
+        .forced_response(&balance, Some(61))
+        .unwrap_or_else(|error| panic!("{error}"));
+    let top = points.iter().map(|p| p.amplitude).fold(0.0, f64::max);
+    assert!(
+        resonance.peak_amplitude >= top * (1.0 - 1e-4),
+        "{} {top}",
+        resonance.peak_amplitude
+    );
+}
+
+#[test]
+fn a_resonance_that_nothing_bounds_is_none() {
+    // Friction bounds a resonance up to 4/π of its limit, 68.75 N; without contact nothing does.
+    let mut oscillator = oscillator(FrictionLaw::Cone);
+    oscillator.damping = [0.0; 3];
+    let range = (TURN * 600.0, TURN * 1200.0);
+    for (friction, force) in [(0.6, 100.0), (0.0, 10.0)] {
+        oscillator.element.friction_coefficient = friction;
+        let load = Oscillator::load(0, force, 0.0);
+        let balance = balance(&oscillator, 3, &[load], Settings::default());
+        let error = balance.phase_resonance(range, None).expect_err("unbounded");
+        assert!(
+            matches!(error, DynamicsError::NoResonance { .. }),
+            "{friction}: {error}"
+        );
+    }
+}
