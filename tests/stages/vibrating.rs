@@ -388,3 +388,25 @@ fn updates_are_kept() {
         );
     }
 }
+
+/// The tangential solve of one of these steps, from one sample of the cycle to the next, does not converge in one piece.
+#[test]
+fn a_step_that_is_not_solved_at_once_is_made_in_parts() {
+    let bench = Bench::new();
+    let sets = [
+        "dynamics.force.amplitude=1000 N",
+        "dynamics.harmonics=[0, 1, 2, 3]",
+        "dynamics.damping_ratio=0.002",
+        r#"dynamics.frequency=["800 Hz", "1200 Hz"]"#,
+        "wear.coefficient=2e3 um^3/J",
+        "wear.cycles=1",
+        "fidelity.aft_samples=128",
+        "fidelity.cycle=stepped",
+    ];
+    let run = bench.path("run");
+    Start::new(bench.scene("resonator.toml", &sets), &run)
+        .until(Stage::FrettingCycle)
+        .done();
+    let error = summary(&run, 0, "error_tangential");
+    assert!(error <= 1e-4, "each part is as exact as a step: {error}");
+}
