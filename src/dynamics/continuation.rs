@@ -313,19 +313,33 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// A branch as far as it can be followed, and why no further.
+    /// A branch as far as it can be followed, and why no further. Of one that returns, the part up to where it turns.
     fn part(
         &self,
         settings: ContinuationSettings,
     ) -> Result<(Vec<Response>, Option<DynamicsError>), DynamicsError> {
-        let mut points = Vec::new();
+        let mut points: Vec<Response> = Vec::new();
         for response in Continuation::new(self, settings)? {
             match response {
                 Ok(response) => points.push(response),
                 Err(error) => return Ok((points, Some(error))),
             }
         }
-        Ok((points, None))
+        if points.last().is_some_and(|last| last.omega == settings.to) {
+            return Ok((points, None));
+        }
+        let direction = (settings.to - settings.from).signum();
+        let reached = |response: &Response| direction * response.omega;
+        let farthest = points.iter().map(reached).fold(f64::NEG_INFINITY, f64::max);
+        let turn = points.iter().position(|r| reached(r) >= farthest);
+        points.truncate(turn.map_or(0, |turn| turn + 1));
+        let hertz = 2.0 * std::f64::consts::PI;
+        let error = DynamicsError::NoResonance {
+            what: "continuous branch",
+            from: settings.from / hertz,
+            to: settings.to / hertz,
+        };
+        Ok((points, Some(error)))
     }
 }
 
