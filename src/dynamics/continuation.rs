@@ -279,6 +279,70 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
     }
 }
 
+impl<E: InterfaceElement> HarmonicBalance<E> {
+    /// The responses over the range of `settings`, from its one end to the other, turning points included.
+    ///
+    /// A branch may have a corner, where lift-off begins or a slider is set free, from which it goes on in a direction that no
+    /// step from there finds. It is then followed from the other end, and where that stops too, the two parts stand one after
+    /// the other: what connects them is left out, but every frequency of the range has a response.
+    ///
+    /// # Errors
+    /// That of [`Continuation`] where the parts leave out a frequency.
+    pub fn branch(&self, settings: ContinuationSettings) -> Result<Vec<Response>, DynamicsError> {
+        let (mut there, stopped) = self.part(settings)?;
+        let Some(error) = stopped else {
+            return Ok(there);
+        };
+        let back = ContinuationSettings {
+            from: settings.to,
+            to: settings.from,
+            ..settings
+        };
+        let (mut rest, stopped) = self.part(back)?;
+        rest.reverse();
+        if stopped.is_none() {
+            return Ok(rest);
+        }
+        let direction = (settings.to - settings.from).signum();
+        match (there.last(), rest.first()) {
+            (Some(end), Some(start)) if direction * (end.omega - start.omega) >= 0.0 => {
+                there.extend(rest);
+                Ok(there)
+            }
+            _ => Err(error),
+        }
+    }
+
+    /// A branch as far as it can be followed, and why no further. Of one that returns, the part up to where it turns.
+    fn part(
+        &self,
+        settings: ContinuationSettings,
+    ) -> Result<(Vec<Response>, Option<DynamicsError>), DynamicsError> {
+        let mut points: Vec<Response> = Vec::new();
+        for response in Continuation::new(self, settings)? {
+            match response {
+                Ok(response) => points.push(response),
+                Err(error) => return Ok((points, Some(error))),
+            }
+        }
+        if points.last().is_some_and(|last| last.omega == settings.to) {
+            return Ok((points, None));
+        }
+        let direction = (settings.to - settings.from).signum();
+        let reached = |response: &Response| direction * response.omega;
+        let farthest = points.iter().map(reached).fold(f64::NEG_INFINITY, f64::max);
+        let turn = points.iter().position(|r| reached(r) >= farthest);
+        points.truncate(turn.map_or(0, |turn| turn + 1));
+        let hertz = 2.0 * std::f64::consts::PI;
+        let error = DynamicsError::NoResonance {
+            what: "continuous branch",
+            from: settings.from / hertz,
+            to: settings.to / hertz,
+        };
+        Ok((points, Some(error)))
+    }
+}
+
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
 }

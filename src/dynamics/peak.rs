@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::aft::InterfaceElement;
 use super::newton_step::Condition;
-use super::{Continuation, ContinuationSettings, DynamicsError, HarmonicBalance, Response, Start};
+use super::{ContinuationSettings, DynamicsError, HarmonicBalance, Response, Start};
 
 /// First and largest step of phase \[rad\].
 const FIRST_STEP: f64 = 0.02;
@@ -102,10 +102,10 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 
     /// The highest peak at `port` between the angular frequencies of `range`, on the branch over the whole of it; `near`, a peak
-    /// that is known, if no other is higher.
+    /// that is known, if no other is higher or the branch cannot be followed.
     ///
     /// # Errors
-    /// None of the branch: as far as it can be followed, it counts.
+    /// [`DynamicsError::HarmonicMissing`].
     pub fn highest_peak(
         &self,
         port: usize,
@@ -115,9 +115,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let slot = self.harmonics().require(1, "peak")?;
         let size = |response: &Response| self.first_harmonic(response, port, slot)[0];
         let settings = ContinuationSettings::over(range.0, range.1, port);
-        let branch: Vec<Response> = Continuation::new(self, settings)?
-            .map_while(Result::ok)
-            .collect();
+        let Ok(branch) = self.branch(settings) else {
+            return Ok(near);
+        };
         let inner = branch.windows(3).filter(|at| {
             let middle = size(&at[1]);
             middle >= size(&at[0]) && middle >= size(&at[2])

@@ -2,7 +2,7 @@
 
 use super::aft::InterfaceElement;
 use super::newton_step::Condition;
-use super::{Continuation, ContinuationSettings, DynamicsError, HarmonicBalance, Response, Start};
+use super::{ContinuationSettings, DynamicsError, HarmonicBalance, Response, Start};
 
 /// Points of the search for a start; a range is a few modes wide at most.
 const SCAN: usize = 400;
@@ -181,15 +181,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         condition: &Condition,
     ) -> Result<Response, DynamicsError> {
         let port = self.drive().map_or(0, |load| load.port);
-        let mut failure = None;
-        let mut branch = Vec::new();
         let settings = ContinuationSettings::over(range.0, range.1, port);
-        for response in Continuation::new(self, settings)? {
-            match response {
-                Ok(response) => branch.push(Some(response)),
-                Err(error) => failure = Some(error),
-            }
-        }
+        let (mut branch, mut failure) = match self.branch(settings) {
+            Ok(branch) => (branch.into_iter().map(Some).collect(), None),
+            Err(error) => (Vec::new(), Some(error)),
+        };
         let mut best = self.crossing(&branch, range, condition);
         if !matches!(best, Ok(Some(_))) && failure.is_some() {
             (branch, failure) = (Vec::new(), None);

@@ -1,7 +1,7 @@
 //! A driven structure whose contact elements change: what the response to them is made from, and its figures.
 
 use super::contact_element::ContactElement;
-use super::continuation::{Continuation, ContinuationSettings};
+use super::continuation::ContinuationSettings;
 use super::{
     DynamicsError, Energy, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Settings, Start,
 };
@@ -99,7 +99,9 @@ impl Vibration {
         })
     }
 
-    /// The response over the range: at `points` equidistant frequencies, or as continuation places its points.
+    /// The response over the range: at `points` equidistant frequencies, on the branches on which a sweep upwards arrives
+    /// ([`HarmonicBalance::forced_response`]), or as continuation places its points, overhanging parts of the branch included
+    /// ([`HarmonicBalance::branch`]).
     ///
     /// # Errors
     /// That of the first point that has none: an unconverged point is never a result.
@@ -119,7 +121,7 @@ impl Vibration {
             }
             None => {
                 let settings = ContinuationSettings::over(from, to, self.response_port);
-                Continuation::new(balance, settings)?.collect::<Result<_, _>>()?
+                balance.branch(settings)?
             }
         };
         let point = |response: &Response| -> Result<ForcedPoint, DynamicsError> {

@@ -197,3 +197,68 @@ fn a_resonance_that_nothing_bounds_is_none() {
         );
     }
 }
+
+#[test]
+fn a_branch_with_a_corner_has_all_frequencies() {
+    // Stiff in the plane, box law: the branch ends in a corner where the normal load first touches zero, at 118.29 Hz.
+    let corner = Oscillator {
+        mass: [2.513, 2.52, 1.788],
+        damping: [38.401, 7.755, 11.796],
+        stiffness: [268350.0, 120475.0, 375884.0],
+        element: ContactElement {
+            area: 1e-4,
+            friction_coefficient: 0.31,
+            normal_load: 836.7,
+            gap: 0.0,
+            tangential_stiffness: 3150302.0,
+            normal_stiffness: 637879.0,
+            law: FrictionLaw::Box,
+        },
+    };
+    let loads = [
+        Oscillator::load(0, 7.99, (-3.0_f64).to_radians()),
+        Oscillator::load(2, 36.01, (-158.0_f64).to_radians()),
+        Oscillator::load(1, 18.96, (-82.0_f64).to_radians()),
+    ];
+    let range = (TURN * 31.21, TURN * 241.32);
+    let followed = |samples: usize| {
+        let settings = Settings {
+            samples,
+            ..Settings::default()
+        };
+        let balance = balance(&corner, 5, &loads, settings);
+        let branch = balance
+            .branch(ContinuationSettings::over(range.0, range.1, 0))
+            .unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(branch.first().map(|r| r.omega), Some(range.0));
+        assert_eq!(branch.last().map(|r| r.omega), Some(range.1));
+        (balance, branch)
+    };
+    // With few samples the part from above turns back on itself at its own corner.
+    followed(256);
+    let (balance, branch) = followed(1024);
+    let widest = branch
+        .windows(2)
+        .map(|p| p[1].omega - p[0].omega)
+        .fold(0.0, f64::max);
+    assert!(widest <= 0.06 * (range.1 - range.0), "{widest}");
+    // Amplitudes along x, y and the normal by time integration (Newmark, 512 steps a cycle, 800 cycles), all harmonics.
+    let near = branch
+        .iter()
+        .filter(|r| (r.frequency() - 119.0).abs() < 5.0 && size(&balance, r) > 1.4e-3)
+        .min_by(|a, b| {
+            let off = |r: &Response| (r.frequency() - 119.0).abs();
+            off(a).total_cmp(&off(b))
+        })
+        .expect("the lifted branch");
+    let there = balance
+        .solve(TURN * 119.0, Some(&near.start()))
+        .unwrap_or_else(|error| panic!("{error}"));
+    for (port, expected) in [(0, 3.7652e-6), (1, 1.2840e-5), (2, 1.63204e-3)] {
+        let found = balance.amplitude(&there, port).expect("a port").0;
+        assert!(
+            (found / expected - 1.0).abs() < 5e-3,
+            "{port}: {found} {expected}"
+        );
+    }
+}
