@@ -85,7 +85,7 @@ fn a_rough_joint_in_a_structure_with_its_defaults() {
     };
     assert_eq!(dynamics(&scene), &expected);
     assert_eq!(scene.update, Some(Update::StiffnessChange(0.1)));
-    assert_eq!(scene.fidelity.aft_samples, 128);
+    assert_eq!(scene.fidelity.aft_samples, 64);
     assert_eq!(scene.output.response_at, [0_u64; 0]);
     assert!(scene.motion.is_none() && scene.wear.is_some());
 }
@@ -396,11 +396,14 @@ fn samples_of_a_cycle_follow_the_preset_and_the_harmonics() {
     let samples = |sets: &[&str]| of(ROUGH, sets).fidelity.aft_samples;
     for (preset, expected) in [
         ("paper", 32),
-        ("fast", 64),
-        ("balanced", 128),
+        ("fast", 32),
+        ("balanced", 64),
         ("reference", 512),
     ] {
-        assert_eq!(samples(&[&format!("fidelity.preset={preset}")]), expected);
+        let set = format!("fidelity.preset={preset}");
+        assert_eq!(samples(&[&set]), expected);
+        let oscillator = of(OSCILLATOR, &[&set]).fidelity.aft_samples;
+        assert_eq!(oscillator, 8 * expected);
     }
     assert_eq!(samples(&["dynamics.harmonics=[0, 1, 50]"]), 202);
     assert_eq!(samples(&["fidelity.aft_samples=8"]), 8);

@@ -3,7 +3,8 @@
 use super::{Body, Result};
 use crate::scene::reader::{ANY, CHANGE, NOT_NEGATIVE, POSITIVE, Reader, TOLERANCE};
 use crate::scene::{
-    Contact, CycleMode, Dynamics, Fidelity, Motion, Preset, Scheme, Transverse, Update, Wear, keys,
+    Contact, CycleMode, Dynamics, Fidelity, Motion, Preset, Scheme, Structure, Transverse, Update,
+    Wear, keys,
 };
 use crate::units::Dimension;
 
@@ -297,20 +298,23 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
 }
 
 /// Samples of a vibration cycle of a preset. The friction law is integrated exactly between them, along straight lines: the
-/// error of the force falls with the square of their number, and 64 leave about a thousandth.
+/// error of the force falls with the square of their number, and 64 leave less than a thousandth of amplitude.
 fn samples(preset: Preset) -> usize {
     match preset {
-        Preset::Paper => 32,
-        Preset::Fast => 64,
-        Preset::Balanced => 128,
+        Preset::Paper | Preset::Fast => 32,
+        Preset::Balanced => 64,
         Preset::Reference => 512,
     }
 }
+
+/// An oscillator has one element: as many times the samples cost nothing.
+const OSCILLATOR_SAMPLES: usize = 8;
 
 /// The samples of a vibration cycle, of which the highest harmonic needs some.
 pub(super) fn with_samples(
     reader: &Reader<'_>,
     fidelity: Fidelity,
+    structure: Option<&Structure>,
     dynamics: Option<&Dynamics>,
 ) -> Result<Fidelity> {
     const KEY: &str = "fidelity.aft_samples";
@@ -327,7 +331,13 @@ pub(super) fn with_samples(
     let highest = dynamics.harmonics.last().map_or(0, |order| *order as usize);
     let least = 2 * highest + 2;
     let aft_samples = match reader.integer(KEY, 0)? {
-        None => fidelity.aft_samples.max(4 * highest + 2),
+        None => {
+            let times = match structure {
+                Some(Structure::Oscillator { .. }) => OSCILLATOR_SAMPLES,
+                _ => 1,
+            };
+            (times * fidelity.aft_samples).max(4 * highest + 2)
+        }
         Some(samples) => usize::try_from(samples)
             .ok()
             .filter(|n| n % 2 == 0 && (least..=LARGEST_STEPS).contains(n))

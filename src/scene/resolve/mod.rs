@@ -58,7 +58,7 @@ pub(super) fn scene(tree: &Node, name: String) -> Result<Scene> {
         name,
         update: cycles::update(&reader, wear.as_ref(), dynamics.as_ref())?,
         output: output::output(&reader, wear.as_ref(), dynamics.as_ref())?,
-        fidelity: cycles::with_samples(&reader, fidelity, dynamics.as_ref())?,
+        fidelity: cycles::with_samples(&reader, fidelity, structure.as_ref(), dynamics.as_ref())?,
         joint,
         material,
         surface,
