@@ -1,6 +1,6 @@
 //! The reduced finite-element structure as the harmonic balance sees it.
 //!
-//! [`Reduced`](crate::structure::reduction::Reduced) has for every contact element the displacement of the upper body *minus*
+//! [`Reduced`] has for every contact element the displacement of the upper body *minus*
 //! that of the lower one, so its normal port is positive where the joint opens; here a normal displacement is positive where
 //! the bodies approach. x and y are the same in both.
 //!
