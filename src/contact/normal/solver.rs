@@ -14,11 +14,11 @@ use super::{Control, NormalOptions, NormalProblem, NormalSolution, Rotation};
 use crate::contact::error::ContactError;
 use crate::contact::half_space::HalfSpace;
 
-/// Rounding of a sum over a transform, relative to the largest term.
-const ROUNDING: f64 = 32.0 * f64::EPSILON;
+/// Rounding of a gap relative to the approach: that of the sums over a transform, and of pressures in their last digit.
+const ROUNDING: f64 = 128.0 * f64::EPSILON;
 
-/// A chord descends if its slope is this part of the product of its length and the residual's; less is rounding.
-const LEAST_SLOPE: f64 = 1e-10;
+/// A chord descends if its slope is this part of the sum of its terms' sizes; less is rounding.
+const LEAST_SLOPE: f64 = 1e-12;
 
 /// Shorter trials along one direction before a plainer one is taken, each a quarter as long.
 const TRIALS: usize = 3;
@@ -122,27 +122,27 @@ impl<'a, 'h> Solver<'a, 'h> {
 
     pub(super) fn run(mut self, start: Option<&[f64]>) -> Result<NormalSolution, ContactError> {
         self.begin(start)?;
+        // Whether the residual is that of the pressure, or what was summed up over some iterations.
         let mut anew = true;
         loop {
             let error = self.look();
-            if error <= self.options.tolerance {
-                if anew || self.drift() <= 0.1 * self.options.tolerance {
-                    return Ok(self.finish(error));
-                }
-                // What was summed up over the iterations is not certain enough to end on.
-                self.update_residual();
-                anew = true;
-                continue;
+            let done = error <= self.options.tolerance;
+            if done && (anew || self.drift() <= 0.1 * self.options.tolerance) {
+                return Ok(self.finish(error));
             }
-            if self.iterations >= self.options.max_iterations || !self.advance() {
+            if !done && self.iterations < self.options.max_iterations && self.advance() {
+                anew = false;
+            } else if anew || self.iterations >= self.options.max_iterations {
                 return Err(ContactError::NotConverged {
                     problem: "normal",
                     iterations: self.iterations,
                     error,
                     tolerance: self.options.tolerance,
                 });
+            } else {
+                self.update_residual();
+                anew = true;
             }
-            anew = false;
         }
     }
 
@@ -442,15 +442,14 @@ impl<'a, 'h> Solver<'a, 'h> {
             );
         }
         self.step.fill(0.0);
-        let (mut slope, mut steps, mut gaps) = (0.0, 0.0, 0.0);
+        let (mut slope, mut size) = (0.0, 0.0);
         for &c in &self.free {
             let step = self.trial[c] - self.pressure[c];
             self.step[c] = step;
             slope -= step * self.gap[c];
-            steps += step * step;
-            gaps += self.gap[c] * self.gap[c];
+            size += (step * self.gap[c]).abs();
         }
-        slope > LEAST_SLOPE * (steps * gaps).sqrt()
+        slope > LEAST_SLOPE * size
     }
 
     fn finish(self, error: f64) -> NormalSolution {
