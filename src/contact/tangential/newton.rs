@@ -21,6 +21,9 @@ const ON_CIRCLE: f64 = 1e-12;
 /// the circle taken so, a chord that is shortened would leave all cells just inside of it, to stick in the next step again.
 const NEAR_CIRCLE: f64 = 0.05;
 
+/// How far the slip drives it there, in parts of the step that a cell alone would make.
+const NEAR_STEP: f64 = 0.2;
+
 /// A Newton step that the chord shortens to less than this part is followed by gradient steps.
 const SHORT: f64 = 0.2;
 
@@ -170,7 +173,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
                 && let Some(part) = self.newton(gap)
             {
                 fresh = false;
-                if part < envv("SH", SHORT) {
+                if part < SHORT {
                     since = PATIENCE;
                 }
                 continue;
@@ -337,8 +340,8 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
             let (q, s, limit) = (self.shear[cell], self.slip[cell], self.limit[cell]);
             let (size, along) = (norm(q), dot(q, s));
             let at_limit = size >= limit * (1.0 - ON_CIRCLE)
-                || (size >= limit * (1.0 - envv("NC", NEAR_CIRCLE))
-                    && norm(plus(q, envv("CL", 1.0) / self.lambda, s)) >= limit);
+                || (size >= limit * (1.0 - NEAR_CIRCLE)
+                    && norm(plus(q, NEAR_STEP / self.lambda, s)) >= limit);
             self.freedom[cell] = if at_limit && along > 0.0 {
                 Freedom::Slip {
                     tangent: scaled(1.0 / size, quarter_turn(q)),
@@ -587,15 +590,5 @@ impl<const A: usize> Freedom<A> {
 
 /// The part of the first residual at which an inner solve stops: loose while the cells still change.
 fn forcing(error: f64) -> f64 {
-    (envv("F0", 0.3) * error.powf(envv("FP", 0.5))).clamp(1e-3, envv("FM", 0.1))
-}
-
-pub(super) fn envv(n: &'static str, d: f64) -> f64 {
-    use std::collections::HashMap;
-    use std::sync::{LazyLock, Mutex};
-    static M: LazyLock<Mutex<HashMap<&'static str, f64>>> = LazyLock::new(Default::default);
-    *M.lock()
-        .unwrap()
-        .entry(n)
-        .or_insert_with(|| std::env::var(n).ok().map_or(d, |v| v.parse().unwrap()))
+    (0.3 * error.sqrt()).clamp(1e-3, 0.1)
 }

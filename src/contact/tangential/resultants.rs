@@ -14,6 +14,9 @@ const CARRIED: f64 = 1e-10;
 /// Bound on the Newton steps of a balance; a dozen is much.
 const BALANCE_STEPS: usize = 80;
 
+/// Ratio of the limits through which a balance that is hard is approached.
+const LIMITS_APART: f64 = 3.0;
+
 /// Reweightings in search of the limit.
 const REWEIGHTINGS: usize = 200;
 
@@ -85,22 +88,49 @@ impl<const A: usize> Resultants<A> {
     /// projection into the discs one onto shears of those sums. None where friction does not carry them.
     ///
     /// c is the minimum of a convex function whose gradient is what the sums exceed, found by Newton's method with steps
-    /// halved until it falls.
+    /// halved until it falls. Where the targets are far beyond the limits, the function has edges in place of curves and the
+    /// minimum is approached through larger limits, and sums as much larger.
     pub(super) fn balance(&self, target: &[Vector<A>], limit: &[f64]) -> Option<Motions> {
-        let mut at = [0.0; MOTIONS];
         if self.asked.is_empty() {
+            return Some([0.0; MOTIONS]);
+        }
+        let (at, off) = self.minimise([0.0; MOTIONS], 1.0, target, limit);
+        let largest: f64 = limit.iter().sum();
+        if off <= CARRIED * largest {
             return Some(at);
         }
-        let largest: f64 = limit.iter().sum();
+        let peak = limit.iter().fold(0.0f64, |m, l| m.max(*l));
+        let reach = target.iter().fold(peak, |m, t| m.max(norm(*t)));
+        let mut factor = reach / peak;
+        let mut at = [0.0; MOTIONS];
+        loop {
+            let (next, off) = self.minimise(at, factor, target, limit);
+            at = next;
+            if factor == 1.0 {
+                return (off <= CARRIED * largest).then_some(at);
+            }
+            factor = (factor / LIMITS_APART).max(1.0);
+        }
+    }
+
+    /// The minimum for limits and sums times `factor`, from `at`, and by how much its sums are off.
+    fn minimise(
+        &self,
+        mut at: Motions,
+        factor: f64,
+        target: &[Vector<A>],
+        limit: &[f64],
+    ) -> (Motions, f64) {
+        let largest: f64 = factor * limit.iter().sum::<f64>();
         let reach = 4.0
             * target
                 .iter()
                 .zip(limit)
-                .fold(0.0f64, |m, (t, l)| m.max(norm(*t)).max(*l));
-        let mut now = self.evaluate(&at, target, limit);
+                .fold(0.0f64, |m, (t, l)| m.max(norm(*t)).max(factor * l));
+        let mut now = self.evaluate(&at, factor, target, limit);
         for _ in 0..BALANCE_STEPS {
             if now.off() <= BALANCED * largest {
-                return Some(at);
+                break;
             }
             let mut matrix = now.slope;
             let trace: f64 = (0..MOTIONS).map(|k| matrix[k][k]).sum();
@@ -118,7 +148,7 @@ impl<const A: usize> Resultants<A> {
                 for k in 0..MOTIONS {
                     trial[k] += step[k];
                 }
-                let next = self.evaluate(&trial, target, limit);
+                let next = self.evaluate(&trial, factor, target, limit);
                 // Near the minimum the function is flat to rounding, what is lacking is not.
                 if next.value < now.value || next.off() < 0.5 * now.off() {
                     (at, now, accepted) = (trial, next, true);
@@ -130,16 +160,23 @@ impl<const A: usize> Resultants<A> {
                 break;
             }
         }
-        (now.off() <= CARRIED * largest).then_some(at)
+        (at, now.off())
     }
 
-    fn evaluate(&self, at: &Motions, target: &[Vector<A>], limit: &[f64]) -> Balance {
+    fn evaluate(
+        &self,
+        at: &Motions,
+        enlarged: f64,
+        target: &[Vector<A>],
+        limit: &[f64],
+    ) -> Balance {
         let mut balance = Balance::default();
         for &(motion, asked) in &self.asked {
-            balance.lack[motion] = asked;
-            balance.value -= asked * at[motion];
+            balance.lack[motion] = enlarged * asked;
+            balance.value -= enlarged * asked * at[motion];
         }
-        for (cell, (target, &limit)) in target.iter().zip(limit).enumerate() {
+        for (cell, (target, limit)) in target.iter().zip(limit).enumerate() {
+            let limit = enlarged * limit;
             let shifted = plus(*target, 1.0, self.field(at, cell));
             let size = norm(shifted);
             let (inside, value) = (size <= limit, limit * (size - 0.5 * limit));
