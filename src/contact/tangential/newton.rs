@@ -14,6 +14,10 @@ const DISSIPATION_FLOOR: f64 = 1e-4;
 /// above: the change of shear that it makes drowns in the rounding of the shear.
 const SMALLEST_MOTION: f64 = 1e-8;
 
+/// Rounding of shears and of their displacement, relative to that of a cell alone under the largest of them. A slip below it has
+/// no meaning.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
+
 /// A shear this close to its limit is on it: rounding of a projection onto the circle.
 const ON_CIRCLE: f64 = 1e-12;
 
@@ -38,6 +42,9 @@ const PATIENCE: usize = 6;
 
 /// Gradient steps between two Newton steps where those fail.
 const GRADIENT_STEPS: usize = 10;
+
+/// The shortest gradient step that is tried, in parts of the step that a cell alone would make.
+const SHORTEST: f64 = 1e-4;
 
 /// Part of the tolerance that an inner solve leaves at most on cells that stick.
 const INNER_SHARE: f64 = 0.25;
@@ -69,6 +76,8 @@ pub(super) struct Solver<'a, 'h, const A: usize> {
     offset: Option<Vec<Vector<A>>>,
     limit: Vec<f64>,
     limit_sum: f64,
+    /// The gap that rounding of the shears makes by itself \[Pa m\].
+    rounding: f64,
     /// Least motion that the gap's floor supposes \[m\].
     least_motion: f64,
     lambda: f64,
@@ -104,13 +113,20 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         });
         let lambda = operator.self_compliance();
         let peak = limit.iter().fold(0.0f64, |m, l| m.max(*l));
+        let before = problem
+            .previous
+            .iter()
+            .flat_map(|q| q.iter().flatten())
+            .fold(peak, |m, q| m.max(q.abs()));
+        let limit_sum: f64 = limit.iter().sum();
         let zeros = || vec![[0.0; A]; limit.len()];
         Solver {
             problem,
             options,
             displacement,
             offset,
-            limit_sum: limit.iter().sum(),
+            limit_sum,
+            rounding: ROUNDING * lambda * before * limit_sum,
             least_motion: SMALLEST_MOTION * lambda * peak,
             lambda,
             freedom: vec![Freedom::Stick; limit.len()],
@@ -319,7 +335,11 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         }
         let scale = bound.max(DISSIPATION_FLOOR * self.limit_sum * reach.sqrt());
         // Rounding can leave a sum of exact complements slightly negative.
-        let error = if gap <= 0.0 { 0.0 } else { gap / scale };
+        let error = if gap <= self.rounding {
+            0.0
+        } else {
+            (gap - self.rounding) / scale
+        };
         Gap { error, scale }
     }
 
@@ -503,8 +523,12 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         };
         for cell in 0..self.step.len() {
             let target = plus(self.work[cell], 1.0, self.resultants.field(&shift, cell));
-            let next = into_disc(target, self.limit[cell]);
-            self.step[cell] = plus(next, -1.0, self.shear[cell]);
+            let (q, limit) = (self.shear[cell], self.limit[cell]);
+            self.step[cell] = if norm(target) >= limit && norm(q) >= limit * (1.0 - ON_CIRCLE) {
+                turn_towards(q, target)
+            } else {
+                plus(into_disc(target, limit), -1.0, q)
+            };
         }
         true
     }
@@ -515,11 +539,12 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         self.freedom.fill(Freedom::Stick);
         let mut length = 1.0 / self.lambda;
         for taken in 0..GRADIENT_STEPS {
-            for (step, s) in self.step.iter_mut().zip(&self.slip) {
-                *step = scaled(length, *s);
-            }
-            if !self.turn_and_project() || self.advance(&[0.0; MOTIONS]).is_none() {
-                return taken > 0;
+            // A step is the harder to balance to rounding the farther it leads out of the discs.
+            while !self.gradient_step(length) {
+                length *= 0.1;
+                if length * self.lambda < SHORTEST {
+                    return taken > 0;
+                }
             }
             self.iterations += 1;
             let (mut square, mut curvature) = (0.0, 0.0);
@@ -533,6 +558,13 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
             self.improve_multipliers();
         }
         true
+    }
+
+    fn gradient_step(&mut self, length: f64) -> bool {
+        for (step, s) in self.step.iter_mut().zip(&self.slip) {
+            *step = scaled(length, *s);
+        }
+        self.turn_and_project() && self.advance(&[0.0; MOTIONS]).is_some()
     }
 
     /// Takes the step, or the part of it that minimises F on the chord, and says which. None where F does not fall along it.
