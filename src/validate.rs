@@ -6,7 +6,9 @@
 
 use std::f64::consts::PI;
 
-use crate::contact::normal::{self, NormalOptions, NormalProblem, NormalSolution};
+use crate::contact::normal::{
+    self, Control, NormalOptions, NormalProblem, NormalSolution, Rotation,
+};
 use crate::contact::tangential::{self, CellState, Drive, TangentialOptions, TangentialProblem};
 use crate::contact::{Boundary, ContactError, Elastic, HalfSpace, Pair, Shear, stiffness};
 use crate::grid::{Grid, Patch};
@@ -244,7 +246,8 @@ pub fn westergaard() -> Result<Vec<Row>, ContactError> {
             patch: &patch,
             height: &height,
             compliance: None,
-            load,
+            control: Control::Load(load),
+            rotation: Rotation::FIXED,
             pressure_cap: None,
         };
         let mut half_space = HalfSpace::new(grid, PAIR, Boundary::Periodic);
@@ -467,7 +470,8 @@ fn sphere(
         patch: &patch,
         height: &height,
         compliance: None,
-        load: LOAD,
+        control: Control::Load(LOAD),
+        rotation: Rotation::FIXED,
         pressure_cap,
     };
     let mut half_space = HalfSpace::new(grid, PAIR, Boundary::Free);

@@ -33,6 +33,16 @@ pub enum ContactError {
         /// The cap \[Pa\].
         cap: f64,
     },
+    /// Moments that no pressure of the given load has.
+    #[error(
+        "the moments of {moment:?} N m about x and y cannot be carried by a load of {load:.6e} N: its resultant would lie outside the joint"
+    )]
+    MomentNotCarried {
+        /// M_x and M_y about the grid's centre \[N m\].
+        moment: [f64; 2],
+        /// The load \[N\].
+        load: f64,
+    },
     /// A force or moment beyond what friction carries.
     #[error(
         "the {name} of {asked:.6e} cannot be carried: friction bears less than {limit:.6e} (N or N·m) of it in this proportion to the other given ones"

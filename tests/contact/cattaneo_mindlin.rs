@@ -1,4 +1,4 @@
-use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
+use fretwear::contact::normal::{self, Control, NormalOptions, NormalProblem, Rotation};
 use fretwear::contact::tangential::{
     self, CellState, Drive, TangentialOptions, TangentialProblem, TangentialSolution,
 };
@@ -34,7 +34,8 @@ impl Sphere {
             patch: &patch,
             height: &height,
             compliance: None,
-            load: exact.load,
+            control: Control::Load(exact.load),
+            rotation: Rotation::FIXED,
             pressure_cap: None,
         };
         let solution =

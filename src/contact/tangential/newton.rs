@@ -49,6 +49,10 @@ const SHORTEST: f64 = 1e-4;
 /// Part of the tolerance that an inner solve leaves at most on cells that stick.
 const INNER_SHARE: f64 = 0.25;
 
+/// The part of the first residual at which an inner solve stops, over the root of the error, and its bounds.
+const FORCING: f64 = 0.3;
+const FORCINGS: (f64, f64) = (1e-3, 0.1);
+
 /// What is free to change on a contact cell in a Newton step.
 #[derive(Clone, Copy)]
 enum Freedom<const A: usize> {
@@ -622,5 +626,5 @@ impl<const A: usize> Freedom<A> {
 
 /// The part of the first residual at which an inner solve stops: loose while the cells still change.
 fn forcing(error: f64) -> f64 {
-    (0.3 * error.sqrt()).clamp(1e-3, 0.1)
+    (FORCING * error.sqrt()).clamp(FORCINGS.0, FORCINGS.1)
 }
