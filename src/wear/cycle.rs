@@ -6,16 +6,12 @@
 
 use super::joint::{FrettingJoint, WearError};
 use super::motion::StraightMotion;
-use crate::contact::ContactError;
 use crate::contact::normal::NormalSolution;
 use crate::contact::tangential::{CellState, Drive, TangentialProblem, TangentialSolution};
 use crate::grid::ByAxis;
 
 /// Cycles after which a motion that has not closed is given up.
 const MAX_CYCLES: usize = 60;
-
-/// Halvings of a step that is not solved at once: sixteen parts.
-const MOST_HALVINGS: u32 = 4;
 
 /// How the cycle is marched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -224,11 +220,8 @@ impl FrettingJoint {
             for k in 0..samples {
                 let (from, to) = (self.motion.at(k), self.motion.at(k + 1));
                 let change: ByAxis<f64> = to.iter().zip(&from).map(|(t, f)| t - f).collect();
-                let steps = self.parted_step([limit(k), limit(k + 1)], &shear, &change)?;
-                for step in &steps {
-                    tally.add(step, 1.0);
-                }
-                let step = steps.into_iter().next_back().expect("at least one part");
+                let step = self.step(limit(k + 1), Some(&shear), &change, None)?;
+                tally.add(&step, 1.0);
                 instants.push(Instant {
                     time: self.motion.time_of(k + 1),
                     displacement: to,
@@ -254,56 +247,6 @@ impl FrettingJoint {
             cycles: MAX_CYCLES,
             tolerance: self.options.cycle_tolerance,
         })
-    }
-
-    /// A step from one sample to the next, in equal parts where it is not solved at once: a solve that fails of a large motion, or
-    /// of limits that fall far, comes through the motion in small pieces.
-    fn parted_step(
-        &mut self,
-        limits: [&Vec<f64>; 2],
-        shear: &ByAxis<Vec<f64>>,
-        change: &ByAxis<f64>,
-    ) -> Result<Vec<TangentialSolution>, WearError> {
-        let mut failure = match self.step(limits[1], Some(shear), change, None) {
-            Ok(step) => return Ok(vec![step]),
-            Err(failure) => failure,
-        };
-        for doubling in 1..=MOST_HALVINGS {
-            if !matches!(
-                failure,
-                WearError::Contact(ContactError::NotConverged { .. })
-            ) {
-                break;
-            }
-            match self.parts(1 << doubling, limits, shear, change) {
-                Ok(steps) => return Ok(steps),
-                Err(error) => failure = error,
-            }
-        }
-        Err(failure)
-    }
-
-    fn parts(
-        &mut self,
-        parts: usize,
-        [from, to]: [&Vec<f64>; 2],
-        shear: &ByAxis<Vec<f64>>,
-        change: &ByAxis<f64>,
-    ) -> Result<Vec<TangentialSolution>, WearError> {
-        let change: ByAxis<f64> = change.iter().map(|d| d / parts as f64).collect();
-        let mut steps: Vec<TangentialSolution> = Vec::with_capacity(parts);
-        for part in 1..=parts {
-            let share = part as f64 / parts as f64;
-            let limit: Vec<f64> = from
-                .iter()
-                .zip(to)
-                .map(|(a, b)| a + share * (b - a))
-                .collect();
-            let before = steps.last().map_or(shear, |step| &step.shear);
-            let step = self.step(&limit, Some(before), &change, None)?;
-            steps.push(step);
-        }
-        Ok(steps)
     }
 
     /// Friction limits at every sample, or one for all where the load is constant.

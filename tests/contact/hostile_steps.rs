@@ -9,9 +9,9 @@ use proptest::prelude::*;
 
 use super::PAIR;
 
-/// Pairs of transforms an axis that a step takes at most, at a gap of 1e-4 or 1e-6: the worst of eight thousand took 78 (given
+/// Pairs of transforms an axis that a step takes at most, at a gap of 1e-4 or 1e-6: the worst of twelve thousand took 170 (given
 /// displacement) on grids up to 97×75.
-const WORST: f64 = 160.0;
+const WORST: f64 = 250.0;
 /// The same of a step with free motions, each of which costs the preconditioner once more a Newton step.
 const WORST_DRIVEN: f64 = 400.0;
 /// And of the middle one.
@@ -155,11 +155,9 @@ fn march(
         half_space.take_pairs();
         let found = tangential::solve(&mut half_space, &problem, None, options);
         let found: TangentialSolution = match found {
-            Err(ContactError::FrictionExceeded { .. }) => continue,
-            // One in some hundred of these steps under a given force stalls at rounding, and says so.
-            Err(ContactError::NotConverged { .. })
-                if drive.iter().any(|d| matches!(d, Drive::Force(_))) =>
-            {
+            Err(ContactError::FrictionExceeded { asked, limit, .. }) => {
+                // The limit comes from another minimisation than the refusal.
+                prop_assert!(asked != 0.0 && limit <= asked.abs() * (1.0 + 1e-6));
                 continue;
             }
             found => found.map_err(|error| TestCaseError::fail(format!("{error} {step:?}")))?,

@@ -1,8 +1,9 @@
 //! The semi-smooth Newton method.
 
+use super::direction::Freedom;
 use super::operator::Operator;
 use super::resultants::{MOTIONS, Motions, Resultants, solve_small};
-use super::vector::{Vector, dot, into_disc, norm, plus, quarter_turn, scaled, turn, turn_towards};
+use super::vector::{Vector, dot, into_disc, norm, plus, scaled, turn, turn_towards};
 use super::{TangentialOptions, TangentialProblem};
 use crate::contact::error::ContactError;
 
@@ -14,12 +15,12 @@ const DISSIPATION_FLOOR: f64 = 1e-4;
 /// above: the change of shear that it makes drowns in the rounding of the shear.
 const SMALLEST_MOTION: f64 = 1e-8;
 
-/// A shear this close to its limit is on it: rounding of a projection onto the circle.
-const ON_CIRCLE: f64 = 1e-12;
+/// Rounding of shears and of their displacement, relative to that of a cell alone under the largest of them. A slip below it has
+/// no meaning.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// A shear this close to its limit, that the slip drives beyond it, is taken as slipping in a Newton step. Were only shears on
-/// the circle taken so, a chord that is shortened would leave all cells just inside of it, to stick in the next step again.
-const NEAR_CIRCLE: f64 = 0.05;
+/// A shear this close to its limit is on it: rounding of a projection onto the circle.
+pub(super) const ON_CIRCLE: f64 = 1e-12;
 
 /// A Newton step that the chord shortens to less than this part is followed by gradient steps.
 const SHORT: f64 = 0.2;
@@ -36,53 +37,42 @@ const PATIENCE: usize = 6;
 /// Gradient steps between two Newton steps where those fail.
 const GRADIENT_STEPS: usize = 10;
 
-/// Part of the tolerance that an inner solve leaves at most on cells that stick.
-const INNER_SHARE: f64 = 0.25;
-
-/// The part of the first residual at which an inner solve stops, over the root of the error, and its bounds.
-const FORCING: f64 = 0.3;
-const FORCINGS: (f64, f64) = (1e-3, 0.1);
-
-/// What is free to change on a contact cell in a Newton step.
-#[derive(Clone, Copy)]
-enum Freedom<const A: usize> {
-    /// Both components of the shear.
-    Stick,
-    /// The angle: the unit tangent, and (s·q̂)/µp, the compliance that a turn of the shear meets.
-    Slip { tangent: Vector<A>, compliance: f64 },
-}
+/// The shortest gradient step that is tried, in parts of the step that a cell alone would make.
+const SHORTEST: f64 = 1e-4;
 
 /// The relative duality gap and what it is relative to.
 #[derive(Clone, Copy)]
-struct Gap {
-    error: f64,
-    scale: f64,
+pub(super) struct Gap {
+    pub(super) error: f64,
+    pub(super) scale: f64,
 }
 
 /// The state of a solve. Every field has one entry a contact cell, in the order of the operator's.
 pub(super) struct Solver<'a, 'h, const A: usize> {
     pub(super) operator: Operator<'h, A>,
-    problem: &'a TangentialProblem<'a>,
-    options: TangentialOptions,
-    resultants: Resultants<A>,
+    pub(super) problem: &'a TangentialProblem<'a>,
+    pub(super) options: TangentialOptions,
+    pub(super) resultants: Resultants<A>,
     /// Amounts of the rigid motions in this step, given or found so far \[m\].
     pub(super) displacement: Motions,
-    offset: Option<Vec<Vector<A>>>,
-    limit: Vec<f64>,
-    limit_sum: f64,
+    pub(super) offset: Option<Vec<Vector<A>>>,
+    pub(super) limit: Vec<f64>,
+    pub(super) limit_sum: f64,
+    /// The gap that rounding of the shears makes by itself \[Pa m\].
+    pub(super) rounding: f64,
     /// Least motion that the gap's floor supposes \[m\].
-    least_motion: f64,
-    lambda: f64,
-    freedom: Vec<Freedom<A>>,
+    pub(super) least_motion: f64,
+    pub(super) lambda: f64,
+    pub(super) freedom: Vec<Freedom<A>>,
     pub(super) shear: Vec<Vector<A>>,
     pub(super) slip: Vec<Vector<A>>,
-    step: Vec<Vector<A>>,
-    direction: Vec<Vector<A>>,
-    image: Vec<Vector<A>>,
-    residual: Vec<Vector<A>>,
-    work: Vec<Vector<A>>,
+    pub(super) step: Vec<Vector<A>>,
+    pub(super) direction: Vec<Vector<A>>,
+    pub(super) image: Vec<Vector<A>>,
+    pub(super) residual: Vec<Vector<A>>,
+    pub(super) work: Vec<Vector<A>>,
     /// The preconditioner applied to each free motion.
-    rigid: Vec<Vec<Vector<A>>>,
+    pub(super) rigid: Vec<Vec<Vector<A>>>,
     pub(super) steps: usize,
     pub(super) iterations: usize,
 }
@@ -105,13 +95,20 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         });
         let lambda = operator.self_compliance();
         let peak = limit.iter().fold(0.0f64, |m, l| m.max(*l));
+        let before = problem
+            .previous
+            .iter()
+            .flat_map(|q| q.iter().flatten())
+            .fold(peak, |m, q| m.max(q.abs()));
+        let limit_sum: f64 = limit.iter().sum();
         let zeros = || vec![[0.0; A]; limit.len()];
         Solver {
             problem,
             options,
             displacement,
             offset,
-            limit_sum: limit.iter().sum(),
+            limit_sum,
+            rounding: ROUNDING * lambda * before * limit_sum,
             least_motion: SMALLEST_MOTION * lambda * peak,
             lambda,
             freedom: vec![Freedom::Stick; limit.len()],
@@ -320,7 +317,11 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         }
         let scale = bound.max(DISSIPATION_FLOOR * self.limit_sum * reach.sqrt());
         // Rounding can leave a sum of exact complements slightly negative.
-        let error = if gap <= 0.0 { 0.0 } else { gap / scale };
+        let error = if gap <= self.rounding {
+            0.0
+        } else {
+            (gap - self.rounding) / scale
+        };
         Gap { error, scale }
     }
 
@@ -332,131 +333,6 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
             self.advance(&shift)
         } else {
             None
-        }
-    }
-
-    /// Decides what is free on each contact cell.
-    fn set_free(&mut self) {
-        for cell in 0..self.freedom.len() {
-            let (q, s, limit) = (self.shear[cell], self.slip[cell], self.limit[cell]);
-            let (size, along) = (norm(q), dot(q, s));
-            let at_limit = size >= limit * (1.0 - ON_CIRCLE)
-                || (size >= limit * (1.0 - NEAR_CIRCLE)
-                    && norm(plus(q, 1.0 / self.lambda, s)) >= limit);
-            self.freedom[cell] = if at_limit && along > 0.0 {
-                Freedom::Slip {
-                    tangent: scaled(1.0 / size, quarter_turn(q)),
-                    compliance: along / (size * limit),
-                }
-            } else {
-                Freedom::Stick
-            };
-        }
-    }
-
-    /// `work` = P S M S P `source`: the preconditioner in the free directions P. The slip cells' part is scaled by
-    /// S = √(λ/(λ + D)): where a turn is stiff already, the half space counts little.
-    fn precondition(&mut self, source: impl Fn(&Self, usize) -> Vector<A>) {
-        let mut work = std::mem::take(&mut self.work);
-        for (cell, w) in work.iter_mut().enumerate() {
-            *w = self.freedom[cell].scaled(source(self, cell), self.lambda);
-        }
-        self.operator.stiffness(&work, &mut self.image);
-        for ((w, image), freedom) in work.iter_mut().zip(&self.image).zip(&self.freedom) {
-            *w = freedom.scaled(*image, self.lambda);
-        }
-        self.work = work;
-    }
-
-    /// The preconditioner applied to each free rigid motion, and the matrix of their resultants.
-    fn rigid_fields(&mut self) -> [[f64; MOTIONS]; MOTIONS] {
-        let mut matrix = [[0.0; MOTIONS]; MOTIONS];
-        for k in 0..self.resultants.asked.len() {
-            let motion = self.resultants.asked[k].0;
-            self.precondition(|solver, cell| solver.resultants.motion(motion, cell));
-            let sums = self.resultants.sums(&self.work);
-            matrix[motion] = sums;
-            self.rigid[k].copy_from_slice(&self.work);
-        }
-        matrix
-    }
-
-    /// Conjugate gradients for (K + D) step = s in the free directions at constant resultants, to what is worth while before
-    /// the cells are looked at again. Gives the change of the rigid motions that belongs to the step.
-    fn newton_direction(&mut self, gap: Gap) -> Motions {
-        let forcing = forcing(gap.error);
-        let enough = INNER_SHARE * self.options.tolerance * gap.scale;
-        let matrix = self.rigid_fields();
-        let mut shift = [0.0; MOTIONS];
-        for cell in 0..self.residual.len() {
-            self.residual[cell] = self.freedom[cell].free(self.slip[cell]);
-            self.direction[cell] = [0.0; A];
-            self.step[cell] = [0.0; A];
-        }
-        let (mut product, mut first) = (0.0, 0.0);
-        loop {
-            self.precondition(|solver, cell| solver.residual[cell]);
-            if !self.resultants.asked.is_empty() {
-                let change = solve_small(&matrix, &self.resultants.sums(&self.work));
-                for k in 0..MOTIONS {
-                    shift[k] -= change[k];
-                }
-                for cell in 0..self.work.len() {
-                    for (rigid, &(motion, _)) in self.rigid.iter().zip(&self.resultants.asked) {
-                        self.work[cell] = plus(self.work[cell], -change[motion], rigid[cell]);
-                    }
-                    let field = self.resultants.field(&change, cell);
-                    let freedom = self.freedom[cell];
-                    self.residual[cell] = plus(self.residual[cell], -1.0, freedom.free(field));
-                }
-            }
-            let (mut new_product, mut left) = (0.0, 0.0);
-            for cell in 0..self.residual.len() {
-                let r = self.residual[cell];
-                new_product += dot(r, self.work[cell]);
-                left += match self.freedom[cell] {
-                    Freedom::Stick => self.limit[cell] * norm(r),
-                    Freedom::Slip { compliance, .. } => 0.5 * dot(r, r) / compliance,
-                };
-            }
-            if product == 0.0 {
-                first = new_product;
-            }
-            if new_product <= 0.0
-                || (product > 0.0 && (new_product <= forcing * forcing * first || left <= enough))
-                || self.iterations >= self.options.max_iterations
-            {
-                return shift;
-            }
-            let beta = if product > 0.0 {
-                new_product / product
-            } else {
-                0.0
-            };
-            product = new_product;
-            for (direction, work) in self.direction.iter_mut().zip(&self.work) {
-                *direction = plus(*work, beta, *direction);
-            }
-            self.operator.compliance(&self.direction, &mut self.image);
-            let mut curvature = 0.0;
-            for cell in 0..self.image.len() {
-                let (freedom, direction) = (self.freedom[cell], self.direction[cell]);
-                let mut image = freedom.free(self.image[cell]);
-                if let Freedom::Slip { compliance, .. } = freedom {
-                    image = plus(image, compliance, direction);
-                }
-                curvature += dot(direction, image);
-                self.image[cell] = image;
-            }
-            if curvature <= 0.0 {
-                return shift;
-            }
-            let length = product / curvature;
-            for cell in 0..self.image.len() {
-                self.step[cell] = plus(self.step[cell], length, self.direction[cell]);
-                self.residual[cell] = plus(self.residual[cell], -length, self.image[cell]);
-            }
-            self.iterations += 1;
         }
     }
 
@@ -504,8 +380,12 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         };
         for cell in 0..self.step.len() {
             let target = plus(self.work[cell], 1.0, self.resultants.field(&shift, cell));
-            let next = into_disc(target, self.limit[cell]);
-            self.step[cell] = plus(next, -1.0, self.shear[cell]);
+            let (q, limit) = (self.shear[cell], self.limit[cell]);
+            self.step[cell] = if norm(target) >= limit && norm(q) >= limit * (1.0 - ON_CIRCLE) {
+                turn_towards(q, target)
+            } else {
+                plus(into_disc(target, limit), -1.0, q)
+            };
         }
         true
     }
@@ -516,11 +396,12 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         self.freedom.fill(Freedom::Stick);
         let mut length = 1.0 / self.lambda;
         for taken in 0..GRADIENT_STEPS {
-            for (step, s) in self.step.iter_mut().zip(&self.slip) {
-                *step = scaled(length, *s);
-            }
-            if !self.turn_and_project() || self.advance(&[0.0; MOTIONS]).is_none() {
-                return taken > 0;
+            // A step is the harder to balance to rounding the farther it leads out of the discs.
+            while !self.gradient_step(length) {
+                length *= 0.1;
+                if length * self.lambda < SHORTEST {
+                    return taken > 0;
+                }
             }
             self.iterations += 1;
             let (mut square, mut curvature) = (0.0, 0.0);
@@ -534,6 +415,13 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
             self.improve_multipliers();
         }
         true
+    }
+
+    fn gradient_step(&mut self, length: f64) -> bool {
+        for (step, s) in self.step.iter_mut().zip(&self.slip) {
+            *step = scaled(length, *s);
+        }
+        self.turn_and_project() && self.advance(&[0.0; MOTIONS]).is_some()
     }
 
     /// Takes the step, or the part of it that minimises F on the chord, and says which. None where F does not fall along it.
@@ -563,33 +451,4 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         }
         Some(part)
     }
-}
-
-impl<const A: usize> Freedom<A> {
-    /// The part of a vector in the free directions.
-    fn free(self, vector: Vector<A>) -> Vector<A> {
-        match self {
-            Freedom::Stick => vector,
-            Freedom::Slip { tangent, .. } => scaled(dot(vector, tangent), tangent),
-        }
-    }
-
-    /// The same, scaled as the preconditioner has it.
-    fn scaled(self, vector: Vector<A>, lambda: f64) -> Vector<A> {
-        match self {
-            Freedom::Stick => vector,
-            Freedom::Slip {
-                tangent,
-                compliance,
-            } => {
-                let factor = (lambda / (lambda + compliance)).sqrt();
-                scaled(factor * dot(vector, tangent), tangent)
-            }
-        }
-    }
-}
-
-/// The part of the first residual at which an inner solve stops: loose while the cells still change.
-fn forcing(error: f64) -> f64 {
-    (FORCING * error.sqrt()).clamp(FORCINGS.0, FORCINGS.1)
 }

@@ -14,6 +14,15 @@ const CARRIED: f64 = 1e-10;
 /// Bound on the Newton steps of a balance; a dozen is much.
 const BALANCE_STEPS: usize = 80;
 
+/// Evaluations along a step of it: more halvings than a double has bits.
+const LINE_SEARCH_STEPS: usize = 80;
+
+/// The part of the first slope at which the function is flat enough along a step.
+const FLAT: f64 = 0.5;
+
+/// Ratio of the limits through which a balance that is hard is approached.
+const LIMITS_APART: f64 = 3.0;
+
 /// Reweightings in search of the limit.
 const REWEIGHTINGS: usize = 200;
 
@@ -84,23 +93,50 @@ impl<const A: usize> Resultants<A> {
     /// The amounts c such that the shears `target` + Σ c r, moved into their discs, have the sums asked for: what makes the
     /// projection into the discs one onto shears of those sums. None where friction does not carry them.
     ///
-    /// c is the minimum of a convex function whose gradient is what the sums exceed, found by Newton's method with steps
-    /// halved until it falls.
+    /// c is the minimum of a convex function whose gradient is what the sums exceed, found by Newton's method with a
+    /// search along each step. Where the targets are far beyond the limits, the function has edges in place of curves and the
+    /// minimum is approached through larger limits, and sums as much larger.
     pub(super) fn balance(&self, target: &[Vector<A>], limit: &[f64]) -> Option<Motions> {
-        let mut at = [0.0; MOTIONS];
         if self.asked.is_empty() {
+            return Some([0.0; MOTIONS]);
+        }
+        let (at, off) = self.minimise([0.0; MOTIONS], 1.0, target, limit);
+        let largest: f64 = limit.iter().sum();
+        if off <= CARRIED * largest {
             return Some(at);
         }
-        let largest: f64 = limit.iter().sum();
+        let peak = limit.iter().fold(0.0f64, |m, l| m.max(*l));
+        let reach = target.iter().fold(peak, |m, t| m.max(norm(*t)));
+        let mut factor = reach / peak;
+        let mut at = [0.0; MOTIONS];
+        loop {
+            let (next, off) = self.minimise(at, factor, target, limit);
+            at = next;
+            if factor == 1.0 {
+                return (off <= CARRIED * largest).then_some(at);
+            }
+            factor = (factor / LIMITS_APART).max(1.0);
+        }
+    }
+
+    /// The minimum for limits and sums times `factor`, from `at`, and by how much its sums are off.
+    fn minimise(
+        &self,
+        mut at: Motions,
+        factor: f64,
+        target: &[Vector<A>],
+        limit: &[f64],
+    ) -> (Motions, f64) {
+        let largest: f64 = factor * limit.iter().sum::<f64>();
         let reach = 4.0
             * target
                 .iter()
                 .zip(limit)
-                .fold(0.0f64, |m, (t, l)| m.max(norm(*t)).max(*l));
-        let mut now = self.evaluate(&at, target, limit);
+                .fold(0.0f64, |m, (t, l)| m.max(norm(*t)).max(factor * l));
+        let mut now = self.evaluate(&at, factor, target, limit);
         for _ in 0..BALANCE_STEPS {
             if now.off() <= BALANCED * largest {
-                return Some(at);
+                break;
             }
             let mut matrix = now.slope;
             let trace: f64 = (0..MOTIONS).map(|k| matrix[k][k]).sum();
@@ -112,38 +148,65 @@ impl<const A: usize> Resultants<A> {
             if size > reach {
                 step = step.map(|s| s * reach / size);
             }
-            let mut accepted = false;
-            for _ in 0..40 {
-                let mut trial = at;
-                for k in 0..MOTIONS {
-                    trial[k] += step[k];
-                }
-                let next = self.evaluate(&trial, target, limit);
-                // Near the minimum the function is flat to rounding, what is lacking is not.
-                if next.value < now.value || next.off() < 0.5 * now.off() {
-                    (at, now, accepted) = (trial, next, true);
-                    break;
-                }
-                step = step.map(|s| 0.5 * s);
-            }
-            if !accepted {
+            let Some((next, value)) = self.along(at, step, &now, factor, target, limit) else {
                 break;
-            }
+            };
+            (at, now) = (next, value);
         }
-        (now.off() <= CARRIED * largest).then_some(at)
+        (at, now.off())
     }
 
-    fn evaluate(&self, at: &Motions, target: &[Vector<A>], limit: &[f64]) -> Balance {
+    /// Where the function has all but stopped to fall along `step`. Its slope there is a staircase of narrow flights when the
+    /// targets are far beyond the limits: it is bracketed, then halved. None where rounding ends the search.
+    fn along(
+        &self,
+        at: Motions,
+        step: Motions,
+        now: &Balance,
+        factor: f64,
+        target: &[Vector<A>],
+        limit: &[f64],
+    ) -> Option<(Motions, Balance)> {
+        let fall = |balance: &Balance| (0..MOTIONS).map(|k| balance.lack[k] * step[k]).sum::<f64>();
+        let first = fall(now);
+        let (mut low, mut high, mut part) = (0.0, f64::INFINITY, 1.0);
+        for _ in 0..LINE_SEARCH_STEPS {
+            let trial: Motions = std::array::from_fn(|k| at[k] + part * step[k]);
+            let next = self.evaluate(&trial, factor, target, limit);
+            let left = fall(&next);
+            if left.abs() <= FLAT * first || next.off() <= FLAT * now.off() {
+                return Some((trial, next));
+            }
+            if left > 0.0 {
+                low = part;
+            } else {
+                high = part;
+            }
+            part = if high.is_finite() {
+                0.5 * (low + high)
+            } else {
+                2.0 * part
+            };
+        }
+        None
+    }
+
+    fn evaluate(
+        &self,
+        at: &Motions,
+        enlarged: f64,
+        target: &[Vector<A>],
+        limit: &[f64],
+    ) -> Balance {
         let mut balance = Balance::default();
         for &(motion, asked) in &self.asked {
-            balance.lack[motion] = asked;
-            balance.value -= asked * at[motion];
+            balance.lack[motion] = enlarged * asked;
         }
-        for (cell, (target, &limit)) in target.iter().zip(limit).enumerate() {
+        for (cell, (target, limit)) in target.iter().zip(limit).enumerate() {
+            let limit = enlarged * limit;
             let shifted = plus(*target, 1.0, self.field(at, cell));
             let size = norm(shifted);
-            let (inside, value) = (size <= limit, limit * (size - 0.5 * limit));
-            balance.value += if inside { 0.5 * size * size } else { value };
+            let inside = size <= limit;
             let factor = if inside { 1.0 } else { limit / size };
             for &(j, _) in &self.asked {
                 let motion = self.motion(j, cell);
@@ -200,10 +263,10 @@ impl<const A: usize> Resultants<A> {
     }
 }
 
-/// The function that [`Resultants::balance`] minimises, with its derivatives.
+/// Derivatives of the function that [`Resultants::balance`] minimises.
 #[derive(Default)]
 struct Balance {
-    value: f64,
+    /// What the sums lack: the negative gradient.
     lack: Motions,
     slope: [[f64; MOTIONS]; MOTIONS],
 }

@@ -1,0 +1,184 @@
+//! The direction of a Newton step: which cells are free to do what, and conjugate gradients in those directions.
+
+use super::newton::{Gap, ON_CIRCLE, Solver};
+use super::resultants::{MOTIONS, Motions, solve_small};
+use super::vector::{Vector, dot, norm, plus, quarter_turn, scaled};
+
+/// A shear this close to its limit, that the slip drives beyond it, is taken as slipping in a Newton step. Were only shears on
+/// the circle taken so, a chord that is shortened would leave all cells just inside of it, to stick in the next step again.
+const NEAR_CIRCLE: f64 = 0.05;
+
+/// How far the slip drives it there, in parts of the step that a cell alone would make.
+const NEAR_STEP: f64 = 0.2;
+
+/// The part of the first residual at which an inner solve stops, over the root of the error, and its bounds.
+const FORCING: f64 = 0.3;
+const FORCINGS: (f64, f64) = (1e-3, 0.1);
+
+/// Part of the tolerance that an inner solve leaves at most on cells that stick.
+const INNER_SHARE: f64 = 0.25;
+
+/// What is free to change on a contact cell in a Newton step.
+#[derive(Clone, Copy)]
+pub(super) enum Freedom<const A: usize> {
+    /// Both components of the shear.
+    Stick,
+    /// The angle: the unit tangent, and (s·q̂)/µp, the compliance that a turn of the shear meets.
+    Slip { tangent: Vector<A>, compliance: f64 },
+}
+
+impl<const A: usize> Solver<'_, '_, A> {
+    /// Decides what is free on each contact cell.
+    pub(super) fn set_free(&mut self) {
+        for cell in 0..self.freedom.len() {
+            let (q, s, limit) = (self.shear[cell], self.slip[cell], self.limit[cell]);
+            let (size, along) = (norm(q), dot(q, s));
+            let at_limit = size >= limit * (1.0 - ON_CIRCLE)
+                || (size >= limit * (1.0 - NEAR_CIRCLE)
+                    && norm(plus(q, NEAR_STEP / self.lambda, s)) >= limit);
+            self.freedom[cell] = if at_limit && along > 0.0 {
+                Freedom::Slip {
+                    tangent: scaled(1.0 / size, quarter_turn(q)),
+                    compliance: along / (size * limit),
+                }
+            } else {
+                Freedom::Stick
+            };
+        }
+    }
+
+    /// `work` = P S M S P `source`: the preconditioner in the free directions P. The slip cells' part is scaled by
+    /// S = √(λ/(λ + D)): where a turn is stiff already, the half space counts little.
+    fn precondition(&mut self, source: impl Fn(&Self, usize) -> Vector<A>) {
+        let mut work = std::mem::take(&mut self.work);
+        for (cell, w) in work.iter_mut().enumerate() {
+            *w = self.freedom[cell].scaled(source(self, cell), self.lambda);
+        }
+        self.operator.stiffness(&work, &mut self.image);
+        for ((w, image), freedom) in work.iter_mut().zip(&self.image).zip(&self.freedom) {
+            *w = freedom.scaled(*image, self.lambda);
+        }
+        self.work = work;
+    }
+
+    /// The preconditioner applied to each free rigid motion, and the matrix of their resultants.
+    pub(super) fn rigid_fields(&mut self) -> [[f64; MOTIONS]; MOTIONS] {
+        let mut matrix = [[0.0; MOTIONS]; MOTIONS];
+        for k in 0..self.resultants.asked.len() {
+            let motion = self.resultants.asked[k].0;
+            self.precondition(|solver, cell| solver.resultants.motion(motion, cell));
+            let sums = self.resultants.sums(&self.work);
+            matrix[motion] = sums;
+            self.rigid[k].copy_from_slice(&self.work);
+        }
+        matrix
+    }
+
+    /// Conjugate gradients for (K + D) step = s in the free directions at constant resultants, to what is worth while before
+    /// the cells are looked at again. Gives the change of the rigid motions that belongs to the step.
+    pub(super) fn newton_direction(&mut self, gap: Gap) -> Motions {
+        let forcing = forcing(gap.error);
+        let enough = INNER_SHARE * self.options.tolerance * gap.scale;
+        let matrix = self.rigid_fields();
+        let mut shift = [0.0; MOTIONS];
+        for cell in 0..self.residual.len() {
+            self.residual[cell] = self.freedom[cell].free(self.slip[cell]);
+            self.direction[cell] = [0.0; A];
+            self.step[cell] = [0.0; A];
+        }
+        let (mut product, mut first) = (0.0, 0.0);
+        loop {
+            self.precondition(|solver, cell| solver.residual[cell]);
+            if !self.resultants.asked.is_empty() {
+                let change = solve_small(&matrix, &self.resultants.sums(&self.work));
+                for k in 0..MOTIONS {
+                    shift[k] -= change[k];
+                }
+                for cell in 0..self.work.len() {
+                    for (rigid, &(motion, _)) in self.rigid.iter().zip(&self.resultants.asked) {
+                        self.work[cell] = plus(self.work[cell], -change[motion], rigid[cell]);
+                    }
+                    let field = self.resultants.field(&change, cell);
+                    let freedom = self.freedom[cell];
+                    self.residual[cell] = plus(self.residual[cell], -1.0, freedom.free(field));
+                }
+            }
+            let (mut new_product, mut left) = (0.0, 0.0);
+            for cell in 0..self.residual.len() {
+                let r = self.residual[cell];
+                new_product += dot(r, self.work[cell]);
+                left += match self.freedom[cell] {
+                    Freedom::Stick => self.limit[cell] * norm(r),
+                    Freedom::Slip { compliance, .. } => 0.5 * dot(r, r) / compliance,
+                };
+            }
+            if product == 0.0 {
+                first = new_product;
+            }
+            if new_product <= 0.0
+                || (product > 0.0 && (new_product <= forcing * forcing * first || left <= enough))
+                || self.iterations >= self.options.max_iterations
+            {
+                return shift;
+            }
+            let beta = if product > 0.0 {
+                new_product / product
+            } else {
+                0.0
+            };
+            product = new_product;
+            for (direction, work) in self.direction.iter_mut().zip(&self.work) {
+                *direction = plus(*work, beta, *direction);
+            }
+            self.operator.compliance(&self.direction, &mut self.image);
+            let mut curvature = 0.0;
+            for cell in 0..self.image.len() {
+                let (freedom, direction) = (self.freedom[cell], self.direction[cell]);
+                let mut image = freedom.free(self.image[cell]);
+                if let Freedom::Slip { compliance, .. } = freedom {
+                    image = plus(image, compliance, direction);
+                }
+                curvature += dot(direction, image);
+                self.image[cell] = image;
+            }
+            if curvature <= 0.0 {
+                return shift;
+            }
+            let length = product / curvature;
+            for cell in 0..self.image.len() {
+                self.step[cell] = plus(self.step[cell], length, self.direction[cell]);
+                self.residual[cell] = plus(self.residual[cell], -length, self.image[cell]);
+            }
+            self.iterations += 1;
+        }
+    }
+}
+
+impl<const A: usize> Freedom<A> {
+    /// The part of a vector in the free directions.
+    fn free(self, vector: Vector<A>) -> Vector<A> {
+        match self {
+            Freedom::Stick => vector,
+            Freedom::Slip { tangent, .. } => scaled(dot(vector, tangent), tangent),
+        }
+    }
+
+    /// The same, scaled as the preconditioner has it.
+    fn scaled(self, vector: Vector<A>, lambda: f64) -> Vector<A> {
+        match self {
+            Freedom::Stick => vector,
+            Freedom::Slip {
+                tangent,
+                compliance,
+            } => {
+                let factor = (lambda / (lambda + compliance)).sqrt();
+                scaled(factor * dot(vector, tangent), tangent)
+            }
+        }
+    }
+}
+
+/// The part of the first residual at which an inner solve stops: loose while the cells still change.
+fn forcing(error: f64) -> f64 {
+    (FORCING * error.sqrt()).clamp(FORCINGS.0, FORCINGS.1)
+}
