@@ -6,8 +6,10 @@
 
 use std::f64::consts::PI;
 
-use crate::contact::normal::{self, NormalOptions, NormalProblem, NormalSolution};
-use crate::contact::tangential::{self, CellState, TangentialOptions, TangentialProblem};
+use crate::contact::normal::{
+    self, Control, NormalOptions, NormalProblem, NormalSolution, Rotation,
+};
+use crate::contact::tangential::{self, CellState, Drive, TangentialOptions, TangentialProblem};
 use crate::contact::{Boundary, ContactError, Elastic, HalfSpace, Pair, Shear, stiffness};
 use crate::grid::{Grid, Patch};
 use crate::reference::{CappedHertz, CattaneoMindlin, CircularPunch, Hertz, Westergaard, elastic};
@@ -244,7 +246,8 @@ pub fn westergaard() -> Result<Vec<Row>, ContactError> {
             patch: &patch,
             height: &height,
             compliance: None,
-            load,
+            control: Control::Load(load),
+            rotation: Rotation::FIXED,
             pressure_cap: None,
         };
         let mut half_space = HalfSpace::new(grid, PAIR, Boundary::Periodic);
@@ -286,12 +289,14 @@ pub fn cattaneo_mindlin() -> Result<Vec<Row>, ContactError> {
             .map(|p| FRICTION_COEFFICIENT * p)
             .collect();
         let mut branch = |previous: Option<&Vec<Vec<f64>>>, stroke: f64| {
-            let displacement = vec![stroke];
+            let drive = vec![Drive::Displacement(stroke)];
             let problem = TangentialProblem {
                 patch: &patch,
                 limit: &limit,
                 previous,
-                displacement: &displacement,
+                drive: &drive,
+                rotation: None,
+                offset: None,
             };
             let options = TangentialOptions {
                 tolerance: TANGENTIAL,
@@ -465,7 +470,8 @@ fn sphere(
         patch: &patch,
         height: &height,
         compliance: None,
-        load: LOAD,
+        control: Control::Load(LOAD),
+        rotation: Rotation::FIXED,
         pressure_cap,
     };
     let mut half_space = HalfSpace::new(grid, PAIR, Boundary::Free);

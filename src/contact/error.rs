@@ -33,6 +33,28 @@ pub enum ContactError {
         /// The cap \[Pa\].
         cap: f64,
     },
+    /// Moments that no pressure of the given load has.
+    #[error(
+        "the moments of {moment:?} N m about x and y cannot be carried by a load of {load:.6e} N: its resultant would lie outside the joint"
+    )]
+    MomentNotCarried {
+        /// M_x and M_y about the grid's centre \[N m\].
+        moment: [f64; 2],
+        /// The load \[N\].
+        load: f64,
+    },
+    /// A force or moment beyond what friction carries.
+    #[error(
+        "the {name} of {asked:.6e} cannot be carried: friction bears less than {limit:.6e} (N or N·m) of it in this proportion to the other given ones"
+    )]
+    FrictionExceeded {
+        /// Which resultant.
+        name: &'static str,
+        /// What was asked for \[N or N·m\].
+        asked: f64,
+        /// The magnitude that friction carries at most \[N or N·m\].
+        limit: f64,
+    },
     /// A value that is not a finite number.
     #[error("the {field} of cell ({i}, {j}) is {value}; it must be a finite number")]
     NotFinite {

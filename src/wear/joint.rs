@@ -4,7 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::cycle::{CycleSolution, March};
 use super::motion::Motion;
-use crate::contact::normal::{self, NormalOptions, NormalProblem, NormalSolution};
+use crate::contact::normal::{
+    self, Control, NormalOptions, NormalProblem, NormalSolution, Rotation,
+};
 use crate::contact::tangential::TangentialOptions;
 use crate::contact::{ContactError, HalfSpace};
 use crate::grid::Patch;
@@ -111,7 +113,8 @@ impl FrettingJoint {
             patch,
             height: &height,
             compliance,
-            load,
+            control: Control::Load(load),
+            rotation: Rotation::FIXED,
             pressure_cap: self.pressure_cap,
         };
         Ok(normal::solve(

@@ -1,4 +1,6 @@
-use fretwear::contact::normal::{self, NormalOptions, NormalProblem, NormalSolution};
+use fretwear::contact::normal::{
+    self, Control, NormalOptions, NormalProblem, NormalSolution, Rotation,
+};
 use fretwear::contact::{Boundary, ContactError, Elastic, HalfSpace, Pair};
 use fretwear::grid::{Grid, Patch};
 use fretwear::reference::{CappedHertz, Hertz, elastic};
@@ -40,7 +42,8 @@ fn solve(patch: &Patch, cap: Option<f64>) -> NormalSolution {
         patch,
         height: &height,
         compliance: None,
-        load: LOAD,
+        control: Control::Load(LOAD),
+        rotation: Rotation::FIXED,
         pressure_cap: cap,
     };
     let mut half_space = HalfSpace::new(patch.grid, PAIR, Boundary::Free);
@@ -127,7 +130,8 @@ fn more_load_than_the_cap_bears_is_refused_with_the_numbers() {
         patch: &patch,
         height: &height,
         compliance: None,
-        load: LOAD,
+        control: Control::Load(LOAD),
+        rotation: Rotation::FIXED,
         pressure_cap: Some(cap),
     };
     let mut half_space = HalfSpace::new(patch.grid, PAIR, Boundary::Free);

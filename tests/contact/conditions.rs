@@ -1,7 +1,9 @@
 //! The conditions of contact and friction on rough surfaces, cell by cell, for whatever surface and load come.
 
-use fretwear::contact::normal::{self, NormalOptions, NormalProblem, NormalSolution};
-use fretwear::contact::tangential::{self, CellState, TangentialOptions, TangentialProblem};
+use fretwear::contact::normal::{
+    self, Control, NormalOptions, NormalProblem, NormalSolution, Rotation,
+};
+use fretwear::contact::tangential::{self, CellState, Drive, TangentialOptions, TangentialProblem};
 use fretwear::contact::{Boundary, ContactError, HalfSpace, Pair};
 use fretwear::grid::{ByAxis, Grid, Patch};
 use fretwear::reference::CircularPunch;
@@ -124,7 +126,8 @@ fn solve(
         patch,
         height: &height,
         compliance: None,
-        load,
+        control: Control::Load(load),
+        rotation: Rotation::FIXED,
         pressure_cap: case.cap,
     };
     normal::solve(half_space, &problem, None, NormalOptions::default())
@@ -181,7 +184,8 @@ proptest! {
             let stroke = 10f64.powf(size) * sliding;
             let displacement: ByAxis<f64> =
                 if axes == 1 { vec![stroke * f64::cos(angle).signum()] } else { vec![stroke * f64::cos(angle), stroke * f64::sin(angle)] };
-            let problem = TangentialProblem { patch: &patch, limit: &limit, previous: previous.as_ref(), displacement: &displacement };
+            let drive = displacement.iter().map(|d| Drive::Displacement(*d)).collect();
+            let problem = TangentialProblem { patch: &patch, limit: &limit, previous: previous.as_ref(), drive: &drive, rotation: None, offset: None };
             let found = tangential::solve(&mut half_space, &problem, None, TangentialOptions::default()).unwrap();
 
             // Slip anew from the change of shear.
@@ -247,7 +251,8 @@ fn a_masked_bump_is_not_there() {
             patch: &patch,
             height,
             compliance: None,
-            load,
+            control: Control::Load(load),
+            rotation: Rotation::FIXED,
             pressure_cap: None,
         };
         let mut half_space = HalfSpace::new(GRID, PAIR, Boundary::Free);
@@ -277,7 +282,8 @@ fn diagonal_compliance_adds_to_the_gap() {
         patch: &patch,
         height: &height,
         compliance: Some(&compliance),
-        load,
+        control: Control::Load(load),
+        rotation: Rotation::FIXED,
         pressure_cap: None,
     };
     let found = normal::solve(&mut half_space, &problem, None, NormalOptions::default()).unwrap();
@@ -304,7 +310,8 @@ fn wrong_input_is_refused_by_name() {
         patch: &patch,
         height: &height,
         compliance: None,
-        load: 1.0,
+        control: Control::Load(1.0),
+        rotation: Rotation::FIXED,
         pressure_cap: None,
     };
     let mut refused = |problem: NormalProblem| {
@@ -328,10 +335,16 @@ fn wrong_input_is_refused_by_name() {
         })
         .contains("335")
     );
-    assert!(refused(NormalProblem { load: -1.0, ..good }).contains("load"));
     assert!(
         refused(NormalProblem {
-            load: f64::NAN,
+            control: Control::Load(-1.0),
+            ..good
+        })
+        .contains("load")
+    );
+    assert!(
+        refused(NormalProblem {
+            control: Control::Load(f64::NAN),
             ..good
         })
         .contains("load")

@@ -1,4 +1,4 @@
-use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
+use fretwear::contact::normal::{self, Control, NormalOptions, NormalProblem, Rotation};
 use fretwear::contact::{HalfSpace, Shear, stiffness};
 use fretwear::grid::{Grid, Patch};
 use fretwear::reference::{Hertz, elastic};
@@ -34,7 +34,8 @@ fn solve_load(
         patch,
         height,
         compliance: None,
-        load,
+        control: Control::Load(load),
+        rotation: Rotation::FIXED,
         pressure_cap: None,
     };
     normal::solve(half_space, &problem, None, NormalOptions::default()).unwrap()
@@ -104,7 +105,8 @@ fn a_start_changes_the_speed_and_not_the_result() {
         patch: &patch,
         height: &height,
         compliance: None,
-        load: exact.load,
+        control: Control::Load(exact.load),
+        rotation: Rotation::FIXED,
         pressure_cap: None,
     };
     let options = NormalOptions {

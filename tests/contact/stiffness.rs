@@ -1,4 +1,4 @@
-use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
+use fretwear::contact::normal::{self, Control, NormalOptions, NormalProblem, Rotation};
 use fretwear::contact::{Boundary, HalfSpace, Shear, stiffness};
 use fretwear::grid::{Grid, Patch};
 
@@ -22,7 +22,8 @@ fn kn_is_the_slope_of_the_indentation_curve() {
             patch: &patch,
             height: &height,
             compliance: None,
-            load,
+            control: Control::Load(load),
+            rotation: Rotation::FIXED,
             pressure_cap: None,
         };
         normal::solve(&mut half_space, &problem, None, options).expect("normal contact")
@@ -49,7 +50,8 @@ fn kn_is_exact_where_the_set_does_not_change() {
         patch: &patch,
         height: &flat,
         compliance: None,
-        load: 100.0,
+        control: Control::Load(100.0),
+        rotation: Rotation::FIXED,
         pressure_cap: None,
     };
     let options = NormalOptions {

@@ -1,6 +1,6 @@
 use std::f64::consts::PI;
 
-use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
+use fretwear::contact::normal::{self, Control, NormalOptions, NormalProblem, Rotation};
 use fretwear::contact::{Boundary, HalfSpace};
 use fretwear::grid::{Grid, Patch};
 use fretwear::reference::{Westergaard, elastic};
@@ -52,7 +52,8 @@ fn compare(
         patch: &patch,
         height: &height,
         compliance: None,
-        load,
+        control: Control::Load(load),
+        rotation: Rotation::FIXED,
         pressure_cap: None,
     };
     let mut half_space = HalfSpace::new(grid, PAIR, Boundary::Periodic);

@@ -1,4 +1,4 @@
-use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
+use fretwear::contact::normal::{self, Control, NormalOptions, NormalProblem, Rotation};
 use fretwear::contact::{Pair, stiffness};
 use fretwear::grid::{Grid, Patch};
 use fretwear::model_update::{
@@ -210,7 +210,8 @@ fn the_balance_holds_for_a_contact_that_is_solved() {
             patch: &patch,
             height,
             compliance: None,
-            load,
+            control: Control::Load(load),
+            rotation: Rotation::FIXED,
             pressure_cap: None,
         };
         let solution = normal::solve(&mut half_space, &problem, None, options).expect("contact");

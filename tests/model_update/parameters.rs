@@ -1,4 +1,4 @@
-use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
+use fretwear::contact::normal::{self, Control, NormalOptions, NormalProblem, Rotation};
 use fretwear::grid::Grid;
 use fretwear::model_update::{
     Compliance, ContactElements, Distribution, ElementParameters, Springs,
@@ -31,7 +31,8 @@ fn an_element_has_load_or_a_gap() {
         patch: elements.patch(),
         height: &height,
         compliance: None,
-        load,
+        control: Control::Load(load),
+        rotation: Rotation::FIXED,
         pressure_cap: None,
     };
     let solution = normal::solve(

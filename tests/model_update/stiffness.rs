@@ -1,4 +1,4 @@
-use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
+use fretwear::contact::normal::{self, Control, NormalOptions, NormalProblem, Rotation};
 use fretwear::contact::stiffness::Stiffness;
 use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair, Shear};
 use fretwear::grid::{Grid, Patch};
@@ -63,7 +63,8 @@ fn tangent_elements_of_a_flat_bear_as_the_contact_solver_says() {
         patch: elements.patch(),
         height: &vec![0.0; elements.grid().len()],
         compliance: None,
-        load: 500.0,
+        control: Control::Load(500.0),
+        rotation: Rotation::FIXED,
         pressure_cap: None,
     };
     let options = NormalOptions {

@@ -1,21 +1,23 @@
-//! Frictionless normal contact under a given load, elastic or elastic–perfectly plastic.
+//! Frictionless normal contact, elastic or elastic–perfectly plastic.
 //!
-//! Find the pressure p and the approach δ with gap g = (K + D) p − h − δ such that, on every kept cell,
+//! Find the pressure p and the rigid motion of the bodies, approach δ and rotation θ, with the gap
+//! g = (K + D) p − h − δ − θ_x y + θ_y x, such that on every kept cell
 //!
 //! - p = 0 and g ≥ 0 (open), or 0 < p < p_max and g = 0 (elastic), or p = p_max and g ≤ 0 (capped) [A eq. 4.3],
 //!
-//! and Σ p dA = N. K is the half spaces' compliance, D an optional diagonal one (the implicit wear step's), h the heights.
-//! This is a convex problem; it is solved by a primal–dual active set: solve for p on the elastic cells in the subspace of
-//! constant load by preconditioned conjugate gradients, then exchange the cells of the wrong sign. Where the exchange cycles,
-//! the sets come from projected gradient steps, along which the energy falls.
+//! and either δ is given or Σ p dA = N, either θ is given or Σ p y dA = M_x and −Σ p x dA = M_y. K is the half spaces'
+//! compliance, D an optional diagonal one (the implicit wear step's), h the heights; x and y are measured from the grid's
+//! centre. This is the minimum of ½ pᵀ(K + D)p − (h + given motions)ᵀp over the admissible pressures, found by projected conjugate
+//! gradients.
 
-mod active_set;
-mod descent;
+mod projection;
+mod rigid;
+mod solver;
 
 use super::error::ContactError;
 use super::half_space::HalfSpace;
 use crate::grid::Patch;
-use active_set::Solver;
+use solver::Solver;
 
 /// What is pressed on what.
 #[derive(Debug, Clone, Copy)]
@@ -26,10 +28,52 @@ pub struct NormalProblem<'a> {
     pub height: &'a [f64],
     /// Diagonal compliance D in addition to the half spaces', ≥ 0 \[m/Pa\].
     pub compliance: Option<&'a [f64]>,
-    /// Total load N ≥ 0 \[N\].
-    pub load: f64,
+    /// Load or approach.
+    pub control: Control,
+    /// Rotation or moments.
+    pub rotation: Rotation,
     /// Largest pressure p_max \[Pa\].
     pub pressure_cap: Option<f64>,
+}
+
+/// What presses the bodies together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Control {
+    /// Load N ≥ 0; the approach is found \[N\].
+    Load(f64),
+    /// Approach δ from first touch of height 0; the load is found \[m\].
+    Approach(f64),
+}
+
+/// What holds the bodies parallel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Rotation {
+    /// Given rotations θ_x and θ_y, by which the bodies approach θ_x y − θ_y x more; the moments are found \[rad\].
+    Given([f64; 2]),
+    /// The bodies turn until the pressure has these moments.
+    Free {
+        /// M_x = Σ p y dA and M_y = −Σ p x dA about the grid's centre \[N m\].
+        moment: [f64; 2],
+    },
+}
+
+impl Rotation {
+    /// No rotation.
+    pub const FIXED: Rotation = Rotation::Given([0.0; 2]);
+}
+
+impl<'a> NormalProblem<'a> {
+    /// Elastic contact under a load, without rotation.
+    pub fn new(patch: &'a Patch, height: &'a [f64], load: f64) -> Self {
+        NormalProblem {
+            patch,
+            height,
+            compliance: None,
+            control: Control::Load(load),
+            rotation: Rotation::FIXED,
+            pressure_cap: None,
+        }
+    }
 }
 
 /// When to stop.
@@ -59,10 +103,14 @@ pub struct NormalSolution {
     pub gap: Vec<f64>,
     /// Approach δ of the bodies, from first touch of height 0 \[m\].
     pub approach: f64,
+    /// Rotations θ_x and θ_y \[rad\].
+    pub rotation: [f64; 2],
+    /// Load Σ p dA \[N\].
+    pub load: f64,
+    /// Moments M_x = Σ p y dA and M_y = −Σ p x dA about the grid's centre \[N m\].
+    pub moment: [f64; 2],
     /// Conjugate gradient iterations.
     pub iterations: usize,
-    /// Exchanges of the active set.
-    pub exchanges: usize,
     /// Largest violation of the conditions on any cell, as a displacement over that of one cell under the peak pressure.
     pub error: f64,
 }
@@ -75,7 +123,12 @@ pub fn solve(
     options: NormalOptions,
 ) -> Result<NormalSolution, ContactError> {
     check(half_space, problem, start)?;
-    if problem.load == 0.0 {
+    if problem.control == Control::Load(0.0) {
+        if let Rotation::Free { moment } = problem.rotation
+            && moment != [0.0; 2]
+        {
+            return Err(ContactError::MomentNotCarried { moment, load: 0.0 });
+        }
         return Ok(untouched(problem));
     }
     Solver::new(half_space, problem, options).run(start)
@@ -121,11 +174,32 @@ fn check(
             });
         }
     }
-    if !(problem.load.is_finite() && problem.load >= 0.0) {
+    match problem.control {
+        Control::Load(load) if !(load.is_finite() && load >= 0.0) => {
+            return Err(ContactError::OutOfRange {
+                name: "load",
+                value: load,
+                expected: "finite and ≥ 0 N",
+            });
+        }
+        Control::Approach(value) if !value.is_finite() => {
+            return Err(ContactError::OutOfRange {
+                name: "approach",
+                value,
+                expected: "finite",
+            });
+        }
+        _ => (),
+    }
+    let (name, given) = match problem.rotation {
+        Rotation::Given(rotation) => ("rotation", rotation),
+        Rotation::Free { moment } => ("moment", moment),
+    };
+    if let Some(&value) = given.iter().find(|v| !v.is_finite()) {
         return Err(ContactError::OutOfRange {
-            name: "load",
-            value: problem.load,
-            expected: "finite and ≥ 0 N",
+            name,
+            value,
+            expected: "finite",
         });
     }
     let kept = problem.patch.cells();
@@ -145,10 +219,12 @@ fn check(
             });
         }
         let capacity = cap * problem.patch.area();
-        if problem.load > capacity {
+        if let Control::Load(load) = problem.control
+            && load > capacity
+        {
             let cell_area = grid.cell_area();
             return Err(ContactError::CapExceeded {
-                load: problem.load,
+                load,
                 capacity,
                 cells: kept,
                 cell_area,
@@ -161,27 +237,28 @@ fn check(
 
 /// No load: the highest point just touches.
 fn untouched(problem: &NormalProblem) -> NormalSolution {
-    let kept = &problem.patch.kept;
-    let top = (0..kept.len())
-        .filter(|&c| kept[c])
-        .map(|c| problem.height[c])
-        .fold(f64::NEG_INFINITY, f64::max);
-    let gap = (0..kept.len())
-        .map(|c| {
-            if kept[c] {
-                top - problem.height[c]
-            } else {
-                0.0
-            }
-        })
-        .collect();
-    let pressure = vec![0.0; kept.len()];
+    let grid = problem.patch.grid;
+    let rotation = match problem.rotation {
+        Rotation::Given(rotation) => rotation,
+        Rotation::Free { .. } => [0.0; 2],
+    };
+    let kept = || (0..grid.len()).filter(|&c| problem.patch.kept[c]);
+    let top = |c: usize| {
+        problem.height[c] + rigid::displacement(grid, [0.0, rotation[0], rotation[1]], c)
+    };
+    let approach = -kept().map(top).fold(f64::NEG_INFINITY, f64::max);
+    let mut gap = vec![0.0; grid.len()];
+    for c in kept() {
+        gap[c] = -top(c) - approach;
+    }
     NormalSolution {
-        pressure,
+        pressure: vec![0.0; grid.len()],
         gap,
-        approach: -top,
+        approach,
+        rotation,
+        load: 0.0,
+        moment: [0.0; 2],
         iterations: 0,
-        exchanges: 0,
         error: 0.0,
     }
 }

@@ -1,0 +1,179 @@
+//! The rigid motions that a normal contact leaves to its solver, each in exchange for a resultant of the pressure.
+//!
+//! With the load given the approach is unknown; with the moments given the two rotations are too. Their fields on the cells
+//! are 1, y and −x, so that a rotation θ approaches the bodies by θ_x y − θ_y x, and their resultants are Σp, Σp y and −Σp x:
+//! load and moments over the area of a cell.
+
+use crate::grid::Grid;
+
+/// Coefficients or resultants of up to three motions; those that a problem does not have are 0.
+pub(super) type Motions = [f64; 3];
+
+/// Below this part of its diagonal a pivot is rounding: the cells in question do not tell the motions apart.
+const SINGULAR: f64 = 1e-12;
+
+/// The fields 1, y and −x at a cell.
+fn fields(grid: Grid, c: usize) -> Motions {
+    let (i, j) = grid.cell(c);
+    let (x, y) = grid.centre(i, j);
+    [1.0, y, -x]
+}
+
+/// Displacement of a cell by an approach and two rotations.
+pub(super) fn displacement(grid: Grid, motions: Motions, c: usize) -> f64 {
+    let fields = fields(grid, c);
+    (0..3).map(|k| motions[k] * fields[k]).sum()
+}
+
+/// Load and moments of a pressure over the area of a cell.
+pub(super) fn load_and_moments(grid: Grid, pressure: &[f64]) -> Motions {
+    let mut sums = [0.0; 3];
+    for (c, p) in pressure.iter().enumerate() {
+        if *p != 0.0 {
+            let fields = fields(grid, c);
+            (0..3).for_each(|k| sums[k] += p * fields[k]);
+        }
+    }
+    sums
+}
+
+/// The unknown motions of a problem: none, the approach, the two rotations, or all three.
+#[derive(Debug, Clone)]
+pub(super) struct RigidMotions {
+    grid: Grid,
+    approach: bool,
+    rotation: bool,
+}
+
+impl RigidMotions {
+    pub(super) fn new(grid: Grid, approach: bool, rotation: bool) -> Self {
+        RigidMotions {
+            grid,
+            approach,
+            rotation,
+        }
+    }
+
+    /// True where pressure and motions are all given.
+    pub(super) fn none(&self) -> bool {
+        !self.approach && !self.rotation
+    }
+
+    /// True where the approach is unknown.
+    pub(super) fn approaches(&self) -> bool {
+        self.approach
+    }
+
+    /// True where the rotations are unknown.
+    pub(super) fn rotates(&self) -> bool {
+        self.rotation
+    }
+
+    /// The fields of the motions at a cell, 0 for an absent one.
+    fn fields(&self, c: usize) -> Motions {
+        let [one, y, x] = fields(self.grid, c);
+        [if self.approach { one } else { 0.0 }, y, x]
+    }
+
+    /// Displacement of a cell by the motions.
+    pub(super) fn at(&self, motions: &Motions, c: usize) -> f64 {
+        if self.rotation {
+            let fields = self.fields(c);
+            motions[0] * fields[0] + motions[1] * fields[1] + motions[2] * fields[2]
+        } else {
+            motions[0]
+        }
+    }
+
+    /// Σ value · field over some cells, for each motion.
+    pub(super) fn resultants(
+        &self,
+        cells: impl Iterator<Item = usize>,
+        value: impl Fn(usize) -> f64,
+    ) -> Motions {
+        let mut sums = [0.0; 3];
+        if self.rotation {
+            for c in cells {
+                let (fields, value) = (self.fields(c), value(c));
+                for (sum, field) in sums.iter_mut().zip(fields) {
+                    *sum += value * field;
+                }
+            }
+        } else if self.approach {
+            sums[0] = cells.map(value).sum();
+        }
+        sums
+    }
+
+    /// The motions whose displacement has the given resultants on some cells; `None` where the cells (none, or all in a line)
+    /// do not determine them.
+    pub(super) fn with_resultants(
+        &self,
+        cells: impl Iterator<Item = usize>,
+        resultants: Motions,
+    ) -> Option<Motions> {
+        if self.none() {
+            return None;
+        }
+        if !self.rotation {
+            let count = cells.count();
+            return (count > 0).then(|| [resultants[0] / count as f64, 0.0, 0.0]);
+        }
+        let mut gram = [[0.0; 3]; 3];
+        for c in cells {
+            let fields = self.fields(c);
+            for (row, a) in gram.iter_mut().zip(fields) {
+                for (entry, b) in row.iter_mut().zip(fields) {
+                    *entry += a * b;
+                }
+            }
+        }
+        self.solve(gram, resultants)
+    }
+
+    /// Solves a symmetric positive definite system in the present motions by LDLᵀ.
+    fn solve(&self, mut matrix: [[f64; 3]; 3], right: Motions) -> Option<Motions> {
+        let first = usize::from(!self.approach);
+        let mut x = right;
+        for k in first..3 {
+            let whole = matrix[k][k];
+            for m in first..k {
+                matrix[k][k] -= matrix[k][m] * matrix[k][m] * matrix[m][m];
+            }
+            if !(matrix[k][k] > SINGULAR * whole) {
+                return None;
+            }
+            for r in k + 1..3 {
+                for m in first..k {
+                    matrix[r][k] -= matrix[r][m] * matrix[k][m] * matrix[m][m];
+                }
+                matrix[r][k] /= matrix[k][k];
+            }
+        }
+        for k in first..3 {
+            for m in first..k {
+                x[k] -= matrix[k][m] * x[m];
+            }
+        }
+        for k in first..3 {
+            x[k] /= matrix[k][k];
+        }
+        for k in (first..3).rev() {
+            for r in k + 1..3 {
+                x[k] -= matrix[r][k] * x[r];
+            }
+        }
+        if first == 1 {
+            x[0] = 0.0;
+        }
+        Some(x)
+    }
+
+    /// How far apart two resultants are, moments counted over half the diagonal of the grid.
+    pub(super) fn distance(&self, a: &Motions, b: &Motions) -> f64 {
+        let [lx, ly] = self.grid.size();
+        let arm = 0.5 * lx.hypot(ly);
+        let moment = (a[1] - b[1]).hypot(a[2] - b[2]) / arm;
+        (a[0] - b[0]).abs().max(moment)
+    }
+}
