@@ -1,13 +1,17 @@
 //! The contact solvers against integrals, direct sums and closed forms that share no code with them.
 
+mod battery;
 mod capped;
 mod cattaneo_mindlin;
+mod certificate;
 mod conditions;
 mod convolution;
 mod driven;
+mod extremes;
 mod hertz;
 mod hostile_steps;
 mod kernels;
+mod random;
 mod stiffness;
 mod westergaard;
 

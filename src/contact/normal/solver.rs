@@ -433,13 +433,16 @@ impl<'a, 'h> Solver<'a, 'h> {
                 let held = self.motions.resultants(held, |c| self.pressure[c]);
                 target = [0, 1, 2].map(|k| target[k] - held[k]);
             }
-            project(
+            // A trial so long that its digits do not hold the resultants would lose them.
+            if !project(
                 &self.motions,
                 &self.free,
                 &mut self.trial,
                 self.cap,
                 &target,
-            );
+            ) {
+                return false;
+            }
         }
         self.step.fill(0.0);
         let (mut slope, mut size) = (0.0, 0.0);

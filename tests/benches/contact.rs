@@ -1,0 +1,264 @@
+//! What a contact solve costs: `cargo bench`, or `cargo bench -- cold pair` for the cases whose names have one of these words.
+//!
+//! The joint is the one that published times of other programs refer to: 40 x 30 mm, steel (198.4 GPa), 30 kN, correlation
+//! length 0.5 mm. After divan's table of times comes one with the FFT pairs of each solve and its time over that of the pairs
+//! alone: 1 would be a solver that computes nothing else.
+
+use std::collections::BTreeMap;
+use std::hint::black_box;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use divan::Bencher;
+use fretwear::contact::normal::{self, NormalOptions, NormalProblem, NormalSolution};
+use fretwear::contact::tangential::{self, Drive, TangentialOptions, TangentialProblem};
+use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair};
+use fretwear::grid::{Grid, Patch};
+use fretwear::surface::generate::{RandomSurface, Spectrum, random};
+
+const SIZE: [f64; 2] = [40e-3, 30e-3];
+const LOAD: f64 = 30e3;
+const CAP: f64 = 600e6;
+const FRICTION: f64 = 0.6;
+const SEED: u64 = 1;
+
+/// Force of the tangential cases, over that at which everything slides.
+const PARTIAL_SLIP: f64 = 0.6;
+
+/// Deepest wear of the step before the warm solve \[m\].
+const WORN: f64 = 1e-7;
+
+const STEEL: Pair = Pair {
+    lower: Elastic {
+        youngs_modulus: 198.4e9,
+        poisson_ratio: 0.3,
+    },
+    upper: Elastic {
+        youngs_modulus: 198.4e9,
+        poisson_ratio: 0.3,
+    },
+};
+
+/// The samples of every case.
+static MEASURED: Mutex<BTreeMap<String, Vec<Sample>>> = Mutex::new(BTreeMap::new());
+
+fn main() {
+    divan::main();
+    let measured = MEASURED.lock().expect("no benchmark panicked");
+    // Others on the machine only ever add to a time: the ratio is of the fastest samples.
+    let sorted = |name: &str| {
+        let mut samples = measured.get(name)?.clone();
+        samples.sort_by_key(|sample| sample.time);
+        Some(samples)
+    };
+    println!(
+        "\n{:30} {:>11} {:>11} {:>7} {:>17}",
+        "case", "fastest", "median", "pairs", "over pairs alone"
+    );
+    for name in measured.keys() {
+        let Some(samples) = sorted(name) else {
+            continue;
+        };
+        let Sample { time, pairs } = samples[0];
+        let median = samples[samples.len() / 2].time;
+        // The last word of a name is its grid. Pairs are counted in units of a scalar one.
+        let grid = name.rsplit(' ').next().unwrap_or_default();
+        let ratio = sorted(&format!("pair {grid}")).map_or("-".to_owned(), |pair| {
+            let alone = pairs * pair[0].time.as_secs_f64();
+            format!("{:.2}", time.as_secs_f64() / alone)
+        });
+        let [time, median] = [time, median].map(|t| 1e3 * t.as_secs_f64());
+        println!("{name:30} {time:8.2} ms {median:8.2} ms {pairs:7.1} {ratio:>17}");
+    }
+}
+
+/// What one solve took.
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    time: Duration,
+    pairs: f64,
+}
+
+/// Runs `work` once a sample and notes what it took.
+fn measure(bencher: Bencher, name: &str, joint: &mut Joint, mut work: impl FnMut(&mut Joint)) {
+    let mut samples = Vec::new();
+    joint.half_space.take_pairs();
+    bencher.bench_local(|| {
+        let begin = Instant::now();
+        work(joint);
+        let time = begin.elapsed();
+        let pairs = joint.half_space.take_pairs();
+        samples.push(Sample { time, pairs });
+    });
+    // A case that the command line leaves out has no samples.
+    if !samples.is_empty() {
+        MEASURED
+            .lock()
+            .expect("no benchmark panicked")
+            .insert(name.to_owned(), samples);
+    }
+}
+
+/// A rough joint under its load.
+struct Joint {
+    patch: Patch,
+    height: Vec<f64>,
+    half_space: HalfSpace,
+}
+
+impl Joint {
+    fn new(cells: usize, rq: f64) -> Joint {
+        let patch = Patch::full(Grid::over(SIZE, [cells, cells]));
+        let surface = RandomSurface {
+            rq,
+            spectrum: Spectrum::Gaussian {
+                correlation_length: [0.5e-3, 0.5e-3],
+            },
+            seed: SEED,
+        };
+        let height = random(&patch, &surface).expect("a surface").heights;
+        let half_space = HalfSpace::new(patch.grid, STEEL, Boundary::Free);
+        Joint {
+            patch,
+            height,
+            half_space,
+        }
+    }
+
+    fn press(&mut self, cap: Option<f64>, start: Option<&[f64]>) -> NormalSolution {
+        let problem = NormalProblem {
+            pressure_cap: cap,
+            ..NormalProblem::new(&self.patch, &self.height, LOAD)
+        };
+        normal::solve(
+            &mut self.half_space,
+            &problem,
+            start,
+            NormalOptions::default(),
+        )
+        .expect("a converged contact")
+    }
+
+    /// A step of both axes by `stroke` \[m\]; the force over that of full sliding.
+    fn slide(&mut self, limit: &[f64], stroke: f64) -> f64 {
+        let problem = TangentialProblem {
+            patch: &self.patch,
+            limit,
+            previous: None,
+            // Neither along an axis nor along a diagonal.
+            drive: &[0.8, 0.6]
+                .map(|part| Drive::Displacement(stroke * part))
+                .to_vec(),
+            rotation: None,
+            offset: None,
+        };
+        let found = tangential::solve(
+            &mut self.half_space,
+            &problem,
+            None,
+            TangentialOptions::default(),
+        )
+        .expect("a converged step");
+        found.force[0].hypot(found.force[1]) / (FRICTION * LOAD)
+    }
+}
+
+/// A zero-padded convolution: 512 x 512 points for 256 x 256 cells.
+#[divan::bench(args = [256, 1024], max_time = 1)]
+fn pair(bencher: Bencher, cells: usize) {
+    let mut joint = Joint::new(cells, 5e-6);
+    let mut displacement = vec![0.0; joint.height.len()];
+    measure(bencher, &format!("pair {cells}"), &mut joint, |joint| {
+        joint
+            .half_space
+            .normal(black_box(&joint.height), &mut displacement);
+    });
+}
+
+/// Two components in, two out.
+#[divan::bench(args = [256], max_time = 1)]
+fn vector_pair(bencher: Bencher, cells: usize) {
+    let mut joint = Joint::new(cells, 5e-6);
+    let mut displacement = [vec![0.0; joint.height.len()], vec![0.0; joint.height.len()]];
+    let name = format!("vector pair {cells}");
+    measure(bencher, &name, &mut joint, |joint| {
+        let [x, y] = &mut displacement;
+        joint
+            .half_space
+            .shear([black_box(&joint.height), &joint.height], [x, y]);
+    });
+}
+
+#[divan::bench(args = [5.0, 0.5], sample_count = 7, sample_size = 1)]
+fn cold(bencher: Bencher, rq: f64) {
+    let mut joint = Joint::new(256, rq * 1e-6);
+    measure(
+        bencher,
+        &format!("cold, Rq {rq} um, 256"),
+        &mut joint,
+        |joint| {
+            black_box(joint.press(None, None));
+        },
+    );
+}
+
+#[divan::bench(sample_count = 7, sample_size = 1)]
+fn capped(bencher: Bencher) {
+    let mut joint = Joint::new(256, 5e-6);
+    measure(bencher, "capped, Rq 5 um, 256", &mut joint, |joint| {
+        black_box(joint.press(Some(CAP), None));
+    });
+}
+
+/// After wear in proportion to the pressure, from the pressure before it.
+#[divan::bench(args = [5.0, 0.5], sample_count = 7, sample_size = 1)]
+fn warm(bencher: Bencher, rq: f64) {
+    let mut joint = Joint::new(256, rq * 1e-6);
+    let before = joint.press(None, None).pressure;
+    let peak = before.iter().copied().fold(0.0, f64::max);
+    for (h, p) in joint.height.iter_mut().zip(&before) {
+        *h -= WORN * p / peak;
+    }
+    measure(
+        bencher,
+        &format!("warm, Rq {rq} um, 256"),
+        &mut joint,
+        |joint| {
+            black_box(joint.press(None, Some(&before)));
+        },
+    );
+}
+
+#[divan::bench(sample_count = 2, sample_size = 1)]
+fn large(bencher: Bencher) {
+    let mut joint = Joint::new(1024, 5e-6);
+    measure(bencher, "cold, Rq 5 um, 1024", &mut joint, |joint| {
+        black_box(joint.press(None, None));
+    });
+}
+
+/// From rest to partial slip.
+#[divan::bench(args = [5.0, 0.5], sample_count = 5, sample_size = 1)]
+fn tangential_step(bencher: Bencher, rq: f64) {
+    let mut joint = Joint::new(256, rq * 1e-6);
+    let pressure = joint.press(None, None).pressure;
+    let limit: Vec<f64> = pressure.iter().map(|p| FRICTION * p).collect();
+    // The force rises with the stroke and never beyond that of sliding: halving the interval cannot fail.
+    let (mut low, mut high) = (0.0, 1e-7);
+    while joint.slide(&limit, high) < PARTIAL_SLIP {
+        (low, high) = (high, 2.0 * high);
+    }
+    for _ in 0..3 {
+        let middle = 0.5 * (low + high);
+        if joint.slide(&limit, middle) < PARTIAL_SLIP {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let stroke = 0.5 * (low + high);
+    let name = format!("tangential, Rq {rq} um, 256");
+    measure(bencher, &name, &mut joint, |joint| {
+        black_box(joint.slide(&limit, stroke));
+    });
+}

@@ -1,0 +1,280 @@
+#!/usr/bin/env python3
+"""Compare rough normal contact with that of tamaas and of ContactMechanics on the same surfaces.
+
+    python3 tests/peers/contact.py target/release/fretwear [--repeats 3] [--case NAME] [FOLDER]
+
+The surfaces are made here. Each is pressed by `fretwear run` of a static contact, by tamaas (Polonsky-Keer, elastic only) and by
+ContactMechanics (Polonsky-Keer, elastic and with a hardness), all to a tight tolerance, on one thread, in turns. Free edges: all
+three convolve with the same cell-integrated kernel; periodic: with the same symbol 2 / (E* |k|) without its mean. Printed are
+the differences of pressure, area and approach, and the median wall times. A pressure that differs by more than 1e-6 of the
+largest is a failure. Wants the packages numpy, pyarrow, tamaas and ContactMechanics; without them it makes an environment of
+its own in FOLDER (a temporary one without), from the package index that pip knows.
+"""
+
+import argparse
+import json
+import math
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+import venv
+from dataclasses import dataclass
+from pathlib import Path
+
+# One thread for every program; read when their libraries are loaded.
+os.environ["OMP_NUM_THREADS"] = "1"
+
+try:
+    import numpy as np
+    import pyarrow.parquet as pq
+    import tamaas
+    from ContactMechanics import FreeFFTElasticHalfSpace, PeriodicFFTElasticHalfSpace
+    from ContactMechanics.Optimization.ConstrainedConjugateGradients import constrained_conjugate_gradients
+    from SurfaceTopography import Topography
+except ImportError:
+    np = None
+
+PACKAGES = ["numpy", "scipy", "pyarrow", "tamaas==2.9.0", "ContactMechanics==1.8.3"]
+SCENE = Path(__file__).resolve().parents[2] / "pipelines" / "static_contact.toml"
+
+SIZE = (40e-3, 30e-3)  # m
+LOAD = 30e3  # N
+YOUNGS_MODULUS, POISSON_RATIO = 198.4e9, 0.3  # Pa, 1; of both bodies, as the scene has it
+MODULUS = YOUNGS_MODULUS / (2.0 * (1.0 - POISSON_RATIO**2))
+
+# All solve the same discrete problem; the solvers stop at some 1e-9 of the largest pressure, and the pressure answers to the gap
+# with the condition number of the contact set.
+SAME = 1e-6
+OUR_TOLERANCE = 1e-9
+TAMAAS_TOLERANCE = 1e-10
+# Of the displacement of one cell under the peak pressure, of its force, and of the approach.
+CONTACT_MECHANICS_TOLERANCE = 1e-8
+MAX_ITERATIONS = 5000
+
+
+def fourier_surface(cells, seed, amplitude):
+    """White noise filtered by `amplitude(kx, ky)`; zero mean, unit variance."""
+    noise = np.fft.fft2(np.random.default_rng(seed).standard_normal(cells))
+    kx, ky = (2.0 * np.pi * np.fft.fftfreq(n, length / n) for n, length in zip(cells, SIZE))
+    heights = np.fft.ifft2(noise * amplitude(kx[:, None], ky[None, :])).real
+    heights -= heights.mean()
+    return heights / heights.std()
+
+
+def gaussian(length_x, length_y):
+    """Whose autocorrelation exp(-(x/lx)^2 - (y/ly)^2) has this square root as its spectrum."""
+    return lambda kx, ky: np.exp(-((kx * length_x) ** 2 + (ky * length_y) ** 2) / 8.0)
+
+
+def self_affine(hurst, longest):
+    """A power law of the amplitudes below a longest wavelength, a plateau above."""
+    return lambda kx, ky: np.maximum(np.hypot(kx, ky), 2.0 * np.pi / longest) ** -(1.0 + hurst)
+
+
+@dataclass
+class Case:
+    name: str
+    cells: tuple
+    rq: float  # m
+    amplitude: object
+    seed: int
+    boundary: str = "free"
+    cap: float = math.inf  # Pa
+
+    def heights(self):
+        return self.rq * fourier_surface(self.cells, self.seed, self.amplitude)
+
+
+ROUND = gaussian(0.5e-3, 0.5e-3)
+# Ridges along x.
+LONG = gaussian(2e-3, 0.4e-3)
+FRACTAL = self_affine(0.8, 8e-3)
+# tamaas and ContactMechanics take rectangular grids too.
+CASES = [
+    Case("rq5", (256, 256), 5e-6, ROUND, 11),
+    Case("rq5-periodic", (256, 256), 5e-6, ROUND, 11, "periodic"),
+    Case("rq0.5", (256, 256), 0.5e-6, ROUND, 12),
+    Case("rq0.5-periodic", (256, 256), 0.5e-6, ROUND, 12, "periodic"),
+    Case("self-affine", (192, 160), 2e-6, FRACTAL, 13),
+    Case("self-affine-periodic", (192, 160), 2e-6, FRACTAL, 13, "periodic"),
+    Case("ridges", (160, 250), 1e-6, LONG, 14),
+    Case("ridges-periodic", (160, 250), 1e-6, LONG, 14, "periodic"),
+    Case("rq5-capped", (256, 256), 5e-6, ROUND, 11, cap=600e6),
+    Case("rq0.5-capped-periodic", (192, 160), 0.5e-6, ROUND, 12, "periodic", 200e6),
+]
+
+
+@dataclass
+class Solution:
+    program: str
+    pressure: object  # Pa
+    approach: float  # m
+    seconds: float
+    work: str
+
+
+def fretwear(case, heights, program, folder):
+    """Solved by a run of its own."""
+    np.save(folder / "heights.npy", heights * 1e3)
+    with tempfile.TemporaryDirectory(dir=folder) as run:
+        sets = [
+            "surface.kind=file",
+            f"surface.path={folder / 'heights.npy'}",
+            "surface.unit=mm",
+            "surface.detrend=none",
+            f"joint.grid={list(case.cells)}",
+            f"joint.size=['{SIZE[0]} m', '{SIZE[1]} m']",
+            f"contact.normal_load={LOAD} N",
+            f"contact.boundary={case.boundary}",
+            f"fidelity.normal_tolerance={OUR_TOLERANCE}",
+        ]
+        if math.isfinite(case.cap):
+            sets.append(f"contact.pressure_cap={case.cap} Pa")
+        command = [program, "run", str(SCENE), "--run", str(Path(run) / "run"), "--json", "--quiet"]
+        command += [word for key in sets for word in ("--set", key)]
+        done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
+        summary = json.loads(done.stdout)
+        iteration = Path(run) / "run" / "iterations" / "wear_iteration=0"
+        field = pq.read_table(iteration / "contact_field.parquet")
+        timing = pq.read_table(iteration / "timing.parquet").to_pylist()
+    pressure = np.zeros(case.cells)
+    pressure[field["i"].to_numpy(), field["j"].to_numpy()] = field["pressure"].to_numpy()
+    # Stiffness and curves, which the others are not asked for, are a part of the stage with a row of its own.
+    (solve,) = (row for row in timing if row["stage"] == "static_contact")
+    work = f"{summary['normal_iterations']} iterations, {solve['fft_pairs']:.0f} pairs"
+    return Solution("fretwear", pressure, summary["approach"], solve["seconds"], work)
+
+
+def contact_mechanics(case, heights, ours):
+    kind = PeriodicFFTElasticHalfSpace if case.boundary == "periodic" else FreeFFTElasticHalfSpace
+    substrate = kind(case.cells, MODULUS, SIZE)
+    topography = Topography(heights, SIZE)
+    cell_area = substrate.area_per_pt
+    peak = ours.pressure.max()
+    started = time.perf_counter()
+    found = constrained_conjugate_gradients(
+        substrate,
+        topography,
+        external_force=LOAD,
+        hardness=case.cap * cell_area if math.isfinite(case.cap) else None,
+        pentol=CONTACT_MECHANICS_TOLERANCE * peak * math.sqrt(cell_area) / MODULUS,
+        forcetol=CONTACT_MECHANICS_TOLERANCE * peak * cell_area,
+        thermotol=CONTACT_MECHANICS_TOLERANCE,
+        maxiter=MAX_ITERATIONS,
+    )
+    seconds = time.perf_counter() - started
+    if not found.success:
+        return None
+    # Two transform pairs an iteration.
+    work = f"{found.nit} iterations, {found.nfev} pairs"
+    pressure = np.asarray(found.jac) / cell_area
+    approach = float(found.offset)
+    if case.boundary == "periodic":
+        # It gives the mean pressure a compliance, that of the longest wave; ours and that of tamaas have none.
+        approach -= float(found.x.mean())
+    return Solution("ContactMechanics", pressure, approach, seconds, work)
+
+
+def by_tamaas(case, heights, ours):
+    if math.isfinite(case.cap):
+        # Its solver for a largest pressure (Kato) does not reach a tight tolerance.
+        return None
+    model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, list(SIZE), list(case.cells))
+    model.E, model.nu = MODULUS, 0.0
+    solver = tamaas.PolonskyKeerRey(model, heights, TAMAAS_TOLERANCE)
+    if case.boundary == "free":
+        tamaas.ModelFactory.registerNonPeriodic(model, "dcfft")
+        solver.setIntegralOperator("dcfft")
+    solver.max_iter = MAX_ITERATIONS
+    started = time.perf_counter()
+    error = solver.solve(LOAD / (SIZE[0] * SIZE[1]))
+    seconds = time.perf_counter() - started
+    if not error <= TAMAAS_TOLERANCE:
+        return None
+    pressure = np.array(model.traction)
+    # The solver leaves a displacement that is moved to the surface: the approach follows from the pressure.
+    if case.boundary == "free":
+        displacement = np.zeros(case.cells)
+        model.operators["dcfft"](pressure, displacement)
+    else:
+        model.solveNeumann()
+        displacement = np.array(model.displacement)
+    touching = pressure > 0.0
+    approach = float((displacement - heights)[touching].mean())
+    return Solution("tamaas", pressure, approach, seconds, "")
+
+
+def compare(case, arguments, folder):
+    """Solves one case by every program in turns; returns the largest difference of pressure."""
+    heights = case.heights()
+    ours = None
+    found = {}
+    for _ in range(arguments.repeats):
+        ours = fretwear(case, heights, arguments.program, folder)
+        for solution in (ours, by_tamaas(case, heights, ours), contact_mechanics(case, heights, ours)):
+            if solution is not None:
+                found.setdefault(solution.program, []).append(solution)
+    # The load is balanced by ours to rounding, whatever the others do.
+    balance = ours.pressure.mean() * SIZE[0] * SIZE[1] / LOAD - 1.0
+    assert abs(balance) < 1e-12, f"{case.name}: the pressures of fretwear carry {balance:+.1e} too much"
+    peers = [name for name in found if name != ours.program]
+    if not peers:
+        sys.exit(f"{case.name}: no other program converged")
+    largest = 0.0
+    for name, solutions in found.items():
+        peer = solutions[-1]
+        difference = np.abs(peer.pressure - ours.pressure).max() / ours.pressure.max()
+        area = (peer.pressure > 0.0).mean()
+        seconds = statistics.median(solution.seconds for solution in solutions)
+        relative = (peer.approach - ours.approach) / abs(ours.approach)
+        shown = "        -          -" if peer is ours else f"{difference:9.1e} {relative:+10.1e}"
+        print(f"{case.name:22s} {name:17s} {shown} {100 * area:8.4f} {seconds:9.3f}  {peer.work}", flush=True)
+        if peer is not ours:
+            largest = max(largest, difference)
+    return largest
+
+
+def in_own_environment(folder):
+    """Runs this script again where the packages are; ends with its exit code."""
+    place = folder / "venv"
+    python = place / "bin" / "python"
+    if not python.exists():
+        venv.create(place, with_pip=True)
+        install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--only-binary", ":all:"]
+        subprocess.run([*install, *PACKAGES], check=True)
+    return subprocess.run([python, __file__, *sys.argv[1:], "--environment", "given"], check=False).returncode
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program", help="the fretwear program")
+    parser.add_argument("folder", nargs="?", metavar="FOLDER", help="where surfaces, runs and the environment go")
+    parser.add_argument("--repeats", type=int, default=3, help="rounds, of which times are medians [default: %(default)s]")
+    parser.add_argument("--case", action="append", help="only this case; may be repeated")
+    parser.add_argument("--environment", choices=["own", "given"], default="own", help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    arguments.program = str(Path(arguments.program).resolve())
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(arguments.folder or temporary).resolve()
+        folder.mkdir(parents=True, exist_ok=True)
+        if np is None:
+            if arguments.environment == "given":
+                sys.exit("the packages " + ", ".join(PACKAGES) + " cannot be imported")
+            sys.exit(in_own_environment(folder))
+        tamaas.set_log_level(tamaas.LogLevel.error)
+        tamaas.initialize(1)
+        cases = [case for case in CASES if not arguments.case or case.name in arguments.case]
+        if not cases:
+            sys.exit("no such case; there are " + ", ".join(case.name for case in CASES))
+        print(f"{'case':22s} {'program':17s} {'max|dp|':>9s} {'approach':>10s} {'area [%]':>8s} {'time [s]':>9s}  work")
+        largest = max(compare(case, arguments, folder) for case in cases)
+    print(f"largest difference {largest:.1e} of the largest pressure, {SAME:.0e} allowed")
+    if not largest <= SAME:
+        sys.exit("the programs disagree")
+
+
+if __name__ == "__main__":
+    main()
