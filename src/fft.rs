@@ -1,7 +1,8 @@
 //! Fast Fourier transforms of fields: the only place that names `realfft` and `rustfft`.
 //!
 //! [`Convolution`] applies real, inversion-symmetric kernels (K(−x, −y) = K(x, y)) to one or two fields at once. Their
-//! transforms are real numbers, so a kernel costs half the memory of a general one.
+//! transforms are real numbers, so a kernel costs half the memory of a general one. Odd kernels (K(−x, −y) = −K(x, y)) have
+//! imaginary transforms and cost as little.
 //!
 //! The unit of cost is the *pair*: one field transformed forward and back at the size of the convolution.
 
@@ -128,6 +129,19 @@ impl Convolution {
     /// `value(-i, -j)` must equal `value(i, j)`. Offsets that the plane cannot tell from their opposite (half of its length)
     /// are taken as zero; on a padded plane none of them is in reach.
     pub fn kernel(&mut self, value: impl Fn(isize, isize) -> f64) -> Vec<f64> {
+        let scale = 1.0 / (self.px * self.py) as f64;
+        let plane = self.transformed(value);
+        plane.iter().map(|c| c.re * scale).collect()
+    }
+
+    /// The same for an odd kernel, `value(-i, -j) = -value(i, j)`, whose transform is imaginary: that imaginary part.
+    pub fn odd_kernel(&mut self, value: impl Fn(isize, isize) -> f64) -> Vec<f64> {
+        let scale = 1.0 / (self.px * self.py) as f64;
+        let plane = self.transformed(value);
+        plane.iter().map(|c| c.im * scale).collect()
+    }
+
+    fn transformed(&mut self, value: impl Fn(isize, isize) -> f64) -> Vec<Complex64> {
         let waves = self.py / 2 + 1;
         let mut plane = vec![Complex64::ZERO; waves * self.px];
         let signed = |position: usize, length: usize, cells: usize| {
@@ -150,12 +164,11 @@ impl Convolution {
                 plane[k * self.px + x] = self.rows[k];
             }
         }
-        let scale = 1.0 / (self.px * self.py) as f64;
         for column in plane.chunks_exact_mut(self.px) {
             self.column_forward
                 .process_with_scratch(column, &mut self.scratch);
         }
-        plane.iter().map(|c| c.re * scale).collect()
+        plane
     }
 
     /// A kernel given by its transform at wave numbers (m, n): m signed, 0 ≤ n ≤ py/2.
@@ -229,6 +242,65 @@ impl Convolution {
             self.columns_to_rows(axis, field);
         }
         self.pairs += 2.0 * self.pair_weight;
+    }
+
+    /// Sums odd kernels: `output = Σ kernel ⊗ input` over one or two pairs of kernel and field. Costs half a pair a transform.
+    pub fn apply_odd_sum(&mut self, terms: &[(&[f64], &[f64])], output: &mut [f64]) {
+        assert!((1..=2).contains(&terms.len()), "one or two terms");
+        for (plane, (_, field)) in terms.iter().enumerate() {
+            self.rows_to_columns(plane, field);
+        }
+        for k in 0..=self.py / 2 {
+            for (plane, (kernel, _)) in terms.iter().enumerate() {
+                self.load_column(plane, k);
+                self.column_forward
+                    .process_with_scratch(&mut self.columns[plane], &mut self.scratch);
+                let kernel = &kernel[k * self.px..(k + 1) * self.px];
+                for (c, k) in self.columns[plane].iter_mut().zip(kernel) {
+                    *c = Complex64::new(-c.im * k, c.re * k);
+                }
+            }
+            if terms.len() == 2 {
+                let [sum, second] = &mut self.columns;
+                for (s, c) in sum.iter_mut().zip(second) {
+                    *s += *c;
+                }
+            }
+            self.column_inverse
+                .process_with_scratch(&mut self.columns[0], &mut self.scratch);
+            self.store_column(0, k);
+        }
+        self.columns_to_rows(0, output);
+        self.pairs += 0.5 * (terms.len() + 1) as f64 * self.pair_weight;
+    }
+
+    /// Applies one or two odd kernels to one field: `output = kernel ⊗ input` for each. Costs half a pair a transform.
+    pub fn apply_odd_each(&mut self, input: &[f64], targets: &mut [(&[f64], &mut [f64])]) {
+        assert!((1..=2).contains(&targets.len()), "one or two targets");
+        self.rows_to_columns(0, input);
+        if targets.len() == 2 && self.planes[1].is_empty() {
+            self.planes[1] = vec![Complex64::ZERO; (self.py / 2 + 1) * self.nx];
+        }
+        for k in 0..=self.py / 2 {
+            self.load_column(0, k);
+            self.column_forward
+                .process_with_scratch(&mut self.columns[0], &mut self.scratch);
+            // The last target first: the first one overwrites what all are made of.
+            for (plane, (kernel, _)) in targets.iter().enumerate().rev() {
+                let kernel = &kernel[k * self.px..(k + 1) * self.px];
+                for (x, k) in kernel.iter().enumerate() {
+                    let c = self.columns[0][x];
+                    self.columns[plane][x] = Complex64::new(-c.im * k, c.re * k);
+                }
+                self.column_inverse
+                    .process_with_scratch(&mut self.columns[plane], &mut self.scratch);
+                self.store_column(plane, k);
+            }
+        }
+        for (plane, (_, output)) in targets.iter_mut().enumerate() {
+            self.columns_to_rows(plane, output);
+        }
+        self.pairs += 0.5 * (targets.len() + 1) as f64 * self.pair_weight;
     }
 
     /// Transforms `self.row` into row `slot` of `self.rows`.

@@ -8,7 +8,7 @@ pub enum ContactError {
         "the {problem} contact did not converge: error {error:.3e} after {iterations} iterations, {tolerance:.1e} asked"
     )]
     NotConverged {
-        /// `"normal"`, `"tangential"` or `"stiffness"`.
+        /// `"normal"`, `"tangential"`, `"coupled"` or `"stiffness"`.
         problem: &'static str,
         /// Iterations spent.
         iterations: usize,

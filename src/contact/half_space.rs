@@ -7,10 +7,11 @@ use std::f64::consts::{PI, TAU};
 
 use serde::{Deserialize, Serialize};
 
+use super::coupling::Coupling;
 use super::kernel::{CellIntegrals, cell_integrals};
 use super::material::Pair;
 use crate::fft::{Convolution, VectorKernel, fast_length};
-use crate::grid::Grid;
+use crate::grid::{ByAxis, Grid};
 
 /// What lies beyond the grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -34,7 +35,8 @@ pub enum Shear {
 
 /// The compliance K of both half spaces on a grid, as convolutions, with the preconditioners of the contact solvers.
 ///
-/// The tangential kernels are built when first asked for, so a normal contact has no storage for them.
+/// The tangential kernels are built when first asked for, so a normal contact has no storage for them. So are those of the
+/// coupling, and only for bodies that are coupled.
 pub struct HalfSpace {
     grid: Grid,
     pair: Pair,
@@ -47,6 +49,7 @@ pub struct HalfSpace {
     normal_inverse: Vec<f64>,
     shear_x: Option<[Vec<f64>; 2]>,
     shear: Option<[VectorKernel; 2]>,
+    coupling: Option<Coupling>,
 }
 
 impl HalfSpace {
@@ -79,6 +82,7 @@ impl HalfSpace {
             normal_inverse,
             shear_x: None,
             shear: None,
+            coupling: None,
         }
     }
 
@@ -155,6 +159,49 @@ impl HalfSpace {
         if let Some([_, kernel]) = &self.shear {
             self.inverse.apply_vector(kernel, displacement, shear);
         }
+    }
+
+    /// Normal displacement under shear, positive where it opens the gap: w = K_zx ⊗ q_x + K_zy ⊗ q_y; zero for bodies that
+    /// are not coupled. See [`super::coupled`] for the signs.
+    pub fn normal_of_shear(&mut self, shear: &ByAxis<Vec<f64>>, displacement: &mut [f64]) {
+        match self.build_coupling(shear.len()) {
+            Some((coupling, convolution)) => {
+                coupling.normal_of_shear(convolution, shear, displacement)
+            }
+            None => displacement.fill(0.0),
+        }
+    }
+
+    /// Tangential displacement under pressure, one field an axis: w_x = K_xz ⊗ p, w_y = K_yz ⊗ p; zero for bodies that are
+    /// not coupled. The transpose of [`HalfSpace::normal_of_shear`].
+    pub fn shear_of_normal(&mut self, pressure: &[f64], displacement: &mut ByAxis<Vec<f64>>) {
+        match self.build_coupling(displacement.len()) {
+            Some((coupling, convolution)) => {
+                coupling.shear_of_normal(convolution, pressure, displacement)
+            }
+            None => displacement.iter_mut().for_each(|w| w.fill(0.0)),
+        }
+    }
+
+    /// True once kernels of the coupling are stored.
+    pub fn has_coupling(&self) -> bool {
+        self.coupling.is_some()
+    }
+
+    fn build_coupling(&mut self, axes: usize) -> Option<(&Coupling, &mut Convolution)> {
+        if !self.pair.is_coupled() {
+            return None;
+        }
+        if self.coupling.as_ref().is_none_or(|c| c.axes() < axes) {
+            self.coupling = Some(Coupling::new(
+                &mut self.convolution,
+                self.grid,
+                self.pair,
+                self.boundary,
+                axes,
+            ));
+        }
+        Some((self.coupling.as_ref()?, &mut self.convolution))
     }
 
     fn build_shear_x(&mut self) {

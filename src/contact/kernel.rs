@@ -1,5 +1,6 @@
 //! Displacement of a half space at a cell's centre under unit traction on another cell: the integrals of 1/r, x²/r³,
-//! y²/r³ and xy/r³ over a rectangle [A eq. 2.3–2.4; Love 1929; Johnson, Contact Mechanics, §3.2 and §3.6].
+//! y²/r³ and xy/r³ over a rectangle [A eq. 2.3–2.4; Love 1929; Johnson, Contact Mechanics, §3.2 and §3.6], and of x/r² and
+//! y/r², by which pressure displaces along the surface and shear across it.
 
 /// Beyond this many cell lengths the closed forms lose digits to cancellation, like (r/cell)² · 1e-16, while
 /// [`gauss`] with four points a side is exact to (cell/2r)⁸ ≈ 1e-12.
@@ -72,6 +73,54 @@ fn gauss(x: f64, y: f64, dx: f64, dy: f64) -> CellIntegrals {
             sum.xx += inverse * px * px / square;
             sum.yy += inverse * py * py / square;
             sum.xy += inverse * px * py / square;
+        }
+    }
+    sum
+}
+
+/// ∫ x/r² dA and ∫ y/r² dA \[m\] over a cell of `dx` × `dy` whose centre lies at (x, y) from the point of displacement \[m\].
+///
+/// They change sign with their own coordinate, exactly: the first is 0 at x = 0, the second at y = 0.
+pub fn coupling_integrals(x: f64, y: f64, dx: f64, dy: f64) -> [f64; 2] {
+    if x.hypot(y) > FAR * dx.max(dy) {
+        coupling_gauss(x, y, dx, dy)
+    } else {
+        [coupling_closed(x, y, dx, dy), coupling_closed(y, x, dy, dx)]
+    }
+}
+
+/// ∫ x/r² dA from the corners: ½ y ln r² + x arctan(y/x), without the part that drops out between them.
+fn coupling_closed(x: f64, y: f64, dx: f64, dy: f64) -> f64 {
+    // Any length may divide r; the cell's own keeps the logarithms small, and with them what cancels.
+    let unit = dx * dy;
+    let mut sum = 0.0;
+    for (py, sy) in [(y + 0.5 * dy, 1.0), (y - 0.5 * dy, -1.0)] {
+        for (px, sx) in [(x + 0.5 * dx, 1.0), (x - 0.5 * dx, -1.0)] {
+            let logarithm = if py == 0.0 {
+                0.0
+            } else {
+                0.5 * py * ((px * px + py * py) / unit).ln()
+            };
+            let angle = if px == 0.0 {
+                0.0
+            } else {
+                px * (py / px).atan()
+            };
+            sum += sx * sy * (logarithm + angle);
+        }
+    }
+    sum
+}
+
+fn coupling_gauss(x: f64, y: f64, dx: f64, dy: f64) -> [f64; 2] {
+    let mut sum = [0.0; 2];
+    for (a, wa) in GAUSS {
+        let px = x + 0.5 * dx * a;
+        for (b, wb) in GAUSS {
+            let py = y + 0.5 * dy * b;
+            let weight = wa * wb * 0.25 * dx * dy / (px * px + py * py);
+            sum[0] += weight * px;
+            sum[1] += weight * py;
         }
     }
     sum

@@ -4,6 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use std::f64::consts::PI;
 
+/// |β| below which bodies count as elastically alike: rounding of equal constants.
+const ALIKE: f64 = 1e-12;
+
 /// Linear elastic, isotropic material of one body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Elastic {
@@ -48,6 +51,18 @@ impl Pair {
         let term = |m: &Elastic| (1.0 - 2.0 * m.poisson_ratio) / m.shear_modulus();
         let scale = |m: &Elastic| 2.0 * (1.0 - m.poisson_ratio) / m.shear_modulus();
         (term(&self.lower) - term(&self.upper)) / (scale(&self.lower) + scale(&self.upper))
+    }
+
+    /// True where pressure displaces the surfaces along each other and shear across: |β| above rounding.
+    pub fn is_coupled(&self) -> bool {
+        self.dundurs_beta().abs() > ALIKE
+    }
+
+    /// γ = (1 − 2ν)/(4πG) of the lower body less that of the upper one = β/(πE*): the factor of x/r² and y/r² in the
+    /// coupling of pressure and shear \[1/Pa\].
+    pub(crate) fn coupling_compliance(&self) -> f64 {
+        let term = |m: &Elastic| (1.0 - 2.0 * m.poisson_ratio) / m.shear_modulus();
+        0.25 * (term(&self.lower) - term(&self.upper)) / PI
     }
 
     /// Σ (1 − ν²)/(πE): the factor of 1/r in the displacements zz, xx and yy \[1/Pa\].

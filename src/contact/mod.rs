@@ -1,5 +1,7 @@
-//! Contact of two elastic half spaces: kernels, convolution, normal and tangential problem, stiffness.
+//! Contact of two elastic half spaces: kernels, convolution, normal and tangential problem, their coupling, stiffness.
 
+pub mod coupled;
+mod coupling;
 mod error;
 mod half_space;
 mod kernel;
@@ -10,5 +12,5 @@ pub mod tangential;
 
 pub use error::ContactError;
 pub use half_space::{Boundary, HalfSpace, Shear};
-pub use kernel::{CellIntegrals, cell_integrals};
+pub use kernel::{CellIntegrals, cell_integrals, coupling_integrals};
 pub use material::{Elastic, Pair};

@@ -2,6 +2,10 @@
 //!
 //! kn is the slope dN/dδ of the indentation curve, kt the slope dT/dδ at full stick. Capped cells carry a fixed pressure, so
 //! they count in kt and not in kn.
+//!
+//! [`normal`] and [`tangential`] take the blocks of K by themselves: kn where the surfaces slide freely, kt at given pressures.
+//! [`coupled`] takes both together, for bodies that differ elastically and cells that stick: normal motion then shears them
+//! and tangential motion presses them, which makes both stiffer, by a part of the order β².
 
 use super::error::ContactError;
 use super::half_space::{Boundary, HalfSpace, Shear};
@@ -32,7 +36,7 @@ pub fn normal(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, Con
     let unit = vec![1.0];
     linearise(
         half_space,
-        set,
+        &[set],
         &unit,
         |h, p, u| h.normal(&p[0], &mut u[0]),
         |h, u, p| h.normal_inverse(&u[0], &mut p[0]),
@@ -49,37 +53,103 @@ pub fn tangential(
         Shear::AlongX => vec![1.0],
         Shear::InPlane => vec![1.0, 0.0],
     };
-    linearise(half_space, set, &unit, compliance, stiffness)
+    linearise(
+        half_space,
+        &vec![set; unit.len()],
+        &unit,
+        compliance,
+        stiffness,
+    )
+}
+
+/// What moves by a unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// The approach, with no tangential motion.
+    Normal,
+    /// The displacement along x, at a constant approach and with no motion along y.
+    AlongX,
+}
+
+/// kn or kt of the whole K. Elastic cells of `pressed` keep their gap closed, cells of `stuck` do not slip; cells of one set alone
+/// keep the traction of the other kind. Densities are those of the pressure, then of the shear along each axis.
+pub fn coupled(
+    half_space: &mut HalfSpace,
+    direction: Direction,
+    pressed: &[bool],
+    stuck: &[bool],
+    shear: Shear,
+) -> Result<Stiffness, ContactError> {
+    let mut unit = match shear {
+        Shear::AlongX => vec![0.0; 2],
+        Shear::InPlane => vec![0.0; 3],
+    };
+    unit[usize::from(direction == Direction::AlongX)] = 1.0;
+    let mut sets = vec![stuck; unit.len()];
+    sets[0] = pressed;
+    let cells = half_space.grid().len();
+    let mut lag = vec![vec![0.0; cells]; unit.len() - 1];
+    let mut opening = vec![0.0; cells];
+    linearise(
+        half_space,
+        &sets,
+        &unit,
+        |half_space, traction, displacement| {
+            let shear = traction[1..].to_vec();
+            let mut along = displacement.split_off(1);
+            half_space.normal(&traction[0], &mut displacement[0]);
+            compliance(half_space, &shear, &mut along);
+            displacement.extend(along);
+            half_space.normal_of_shear(&shear, &mut opening);
+            half_space.shear_of_normal(&traction[0], &mut lag);
+            for (u, w) in displacement
+                .iter_mut()
+                .zip([&opening].into_iter().chain(&lag))
+            {
+                u.iter_mut().zip(w).for_each(|(u, w)| *u += w);
+            }
+        },
+        |half_space, displacement, traction| {
+            let mut shear = traction.split_off(1);
+            half_space.normal_inverse(&displacement[0], &mut traction[0]);
+            stiffness(half_space, &displacement[1..].to_vec(), &mut shear);
+            traction.extend(shear);
+        },
+    )
 }
 
 type Field = ByAxis<Vec<f64>>;
 
-/// Preconditioned conjugate gradients for K x = `unit` on the set.
+/// Preconditioned conjugate gradients for K x = `unit`, each field on its set.
 fn linearise(
     half_space: &mut HalfSpace,
-    set: &[bool],
+    sets: &[&[bool]],
     unit: &ByAxis<f64>,
     mut apply: impl FnMut(&mut HalfSpace, &Field, &mut Field),
     mut precondition: impl FnMut(&mut HalfSpace, &Field, &mut Field),
 ) -> Result<Stiffness, ContactError> {
     let (axes, grid) = (unit.len(), half_space.grid());
-    if set.len() != grid.len() {
+    if let Some(set) = sets.iter().find(|set| set.len() != grid.len()) {
         return Err(ContactError::Length {
             field: "contact set",
             found: set.len(),
             expected: grid.len(),
         });
     }
-    let cells: Vec<usize> = (0..set.len()).filter(|&c| set[c]).collect();
-    let zeros = || vec![vec![0.0; set.len()]; axes];
+    let cells: Vec<Vec<usize>> = sets
+        .iter()
+        .map(|set| (0..set.len()).filter(|&c| set[c]).collect())
+        .collect();
+    let zeros = || vec![vec![0.0; grid.len()]; axes];
     let (mut density, mut residual, mut direction, mut image) =
         (zeros(), zeros(), zeros(), zeros());
     for axis in 0..axes {
-        for &c in &cells {
+        for &c in &cells[axis] {
             residual[axis][c] = unit[axis];
         }
     }
-    if half_space.boundary() == Boundary::Periodic && cells.len() == grid.len() {
+    let full = |axis: usize| unit[axis] != 0.0 && cells[axis].len() == grid.len();
+    if half_space.boundary() == Boundary::Periodic && (0..axes).any(full) {
         return Ok(Stiffness {
             density,
             total: f64::INFINITY,
@@ -88,12 +158,15 @@ fn linearise(
     }
     let dot = |a: &Field, b: &Field| -> f64 {
         (0..axes)
-            .map(|axis| cells.iter().map(|&c| a[axis][c] * b[axis][c]).sum::<f64>())
+            .map(|axis| {
+                let cells = cells[axis].iter();
+                cells.map(|&c| a[axis][c] * b[axis][c]).sum::<f64>()
+            })
             .sum()
     };
     let (mut first, mut product) = (0.0, 0.0);
     let mut iterations = 0;
-    while !cells.is_empty() {
+    while (0..axes).any(|axis| unit[axis] != 0.0 && !cells[axis].is_empty()) {
         precondition(half_space, &residual, &mut image);
         let new_product = dot(&residual, &image);
         if iterations == 0 {
@@ -118,14 +191,14 @@ fn linearise(
         };
         product = new_product;
         for axis in 0..axes {
-            for &c in &cells {
+            for &c in &cells[axis] {
                 direction[axis][c] = image[axis][c] + beta * direction[axis][c];
             }
         }
         apply(half_space, &direction, &mut image);
         let length = product / dot(&direction, &image);
         for axis in 0..axes {
-            for &c in &cells {
+            for &c in &cells[axis] {
                 density[axis][c] += length * direction[axis][c];
                 residual[axis][c] -= length * image[axis][c];
             }

@@ -6,6 +6,8 @@ mod cattaneo_mindlin;
 mod certificate;
 mod conditions;
 mod convolution;
+mod coupled;
+mod coupling;
 mod driven;
 mod extremes;
 mod hertz;

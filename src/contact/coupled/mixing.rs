@@ -1,0 +1,76 @@
+//! Anderson's mixing of the iterates of a fixed point.
+
+/// Differences of iterates that are kept.
+const DEPTH: usize = 4;
+
+/// A difference of residuals whose part across the others is smaller than this tells rounding and inner errors.
+const DEPENDENT: f64 = 1e-3;
+
+/// The last iterates and their residuals (next value less value), newest last, and the differences between them.
+#[derive(Default)]
+pub(super) struct Mixing {
+    last: Option<[Vec<f64>; 2]>,
+    differences: Vec<[Vec<f64>; 2]>,
+}
+
+impl Mixing {
+    /// Moves `value` on, whose fixed-point map moves it by `residual`: to the value for which the residuals' differences so far
+    /// predict the smallest residual on the cells that count, plus that residual. A constant in a residual counts as none.
+    pub(super) fn next(
+        &mut self,
+        value: &mut [f64],
+        residual: &[f64],
+        counts: impl Fn(usize) -> bool,
+    ) {
+        let cells: Vec<usize> = (0..value.len()).filter(|&c| counts(c)).collect();
+        if let Some([old_value, old_residual]) = self.last.take() {
+            let difference = |new: &[f64], old: Vec<f64>| -> Vec<f64> {
+                new.iter().zip(old).map(|(n, o)| n - o).collect()
+            };
+            if self.differences.len() == DEPTH {
+                self.differences.remove(0);
+            }
+            self.differences.push([
+                difference(value, old_value),
+                difference(residual, old_residual),
+            ]);
+        }
+        self.last = Some([value.to_vec(), residual.to_vec()]);
+        // Newest first, each made orthogonal to those before it together with its change of value.
+        let mut basis: Vec<[Vec<f64>; 2]> = Vec::new();
+        for [value, residual] in self.differences.iter().rev() {
+            let mut column = [value.clone(), residual.clone()];
+            let size = product(&column[1], &column[1], &cells);
+            for other in &basis {
+                let part = -product(&other[1], &column[1], &cells);
+                for (c, o) in column.iter_mut().zip(other) {
+                    c.iter_mut().zip(o).for_each(|(c, o)| *c += part * o);
+                }
+            }
+            let left = product(&column[1], &column[1], &cells);
+            if left > DEPENDENT * DEPENDENT * size {
+                for field in &mut column {
+                    field.iter_mut().for_each(|v| *v /= left.sqrt());
+                }
+                basis.push(column);
+            }
+        }
+        for (v, r) in value.iter_mut().zip(residual) {
+            *v += r;
+        }
+        for [change, column] in &basis {
+            let part = product(column, residual, &cells);
+            for (v, (d, r)) in value.iter_mut().zip(change.iter().zip(column)) {
+                *v -= part * (d + r);
+            }
+        }
+    }
+}
+
+/// Covariance over some cells.
+fn product(a: &[f64], b: &[f64], cells: &[usize]) -> f64 {
+    let count = cells.len().max(1) as f64;
+    let mean = |field: &[f64]| cells.iter().map(|&c| field[c]).sum::<f64>() / count;
+    let (ma, mb) = (mean(a), mean(b));
+    cells.iter().map(|&c| (a[c] - ma) * (b[c] - mb)).sum()
+}

@@ -1,0 +1,370 @@
+//! The blocks of K between pressure and shear, against point forces on two single bodies in their own axes.
+
+use std::f64::consts::{PI, TAU};
+
+use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair, coupling_integrals};
+use fretwear::grid::Grid;
+
+use super::PAIR;
+use crate::quadrature::gauss_legendre;
+
+/// Even along x, odd along y, so that both kinds of highest wave number occur.
+const GRID: Grid = Grid {
+    nx: 12,
+    ny: 7,
+    dx: 1.3e-4,
+    dy: 0.8e-4,
+};
+
+/// What cancellation of the corner terms costs at sixteen cells, with room for their number.
+const CLOSED_FORM: f64 = 1e-12;
+
+/// Transforms of a few hundred points lose a few units in the last place.
+const ROUNDING: f64 = 1e-13;
+
+/// Surface displacement (x, y, z) at (x, y) of a half space with z into it under a point force at the origin: Johnson, Contact
+/// Mechanics, eq. 3.19 and 3.75 at z = 0, of which only the terms with 1 − 2ν couple.
+fn point_force(body: Elastic, force: [f64; 3], x: f64, y: f64) -> [f64; 3] {
+    let r = x.hypot(y);
+    let factor = (1.0 - 2.0 * body.poisson_ratio) / (4.0 * PI * body.shear_modulus() * r * r);
+    [
+        -factor * force[2] * x,
+        -factor * force[2] * y,
+        factor * (force[0] * x + force[1] * y),
+    ]
+}
+
+/// The same of a body that fills z > 0 (upper) or z < 0, in axes with z upwards: the lower one is turned about x.
+fn body(pair: Pair, upper: bool, force: [f64; 3], x: f64, y: f64) -> [f64; 3] {
+    if upper {
+        point_force(pair.upper, force, x, y)
+    } else {
+        let [ux, uy, uz] = point_force(pair.lower, [force[0], -force[1], -force[2]], x, -y);
+        [ux, -uy, -uz]
+    }
+}
+
+/// How far a point force p, q_x, q_y between the bodies opens the gap, and how far the slip along x and y falls behind.
+fn opening_and_lag(pair: Pair, traction: [f64; 3], x: f64, y: f64) -> [f64; 3] {
+    let [p, qx, qy] = traction;
+    let upper = body(pair, true, [-qx, -qy, p], x, y);
+    let lower = body(pair, false, [qx, qy, -p], x, y);
+    [
+        upper[2] - lower[2],
+        lower[0] - upper[0],
+        lower[1] - upper[1],
+    ]
+}
+
+/// ∫ of a function of (x, y) over a cell that does not hold the origin, in `panels`² panels.
+fn tensor(
+    centre: (f64, f64),
+    size: (f64, f64),
+    panels: usize,
+    f: impl Fn(f64, f64) -> [f64; 2],
+) -> [f64; 2] {
+    let rule = gauss_legendre(10);
+    let nodes = |middle: f64, width: f64| -> Vec<(f64, f64)> {
+        let half = 0.5 * width / panels as f64;
+        (0..panels)
+            .flat_map(|k| {
+                let at = middle - 0.5 * width + (2 * k + 1) as f64 * half;
+                rule.iter()
+                    .map(move |(t, w)| (at + half * t, half * w))
+                    .collect::<Vec<_>>()
+            })
+            .collect()
+    };
+    let mut sum = [0.0; 2];
+    for &(px, wx) in &nodes(centre.0, size.0) {
+        for &(py, wy) in &nodes(centre.1, size.1) {
+            for (s, f) in sum.iter_mut().zip(f(px, py)) {
+                *s += wx * wy * f;
+            }
+        }
+    }
+    sum
+}
+
+/// K from one cell to another: how far a unit traction of each kind opens the gap and holds the slip back, by quadrature of
+/// point forces. Only the coupling terms; on the own cell they cancel.
+pub fn coupling_block(pair: Pair, grid: Grid, at: usize, from: usize) -> [[f64; 3]; 3] {
+    let mut block = [[0.0; 3]; 3];
+    if at == from {
+        return block;
+    }
+    let ((i, j), (k, l)) = (grid.cell(at), grid.cell(from));
+    let centre = (
+        (i as f64 - k as f64) * grid.dx,
+        (j as f64 - l as f64) * grid.dy,
+    );
+    for kind in 0..3 {
+        let mut traction = [0.0; 3];
+        traction[kind] = 1.0;
+        // The force moves over its cell, so what lies between it and the point moves over a cell around the offset.
+        for pick in [[0, 1], [1, 2]] {
+            let found = tensor(centre, (grid.dx, grid.dy), 4, |x, y| {
+                let w = opening_and_lag(pair, traction, x, y);
+                [w[pick[0]], w[pick[1]]]
+            });
+            for (row, value) in pick.into_iter().zip(found) {
+                block[row][kind] = value;
+            }
+        }
+    }
+    block
+}
+
+fn field(seed: f64) -> Vec<f64> {
+    (0..GRID.len())
+        .map(|k| 1e8 * (seed + 1.7 * k as f64 + 0.31 * (k * k) as f64).sin())
+        .collect()
+}
+
+fn close(found: &[f64], expected: &[f64], tolerance: f64) {
+    let error = super::relative_l2(found, expected);
+    assert!(error < tolerance, "{error:e}");
+}
+
+#[test]
+fn integrals_are_their_quadratures() {
+    let (dx, dy) = (GRID.dx, GRID.dy);
+    let offsets = [
+        (1, 0),
+        (0, 1),
+        (1, 1),
+        (-2, 1),
+        (3, -5),
+        (11, 2),
+        (-15, -4),
+        (16, 1),
+        (2, 27),
+        (250, 9),
+    ];
+    for (i, j) in offsets {
+        let (x, y) = (i as f64 * dx, j as f64 * dy);
+        let found = coupling_integrals(x, y, dx, dy);
+        let expected = tensor((x, y), (dx, dy), 16, |x, y| {
+            let square = x * x + y * y;
+            [x / square, y / square]
+        });
+        for axis in 0..2 {
+            let error = (found[axis] - expected[axis]).abs() * x.hypot(y) / (dx * dy);
+            assert!(error < CLOSED_FORM, "({i}, {j}) along {axis}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn integrals_off_the_lattice_are_the_difference_of_their_parts() {
+    // The point inside the cell: what lies at the same distance on both sides of it cancels, a strip on the far side is left.
+    let (dx, dy) = (1.0, 0.7);
+    let shift = 0.2;
+    let [found, across] = coupling_integrals(shift, 0.0, dx, dy);
+    let [strip, _] = tensor((0.5 * dx, 0.0), (2.0 * shift, dy), 16, |x, y| {
+        [x / (x * x + y * y), 0.0]
+    });
+    assert!((found - strip).abs() < CLOSED_FORM, "{found} {strip}");
+    assert_eq!(across, 0.0);
+    assert_eq!(coupling_integrals(0.0, 0.0, dx, dy), [0.0, 0.0]);
+    // On an edge: the nearer half of the cell alone, by the angle about the point.
+    let [edge, _] = coupling_integrals(0.5 * dx, 0.0, dx, dy);
+    let corner = (0.5 * dy).atan2(dx);
+    let expected = crate::quadrature::integrate(-corner, corner, 8, |_| dx)
+        + 2.0 * crate::quadrature::integrate(corner, 0.5 * PI, 8, |t| t.cos() * 0.5 * dy / t.sin());
+    assert!((edge - expected).abs() < CLOSED_FORM, "{edge} {expected}");
+}
+
+#[test]
+fn convolution_is_the_sum_over_two_bodies_in_their_own_axes() {
+    let traction = [field(0.2), field(1.1), field(2.3)];
+    let mut expected = vec![vec![0.0; GRID.len()]; 3];
+    for at in 0..GRID.len() {
+        for from in 0..GRID.len() {
+            let block = coupling_block(PAIR, GRID, at, from);
+            for row in 0..3 {
+                for kind in 0..3 {
+                    expected[row][at] += block[row][kind] * traction[kind][from];
+                }
+            }
+        }
+    }
+    let mut half_space = HalfSpace::new(GRID, PAIR, Boundary::Free);
+    let shear = traction[1..].to_vec();
+    let mut opening = vec![0.0; GRID.len()];
+    half_space.normal_of_shear(&shear, &mut opening);
+    // The quadrature beside the cell is good to 1e-10.
+    close(&opening, &expected[0], 1e-9);
+    let mut lag = vec![vec![0.0; GRID.len()]; 2];
+    half_space.shear_of_normal(&traction[0], &mut lag);
+    close(&lag[0], &expected[1], 1e-9);
+    close(&lag[1], &expected[2], 1e-9);
+
+    // Along one axis alone: the same kernels without the other's share, at two transforms each.
+    let mut half_space = HalfSpace::new(GRID, PAIR, Boundary::Free);
+    let mut one = vec![vec![0.0; GRID.len()]];
+    half_space.shear_of_normal(&traction[0], &mut one);
+    close(&one[0], &lag[0], ROUNDING);
+    half_space.normal_of_shear(&shear[..1].to_vec(), &mut opening);
+    assert_eq!(half_space.take_pairs(), 2.0);
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let (work, back) = (dot(&opening, &traction[0]), dot(&one[0], &shear[0]));
+    assert!((work - back).abs() < 1e-10 * work.abs());
+}
+
+#[test]
+fn work_of_one_traction_on_the_other_is_mutual() {
+    let (pressure, shear) = (field(0.4), vec![field(1.9), field(2.8)]);
+    for boundary in [Boundary::Free, Boundary::Periodic] {
+        let mut half_space = HalfSpace::new(GRID, PAIR, boundary);
+        let mut opening = vec![0.0; GRID.len()];
+        let mut lag = vec![vec![0.0; GRID.len()]; 2];
+        half_space.normal_of_shear(&shear, &mut opening);
+        half_space.shear_of_normal(&pressure, &mut lag);
+        assert_eq!(half_space.take_pairs(), 3.0);
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let there = dot(&opening, &pressure);
+        let back = dot(&lag[0], &shear[0]) + dot(&lag[1], &shear[1]);
+        assert!(
+            (there - back).abs() < 1e-11 * there.abs(),
+            "{there:e} {back:e}"
+        );
+    }
+}
+
+#[test]
+fn a_periodic_wave_of_pressure_draws_the_surfaces_along() {
+    // Two half spaces under p cos kx: each body's surface moves by −(1 − 2ν)/(2Gk) p sin kx along x (plane strain), so that
+    // the slip falls behind by the difference of both.
+    let (m, n) = (2.0, 1.0);
+    let [lx, ly] = GRID.size();
+    let (kx, ky) = (TAU * m / lx, TAU * n / ly);
+    let k = kx.hypot(ky);
+    let phase = |c: usize| {
+        let (x, y) = GRID.centre(GRID.cell(c).0, GRID.cell(c).1);
+        kx * x + ky * y + 0.3
+    };
+    let pressure: Vec<f64> = (0..GRID.len()).map(|c| 1e8 * phase(c).cos()).collect();
+    let mut half_space = HalfSpace::new(GRID, PAIR, Boundary::Periodic);
+    let mut lag = vec![vec![0.0; GRID.len()]; 2];
+    half_space.shear_of_normal(&pressure, &mut lag);
+    let c = |m: Elastic| (1.0 - 2.0 * m.poisson_ratio) / (2.0 * m.shear_modulus());
+    let size = 1e8 * (c(PAIR.lower) - c(PAIR.upper)) / k;
+    for (axis, part) in [kx / k, ky / k].into_iter().enumerate() {
+        let expected: Vec<f64> = (0..GRID.len())
+            .map(|c| -size * part * phase(c).sin())
+            .collect();
+        close(&lag[axis], &expected, 1e-12);
+    }
+    // The highest wave number along x has no sign: nothing couples there.
+    let highest: Vec<f64> = (0..GRID.len())
+        .map(|c| {
+            if GRID.cell(c).0.is_multiple_of(2) {
+                1e8
+            } else {
+                -1e8
+            }
+        })
+        .collect();
+    half_space.shear_of_normal(&highest, &mut lag);
+    assert!(lag.iter().flatten().all(|w| w.abs() < 1e-12 * size.abs()));
+}
+
+#[test]
+fn uniform_pressure_on_a_disc_shrinks_the_more_compliant_surface() {
+    // Johnson, eq. 3.29: u_r = −(1 − 2ν)(1 + ν)/(2E) p r inside the loaded circle, and by a²/r outside it.
+    let grid = Grid::over([2.6e-3, 2.2e-3], [91, 83]);
+    let lower = Elastic {
+        youngs_modulus: 70e9,
+        poisson_ratio: 0.25,
+    };
+    let rigid = Elastic {
+        youngs_modulus: 1e22,
+        poisson_ratio: 0.3,
+    };
+    let (radius, p) = (0.7e-3, 1e8);
+    let at = |c: usize| grid.centre(grid.cell(c).0, grid.cell(c).1);
+    let pressure: Vec<f64> = (0..grid.len())
+        .map(|c| {
+            if at(c).0.hypot(at(c).1) < radius {
+                p
+            } else {
+                0.0
+            }
+        })
+        .collect();
+    let area = pressure.iter().filter(|p| **p > 0.0).count() as f64 * grid.cell_area();
+    let (nu, young) = (lower.poisson_ratio, lower.youngs_modulus);
+    let slope = (1.0 - 2.0 * nu) * (1.0 + nu) / (2.0 * young) * p;
+    for (pair, sign) in [
+        (
+            Pair {
+                lower,
+                upper: rigid,
+            },
+            -1.0,
+        ),
+        (
+            Pair {
+                lower: rigid,
+                upper: lower,
+            },
+            1.0,
+        ),
+    ] {
+        let mut half_space = HalfSpace::new(grid, pair, Boundary::Free);
+        let mut lag = vec![vec![0.0; grid.len()]; 2];
+        half_space.shear_of_normal(&pressure, &mut lag);
+        let mut worst = 0.0f64;
+        for c in 0..grid.len() {
+            let (x, y) = at(c);
+            let r = x.hypot(y);
+            if (r - radius).abs() < 3.0 * grid.dx {
+                continue;
+            }
+            let reach = (area / PI / (r * r)).min(1.0);
+            for (w, x) in [(lag[0][c], x), (lag[1][c], y)] {
+                // The lag is the lower surface's displacement less the upper one's.
+                worst = worst.max((w - sign * slope * reach * x).abs() / (slope * radius));
+            }
+        }
+        // A rim of steps: of the order of a step over the distance from it, averaged over many.
+        assert!(worst < 1e-2, "{worst:e}");
+    }
+}
+
+#[test]
+fn alike_bodies_have_no_coupling_and_no_storage_for_it() {
+    let steel = Elastic {
+        youngs_modulus: 198.4e9,
+        poisson_ratio: 0.3,
+    };
+    let rubber = |youngs_modulus| Elastic {
+        youngs_modulus,
+        poisson_ratio: 0.5,
+    };
+    let incompressible = Pair {
+        lower: rubber(1e6),
+        upper: rubber(3e9),
+    };
+    for pair in [Pair::same(steel), incompressible] {
+        assert!(!pair.is_coupled());
+        let mut half_space = HalfSpace::new(GRID, pair, Boundary::Free);
+        let mut opening = vec![1.0; GRID.len()];
+        let mut lag = vec![vec![1.0; GRID.len()]; 2];
+        half_space.normal_of_shear(&vec![field(0.1), field(0.2)], &mut opening);
+        half_space.shear_of_normal(&field(0.3), &mut lag);
+        assert!(
+            opening
+                .iter()
+                .chain(lag.iter().flatten())
+                .all(|w| *w == 0.0)
+        );
+        assert!(!half_space.has_coupling());
+        assert_eq!(half_space.take_pairs(), 0.0);
+    }
+    let mut half_space = HalfSpace::new(GRID, PAIR, Boundary::Free);
+    assert!(!half_space.has_coupling(), "built before it was asked for");
+    half_space.shear_of_normal(&field(0.3), &mut vec![vec![0.0; GRID.len()]]);
+    assert!(half_space.has_coupling());
+}
