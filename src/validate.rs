@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use crate::contact::normal::{
     self, Control, NormalOptions, NormalProblem, NormalSolution, Rotation,
 };
-use crate::contact::tangential::{self, CellState, TangentialOptions, TangentialProblem};
+use crate::contact::tangential::{self, CellState, Drive, TangentialOptions, TangentialProblem};
 use crate::contact::{Boundary, ContactError, Elastic, HalfSpace, Pair, Shear, stiffness};
 use crate::grid::{Grid, Patch};
 use crate::reference::{CappedHertz, CattaneoMindlin, CircularPunch, Hertz, Westergaard, elastic};
@@ -289,12 +289,14 @@ pub fn cattaneo_mindlin() -> Result<Vec<Row>, ContactError> {
             .map(|p| FRICTION_COEFFICIENT * p)
             .collect();
         let mut branch = |previous: Option<&Vec<Vec<f64>>>, stroke: f64| {
-            let displacement = vec![stroke];
+            let drive = vec![Drive::Displacement(stroke)];
             let problem = TangentialProblem {
                 patch: &patch,
                 limit: &limit,
                 previous,
-                displacement: &displacement,
+                drive: &drive,
+                rotation: None,
+                offset: None,
             };
             let options = TangentialOptions {
                 tolerance: TANGENTIAL,

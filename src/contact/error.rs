@@ -43,6 +43,18 @@ pub enum ContactError {
         /// The load \[N\].
         load: f64,
     },
+    /// A force or moment beyond what friction carries.
+    #[error(
+        "the {name} of {asked:.6e} cannot be carried: friction bears less than {limit:.6e} (N or N·m) of it in this proportion to the other given ones"
+    )]
+    FrictionExceeded {
+        /// Which resultant.
+        name: &'static str,
+        /// What was asked for \[N or N·m\].
+        asked: f64,
+        /// The magnitude that friction carries at most \[N or N·m\].
+        limit: f64,
+    },
     /// A value that is not a finite number.
     #[error("the {field} of cell ({i}, {j}) is {value}; it must be a finite number")]
     NotFinite {

@@ -8,7 +8,7 @@ use super::joint::{FrettingJoint, WearError};
 use super::motion::StraightMotion;
 use crate::contact::ContactError;
 use crate::contact::normal::NormalSolution;
-use crate::contact::tangential::{CellState, TangentialProblem, TangentialSolution};
+use crate::contact::tangential::{CellState, Drive, TangentialProblem, TangentialSolution};
 use crate::grid::ByAxis;
 
 /// Cycles after which a motion that has not closed is given up.
@@ -342,11 +342,14 @@ impl FrettingJoint {
         displacement: &ByAxis<f64>,
         start: Option<&ByAxis<Vec<f64>>>,
     ) -> Result<TangentialSolution, WearError> {
+        let drive = displacement.iter().map(|d| Drive::Displacement(*d)).collect();
         let problem = TangentialProblem {
             patch: &self.patch,
             limit,
             previous,
-            displacement,
+            drive: &drive,
+            rotation: None,
+            offset: None,
         };
         let options = self.options.tangential;
         Ok(crate::contact::tangential::solve(

@@ -1,6 +1,6 @@
 use fretwear::contact::normal::{self, Control, NormalOptions, NormalProblem, Rotation};
 use fretwear::contact::tangential::{
-    self, CellState, TangentialOptions, TangentialProblem, TangentialSolution,
+    self, CellState, Drive, TangentialOptions, TangentialProblem, TangentialSolution,
 };
 use fretwear::contact::{Boundary, HalfSpace, Pair};
 use fretwear::grid::{ByAxis, Grid, Patch};
@@ -59,11 +59,14 @@ impl Sphere {
         previous: Option<&ByAxis<Vec<f64>>>,
         displacement: ByAxis<f64>,
     ) -> TangentialSolution {
+        let drive = displacement.iter().map(|d| Drive::Displacement(*d)).collect();
         let problem = TangentialProblem {
             patch: &self.patch,
             limit: &self.limit,
             previous,
-            displacement: &displacement,
+            drive: &drive,
+            rotation: None,
+            offset: None,
         };
         let options = TangentialOptions {
             tolerance: 1e-6,

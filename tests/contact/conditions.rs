@@ -3,7 +3,7 @@
 use fretwear::contact::normal::{
     self, Control, NormalOptions, NormalProblem, NormalSolution, Rotation,
 };
-use fretwear::contact::tangential::{self, CellState, TangentialOptions, TangentialProblem};
+use fretwear::contact::tangential::{self, CellState, Drive, TangentialOptions, TangentialProblem};
 use fretwear::contact::{Boundary, ContactError, HalfSpace, Pair};
 use fretwear::grid::{ByAxis, Grid, Patch};
 use fretwear::reference::CircularPunch;
@@ -184,7 +184,8 @@ proptest! {
             let stroke = 10f64.powf(size) * sliding;
             let displacement: ByAxis<f64> =
                 if axes == 1 { vec![stroke * f64::cos(angle).signum()] } else { vec![stroke * f64::cos(angle), stroke * f64::sin(angle)] };
-            let problem = TangentialProblem { patch: &patch, limit: &limit, previous: previous.as_ref(), displacement: &displacement };
+            let drive = displacement.iter().map(|d| Drive::Displacement(*d)).collect();
+            let problem = TangentialProblem { patch: &patch, limit: &limit, previous: previous.as_ref(), drive: &drive, rotation: None, offset: None };
             let found = tangential::solve(&mut half_space, &problem, None, TangentialOptions::default()).unwrap();
 
             // Slip anew from the change of shear.

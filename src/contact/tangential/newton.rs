@@ -1,15 +1,20 @@
 //! The semi-smooth Newton method.
 
-use super::{
-    CellState, TangentialOptions, TangentialProblem, TangentialSolution, compliance, stiffness,
+use super::operator::Operator;
+use super::resultants::{MOTIONS, Motions, Resultants, solve_small};
+use super::vector::{
+    Vector, dot, into_disc, norm, plus, quarter_turn, scaled, turn, turn_towards,
 };
+use super::{TangentialOptions, TangentialProblem};
 use crate::contact::error::ContactError;
-use crate::contact::half_space::HalfSpace;
-use crate::grid::ByAxis;
 
 /// Dissipation below this part of that of gross slip counts as if it were that much in the relative gap: the gap would lose
 /// its meaning where everything sticks.
 const DISSIPATION_FLOOR: f64 = 1e-4;
+
+/// A motion below this part of the displacement of a cell alone under its limit counts as if it were that much in the floor
+/// above: the change of shear that it makes drowns in the rounding of the shear.
+const SMALLEST_MOTION: f64 = 1e-8;
 
 /// A shear this close to its limit is on it: rounding of a projection onto the circle.
 const ON_CIRCLE: f64 = 1e-12;
@@ -20,214 +25,311 @@ const LARGEST_TURN: f64 = 1.0;
 /// The least part of the decrease predicted by the slope that a full Newton step must reach.
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 
-fn zeros(axes: usize, cells: usize) -> ByAxis<Vec<f64>> {
-    vec![vec![0.0; cells]; axes]
-}
+/// Newton steps without a halved error, after which gradient steps are taken.
+const PATIENCE: usize = 6;
 
-fn norm(field: &ByAxis<Vec<f64>>, c: usize) -> f64 {
-    match &field[..] {
-        [x] => x[c].abs(),
-        [x, y] => x[c].hypot(y[c]),
-        _ => 0.0,
-    }
-}
+/// Gradient steps between two Newton steps where those fail.
+const GRADIENT_STEPS: usize = 10;
 
-fn dot(a: &ByAxis<Vec<f64>>, b: &ByAxis<Vec<f64>>, c: usize) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a[c] * b[c]).sum()
-}
-
-/// Both components at a cell, an absent one as zero.
-fn pair(field: &ByAxis<Vec<f64>>, c: usize) -> [f64; 2] {
-    [field[0][c], field.get(1).map_or(0.0, |y| y[c])]
-}
-
-/// The change of a vector that turns by an angle. Written without a difference of nearly equal numbers: beside the slip of
-/// sliding cells, rounding of their shear would drown the last steps of the sticking ones.
-fn turn(vector: [f64; 2], angle: f64) -> [f64; 2] {
-    let (sin, half) = (angle.sin(), (0.5 * angle).sin());
-    let shrink = -2.0 * half * half;
-    [
-        shrink * vector[0] - sin * vector[1],
-        shrink * vector[1] + sin * vector[0],
-    ]
-}
+/// Part of the tolerance that an inner solve leaves at most on cells that stick.
+const INNER_SHARE: f64 = 0.25;
 
 /// What is free to change on a contact cell in a Newton step.
 #[derive(Clone, Copy)]
-enum Freedom {
+enum Freedom<const A: usize> {
     /// Both components of the shear.
     Stick,
     /// The angle: the unit tangent, and (s·q̂)/µp, the compliance that a turn of the shear meets.
-    Slip { tangent: [f64; 2], compliance: f64 },
+    Slip {
+        tangent: Vector<A>,
+        compliance: f64,
+    },
 }
 
-pub(super) struct Solver<'a, 'h> {
-    half_space: &'h mut HalfSpace,
+/// The relative duality gap and what it is relative to.
+#[derive(Clone, Copy)]
+struct Gap {
+    error: f64,
+    scale: f64,
+}
+
+/// The state of a solve. Every field has one entry a contact cell, in the order of the operator's.
+pub(super) struct Solver<'a, 'h, const A: usize> {
+    pub(super) operator: Operator<'h, A>,
     problem: &'a TangentialProblem<'a>,
     options: TangentialOptions,
-    axes: usize,
-    /// Positions of the cells in contact, and what is free on each.
-    contact: Vec<usize>,
-    freedom: Vec<Freedom>,
+    resultants: Resultants<A>,
+    /// Amounts of the rigid motions in this step, given or found so far \[m\].
+    pub(super) displacement: Motions,
+    offset: Option<Vec<Vector<A>>>,
+    limit: Vec<f64>,
+    limit_sum: f64,
+    /// Least motion that the gap's floor supposes \[m\].
+    least_motion: f64,
     lambda: f64,
-    shear: ByAxis<Vec<f64>>,
-    slip: ByAxis<Vec<f64>>,
-    step: ByAxis<Vec<f64>>,
-    direction: ByAxis<Vec<f64>>,
-    image: ByAxis<Vec<f64>>,
-    residual: ByAxis<Vec<f64>>,
-    work: ByAxis<Vec<f64>>,
-    iterations: usize,
+    freedom: Vec<Freedom<A>>,
+    pub(super) shear: Vec<Vector<A>>,
+    pub(super) slip: Vec<Vector<A>>,
+    step: Vec<Vector<A>>,
+    direction: Vec<Vector<A>>,
+    image: Vec<Vector<A>>,
+    residual: Vec<Vector<A>>,
+    work: Vec<Vector<A>>,
+    /// The preconditioner applied to each free motion.
+    rigid: Vec<Vec<Vector<A>>>,
+    pub(super) steps: usize,
+    pub(super) iterations: usize,
 }
 
-impl<'a, 'h> Solver<'a, 'h> {
+impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
     pub(super) fn new(
-        half_space: &'h mut HalfSpace,
+        operator: Operator<'h, A>,
         problem: &'a TangentialProblem<'a>,
+        resultants: Resultants<A>,
+        displacement: Motions,
         options: TangentialOptions,
     ) -> Self {
-        let (axes, cells) = (problem.displacement.len(), problem.patch.grid.len());
-        let contact: Vec<usize> = (0..cells)
-            .filter(|&c| problem.patch.kept[c] && problem.limit[c] > 0.0)
-            .collect();
-        let lambda = half_space.self_shear_compliance();
+        let cells = operator.cells();
+        let limit: Vec<f64> = cells.iter().map(|&c| problem.limit[c]).collect();
+        let offset = problem.offset.map(|offset| {
+            cells
+                .iter()
+                .map(|&c| std::array::from_fn(|axis| offset[axis][c]))
+                .collect()
+        });
+        let lambda = operator.self_compliance();
+        let peak = limit.iter().fold(0.0f64, |m, l| m.max(*l));
+        let zeros = || vec![[0.0; A]; limit.len()];
         Solver {
-            half_space,
             problem,
             options,
-            axes,
-            freedom: vec![Freedom::Stick; contact.len()],
-            contact,
+            displacement,
+            offset,
+            limit_sum: limit.iter().sum(),
+            least_motion: SMALLEST_MOTION * lambda * peak,
             lambda,
-            shear: zeros(axes, cells),
-            slip: zeros(axes, cells),
-            step: zeros(axes, cells),
-            direction: zeros(axes, cells),
-            image: zeros(axes, cells),
-            residual: zeros(axes, cells),
-            work: zeros(axes, cells),
+            freedom: vec![Freedom::Stick; limit.len()],
+            shear: zeros(),
+            slip: zeros(),
+            step: zeros(),
+            direction: zeros(),
+            image: zeros(),
+            residual: zeros(),
+            work: zeros(),
+            rigid: resultants.asked.iter().map(|_| zeros()).collect(),
+            operator,
+            resultants,
+            limit,
+            steps: 0,
             iterations: 0,
         }
     }
 
-    pub(super) fn run(
-        mut self,
-        start: Option<&ByAxis<Vec<f64>>>,
-    ) -> Result<TangentialSolution, ContactError> {
-        if let Some(first) = start.or(self.problem.previous) {
-            for &c in &self.contact {
-                for axis in 0..self.axes {
-                    self.shear[axis][c] = first[axis][c];
-                }
-            }
-            self.project();
-        }
-        self.first_slip();
-        let mut steps = 0;
-        loop {
-            let error = self.error();
-            if error <= self.options.tolerance {
-                return Ok(self.finish(steps, error));
-            }
-            if steps >= self.options.max_steps || self.iterations >= self.options.max_iterations {
-                let tolerance = self.options.tolerance;
-                return Err(ContactError::NotConverged {
-                    problem: "tangential",
-                    iterations: steps,
-                    error,
-                    tolerance,
-                });
-            }
-            self.set_free();
-            self.newton_direction(error);
-            self.turn_and_project();
-            if !self.advance() {
-                self.gradient_direction();
-                if !self.advance() {
-                    let tolerance = self.options.tolerance;
-                    return Err(ContactError::NotConverged {
-                        problem: "tangential",
-                        iterations: steps,
-                        error,
-                        tolerance,
-                    });
-                }
-            }
-            steps += 1;
+    /// The displacement of a contact cell that is given or that the rigid motions make.
+    fn given(&self, cell: usize) -> Vector<A> {
+        let rigid = self.resultants.field(&self.displacement, cell);
+        match &self.offset {
+            Some(offset) => plus(rigid, 1.0, offset[cell]),
+            None => rigid,
         }
     }
 
-    /// s = Δδ − K(q − q₀) from scratch.
-    fn first_slip(&mut self) {
-        for axis in 0..self.axes {
-            self.work[axis].copy_from_slice(&self.shear[axis]);
-            if let Some(previous) = self.problem.previous {
-                for (w, p) in self.work[axis].iter_mut().zip(&previous[axis]) {
-                    *w -= p;
+    /// Solves; the first error is that of a slip computed anew from the shear found, the second that of the resultants.
+    pub(super) fn run(
+        &mut self,
+        start: Option<&Vec<Vec<f64>>>,
+    ) -> Result<(f64, f64), ContactError> {
+        self.begin(start)?;
+        self.renew_slip();
+        let mut fresh = true;
+        let (mut best, mut since) = (f64::INFINITY, 0);
+        loop {
+            self.improve_multipliers();
+            let gap = self.gap();
+            if gap.error <= self.options.tolerance {
+                if fresh {
+                    return Ok((gap.error, self.resultants.error(&self.shear, &self.limit)));
                 }
+                self.renew_slip();
+                fresh = true;
+                continue;
+            }
+            if self.steps >= self.options.max_steps
+                || self.iterations >= self.options.max_iterations
+            {
+                return Err(self.not_converged(gap.error));
+            }
+            since += 1;
+            if gap.error <= 0.5 * best {
+                (best, since) = (gap.error, 0);
+            }
+            self.steps += 1;
+            let patient = since <= PATIENCE;
+            if patient && self.newton(gap) {
+                fresh = false;
+                continue;
+            }
+            since = 0;
+            if self.descend() {
+                fresh = false;
+            } else if fresh {
+                // No direction lowers the energy of a slip that is exact to rounding.
+                return Err(self.not_converged(gap.error));
+            } else {
+                self.renew_slip();
+                fresh = true;
             }
         }
-        compliance(self.half_space, &self.work, &mut self.image);
-        for axis in 0..self.axes {
-            for (s, u) in self.slip[axis].iter_mut().zip(&self.image[axis]) {
-                *s = self.problem.displacement[axis] - u;
+    }
+
+    fn not_converged(&self, error: f64) -> ContactError {
+        ContactError::NotConverged {
+            problem: "tangential",
+            iterations: self.steps,
+            error,
+            tolerance: self.options.tolerance,
+        }
+    }
+
+    /// The first shear: within the discs, and with the resultants asked for.
+    fn begin(&mut self, start: Option<&Vec<Vec<f64>>>) -> Result<(), ContactError> {
+        if let Some(first) = start.or(self.problem.previous) {
+            for (q, &c) in self.shear.iter_mut().zip(self.operator.cells()) {
+                *q = std::array::from_fn(|axis| first[axis][c]);
             }
+            for (q, limit) in self.shear.iter_mut().zip(&self.limit) {
+                *q = into_disc(*q, *limit);
+            }
+        }
+        if self.resultants.asked.is_empty() {
+            return Ok(());
+        }
+        // What the resultants lack, as a stuck contact would carry it.
+        let lack = self.resultants.lack(&self.shear);
+        let matrix = self.rigid_fields();
+        let amounts = solve_small(&matrix, &lack);
+        for (k, &(motion, _)) in self.resultants.asked.iter().enumerate() {
+            for (q, rigid) in self.shear.iter_mut().zip(&self.rigid[k]) {
+                *q = plus(*q, amounts[motion], *rigid);
+            }
+        }
+        let Some(shift) = self.resultants.balance(&self.shear, &self.limit) else {
+            return Err(self.beyond());
+        };
+        for (cell, q) in self.shear.iter_mut().enumerate() {
+            let shifted = plus(*q, 1.0, self.resultants.field(&shift, cell));
+            *q = into_disc(shifted, self.limit[cell]);
+        }
+        Ok(())
+    }
+
+    /// The resultants asked for against what friction carries in their proportion.
+    pub(super) fn beyond(&self) -> ContactError {
+        let cell_area = self.problem.patch.grid.cell_area();
+        let factor = if self.limit.is_empty() {
+            0.0
+        } else {
+            self.resultants.limit_factor(&self.limit)
+        };
+        // The first motion that has a share stands for all.
+        let &(motion, sum) = self
+            .resultants
+            .asked
+            .iter()
+            .find(|(_, sum)| *sum != 0.0)
+            .unwrap_or(&self.resultants.asked[0]);
+        let (name, unit) = [
+            ("tangential force along x", 1.0),
+            ("tangential force along y", 1.0),
+            ("moment about z", self.resultants.length),
+        ][motion];
+        ContactError::FrictionExceeded {
+            name,
+            asked: sum * cell_area * unit,
+            limit: factor * sum.abs() * cell_area * unit,
+        }
+    }
+
+    /// s = Δδ + … − K(q − q₀) from scratch.
+    fn renew_slip(&mut self) {
+        let previous = self.problem.previous;
+        self.operator
+            .displacement(&self.shear, previous, &mut self.image);
+        for cell in 0..self.slip.len() {
+            self.slip[cell] = plus(self.given(cell), -1.0, self.image[cell]);
+        }
+    }
+
+    /// Moves the free rigid motions to where the gradient step keeps the resultants.
+    fn improve_multipliers(&mut self) {
+        if self.resultants.asked.is_empty() {
+            return;
+        }
+        let inverse = 1.0 / self.lambda;
+        for ((target, q), s) in self.work.iter_mut().zip(&self.shear).zip(&self.slip) {
+            *target = plus(*q, inverse, *s);
+        }
+        if let Some(shift) = self.resultants.balance(&self.work, &self.limit) {
+            self.move_rigidly(&shift.map(|c| c * self.lambda));
+        }
+    }
+
+    fn move_rigidly(&mut self, amounts: &Motions) {
+        for (total, amount) in self.displacement.iter_mut().zip(amounts) {
+            *total += amount;
+        }
+        for (cell, s) in self.slip.iter_mut().enumerate() {
+            *s = plus(*s, 1.0, self.resultants.field(amounts, cell));
         }
     }
 
     /// True where the shear is at its limit and along the slip.
-    fn slips(&self, c: usize, along: f64) -> bool {
-        norm(&self.shear, c) >= self.problem.limit[c] * (1.0 - ON_CIRCLE) && along > 0.0
+    pub(super) fn slips(&self, cell: usize) -> bool {
+        norm(self.shear[cell]) >= self.limit[cell] * (1.0 - ON_CIRCLE)
+            && dot(self.shear[cell], self.slip[cell]) > 0.0
     }
 
     /// The relative duality gap.
-    fn error(&self) -> f64 {
-        let (mut gap, mut bound, mut limits, mut reach) = (0.0, 0.0, 0.0, 0.0f64);
-        for &c in &self.contact {
-            let full = self.problem.limit[c] * norm(&self.slip, c);
-            let along = dot(&self.shear, &self.slip, c);
+    fn gap(&self) -> Gap {
+        let (mut gap, mut bound, mut reach) = (0.0, 0.0, self.least_motion * self.least_motion);
+        for (cell, (&q, &s)) in self.shear.iter().zip(&self.slip).enumerate() {
+            let limit = self.limit[cell];
+            let full = limit * norm(s);
+            let along = dot(q, s);
             // What is left of the slip of a stick cell will be taken as none: all that it would dissipate is an error.
-            gap += if self.slips(c, along) {
+            let slips = along > 0.0 && norm(q) >= limit * (1.0 - ON_CIRCLE);
+            gap += if slips {
                 full - along
             } else {
                 full.max(full - along)
             };
             bound += full;
-            limits += self.problem.limit[c];
-            reach = reach.max(self.elastic_displacement(c));
+            let given = self.given(cell);
+            let elastic = plus(given, -1.0, s);
+            reach = reach.max(dot(given, given)).max(dot(elastic, elastic));
         }
-        let motion = self
-            .problem
-            .displacement
-            .iter()
-            .map(|d| d * d)
-            .sum::<f64>()
-            .sqrt();
-        let scale = bound.max(DISSIPATION_FLOOR * limits * motion.max(reach));
+        let scale = bound.max(DISSIPATION_FLOOR * self.limit_sum * reach.sqrt());
         // Rounding can leave a sum of exact complements slightly negative.
-        if gap <= 0.0 { 0.0 } else { gap / scale }
+        let error = if gap <= 0.0 { 0.0 } else { gap / scale };
+        Gap { error, scale }
     }
 
-    fn elastic_displacement(&self, c: usize) -> f64 {
-        let square =
-            (0..self.axes).map(|a| (self.problem.displacement[a] - self.slip[a][c]).powi(2));
-        square.sum::<f64>().sqrt()
+    /// A Newton step. False where the energy does not fall along it.
+    fn newton(&mut self, gap: Gap) -> bool {
+        self.set_free();
+        let shift = self.newton_direction(gap);
+        self.turn_and_project() && self.advance(&shift)
     }
 
     /// Decides what is free on each contact cell.
     fn set_free(&mut self) {
-        for (freedom, &c) in self.freedom.iter_mut().zip(&self.contact) {
-            let limit = self.problem.limit[c];
-            let size = norm(&self.shear, c);
-            let along = dot(&self.shear, &self.slip, c);
-            *freedom = if size >= limit * (1.0 - ON_CIRCLE) && along > 0.0 {
-                let tangent = match &self.shear[..] {
-                    [x, y] => [-y[c] / size, x[c] / size],
-                    _ => [0.0, 0.0],
-                };
+        for cell in 0..self.freedom.len() {
+            self.freedom[cell] = if self.slips(cell) {
+                let (q, limit) = (self.shear[cell], self.limit[cell]);
+                let size = norm(q);
                 Freedom::Slip {
-                    tangent,
-                    compliance: along / (size * limit),
+                    tangent: scaled(1.0 / size, quarter_turn(q)),
+                    compliance: dot(q, self.slip[cell]) / (size * limit),
                 }
             } else {
                 Freedom::Stick
@@ -235,73 +337,81 @@ impl<'a, 'h> Solver<'a, 'h> {
         }
     }
 
-    /// Restricts `field` to the free directions, in place, on contact cells.
-    fn restrict(&self, field: &mut ByAxis<Vec<f64>>) {
-        for (freedom, &c) in self.freedom.iter().zip(&self.contact) {
-            if let Freedom::Slip { tangent, .. } = freedom {
-                let along: f64 = field.iter().zip(tangent).map(|(f, t)| f[c] * t).sum();
-                for (f, t) in field.iter_mut().zip(tangent) {
-                    f[c] = along * t;
-                }
-            }
+    /// `work` = P S M S P `source`: the preconditioner in the free directions P. The slip cells' part is scaled by
+    /// S = √(λ/(λ + D)): where a turn is stiff already, the half space counts little.
+    fn precondition(&mut self, source: impl Fn(&Self, usize) -> Vector<A>) {
+        let mut work = std::mem::take(&mut self.work);
+        for (cell, w) in work.iter_mut().enumerate() {
+            *w = self.freedom[cell].scaled(source(self, cell), self.lambda);
         }
+        self.operator.stiffness(&work, &mut self.image);
+        for ((w, image), freedom) in work.iter_mut().zip(&self.image).zip(&self.freedom) {
+            *w = freedom.scaled(*image, self.lambda);
+        }
+        self.work = work;
     }
 
-    /// Scales the slip cells' part by √(λ/(λ + D)): where a turn is stiff already, the half space counts little.
-    fn scale(&self, field: &mut ByAxis<Vec<f64>>) {
-        for (freedom, &c) in self.freedom.iter().zip(&self.contact) {
-            if let Freedom::Slip { compliance, .. } = freedom {
-                let factor = (self.lambda / (self.lambda + compliance)).sqrt();
-                for f in field.iter_mut() {
-                    f[c] *= factor;
-                }
-            }
+    /// The preconditioner applied to each free rigid motion, and the matrix of their resultants.
+    fn rigid_fields(&mut self) -> [[f64; MOTIONS]; MOTIONS] {
+        let mut matrix = [[0.0; MOTIONS]; MOTIONS];
+        for k in 0..self.resultants.asked.len() {
+            let motion = self.resultants.asked[k].0;
+            self.precondition(|solver, cell| solver.resultants.motion(motion, cell));
+            let sums = self.resultants.sums(&self.work);
+            matrix[motion] = sums;
+            self.rigid[k].copy_from_slice(&self.work);
         }
+        matrix
     }
 
-    /// Conjugate gradients for (K + D) step = s in the free directions, to a part of the error.
-    fn newton_direction(&mut self, error: f64) {
-        let forcing = (0.3 * error.sqrt()).clamp(1e-3, 0.1);
-        let (axes, mut residual, mut work) = (
-            self.axes,
-            std::mem::take(&mut self.residual),
-            std::mem::take(&mut self.work),
-        );
-        let mut direction = std::mem::take(&mut self.direction);
-        for axis in 0..axes {
-            residual[axis].fill(0.0);
-            direction[axis].fill(0.0);
-            self.step[axis].fill(0.0);
-            for &c in &self.contact {
-                residual[axis][c] = self.slip[axis][c];
-            }
+    /// Conjugate gradients for (K + D) step = s in the free directions at constant resultants, to what is worth while before
+    /// the cells are looked at again. Gives the change of the rigid motions that belongs to the step.
+    fn newton_direction(&mut self, gap: Gap) -> Motions {
+        let forcing = forcing(gap.error);
+        let enough = INNER_SHARE * self.options.tolerance * gap.scale;
+        let matrix = self.rigid_fields();
+        let mut shift = [0.0; MOTIONS];
+        for cell in 0..self.residual.len() {
+            self.residual[cell] = self.freedom[cell].free(self.slip[cell]);
+            self.direction[cell] = [0.0; A];
+            self.step[cell] = [0.0; A];
         }
-        self.restrict(&mut residual);
         let (mut product, mut first) = (0.0, 0.0);
         loop {
-            for axis in 0..axes {
-                work[axis].fill(0.0);
-                for &c in &self.contact {
-                    work[axis][c] = residual[axis][c];
+            self.precondition(|solver, cell| solver.residual[cell]);
+            if !self.resultants.asked.is_empty() {
+                let change = solve_small(&matrix, &self.resultants.sums(&self.work));
+                for k in 0..MOTIONS {
+                    shift[k] -= change[k];
+                }
+                for cell in 0..self.work.len() {
+                    for (rigid, &(motion, _)) in self.rigid.iter().zip(&self.resultants.asked) {
+                        self.work[cell] = plus(self.work[cell], -change[motion], rigid[cell]);
+                    }
+                    let field = self.resultants.field(&change, cell);
+                    let freedom = self.freedom[cell];
+                    self.residual[cell] =
+                        plus(self.residual[cell], -1.0, freedom.free(field));
                 }
             }
-            self.scale(&mut work);
-            stiffness(self.half_space, &work, &mut self.image);
-            let mut image = std::mem::take(&mut self.image);
-            self.restrict(&mut image);
-            self.scale(&mut image);
-            let new_product: f64 = self
-                .contact
-                .iter()
-                .map(|&c| dot(&residual, &image, c))
-                .sum();
-            if first == 0.0 {
+            let (mut new_product, mut left) = (0.0, 0.0);
+            for cell in 0..self.residual.len() {
+                let r = self.residual[cell];
+                new_product += dot(r, self.work[cell]);
+                left += match self.freedom[cell] {
+                    Freedom::Stick => self.limit[cell] * norm(r),
+                    Freedom::Slip { compliance, .. } => 0.5 * dot(r, r) / compliance,
+                };
+            }
+            if product == 0.0 {
                 first = new_product;
             }
-            let enough = product > 0.0 && new_product <= forcing * forcing * first;
-            if enough || new_product <= 0.0 || self.iterations >= self.options.max_iterations {
-                self.image = image;
-                break;
+            if new_product <= 0.0
+                || (product > 0.0
+                    && (new_product <= forcing * forcing * first || left <= enough))
+                || self.iterations >= self.options.max_iterations
+            {
+                return shift;
             }
             let beta = if product > 0.0 {
                 new_product / product
@@ -309,97 +419,113 @@ impl<'a, 'h> Solver<'a, 'h> {
                 0.0
             };
             product = new_product;
-            for axis in 0..axes {
-                for &c in &self.contact {
-                    direction[axis][c] = image[axis][c] + beta * direction[axis][c];
-                }
+            for (direction, work) in self.direction.iter_mut().zip(&self.work) {
+                *direction = plus(*work, beta, *direction);
             }
-            compliance(self.half_space, &direction, &mut image);
-            self.restrict(&mut image);
-            for (freedom, &c) in self.freedom.iter().zip(&self.contact) {
+            self.operator.compliance(&self.direction, &mut self.image);
+            let mut curvature = 0.0;
+            for cell in 0..self.image.len() {
+                let (freedom, direction) = (self.freedom[cell], self.direction[cell]);
+                let mut image = freedom.free(self.image[cell]);
                 if let Freedom::Slip { compliance, .. } = freedom {
-                    for axis in 0..axes {
-                        image[axis][c] += compliance * direction[axis][c];
-                    }
+                    image = plus(image, compliance, direction);
                 }
+                curvature += dot(direction, image);
+                self.image[cell] = image;
             }
-            let curvature: f64 = self
-                .contact
-                .iter()
-                .map(|&c| dot(&direction, &image, c))
-                .sum();
             if curvature <= 0.0 {
-                self.image = image;
-                break;
+                return shift;
             }
             let length = product / curvature;
-            for axis in 0..axes {
-                for &c in &self.contact {
-                    self.step[axis][c] += length * direction[axis][c];
-                    residual[axis][c] -= length * image[axis][c];
-                }
+            for cell in 0..self.image.len() {
+                self.step[cell] = plus(self.step[cell], length, self.direction[cell]);
+                self.residual[cell] = plus(self.residual[cell], -length, self.image[cell]);
             }
-            self.image = image;
             self.iterations += 1;
         }
-        (self.residual, self.work, self.direction) = (residual, work, direction);
     }
 
-    /// Turns the Newton direction into a step between points inside the discs: slip cells turn, stick cells that leave
-    /// their disc stop on its circle.
-    fn turn_and_project(&mut self) {
-        for (freedom, &c) in self.freedom.iter().zip(&self.contact) {
-            let limit = self.problem.limit[c];
-            let (q, d) = (pair(&self.shear, c), pair(&self.step, c));
-            let moved = match freedom {
+    /// Turns the direction in `step` into a step between points inside the discs that have the resultants asked for: slip
+    /// cells turn, stick cells that leave their disc stop on its circle. False where there is none.
+    fn turn_and_project(&mut self) -> bool {
+        let balanced = !self.resultants.asked.is_empty();
+        for cell in 0..self.step.len() {
+            let (q, d, limit) = (self.shear[cell], self.step[cell], self.limit[cell]);
+            let moved = match self.freedom[cell] {
                 Freedom::Slip { tangent, .. } => {
-                    let along = d[0] * tangent[0] + d[1] * tangent[1];
-                    turn(q, (along / limit).clamp(-LARGEST_TURN, LARGEST_TURN))
+                    let angle = dot(d, tangent) / limit;
+                    turn(q, angle.clamp(-LARGEST_TURN, LARGEST_TURN))
                 }
                 Freedom::Stick => {
-                    let target = [q[0] + d[0], q[1] + d[1]];
-                    let size = target[0].hypot(target[1]);
-                    if size <= limit {
+                    let target = plus(q, 1.0, d);
+                    let size = norm(target);
+                    if size <= limit || balanced {
                         d
-                    } else if q[0].hypot(q[1]) >= limit * (1.0 - ON_CIRCLE) {
-                        turn(
-                            q,
-                            (q[0] * target[1] - q[1] * target[0])
-                                .atan2(q[0] * target[0] + q[1] * target[1]),
-                        )
+                    } else if norm(q) >= limit * (1.0 - ON_CIRCLE) {
+                        turn_towards(q, target)
                     } else {
-                        [
-                            target[0] * (limit / size) - q[0],
-                            target[1] * (limit / size) - q[1],
-                        ]
+                        plus(scaled(limit / size, target), -1.0, q)
                     }
                 }
             };
-            for axis in 0..self.axes {
-                self.step[axis][c] = moved[axis];
-            }
+            self.step[cell] = moved;
         }
+        if !balanced {
+            return true;
+        }
+        // A slip cell is held on its circle by its slip: the balance may take it off by no less.
+        for cell in 0..self.step.len() {
+            let outward = match self.freedom[cell] {
+                Freedom::Slip { compliance, .. } => 1.0 + compliance / self.lambda,
+                Freedom::Stick => 1.0,
+            };
+            let target = plus(self.shear[cell], 1.0, self.step[cell]);
+            self.work[cell] = scaled(outward, target);
+        }
+        let Some(shift) = self.resultants.balance(&self.work, &self.limit) else {
+            return false;
+        };
+        for cell in 0..self.step.len() {
+            let target = plus(self.work[cell], 1.0, self.resultants.field(&shift, cell));
+            let next = into_disc(target, self.limit[cell]);
+            self.step[cell] = plus(next, -1.0, self.shear[cell]);
+        }
+        true
     }
 
-    /// The projected gradient step: the shear moved along the slip by one over the cell's own compliance, back in its disc.
-    fn gradient_direction(&mut self) {
+    /// Projected gradient steps with the length of Barzilai and Borwein, each to the minimum on its chord: the energy falls at
+    /// every one of them. False where not even the first falls.
+    fn descend(&mut self) -> bool {
         self.freedom.fill(Freedom::Stick);
-        for axis in 0..self.axes {
-            self.step[axis].fill(0.0);
-            for &c in &self.contact {
-                self.step[axis][c] = self.slip[axis][c] / self.lambda;
+        let mut length = 1.0 / self.lambda;
+        for taken in 0..GRADIENT_STEPS {
+            for (step, s) in self.step.iter_mut().zip(&self.slip) {
+                *step = scaled(length, *s);
             }
+            if !(self.turn_and_project() && self.advance(&[0.0; MOTIONS])) {
+                return taken > 0;
+            }
+            self.iterations += 1;
+            let (mut square, mut curvature) = (0.0, 0.0);
+            for (step, image) in self.step.iter().zip(&self.image) {
+                square += dot(*step, *step);
+                curvature += dot(*step, *image);
+            }
+            if curvature > 0.0 {
+                length = square / curvature;
+            }
+            self.improve_multipliers();
         }
-        self.turn_and_project();
+        true
     }
 
     /// Takes the step, or the part of it that minimises F on the chord. False where F does not fall along it.
-    fn advance(&mut self) -> bool {
-        compliance(self.half_space, &self.step, &mut self.image);
+    fn advance(&mut self, shift: &Motions) -> bool {
+        self.operator.compliance(&self.step, &mut self.image);
         let (mut descent, mut curvature) = (0.0, 0.0);
-        for &c in &self.contact {
-            descent += dot(&self.slip, &self.step, c);
-            curvature += dot(&self.image, &self.step, c);
+        for ((s, image), step) in self.slip.iter().zip(&self.image).zip(&self.step) {
+            descent += dot(*s, *step);
+            curvature += dot(*image, *step);
         }
         if descent <= 0.0 {
             return false;
@@ -411,66 +537,43 @@ impl<'a, 'h> Solver<'a, 'h> {
         } else {
             (descent / curvature).min(1.0)
         };
-        for axis in 0..self.axes {
-            for &c in &self.contact {
-                self.shear[axis][c] += part * self.step[axis][c];
-            }
-            for (s, u) in self.slip[axis].iter_mut().zip(&self.image[axis]) {
-                *s -= part * u;
-            }
+        for cell in 0..self.step.len() {
+            self.shear[cell] = plus(self.shear[cell], part, self.step[cell]);
+            self.slip[cell] = plus(self.slip[cell], -part, self.image[cell]);
+        }
+        if !self.resultants.asked.is_empty() {
+            self.move_rigidly(&shift.map(|s| part * s));
         }
         true
     }
 
-    /// Puts shears beyond their limit on the circle.
-    fn project(&mut self) {
-        for &c in &self.contact {
-            let size = norm(&self.shear, c);
-            if size > self.problem.limit[c] {
-                for axis in 0..self.axes {
-                    self.shear[axis][c] *= self.problem.limit[c] / size;
-                }
-            }
+}
+
+impl<const A: usize> Freedom<A> {
+    /// The part of a vector in the free directions.
+    fn free(self, vector: Vector<A>) -> Vector<A> {
+        match self {
+            Freedom::Stick => vector,
+            Freedom::Slip { tangent, .. } => scaled(dot(vector, tangent), tangent),
         }
     }
 
-    fn finish(mut self, steps: usize, error: f64) -> TangentialSolution {
-        self.set_free();
-        let cell_area = self.problem.patch.grid.cell_area();
-        let mut state = vec![CellState::Open; self.problem.limit.len()];
-        for (freedom, &c) in self.freedom.iter().zip(&self.contact) {
-            state[c] = match freedom {
-                Freedom::Slip { .. } => CellState::Slip,
-                Freedom::Stick => CellState::Stick,
-            };
-        }
-        for slip in &mut self.slip {
-            for (c, s) in slip.iter_mut().enumerate() {
-                if state[c] == CellState::Stick || !self.problem.patch.kept[c] {
-                    *s = 0.0;
-                }
+    /// The same, scaled as the preconditioner has it.
+    fn scaled(self, vector: Vector<A>, lambda: f64) -> Vector<A> {
+        match self {
+            Freedom::Stick => vector,
+            Freedom::Slip {
+                tangent,
+                compliance,
+            } => {
+                let factor = (lambda / (lambda + compliance)).sqrt();
+                scaled(factor * dot(vector, tangent), tangent)
             }
         }
-        let dissipation = cell_area
-            * self
-                .contact
-                .iter()
-                .map(|&c| dot(&self.shear, &self.slip, c))
-                .sum::<f64>();
-        let force = self
-            .shear
-            .iter()
-            .map(|q| cell_area * q.iter().sum::<f64>())
-            .collect();
-        TangentialSolution {
-            shear: self.shear,
-            slip: self.slip,
-            state,
-            force,
-            dissipation,
-            steps,
-            iterations: self.iterations,
-            error,
-        }
     }
+}
+
+/// The part of the first residual at which an inner solve stops: loose while the cells still change.
+fn forcing(error: f64) -> f64 {
+    (0.3 * error.sqrt()).clamp(1e-3, 0.1)
 }

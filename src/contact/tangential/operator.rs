@@ -1,0 +1,99 @@
+//! The half spaces seen from the cells in contact alone.
+
+use super::vector::Vector;
+use super::{compliance, stiffness};
+use crate::contact::half_space::HalfSpace;
+use crate::grid::ByAxis;
+
+/// Applies compliance and preconditioner to values on contact cells.
+pub(super) struct Operator<'h, const A: usize> {
+    half_space: &'h mut HalfSpace,
+    /// Positions of the contact cells in the grid.
+    cells: Vec<usize>,
+    /// Zero off the contact between two calls.
+    input: ByAxis<Vec<f64>>,
+    output: ByAxis<Vec<f64>>,
+}
+
+impl<'h, const A: usize> Operator<'h, A> {
+    pub(super) fn new(half_space: &'h mut HalfSpace, cells: Vec<usize>) -> Self {
+        let zeros = || vec![vec![0.0; half_space.grid().len()]; A];
+        Operator {
+            input: zeros(),
+            output: zeros(),
+            half_space,
+            cells,
+        }
+    }
+
+    pub(super) fn cells(&self) -> &[usize] {
+        &self.cells
+    }
+
+    /// Compliance of a cell alone \[m/Pa\].
+    pub(super) fn self_compliance(&self) -> f64 {
+        self.half_space.self_shear_compliance()
+    }
+
+    fn scatter(&mut self, source: &[Vector<A>]) {
+        for axis in 0..A {
+            let input = &mut self.input[axis];
+            for (value, &c) in source.iter().zip(&self.cells) {
+                input[c] = value[axis];
+            }
+        }
+    }
+
+    fn gather(&self, target: &mut [Vector<A>]) {
+        for axis in 0..A {
+            let output = &self.output[axis];
+            for (value, &c) in target.iter_mut().zip(&self.cells) {
+                value[axis] = output[c];
+            }
+        }
+    }
+
+    /// `target` = K `source`.
+    pub(super) fn compliance(&mut self, source: &[Vector<A>], target: &mut [Vector<A>]) {
+        self.scatter(source);
+        compliance(self.half_space, &self.input, &mut self.output);
+        self.gather(target);
+    }
+
+    /// `target` = M `source`, M the approximate inverse of K.
+    pub(super) fn stiffness(&mut self, source: &[Vector<A>], target: &mut [Vector<A>]) {
+        self.scatter(source);
+        stiffness(self.half_space, &self.input, &mut self.output);
+        self.gather(target);
+    }
+
+    /// `target` = K (`shear` − `previous`), for a previous shear that may lie anywhere. [`Operator::into_field`]
+    /// has it on every cell.
+    pub(super) fn displacement(
+        &mut self,
+        shear: &[Vector<A>],
+        previous: Option<&ByAxis<Vec<f64>>>,
+        target: &mut [Vector<A>],
+    ) {
+        self.scatter(shear);
+        if let Some(previous) = previous {
+            for (input, previous) in self.input.iter_mut().zip(previous) {
+                for (q, q0) in input.iter_mut().zip(previous) {
+                    *q -= q0;
+                }
+            }
+        }
+        if self.input.iter().flatten().all(|q| *q == 0.0) {
+            self.output.iter_mut().for_each(|u| u.fill(0.0));
+        } else {
+            compliance(self.half_space, &self.input, &mut self.output);
+        }
+        self.input.iter_mut().for_each(|q| q.fill(0.0));
+        self.gather(target);
+    }
+
+    /// The last result, on every cell of the grid.
+    pub(super) fn into_field(self) -> ByAxis<Vec<f64>> {
+        self.output
+    }
+}
