@@ -28,6 +28,14 @@ impl CircularPunch {
         8.0 * elastic::tangential_modulus(&self.pair) * self.radius
     }
 
+    /// Stiffness against a twist about the axis, Mz/θ = (16/3) G a³ with 1/G = Σ 1/G_i \[N·m\] (Reissner and Sagoci 1944; Johnson,
+    /// Contact Mechanics, §3.9): the traction is circumferential and free of divergence, so that Poisson's ratio has no part in it.
+    pub fn torsional_stiffness(&self) -> f64 {
+        let compliance =
+            1.0 / self.pair.lower.shear_modulus() + 1.0 / self.pair.upper.shear_modulus();
+        16.0 / 3.0 * self.radius.powi(3) / compliance
+    }
+
     /// Traction at `r` < a under a total force: F / (2πa²√(1 − r²/a²)) \[Pa\]; zero outside, unbounded at the rim.
     pub fn traction(&self, force: f64, r: f64) -> f64 {
         let ratio = r / self.radius;

@@ -32,10 +32,11 @@ pub struct Context<'a> {
     pub is_last: bool,
 }
 
-/// What a stage cost.
+/// What a stage, or a part of it that is told apart, cost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Timing {
     pub stage: Stage,
+    pub part: Option<&'static str>,
     pub seconds: f64,
     pub fft_pairs: f64,
 }
@@ -171,6 +172,7 @@ impl Clock<'_> {
         let result = work()?;
         self.timing.push(Timing {
             stage,
+            part: None,
             seconds: begin.elapsed().as_secs_f64(),
             fft_pairs: 0.0,
         });
@@ -185,7 +187,10 @@ impl Clock<'_> {
                 "stage",
                 timing
                     .iter()
-                    .map(|t| t.stage.name().to_owned())
+                    .map(|t| match t.part {
+                        Some(part) => format!("{}.{part}", t.stage.name()),
+                        None => t.stage.name().to_owned(),
+                    })
                     .collect::<Vec<_>>(),
             )
             .column(
@@ -208,6 +213,16 @@ impl Context<'_> {
         work: impl FnOnce(&mut FrettingJoint) -> Result<T, NumericsError>,
     ) -> Result<(T, f64), RunError> {
         self.clock.observer.stage(stage, self.clock.wear_iteration);
+        self.timed_part(stage, None, work)
+    }
+
+    /// The same for a part of a stage under way: its time and pairs are a row of their own beside the stage's.
+    pub fn timed_part<T>(
+        &mut self,
+        stage: Stage,
+        part: Option<&'static str>,
+        work: impl FnOnce(&mut FrettingJoint) -> Result<T, NumericsError>,
+    ) -> Result<(T, f64), RunError> {
         let begin = Instant::now();
         self.joint.half_space.take_pairs();
         let wear_iteration = self.clock.wear_iteration;
@@ -227,6 +242,7 @@ impl Context<'_> {
         let fft_pairs = self.joint.half_space.take_pairs();
         self.clock.timing.push(Timing {
             stage,
+            part,
             seconds: begin.elapsed().as_secs_f64(),
             fft_pairs,
         });

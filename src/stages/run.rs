@@ -438,8 +438,9 @@ fn outcome(store: &RunStore, ending: Ending) -> Result<Outcome, RunError> {
             Err(StoreError::Damaged(_)) => continue,
             Err(error) => return Err(error.into()),
         };
-        for (stage, seconds) in table.text("stage")?.iter().zip(table.f64("seconds")?) {
-            *timing.entry(stage.clone()).or_insert(0.0) += seconds;
+        for (name, seconds) in table.text("stage")?.iter().zip(table.f64("seconds")?) {
+            let stage = name.split('.').next().unwrap_or(name);
+            *timing.entry(stage.to_owned()).or_insert(0.0) += seconds;
         }
     }
     let wear_iteration = store.latest();

@@ -84,15 +84,18 @@ pub fn static_contact(
     let curve_due = context.curves_due();
     let start = predicted.as_ref().map(|p| &p.pressure[..]);
     let (bolt, load) = (context.bolt(), context.load);
-    let ((load, solution, kn, kt, curve), fft_pairs) =
-        context.timed(Stage::StaticContact, |joint| {
-            let (load, solution) = borne(joint, bolt, load, wear, start)?;
+    let ((load, solution), solve_pairs) = context.timed(Stage::StaticContact, |joint| {
+        borne(joint, bolt, load, wear, start)
+    })?;
+    let ((kn, kt, curve), stiffness_pairs) =
+        context.timed_part(Stage::StaticContact, Some("stiffness"), |joint| {
             let (kn, kt) = stiffnesses(joint, &solution.pressure, shear_axes)?;
             let curve = curve_due
                 .then(|| curves::indentation(joint, wear, load, &solution))
                 .transpose()?;
-            Ok((load, solution, kn, kt, curve))
+            Ok((kn, kt, curve))
         })?;
+    let fft_pairs = solve_pairs + stiffness_pairs;
     if let Some(curve) = curve {
         draft.put(
             TableName::Indentation,

@@ -62,6 +62,7 @@ pub fn surface(
     store.put_once(TableName::Surface, &key, &table)?;
     let timing = Timing {
         stage: Stage::Surface,
+        part: None,
         seconds: begin.elapsed().as_secs_f64(),
         fft_pairs: 0.0,
     };

@@ -6,8 +6,8 @@ use super::statistics::{Roughness, moments};
 ///
 /// **Axes**, the same for every file format: the first index i runs along x, the second index j along y, and the height of
 /// point (i, j) is at `i * ny + j`, as in the fields of a [`Grid`](crate::grid::Grid). Each point stands for the `dx * dy`
-/// cell around it, so a map of nx points is nx·dx long. Formats that store lines of constant y, x running fastest (X3P, SUR),
-/// are transposed on reading; the axes of NPY and of a text matrix are taken as they are: axis 0, the lines, is x.
+/// cell around it, so a map of nx points is nx·dx long. Formats that store lines of constant y, x running fastest (X3P, SUR,
+/// SDF, AL3D), are transposed on reading; the axes of NPY and of a text matrix are taken as they are: axis 0, the lines, is x.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Topography {
     /// Points along x.

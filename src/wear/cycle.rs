@@ -342,7 +342,10 @@ impl FrettingJoint {
         displacement: &ByAxis<f64>,
         start: Option<&ByAxis<Vec<f64>>>,
     ) -> Result<TangentialSolution, WearError> {
-        let drive = displacement.iter().map(|d| Drive::Displacement(*d)).collect();
+        let drive = displacement
+            .iter()
+            .map(|d| Drive::Displacement(*d))
+            .collect();
         let problem = TangentialProblem {
             patch: &self.patch,
             limit,

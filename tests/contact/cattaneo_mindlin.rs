@@ -2,7 +2,7 @@ use fretwear::contact::normal::{self, Control, NormalOptions, NormalProblem, Rot
 use fretwear::contact::tangential::{
     self, CellState, Drive, TangentialOptions, TangentialProblem, TangentialSolution,
 };
-use fretwear::contact::{Boundary, HalfSpace, Pair};
+use fretwear::contact::{Boundary, ContactError, HalfSpace, Pair};
 use fretwear::grid::{ByAxis, Grid, Patch};
 use fretwear::reference::CattaneoMindlin;
 
@@ -59,7 +59,18 @@ impl Sphere {
         previous: Option<&ByAxis<Vec<f64>>>,
         displacement: ByAxis<f64>,
     ) -> TangentialSolution {
-        let drive = displacement.iter().map(|d| Drive::Displacement(*d)).collect();
+        let drive = displacement
+            .iter()
+            .map(|d| Drive::Displacement(*d))
+            .collect();
+        self.driven(previous, drive).unwrap()
+    }
+
+    fn driven(
+        &mut self,
+        previous: Option<&ByAxis<Vec<f64>>>,
+        drive: ByAxis<Drive>,
+    ) -> Result<TangentialSolution, ContactError> {
         let problem = TangentialProblem {
             patch: &self.patch,
             limit: &self.limit,
@@ -72,13 +83,18 @@ impl Sphere {
             tolerance: 1e-6,
             ..TangentialOptions::default()
         };
-        tangential::solve(&mut self.half_space, &problem, None, options).unwrap()
+        tangential::solve(&mut self.half_space, &problem, None, options)
     }
 }
 
 /// Force and energy at a/h = 16: the validation fits errors of 1e-4 and 3e-3 at this width.
 const FORCE: f64 = 5e-4;
 const ENERGY: f64 = 1e-2;
+
+/// The displacement of a given force at this width; up to 0.95 of sliding it is more sensitive than the force to the rim.
+const DISPLACEMENT: f64 = 5e-3;
+/// A force that is asked for is met to the rounding of sums.
+const ASKED: f64 = 1e-9;
 
 #[test]
 fn first_loading_has_the_stick_circle_and_the_traction() {
@@ -207,4 +223,33 @@ fn gross_sliding_puts_every_cell_on_its_limit() {
     for (q, limit) in found.shear[0].iter().zip(&sphere.limit) {
         assert!((q - limit).abs() <= 1e-9 * limit);
     }
+}
+
+#[test]
+fn a_given_force_moves_the_sphere_by_mindlins_displacement() {
+    let mut sphere = Sphere::pressed(PAIR);
+    let exact = sphere.exact;
+    let pushed = |share: f64| vec![Drive::Force(share * exact.sliding_force())];
+    for share in [0.02, 0.3, 0.7, 0.95] {
+        let found = sphere.driven(None, pushed(share)).unwrap();
+        let force = share * exact.sliding_force();
+        assert!((found.force[0] / force - 1.0).abs() < ASKED, "{share}");
+        assert!(found.force_error < ASKED);
+        let error = found.displacement[0] / exact.displacement(force) - 1.0;
+        assert!(error.abs() < DISPLACEMENT, "{share}: {error:e}");
+    }
+    // Reversed after a loading, the force goes down Masing's branch, twice as long.
+    let loaded = sphere.driven(None, pushed(0.7)).unwrap();
+    let back = sphere.driven(Some(&loaded.shear), pushed(-0.7)).unwrap();
+    assert!((back.displacement[0] / (-2.0 * loaded.displacement[0]) - 1.0).abs() < 1e-3);
+    // Just below what the cells carry there is an answer, beyond it there is none.
+    let nearly = sphere.driven(None, pushed(1.0 - 1e-6)).unwrap();
+    assert!(nearly.displacement[0] > 0.9 * exact.sliding_displacement());
+    let ContactError::FrictionExceeded { asked, limit, .. } =
+        sphere.driven(None, pushed(-1.01)).unwrap_err()
+    else {
+        panic!("a force beyond friction");
+    };
+    assert!((asked / (-1.01 * exact.sliding_force()) - 1.0).abs() < ASKED);
+    assert!((limit / exact.sliding_force() - 1.0).abs() < ASKED);
 }

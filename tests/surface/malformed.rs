@@ -17,7 +17,11 @@ const AS_STATED: ReadOptions = ReadOptions {
 };
 
 /// The message of the failure, after checking that it names the file.
-fn failure(name: &str, bytes: impl AsRef<[u8]>, options: &ReadOptions) -> (String, ReadProblem) {
+pub fn failure(
+    name: &str,
+    bytes: impl AsRef<[u8]>,
+    options: &ReadOptions,
+) -> (String, ReadProblem) {
     let written = file(name, bytes);
     let error = read(&written.path, options).expect_err("the file is malformed");
     let message = error.to_string();
@@ -25,7 +29,7 @@ fn failure(name: &str, bytes: impl AsRef<[u8]>, options: &ReadOptions) -> (Strin
     (message, error.problem)
 }
 
-fn says(message: &str, parts: &[&str]) {
+pub fn says(message: &str, parts: &[&str]) {
     for part in parts {
         assert!(
             message.contains(part),
@@ -36,11 +40,13 @@ fn says(message: &str, parts: &[&str]) {
 
 #[test]
 fn unknown_and_misnamed_files() {
-    let (message, problem) = failure("map.al3d", b"AliconaImaging", &AS_STATED);
+    let (message, problem) = failure("map.opd", b"Directory", &AS_STATED);
     assert!(matches!(problem, ReadProblem::UnknownFormat { .. }));
     says(
         &message,
-        &["al3d", ".npy", ".x3p", ".sur", ".csv", ".parquet"],
+        &[
+            "opd", ".al3d", ".sdf", ".npy", ".x3p", ".sur", ".csv", ".parquet",
+        ],
     );
 
     let data = npy("<f8", false, "(1, 1)", &1f64.to_le_bytes());

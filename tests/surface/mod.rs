@@ -1,5 +1,6 @@
 //! Surfaces: generated, measured, prepared, described.
 
+mod al3d;
 mod correlation;
 mod generate;
 mod malformed;
@@ -7,6 +8,7 @@ mod prepare;
 mod readers;
 mod real_files;
 mod resample;
+mod sdf;
 mod statistics;
 mod writers;
 

@@ -83,3 +83,38 @@ fn an_x3p_map_with_unequal_spacings() {
     assert_near(found.sk, -0.378674);
     assert_near(found.ku, 2.984597);
 }
+
+#[test]
+fn an_alicona_map() {
+    let Some(path) = real("surfaces/ST_al3d-1.al3d") else {
+        return;
+    };
+    let map = read(&path, &ReadOptions::default()).unwrap();
+    assert_eq!((map.nx, map.ny, map.holes()), (200, 296, 0));
+    let size = map.size().unwrap();
+    assert!(
+        (size[0] - 87.605e-6).abs() < 1e-9 && (size[1] - 129.656e-6).abs() < 1e-9,
+        "{size:?}"
+    );
+    let found = levelled(&map);
+    assert_near(found.rq, 2.898221027836e-7);
+    // The skewness is that of a Gaussian but for its digits: it is compared as a number of its own kind, not by its own size.
+    assert!((found.sk + 0.0049765253706697).abs() < SAME, "{}", found.sk);
+    assert_near(found.ku, 3.0712779005932);
+}
+
+#[test]
+fn the_softgauge_of_the_sdf_standard() {
+    let Some(path) = real("surfaces/ST_sdf-1.sdf") else {
+        return;
+    };
+    let map = read(&path, &ReadOptions::default()).unwrap();
+    assert_eq!((map.nx, map.ny, map.holes()), (7, 4, 0));
+    assert_eq!(map.spacing, Some([1e-6, 1e-6]));
+    // The last value of the second line and the first of the last, as they stand in the file.
+    assert_eq!(map.heights[6 * 4 + 1], 0.99874 * 1e-6);
+    assert_eq!(map.heights[3], 0.97986 * 1e-6);
+    let found = map.roughness().unwrap();
+    assert_near(found.mean, 9.835632142857e-7);
+    assert_near(found.rq, 1.360289728949e-8);
+}

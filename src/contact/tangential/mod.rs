@@ -161,7 +161,10 @@ fn solve_axes<const A: usize>(
     let mut asked = Vec::new();
     let rotation = problem.rotation.map(|drive| (MOTIONS - 1, drive, length));
     let axes = problem.drive.iter().enumerate();
-    for (motion, drive, unit) in axes.map(|(axis, drive)| (axis, *drive, 1.0)).chain(rotation) {
+    for (motion, drive, unit) in axes
+        .map(|(axis, drive)| (axis, *drive, 1.0))
+        .chain(rotation)
+    {
         match drive {
             Drive::Displacement(increment) => displacement[motion] = increment * unit,
             Drive::Force(force) => asked.push((motion, force / (grid.cell_area() * unit))),
@@ -211,7 +214,11 @@ fn solve_axes<const A: usize>(
         }
     }
     let total = |values: &mut dyn Iterator<Item = f64>| grid.cell_area() * values.sum::<f64>();
-    let dissipated = |c: usize| (0..A).map(|axis| shear[axis][c] * slip[axis][c]).sum::<f64>();
+    let dissipated = |c: usize| {
+        (0..A)
+            .map(|axis| shear[axis][c] * slip[axis][c])
+            .sum::<f64>()
+    };
     let moment = |c: usize| {
         let (i, j) = grid.cell(c);
         let (x, y) = grid.centre(i, j);

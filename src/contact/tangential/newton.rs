@@ -2,9 +2,7 @@
 
 use super::operator::Operator;
 use super::resultants::{MOTIONS, Motions, Resultants, solve_small};
-use super::vector::{
-    Vector, dot, into_disc, norm, plus, quarter_turn, scaled, turn, turn_towards,
-};
+use super::vector::{Vector, dot, into_disc, norm, plus, quarter_turn, scaled, turn, turn_towards};
 use super::{TangentialOptions, TangentialProblem};
 use crate::contact::error::ContactError;
 
@@ -18,6 +16,13 @@ const SMALLEST_MOTION: f64 = 1e-8;
 
 /// A shear this close to its limit is on it: rounding of a projection onto the circle.
 const ON_CIRCLE: f64 = 1e-12;
+
+/// A shear this close to its limit, that the slip drives beyond it, is taken as slipping in a Newton step. Were only shears on
+/// the circle taken so, a chord that is shortened would leave all cells just inside of it, to stick in the next step again.
+const NEAR_CIRCLE: f64 = 0.05;
+
+/// A Newton step that the chord shortens to less than this part is followed by gradient steps.
+const SHORT: f64 = 0.2;
 
 /// Largest turn of the shear's direction on a slip cell in one Newton step \[rad\].
 const LARGEST_TURN: f64 = 1.0;
@@ -40,10 +45,7 @@ enum Freedom<const A: usize> {
     /// Both components of the shear.
     Stick,
     /// The angle: the unit tangent, and (s·q̂)/µp, the compliance that a turn of the shear meets.
-    Slip {
-        tangent: Vector<A>,
-        compliance: f64,
-    },
+    Slip { tangent: Vector<A>, compliance: f64 },
 }
 
 /// The relative duality gap and what it is relative to.
@@ -164,9 +166,13 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
                 (best, since) = (gap.error, 0);
             }
             self.steps += 1;
-            let patient = since <= PATIENCE;
-            if patient && self.newton(gap) {
+            if since <= PATIENCE
+                && let Some(part) = self.newton(gap)
+            {
                 fresh = false;
+                if part < envv("SH", SHORT) {
+                    since = PATIENCE;
+                }
                 continue;
             }
             since = 0;
@@ -314,22 +320,29 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         Gap { error, scale }
     }
 
-    /// A Newton step. False where the energy does not fall along it.
-    fn newton(&mut self, gap: Gap) -> bool {
+    /// A Newton step: the part of it that was taken, none where the energy does not fall along it.
+    fn newton(&mut self, gap: Gap) -> Option<f64> {
         self.set_free();
         let shift = self.newton_direction(gap);
-        self.turn_and_project() && self.advance(&shift)
+        if self.turn_and_project() {
+            self.advance(&shift)
+        } else {
+            None
+        }
     }
 
     /// Decides what is free on each contact cell.
     fn set_free(&mut self) {
         for cell in 0..self.freedom.len() {
-            self.freedom[cell] = if self.slips(cell) {
-                let (q, limit) = (self.shear[cell], self.limit[cell]);
-                let size = norm(q);
+            let (q, s, limit) = (self.shear[cell], self.slip[cell], self.limit[cell]);
+            let (size, along) = (norm(q), dot(q, s));
+            let at_limit = size >= limit * (1.0 - ON_CIRCLE)
+                || (size >= limit * (1.0 - envv("NC", NEAR_CIRCLE))
+                    && norm(plus(q, envv("CL", 1.0) / self.lambda, s)) >= limit);
+            self.freedom[cell] = if at_limit && along > 0.0 {
                 Freedom::Slip {
                     tangent: scaled(1.0 / size, quarter_turn(q)),
-                    compliance: dot(q, self.slip[cell]) / (size * limit),
+                    compliance: along / (size * limit),
                 }
             } else {
                 Freedom::Stick
@@ -390,8 +403,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
                     }
                     let field = self.resultants.field(&change, cell);
                     let freedom = self.freedom[cell];
-                    self.residual[cell] =
-                        plus(self.residual[cell], -1.0, freedom.free(field));
+                    self.residual[cell] = plus(self.residual[cell], -1.0, freedom.free(field));
                 }
             }
             let (mut new_product, mut left) = (0.0, 0.0);
@@ -407,8 +419,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
                 first = new_product;
             }
             if new_product <= 0.0
-                || (product > 0.0
-                    && (new_product <= forcing * forcing * first || left <= enough))
+                || (product > 0.0 && (new_product <= forcing * forcing * first || left <= enough))
                 || self.iterations >= self.options.max_iterations
             {
                 return shift;
@@ -454,7 +465,9 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
             let moved = match self.freedom[cell] {
                 Freedom::Slip { tangent, .. } => {
                     let angle = dot(d, tangent) / limit;
-                    turn(q, angle.clamp(-LARGEST_TURN, LARGEST_TURN))
+                    let moved = turn(q, angle.clamp(-LARGEST_TURN, LARGEST_TURN));
+                    let out = (limit / norm(q) - 1.0).max(0.0);
+                    plus(moved, out, plus(q, 1.0, moved))
                 }
                 Freedom::Stick => {
                     let target = plus(q, 1.0, d);
@@ -502,7 +515,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
             for (step, s) in self.step.iter_mut().zip(&self.slip) {
                 *step = scaled(length, *s);
             }
-            if !(self.turn_and_project() && self.advance(&[0.0; MOTIONS])) {
+            if !self.turn_and_project() || self.advance(&[0.0; MOTIONS]).is_none() {
                 return taken > 0;
             }
             self.iterations += 1;
@@ -519,8 +532,8 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         true
     }
 
-    /// Takes the step, or the part of it that minimises F on the chord. False where F does not fall along it.
-    fn advance(&mut self, shift: &Motions) -> bool {
+    /// Takes the step, or the part of it that minimises F on the chord, and says which. None where F does not fall along it.
+    fn advance(&mut self, shift: &Motions) -> Option<f64> {
         self.operator.compliance(&self.step, &mut self.image);
         let (mut descent, mut curvature) = (0.0, 0.0);
         for ((s, image), step) in self.slip.iter().zip(&self.image).zip(&self.step) {
@@ -528,7 +541,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
             curvature += dot(*image, *step);
         }
         if descent <= 0.0 {
-            return false;
+            return None;
         }
         // A curvature that is not positive is the rounding of one that vanishes: a periodic contact that moves as a whole.
         let full = curvature <= 0.0 || descent - 0.5 * curvature >= SUFFICIENT_DECREASE * descent;
@@ -544,9 +557,8 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         if !self.resultants.asked.is_empty() {
             self.move_rigidly(&shift.map(|s| part * s));
         }
-        true
+        Some(part)
     }
-
 }
 
 impl<const A: usize> Freedom<A> {
@@ -575,5 +587,15 @@ impl<const A: usize> Freedom<A> {
 
 /// The part of the first residual at which an inner solve stops: loose while the cells still change.
 fn forcing(error: f64) -> f64 {
-    (0.3 * error.sqrt()).clamp(1e-3, 0.1)
+    (envv("F0", 0.3) * error.powf(envv("FP", 0.5))).clamp(1e-3, envv("FM", 0.1))
+}
+
+pub(super) fn envv(n: &'static str, d: f64) -> f64 {
+    use std::collections::HashMap;
+    use std::sync::{LazyLock, Mutex};
+    static M: LazyLock<Mutex<HashMap<&'static str, f64>>> = LazyLock::new(Default::default);
+    *M.lock()
+        .unwrap()
+        .entry(n)
+        .or_insert_with(|| std::env::var(n).ok().map_or(d, |v| v.parse().unwrap()))
 }

@@ -186,8 +186,7 @@ impl<const A: usize> Resultants<A> {
                 let weight = limit / size.max(1e-9 * largest);
                 for &(j, _) in &self.asked {
                     for &(k, _) in &self.asked {
-                        matrix[j][k] +=
-                            weight * dot(self.motion(j, cell), self.motion(k, cell));
+                        matrix[j][k] += weight * dot(self.motion(j, cell), self.motion(k, cell));
                     }
                 }
             }

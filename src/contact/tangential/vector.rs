@@ -52,18 +52,18 @@ pub(super) fn into_disc<const A: usize>(a: Vector<A>, limit: f64) -> Vector<A> {
 /// sliding cells, rounding of their shear would drown the last steps of the sticking ones.
 pub(super) fn turn<const A: usize>(a: Vector<A>, angle: f64) -> Vector<A> {
     let (sin, half) = (angle.sin(), (0.5 * angle).sin());
-    plus(
-        scaled(-2.0 * half * half, a),
-        sin,
-        quarter_turn(a),
-    )
+    plus(scaled(-2.0 * half * half, a), sin, quarter_turn(a))
 }
 
 /// The change that brings `from` to the circle |q| = `limit` in the direction of `to`, `from` being on that circle.
 pub(super) fn turn_towards<const A: usize>(from: Vector<A>, to: Vector<A>) -> Vector<A> {
     let along = dot(from, to);
     if A == 1 {
-        return if along < 0.0 { scaled(-2.0, from) } else { [0.0; A] };
+        return if along < 0.0 {
+            scaled(-2.0, from)
+        } else {
+            [0.0; A]
+        };
     }
     turn(from, dot(quarter_turn(from), to).atan2(along))
 }

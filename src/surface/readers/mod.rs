@@ -3,10 +3,12 @@
 //! A format is one module with a function from bytes to a topography, and one row in `FORMATS`; nothing else knows which
 //! formats there are.
 
+mod al3d;
 mod error;
 mod lattice;
 mod npy;
 mod parquet;
+mod sdf;
 mod sur;
 mod text;
 mod x3p;
@@ -33,40 +35,52 @@ pub struct ReadOptions {
 struct Format {
     name: &'static str,
     extensions: &'static [&'static str],
-    /// The first bytes of every such file; empty for text.
-    magic: &'static [u8],
+    /// The first bytes that such a file may have; none for text.
+    magics: &'static [&'static [u8]],
     parse: fn(&[u8], &ReadOptions) -> Result<Topography, ReadProblem>,
 }
 
-const FORMATS: [Format; 5] = [
+const FORMATS: [Format; 7] = [
     Format {
         name: "NPY",
         extensions: &["npy"],
-        magic: b"\x93NUMPY",
+        magics: &[b"\x93NUMPY"],
         parse: npy::parse,
     },
     Format {
         name: "Parquet",
         extensions: &["parquet"],
-        magic: b"PAR1",
+        magics: &[b"PAR1"],
         parse: parquet::parse,
     },
     Format {
         name: "X3P",
         extensions: &["x3p"],
-        magic: b"PK\x03\x04",
+        magics: &[b"PK\x03\x04"],
         parse: x3p::parse,
     },
     Format {
         name: "SUR",
         extensions: &["sur"],
-        magic: sur::MAGIC,
+        magics: sur::MAGICS,
         parse: sur::parse,
+    },
+    Format {
+        name: "SDF",
+        extensions: &["sdf"],
+        magics: sdf::MAGICS,
+        parse: sdf::parse,
+    },
+    Format {
+        name: "AL3D",
+        extensions: &["al3d"],
+        magics: &[al3d::MAGIC],
+        parse: al3d::parse,
     },
     Format {
         name: "text",
         extensions: &["csv", "xyz", "txt", "dat", "tsv", "asc"],
-        magic: b"",
+        magics: &[],
         parse: text::parse,
     },
 ];
@@ -94,7 +108,7 @@ fn recognise(path: &Path, bytes: &[u8]) -> Result<&'static Format, ReadProblem> 
         .unwrap_or_default();
     let by_magic = FORMATS
         .iter()
-        .find(|f| !f.magic.is_empty() && bytes.starts_with(f.magic));
+        .find(|f| f.magics.iter().any(|magic| bytes.starts_with(magic)));
     let by_name = FORMATS
         .iter()
         .find(|f| f.extensions.contains(&extension.as_str()));
@@ -106,13 +120,16 @@ fn recognise(path: &Path, bytes: &[u8]) -> Result<&'static Format, ReadProblem> 
     };
     match by_magic {
         // A text file needs no magic, but it must not carry that of another format.
-        None if named.magic.is_empty() => Ok(named),
+        None if named.magics.is_empty() => Ok(named),
         Some(found) if std::ptr::eq(found, named) => Ok(named),
-        // Digital Surf has a second magic, which its reader explains.
-        None if named.name == "SUR" && bytes.starts_with(sur::MAGIC_COMPRESSED) => Ok(named),
         found => Err(ReadProblem::WrongMagic {
             format: named.name,
-            expected: shown(named.magic),
+            expected: named
+                .magics
+                .iter()
+                .map(|magic| shown(magic))
+                .collect::<Vec<_>>()
+                .join("\" or \""),
             found: shown(&bytes[..bytes.len().min(12)]),
             looks_like: found.map(|f| f.name),
         }),

@@ -4,10 +4,10 @@ use super::error::ReadProblem;
 use super::{ReadOptions, from_lines, length_unit, stated_unit};
 use crate::surface::topography::Topography;
 
-pub(super) const MAGIC: &[u8] = b"DIGITAL SURF";
+pub(super) const MAGICS: &[&[u8]] = &[b"DIGITAL SURF", COMPRESSED];
 
 /// The first bytes of the variant whose points are packed.
-pub(super) const MAGIC_COMPRESSED: &[u8] = b"DSCOMPRESSED";
+const COMPRESSED: &[u8] = b"DSCOMPRESSED";
 
 const HEADER: usize = 512;
 
@@ -15,7 +15,7 @@ const HEADER: usize = 512;
 const SURFACE: i16 = 2;
 
 pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
-    if bytes.starts_with(MAGIC_COMPRESSED) {
+    if bytes.starts_with(COMPRESSED) {
         return Err(ReadProblem::Unsupported {
             found: "a compressed SUR file".into(),
             advice: "save it without compression, or as X3P".into(),

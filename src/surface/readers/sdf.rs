@@ -1,0 +1,331 @@
+//! SDF (ISO 25178-71), as text or binary: a header, then heights in units of `Zscale`, line by line, x fastest, then remarks
+//! that are not read. Lengths are in metres.
+
+use super::error::ReadProblem;
+use super::{ReadOptions, from_lines, stated_unit};
+use crate::surface::topography::Topography;
+
+/// The versions: `a` is text, `b` binary. BCR and NIST are the older names of what became ISO 1.0; ISO 2.0 counts points with
+/// 32 bits.
+pub(super) const MAGICS: &[&[u8]] = &[
+    b"aISO-1.0",
+    b"bISO-1.0",
+    b"aISO-2.0",
+    b"bISO-2.0",
+    b"aBCR-1.0",
+    b"bBCR-1.0",
+    b"aNIST-1.0",
+];
+
+/// Ends the header and the heights of a text file.
+const END: &str = "*";
+
+/// What stands for a point that was not measured in a text file, in any case.
+const HOLE: &str = "BAD";
+
+/// Two numbers that one instrument maker's binary files of version ISO 1.0 carry after the header of the standard.
+const LONGER_HEADER: [u8; 8] = [5, 0, 0, 0, 1, 0, 0, 0];
+
+pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
+    stated_unit(options, 1.0)?;
+    let (header, points) = if bytes[0] == b'a' {
+        text(bytes)?
+    } else {
+        binary(bytes)?
+    };
+    Ok(Topography {
+        nx: header.nx,
+        ny: header.ny,
+        spacing: Some([header.scale[0], header.scale[1]]),
+        heights: from_lines(header.nx, header.ny, |index| {
+            points[index] * header.scale[2]
+        }),
+    })
+}
+
+struct Header {
+    nx: usize,
+    ny: usize,
+    /// Xscale, Yscale, Zscale \[m\].
+    scale: [f64; 3],
+    kind: Kind,
+}
+
+/// How a height is stored.
+#[derive(Clone, Copy)]
+struct Kind {
+    name: &'static str,
+    width: usize,
+    value: fn(&[u8]) -> f64,
+    /// The value of a point that was not measured: the least number of a signed type, the greatest of an unsigned one.
+    hole: fn(f64) -> bool,
+}
+
+/// By the number that a header has for it.
+const KINDS: [Kind; 8] = [
+    Kind {
+        name: "unsigned 8 bits",
+        width: 1,
+        value: |b| f64::from(b[0]),
+        // All 256 steps are heights.
+        hole: |_| false,
+    },
+    Kind {
+        name: "unsigned 16 bits",
+        width: 2,
+        value: |b| f64::from(u16::from_le_bytes(part(b))),
+        hole: |v| v == f64::from(u16::MAX),
+    },
+    Kind {
+        name: "unsigned 32 bits",
+        width: 4,
+        value: |b| f64::from(u32::from_le_bytes(part(b))),
+        hole: |v| v == f64::from(u32::MAX),
+    },
+    Kind {
+        name: "single precision",
+        width: 4,
+        value: |b| f64::from(f32::from_le_bytes(part(b))),
+        // "The least" is read as that of greatest magnitude by some writers, as C's FLT_MIN by others; neither is a height.
+        hole: |v| v.abs() == f64::from(f32::MAX) || v == f64::from(f32::MIN_POSITIVE),
+    },
+    Kind {
+        name: "8 bits",
+        width: 1,
+        value: |b| f64::from(i8::from_le_bytes(part(b))),
+        hole: |v| v == f64::from(i8::MIN),
+    },
+    Kind {
+        name: "16 bits",
+        width: 2,
+        value: |b| f64::from(i16::from_le_bytes(part(b))),
+        hole: |v| v == f64::from(i16::MIN),
+    },
+    Kind {
+        name: "32 bits",
+        width: 4,
+        value: |b| f64::from(i32::from_le_bytes(part(b))),
+        hole: |v| v == f64::from(i32::MIN),
+    },
+    Kind {
+        name: "double precision",
+        width: 8,
+        value: |b| f64::from_le_bytes(part(b)),
+        hole: |v| v.abs() == f64::MAX || v == f64::MIN_POSITIVE,
+    },
+];
+
+impl Kind {
+    /// The height, or NaN for a point that was not measured.
+    fn measured(&self, value: f64) -> f64 {
+        if (self.hole)(value) { f64::NAN } else { value }
+    }
+}
+
+/// What both forms state in numbers, checked alike; `number` finds a key's value.
+fn header(number: impl Fn(&str) -> Result<f64, ReadProblem>) -> Result<Header, ReadProblem> {
+    let wrong = |key: &str, found: f64, expected: &str| {
+        ReadProblem::malformed(&place(key), found, expected)
+    };
+    let count = |key: &str| {
+        let found = number(key)?;
+        if found >= 1.0 && found.fract() == 0.0 && found <= f64::from(u32::MAX) {
+            Ok(found as usize)
+        } else {
+            Err(wrong(key, found, "a whole number, at least 1"))
+        }
+    };
+    let (nx, ny) = (count("NumPoints")?, count("NumProfiles")?);
+    let scale = [number("Xscale")?, number("Yscale")?, number("Zscale")?];
+    if !(scale[2].is_finite() && scale[2] > 0.0) {
+        return Err(wrong("Zscale", scale[2], "a positive number of metres"));
+    }
+    for (key, what) in [("Compression", "compression"), ("CheckType", "a checksum")] {
+        let found = number(key)?;
+        if found != 0.0 {
+            return Err(ReadProblem::Unsupported {
+                found: format!("an SDF file with {what} ({key} = {found})"),
+                advice: format!("save it without, {key} = 0, or as X3P"),
+            });
+        }
+    }
+    let found = number("DataType")?;
+    let kind = (0..KINDS.len())
+        .find(|&k| k as f64 == found)
+        .ok_or_else(|| wrong("DataType", found, "a whole number from 0 to 7"))?;
+    Ok(Header {
+        nx,
+        ny,
+        scale,
+        kind: KINDS[kind],
+    })
+}
+
+fn place(key: &str) -> String {
+    format!("the header's {key}")
+}
+
+fn text(bytes: &[u8]) -> Result<(Header, Vec<f64>), ReadProblem> {
+    // Remarks may be in any code page; numbers are ASCII.
+    let text = String::from_utf8_lossy(bytes);
+    let mut lines = text.lines().zip(1..).skip(1);
+    let mut pairs: Vec<(&str, &str)> = Vec::new();
+    let mut ended = false;
+    for (line, number) in lines.by_ref() {
+        let line = line.trim();
+        if line == END {
+            ended = true;
+            break;
+        }
+        if line.is_empty() {
+            continue;
+        }
+        let fail = |found: String, expected: &str| {
+            Err(ReadProblem::malformed(
+                &format!("line {number}"),
+                found,
+                expected,
+            ))
+        };
+        let Some((key, value)) = line.split_once('=') else {
+            return fail(
+                format!("\"{}\"", start_of(line)),
+                "key = value, or * where the header ends",
+            );
+        };
+        let key = key.trim();
+        if pairs.iter().any(|(k, _)| *k == key) {
+            return fail(format!("a second {key}"), "each key once");
+        }
+        pairs.push((key, value.trim()));
+    }
+    if !ended {
+        return Err(ReadProblem::malformed(
+            "the header",
+            "the end of the file",
+            "a line with * where the heights begin",
+        ));
+    }
+    let header = header(|key| {
+        match pairs.iter().find(|(k, _)| *k == key) {
+            Some((_, value)) => value.parse().map_err(|_| {
+                ReadProblem::malformed(
+                    &place(key),
+                    format!("\"{}\"", start_of(value)),
+                    "a number with a decimal point",
+                )
+            }),
+            // Nothing is compressed or summed up unless the file says so.
+            None if matches!(key, "Compression" | "CheckType") => Ok(0.0),
+            None => Err(ReadProblem::malformed(
+                "the header",
+                "nothing",
+                &format!("the key {key}"),
+            )),
+        }
+    })?;
+    let mut points = Vec::new();
+    'heights: for (line, number) in lines {
+        for word in line.split_whitespace() {
+            if word.starts_with(END) {
+                break 'heights;
+            }
+            let point = if word.eq_ignore_ascii_case(HOLE) {
+                f64::NAN
+            } else {
+                word.parse().map(|v| header.kind.measured(v)).map_err(|_| {
+                    ReadProblem::malformed(
+                        &format!("line {number}"),
+                        format!("\"{}\"", start_of(word)),
+                        "a number with a decimal point, or BAD for a hole",
+                    )
+                })?
+            };
+            points.push(point);
+        }
+    }
+    let expected = header.nx.saturating_mul(header.ny);
+    if points.len() != expected {
+        return Err(ReadProblem::malformed(
+            "the heights",
+            format!("{} values", points.len()),
+            &format!(
+                "{expected}, as NumPoints = {} and NumProfiles = {} say",
+                header.nx, header.ny
+            ),
+        ));
+    }
+    Ok((header, points))
+}
+
+/// Enough of a text to recognise it by.
+fn start_of(text: &str) -> String {
+    text.chars().take(40).collect()
+}
+
+fn binary(bytes: &[u8]) -> Result<(Header, Vec<f64>), ReadProblem> {
+    // Version, maker and two dates are text; then the counts, four scales and three kinds.
+    let counts = 8 + 10 + 12 + 12;
+    let wide = &bytes[1..8] == b"ISO-2.0";
+    let scales = counts + if wide { 8 } else { 4 };
+    let mut start = scales + 4 * 8 + 3;
+    let size = |expected: usize, reason: String| ReadProblem::Size {
+        part: "the file".into(),
+        found: bytes.len() as u64,
+        expected: expected as u64,
+        reason,
+    };
+    if bytes.len() < start {
+        return Err(size(start, "the header".into()));
+    }
+    let count = |at: usize| {
+        if wide {
+            f64::from(u32::from_le_bytes(part(&bytes[counts + 4 * at..])))
+        } else {
+            f64::from(u16::from_le_bytes(part(&bytes[counts + 2 * at..])))
+        }
+    };
+    let scale = |at: usize| f64::from_le_bytes(part(&bytes[scales + 8 * at..]));
+    let flag = |at: usize| f64::from(bytes[scales + 32 + at]);
+    let header = header(|key| {
+        Ok(match key {
+            "NumPoints" => count(0),
+            "NumProfiles" => count(1),
+            "Xscale" => scale(0),
+            "Yscale" => scale(1),
+            "Zscale" => scale(2),
+            "Compression" => flag(0),
+            "DataType" => flag(1),
+            _ => flag(2),
+        })
+    })?;
+    let Kind { name, width, .. } = header.kind;
+    let length = header.nx.saturating_mul(header.ny).saturating_mul(width);
+    let longer = start
+        .saturating_add(length)
+        .saturating_add(LONGER_HEADER.len());
+    if &bytes[1..8] == b"ISO-1.0"
+        && bytes.len() == longer
+        && bytes[start..].starts_with(&LONGER_HEADER)
+    {
+        start += LONGER_HEADER.len();
+    }
+    let end = start.saturating_add(length);
+    let data = bytes.get(start..end).ok_or_else(|| {
+        let reason = format!(
+            "{} x {} points of {name} from byte {start} on",
+            header.nx, header.ny
+        );
+        size(end, reason)
+    })?;
+    let points = data
+        .chunks_exact(width)
+        .map(|raw| header.kind.measured((header.kind.value)(raw)))
+        .collect();
+    Ok((header, points))
+}
+
+/// The first `N` bytes.
+fn part<const N: usize>(bytes: &[u8]) -> [u8; N] {
+    std::array::from_fn(|k| bytes[k])
+}
