@@ -140,7 +140,7 @@ impl RigidMotions {
             for m in first..k {
                 matrix[k][k] -= matrix[k][m] * matrix[k][m] * matrix[m][m];
             }
-            if !(matrix[k][k] > SINGULAR * whole) {
+            if matrix[k][k] <= SINGULAR * whole {
                 return None;
             }
             for r in k + 1..3 {

@@ -39,6 +39,10 @@ const GRADIENT_STEPS: usize = 10;
 /// Part of the tolerance that an inner solve leaves at most on cells that stick.
 const INNER_SHARE: f64 = 0.25;
 
+/// The part of the first residual at which an inner solve stops, over the root of the error, and its bounds.
+const FORCING: f64 = 0.3;
+const FORCINGS: (f64, f64) = (1e-3, 0.1);
+
 /// What is free to change on a contact cell in a Newton step.
 #[derive(Clone, Copy)]
 enum Freedom<const A: usize> {
@@ -170,7 +174,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
                 && let Some(part) = self.newton(gap)
             {
                 fresh = false;
-                if part < envv("SH", SHORT) {
+                if part < SHORT {
                     since = PATIENCE;
                 }
                 continue;
@@ -337,8 +341,8 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
             let (q, s, limit) = (self.shear[cell], self.slip[cell], self.limit[cell]);
             let (size, along) = (norm(q), dot(q, s));
             let at_limit = size >= limit * (1.0 - ON_CIRCLE)
-                || (size >= limit * (1.0 - envv("NC", NEAR_CIRCLE))
-                    && norm(plus(q, envv("CL", 1.0) / self.lambda, s)) >= limit);
+                || (size >= limit * (1.0 - NEAR_CIRCLE)
+                    && norm(plus(q, 1.0 / self.lambda, s)) >= limit);
             self.freedom[cell] = if at_limit && along > 0.0 {
                 Freedom::Slip {
                     tangent: scaled(1.0 / size, quarter_turn(q)),
@@ -587,15 +591,5 @@ impl<const A: usize> Freedom<A> {
 
 /// The part of the first residual at which an inner solve stops: loose while the cells still change.
 fn forcing(error: f64) -> f64 {
-    (envv("F0", 0.3) * error.powf(envv("FP", 0.5))).clamp(1e-3, envv("FM", 0.1))
-}
-
-pub(super) fn envv(n: &'static str, d: f64) -> f64 {
-    use std::collections::HashMap;
-    use std::sync::{LazyLock, Mutex};
-    static M: LazyLock<Mutex<HashMap<&'static str, f64>>> = LazyLock::new(Default::default);
-    *M.lock()
-        .unwrap()
-        .entry(n)
-        .or_insert_with(|| std::env::var(n).ok().map_or(d, |v| v.parse().unwrap()))
+    (FORCING * error.sqrt()).clamp(FORCINGS.0, FORCINGS.1)
 }
