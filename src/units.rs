@@ -34,7 +34,7 @@ struct Named {
     units: &'static [&'static str],
 }
 
-const NAMED: [Named; 12] = [
+const NAMED: [Named; 13] = [
     Named {
         dimension: Dimension::NONE,
         name: "a plain number",
@@ -58,6 +58,12 @@ const NAMED: [Named; 12] = [
         name: "a force",
         number: "30",
         units: &["N", "kN"],
+    },
+    Named {
+        dimension: Dimension::MOMENT,
+        name: "a moment",
+        number: "2",
+        units: &["N m"],
     },
     Named {
         dimension: Dimension::PRESSURE,
@@ -118,6 +124,8 @@ impl Dimension {
     pub const VOLUME: Self = Self::of(3, 0, 0);
     /// Force \[N\].
     pub const FORCE: Self = Self::of(1, 1, -2);
+    /// kg m²/s² of a force and its lever
+    pub const MOMENT: Self = Self::of(2, 1, -2);
     /// Pressure or modulus \[Pa\].
     pub const PRESSURE: Self = Self::of(-1, 1, -2);
     /// Density \[kg/m³\].

@@ -38,6 +38,7 @@ pub(super) const KEYS: &[&str] = &[
     "contact.boundary",
     "contact.transverse",
     "contact.rotation",
+    "contact.moment",
     "contact.stiffness",
     "contact.distribution",
     "contact.bolt_stiffness",
@@ -83,6 +84,9 @@ pub(super) const KEYS: &[&str] = &[
     "dynamics.frequency",
     "dynamics.points",
     "motion.amplitude",
+    "motion.force",
+    "motion.rotation",
+    "motion.moment",
     "motion.phase",
     "motion.normal_load_amplitude",
     "motion.history",
@@ -194,9 +198,18 @@ pub(super) const ALTERNATIVES: &[(&str, &[&[&str]])] = &[
         "motion",
         &[
             &["history"],
-            &["amplitude", "phase", "normal_load_amplitude"],
+            &[
+                "amplitude",
+                "phase",
+                "normal_load_amplitude",
+                "force",
+                "rotation",
+                "moment",
+            ],
         ],
     ),
+    ("motion", &[&["force"], &["amplitude"], &["history"]]),
+    ("motion", &[&["rotation"], &["moment"], &["history"]]),
     (
         "update",
         &[&["stiffness_change"], &["iterations"], &["wear_volume"]],
@@ -204,20 +217,13 @@ pub(super) const ALTERNATIVES: &[(&str, &[&[&str]])] = &[
 ];
 
 /// A section, a key of it, and the word that makes another key of it meaningless: setting the word drops the other key.
-pub(super) const DROPPED_BY: &[(&str, &str, &str, &str)] =
-    &[("contact", "stiffness", "tangent", "distribution")];
+pub(super) const DROPPED_BY: &[(&str, &str, &str, &str)] = &[
+    ("contact", "stiffness", "tangent", "distribution"),
+    ("contact", "rotation", "fixed", "moment"),
+];
 
 /// Tables that may also be given as a list of tables.
 pub(super) const LISTS: &[&str] = &["dynamics.force"];
-
-const GIVE_AMPLITUDE: &str = "give motion.amplitude instead";
-
-/// Keys of the whole program that this version does not have, and what to do instead.
-pub(super) const UNAVAILABLE: &[(&str, &str)] = &[
-    ("motion.force", GIVE_AMPLITUDE),
-    ("motion.moment", GIVE_AMPLITUDE),
-    ("motion.rotation", GIVE_AMPLITUDE),
-];
 
 /// Names that a resonator's drawing has, and the keys that give them.
 const ELSEWHERE: &[(&str, &str)] = &[

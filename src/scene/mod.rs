@@ -180,8 +180,11 @@ pub struct Contact {
     pub boundary: Boundary,
     /// What happens to the in-plane direction that is not driven.
     pub transverse: Transverse,
-    /// What happens to the rotations of the bodies.
+    /// What happens to the rotations of the bodies about x and y.
     pub rotation: Rotation,
+    /// Moments about x and y, through the middle of the joint, under which free rotations are found \[N m\]; none: no moments.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub moment: Option<[f64; 2]>,
 }
 
 /// Contact stiffness given in place of a surface: totals over the joint.
@@ -203,16 +206,18 @@ pub enum Transverse {
     Absent,
     /// The mean displacement along y is held; local shear along y is free to arise.
     Fixed,
-    /// The mean force along y is zero.
+    /// The force along y is zero, and the mean displacement along y found.
     Free,
 }
 
-/// What happens to the rotations of the bodies.
+/// What happens to the rotations of the bodies about x and y.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rotation {
     /// They are held; the moments are reactions.
     Fixed,
+    /// They are found such that the contact has the moments given.
+    Free,
 }
 
 /// `[structure]`
@@ -307,10 +312,16 @@ pub enum Update {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Motion {
-    /// u(t) = amplitude · cos(2πt/T + phase), N(t) = normal_load + normal_load_amplitude · cos(2πt/T).
+    /// u(t) = amplitude · cos(2πt/T + phase), or the force instead, N(t) = normal_load + normal_load_amplitude · cos(2πt/T).
     Harmonic {
-        /// Half ranges of the relative displacement along x and y \[m\].
+        /// Half ranges of the relative displacement along x and y \[m\]; zero where the force is given.
         amplitude: [f64; 2],
+        /// Half ranges of the force along x and y \[N\], in place of the displacement; zero along y leaves y to `transverse`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        force: Option<[f64; 2]>,
+        /// What turns the upper body about z, in phase with cos(2πt/T).
+        #[serde(flatten, skip_serializing_if = "Option::is_none")]
+        torsion: Option<Torsion>,
         /// Phases along x and y \[rad\].
         phase: [f64; 2],
         /// Half range of the normal load \[N\].
@@ -321,6 +332,16 @@ pub enum Motion {
         /// The file, absolute.
         path: PathBuf,
     },
+}
+
+/// `[motion] rotation` or `moment`: about z, through the middle of the joint.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Torsion {
+    /// Half range of the rotation \[rad\].
+    Rotation(f64),
+    /// Half range of the moment \[N m\].
+    Moment(f64),
 }
 
 /// `[wear]`. At least one of `cycles` and `volume` is there; the run ends at the first that is reached.

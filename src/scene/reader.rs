@@ -434,12 +434,6 @@ impl<'a> Reader<'a> {
         };
         for (name, entry) in entries {
             let key = join(section, name);
-            if let Some((_, instead)) = keys::UNAVAILABLE.iter().find(|known| known.0 == key) {
-                return Err(SceneError::new(
-                    &entry.place,
-                    Problem::Unavailable { key, instead },
-                ));
-            }
             let is_value = keys::KEYS.contains(&key.as_str());
             let has_keys = !keys::children(&key).is_empty();
             let is_section = matches!(entry.content, Content::Section(_));

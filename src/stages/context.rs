@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use super::error::NumericsError;
 use super::{Inputs, Observer, RunError, Stage, dynamic_response};
+use crate::contact::normal::{NormalSolution, Rotation};
 use crate::grid::Patch;
 use crate::model_update::Bolt;
 use crate::store::{Draft, Kept, RunStore, StageKey};
@@ -249,6 +250,11 @@ impl Context<'_> {
         Ok((result, fft_pairs))
     }
 
+    /// Rotations of the bodies in a contact, where they are free.
+    pub fn rotation(&self, contact: &NormalSolution) -> Option<[f64; 2]> {
+        matches!(self.joint.rotation, Rotation::Free { .. }).then_some(contact.rotation)
+    }
+
     /// What clamps the joint, if its load falls with wear.
     pub fn bolt(&self) -> Option<Bolt> {
         let contact = self.inputs.scene.contact.as_ref()?;
@@ -278,6 +284,12 @@ impl Context<'_> {
     pub fn curves_due(&self) -> bool {
         let every = self.inputs.scene.output.curves_every;
         every > 0 && (self.is_last || self.clock.wear_iteration.is_multiple_of(every))
+    }
+
+    /// The same for the loop of force over displacement along x, if anything drives the joint there.
+    pub fn hysteresis_due(&self) -> bool {
+        let drive = self.inputs.motion.drive.first();
+        self.curves_due() && drive.is_none_or(|x| x.moves())
     }
 
     /// A column of the kept cells, spread over the grid.

@@ -1,5 +1,6 @@
 //! The curves behind kn and kt.
 
+use crate::contact::ContactError;
 use crate::contact::normal::NormalSolution;
 use crate::tables::{Table, TableError, TableName};
 use crate::wear::cycle::CycleSolution;
@@ -32,7 +33,8 @@ impl Curve {
     }
 }
 
-/// Normal load over approach about the static contact under `load`. Loads that a pressure cap does not carry are left out.
+/// Normal load over approach about the static contact under `load`. Loads that a pressure cap does not carry are left out, and
+/// those too small to have the moments that the joint bears.
 pub fn indentation(
     joint: &mut FrettingJoint,
     wear: &[f64],
@@ -47,8 +49,11 @@ pub fn indentation(
         if part == 1.0 {
             curve.push(load, at_load.approach);
         } else if part * load <= capacity {
-            let contact = joint.contact(wear, None, part * load, Some(&at_load.pressure))?;
-            curve.push(part * load, contact.approach);
+            match joint.contact(wear, None, part * load, Some(&at_load.pressure)) {
+                Ok(contact) => curve.push(part * load, contact.approach),
+                Err(WearError::Contact(ContactError::MomentNotCarried { .. })) => {}
+                Err(error) => return Err(error),
+            }
         }
     }
     Ok(curve)
@@ -76,11 +81,12 @@ pub fn hysteresis(
     let mut first = Vec::with_capacity(BRANCH + 1);
     first.push((0.0, 0.0));
     let mut shear = None;
+    let zero = vec![0.0; motion.end.len()];
     for point in 1..=BRANCH {
         let part = point as f64 / BRANCH as f64;
-        let displacement: Vec<f64> = motion.end.iter().map(|d| part * d).collect();
-        let step = joint.step(&limit, None, &displacement, shear.as_ref())?;
-        first.push((step.force[0], displacement[0]));
+        let place: Vec<f64> = motion.end.iter().map(|d| part * d).collect();
+        let step = joint.step(&limit, None, [&zero, &place], shear.as_ref())?;
+        first.push((step.force[0], step.displacement[0]));
         shear = Some(step.shear);
     }
     let (top_force, top) = first[BRANCH];

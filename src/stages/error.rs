@@ -195,6 +195,11 @@ pub enum HistoryProblem {
     /// Motion along y in a scene without y.
     #[error("displacement_y is not zero, but `contact.transverse` is \"absent\"; use \"fixed\"")]
     TransverseAbsent,
+    /// Displacement along y where the force along y is zero.
+    #[error(
+        "displacement_y is not zero, but `contact.transverse` is \"free\", which finds it from no force along y; use \"fixed\""
+    )]
+    TransverseFree,
 }
 
 impl RunError {

@@ -24,7 +24,7 @@ pub fn fretting_cycle(
     start: &ByAxis<Vec<f64>>,
 ) -> Result<Cycle, RunError> {
     let start = (!start.is_empty()).then_some(start);
-    let curve_due = context.curves_due();
+    let curve_due = context.hysteresis_due();
     let ((solution, curve), fft_pairs) = context.timed(Stage::FrettingCycle, |joint| {
         let solution = joint.cycle(wear, &contact.solution, start)?;
         let curve = curve_due
@@ -69,7 +69,7 @@ pub fn is_complete(context: &Context, draft: &mut Draft, keys: &Keys) -> Result<
         TableName::Cycle,
         TableName::Summary,
     ];
-    if context.curves_due() {
+    if context.hysteresis_due() {
         tables.push(TableName::Hysteresis);
     }
     if keys.vibration.is_some() {
@@ -109,6 +109,12 @@ fn instants(instants: &[Instant]) -> Result<Table, TableError> {
     let in_plane = instants
         .first()
         .is_some_and(|instant| instant.displacement.len() > 1);
+    let torsion = |k: usize| -> Option<Vec<f64>> {
+        instants
+            .iter()
+            .map(|instant| instant.torsion.map(|pair| pair[k]))
+            .collect()
+    };
     Table::builder(TableName::Cycle)
         .column("time", series(&|i| i.time))
         .column("displacement_x", series(&|i| i.displacement[0]))
@@ -119,5 +125,7 @@ fn instants(instants: &[Instant]) -> Result<Table, TableError> {
         .column("normal_load", series(&|i| i.normal_load))
         .column("force_x", series(&|i| i.force[0]))
         .maybe("force_y", in_plane.then(|| series(&|i| i.force[1])))
+        .maybe("rotation_z", torsion(0))
+        .maybe("moment_z", torsion(1))
         .build()
 }

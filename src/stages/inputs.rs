@@ -9,7 +9,7 @@ use crate::scene::{
     Contact, Motion as SceneMotion, Plan, Scene, Surface, Transverse, plan::motion_of,
 };
 use crate::tables::{self, TableName};
-use crate::wear::Motion;
+use crate::wear::{Channel, Motion};
 
 /// Two values this close, relative to the largest, are the same sample.
 const SAME: f64 = 1e-9;
@@ -113,23 +113,27 @@ fn history(contact: &Contact, path: &Path, bytes: &[u8]) -> Result<Motion, Histo
             return Err(HistoryProblem::Time { row: row + 1, time });
         }
     }
-    let mut displacement = vec![columns.displacement_x];
-    if contact.transverse == Transverse::Absent {
-        if columns
-            .displacement_y
-            .is_some_and(|y| y.iter().any(|v| *v != 0.0))
-        {
-            return Err(HistoryProblem::TransverseAbsent);
-        }
-    } else {
-        displacement.push(columns.displacement_y.unwrap_or_else(|| vec![0.0; rows]));
+    let moves_along_y = columns
+        .displacement_y
+        .as_ref()
+        .is_some_and(|y| y.iter().any(|v| *v != 0.0));
+    let mut drive = vec![Channel::Displacement(columns.displacement_x)];
+    match contact.transverse {
+        Transverse::Absent if moves_along_y => return Err(HistoryProblem::TransverseAbsent),
+        Transverse::Free if moves_along_y => return Err(HistoryProblem::TransverseFree),
+        Transverse::Absent => {}
+        Transverse::Free => drive.push(Channel::Force(vec![0.0; rows])),
+        Transverse::Fixed => drive.push(Channel::Displacement(
+            columns.displacement_y.unwrap_or_else(|| vec![0.0; rows]),
+        )),
     }
     let normal_load = columns
         .normal_load
         .unwrap_or_else(|| vec![contact.normal_load; rows]);
     Ok(Motion {
         time: columns.time,
-        displacement,
+        drive,
+        rotation: None,
         normal_load,
     })
 }

@@ -104,9 +104,14 @@ pub fn static_contact(
         )?;
     }
     context.bear(load);
+    let rotation = context.rotation(&solution);
     let row = Table::builder(TableName::StaticContact)
         .column("normal_load", vec![load])
         .column("approach", vec![solution.approach])
+        .maybe("rotation_x", rotation.map(|r| vec![r[0]]))
+        .maybe("rotation_y", rotation.map(|r| vec![r[1]]))
+        .column("moment_x", vec![solution.moment[0]])
+        .column("moment_y", vec![solution.moment[1]])
         .column("kn", vec![kn])
         .column("kt", vec![kt])
         .column("error", vec![solution.error])
@@ -231,9 +236,9 @@ pub fn resume(
             gap,
             approach: row.f64("approach")?[0],
             iterations: row.i64("iterations")?[0] as usize,
-            rotation: [0.0; 2],
+            rotation: pair(&row, ["rotation_x", "rotation_y"])?,
             load,
-            moment: [0.0; 2],
+            moment: pair(&row, ["moment_x", "moment_y"])?,
             error: row.f64("error")?[0],
         },
         kn: row.f64("kn")?[0],
@@ -241,4 +246,15 @@ pub fn resume(
         fft_pairs: row.f64("fft_pairs")?[0],
     };
     Ok(Some((contact, shear)))
+}
+
+/// Two columns of a row, zero where they are absent.
+fn pair(row: &Table, names: [&str; 2]) -> Result<[f64; 2], TableError> {
+    let mut pair = [0.0; 2];
+    for (value, name) in pair.iter_mut().zip(names) {
+        if row.has(name) {
+            *value = row.f64(name)?[0];
+        }
+    }
+    Ok(pair)
 }

@@ -47,12 +47,17 @@ pub fn summary(
         .collect();
     let shape = roughness(&joint.patch, &height)?;
     let mut fft_pairs = contact.fft_pairs + worn.fft_pairs;
+    let rotation = context.rotation(&contact.solution);
     let mut table = Table::builder(TableName::Summary)
         .column("contact_area_fraction", vec![fraction(0.0)])
         .column("loaded_area_fraction", vec![fraction(LOADED * largest)])
         .column("max_pressure", vec![largest])
         .maybe("normal_load", context.bolt().map(|_| vec![contact.load]))
         .column("approach", vec![contact.solution.approach])
+        .maybe("rotation_x", rotation.map(|r| vec![r[0]]))
+        .maybe("rotation_y", rotation.map(|r| vec![r[1]]))
+        .column("moment_x", vec![contact.solution.moment[0]])
+        .column("moment_y", vec![contact.solution.moment[1]])
         .column("kn", vec![contact.kn])
         .column("kt", vec![contact.kt])
         .column("mean_height", vec![shape.mean])

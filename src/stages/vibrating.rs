@@ -15,7 +15,7 @@ use crate::scene::plan::Layout;
 use crate::scene::{Plan, Stiffness};
 use crate::store::{RunStore, StageKey};
 use crate::tables::{Table, TableName};
-use crate::wear::{FrettingJoint, Motion};
+use crate::wear::{Channel, FrettingJoint, Motion};
 
 /// Samples of a cycle at which a computed motion is looked at: reversals are found to 2e-5 of the reach.
 const FINE_SAMPLES: usize = 512;
@@ -167,7 +167,11 @@ impl Vibrating {
         }
         let motion = Motion {
             time: (0..samples).map(|k| k as f64 / samples as f64).collect(),
-            displacement,
+            drive: displacement
+                .into_iter()
+                .map(Channel::Displacement)
+                .collect(),
+            rotation: None,
             normal_load: cycle.force.iter().map(|f| f[2]).collect(),
         };
         Ok(motion.with_mean_load(load))

@@ -5,9 +5,9 @@
 //! its end, and wear depth per cycle is α times the sum of it over the cycle [A eq. 2.6].
 
 use super::joint::{FrettingJoint, WearError};
-use super::motion::StraightMotion;
+use super::motion::{Channel, StraightMotion};
 use crate::contact::normal::NormalSolution;
-use crate::contact::tangential::{CellState, Drive, TangentialProblem, TangentialSolution};
+use crate::contact::tangential::{CellState, TangentialProblem, TangentialSolution};
 use crate::grid::ByAxis;
 
 /// Cycles after which a motion that has not closed is given up.
@@ -28,12 +28,15 @@ pub enum March {
 pub struct Instant {
     /// Time as a part of the period.
     pub time: f64,
-    /// Relative displacement \[m\].
+    /// Relative displacement \[m\]. Where the force is given, what it leaves open, a constant, is chosen such that the middle
+    /// of the range is zero.
     pub displacement: ByAxis<f64>,
     /// Normal load \[N\].
     pub normal_load: f64,
     /// Tangential force \[N\].
     pub force: ByAxis<f64>,
+    /// Rotation about z \[rad\] and its moment \[N m\]; none of a motion without.
+    pub torsion: Option<[f64; 2]>,
 }
 
 /// The steady cycle of a joint.
@@ -148,15 +151,27 @@ impl FrettingJoint {
         start: Option<&ByAxis<Vec<f64>>>,
     ) -> Result<CycleSolution, WearError> {
         let limit = self.limit(&contact.pressure);
-        let half = self.step(&limit, None, &motion.end, start)?;
+        let zero = vec![0.0; motion.end.len()];
+        let half = self.step(&limit, None, [&zero, &motion.end], start)?;
         let mut tally = Tally::new(limit.len());
         tally.add(&half, 4.0);
         let load = self.motion.mean_load();
-        let instant = |time: f64, sign: f64| Instant {
-            time,
-            displacement: motion.end.iter().map(|d| sign * d).collect(),
-            normal_load: load,
-            force: half.force.iter().map(|f| sign * f).collect(),
+        let torsion = |place: &[f64], step: &TangentialSolution, sign: f64| {
+            self.motion
+                .rotation
+                .as_ref()
+                .map(|_| [place[step.displacement.len()], sign * step.moment])
+        };
+        let reached = found(&half);
+        let instant = |time: f64, sign: f64| {
+            let place: Vec<f64> = reached.iter().map(|d| sign * d).collect();
+            Instant {
+                time,
+                displacement: place[..half.force.len()].to_vec(),
+                normal_load: load,
+                force: half.force.iter().map(|f| sign * f).collect(),
+                torsion: torsion(&place, &half, sign),
+            }
         };
         if motion.top == 0 {
             let middle = self.motion.time_of(motion.bottom);
@@ -169,32 +184,44 @@ impl FrettingJoint {
         } else {
             (motion.top, 1.0)
         };
+        let mut instants = vec![
+            instant(0.0, 1.0),
+            instant(
+                self.motion.time_of(motion.top + motion.bottom - from),
+                -sign,
+            ),
+            instant(self.motion.time_of(from), sign),
+            instant(1.0, 1.0),
+        ];
         let before: ByAxis<Vec<f64>> = half
             .shear
             .iter()
             .map(|q| q.iter().map(|v| sign * v).collect())
             .collect();
         let now = self.motion.at(0);
-        let change: ByAxis<f64> = now
-            .iter()
-            .zip(&motion.end)
-            .map(|(d, end)| d - sign * end)
-            .collect();
-        let first = self.step(&limit, Some(&before), &change, None)?;
+        let ahead: Vec<f64> = motion.end.iter().map(|end| sign * end).collect();
+        let first = self.step(&limit, Some(&before), [&ahead, &now], None)?;
         tally.count(&first);
-        let at_zero = |time: f64| Instant {
-            time,
-            displacement: now.clone(),
-            normal_load: load,
-            force: first.force.clone(),
-        };
-        let other = motion.top + motion.bottom - from;
-        let instants = vec![
-            at_zero(0.0),
-            instant(self.motion.time_of(other), -sign),
-            instant(self.motion.time_of(from), sign),
-            at_zero(1.0),
-        ];
+        let place: Vec<f64> = self
+            .motion
+            .channels()
+            .zip(&now)
+            .zip(reached.iter().zip(found(&first)))
+            .map(|((channel, now), (end, change))| match channel {
+                Channel::Displacement(_) => *now,
+                Channel::Force(_) => sign * end + change,
+            })
+            .collect();
+        let turned = self
+            .motion
+            .rotation
+            .as_ref()
+            .map(|_| [place[first.force.len()], first.moment]);
+        for at in [0, 3] {
+            instants[at].displacement = place[..first.force.len()].to_vec();
+            instants[at].force = first.force.clone();
+            instants[at].torsion = turned;
+        }
         Ok(tally.finish(self.patch.grid.cell_area(), first.shear, instants))
     }
 
@@ -210,23 +237,46 @@ impl FrettingJoint {
         let limit = |k: usize| &limits[k % limits.len()];
         let mut shear = match start {
             Some(shear) => within(shear, limit(0)),
-            None => self.step(limit(0), None, &self.motion.at(0), None)?.shear,
+            None => {
+                let first = self.motion.at(0);
+                let zero = vec![0.0; first.len()];
+                self.step(limit(0), None, [&zero, &first], None)?.shear
+            }
         };
         let largest = limits.iter().flatten().fold(0.0f64, |m, v| m.max(*v));
         for _ in 0..MAX_CYCLES {
             let mut tally = Tally::new(wear.len());
             let begin = shear.clone();
             let mut instants = Vec::with_capacity(samples + 1);
+            // Where force or moment is given, the place is the sum of what was found.
+            let mut place = self.motion.at(0);
+            for (place, channel) in place.iter_mut().zip(self.motion.channels()) {
+                if channel.is_force() {
+                    *place = 0.0;
+                }
+            }
             for k in 0..samples {
                 let (from, to) = (self.motion.at(k), self.motion.at(k + 1));
-                let change: ByAxis<f64> = to.iter().zip(&from).map(|(t, f)| t - f).collect();
-                let step = self.step(limit(k + 1), Some(&shear), &change, None)?;
+                let step = self.step(limit(k + 1), Some(&shear), [&from, &to], None)?;
                 tally.add(&step, 1.0);
+                let moves = to.iter().zip(found(&step)).zip(self.motion.channels());
+                for (place, ((to, change), channel)) in place.iter_mut().zip(moves) {
+                    *place = match channel {
+                        Channel::Displacement(_) => *to,
+                        Channel::Force(_) => *place + change,
+                    };
+                }
+                let axes = step.force.len();
                 instants.push(Instant {
                     time: self.motion.time_of(k + 1),
-                    displacement: to,
+                    displacement: place[..axes].to_vec(),
                     normal_load: self.motion.normal_load[(k + 1) % samples],
                     force: step.force,
+                    torsion: self
+                        .motion
+                        .rotation
+                        .as_ref()
+                        .map(|_| [place[axes], step.moment]),
                 });
                 shear = step.shear;
             }
@@ -240,6 +290,7 @@ impl FrettingJoint {
                     .cloned()
                     .map(|last| Instant { time: 0.0, ..last });
                 instants.splice(0..0, last);
+                self.about_their_middle(&mut instants);
                 return Ok(tally.finish(self.patch.grid.cell_area(), shear, instants));
             }
         }
@@ -247,6 +298,34 @@ impl FrettingJoint {
             cycles: MAX_CYCLES,
             tolerance: self.options.cycle_tolerance,
         })
+    }
+
+    /// Shifts displacements that were found, and are known up to a constant, to the middle of their range.
+    fn about_their_middle(&self, instants: &mut [Instant]) {
+        let shift = |instants: &mut [Instant], value: fn(&mut Instant, usize) -> &mut f64, k| {
+            let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+            for instant in instants.iter_mut() {
+                let value = *value(instant, k);
+                (least, most) = (least.min(value), most.max(value));
+            }
+            for instant in instants.iter_mut() {
+                *value(instant, k) -= 0.5 * (least + most);
+            }
+        };
+        for (axis, channel) in self.motion.drive.iter().enumerate() {
+            if channel.is_force() {
+                shift(
+                    instants,
+                    |instant, axis| &mut instant.displacement[axis],
+                    axis,
+                );
+            }
+        }
+        if self.motion.rotation.as_ref().is_some_and(Channel::is_force) {
+            let rotation: fn(&mut Instant, usize) -> &mut f64 =
+                |instant, _| &mut instant.torsion.as_mut().expect("a rotation is driven")[0];
+            shift(instants, rotation, 0);
+        }
     }
 
     /// Friction limits at every sample, or one for all where the load is constant.
@@ -277,24 +356,21 @@ impl FrettingJoint {
             .collect()
     }
 
-    /// One tangential step.
+    /// One tangential step, between two states of the motion's channels, in their order.
     pub fn step(
         &mut self,
         limit: &[f64],
         previous: Option<&ByAxis<Vec<f64>>>,
-        displacement: &ByAxis<f64>,
+        [from, to]: [&[f64]; 2],
         start: Option<&ByAxis<Vec<f64>>>,
     ) -> Result<TangentialSolution, WearError> {
-        let drive = displacement
-            .iter()
-            .map(|d| Drive::Displacement(*d))
-            .collect();
+        let (drive, rotation) = self.motion.between(from, to);
         let problem = TangentialProblem {
             patch: &self.patch,
             limit,
             previous,
             drive: &drive,
-            rotation: None,
+            rotation,
             offset: None,
         };
         let options = self.options.tangential;
@@ -305,6 +381,12 @@ impl FrettingJoint {
             options,
         )?)
     }
+}
+
+/// What the channels moved by in a step: along the axes, then about z.
+fn found(step: &TangentialSolution) -> Vec<f64> {
+    let axes = step.displacement.iter().copied();
+    axes.chain([step.rotation]).collect()
 }
 
 /// Shears cut back to their limits, direction kept.

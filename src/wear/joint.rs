@@ -65,6 +65,8 @@ pub struct FrettingJoint {
     pub patch: Patch,
     /// Unworn composite height, positive towards the other body \[m\].
     pub height: Vec<f64>,
+    /// Rotation about x and y, or the moments under which the bodies turn.
+    pub rotation: Rotation,
     /// Pressure cap \[Pa\].
     pub pressure_cap: Option<f64>,
     /// Friction coefficient µ.
@@ -114,7 +116,7 @@ impl FrettingJoint {
             height: &height,
             compliance,
             control: Control::Load(load),
-            rotation: Rotation::FIXED,
+            rotation: self.rotation,
             pressure_cap: self.pressure_cap,
         };
         Ok(normal::solve(

@@ -7,4 +7,4 @@ pub mod joint;
 pub mod motion;
 
 pub use joint::{FrettingJoint, WearError};
-pub use motion::Motion;
+pub use motion::{Channel, Harmonic, Motion};

@@ -1,7 +1,8 @@
-//! The motion of one vibration cycle: relative displacement of the bodies and total normal load against time.
+//! The motion of one vibration cycle: what drives the bodies in the plane, and the total normal load, against time.
 
 use std::f64::consts::TAU;
 
+use crate::contact::tangential::Drive;
 use crate::grid::ByAxis;
 
 /// Two loads or displacements this close, relative to the largest, are the same: rounding of cosines.
@@ -14,17 +15,79 @@ const SAME: f64 = 1e-12;
 pub struct Motion {
     /// Time of each sample as a part of the period, increasing from 0 and below 1.
     pub time: Vec<f64>,
-    /// Relative displacement of the upper body, one series an axis \[m\].
-    pub displacement: ByAxis<Vec<f64>>,
+    /// What moves the upper body along each axis.
+    pub drive: ByAxis<Channel>,
+    /// What turns it about z through the grid's centre; none: nothing, without storage. Needs both axes.
+    pub rotation: Option<Channel>,
     /// Total normal load \[N\].
     pub normal_load: Vec<f64>,
+}
+
+/// What is given of a rigid motion, at every sample.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Channel {
+    /// Relative displacement \[m\], or rotation \[rad\].
+    Displacement(Vec<f64>),
+    /// Force on the joint \[N\], or moment \[N m\]. Zero throughout leaves the direction free.
+    Force(Vec<f64>),
+}
+
+impl Channel {
+    /// The samples.
+    pub fn values(&self) -> &Vec<f64> {
+        match self {
+            Channel::Displacement(values) | Channel::Force(values) => values,
+        }
+    }
+
+    fn values_mut(&mut self) -> &mut Vec<f64> {
+        match self {
+            Channel::Displacement(values) | Channel::Force(values) => values,
+        }
+    }
+
+    fn map(&self, change: impl FnOnce(&Vec<f64>) -> Vec<f64>) -> Channel {
+        match self {
+            Channel::Displacement(values) => Channel::Displacement(change(values)),
+            Channel::Force(values) => Channel::Force(change(values)),
+        }
+    }
+
+    /// True if the force or moment is given.
+    pub fn is_force(&self) -> bool {
+        matches!(self, Channel::Force(_))
+    }
+
+    /// True unless all samples are zero.
+    pub fn moves(&self) -> bool {
+        self.values().iter().any(|v| *v != 0.0)
+    }
+
+    /// The drive of a step between two of its values.
+    fn between(&self, from: f64, to: f64) -> Drive {
+        match self {
+            Channel::Displacement(_) => Drive::Displacement(to - from),
+            Channel::Force(_) => Drive::Force(to),
+        }
+    }
+}
+
+/// A harmonic channel, `amplitude · cos(2πt/T + phase)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Harmonic {
+    /// Half range, of a displacement \[m\] or force \[N\], a rotation \[rad\] or moment \[N m\].
+    pub amplitude: f64,
+    /// Lead \[rad\].
+    pub phase: f64,
+    /// Whether it is the force or moment that is given.
+    pub is_force: bool,
 }
 
 /// A motion along a straight line that only turns at its two ends, under constant load and about zero.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StraightMotion {
-    /// Displacement at the end that is reached at `top` \[m\]; the other end is its negative.
-    pub end: ByAxis<f64>,
+    /// Values of the channels at the end that is reached at `top`, as [`Motion::at`] has them; the other end is its negative.
+    pub end: Vec<f64>,
     /// Sample of that end.
     pub top: usize,
     /// Sample of the other end.
@@ -32,14 +95,34 @@ pub struct StraightMotion {
 }
 
 impl Motion {
-    /// Harmonic motion `amplitude · cos(2πt/T + phase)` along each axis, under `load + load_amplitude · cos(2πt/T)`: equally
+    /// Harmonic displacement `amplitude · cos(2πt/T + phase)` along each axis, under `load + load_amplitude · cos(2πt/T)`: equally
     /// spaced samples, and the two ends of a motion whose axes turn together.
     pub fn harmonic(axes: &[(f64, f64)], load: f64, load_amplitude: f64, samples: usize) -> Self {
+        let axes: Vec<Harmonic> = axes
+            .iter()
+            .map(|&(amplitude, phase)| Harmonic {
+                amplitude,
+                phase,
+                is_force: false,
+            })
+            .collect();
+        Motion::driven(&axes, None, load, load_amplitude, samples)
+    }
+
+    /// As [`Motion::harmonic`], with displacement or force given along each axis, and with a rotation about z or without.
+    pub fn driven(
+        axes: &[Harmonic],
+        rotation: Option<Harmonic>,
+        load: f64,
+        load_amplitude: f64,
+        samples: usize,
+    ) -> Self {
         let mut time: Vec<f64> = (0..samples).map(|k| k as f64 / samples as f64).collect();
         let moving: Vec<f64> = axes
             .iter()
-            .filter(|axis| axis.0 != 0.0)
-            .map(|axis| axis.1 / TAU)
+            .chain(&rotation)
+            .filter(|channel| channel.amplitude != 0.0)
+            .map(|channel| channel.phase / TAU)
             .collect();
         if let Some(&first) = moving.first()
             && moving
@@ -54,16 +137,20 @@ impl Motion {
             }
             time.sort_by(f64::total_cmp);
         }
-        let series = |amplitude: f64, phase: f64| {
-            time.iter()
-                .map(|t| amplitude * (TAU * t + phase).cos())
-                .collect()
+        let channel = |harmonic: &Harmonic| {
+            let values = time
+                .iter()
+                .map(|t| harmonic.amplitude * (TAU * t + harmonic.phase).cos())
+                .collect();
+            if harmonic.is_force {
+                Channel::Force(values)
+            } else {
+                Channel::Displacement(values)
+            }
         };
         Motion {
-            displacement: axes
-                .iter()
-                .map(|&(amplitude, phase)| series(amplitude, phase))
-                .collect(),
+            drive: axes.iter().map(channel).collect(),
+            rotation: rotation.as_ref().map(channel),
             normal_load: time
                 .iter()
                 .map(|t| load + load_amplitude * (TAU * t).cos())
@@ -76,7 +163,8 @@ impl Motion {
     pub fn none(load: f64) -> Self {
         Motion {
             time: vec![0.0],
-            displacement: Vec::new(),
+            drive: Vec::new(),
+            rotation: None,
             normal_load: vec![load],
         }
     }
@@ -93,7 +181,8 @@ impl Motion {
         let thin = |series: &Vec<f64>| series.iter().copied().step_by(step).collect();
         Motion {
             time: thin(&self.time),
-            displacement: self.displacement.iter().map(thin).collect(),
+            drive: self.drive.iter().map(|channel| channel.map(thin)).collect(),
+            rotation: self.rotation.as_ref().map(|channel| channel.map(thin)),
             normal_load: thin(&self.normal_load),
         }
     }
@@ -101,7 +190,8 @@ impl Motion {
     /// The same motion with the middle of its range at zero, axis by axis: where a cycle is about is lost in the steady state but
     /// for shear that is locked in by the way there.
     pub fn about_its_middle(mut self) -> Motion {
-        for series in &mut self.displacement {
+        let displaced = self.drive.iter_mut().filter(|channel| !channel.is_force());
+        for series in displaced.map(Channel::values_mut) {
             let (least, most) = range(series);
             let middle = 0.5 * (least + most);
             series.iter_mut().for_each(|d| *d -= middle);
@@ -111,8 +201,11 @@ impl Motion {
 
     /// The two reversals of this motion about their middle, under its mean load, if that is what it amounts to: every sample lies
     /// within `tolerance` of the reach from the line between the ends, the motion turns by no more than that anywhere else, and
-    /// the load stays within `tolerance` of its mean.
+    /// the load stays within `tolerance` of its mean. Of displacements along the axes alone.
     pub fn reversals(&self, tolerance: f64) -> Option<Motion> {
+        if self.rotation.is_some() || self.drive.iter().any(Channel::is_force) {
+            return None;
+        }
         let n = self.samples();
         let mean = self.mean_load();
         if self
@@ -124,25 +217,27 @@ impl Motion {
         }
         // The ends: the two samples farthest apart along the axis of the larger range.
         let ranges: Vec<(f64, f64)> = self
-            .displacement
+            .drive
             .iter()
-            .map(|series| range(series))
+            .map(|channel| range(channel.values()))
             .collect();
         let widest = (0..ranges.len()).max_by(|&a, &b| {
             let width = |axis: usize| ranges[axis].1 - ranges[axis].0;
             width(a).total_cmp(&width(b))
         })?;
-        let series = &self.displacement[widest];
+        let series = self.drive[widest].values();
         let top = (0..n).max_by(|&a, &b| series[a].total_cmp(&series[b]))?;
         let bottom = (0..n).min_by(|&a, &b| series[a].total_cmp(&series[b]))?;
         let end: ByAxis<f64> = self
-            .displacement
+            .drive
             .iter()
+            .map(Channel::values)
             .map(|s| 0.5 * (s[top] - s[bottom]))
             .collect();
         let middle: ByAxis<f64> = self
-            .displacement
+            .drive
             .iter()
+            .map(Channel::values)
             .map(|s| 0.5 * (s[top] + s[bottom]))
             .collect();
         let reach = end.iter().map(|e| e * e).sum::<f64>().sqrt();
@@ -176,7 +271,11 @@ impl Motion {
         }
         Some(Motion {
             time: vec![0.0, 0.5],
-            displacement: end.iter().map(|e| vec![*e, -e]).collect(),
+            drive: end
+                .iter()
+                .map(|e| Channel::Displacement(vec![*e, -e]))
+                .collect(),
+            rotation: None,
             normal_load: vec![mean; 2],
         })
     }
@@ -191,10 +290,25 @@ impl Motion {
         self.time.get(sample).copied().unwrap_or(1.0)
     }
 
-    /// Displacement at a sample; sample n is sample 0 again.
-    pub fn at(&self, sample: usize) -> ByAxis<f64> {
+    /// The channels: along the axes, then that of the rotation if there is one.
+    pub fn channels(&self) -> impl Iterator<Item = &Channel> {
+        self.drive.iter().chain(&self.rotation)
+    }
+
+    /// Values of the channels at a sample; sample n is sample 0 again.
+    pub fn at(&self, sample: usize) -> Vec<f64> {
         let k = sample % self.samples();
-        self.displacement.iter().map(|series| series[k]).collect()
+        self.channels().map(|channel| channel.values()[k]).collect()
+    }
+
+    /// What drives a step between two states of the channels, along the axes and about z.
+    pub fn between(&self, from: &[f64], to: &[f64]) -> (ByAxis<Drive>, Option<Drive>) {
+        let axes = self.drive.len();
+        let drive = |(k, channel): (usize, &Channel)| channel.between(from[k], to[k]);
+        (
+            self.drive.iter().enumerate().map(drive).collect(),
+            self.rotation.as_ref().map(|channel| drive((axes, channel))),
+        )
     }
 
     /// Mean normal load over the cycle \[N\].
@@ -215,22 +329,26 @@ impl Motion {
         if !self.constant_load() {
             return None;
         }
-        let size = |k: usize| self.at(k).iter().map(|d| d * d).sum::<f64>().sqrt();
+        let scales = self.scales();
+        let scaled = |k: usize| -> Vec<f64> {
+            let values = self.at(k).into_iter().zip(&scales);
+            values.map(|(value, scale)| value * scale).collect()
+        };
+        let size = |k: usize| scaled(k).iter().map(|d| d * d).sum::<f64>().sqrt();
         let top =
             (0..self.samples()).fold(0, |best, k| if size(k) > size(best) { k } else { best });
-        let end = self.at(top);
+        let end = scaled(top);
         let reach = size(top);
         if reach == 0.0 {
             return Some(StraightMotion {
-                end,
+                end: self.at(top),
                 top: 0,
                 bottom: self.samples() / 2,
             });
         }
-        let along = |k: usize| self.at(k).iter().zip(&end).map(|(d, e)| d * e).sum::<f64>() / reach;
+        let along = |k: usize| scaled(k).iter().zip(&end).map(|(d, e)| d * e).sum::<f64>() / reach;
         let straight = (0..self.samples()).all(|k| {
-            let across: f64 = self
-                .at(k)
+            let across: f64 = scaled(k)
                 .iter()
                 .zip(&end)
                 .map(|(d, e)| (d - along(k) * e / reach).powi(2))
@@ -247,7 +365,26 @@ impl Motion {
                 .all(|s| sign * (along((from + s + 1) % n) - along((from + s) % n)) <= SAME * reach)
         };
         let turns_at_ends = falls(top, bottom, 1.0) && falls(bottom, top, -1.0);
-        (straight && centred && turns_at_ends).then_some(StraightMotion { end, top, bottom })
+        (straight && centred && turns_at_ends).then(|| StraightMotion {
+            end: self.at(top),
+            top,
+            bottom,
+        })
+    }
+    /// Factors that make a rotation comparable with displacements: 1 but for that of a rotation beside something that moves.
+    fn scales(&self) -> Vec<f64> {
+        let largest =
+            |channel: &Channel| channel.values().iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let axes = self.drive.iter().map(largest).fold(0.0f64, f64::max);
+        let mut scales = vec![1.0; self.drive.len()];
+        if let Some(rotation) = self.rotation.as_ref().map(largest) {
+            scales.push(if axes > 0.0 && rotation > 0.0 {
+                axes / rotation
+            } else {
+                1.0
+            });
+        }
+        scales
     }
 }
 

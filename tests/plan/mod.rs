@@ -2,6 +2,8 @@
 //!
 //! After a change that is meant, run the tests once with FRETWEAR_REWRITE_PLANS=1 and read the difference.
 
+mod memory;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -89,6 +91,8 @@ fn a_plan_follows_the_scene() {
         ("joint.hole.diameter=\"1 mm\"", "cells"),
         ("contact.pressure_cap=\"600 MPa\"", "pressure cap"),
         ("contact.transverse=absent", "shear"),
+        ("contact.transverse=free", "shear"),
+        ("contact.rotation=free", "rotations about x and y"),
         ("motion.phase=\"30 deg\"", ""),
         ("fidelity.cycle=stepped", "fretting cycle"),
         ("motion.normal_load_amplitude=\"1 N\"", "fretting cycle"),

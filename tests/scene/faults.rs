@@ -232,17 +232,29 @@ kind = "resonator""#,
     (
         "friction_coefficient = 0.6",
         "mu = 0.6",
-        "case.toml, line 15: contact.mu = 0.6: there is no such key; known here: friction_coefficient, normal_load, kn, kt, gap, pressure_cap, boundary, transverse, rotation, stiffness, distribution, bolt_stiffness",
+        "case.toml, line 15: contact.mu = 0.6: there is no such key; known here: friction_coefficient, normal_load, kn, kt, gap, pressure_cap, boundary, transverse, rotation, moment, stiffness, distribution, bolt_stiffness",
     ),
     (
         "friction_coefficient = 0.6",
-        r#"rotation = "free""#,
-        r#"case.toml, line 15: contact.rotation = "free" is not available in this version: only "fixed" is"#,
+        r#"rotation = "free"
+boundary = "periodic""#,
+        r#"case.toml, line 15: contact.rotation = "free": with contact.boundary = "periodic" a turned body would not repeat itself; use "fixed""#,
+    ),
+    (
+        "friction_coefficient = 0.6",
+        r#"moment = ["2 N m", "0 N m"]"#,
+        r#"case.toml, line 15: contact.moment = ["2 N m", "0 N m"]: with contact.rotation = "fixed" the moments are found and reported; use "free", or leave moment out"#,
+    ),
+    (
+        "friction_coefficient = 0.6",
+        r#"rotation = "free"
+moment = ["2 N", "0 N"]"#,
+        r#"case.toml, line 16: contact.moment: "2 N" is a force; a moment is wanted, such as "2 N m""#,
     ),
     (
         "friction_coefficient = 0.6",
         r#"rotation = "fix""#,
-        r#"case.toml, line 15: contact.rotation = "fix": must be one of "fixed"; did you mean "fixed"?"#,
+        r#"case.toml, line 15: contact.rotation = "fix": must be one of "fixed", "free"; did you mean "fixed"?"#,
     ),
     (
         "friction_coefficient = 0.6",
@@ -326,8 +338,25 @@ normal_load_amplitude = "30 kN""#,
     ),
     (
         r#"amplitude = ["5 um", "0 um"]"#,
-        r#"force = ["100 N", "0 N"]"#,
-        "case.toml, line 18: motion.force is not available in this version: give motion.amplitude instead",
+        r#"force = ["100 N", "0 N"]
+amplitude = "5 um""#,
+        r#"case.toml, line 18: motion.force = ["100 N", "0 N"]: motion.amplitude gives the displacement already; give one or the other"#,
+    ),
+    (
+        r#"amplitude = ["5 um", "0 um"]"#,
+        r#"phase = "0 deg""#,
+        r#"case.toml: motion.amplitude is missing; add to [motion]: amplitude = ["5 um", "0 um"]   (or force, rotation, moment)"#,
+    ),
+    (
+        r#"amplitude = ["5 um", "0 um"]"#,
+        r#"rotation = "0.1 mrad"
+moment = "2 N m""#,
+        r#"case.toml, line 19: motion.moment = "2 N m": motion.rotation gives the rotation already; give one or the other"#,
+    ),
+    (
+        r#"amplitude = ["5 um", "0 um"]"#,
+        r#"force = "0 N""#,
+        r#"case.toml, line 18: motion.force = "0 N": nothing moves; give a value greater than zero, or leave [motion] out for a static contact"#,
     ),
     (
         r#"coefficient = "2e3 um^3/J""#,

@@ -232,6 +232,8 @@ fn a_history_replaces_an_amplitude_and_the_other_way_round() {
             .motion,
         Some(Motion::Harmonic {
             amplitude: [2e-6, 0.0],
+            force: None,
+            torsion: None,
             phase: [0.0; 2],
             normal_load_amplitude: 0.0
         })

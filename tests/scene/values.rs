@@ -44,6 +44,8 @@ fn a_case_with_its_defaults() {
         scene.motion,
         Some(Motion::Harmonic {
             amplitude: [5e-6, 0.0],
+            force: None,
+            torsion: None,
             phase: [0.0, 0.0],
             normal_load_amplitude: 0.0
         })
@@ -170,6 +172,8 @@ fn motions() {
         ]),
         Some(Motion::Harmonic {
             amplitude: [3e-6, 2e-6],
+            force: None,
+            torsion: None,
             phase: [0.0, FRAC_PI_2],
             normal_load_amplitude: 1e3
         })
@@ -178,6 +182,8 @@ fn motions() {
         motion(&["motion.amplitude=4 um"]),
         Some(Motion::Harmonic {
             amplitude: [4e-6, 0.0],
+            force: None,
+            torsion: None,
             phase: [0.0; 2],
             normal_load_amplitude: 0.0
         })

@@ -53,11 +53,13 @@ fn assert_same_columns(root: &Path) {
     }
 }
 
-const STATIC_SUMMARY: [&str; 13] = [
+const STATIC_SUMMARY: [&str; 15] = [
     "contact_area_fraction",
     "loaded_area_fraction",
     "max_pressure",
     "approach",
+    "moment_x",
+    "moment_y",
     "kn",
     "kt",
     "mean_height",

@@ -2,6 +2,7 @@
 
 mod alone;
 mod checkpoint;
+mod drives;
 mod energy;
 mod faults;
 mod kill;

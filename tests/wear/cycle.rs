@@ -113,7 +113,7 @@ fn stick_cells_have_no_slip_and_slip_cells_the_limit() {
     let state = unworn(&mut joint);
     let limit = joint.limit(&state.pressure);
     let step = joint
-        .step(&limit, None, &vec![PARTIAL], None)
+        .step(&limit, None, [&[0.0], &[PARTIAL]], None)
         .expect("step");
     let mut counts = [0; 2];
     for (c, cell) in step.state.iter().enumerate() {

@@ -1,10 +1,11 @@
 //! Steady cycle and wear steps on a small rough joint, never square and never dx = dy.
 
 mod cycle;
+mod drives;
 mod motion;
 mod step;
 
-use fretwear::contact::normal::NormalOptions;
+use fretwear::contact::normal::{NormalOptions, Rotation};
 use fretwear::contact::tangential::TangentialOptions;
 use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair};
 use fretwear::grid::{Grid, Patch};
@@ -62,6 +63,7 @@ pub fn joint(motion: Motion, march: March) -> FrettingJoint {
         half_space: HalfSpace::new(grid, Pair::same(steel), Boundary::Free),
         patch: Patch::full(grid),
         height: height.collect(),
+        rotation: Rotation::FIXED,
         pressure_cap: None,
         friction_coefficient: FRICTION,
         motion,

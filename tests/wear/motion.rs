@@ -1,6 +1,6 @@
 use std::f64::consts::FRAC_PI_2;
 
-use fretwear::wear::Motion;
+use fretwear::wear::{Channel, Motion};
 
 #[test]
 fn a_cosine_along_one_axis_is_straight_and_begins_at_its_end() {
@@ -38,7 +38,8 @@ fn a_motion_with_a_mean_or_with_inner_turns_is_not_straight() {
         time: (0..values.len())
             .map(|k| k as f64 / values.len() as f64)
             .collect(),
-        displacement: vec![values.to_vec()],
+        drive: vec![Channel::Displacement(values.to_vec())],
+        rotation: None,
         normal_load: vec![1.0; values.len()],
     };
     assert!(series(&[1.0, 0.0, -1.0, 0.0]).straight().is_some());
@@ -55,10 +56,11 @@ fn sampled(samples: usize, at: impl Fn(f64) -> (f64, f64, f64)) -> Motion {
     let time: Vec<f64> = (0..samples).map(|k| k as f64 / samples as f64).collect();
     let values: Vec<_> = time.iter().map(|t| at(*t)).collect();
     Motion {
-        displacement: vec![
-            values.iter().map(|v| v.0).collect(),
-            values.iter().map(|v| v.1).collect(),
+        drive: vec![
+            Channel::Displacement(values.iter().map(|v| v.0).collect()),
+            Channel::Displacement(values.iter().map(|v| v.1).collect()),
         ],
+        rotation: None,
         normal_load: values.iter().map(|v| v.2).collect(),
         time,
     }
@@ -162,7 +164,7 @@ fn what_amounts_to_two_reversals() {
         let found = found.unwrap_or_else(|| panic!("{name} is not straight"));
         assert_eq!(found.time, [0.0, 0.5], "{name}");
         for (axis, end) in [x, y].into_iter().enumerate() {
-            let series = &found.displacement[axis];
+            let series = found.drive[axis].values();
             assert_eq!(series[1], -series[0], "{name}");
             // A thin ellipse has its ends off the axis by less than it is thick.
             let off = (series[0].abs() - end.abs()).abs();
@@ -172,7 +174,7 @@ fn what_amounts_to_two_reversals() {
             );
         }
         // Both axes turn together, and the motion begins at the top of the wider one.
-        let [ex, ey] = [found.displacement[0][0], found.displacement[1][0]];
+        let [ex, ey] = [0, 1].map(|axis| found.drive[axis].values()[0]);
         assert!(ex * ey * x * y >= 0.0, "{name}: {ex}, {ey}");
         assert!(
             if x.abs() > y.abs() { ex } else { ey } >= 0.0,
@@ -219,10 +221,10 @@ fn about_its_middle_and_at_another_load() {
     let motion = sampled(8, |t| (3.0 + (8.0 * t - 2.0).abs(), -1.0, N + 800.0 * t));
     let moved = motion.clone().about_its_middle();
     // x spans 3 … 8: its middle is 5.5, not its mean.
-    for (now, before) in moved.displacement[0].iter().zip(&motion.displacement[0]) {
+    for (now, before) in moved.drive[0].values().iter().zip(motion.drive[0].values()) {
         assert_eq!(*now, before - 5.5);
     }
-    assert_eq!(moved.displacement[1], vec![0.0; 8]);
+    assert_eq!(moved.drive[1].values(), &vec![0.0; 8]);
     assert_eq!(
         (&moved.time, &moved.normal_load),
         (&motion.time, &motion.normal_load)
@@ -233,10 +235,7 @@ fn about_its_middle_and_at_another_load() {
         let (now, before) = (loaded.normal_load[k], motion.normal_load[k]);
         assert!((now - loaded.normal_load[0] - (before - motion.normal_load[0])).abs() < 1e-8);
     }
-    assert_eq!(
-        (&loaded.time, &loaded.displacement),
-        (&motion.time, &motion.displacement)
-    );
+    assert_eq!((&loaded.time, &loaded.drive), (&motion.time, &motion.drive));
 }
 
 #[test]

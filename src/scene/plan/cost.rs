@@ -1,5 +1,6 @@
 //! What the decided things cost: estimates from runs of the shipped pipelines, that say what kind of cost to expect, not its digits.
 
+use super::memory::{self, Sizes};
 use super::{Cost, rough};
 use crate::contact::Shear;
 use crate::scene::{Scene, Scheme};
@@ -12,8 +13,6 @@ const TANGENTIAL: f64 = 25.0;
 const STIFFNESS: f64 = 20.0;
 /// Cycles until a stepped march closes.
 const CYCLES: f64 = 2.0;
-/// Peak memory while the shipped resonator is reduced \[B\], measured: the factor of its stiffness and the solves at its ports.
-const STRUCTURE: f64 = 525e6;
 
 pub(super) fn cost(
     scene: &Scene,
@@ -25,19 +24,23 @@ pub(super) fn cost(
     let unknowns = scene.dynamics.as_ref().map_or(0, |dynamics| {
         3 * contact_elements * (2 * dynamics.harmonics.len() - 1)
     });
-    let structure = match &scene.structure {
-        Some(crate::scene::Structure::Resonator { .. }) => STRUCTURE,
-        _ => 0.0,
-    };
     // Response, force and parameters of every element.
     let vibration = (unknowns * 16 + contact_elements * 56) as f64;
+    let mut sizes = Sizes {
+        cells: 0.0,
+        padding: 1.0,
+        shear,
+        limits: None,
+        implicit: false,
+        structure: scene.structure.as_ref(),
+    };
     let Some(rough) = scene.rough() else {
         return Cost {
             contact_elements,
             unknowns,
             cells: 0,
             plane: [0; 2],
-            memory: structure as u64,
+            memory: memory::peak(&sizes),
             disk_per_iteration: vibration as u64,
             pairs_per_iteration: 0.0,
             iterations: 0.0,
@@ -49,13 +52,6 @@ pub(super) fn cost(
         Shear::AlongX => 1.0,
         Shear::InPlane => 2.0,
     };
-    let (kernels, fields) = (3.0 * axes - 2.0, 24.0 + 8.0 * axes);
-    let spectrum = (plane[0] * (plane[1] / 2 + 1)) as f64;
-    let cells = patch.grid.len() as f64;
-    let doubles = spectrum * (1.0 + kernels)
-        + cells * (1.0 + kernels) * 0.5
-        + cells * (2.0 + 2.0 * axes)
-        + cells * fields;
     let stepped = |samples: usize, constant: bool| {
         let loads = if constant { 0.0 } else { NORMAL };
         samples as f64 * (loads + CYCLES * TANGENTIAL * axes)
@@ -70,6 +66,22 @@ pub(super) fn cost(
         (Some(March::Reversal), _) | (None, Some(_)) => TANGENTIAL * axes,
         (None, None) => 0.0,
     };
+    sizes.cells = patch.grid.len() as f64;
+    sizes.padding = (plane[0] * plane[1]) as f64 / sizes.cells;
+    sizes.implicit = scene
+        .wear
+        .as_ref()
+        .is_some_and(|wear| wear.scheme == Scheme::Implicit);
+    let asks_stepped = scene.fidelity.cycle == Some(crate::scene::CycleMode::Stepped);
+    sizes.limits = match (march, &scene.dynamics) {
+        (Some(March::Stepped), _) => motion
+            .filter(|motion| !motion.constant_load())
+            .map(Motion::samples)
+            .or(Some(1)),
+        (None, Some(_)) if asks_stepped => Some(scene.fidelity.steps_per_cycle),
+        (None, None) => None,
+        _ => Some(1),
+    };
     let stiffness = STIFFNESS * (1.0 + axes);
     let (step, iterations) = match scene.wear.as_ref().map(|wear| wear.scheme) {
         None => (0.0, 0.0),
@@ -83,7 +95,7 @@ pub(super) fn cost(
         unknowns,
         cells: patch.cells(),
         plane,
-        memory: (8.0 * doubles + structure) as u64,
+        memory: memory::peak(&sizes),
         disk_per_iteration: (kept * (8.0 + 0.5 * axes) + vibration) as u64,
         pairs_per_iteration: NORMAL + stiffness + cycle + step,
         iterations,

@@ -4,6 +4,7 @@
 //! bytes, never in seconds, so that equal scenes give equal plans on every machine.
 
 mod cost;
+mod memory;
 mod rough;
 mod vibration;
 
@@ -65,6 +66,18 @@ pub enum PlanError {
         /// The least load \[N\].
         load: f64,
     },
+    /// Forces that friction cannot hold.
+    #[error(
+        "`motion.force` reaches {force:.6e} N under a normal load of {load:.6e} N, where friction carries less than {limit:.6e} N: the joint would slide away; make the force smaller, or give `motion.amplitude`"
+    )]
+    BeyondFriction {
+        /// The tangential force \[N\].
+        force: f64,
+        /// The normal load at that instant \[N\].
+        load: f64,
+        /// Friction coefficient times it \[N\].
+        limit: f64,
+    },
     /// No cell is left.
     #[error(
         "the joint has no cell: `joint.hole.diameter` takes all of {cells} cells; make it smaller"
@@ -111,7 +124,7 @@ pub struct Cost {
     pub cells: usize,
     /// Points of the plane that fields are transformed on.
     pub plane: [usize; 2],
-    /// Memory of kernels and fields \[B\], estimated.
+    /// Peak of memory of the whole program \[B\]: what is allocated at its fullest moment.
     pub memory: u64,
     /// Disk of one iteration \[B\], estimated: the dense gap and the sparse rest.
     pub disk_per_iteration: u64,

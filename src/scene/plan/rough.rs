@@ -1,17 +1,18 @@
 //! The rough contact of a scene: what is decided about it, and what is built.
 
 use super::{Decisions, Plan, PlanError};
-use crate::contact::normal::NormalOptions;
+use crate::contact::normal::{self, NormalOptions};
 use crate::contact::tangential::TangentialOptions;
 use crate::contact::{Elastic, HalfSpace, Pair, Shear};
 use crate::fft::fast_length;
 use crate::grid::{Grid, Patch};
 use crate::scene::{
-    Boundary, Contact, CycleMode, Fidelity, Material, RoughJoint, Scene, Scheme, Solid, Transverse,
+    Boundary, Contact, CycleMode, Fidelity, Material, Rotation, RoughJoint, Scene, Scheme, Solid,
+    Torsion, Transverse,
 };
 use crate::wear::cycle::March;
 use crate::wear::joint::FrettingOptions;
-use crate::wear::{FrettingJoint, Motion};
+use crate::wear::{Channel, FrettingJoint, Harmonic, Motion};
 
 /// |β| below which bodies count as elastically alike: rounding of equal constants.
 const ALIKE: f64 = 1e-12;
@@ -76,21 +77,45 @@ pub(super) fn decide(
         Transverse::Absent => Shear::AlongX,
         Transverse::Fixed | Transverse::Free => Shear::InPlane,
     };
-    match shear {
-        Shear::AlongX => decisions.add(
-            "shear",
+    let (choice, why) = match contact.transverse {
+        Transverse::Absent => (
             "along x; kernel xx",
             "contact.transverse = \"absent\": no field q_y, no kernels yy and xy",
         ),
-        Shear::InPlane => decisions.add(
-            "shear",
+        Transverse::Fixed => (
             "along x and y; kernels xx, yy, xy",
             "contact.transverse = \"fixed\": with Poisson's ratio a motion along x causes shear along y too",
         ),
-    }
+        Transverse::Free => (
+            "along x and y, without force along y; kernels xx, yy, xy",
+            "contact.transverse = \"free\": the mean displacement along y is found and reported; kt is with it held",
+        ),
+    };
+    decisions.add("shear", choice, why);
+    decide_rotation(contact, decisions);
     let march = decide_cycle(scene, motion, decisions)?;
     decide_wear(scene, decisions);
     Ok((shear, march))
+}
+
+fn decide_rotation(contact: &Contact, decisions: &mut Decisions) {
+    let (choice, why) = match (contact.rotation, contact.moment) {
+        (Rotation::Fixed, _) => (
+            "held; the moments of the pressure are reported".to_owned(),
+            "contact.rotation = \"fixed\"",
+        ),
+        (Rotation::Free, None) => (
+            "found such that the pressure has no moments, and reported".to_owned(),
+            "contact.rotation = \"free\"; kn is with the rotations held",
+        ),
+        (Rotation::Free, Some([x, y])) => (
+            format!(
+                "found such that the pressure has moments of {x:e} and {y:e} N m, and reported"
+            ),
+            "contact.rotation = \"free\" with contact.moment; kn is with the rotations held",
+        ),
+    };
+    decisions.add("rotations about x and y", choice, why);
 }
 
 fn decide_cycle(
@@ -122,6 +147,31 @@ fn decide_cycle(
         return Ok(None);
     };
     let march = march(scene.fidelity.cycle, motion)?;
+    if motion
+        .drive
+        .iter()
+        .any(|axis| axis.is_force() && axis.moves())
+    {
+        decisions.add(
+            "force in the plane",
+            "given; the displacement is found and reported",
+            "motion.force",
+        );
+    }
+    match &motion.rotation {
+        Some(Channel::Displacement(_)) => decisions.add(
+            "rotation about z",
+            "given; its moment is reported",
+            "motion.rotation",
+        ),
+        Some(Channel::Force(_)) => decisions.add(
+            "rotation about z",
+            "found from the moment given, and reported",
+            "motion.moment",
+        ),
+        None => {}
+    }
+    let mut decide = |choice: String, why: &str| decisions.add("fretting cycle", choice, why);
     match march {
         March::Reversal => decide(
             "reversal: one exact solve a cycle".to_owned(),
@@ -190,6 +240,12 @@ impl Plan {
             height,
             pressure_cap: contact.pressure_cap,
             friction_coefficient: contact.friction_coefficient.unwrap_or(0.0),
+            rotation: match contact.rotation {
+                Rotation::Fixed => normal::Rotation::FIXED,
+                Rotation::Free => normal::Rotation::Free {
+                    moment: contact.moment.unwrap_or([0.0; 2]),
+                },
+            },
             motion,
             march: self.march.unwrap_or(March::Reversal),
             options: FrettingOptions {
@@ -245,18 +301,42 @@ pub fn motion_of(scene: &Scene, contact: &Contact) -> Motion {
     let load = contact.normal_load;
     let Some(crate::scene::Motion::Harmonic {
         amplitude,
+        force,
+        torsion,
         phase,
         normal_load_amplitude,
     }) = &scene.motion
     else {
         return Motion::none(load);
     };
-    let mut axes = vec![(amplitude[0], phase[0])];
-    if contact.transverse != Transverse::Absent {
-        axes.push((amplitude[1], phase[1]));
+    let of_force = |axis: usize| force.map(|force| force[axis]);
+    let axis = |axis: usize, force: Option<f64>| Harmonic {
+        amplitude: force.unwrap_or(amplitude[axis]),
+        phase: phase[axis],
+        is_force: force.is_some(),
+    };
+    let mut axes = vec![axis(0, of_force(0))];
+    // Without a force of its own y is held or free, as the scene says.
+    let along_y = of_force(1).filter(|force| *force > 0.0);
+    match contact.transverse {
+        Transverse::Absent => {}
+        Transverse::Fixed => axes.push(axis(1, along_y)),
+        Transverse::Free => axes.push(axis(1, Some(along_y.unwrap_or(0.0)))),
     }
-    Motion::harmonic(
+    let rotation = torsion.map(|torsion| {
+        let (amplitude, is_force) = match torsion {
+            Torsion::Rotation(rotation) => (rotation, false),
+            Torsion::Moment(moment) => (moment, true),
+        };
+        Harmonic {
+            amplitude,
+            phase: 0.0,
+            is_force,
+        }
+    });
+    Motion::driven(
         &axes,
+        rotation,
         load,
         *normal_load_amplitude,
         scene.fidelity.steps_per_cycle,
@@ -285,17 +365,6 @@ fn check(
     if beta.abs() > ALIKE {
         return Err(PlanError::Dissimilar { beta });
     }
-    if rough.contact.transverse == Transverse::Free {
-        let (value, instead) = (
-            "\"free\"",
-            "\"fixed\" (no mean displacement along y) or \"absent\" (no y at all)",
-        );
-        return Err(PlanError::NotAvailable {
-            key: "contact.transverse",
-            value,
-            instead,
-        });
-    }
     if scene.fidelity.cycle == Some(CycleMode::Superposition) {
         let (value, instead) = (
             "\"superposition\"",
@@ -320,6 +389,9 @@ fn check(
     if least <= 0.0 && scene.motion.is_some() {
         return Err(PlanError::LiftsOff { load: least });
     }
+    if let (Some(motion), Some(friction)) = (motion, rough.contact.friction_coefficient) {
+        check_force(motion, friction)?;
+    }
     if let Some(cap) = rough.contact.pressure_cap {
         let area = patch.area();
         let load = loads
@@ -333,6 +405,22 @@ fn check(
                 capacity: cap * area,
                 load,
             });
+        }
+    }
+    Ok(())
+}
+
+/// Forces stay below what friction carries, at every instant.
+fn check_force(motion: &Motion, friction_coefficient: f64) -> Result<(), PlanError> {
+    for (sample, &load) in motion.normal_load.iter().enumerate() {
+        let forces = motion.drive.iter().filter(|axis| axis.is_force());
+        let force = forces
+            .map(|axis| axis.values()[sample].powi(2))
+            .sum::<f64>()
+            .sqrt();
+        let limit = friction_coefficient * load;
+        if force >= limit {
+            return Err(PlanError::BeyondFriction { force, load, limit });
         }
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! `[contact]`: of a rough surface, or of given stiffness.
 
 use super::{Body, Result};
-use crate::scene::reader::{NOT_NEGATIVE, POSITIVE, Reader};
+use crate::scene::reader::{ANY, NOT_NEGATIVE, POSITIVE, Reader};
 use crate::scene::{
     Boundary, Contact, Distribution, GivenContact, Rotation, Stiffness, Transverse, keys,
 };
@@ -13,11 +13,12 @@ const SURFACE_EXAMPLE: &str =
     "[surface]\nkind = \"gaussian\"\nrq = \"5 um\"\ncorrelation_length = [\"0.5 mm\", \"0.5 mm\"]";
 
 /// Keys that only the contact of a surface has.
-const OF_A_SURFACE: [&str; 7] = [
+const OF_A_SURFACE: [&str; 8] = [
     "pressure_cap",
     "boundary",
     "transverse",
     "rotation",
+    "moment",
     "stiffness",
     "distribution",
     "bolt_stiffness",
@@ -42,7 +43,6 @@ pub(super) fn contact(reader: &Reader<'_>, body: Body) -> Result<Option<Contact>
             (_, false) => Ok(None),
         };
     }
-    reader.refuse_words("contact.rotation", &["free"], "only \"fixed\" is")?;
     for name in ["kn", "kt"] {
         let key = keys::join("contact", name);
         if !reader.has(&key) {
@@ -145,6 +145,13 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
             "it makes the load fall as the joint wears, and there is no [wear]; leave it out",
         ));
     }
+    let boundary = reader
+        .choice(
+            "contact.boundary",
+            &[("free", Boundary::Free), ("periodic", Boundary::Periodic)],
+        )?
+        .unwrap_or(Boundary::Free);
+    let (rotation, moment) = rotation(reader, boundary)?;
     Ok(Contact {
         friction_coefficient,
         normal_load,
@@ -158,26 +165,55 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
             POSITIVE,
             "\"600 MPa\"",
         )?,
-        boundary: reader
-            .choice(
-                "contact.boundary",
-                &[("free", Boundary::Free), ("periodic", Boundary::Periodic)],
-            )?
-            .unwrap_or(Boundary::Free),
-        transverse: reader
-            .choice(
-                "contact.transverse",
-                &[
-                    ("absent", Transverse::Absent),
-                    ("fixed", Transverse::Fixed),
-                    ("free", Transverse::Free),
-                ],
-            )?
-            .unwrap_or(Transverse::Fixed),
-        rotation: reader
-            .choice("contact.rotation", &[("fixed", Rotation::Fixed)])?
-            .unwrap_or(Rotation::Fixed),
+        boundary,
+        transverse: transverse(reader, vibrates)?,
+        rotation,
+        moment,
     })
+}
+
+fn transverse(reader: &Reader<'_>, vibrates: bool) -> Result<Transverse> {
+    const KEY: &str = "contact.transverse";
+    let words = [
+        ("absent", Transverse::Absent),
+        ("fixed", Transverse::Fixed),
+        ("free", Transverse::Free),
+    ];
+    let transverse = reader.choice(KEY, &words)?.unwrap_or(Transverse::Fixed);
+    if vibrates && transverse == Transverse::Free {
+        return Err(reader.conflict(
+            KEY,
+            "[dynamics] computes the displacement along y too; use \"fixed\", which follows it, or \"absent\"",
+        ));
+    }
+    Ok(transverse)
+}
+
+/// What the bodies' rotations about x and y do, and the moments of free ones.
+fn rotation(reader: &Reader<'_>, boundary: Boundary) -> Result<(Rotation, Option<[f64; 2]>)> {
+    const KEY: &str = "contact.rotation";
+    let words = [("fixed", Rotation::Fixed), ("free", Rotation::Free)];
+    let rotation = reader.choice(KEY, &words)?.unwrap_or(Rotation::Fixed);
+    if rotation == Rotation::Free && boundary == Boundary::Periodic {
+        return Err(reader.conflict(
+            KEY,
+            "with contact.boundary = \"periodic\" a turned body would not repeat itself; use \"fixed\"",
+        ));
+    }
+    let moment = reader.pair(
+        "contact.moment",
+        Dimension::MOMENT,
+        ANY,
+        None,
+        "[\"2 N m\", \"0 N m\"]",
+    )?;
+    if moment.is_some() && rotation == Rotation::Fixed {
+        return Err(reader.conflict(
+            "contact.moment",
+            "with contact.rotation = \"fixed\" the moments are found and reported; use \"free\", or leave moment out",
+        ));
+    }
+    Ok((rotation, moment))
 }
 
 fn given(reader: &Reader<'_>) -> Result<Contact> {
@@ -243,5 +279,6 @@ fn given(reader: &Reader<'_>) -> Result<Contact> {
         boundary: Boundary::Free,
         transverse: Transverse::Fixed,
         rotation: Rotation::Fixed,
+        moment: None,
     })
 }

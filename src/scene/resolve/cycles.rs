@@ -3,8 +3,8 @@
 use super::{Body, Result};
 use crate::scene::reader::{ANY, CHANGE, NOT_NEGATIVE, POSITIVE, Reader, TOLERANCE};
 use crate::scene::{
-    Contact, CycleMode, Dynamics, Fidelity, Motion, Preset, Scheme, Structure, Transverse, Update,
-    Wear, keys,
+    Boundary, Contact, CycleMode, Dynamics, Fidelity, Motion, Preset, Scheme, Structure, Torsion,
+    Transverse, Update, Wear, keys,
 };
 use crate::units::Dimension;
 
@@ -28,7 +28,14 @@ pub(super) fn motion(reader: &Reader<'_>, contact: &Contact) -> Result<Option<Mo
         return Err(reader.missing("contact.friction_coefficient", "friction_coefficient = 0.6"));
     }
     if let Some(path) = reader.path("motion.history", "\"cycle.parquet\"")? {
-        for name in ["amplitude", "phase", "normal_load_amplitude"] {
+        for name in [
+            "amplitude",
+            "force",
+            "rotation",
+            "moment",
+            "phase",
+            "normal_load_amplitude",
+        ] {
             let key = keys::join("motion", name);
             if reader.has(&key) {
                 return Err(reader.conflict(
@@ -39,15 +46,32 @@ pub(super) fn motion(reader: &Reader<'_>, contact: &Contact) -> Result<Option<Mo
         }
         return Ok(Some(Motion::History { path }));
     }
-    let amplitude = reader
-        .pair(
+    harmonic(reader, contact).map(Some)
+}
+
+fn harmonic(reader: &Reader<'_>, contact: &Contact) -> Result<Motion> {
+    let along_x: fn(f64) -> [f64; 2] = |x| [x, 0.0];
+    let half_ranges =
+        |key, dimension, example| reader.pair(key, dimension, NOT_NEGATIVE, Some(along_x), example);
+    let amplitude = half_ranges(
+        "motion.amplitude",
+        Dimension::LENGTH,
+        "[\"5 um\", \"0 um\"]",
+    )?;
+    let force = half_ranges("motion.force", Dimension::FORCE, "[\"5 kN\", \"0 N\"]")?;
+    let torsion = torsion(reader, contact)?;
+    if amplitude.is_some() && force.is_some() {
+        return Err(reader.conflict(
+            "motion.force",
+            "motion.amplitude gives the displacement already; give one or the other",
+        ));
+    }
+    if amplitude.is_none() && force.is_none() && torsion.is_none() {
+        return Err(reader.missing(
             "motion.amplitude",
-            Dimension::LENGTH,
-            NOT_NEGATIVE,
-            Some(|along_x| [along_x, 0.0]),
-            "[\"5 um\", \"0 um\"]",
-        )?
-        .ok_or_else(|| reader.missing("motion.amplitude", "amplitude = [\"5 um\", \"0 um\"]"))?;
+            "amplitude = [\"5 um\", \"0 um\"]   (or force, rotation, moment)",
+        ));
+    }
     let phase = reader
         .pair(
             "motion.phase",
@@ -74,23 +98,87 @@ pub(super) fn motion(reader: &Reader<'_>, contact: &Contact) -> Result<Option<Mo
             ),
         ));
     }
-    if amplitude[1] > 0.0 && contact.transverse == Transverse::Absent {
+    let amplitude = amplitude.unwrap_or([0.0; 2]);
+    check_along_y(reader, contact, amplitude[1], force.map_or(0.0, |f| f[1]))?;
+    let moves = |values: [f64; 2]| values != [0.0; 2];
+    if !moves(amplitude)
+        && !force.is_some_and(moves)
+        && torsion.is_none()
+        && normal_load_amplitude == 0.0
+    {
+        let key = if force.is_some() {
+            "motion.force"
+        } else {
+            "motion.amplitude"
+        };
         return Err(reader.conflict(
-            "motion.amplitude",
-            "contact.transverse = \"absent\" leaves no motion along y; give \"0 um\" for y, or transverse = \"fixed\"",
+            key,
+            "nothing moves; give a value greater than zero, or leave [motion] out for a static contact",
         ));
     }
-    if amplitude == [0.0; 2] && normal_load_amplitude == 0.0 {
-        return Err(reader.conflict(
-            "motion.amplitude",
-            "nothing moves; give an amplitude greater than zero, or leave [motion] out for a static contact",
-        ));
-    }
-    Ok(Some(Motion::Harmonic {
+    Ok(Motion::Harmonic {
         amplitude,
+        force,
+        torsion,
         phase,
         normal_load_amplitude,
-    }))
+    })
+}
+
+/// What `contact.transverse` leaves of the motion along y.
+fn check_along_y(reader: &Reader<'_>, contact: &Contact, amplitude: f64, force: f64) -> Result<()> {
+    let absent = contact.transverse == Transverse::Absent;
+    if force > 0.0 && absent {
+        return Err(reader.conflict(
+            "motion.force",
+            "contact.transverse = \"absent\" leaves no force along y; give \"0 N\" for y, or transverse = \"fixed\"",
+        ));
+    }
+    if amplitude == 0.0 {
+        return Ok(());
+    }
+    match contact.transverse {
+        Transverse::Fixed => Ok(()),
+        Transverse::Absent => Err(reader.conflict(
+            "motion.amplitude",
+            "contact.transverse = \"absent\" leaves no motion along y; give \"0 um\" for y, or transverse = \"fixed\"",
+        )),
+        Transverse::Free => Err(reader.conflict(
+            "motion.amplitude",
+            "contact.transverse = \"free\" finds the motion along y from no force; give \"0 um\" for y, or transverse = \"fixed\"",
+        )),
+    }
+}
+
+fn torsion(reader: &Reader<'_>, contact: &Contact) -> Result<Option<Torsion>> {
+    const ROTATION: &str = "motion.rotation";
+    const MOMENT: &str = "motion.moment";
+    let rotation = reader.quantity(ROTATION, Dimension::ANGLE, POSITIVE, "\"0.1 mrad\"")?;
+    let moment = reader.quantity(MOMENT, Dimension::MOMENT, POSITIVE, "\"20 N m\"")?;
+    let (torsion, key) = match (rotation, moment) {
+        (None, None) => return Ok(None),
+        (Some(_), Some(_)) => {
+            return Err(reader.conflict(
+                MOMENT,
+                "motion.rotation gives the rotation already; give one or the other",
+            ));
+        }
+        (Some(rotation), None) => (Torsion::Rotation(rotation), ROTATION),
+        (None, Some(moment)) => (Torsion::Moment(moment), MOMENT),
+    };
+    if contact.transverse == Transverse::Absent {
+        return Err(reader.conflict(
+            key,
+            "a rotation about z moves cells along y, and contact.transverse = \"absent\" leaves no y; use \"fixed\" or \"free\"",
+        ));
+    }
+    if contact.boundary == Boundary::Periodic {
+        return Err(reader.conflict(
+            key,
+            "with contact.boundary = \"periodic\" a turned body would not repeat itself; use boundary = \"free\"",
+        ));
+    }
+    Ok(Some(torsion))
 }
 
 /// What `[wear]` needs beside it: a surface, and something that moves it.

@@ -1,0 +1,82 @@
+//! The peak of memory of a run: what is allocated at its fullest moments, field by field.
+//!
+//! Every count here is one of the code that allocates: the transforms of [`crate::contact::HalfSpace`], the fields of the solvers,
+//! of a cycle and of a wear step. A test holds the sum to what the operating system measures of a run.
+
+use crate::contact::Shear;
+use crate::scene::Structure;
+
+/// A number \[B\].
+const DOUBLE: f64 = 8.0;
+/// The program before it computes: its code and tables, as measured of a run without contact \[B\].
+const PROGRAM: f64 = 33.5 * 1024.0 * 1024.0;
+/// The reduction of the shipped resonator, measured: the factor of its stiffness and the solves at its ports \[B\].
+const REDUCTION: f64 = 525e6;
+/// Elements of the shipped resonator's mesh, and the power of their number by which a factor of nested dissection grows.
+const REDUCTION_CELLS: f64 = 17_740.0;
+const FILL: f64 = 4.0 / 3.0;
+/// Fields of one normal solve: the solver's own with its lists of cells, the worn heights, and the gap that it leaves.
+const NORMAL_SOLVE: f64 = 12.0;
+/// Part of the cells in contact, by which the arrays of a tangential solve count.
+const IN_CONTACT: f64 = 0.3;
+
+/// What the memory of a run depends on.
+pub(super) struct Sizes<'a> {
+    /// Cells of the grid; 0 without a rough contact.
+    pub cells: f64,
+    /// Points of the transformed plane over cells of the grid: 4 if padded, 1 if not.
+    pub padding: f64,
+    pub shear: Shear,
+    /// Friction limits that a stepped cycle holds at once; none without a cycle.
+    pub limits: Option<usize>,
+    /// Whether an implicit wear step is made.
+    pub implicit: bool,
+    pub structure: Option<&'a Structure>,
+}
+
+/// Bytes at the fullest moment.
+pub(super) fn peak(sizes: &Sizes) -> u64 {
+    let contact = DOUBLE * sizes.cells * doubles_a_cell(sizes);
+    // The reduction is over, and its memory given back, before the fields of the contact are there.
+    (PROGRAM + contact.max(reduction(sizes.structure))) as u64
+}
+
+fn reduction(structure: Option<&Structure>) -> f64 {
+    match structure {
+        Some(Structure::Resonator { geometry }) => {
+            let cells = geometry.mesh().map_or(0, |mesh| mesh.mesh.elements.len());
+            REDUCTION * (cells as f64 / REDUCTION_CELLS).powf(FILL)
+        }
+        _ => 0.0,
+    }
+}
+
+fn doubles_a_cell(sizes: &Sizes) -> f64 {
+    let axes = match sizes.shear {
+        Shear::AlongX => 1.0,
+        Shear::InPlane => 2.0,
+    };
+    // A real kernel on half the plane and one of the preconditioner's; what fields pass through is padded along y alone.
+    let kernels = |number: f64| number * (0.5 * sizes.padding + 0.5);
+    let planes = |number: f64| number * (sizes.padding.sqrt() + 1.0);
+    let half_space = kernels(1.0 + 3.0 * axes - 2.0) + planes(axes);
+    // Heights, wear, pressure and gap of the static contact, and a byte each for the masks.
+    let held = 4.25;
+    let indentation = held + NORMAL_SOLVE;
+    let Some(limits) = sizes.limits else {
+        return half_space + indentation;
+    };
+    // Shear, path, energy.
+    let cycle_result = axes + 2.0;
+    let step = 4.0 * axes + IN_CONTACT * (9.0 * axes + 3.0);
+    let cycle = limits as f64 + cycle_result + 2.0 * axes + step;
+    let plain = held + cycle.max(NORMAL_SOLVE);
+    if !sizes.implicit {
+        return half_space + (plain + cycle_result).max(indentation);
+    }
+    // The state that the step begins from, the rates of wear there, and what is worn and yields at half of it.
+    let begun = held + cycle_result + 2.0 + 3.0 + 2.0;
+    // What its two stages add to that: bases, compliances, rates, pressures, gaps and wear.
+    let stages = cycle_result + 2.0 + 1.0 + 2.0 + 3.0 + 1.0 + NORMAL_SOLVE;
+    half_space + begun + stages.max(cycle)
+}
