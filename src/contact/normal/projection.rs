@@ -5,6 +5,7 @@
 //! piecewise quadratic function of three unknowns: Newton's method, with a gradient step where it does not come nearer.
 
 use super::rigid::{Motions, RigidMotions};
+use crate::contact::sums::{extremes, sums};
 
 /// Resultants this close, relative to the load, are met: the rounding of a sum over the cells.
 const ROUNDING: f64 = 1e-14;
@@ -18,8 +19,8 @@ const MAX_STEPS: usize = 200;
 /// Halvings of a Newton step before a gradient step is taken in its place.
 const MAX_HALVINGS: usize = 8;
 
-/// Moves `pressure` on `cells` to the nearest one within [0, `cap`] with the resultants `target`. False if there is none (as
-/// far as the bounds let it come, it has then come nearer).
+/// Moves pressures, one a cell of `cells`, to the nearest ones within [0, `cap`] with the resultants `target`. False if there
+/// are none (as far as the bounds let them come, they have then come nearer).
 pub(super) fn project(
     motions: &RigidMotions,
     cells: &[usize],
@@ -28,21 +29,20 @@ pub(super) fn project(
     target: &Motions,
 ) -> bool {
     if motions.none() {
-        for &c in cells {
-            pressure[c] = pressure[c].clamp(0.0, cap);
-        }
+        pressure.iter_mut().for_each(|p| *p = p.clamp(0.0, cap));
         return true;
     }
     if !motions.rotates() {
-        return level(cells, pressure, cap, target[0]);
+        return level(pressure, cap, target[0]);
     }
     let within = ROUNDING * motions.distance(target, &[0.0; 3]);
-    let at = |shift: &Motions, pressure: &[f64], c: usize| {
-        (pressure[c] + motions.at(shift, c)).clamp(0.0, cap)
+    let shifted = |shift: &Motions, pressure: &[f64]| -> Vec<f64> {
+        let here = cells.iter().zip(pressure);
+        here.map(|(&c, p)| (p + motions.at(shift, c)).clamp(0.0, cap))
+            .collect()
     };
-    let resultants = |shift: &Motions, pressure: &[f64]| {
-        motions.resultants(cells.iter().copied(), |c| at(shift, pressure, c))
-    };
+    let resultants =
+        |shift: &Motions, pressure: &[f64]| motions.resultants(cells, &shifted(shift, pressure));
     let mut shift = [0.0; 3];
     let mut found = resultants(&shift, pressure);
     let mut met = false;
@@ -53,12 +53,14 @@ pub(super) fn project(
             break;
         }
         let missing = [0, 1, 2].map(|k| target[k] - found[k]);
-        let moving = cells.iter().copied().filter(|&c| {
-            let p = pressure[c] + motions.at(&shift, c);
+        let inside = |(c, p): &(&usize, &f64)| {
+            let p = **p + motions.at(&shift, **c);
             p > 0.0 && p < cap
-        });
+        };
+        let moving = cells.iter().zip(pressure.iter()).filter(inside);
+        let moving: Vec<usize> = moving.map(|(c, _)| *c).collect();
         let mut next = None;
-        if let Some(step) = motions.with_resultants(moving, missing) {
+        if let Some(step) = motions.with_resultants(&moving, missing) {
             let mut part = 1.0;
             for _ in 0..MAX_HALVINGS {
                 let trial = [0, 1, 2].map(|k| shift[k] + part * step[k]);
@@ -74,7 +76,7 @@ pub(super) fn project(
             Some(next) => next,
             None => {
                 // As if every cell moved: the step of the largest curvature, which never goes too far.
-                let Some(step) = motions.with_resultants(cells.iter().copied(), missing) else {
+                let Some(step) = motions.with_resultants(cells, missing) else {
                     break;
                 };
                 let trial = [0, 1, 2].map(|k| shift[k] + step[k]);
@@ -88,33 +90,27 @@ pub(super) fn project(
         }
         (shift, found) = (trial, there);
     }
-    for &c in cells {
-        pressure[c] = at(&shift, pressure, c);
-    }
+    let found = shifted(&shift, pressure);
+    pressure.copy_from_slice(&found);
     met
 }
 
 /// Shifts all pressures alike and cuts them at their bounds, so that their sum is `target`. False if it is out of reach.
-fn level(cells: &[usize], pressure: &mut [f64], cap: f64, target: f64) -> bool {
-    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-    for &c in cells {
-        least = least.min(pressure[c]);
-        most = most.max(pressure[c]);
-    }
+fn level(pressure: &mut [f64], cap: f64, target: f64) -> bool {
+    let (least, most) = extremes(pressure);
     let (mut low, mut high) = (-most, cap.min(target) - least);
     let mut shift = 0.0f64.clamp(low.min(high), high);
     let mut met = false;
     for _ in 0..MAX_STEPS {
-        let (mut sum, mut moving) = (0.0, 0usize);
-        for &c in cells {
-            let p = pressure[c] + shift;
-            if p >= cap {
-                sum += cap;
-            } else if p > 0.0 {
-                sum += p;
-                moving += 1;
+        let [sum, moving] = sums(pressure, pressure, |p, _| {
+            let p = p + shift;
+            let above = if p > 0.0 { p } else { 0.0 };
+            if above < cap {
+                [above, if p > 0.0 { 1.0 } else { 0.0 }]
+            } else {
+                [cap, 0.0]
             }
-        }
+        });
         let missing = target - sum;
         if missing.abs() <= ROUNDING * target {
             met = true;
@@ -125,7 +121,7 @@ fn level(cells: &[usize], pressure: &mut [f64], cap: f64, target: f64) -> bool {
         } else {
             high = shift;
         }
-        let newton = shift + missing / moving as f64;
+        let newton = shift + missing / moving;
         let next = if newton > low && newton < high {
             newton
         } else {
@@ -138,8 +134,8 @@ fn level(cells: &[usize], pressure: &mut [f64], cap: f64, target: f64) -> bool {
         }
         shift = next;
     }
-    for &c in cells {
-        pressure[c] = (pressure[c] + shift).clamp(0.0, cap);
+    for p in pressure {
+        *p = (*p + shift).clamp(0.0, cap);
     }
     met
 }

@@ -4,6 +4,7 @@
 //! are 1, y and −x, so that a rotation θ approaches the bodies by θ_x y − θ_y x, and their resultants are Σp, Σp y and −Σp x:
 //! load and moments over the area of a cell.
 
+use crate::contact::sums::sum;
 use crate::grid::Grid;
 
 /// Coefficients or resultants of up to three motions; those that a problem does not have are 0.
@@ -86,41 +87,32 @@ impl RigidMotions {
     }
 
     /// Σ value · field over some cells, for each motion.
-    pub(super) fn resultants(
-        &self,
-        cells: impl Iterator<Item = usize>,
-        value: impl Fn(usize) -> f64,
-    ) -> Motions {
+    pub(super) fn resultants(&self, cells: &[usize], values: &[f64]) -> Motions {
         let mut sums = [0.0; 3];
         if self.rotation {
-            for c in cells {
-                let (fields, value) = (self.fields(c), value(c));
-                for (sum, field) in sums.iter_mut().zip(fields) {
+            for (&c, value) in cells.iter().zip(values) {
+                for (sum, field) in sums.iter_mut().zip(self.fields(c)) {
                     *sum += value * field;
                 }
             }
         } else if self.approach {
-            sums[0] = cells.map(value).sum();
+            sums[0] = sum(values);
         }
         sums
     }
 
     /// The motions whose displacement has the given resultants on some cells; `None` where the cells (none, or all in a line)
     /// do not determine them.
-    pub(super) fn with_resultants(
-        &self,
-        cells: impl Iterator<Item = usize>,
-        resultants: Motions,
-    ) -> Option<Motions> {
+    pub(super) fn with_resultants(&self, cells: &[usize], resultants: Motions) -> Option<Motions> {
         if self.none() {
             return None;
         }
         if !self.rotation {
-            let count = cells.count();
+            let count = cells.len();
             return (count > 0).then(|| [resultants[0] / count as f64, 0.0, 0.0]);
         }
         let mut gram = [[0.0; 3]; 3];
-        for c in cells {
+        for &c in cells {
             let fields = self.fields(c);
             for (row, a) in gram.iter_mut().zip(fields) {
                 for (entry, b) in row.iter_mut().zip(fields) {
