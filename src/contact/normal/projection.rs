@@ -10,7 +10,11 @@ use super::rigid::{Motions, RigidMotions};
 const ROUNDING: f64 = 1e-14;
 
 /// What they may miss where the shift has no digits left.
-const SPENT: f64 = 1e-11;
+const SPENT: f64 = 1e-12;
+
+/// Where a long trial step leaves a shift so large that its last digits are more than the pressures, the shifted pressures have
+/// those digits: the search goes on from them.
+const REFINEMENTS: usize = 3;
 
 /// Newton's method on a piecewise quadratic function ends; a target that no pressure reaches does not.
 const MAX_STEPS: usize = 200;
@@ -33,23 +37,54 @@ pub(super) fn project(
         }
         return true;
     }
-    if !motions.rotates() {
-        return level(cells, pressure, cap, target[0]);
+    let scale = motions.distance(target, &[0.0; 3]);
+    let mut off = f64::INFINITY;
+    for _ in 0..REFINEMENTS {
+        if motions.rotates() {
+            let shift;
+            (shift, off) = search(motions, cells, pressure, cap, target);
+            for &c in cells {
+                pressure[c] += motions.at(&shift, c);
+            }
+        } else {
+            let shift;
+            (shift, off) = level(cells, pressure, cap, target[0]);
+            for &c in cells {
+                pressure[c] += shift;
+            }
+        }
+        if off <= SPENT * scale {
+            break;
+        }
     }
-    let within = ROUNDING * motions.distance(target, &[0.0; 3]);
-    let at = |shift: &Motions, pressure: &[f64], c: usize| {
-        (pressure[c] + motions.at(shift, c)).clamp(0.0, cap)
+    for &c in cells {
+        pressure[c] = pressure[c].clamp(0.0, cap);
+    }
+    off <= SPENT * scale
+}
+
+/// The rigid motion that brings the cut pressures nearest to their resultants, and how far off those are then.
+fn search(
+    motions: &RigidMotions,
+    cells: &[usize],
+    pressure: &[f64],
+    cap: f64,
+    target: &Motions,
+) -> (Motions, f64) {
+    let resultants = |shift: &Motions| {
+        let at = |c: usize| (pressure[c] + motions.at(shift, c)).clamp(0.0, cap);
+        motions.resultants(cells.iter().copied(), at)
     };
-    let resultants = |shift: &Motions, pressure: &[f64]| {
-        motions.resultants(cells.iter().copied(), |c| at(shift, pressure, c))
-    };
+    let scale = motions.distance(target, &[0.0; 3]);
     let mut shift = [0.0; 3];
-    let mut found = resultants(&shift, pressure);
-    let mut met = false;
+    let mut found = resultants(&shift);
+    let mut best = (shift, motions.distance(&found, target));
     for _ in 0..MAX_STEPS {
         let off = motions.distance(&found, target);
-        if off <= within {
-            met = true;
+        if off < best.1 {
+            best = (shift, off);
+        }
+        if off <= ROUNDING * scale {
             break;
         }
         let missing = [0, 1, 2].map(|k| target[k] - found[k]);
@@ -62,13 +97,17 @@ pub(super) fn project(
             let mut part = 1.0;
             for _ in 0..MAX_HALVINGS {
                 let trial = [0, 1, 2].map(|k| shift[k] + part * step[k]);
-                let there = resultants(&trial, pressure);
+                let there = resultants(&trial);
                 if motions.distance(&there, target) < off {
                     next = Some((trial, there));
                     break;
                 }
                 part *= 0.5;
             }
+        }
+        if next.is_none() && off <= SPENT * scale {
+            // What is left is the rounding of the sums.
+            break;
         }
         let (trial, there) = match next {
             Some(next) => next,
@@ -78,24 +117,21 @@ pub(super) fn project(
                     break;
                 };
                 let trial = [0, 1, 2].map(|k| shift[k] + step[k]);
-                (trial, resultants(&trial, pressure))
+                (trial, resultants(&trial))
             }
         };
         if trial == shift {
             // The last digits of the shift are spent.
-            met = off <= SPENT / ROUNDING * within;
             break;
         }
         (shift, found) = (trial, there);
     }
-    for &c in cells {
-        pressure[c] = at(&shift, pressure, c);
-    }
-    met
+    best
 }
 
-/// Shifts all pressures alike and cuts them at their bounds, so that their sum is `target`. False if it is out of reach.
-fn level(cells: &[usize], pressure: &mut [f64], cap: f64, target: f64) -> bool {
+/// The shift of all pressures alike with which, cut at their bounds, they come nearest to the sum `target`, and how far off
+/// that is then.
+fn level(cells: &[usize], pressure: &[f64], cap: f64, target: f64) -> (f64, f64) {
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
     for &c in cells {
         least = least.min(pressure[c]);
@@ -103,7 +139,7 @@ fn level(cells: &[usize], pressure: &mut [f64], cap: f64, target: f64) -> bool {
     }
     let (mut low, mut high) = (-most, cap.min(target) - least);
     let mut shift = 0.0f64.clamp(low.min(high), high);
-    let mut met = false;
+    let mut best = (shift, f64::INFINITY);
     for _ in 0..MAX_STEPS {
         let (mut sum, mut moving) = (0.0, 0usize);
         for &c in cells {
@@ -116,8 +152,10 @@ fn level(cells: &[usize], pressure: &mut [f64], cap: f64, target: f64) -> bool {
             }
         }
         let missing = target - sum;
+        if missing.abs() < best.1 {
+            best = (shift, missing.abs());
+        }
         if missing.abs() <= ROUNDING * target {
-            met = true;
             break;
         }
         if missing > 0.0 {
@@ -133,13 +171,9 @@ fn level(cells: &[usize], pressure: &mut [f64], cap: f64, target: f64) -> bool {
         };
         if next == shift || next <= low || next >= high {
             // The last digits of the shift are spent.
-            met = missing.abs() <= SPENT * target;
             break;
         }
         shift = next;
     }
-    for &c in cells {
-        pressure[c] = (pressure[c] + shift).clamp(0.0, cap);
-    }
-    met
+    best
 }
