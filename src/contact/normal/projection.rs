@@ -10,7 +10,7 @@ use super::rigid::{Motions, RigidMotions};
 const ROUNDING: f64 = 1e-14;
 
 /// What they may miss where the shift has no digits left.
-const SPENT: f64 = 1e-12;
+const SPENT: f64 = 1e-11;
 
 /// Where a long trial step leaves a shift so large that its last digits are more than the pressures, the shifted pressures have
 /// those digits: the search goes on from them.

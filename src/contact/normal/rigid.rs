@@ -93,12 +93,23 @@ impl RigidMotions {
     ) -> Motions {
         let mut sums = [0.0; 3];
         if self.rotation {
+            // Moments cancel, and the sum of many equal pressures rounds each time to the same side: what each addition loses
+            // is summed as well [Neumaier 1974].
+            let mut lost = [0.0; 3];
             for c in cells {
                 let (fields, value) = (self.fields(c), value(c));
-                for (sum, field) in sums.iter_mut().zip(fields) {
-                    *sum += value * field;
+                for k in 0..3 {
+                    let term = value * fields[k];
+                    let sum = sums[k] + term;
+                    lost[k] += if sums[k].abs() >= term.abs() {
+                        (sums[k] - sum) + term
+                    } else {
+                        (term - sum) + sums[k]
+                    };
+                    sums[k] = sum;
                 }
             }
+            (0..3).for_each(|k| sums[k] += lost[k]);
         } else if self.approach {
             sums[0] = cells.map(value).sum();
         }
