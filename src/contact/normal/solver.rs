@@ -23,6 +23,12 @@ const LEAST_SLOPE: f64 = 1e-12;
 /// Shorter trials along one direction before a plainer one is taken, each a quarter as long.
 const TRIALS: usize = 3;
 
+/// Of the pressures' sum: a pressure (times the number of cells) or a step below it is the rounding of the resultants.
+const NOISE: f64 = 1e-13;
+
+/// How far a chord that projection has bent is followed beyond its end. The rounding of its resultants grows as much.
+const EXTENSION: f64 = 4.0;
+
 /// Bounds on the length of a trial step along a preconditioned direction, whose natural length is one. Where the projection
 /// cuts most of a step off, no length is the best one, and the prediction would run away.
 const LENGTHS: (f64, f64) = (0.05, 4.0);
@@ -57,6 +63,14 @@ pub(super) struct Solver<'a, 'h> {
     /// Length of the next trial step, in units of the direction.
     predicted: f64,
     iterations: usize,
+}
+
+/// A step that descends.
+struct Trial {
+    way: Way,
+    length: f64,
+    /// Whether it was projected.
+    bent: bool,
 }
 
 /// Which way a trial step goes.
@@ -169,12 +183,29 @@ impl<'a, 'h> Solver<'a, 'h> {
                 load: self.target[0] * self.problem.patch.grid.cell_area(),
             });
         }
+        self.snap();
         if self.pressure.iter().any(|p| *p > 0.0) {
             self.update_residual();
         } else {
             self.displace(|s, c| -s.problem.height[c]);
         }
         Ok(())
+    }
+
+    /// Puts pressures that meet their bounds on them, not beside them by rounding.
+    fn snap(&mut self) {
+        let sum: f64 = self.kept.iter().map(|&c| self.pressure[c]).sum();
+        let noise = NOISE * sum / self.kept.len() as f64;
+        for &c in &self.kept {
+            let p = self.pressure[c];
+            self.pressure[c] = if p <= noise {
+                0.0
+            } else if p >= self.cap - noise {
+                self.cap
+            } else {
+                p
+            };
+        }
     }
 
     /// Sets the residual on the kept cells, less the given motions.
@@ -302,7 +333,7 @@ impl<'a, 'h> Solver<'a, 'h> {
     /// One iteration. False where no direction descends: rounding is all that is left.
     fn advance(&mut self) -> bool {
         self.precondition();
-        let Some((way, length)) = self.descending_trial() else {
+        let Some(Trial { way, length, bent }) = self.descending_trial() else {
             return false;
         };
         self.half_space.normal(&self.step, &mut self.image);
@@ -327,18 +358,17 @@ impl<'a, 'h> Solver<'a, 'h> {
         } else {
             f64::INFINITY
         };
-        let part = best.min(reach);
+        let part = best
+            .min(reach)
+            .min(if bent { EXTENSION } else { f64::INFINITY });
         if !part.is_finite() {
             return false;
         }
-        for &c in &self.free {
-            // At the end of the chord a pressure is on its bound, not beside it by rounding.
-            self.pressure[c] = if part == 1.0 {
-                self.trial[c]
-            } else {
-                (self.pressure[c] + part * self.step[c]).clamp(0.0, self.cap)
-            };
+        for k in 0..self.free.len() {
+            let c = self.free[k];
+            self.pressure[c] += part * self.step[c];
         }
+        self.snap();
         for &c in &self.kept {
             self.residual[c] += part * self.image[c];
         }
@@ -390,15 +420,15 @@ impl<'a, 'h> Solver<'a, 'h> {
     }
 
     /// Finds a step whose chord descends, and leaves it in `step` and its end in `trial`.
-    fn descending_trial(&mut self) -> Option<(Way, f64)> {
+    fn descending_trial(&mut self) -> Option<Trial> {
         for way in [Way::Conjugate, Way::Preconditioned, Way::Gradient] {
             let mut length = match way {
                 Way::Gradient => 1.0 / self.half_space.self_compliance(),
                 _ => self.predicted,
             };
             for _ in 0..TRIALS {
-                if self.descends(way, length) {
-                    return Some((way, length));
+                if let Some(bent) = self.descends(way, length) {
+                    return Some(Trial { way, length, bent });
                 }
                 length *= 0.25;
             }
@@ -406,7 +436,8 @@ impl<'a, 'h> Solver<'a, 'h> {
         None
     }
 
-    fn descends(&mut self, way: Way, length: f64) -> bool {
+    /// Whether the step is bent by the projection, if it descends.
+    fn descends(&mut self, way: Way, length: f64) -> Option<bool> {
         let mut outside = false;
         for &c in &self.free {
             let direction = match way {
@@ -418,7 +449,8 @@ impl<'a, 'h> Solver<'a, 'h> {
             outside |= p < 0.0 || p > self.cap;
             self.trial[c] = p;
         }
-        if outside || way == Way::Gradient {
+        let bent = outside || way == Way::Gradient;
+        if bent {
             // Cells that stay on a bound carry their part: none, or the cap.
             let mut target = self.target;
             if self.cap.is_finite() && !self.motions.none() {
@@ -441,18 +473,20 @@ impl<'a, 'h> Solver<'a, 'h> {
                 self.cap,
                 &target,
             ) {
-                return false;
+                return None;
             }
         }
         self.step.fill(0.0);
-        let (mut slope, mut size) = (0.0, 0.0);
+        let (mut slope, mut size, mut moved, mut sum) = (0.0, 0.0, 0.0, 0.0);
         for &c in &self.free {
             let step = self.trial[c] - self.pressure[c];
             self.step[c] = step;
             slope -= step * self.gap[c];
             size += (step * self.gap[c]).abs();
+            moved += step.abs();
+            sum += self.pressure[c];
         }
-        slope > LEAST_SLOPE * size
+        (slope > LEAST_SLOPE * size && moved > NOISE * sum).then_some(bent)
     }
 
     fn finish(self, error: f64) -> NormalSolution {
