@@ -130,6 +130,22 @@ impl RigidMotions {
             let count = cells.count();
             return (count > 0).then(|| [resultants[0] / count as f64, 0.0, 0.0]);
         }
+        self.solve(self.gram(cells), resultants, |_| None)
+    }
+
+    /// As [`RigidMotions::with_resultants`], with none of a motion that the cells do not determine.
+    pub(super) fn determined(
+        &self,
+        cells: impl Iterator<Item = usize>,
+        resultants: Motions,
+    ) -> Motions {
+        let (gram, right) = (self.gram(cells), resultants);
+        self.solve(gram, right, |_| Some(f64::MAX))
+            .unwrap_or_default()
+    }
+
+    /// Σ field · field over some cells.
+    fn gram(&self, cells: impl Iterator<Item = usize>) -> [[f64; 3]; 3] {
         let mut gram = [[0.0; 3]; 3];
         for c in cells {
             let fields = self.fields(c);
@@ -139,11 +155,16 @@ impl RigidMotions {
                 }
             }
         }
-        self.solve(gram, resultants)
+        gram
     }
 
-    /// Solves a symmetric positive definite system in the present motions by LDLᵀ.
-    fn solve(&self, mut matrix: [[f64; 3]; 3], right: Motions) -> Option<Motions> {
+    /// Solves a symmetric system in the present motions by LDLᵀ; a pivot that is rounding becomes `singular` of it.
+    fn solve(
+        &self,
+        mut matrix: [[f64; 3]; 3],
+        right: Motions,
+        singular: impl Fn(f64) -> Option<f64>,
+    ) -> Option<Motions> {
         let first = usize::from(!self.approach);
         let mut x = right;
         for k in first..3 {
@@ -152,7 +173,7 @@ impl RigidMotions {
                 matrix[k][k] -= matrix[k][m] * matrix[k][m] * matrix[m][m];
             }
             if matrix[k][k] <= SINGULAR * whole {
-                return None;
+                matrix[k][k] = singular(matrix[k][k])?;
             }
             for r in k + 1..3 {
                 for m in first..k {

@@ -10,6 +10,7 @@
 
 use super::projection::project;
 use super::rigid::{Motions, RigidMotions, displacement, load_and_moments};
+use super::settle::{Bound, least_violation};
 use super::{Control, NormalOptions, NormalProblem, NormalSolution, Rotation};
 use crate::contact::error::ContactError;
 use crate::contact::half_space::HalfSpace;
@@ -23,7 +24,7 @@ const LEAST_SLOPE: f64 = 1e-12;
 /// Shorter trials along one direction before a plainer one is taken, each a quarter as long.
 const TRIALS: usize = 3;
 
-/// Of the pressures' sum: a pressure (times the number of cells) or a step below it is the rounding of the resultants.
+/// Of the largest pressure, or of the sum of all: a pressure or a step below it is the rounding of resultants.
 const NOISE: f64 = 1e-13;
 
 /// How far a chord that projection has bent is followed beyond its end. The rounding of its resultants grows as much.
@@ -194,8 +195,8 @@ impl<'a, 'h> Solver<'a, 'h> {
 
     /// Puts pressures that meet their bounds on them, not beside them by rounding.
     fn snap(&mut self) {
-        let sum: f64 = self.kept.iter().map(|&c| self.pressure[c]).sum();
-        let noise = NOISE * sum / self.kept.len() as f64;
+        let peak = self.kept.iter().map(|&c| self.pressure[c]);
+        let noise = NOISE * peak.fold(0.0, f64::max);
         for &c in &self.kept {
             let p = self.pressure[c];
             self.pressure[c] = if p <= noise {
@@ -289,7 +290,7 @@ impl<'a, 'h> Solver<'a, 'h> {
     }
 
     /// The motions that leave the elastic cells the least gap. Without an elastic cell the approach is the middle of what
-    /// open and capped cells allow.
+    /// open and capped cells allow; with so few that they leave rotations undetermined, the motion of least violation on all.
     fn find_motion(&mut self) {
         if self.motions.none() {
             return;
@@ -303,27 +304,29 @@ impl<'a, 'h> Solver<'a, 'h> {
             self.motion = motion;
             return;
         }
-        if !self.motions.approaches() {
+        if self.motions.rotates() {
+            let bound = |c: usize| {
+                if self.pressure[c] <= 0.0 {
+                    Bound::Open
+                } else if self.pressure[c] >= self.cap {
+                    Bound::Capped
+                } else {
+                    Bound::Elastic
+                }
+            };
+            let residual = |c: usize| self.residual[c];
+            self.motion = least_violation(&self.motions, self.motion, &self.kept, residual, bound);
             return;
-        }
-        self.motion[0] = 0.0;
-        let gap = |c: usize| self.residual[c] - self.motions.at(&self.motion, c);
-        let (mut count, mut sum) = (0usize, 0.0);
-        for c in elastic() {
-            count += 1;
-            sum += gap(c);
         }
         let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
         for &c in &self.kept {
             if self.pressure[c] > 0.0 {
-                low = low.max(gap(c));
+                low = low.max(self.residual[c]);
             } else {
-                high = high.min(gap(c));
+                high = high.min(self.residual[c]);
             }
         }
-        self.motion[0] = if count > 0 {
-            sum / count as f64
-        } else if high.is_finite() {
+        self.motion[0] = if high.is_finite() {
             0.5 * (low + high)
         } else {
             low
