@@ -13,6 +13,10 @@ const ROUNDING: f64 = 1e-14;
 /// What they may miss where the shift has no digits left.
 const SPENT: f64 = 1e-11;
 
+/// Where a long trial step leaves a shift so large that its last digits are more than the pressures, the shifted pressures have
+/// those digits: the search goes on from them.
+const REFINEMENTS: usize = 3;
+
 /// Newton's method on a piecewise quadratic function ends; a target that no pressure reaches does not.
 const MAX_STEPS: usize = 200;
 
@@ -32,24 +36,53 @@ pub(super) fn project(
         pressure.iter_mut().for_each(|p| *p = p.clamp(0.0, cap));
         return true;
     }
-    if !motions.rotates() {
-        return level(pressure, cap, target[0]);
+    let scale = motions.distance(target, &[0.0; 3]);
+    let mut off = f64::INFINITY;
+    for _ in 0..REFINEMENTS {
+        if motions.rotates() {
+            let shift;
+            (shift, off) = search(motions, cells, pressure, cap, target);
+            for (p, &c) in pressure.iter_mut().zip(cells) {
+                *p += motions.at(&shift, c);
+            }
+        } else {
+            let shift;
+            (shift, off) = level(pressure, cap, target[0]);
+            pressure.iter_mut().for_each(|p| *p += shift);
+        }
+        if off <= SPENT * scale {
+            break;
+        }
     }
-    let within = ROUNDING * motions.distance(target, &[0.0; 3]);
-    let shifted = |shift: &Motions, pressure: &[f64]| -> Vec<f64> {
+    pressure.iter_mut().for_each(|p| *p = p.clamp(0.0, cap));
+    off <= SPENT * scale
+}
+
+/// The rigid motion that brings the cut pressures nearest to their resultants, and how far off those are then.
+fn search(
+    motions: &RigidMotions,
+    cells: &[usize],
+    pressure: &[f64],
+    cap: f64,
+    target: &Motions,
+) -> (Motions, f64) {
+    let resultants = |shift: &Motions| {
         let here = cells.iter().zip(pressure);
-        here.map(|(&c, p)| (p + motions.at(shift, c)).clamp(0.0, cap))
-            .collect()
+        let cut: Vec<f64> = here
+            .map(|(&c, p)| (p + motions.at(shift, c)).clamp(0.0, cap))
+            .collect();
+        motions.resultants(cells, &cut)
     };
-    let resultants =
-        |shift: &Motions, pressure: &[f64]| motions.resultants(cells, &shifted(shift, pressure));
+    let scale = motions.distance(target, &[0.0; 3]);
     let mut shift = [0.0; 3];
-    let mut found = resultants(&shift, pressure);
-    let mut met = false;
+    let mut found = resultants(&shift);
+    let mut best = (shift, motions.distance(&found, target));
     for _ in 0..MAX_STEPS {
         let off = motions.distance(&found, target);
-        if off <= within {
-            met = true;
+        if off < best.1 {
+            best = (shift, off);
+        }
+        if off <= ROUNDING * scale {
             break;
         }
         let missing = [0, 1, 2].map(|k| target[k] - found[k]);
@@ -64,13 +97,17 @@ pub(super) fn project(
             let mut part = 1.0;
             for _ in 0..MAX_HALVINGS {
                 let trial = [0, 1, 2].map(|k| shift[k] + part * step[k]);
-                let there = resultants(&trial, pressure);
+                let there = resultants(&trial);
                 if motions.distance(&there, target) < off {
                     next = Some((trial, there));
                     break;
                 }
                 part *= 0.5;
             }
+        }
+        if next.is_none() && off <= SPENT * scale {
+            // What is left is the rounding of the sums.
+            break;
         }
         let (trial, there) = match next {
             Some(next) => next,
@@ -80,27 +117,25 @@ pub(super) fn project(
                     break;
                 };
                 let trial = [0, 1, 2].map(|k| shift[k] + step[k]);
-                (trial, resultants(&trial, pressure))
+                (trial, resultants(&trial))
             }
         };
         if trial == shift {
             // The last digits of the shift are spent.
-            met = off <= SPENT / ROUNDING * within;
             break;
         }
         (shift, found) = (trial, there);
     }
-    let found = shifted(&shift, pressure);
-    pressure.copy_from_slice(&found);
-    met
+    best
 }
 
-/// Shifts all pressures alike and cuts them at their bounds, so that their sum is `target`. False if it is out of reach.
-fn level(pressure: &mut [f64], cap: f64, target: f64) -> bool {
+/// The shift of all pressures alike with which, cut at their bounds, they come nearest to the sum `target`, and how far off
+/// that is then.
+fn level(pressure: &[f64], cap: f64, target: f64) -> (f64, f64) {
     let (least, most) = extremes(pressure);
     let (mut low, mut high) = (-most, cap.min(target) - least);
     let mut shift = 0.0f64.clamp(low.min(high), high);
-    let mut met = false;
+    let mut best = (shift, f64::INFINITY);
     for _ in 0..MAX_STEPS {
         let [sum, moving] = sums(pressure, pressure, |p, _| {
             let p = p + shift;
@@ -112,8 +147,10 @@ fn level(pressure: &mut [f64], cap: f64, target: f64) -> bool {
             }
         });
         let missing = target - sum;
+        if missing.abs() < best.1 {
+            best = (shift, missing.abs());
+        }
         if missing.abs() <= ROUNDING * target {
-            met = true;
             break;
         }
         if missing > 0.0 {
@@ -129,13 +166,9 @@ fn level(pressure: &mut [f64], cap: f64, target: f64) -> bool {
         };
         if next == shift || next <= low || next >= high {
             // The last digits of the shift are spent.
-            met = missing.abs() <= SPENT * target;
             break;
         }
         shift = next;
     }
-    for p in pressure {
-        *p = (*p + shift).clamp(0.0, cap);
-    }
-    met
+    best
 }

@@ -90,11 +90,23 @@ impl RigidMotions {
     pub(super) fn resultants(&self, cells: &[usize], values: &[f64]) -> Motions {
         let mut sums = [0.0; 3];
         if self.rotation {
+            // Moments cancel, and the sum of many equal pressures rounds each time to the same side: what each addition loses
+            // is summed as well [Neumaier 1974].
+            let mut lost = [0.0; 3];
             for (&c, value) in cells.iter().zip(values) {
-                for (sum, field) in sums.iter_mut().zip(self.fields(c)) {
-                    *sum += value * field;
+                let fields = self.fields(c);
+                for k in 0..3 {
+                    let term = value * fields[k];
+                    let sum = sums[k] + term;
+                    lost[k] += if sums[k].abs() >= term.abs() {
+                        (sums[k] - sum) + term
+                    } else {
+                        (term - sum) + sums[k]
+                    };
+                    sums[k] = sum;
                 }
             }
+            (0..3).for_each(|k| sums[k] += lost[k]);
         } else if self.approach {
             sums[0] = sum(values);
         }
@@ -111,6 +123,17 @@ impl RigidMotions {
             let count = cells.len();
             return (count > 0).then(|| [resultants[0] / count as f64, 0.0, 0.0]);
         }
+        self.solve(self.gram(cells), resultants, |_| None)
+    }
+
+    /// As [`RigidMotions::with_resultants`], with none of a motion that the cells do not determine.
+    pub(super) fn determined(&self, cells: &[usize], resultants: Motions) -> Motions {
+        self.solve(self.gram(cells), resultants, |_| Some(f64::MAX))
+            .unwrap_or_default()
+    }
+
+    /// Σ field · field over some cells.
+    fn gram(&self, cells: &[usize]) -> [[f64; 3]; 3] {
         let mut gram = [[0.0; 3]; 3];
         for &c in cells {
             let fields = self.fields(c);
@@ -120,11 +143,16 @@ impl RigidMotions {
                 }
             }
         }
-        self.solve(gram, resultants)
+        gram
     }
 
-    /// Solves a symmetric positive definite system in the present motions by LDLᵀ.
-    fn solve(&self, mut matrix: [[f64; 3]; 3], right: Motions) -> Option<Motions> {
+    /// Solves a symmetric system in the present motions by LDLᵀ; a pivot that is rounding becomes `singular` of it.
+    fn solve(
+        &self,
+        mut matrix: [[f64; 3]; 3],
+        right: Motions,
+        singular: impl Fn(f64) -> Option<f64>,
+    ) -> Option<Motions> {
         let first = usize::from(!self.approach);
         let mut x = right;
         for k in first..3 {
@@ -133,7 +161,7 @@ impl RigidMotions {
                 matrix[k][k] -= matrix[k][m] * matrix[k][m] * matrix[m][m];
             }
             if matrix[k][k] <= SINGULAR * whole {
-                return None;
+                matrix[k][k] = singular(matrix[k][k])?;
             }
             for r in k + 1..3 {
                 for m in first..k {

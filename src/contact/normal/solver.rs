@@ -10,6 +10,7 @@
 
 use super::projection::project;
 use super::rigid::{Motions, RigidMotions, displacement, load_and_moments};
+use super::settle::{Bound, least_violation};
 use super::{Control, NormalOptions, NormalProblem, NormalSolution, Rotation};
 use crate::contact::error::ContactError;
 use crate::contact::half_space::HalfSpace;
@@ -23,6 +24,12 @@ const LEAST_SLOPE: f64 = 1e-12;
 
 /// Shorter trials along one direction before a plainer one is taken, each a quarter as long.
 const TRIALS: usize = 3;
+
+/// Of the largest pressure, or of the sum of all: a pressure or a step below it is the rounding of resultants.
+const NOISE: f64 = 1e-13;
+
+/// How far a chord that projection has bent is followed beyond its end. The rounding of its resultants grows as much.
+const EXTENSION: f64 = 4.0;
 
 /// Cells that are looked at together: where all of them are open and stay so, nothing is to be done.
 const BLOCK: usize = 8;
@@ -79,6 +86,14 @@ struct OnFree {
     image: Vec<f64>,
     trial: Vec<f64>,
     step: Vec<f64>,
+}
+
+/// A step that descends.
+struct Trial {
+    way: Way,
+    length: f64,
+    /// Whether it was projected.
+    bent: bool,
 }
 
 /// Which way a trial step goes.
@@ -187,9 +202,8 @@ impl<'a, 'h> Solver<'a, 'h> {
             self.cap,
             &self.target,
         );
-        for (&c, p) in self.kept.iter().zip(first) {
-            self.pressure[c] = p;
-        }
+        snap(&mut first, self.cap, 0.0);
+        scatter(&first, &self.kept, &mut self.pressure);
         if let (false, Rotation::Free { moment }) = (met, self.problem.rotation) {
             return Err(ContactError::MomentNotCarried {
                 moment,
@@ -336,53 +350,60 @@ impl<'a, 'h> Solver<'a, 'h> {
     }
 
     /// The motions that leave the elastic cells the least gap. Without an elastic cell the approach is the middle of what
-    /// open and capped cells allow.
+    /// open and capped cells allow; with so few that they leave rotations undetermined, the motion of least violation on all.
     fn find_motion(&mut self) {
         if self.motions.none() {
             return;
         }
         let cap = self.cap;
-        if !self.motions.rotates() {
-            let [total, count] = self.elastic;
-            if count > 0.0 {
-                self.motion[0] = total / count;
-                return;
-            }
-        }
-        let inside = |c: &usize| self.pressure[*c] > 0.0 && self.pressure[*c] < cap;
-        let elastic: Vec<usize> = self.kept.iter().copied().filter(inside).collect();
-        let residual: Vec<f64> = elastic.iter().map(|&c| self.residual[c]).collect();
-        let resultants = self.motions.resultants(&elastic, &residual);
-        if let Some(motion) = self.motions.with_resultants(&elastic, resultants) {
-            self.motion = motion;
+        if self.motions.rotates() {
+            let inside = |c: &usize| self.pressure[*c] > 0.0 && self.pressure[*c] < cap;
+            let elastic: Vec<usize> = self.kept.iter().copied().filter(inside).collect();
+            let residual: Vec<f64> = elastic.iter().map(|&c| self.residual[c]).collect();
+            let resultants = self.motions.resultants(&elastic, &residual);
+            let determined = self.motions.with_resultants(&elastic, resultants);
+            self.motion = determined.unwrap_or_else(|| self.settled_motion());
             return;
         }
-        if !self.motions.approaches() {
+        let [total, count] = self.elastic;
+        if count > 0.0 {
+            self.motion[0] = total / count;
             return;
         }
-        self.motion[0] = 0.0;
-        let gap = |c: usize| self.residual[c] - self.motions.at(&self.motion, c);
         let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
         for &c in &self.kept {
             if self.pressure[c] > 0.0 {
-                low = low.max(gap(c));
+                low = low.max(self.residual[c]);
             } else {
-                high = high.min(gap(c));
+                high = high.min(self.residual[c]);
             }
         }
-        self.motion[0] = if !elastic.is_empty() {
-            elastic.iter().map(|&c| gap(c)).sum::<f64>() / elastic.len() as f64
-        } else if high.is_finite() {
+        self.motion[0] = if high.is_finite() {
             0.5 * (low + high)
         } else {
             low
         };
     }
 
+    /// The motion of least violation on all cells.
+    fn settled_motion(&self) -> Motions {
+        let bound = |c: usize| {
+            if self.pressure[c] <= 0.0 {
+                Bound::Open
+            } else if self.pressure[c] >= self.cap {
+                Bound::Capped
+            } else {
+                Bound::Elastic
+            }
+        };
+        let residual = |c: usize| self.residual[c];
+        least_violation(&self.motions, self.motion, &self.kept, residual, bound)
+    }
+
     /// One iteration. False where no direction descends: rounding is all that is left.
     fn advance(&mut self) -> bool {
         self.precondition();
-        let Some((way, length)) = self.descending_trial() else {
+        let Some(Trial { way, length, bent }) = self.descending_trial() else {
             return false;
         };
         scatter(&self.on_free.step, &self.free, &mut self.step);
@@ -408,18 +429,17 @@ impl<'a, 'h> Solver<'a, 'h> {
         } else {
             f64::INFINITY
         };
-        let part = best.min(reach);
+        let part = best
+            .min(reach)
+            .min(if bent { EXTENSION } else { f64::INFINITY });
         if !part.is_finite() {
             return false;
         }
-        if part == 1.0 {
-            // At the end of the chord a pressure is on its bound, not beside it by rounding.
-            on.pressure.copy_from_slice(&on.trial);
-        } else {
-            for (p, step) in on.pressure.iter_mut().zip(&on.step) {
-                *p = (*p + part * step).clamp(0.0, self.cap);
-            }
+        for (p, step) in on.pressure.iter_mut().zip(&on.step) {
+            *p += part * step;
         }
+        let held = if self.held.is_empty() { 0.0 } else { self.cap };
+        snap(&mut on.pressure, self.cap, held);
         scatter(&on.pressure, &self.free, &mut self.pressure);
         self.move_residual(part);
         if way != Way::Gradient {
@@ -465,15 +485,15 @@ impl<'a, 'h> Solver<'a, 'h> {
     }
 
     /// Finds a step whose chord descends, and leaves it in `step` and its end in `trial`.
-    fn descending_trial(&mut self) -> Option<(Way, f64)> {
+    fn descending_trial(&mut self) -> Option<Trial> {
         for way in [Way::Conjugate, Way::Preconditioned, Way::Gradient] {
             let mut length = match way {
                 Way::Gradient => 1.0 / self.half_space.self_compliance(),
                 _ => self.predicted,
             };
             for _ in 0..TRIALS {
-                if self.descends(way, length) {
-                    return Some((way, length));
+                if let Some(bent) = self.descends(way, length) {
+                    return Some(Trial { way, length, bent });
                 }
                 length *= 0.25;
             }
@@ -481,7 +501,8 @@ impl<'a, 'h> Solver<'a, 'h> {
         None
     }
 
-    fn descends(&mut self, way: Way, length: f64) -> bool {
+    /// Whether the step is bent by the projection, if it descends.
+    fn descends(&mut self, way: Way, length: f64) -> Option<bool> {
         let on = &mut self.on_free;
         let (direction, length) = match way {
             Way::Conjugate => (&on.direction, length),
@@ -492,13 +513,14 @@ impl<'a, 'h> Solver<'a, 'h> {
         let ends = on.pressure.iter().zip(direction);
         on.trial.extend(ends.map(|(p, d)| p + length * d));
         let (low, high) = extremes(&on.trial);
-        if low < 0.0 || high > self.cap || way == Way::Gradient {
+        let bent = low < 0.0 || high > self.cap || way == Way::Gradient;
+        if bent {
             let held = self.held_resultants();
             let target = [0, 1, 2].map(|k| self.target[k] - held[k]);
             let trial = &mut self.on_free.trial;
             // A trial so long that its digits do not hold the resultants would lose them.
             if !project(&self.motions, &self.free, trial, self.cap, &target) {
-                return false;
+                return None;
             }
         }
         let on = &mut self.on_free;
@@ -509,7 +531,8 @@ impl<'a, 'h> Solver<'a, 'h> {
             let term = -step * gap;
             [term, term.abs()]
         });
-        slope > LEAST_SLOPE * size
+        let [moved, total] = sums(&on.step, &on.pressure, |step, p| [step.abs(), p]);
+        (slope > LEAST_SLOPE * size && moved > NOISE * total).then_some(bent)
     }
 
     /// What the cells that stay at the cap carry.
@@ -555,6 +578,20 @@ fn without_resultants(motions: &RigidMotions, cells: &[usize], values: &mut [f64
         }
     } else {
         values.iter_mut().for_each(|value| *value -= motion[0]);
+    }
+}
+
+/// Puts pressures that meet their bounds on them, not beside them by rounding; `largest` is that of other cells.
+fn snap(pressure: &mut [f64], cap: f64, largest: f64) {
+    let noise = NOISE * extremes(pressure).1.max(largest);
+    for p in pressure {
+        *p = if *p <= noise {
+            0.0
+        } else if *p >= cap - noise {
+            cap
+        } else {
+            *p
+        };
     }
 }
 
