@@ -31,6 +31,7 @@ pub(super) const KEYS: &[&str] = &[
     "surface.spacing",
     "contact.friction_coefficient",
     "contact.normal_load",
+    "contact.approach",
     "contact.kn",
     "contact.kt",
     "contact.gap",
@@ -208,6 +209,7 @@ pub(super) const ALTERNATIVES: &[(&str, &[&[&str]])] = &[
             ],
         ],
     ),
+    ("contact", &[&["normal_load"], &["approach"]]),
     ("motion", &[&["force"], &["amplitude"], &["history"]]),
     ("motion", &[&["rotation"], &["moment"], &["history"]]),
     (

@@ -3,7 +3,7 @@
 use super::context::{Context, Keys, gather, kept, kept_cells};
 use super::error::NumericsError;
 use super::{RunError, Stage, curves, fretting_cycle};
-use crate::contact::normal::NormalSolution;
+use crate::contact::normal::{Control, NormalSolution};
 use crate::contact::{Shear, stiffness};
 use crate::grid::ByAxis;
 use crate::model_update::{Approach, Bolt, Linearisation, preload};
@@ -84,9 +84,20 @@ pub fn static_contact(
     let curve_due = context.curves_due();
     let start = predicted.as_ref().map(|p| &p.pressure[..]);
     let (bolt, load) = (context.bolt(), context.load);
-    let ((load, solution), solve_pairs) = context.timed(Stage::StaticContact, |joint| {
-        borne(joint, bolt, load, wear, start)
-    })?;
+    let approach = context
+        .inputs
+        .scene
+        .contact
+        .as_ref()
+        .and_then(|c| c.approach);
+    let ((load, solution), solve_pairs) =
+        context.timed(Stage::StaticContact, |joint| match approach {
+            None => borne(joint, bolt, load, wear, start),
+            Some(approach) => {
+                let solution = joint.pressed(wear, None, Control::Approach(approach), start)?;
+                Ok((solution.load, solution))
+            }
+        })?;
     let ((kn, kt, curve), stiffness_pairs) =
         context.timed_part(Stage::StaticContact, Some("stiffness"), |joint| {
             let (kn, kt) = stiffnesses(joint, &solution.pressure, shear_axes)?;

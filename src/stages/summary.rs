@@ -38,7 +38,8 @@ pub fn summary(
     let pressure = &contact.solution.pressure;
     let kept = joint.patch.cells() as f64;
     let largest = pressure.iter().fold(0.0f64, |m, p| m.max(*p));
-    let fraction = |above: f64| pressure.iter().filter(|&&p| p > above).count() as f64 / kept;
+    let count = |above: f64| pressure.iter().filter(|&&p| p > above).count() as f64;
+    let fraction = |above: f64| count(above) / kept;
     let height: Vec<f64> = joint
         .height
         .iter()
@@ -49,10 +50,14 @@ pub fn summary(
     let mut fft_pairs = contact.fft_pairs + worn.fft_pairs;
     let rotation = context.rotation(&contact.solution);
     let mut table = Table::builder(TableName::Summary)
+        .column(
+            "contact_area",
+            vec![count(0.0) * joint.patch.grid.cell_area()],
+        )
         .column("contact_area_fraction", vec![fraction(0.0)])
         .column("loaded_area_fraction", vec![fraction(LOADED * largest)])
         .column("max_pressure", vec![largest])
-        .maybe("normal_load", context.bolt().map(|_| vec![contact.load]))
+        .column("normal_load", vec![contact.load])
         .column("approach", vec![contact.solution.approach])
         .maybe("rotation_x", rotation.map(|r| vec![r[0]]))
         .maybe("rotation_y", rotation.map(|r| vec![r[1]]))

@@ -126,6 +126,9 @@ pub struct Cost {
     pub plane: [usize; 2],
     /// Peak of memory of the whole program \[B\]: what is allocated at its fullest moment.
     pub memory: u64,
+    /// The same of a run that finds its structure reduced already \[B\]; none where nothing is to be reduced.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub memory_cached: Option<u64>,
     /// Disk of one iteration \[B\], estimated: the dense gap and the sparse rest.
     pub disk_per_iteration: u64,
     /// Transform pairs of one iteration, estimated.
