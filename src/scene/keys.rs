@@ -107,6 +107,7 @@ pub(super) const KEYS: &[&str] = &[
     "fidelity.normal_tolerance",
     "fidelity.tangential_tolerance",
     "fidelity.cycle_tolerance",
+    "fidelity.load_steps",
     "fidelity.wear_tolerance",
     "fidelity.aft_samples",
     "output.keep",

@@ -84,6 +84,11 @@ pub fn summary(
             .column("peak_frequency", vec![driven.shaken.peak_frequency])
             .column("peak_amplitude", vec![driven.shaken.peak_amplitude]);
     }
+    if let Some(friction) = &contact.friction {
+        table = table
+            .column("tangential_iterations", vec![friction.steps as i64])
+            .column("error_tangential", vec![friction.error]);
+    }
     if let Some(cycle) = cycle {
         fft_pairs += cycle.fft_pairs;
         table = table
