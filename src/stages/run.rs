@@ -94,8 +94,10 @@ pub struct Outcome {
     pub wear_iteration: Option<u64>,
     /// Its summary.
     pub summary: Option<Table>,
-    /// Seconds by stage over all iterations that are kept.
+    /// Seconds by stage, and by part of a stage that is told apart (`stage.part`), over all iterations that are kept.
     pub timing: BTreeMap<String, f64>,
+    /// Forward and inverse transform pairs, the same way.
+    pub fft_pairs: BTreeMap<String, f64>,
 }
 
 /// Begins or continues a run.
@@ -430,7 +432,7 @@ fn prune(store: &mut RunStore, inputs: &Inputs) -> Result<(), RunError> {
 }
 
 fn outcome(store: &RunStore, ending: Ending) -> Result<Outcome, RunError> {
-    let mut timing = BTreeMap::new();
+    let (mut timing, mut fft_pairs) = (BTreeMap::new(), BTreeMap::new());
     for wear_iteration in store.reader().iterations() {
         let table = match store.read(wear_iteration, TableName::Timing) {
             Ok(table) => table,
@@ -438,9 +440,10 @@ fn outcome(store: &RunStore, ending: Ending) -> Result<Outcome, RunError> {
             Err(StoreError::Damaged(_)) => continue,
             Err(error) => return Err(error.into()),
         };
-        for (name, seconds) in table.text("stage")?.iter().zip(table.f64("seconds")?) {
-            let stage = name.split('.').next().unwrap_or(name);
-            *timing.entry(stage.to_owned()).or_insert(0.0) += seconds;
+        for (column, sums) in [("seconds", &mut timing), ("fft_pairs", &mut fft_pairs)] {
+            for (name, value) in table.text("stage")?.iter().zip(table.f64(column)?) {
+                *sums.entry(name.to_owned()).or_insert(0.0) += value;
+            }
         }
     }
     let wear_iteration = store.latest();
@@ -452,5 +455,6 @@ fn outcome(store: &RunStore, ending: Ending) -> Result<Outcome, RunError> {
         wear_iteration,
         summary,
         timing,
+        fft_pairs,
     })
 }
