@@ -88,10 +88,9 @@ impl HalfSpace {
         }
     }
 
-    /// The same with transforms on as many threads. Results do not depend on their number.
-    pub fn on_threads(mut self, threads: usize) -> Self {
+    /// Has the transforms made on as many threads. Results do not depend on their number.
+    pub fn set_threads(&mut self, threads: usize) {
         self.workspace = Workspace::new(threads);
-        self
     }
 
     /// The grid.

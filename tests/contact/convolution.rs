@@ -229,7 +229,8 @@ fn results_do_not_depend_on_the_number_of_threads() {
         };
         let (a, b) = (traction(0.3), traction(1.1));
         let displacements = |threads: usize| {
-            let mut half_space = HalfSpace::new(grid, PAIR, boundary).on_threads(threads);
+            let mut half_space = HalfSpace::new(grid, PAIR, boundary);
+            half_space.set_threads(threads);
             let mut u = vec![vec![0.0; grid.len()]; 4];
             let [normal, inverse, x, y] = &mut u[..] else {
                 unreachable!()
