@@ -59,11 +59,6 @@ impl RigidMotions {
         !self.approach && !self.rotation
     }
 
-    /// True where the approach is unknown.
-    pub(super) fn approaches(&self) -> bool {
-        self.approach
-    }
-
     /// True where the rotations are unknown.
     pub(super) fn rotates(&self) -> bool {
         self.rotation
