@@ -103,7 +103,7 @@ fn search(
         let Some(step) = step else {
             break;
         };
-        let Some(next) = along(shift, step, target, &found, &resultants) else {
+        let Some(next) = along(shift, step, target, &found, resultants) else {
             break;
         };
         (shift, found) = next;
