@@ -20,6 +20,8 @@
 //! The certificate is the relative duality gap Σ(µp|s| − q·s)/Σ µp|s|: it bounds the error of F and of the dissipation, as
 //! neither a small change of q nor of the force does. It is taken of a slip that is computed anew from the shear returned.
 
+mod coarse;
+mod conjugate;
 mod direction;
 mod newton;
 mod operator;

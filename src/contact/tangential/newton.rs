@@ -1,5 +1,6 @@
 //! The semi-smooth Newton method.
 
+use super::coarse::Coarse;
 use super::direction::Freedom;
 use super::operator::Operator;
 use super::resultants::{MOTIONS, Motions, Resultants, solve_small};
@@ -33,6 +34,9 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 
 /// Newton steps without a halved error, after which gradient steps are taken.
 const PATIENCE: usize = 6;
+
+/// Conjugate steps without a halved error, after which Newton steps are taken.
+const CONJUGATE_PATIENCE: usize = 20;
 
 /// Gradient steps between two Newton steps where those fail.
 const GRADIENT_STEPS: usize = 10;
@@ -73,6 +77,11 @@ pub(super) struct Solver<'a, 'h, const A: usize> {
     pub(super) work: Vec<Vector<A>>,
     /// The preconditioner applied to each free motion.
     pub(super) rigid: Vec<Vec<Vector<A>>>,
+    pub(super) coarse: Coarse<A>,
+    /// Length of the next conjugate step; 0 where there is no step before it.
+    pub(super) predicted: f64,
+    /// Cells that have begun or ceased to slip since the correction was set.
+    pub(super) stale: usize,
     pub(super) steps: usize,
     pub(super) iterations: usize,
 }
@@ -93,6 +102,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
                 .map(|&c| std::array::from_fn(|axis| offset[axis][c]))
                 .collect()
         });
+        let coarse = Coarse::new(operator.half_space(), operator.cells());
         let lambda = operator.self_compliance();
         let peak = limit.iter().fold(0.0f64, |m, l| m.max(*l));
         let before = problem
@@ -123,6 +133,9 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
             operator,
             resultants,
             limit,
+            coarse,
+            predicted: 0.0,
+            stale: 0,
             steps: 0,
             iterations: 0,
         }
@@ -146,6 +159,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         self.renew_slip();
         let mut fresh = true;
         let (mut best, mut since) = (f64::INFINITY, 0);
+        let mut conjugate = true;
         loop {
             self.improve_multipliers();
             let gap = self.gap();
@@ -167,6 +181,14 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
                 (best, since) = (gap.error, 0);
             }
             self.steps += 1;
+            if conjugate {
+                if since <= CONJUGATE_PATIENCE && self.conjugate_step() {
+                    fresh = false;
+                    continue;
+                }
+                conjugate = false;
+                since = 0;
+            }
             if since <= PATIENCE
                 && let Some(part) = self.newton(gap)
             {
@@ -213,6 +235,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         }
         // What the resultants lack, as a stuck contact would carry it.
         let lack = self.resultants.lack(&self.shear);
+        self.set_springs();
         let matrix = self.rigid_fields();
         let amounts = solve_small(&matrix, &lack);
         for (k, &(motion, _)) in self.resultants.asked.iter().enumerate() {
@@ -285,9 +308,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         for (total, amount) in self.displacement.iter_mut().zip(amounts) {
             *total += amount;
         }
-        for (cell, s) in self.slip.iter_mut().enumerate() {
-            *s = plus(*s, 1.0, self.resultants.field(amounts, cell));
-        }
+        self.resultants.add(amounts, &mut self.slip);
     }
 
     /// True where the shear is at its limit and along the slip.
@@ -299,6 +320,9 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
     /// The relative duality gap.
     fn gap(&self) -> Gap {
         let (mut gap, mut bound, mut reach) = (0.0, 0.0, self.least_motion * self.least_motion);
+        let everywhere =
+            (self.resultants.rotation.is_none() && self.offset.is_none() && !self.limit.is_empty())
+                .then(|| self.given(0));
         for (cell, (&q, &s)) in self.shear.iter().zip(&self.slip).enumerate() {
             let limit = self.limit[cell];
             let full = limit * norm(s);
@@ -311,7 +335,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
                 full.max(full - along)
             };
             bound += full;
-            let given = self.given(cell);
+            let given = everywhere.unwrap_or_else(|| self.given(cell));
             let elastic = plus(given, -1.0, s);
             reach = reach.max(dot(given, given)).max(dot(elastic, elastic));
         }
@@ -338,7 +362,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
 
     /// Turns the direction in `step` into a step between points inside the discs that have the resultants asked for: slip
     /// cells turn, stick cells that leave their disc stop on its circle. False where there is none.
-    fn turn_and_project(&mut self) -> bool {
+    pub(super) fn turn_and_project(&mut self) -> bool {
         let balanced = !self.resultants.asked.is_empty();
         for cell in 0..self.step.len() {
             let (q, d, limit) = (self.shear[cell], self.step[cell], self.limit[cell]);
@@ -378,8 +402,9 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         let Some(shift) = self.resultants.balance(&self.work, &self.limit) else {
             return false;
         };
+        self.resultants.add(&shift, &mut self.work);
         for cell in 0..self.step.len() {
-            let target = plus(self.work[cell], 1.0, self.resultants.field(&shift, cell));
+            let target = self.work[cell];
             let (q, limit) = (self.shear[cell], self.limit[cell]);
             self.step[cell] = if norm(target) >= limit && norm(q) >= limit * (1.0 - ON_CIRCLE) {
                 turn_towards(q, target)

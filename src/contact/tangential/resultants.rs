@@ -60,13 +60,41 @@ impl<const A: usize> Resultants<A> {
         }
     }
 
+    /// Adds the motions in the given amounts to a field on the contact cells.
+    pub(super) fn add(&self, amounts: &Motions, field: &mut [Vector<A>]) {
+        let along = self.along_axes(amounts);
+        match &self.rotation {
+            None => {
+                for value in field {
+                    *value = plus(*value, 1.0, along);
+                }
+            }
+            Some(rotation) => {
+                for (value, turned) in field.iter_mut().zip(rotation) {
+                    *value = plus(plus(*value, 1.0, along), amounts[MOTIONS - 1], *turned);
+                }
+            }
+        }
+    }
+
+    fn along_axes(&self, amounts: &Motions) -> Vector<A> {
+        std::array::from_fn(|axis| amounts[axis])
+    }
+
     /// The sum Σ q·r of each free motion.
     pub(super) fn sums(&self, shear: &[Vector<A>]) -> Motions {
+        let mut along = [0.0; A];
+        for q in shear {
+            along = plus(along, 1.0, *q);
+        }
         let mut sums = [0.0; MOTIONS];
-        for (cell, q) in shear.iter().enumerate() {
-            for &(motion, _) in &self.asked {
-                sums[motion] += dot(*q, self.motion(motion, cell));
-            }
+        for &(motion, _) in &self.asked {
+            sums[motion] = match &self.rotation {
+                Some(rotation) if motion == MOTIONS - 1 => {
+                    shear.iter().zip(rotation).map(|(q, r)| dot(*q, *r)).sum()
+                }
+                _ => along[motion],
+            };
         }
         sums
     }
@@ -198,27 +226,54 @@ impl<const A: usize> Resultants<A> {
         target: &[Vector<A>],
         limit: &[f64],
     ) -> Balance {
-        let mut balance = Balance::default();
-        for &(motion, asked) in &self.asked {
-            balance.lack[motion] = enlarged * asked;
-        }
+        let along = self.along_axes(at);
+        let mut sums = [0.0; MOTIONS];
+        let mut slope = [[0.0; MOTIONS]; MOTIONS];
+        // A shear in its disc moves with the target, one on its circle only along it: by `factor` times what is across `out`.
+        let mut inside = 0.0;
         for (cell, (target, limit)) in target.iter().zip(limit).enumerate() {
             let limit = enlarged * limit;
-            let shifted = plus(*target, 1.0, self.field(at, cell));
-            let size = norm(shifted);
-            let inside = size <= limit;
-            let factor = if inside { 1.0 } else { limit / size };
-            for &(j, _) in &self.asked {
-                let motion = self.motion(j, cell);
-                balance.lack[j] -= factor * dot(shifted, motion);
-                let mut change = motion;
-                if !inside {
-                    let out = scaled(1.0 / size, shifted);
-                    change = plus(change, -dot(out, motion), out);
+            let mut shifted = plus(*target, 1.0, along);
+            let rotation = self.rotation.as_ref().map(|rotation| rotation[cell]);
+            if let Some(rotation) = rotation {
+                shifted = plus(shifted, at[MOTIONS - 1], rotation);
+            }
+            let square = dot(shifted, shifted);
+            let (mut factor, mut out) = (1.0, [0.0; A]);
+            if square <= limit * limit {
+                inside += 1.0;
+            } else {
+                let inverse = 1.0 / square.sqrt();
+                factor = limit * inverse;
+                out = scaled(inverse, shifted);
+                for u in 0..A {
+                    slope[u][u] += factor;
+                    for v in 0..A {
+                        slope[u][v] -= factor * out[u] * out[v];
+                    }
                 }
-                for &(k, _) in &self.asked {
-                    balance.slope[j][k] += factor * dot(change, self.motion(k, cell));
+            }
+            for u in 0..A {
+                sums[u] += factor * shifted[u];
+            }
+            if let Some(rotation) = rotation {
+                sums[MOTIONS - 1] += factor * dot(shifted, rotation);
+                let across = plus(rotation, -dot(out, rotation), out);
+                for u in 0..A {
+                    slope[u][MOTIONS - 1] += factor * across[u];
+                    slope[MOTIONS - 1][u] += factor * across[u];
                 }
+                slope[MOTIONS - 1][MOTIONS - 1] += factor * dot(across, rotation);
+            }
+        }
+        let mut balance = Balance::default();
+        for &(j, asked) in &self.asked {
+            balance.lack[j] = enlarged * asked - sums[j];
+            for &(k, _) in &self.asked {
+                balance.slope[j][k] = slope[j][k];
+            }
+            if j < A {
+                balance.slope[j][j] += inside;
             }
         }
         balance

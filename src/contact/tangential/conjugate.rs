@@ -1,0 +1,126 @@
+//! Projected conjugate gradient steps, with which a solve begins.
+//!
+//! The search direction keeps its conjugacy while cells begin and cease to slip (β of Hestenes and Stiefel, from the true change
+//! of the slip). A trial step is projected into the discs and onto the resultants, and the chord to the projected point followed
+//! to its minimum: one convolution a step. On a steady state of all cells this is the conjugate gradient method.
+
+use super::direction::Freedom;
+use super::newton::Solver;
+use super::resultants::solve_small;
+use super::vector::{dot, plus, scaled};
+
+/// Part of the cells that have changed between stick and slip when the preconditioner's correction is set anew.
+const STALE: f64 = 0.1;
+
+/// Bounds on the length of a trial step, whose natural length is one.
+const LENGTHS: (f64, f64) = (0.05, 4.0);
+
+/// Shorter trials along one direction before the plain one is taken, each a quarter as long.
+const TRIALS: usize = 3;
+
+impl<const A: usize> Solver<'_, '_, A> {
+    /// A step. False where none descends.
+    pub(super) fn conjugate_step(&mut self) -> bool {
+        let changed = self.set_free();
+        self.stale += changed;
+        let begins = self.predicted == 0.0;
+        if begins || self.stale as f64 > STALE * self.freedom.len() as f64 {
+            self.stale = 0;
+            self.set_springs();
+            self.rigid_fields();
+        } else if changed > 0 {
+            for rigid in &mut self.rigid {
+                for (r, freedom) in rigid.iter_mut().zip(&self.freedom) {
+                    *r = freedom.free(*r);
+                }
+            }
+        }
+        self.precondition(|solver, cell| solver.slip[cell]);
+        if !self.resultants.asked.is_empty() {
+            let mut matrix = [[0.0; 3]; 3];
+            for (rigid, &(motion, _)) in self.rigid.iter().zip(&self.resultants.asked) {
+                matrix[motion] = self.resultants.sums(rigid);
+            }
+            let change = solve_small(&matrix, &self.resultants.sums(&self.work));
+            for (rigid, &(motion, _)) in self.rigid.iter().zip(&self.resultants.asked) {
+                for (w, r) in self.work.iter_mut().zip(rigid) {
+                    *w = plus(*w, -change[motion], *r);
+                }
+            }
+        }
+        let mut beta = 0.0;
+        if !begins {
+            let (mut change, mut curvature) = (0.0, 0.0);
+            for cell in 0..self.work.len() {
+                let freedom = self.freedom[cell];
+                let step = freedom.free(self.step[cell]);
+                let mut image = freedom.free(self.image[cell]);
+                if let Freedom::Slip { compliance, .. } = freedom {
+                    image = plus(image, compliance, step);
+                }
+                change -= dot(self.work[cell], image);
+                curvature += dot(step, image);
+            }
+            if curvature > 0.0 {
+                beta = (change / curvature).max(0.0);
+            }
+        }
+        for cell in 0..self.work.len() {
+            let step = self.freedom[cell].free(self.step[cell]);
+            self.direction[cell] = plus(self.work[cell], beta, step);
+        }
+        let mut length = if begins { 1.0 } else { self.predicted };
+        for _ in 0..TRIALS {
+            for (step, direction) in self.step.iter_mut().zip(&self.direction) {
+                *step = scaled(length, *direction);
+            }
+            if self.turn_and_project() && self.follow(length) {
+                self.iterations += 1;
+                return true;
+            }
+            length *= 0.25;
+        }
+        self.predicted = 0.0;
+        !begins && self.conjugate_step()
+    }
+
+    /// Follows the chord `step` to its minimum, or to where a shear on it meets its limit. False where it does not descend.
+    fn follow(&mut self, length: f64) -> bool {
+        let along = |slip: &[_], step: &[_]| -> f64 {
+            slip.iter().zip(step).map(|(s, d)| dot::<A>(*s, *d)).sum()
+        };
+        let descent = along(&self.slip, &self.step);
+        if descent <= 0.0 {
+            return false;
+        }
+        self.operator.compliance(&self.step, &mut self.image);
+        let curvature = along(&self.image, &self.step);
+        let best = if curvature > 0.0 {
+            descent / curvature
+        } else {
+            LENGTHS.1
+        };
+        let part = best.min(self.reach());
+        for cell in 0..self.step.len() {
+            self.shear[cell] = plus(self.shear[cell], part, self.step[cell]);
+            self.slip[cell] = plus(self.slip[cell], -part, self.image[cell]);
+        }
+        self.predicted = (length * best).clamp(LENGTHS.0, LENGTHS.1);
+        true
+    }
+
+    /// How far the chord can be followed within the discs, its own end being 1.
+    fn reach(&self) -> f64 {
+        if A > 1 {
+            return 1.0;
+        }
+        let mut reach = f64::INFINITY;
+        for ((q, d), limit) in self.shear.iter().zip(&self.step).zip(&self.limit) {
+            let (q, d) = (q[0], d[0]);
+            if d != 0.0 {
+                reach = reach.min((limit - q * d.signum()) / d.abs());
+            }
+        }
+        reach.max(1.0)
+    }
+}
