@@ -35,7 +35,9 @@ impl<const A: usize> Solver<'_, '_, A> {
                 }
             }
         }
-        self.precondition(|solver, cell| solver.slip[cell]);
+        let slip = std::mem::take(&mut self.slip);
+        self.precondition(&slip);
+        self.slip = slip;
         if !self.resultants.asked.is_empty() {
             let mut matrix = [[0.0; 3]; 3];
             for (rigid, &(motion, _)) in self.rigid.iter().zip(&self.resultants.asked) {
@@ -51,28 +53,31 @@ impl<const A: usize> Solver<'_, '_, A> {
         let mut beta = 0.0;
         if !begins {
             let (mut change, mut curvature) = (0.0, 0.0);
-            for cell in 0..self.work.len() {
-                let freedom = self.freedom[cell];
-                let step = freedom.free(self.step[cell]);
-                let mut image = freedom.free(self.image[cell]);
-                if let Freedom::Slip { compliance, .. } = freedom {
+            let steps = self.step.iter().zip(&self.image).zip(&self.freedom);
+            for (w, ((step, image), freedom)) in self.work.iter().zip(steps) {
+                let step = freedom.free(*step);
+                let mut image = freedom.free(*image);
+                if let Freedom::Slip { compliance, .. } = *freedom {
                     image = plus(image, compliance, step);
                 }
-                change -= dot(self.work[cell], image);
+                change -= dot(*w, image);
                 curvature += dot(step, image);
             }
             if curvature > 0.0 {
                 beta = (change / curvature).max(0.0);
             }
         }
-        for cell in 0..self.work.len() {
-            let step = self.freedom[cell].free(self.step[cell]);
-            self.direction[cell] = plus(self.work[cell], beta, step);
-        }
         let mut length = if begins { 1.0 } else { self.predicted };
-        for _ in 0..TRIALS {
-            for (step, direction) in self.step.iter_mut().zip(&self.direction) {
-                *step = scaled(length, *direction);
+        let steps = self.step.iter_mut().zip(&mut self.direction);
+        for ((w, freedom), (step, direction)) in self.work.iter().zip(&self.freedom).zip(steps) {
+            *direction = plus(*w, beta, freedom.free(*step));
+            *step = scaled(length, *direction);
+        }
+        for trial in 0..TRIALS {
+            if trial > 0 {
+                for (step, direction) in self.step.iter_mut().zip(&self.direction) {
+                    *step = scaled(length, *direction);
+                }
             }
             if self.turn_and_project() && self.follow(length) {
                 self.iterations += 1;
@@ -100,11 +105,12 @@ impl<const A: usize> Solver<'_, '_, A> {
         } else {
             LENGTHS.1
         };
-        let part = best.min(self.reach());
-        for cell in 0..self.step.len() {
-            self.shear[cell] = plus(self.shear[cell], part, self.step[cell]);
-            self.slip[cell] = plus(self.slip[cell], -part, self.image[cell]);
-        }
+        let part = if best > 1.0 {
+            best.min(self.reach())
+        } else {
+            best
+        };
+        self.take_part(part);
         self.predicted = (length * best).clamp(LENGTHS.0, LENGTHS.1);
         true
     }

@@ -30,16 +30,15 @@ pub(super) enum Freedom<const A: usize> {
 impl<const A: usize> Solver<'_, '_, A> {
     /// Decides what is free on each contact cell, and counts those that have changed.
     pub(super) fn set_free(&mut self) -> usize {
-        let mut changed = 0;
-        for cell in 0..self.freedom.len() {
-            let (q, s, limit) = (self.shear[cell], self.slip[cell], self.limit[cell]);
+        let (mut changed, push) = (0, NEAR_STEP / self.lambda);
+        let shears = self.shear.iter().zip(&self.slip).zip(&self.limit);
+        for (freedom, ((&q, &s), &limit)) in self.freedom.iter_mut().zip(shears) {
             let (size, along) = (norm(q), dot(q, s));
-            let at_limit = size >= limit * (1.0 - ON_CIRCLE)
-                || (size >= limit * (1.0 - NEAR_CIRCLE)
-                    && norm(plus(q, NEAR_STEP / self.lambda, s)) >= limit);
-            let slips = at_limit && along > 0.0;
-            changed += usize::from(slips == matches!(self.freedom[cell], Freedom::Stick));
-            self.freedom[cell] = if slips {
+            let slips = along > 0.0
+                && (size >= limit * (1.0 - ON_CIRCLE)
+                    || (size >= limit * (1.0 - NEAR_CIRCLE) && norm(plus(q, push, s)) >= limit));
+            changed += usize::from(slips == matches!(freedom, Freedom::Stick));
+            *freedom = if slips {
                 Freedom::Slip {
                     tangent: scaled(1.0 / size, quarter_turn(q)),
                     compliance: along / (size * limit),
@@ -53,18 +52,17 @@ impl<const A: usize> Solver<'_, '_, A> {
 
     /// `work` = P S M S P `source`: the preconditioner in the free directions P. The slip cells' part is scaled by
     /// S = √(λ/(λ + D)): where a turn is stiff already, the half space counts little. M is corrected by [`super::coarse`].
-    pub(super) fn precondition(&mut self, source: impl Fn(&Self, usize) -> Vector<A>) {
-        let mut work = std::mem::take(&mut self.work);
-        for (cell, w) in work.iter_mut().enumerate() {
-            *w = self.freedom[cell].scaled(source(self, cell), self.lambda);
+    pub(super) fn precondition(&mut self, source: &[Vector<A>]) {
+        let lambda = self.lambda;
+        for ((w, source), freedom) in self.work.iter_mut().zip(source).zip(&self.freedom) {
+            *w = freedom.scaled(*source, lambda);
         }
-        self.coarse.look(&work);
-        self.operator.stiffness(&mut work);
-        self.coarse.correct(&mut work);
-        for (w, freedom) in work.iter_mut().zip(&self.freedom) {
-            *w = freedom.scaled(*w, self.lambda);
+        self.coarse.look(&self.work);
+        self.operator.stiffness(&mut self.work);
+        self.coarse.correct(&mut self.work);
+        for (w, freedom) in self.work.iter_mut().zip(&self.freedom) {
+            *w = freedom.scaled(*w, lambda);
         }
-        self.work = work;
     }
 
     /// Sets the coarse correction for the directions that are free.
@@ -95,9 +93,14 @@ impl<const A: usize> Solver<'_, '_, A> {
         let mut matrix = [[0.0; MOTIONS]; MOTIONS];
         for k in 0..self.resultants.asked.len() {
             let motion = self.resultants.asked[k].0;
-            self.precondition(|solver, cell| solver.resultants.motion(motion, cell));
+            let mut unit = std::mem::take(&mut self.rigid[k]);
+            for (cell, unit) in unit.iter_mut().enumerate() {
+                *unit = self.resultants.motion(motion, cell);
+            }
+            self.precondition(&unit);
             matrix[motion] = self.resultants.sums(&self.work);
-            self.rigid[k].copy_from_slice(&self.work);
+            unit.copy_from_slice(&self.work);
+            self.rigid[k] = unit;
         }
         matrix
     }
@@ -117,7 +120,9 @@ impl<const A: usize> Solver<'_, '_, A> {
         }
         let (mut product, mut first) = (0.0, 0.0);
         loop {
-            self.precondition(|solver, cell| solver.residual[cell]);
+            let residual = std::mem::take(&mut self.residual);
+            self.precondition(&residual);
+            self.residual = residual;
             if !self.resultants.asked.is_empty() {
                 let change = solve_small(&matrix, &self.resultants.sums(&self.work));
                 for k in 0..MOTIONS {

@@ -173,7 +173,10 @@ fn solve_axes<const A: usize>(
             Drive::Force(force) => asked.push((motion, force / (grid.cell_area() * unit))),
         }
     }
+    let limits = || contact.iter().map(|&c| problem.limit[c]);
     let resultants = Resultants {
+        limit_sum: limits().sum(),
+        limit_peak: limits().fold(0.0, f64::max),
         rotation: rotation.map(|_| contact.iter().map(|&c| turned(c)).collect()),
         length,
         asked,

@@ -4,7 +4,7 @@ use super::coarse::Coarse;
 use super::direction::Freedom;
 use super::operator::Operator;
 use super::resultants::{MOTIONS, Motions, Resultants, solve_small};
-use super::vector::{Vector, dot, into_disc, norm, plus, scaled, turn, turn_towards};
+use super::vector::{Vector, dot, into_disc, nearly_turn, norm, plus, scaled, turn_towards};
 use super::{TangentialOptions, TangentialProblem};
 use crate::contact::error::ContactError;
 
@@ -104,13 +104,13 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         });
         let coarse = Coarse::new(operator.half_space(), operator.cells());
         let lambda = operator.self_compliance();
-        let peak = limit.iter().fold(0.0f64, |m, l| m.max(*l));
+        let peak = resultants.limit_peak;
         let before = problem
             .previous
             .iter()
             .flat_map(|q| q.iter().flatten())
             .fold(peak, |m, q| m.max(q.abs()));
-        let limit_sum: f64 = limit.iter().sum();
+        let limit_sum = resultants.limit_sum;
         let zeros = || vec![[0.0; A]; limit.len()];
         Solver {
             problem,
@@ -364,12 +364,13 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
     /// cells turn, stick cells that leave their disc stop on its circle. False where there is none.
     pub(super) fn turn_and_project(&mut self) -> bool {
         let balanced = !self.resultants.asked.is_empty();
-        for cell in 0..self.step.len() {
-            let (q, d, limit) = (self.shear[cell], self.step[cell], self.limit[cell]);
-            let moved = match self.freedom[cell] {
+        let cells = self.shear.iter().zip(&self.limit).zip(&self.freedom);
+        for (step, ((&q, &limit), freedom)) in self.step.iter_mut().zip(cells) {
+            let d = *step;
+            let moved = match *freedom {
                 Freedom::Slip { tangent, .. } => {
                     let angle = dot(d, tangent) / limit;
-                    let moved = turn(q, angle.clamp(-LARGEST_TURN, LARGEST_TURN));
+                    let moved = nearly_turn(q, angle.clamp(-LARGEST_TURN, LARGEST_TURN));
                     let out = (limit / norm(q) - 1.0).max(0.0);
                     plus(moved, out, plus(q, 1.0, moved))
                 }
@@ -385,7 +386,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
                     }
                 }
             };
-            self.step[cell] = moved;
+            *step = moved;
         }
         if !balanced {
             return true;
@@ -449,6 +450,16 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         self.turn_and_project() && self.advance(&[0.0; MOTIONS]).is_some()
     }
 
+    /// Takes a part of the step, whose displacement is `image`.
+    pub(super) fn take_part(&mut self, part: f64) {
+        for (q, step) in self.shear.iter_mut().zip(&self.step) {
+            *q = plus(*q, part, *step);
+        }
+        for (s, image) in self.slip.iter_mut().zip(&self.image) {
+            *s = plus(*s, -part, *image);
+        }
+    }
+
     /// Takes the step, or the part of it that minimises F on the chord, and says which. None where F does not fall along it.
     fn advance(&mut self, shift: &Motions) -> Option<f64> {
         self.operator.compliance(&self.step, &mut self.image);
@@ -467,10 +478,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         } else {
             (descent / curvature).min(1.0)
         };
-        for cell in 0..self.step.len() {
-            self.shear[cell] = plus(self.shear[cell], part, self.step[cell]);
-            self.slip[cell] = plus(self.slip[cell], -part, self.image[cell]);
-        }
+        self.take_part(part);
         if !self.resultants.asked.is_empty() {
             self.move_rigidly(&shift.map(|s| part * s));
         }

@@ -35,6 +35,9 @@ pub(super) struct Resultants<const A: usize> {
     pub(super) rotation: Option<Vec<Vector<A>>>,
     /// What makes a rotation a displacement \[m\].
     pub(super) length: f64,
+    /// Sum of the limits over the contact cells, and the largest \[Pa\].
+    pub(super) limit_sum: f64,
+    pub(super) limit_peak: f64,
     /// The free motions, with the sum Σ q·r that each must have \[Pa\].
     pub(super) asked: Vec<(usize, f64)>,
 }
@@ -129,11 +132,11 @@ impl<const A: usize> Resultants<A> {
             return Some([0.0; MOTIONS]);
         }
         let (at, off) = self.minimise([0.0; MOTIONS], 1.0, target, limit);
-        let largest: f64 = limit.iter().sum();
+        let largest = self.limit_sum;
         if off <= CARRIED * largest {
             return Some(at);
         }
-        let peak = limit.iter().fold(0.0f64, |m, l| m.max(*l));
+        let peak = self.limit_peak;
         let reach = target.iter().fold(peak, |m, t| m.max(norm(*t)));
         let mut factor = reach / peak;
         let mut at = [0.0; MOTIONS];
@@ -155,12 +158,8 @@ impl<const A: usize> Resultants<A> {
         target: &[Vector<A>],
         limit: &[f64],
     ) -> (Motions, f64) {
-        let largest: f64 = factor * limit.iter().sum::<f64>();
-        let reach = 4.0
-            * target
-                .iter()
-                .zip(limit)
-                .fold(0.0f64, |m, (t, l)| m.max(norm(*t)).max(factor * l));
+        let largest = factor * self.limit_sum;
+        let mut reach = None;
         let mut now = self.evaluate(&at, factor, target, limit);
         for _ in 0..BALANCE_STEPS {
             if now.off() <= BALANCED * largest {
@@ -173,8 +172,15 @@ impl<const A: usize> Resultants<A> {
             }
             let mut step = solve_small(&matrix, &now.lack);
             let size = step.iter().fold(0.0f64, |m, s| m.max(s.abs()));
-            if size > reach {
-                step = step.map(|s| s * reach / size);
+            // No farther than some times the farthest target; a short step need not look for it.
+            if size > factor * self.limit_peak {
+                let reach = *reach.get_or_insert_with(|| {
+                    let peak = factor * self.limit_peak;
+                    4.0 * target.iter().fold(peak, |m, t| m.max(norm(*t)))
+                });
+                if size > reach {
+                    step = step.map(|s| s * reach / size);
+                }
             }
             let Some((next, value)) = self.along(at, step, &now, factor, target, limit) else {
                 break;
