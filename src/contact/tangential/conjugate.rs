@@ -15,6 +15,10 @@ const STALE: f64 = 0.1;
 /// Bounds on the length of a trial step, whose natural length is one.
 const LENGTHS: (f64, f64) = (0.05, 4.0);
 
+/// Part of the predicted length that is tried where the shear has two components: slip cells lie on the circle at the end of a
+/// chord and within it on the way, so a trial had better be too short than too long.
+const SHORTENED: f64 = 0.9;
+
 /// Shorter trials along one direction before the plain one is taken, each a quarter as long.
 const TRIALS: usize = 3;
 
@@ -67,7 +71,12 @@ impl<const A: usize> Solver<'_, '_, A> {
                 beta = (change / curvature).max(0.0);
             }
         }
-        let mut length = if begins { 1.0 } else { self.predicted };
+        let shortened = if A == 1 { 1.0 } else { SHORTENED };
+        let mut length = if begins {
+            1.0
+        } else {
+            shortened * self.predicted
+        };
         let steps = self.step.iter_mut().zip(&mut self.direction);
         for ((w, freedom), (step, direction)) in self.work.iter().zip(&self.freedom).zip(steps) {
             *direction = plus(*w, beta, freedom.free(*step));

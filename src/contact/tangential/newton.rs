@@ -211,6 +211,18 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         }
     }
 
+    /// The errors of the shear that a solve would start from.
+    pub(super) fn evaluate(
+        &mut self,
+        start: Option<&Vec<Vec<f64>>>,
+    ) -> Result<(f64, f64), ContactError> {
+        self.begin(start)?;
+        self.renew_slip();
+        self.improve_multipliers();
+        let error = self.gap().error;
+        Ok((error, self.resultants.error(&self.shear, &self.limit)))
+    }
+
     fn not_converged(&self, error: f64) -> ContactError {
         ContactError::NotConverged {
             problem: "tangential",
