@@ -38,6 +38,7 @@ pub fn normal(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, Con
         half_space,
         &[set],
         &unit,
+        |axis, _| unit[axis],
         |h, p, u| h.normal(&p[0], &mut u[0]),
         |h, u, p| h.normal_inverse(&u[0], &mut p[0]),
     )
@@ -57,9 +58,90 @@ pub fn tangential(
         half_space,
         &vec![set; unit.len()],
         &unit,
+        |axis, _| unit[axis],
         compliance,
         stiffness,
     )
+}
+
+/// What follows freely, without a force or moment, while the bodies move along x by a unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Following {
+    /// The displacement along y.
+    pub transverse: bool,
+    /// The rotation about z through the grid's centre.
+    pub rotation: bool,
+}
+
+/// kt along x over the cells of `set`, under shear in the plane, with what follows: one more solve for each.
+pub fn tangential_following(
+    half_space: &mut HalfSpace,
+    set: &[bool],
+    following: Following,
+) -> Result<Stiffness, ContactError> {
+    let grid = half_space.grid();
+    // The displacement field of each motion: along x, along y, and a turn that moves the corners by about a unit.
+    let arm = 0.5 * grid.size()[0].hypot(grid.size()[1]);
+    let field = |motion: usize, axis: usize, c: usize| {
+        let (i, j) = grid.cell(c);
+        let (x, y) = grid.centre(i, j);
+        match motion {
+            2 => [-y, x][axis] / arm,
+            _ => f64::from(u8::from(motion == axis)),
+        }
+    };
+    let mut moved = [
+        Some(0),
+        following.transverse.then_some(1),
+        following.rotation.then_some(2),
+    ]
+    .into_iter()
+    .flatten()
+    .map(|motion| {
+        let unit = vec![1.0; 2];
+        let given = |axis: usize, c: usize| field(motion, axis, c);
+        let sets = vec![set; 2];
+        linearise(half_space, &sets, &unit, given, compliance, stiffness)
+            .map(|solution| (motion, solution))
+    })
+    .collect::<Result<Vec<_>, _>>()?;
+    if moved
+        .iter()
+        .any(|(_, solution)| solution.total.is_infinite())
+    {
+        return tangential(half_space, set, Shear::InPlane);
+    }
+    // Each follower in turn moves such that its resultant vanishes, for x and for those after it.
+    let resultant = |density: &Field, motion: usize| -> f64 {
+        let on_axis = |axis: usize| {
+            let density = density[axis].iter().enumerate();
+            density
+                .map(|(c, q)| q * field(motion, axis, c))
+                .sum::<f64>()
+        };
+        on_axis(0) + on_axis(1)
+    };
+    while moved.len() > 1
+        && let Some((motion, follower)) = moved.pop()
+    {
+        let own = resultant(&follower.density, motion);
+        for (_, other) in &mut moved {
+            let part = if own > 0.0 {
+                resultant(&other.density, motion) / own
+            } else {
+                0.0
+            };
+            for (density, less) in other.density.iter_mut().zip(&follower.density) {
+                for (density, less) in density.iter_mut().zip(less) {
+                    *density -= part * less;
+                }
+            }
+            other.iterations += follower.iterations;
+        }
+    }
+    let (_, mut found) = moved.remove(0);
+    found.total = resultant(&found.density, 0) * grid.cell_area();
+    Ok(found)
 }
 
 /// What moves by a unit.
@@ -94,6 +176,7 @@ pub fn coupled(
         half_space,
         &sets,
         &unit,
+        |axis, _| unit[axis],
         |half_space, traction, displacement| {
             let shear = traction[1..].to_vec();
             let mut along = displacement.split_off(1);
@@ -120,11 +203,13 @@ pub fn coupled(
 
 type Field = ByAxis<Vec<f64>>;
 
-/// Preconditioned conjugate gradients for K x = `unit`, each field on its set.
+/// Preconditioned conjugate gradients for K x = `given`, a displacement of the order of `unit` along each axis, each field on its
+/// set.
 fn linearise(
     half_space: &mut HalfSpace,
     sets: &[&[bool]],
     unit: &ByAxis<f64>,
+    given: impl Fn(usize, usize) -> f64,
     mut apply: impl FnMut(&mut HalfSpace, &Field, &mut Field),
     mut precondition: impl FnMut(&mut HalfSpace, &Field, &mut Field),
 ) -> Result<Stiffness, ContactError> {
@@ -145,7 +230,7 @@ fn linearise(
         (zeros(), zeros(), zeros(), zeros());
     for axis in 0..axes {
         for &c in &cells[axis] {
-            residual[axis][c] = unit[axis];
+            residual[axis][c] = given(axis, c);
         }
     }
     let full = |axis: usize| unit[axis] != 0.0 && cells[axis].len() == grid.len();
@@ -205,7 +290,12 @@ fn linearise(
         }
         iterations += 1;
     }
-    let resultant = |axis: usize| density[axis].iter().sum::<f64>() * unit[axis] * grid.cell_area();
+    let resultant = |axis: usize| {
+        let on_cells = cells[axis]
+            .iter()
+            .map(|&c| density[axis][c] * given(axis, c));
+        on_cells.sum::<f64>() * grid.cell_area()
+    };
     let total = (0..axes).map(resultant).sum();
     Ok(Stiffness {
         density,

@@ -13,6 +13,7 @@ mod extremes;
 mod hertz;
 mod hostile_steps;
 mod kernels;
+mod pairs;
 mod random;
 mod stiffness;
 mod westergaard;

@@ -241,7 +241,8 @@ fn decide_cycle(
             "straight motion about zero under constant load: the steady cycle is antisymmetric",
         ),
         March::Superposition => decide(
-            "superposition: two pressures in place of a tangential solve, an approximation".to_owned(),
+            "superposition: two pressures in place of a tangential solve, an approximation"
+                .to_owned(),
             "fidelity.cycle asks for it",
         ),
         March::Stepped => decide(
