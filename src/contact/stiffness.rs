@@ -53,39 +53,54 @@ pub fn turning(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, Co
         let (x, y) = grid.centre(i, j);
         [1.0, y, -x]
     };
-    let mut answer = normal_under(half_space, set, MIXED_RESIDUAL, |_| 1.0)?;
-    let mut rows = Vec::with_capacity(2);
-    for k in [1, 2] {
-        rows.push(normal_under(half_space, set, MIXED_RESIDUAL, |c| {
-            field(c)[k]
-        })?);
-    }
-    let product = |density: &[f64], k: usize| -> f64 {
-        let terms = density.iter().enumerate();
-        terms.map(|(c, p)| p * field(c)[k]).sum::<f64>() * grid.cell_area()
-    };
-    // A rotation at a time is taken out of the approach, and out of the rotation that is left.
-    for k in [1, 2] {
-        let Some((turn, rest)) = rows.split_first_mut() else {
-            break;
+    let moved = [0, 1, 2]
+        .map(|k| normal_under(half_space, set, MIXED_RESIDUAL, |c| field(c)[k]))
+        .into_iter()
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok(followed(moved, grid.cell_area(), |motion, _, c| {
+        field(c)[motion]
+    }))
+}
+
+/// The first of some motions, where each of the others follows without a resultant. `field` is the displacement of a motion
+/// along an axis at a cell; a motion that the cells do not resist stays away.
+fn followed(
+    mut moved: Vec<Stiffness>,
+    cell_area: f64,
+    field: impl Fn(usize, usize, usize) -> f64,
+) -> Stiffness {
+    let sum = |density: &Field, motion: usize, part: fn(f64) -> f64| -> f64 {
+        let on_axis = |(axis, density): (usize, &Vec<f64>)| {
+            let cells = density.iter().enumerate().filter(|(_, q)| **q != 0.0);
+            cells
+                .map(|(c, q)| part(q * field(motion, axis, c)))
+                .sum::<f64>()
         };
-        answer.iterations += turn.iterations;
-        let pivot = product(&turn.density[0], k);
-        let whole: f64 = (0..grid.len())
-            .map(|c| (turn.density[0][c] * field(c)[k]).abs())
-            .sum();
-        if pivot > SINGULAR * whole * grid.cell_area() {
-            for other in rest.iter_mut().chain([&mut answer]) {
-                let part = product(&other.density[0], k) / pivot;
-                for (p, turned) in other.density[0].iter_mut().zip(&turn.density[0]) {
-                    *p -= part * turned;
+        density.iter().enumerate().map(on_axis).sum()
+    };
+    let resultant = |density: &Field, motion: usize| sum(density, motion, |term| term);
+    while moved.len() > 1
+        && let Some(follower) = moved.pop()
+    {
+        let motion = moved.len();
+        let own = resultant(&follower.density, motion);
+        let resisted = own > SINGULAR * sum(&follower.density, motion, f64::abs);
+        for other in &mut moved {
+            other.iterations += follower.iterations;
+            if !resisted {
+                continue;
+            }
+            let part = resultant(&other.density, motion) / own;
+            for (density, less) in other.density.iter_mut().zip(&follower.density) {
+                for (density, less) in density.iter_mut().zip(less) {
+                    *density -= part * less;
                 }
             }
         }
-        rows.remove(0);
     }
-    answer.total = product(&answer.density[0], 0);
-    Ok(answer)
+    let mut first = moved.remove(0);
+    first.total = resultant(&first.density, 0) * cell_area;
+    first
 }
 
 /// Pressures on the cells of `set` that displace each of them as told.
@@ -125,6 +140,62 @@ pub fn tangential(
         compliance,
         stiffness,
     )
+}
+
+/// What follows freely, without a force or moment, while the bodies move along x by a unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Following {
+    /// The displacement along y.
+    pub transverse: bool,
+    /// The rotation about z through the grid's centre.
+    pub rotation: bool,
+}
+
+/// kt along x over the cells of `set`, under shear in the plane, with what follows: one more solve for each.
+pub fn tangential_following(
+    half_space: &mut HalfSpace,
+    set: &[bool],
+    following: Following,
+) -> Result<Stiffness, ContactError> {
+    let grid = half_space.grid();
+    // The displacement field of each motion: along x, along y, and a turn that moves the corners by about a unit.
+    let arm = 0.5 * grid.size()[0].hypot(grid.size()[1]);
+    let field = |motion: usize, axis: usize, c: usize| {
+        let (i, j) = grid.cell(c);
+        let (x, y) = grid.centre(i, j);
+        match motion {
+            2 => [-y, x][axis] / arm,
+            _ => f64::from(u8::from(motion == axis)),
+        }
+    };
+    let motions: Vec<usize> = [
+        Some(0),
+        following.transverse.then_some(1),
+        following.rotation.then_some(2),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    let solve = |&motion: &usize| {
+        let given = |axis: usize, c: usize| field(motion, axis, c);
+        let sets = [set; 2];
+        linearise(
+            half_space,
+            &sets,
+            MIXED_RESIDUAL,
+            2,
+            given,
+            compliance,
+            stiffness,
+        )
+    };
+    let moved = motions.iter().map(solve).collect::<Result<Vec<_>, _>>()?;
+    if moved.iter().any(|motion| motion.total.is_infinite()) {
+        return tangential(half_space, set, Shear::InPlane);
+    }
+    Ok(followed(moved, grid.cell_area(), |motion, axis, c| {
+        field(motions[motion], axis, c)
+    }))
 }
 
 /// What moves by a unit.

@@ -159,7 +159,7 @@ fn a_tangential_step() {
     for ((rq, boundary), expected) in
         CASES
             .into_iter()
-            .zip([[16.0, 37.0], [26.0, 57.0], [25.5, 60.0], [36.5, 91.0]])
+            .zip([[11.0, 27.5], [15.0, 41.0], [17.5, 45.5], [23.0, 57.0]])
     {
         for (axes, expected) in [1, 2].into_iter().zip(expected) {
             let what = format!("tangential, {axes} axes, Rq {rq:e} m, {boundary:?}");

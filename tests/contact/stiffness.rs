@@ -1,6 +1,8 @@
 use std::f64::consts::PI;
 
 use fretwear::contact::normal::{self, Control, NormalOptions, NormalProblem, Rotation};
+use fretwear::contact::stiffness::Following;
+use fretwear::contact::tangential::{self, Drive, TangentialOptions, TangentialProblem};
 use fretwear::contact::{Boundary, HalfSpace, Shear, cell_integrals, stiffness};
 use fretwear::grid::{Grid, Patch};
 
@@ -246,4 +248,95 @@ fn a_full_periodic_contact_is_rigid() {
             .total,
         f64::INFINITY
     );
+}
+
+/// What the tolerances of both solves leave of a stiffness.
+const SOLVERS: f64 = 1e-6;
+
+/// Force along x over displacement along x of a step that nothing slips in.
+fn stuck(
+    half_space: &mut HalfSpace,
+    patch: &Patch,
+    others: &[Drive],
+    rotation: Option<Drive>,
+) -> f64 {
+    let set = ragged(patch);
+    let displacement = 1e-7;
+    let mut drive = vec![Drive::Displacement(displacement)];
+    drive.extend(others);
+    // Far more than the shear under this displacement, also in the corners of the set.
+    let limit: Vec<f64> = set.iter().map(|&c| if c { 1e12 } else { 0.0 }).collect();
+    let problem = TangentialProblem {
+        patch,
+        limit: &limit,
+        previous: None,
+        drive: &drive,
+        rotation,
+        offset: None,
+    };
+    let options = TangentialOptions {
+        tolerance: 1e-12,
+        ..TangentialOptions::default()
+    };
+    let found = tangential::solve(half_space, &problem, None, options).expect("a stuck step");
+    found.force[0] / displacement
+}
+
+/// Contact spots without any symmetry, so that what moves along x also moves along y and turns.
+fn ragged(patch: &Patch) -> Vec<bool> {
+    let (nx, ny) = (patch.grid.nx, patch.grid.ny);
+    (0..patch.grid.len())
+        .map(|c| {
+            let (i, j) = patch.grid.cell(c);
+            let on_a_diagonal = (i * ny).abs_diff(j * nx) < nx * ny / 4;
+            patch.kept[c] && (on_a_diagonal || (i < nx / 3 && (i + 2 * j) % 5 < 2))
+        })
+        .collect()
+}
+
+#[test]
+fn kt_is_the_first_slope_of_a_tangential_step() {
+    let patch = Patch::with_hole(Grid::over([2e-3, 1.5e-3], [26, 23]), 0.5e-3);
+    let set = ragged(&patch);
+    let mut half_space = half_space(&patch);
+    let (held, free) = (Drive::Displacement(0.0), Drive::Force(0.0));
+    let mut found = Vec::new();
+    let along_x = stiffness::tangential(&mut half_space, &set, Shear::AlongX).expect("kt");
+    found.push((along_x.total, stuck(&mut half_space, &patch, &[], None)));
+    let fixed = stiffness::tangential(&mut half_space, &set, Shear::InPlane).expect("kt");
+    found.push((fixed.total, stuck(&mut half_space, &patch, &[held], None)));
+    for (transverse, rotation) in [(false, false), (true, false), (false, true), (true, true)] {
+        let following = Following {
+            transverse,
+            rotation,
+        };
+        let kt = stiffness::tangential_following(&mut half_space, &set, following).expect("kt");
+        let y = if transverse { free } else { held };
+        let turn = rotation.then_some(free);
+        found.push((kt.total, stuck(&mut half_space, &patch, &[y], turn)));
+    }
+    for (kt, slope) in &found {
+        assert!(
+            (kt / slope - 1.0).abs() < SOLVERS,
+            "kt {kt:e}, slope {slope:e}"
+        );
+    }
+    // All that follows makes the joint softer, and by a part that a sign cannot hide in.
+    let kt: Vec<f64> = found[2..].iter().map(|(kt, _)| *kt).collect();
+    assert!((kt[0] / found[1].0 - 1.0).abs() < SOLVERS);
+    let softer = 1.0 - 100.0 * SOLVERS;
+    assert!(kt[1] < softer * kt[0] && kt[2] < softer * kt[0], "{kt:?}");
+    assert!(kt[3] < softer * kt[1] && kt[3] < softer * kt[2], "{kt:?}");
+}
+
+#[test]
+fn a_full_periodic_contact_is_rigid_whatever_follows() {
+    let grid = Grid::over([2e-3, 1.5e-3], [12, 10]);
+    let mut half_space = HalfSpace::new(grid, PAIR, Boundary::Periodic);
+    let following = Following {
+        transverse: true,
+        rotation: true,
+    };
+    let kt = stiffness::tangential_following(&mut half_space, &vec![true; grid.len()], following);
+    assert_eq!(kt.expect("kt").total, f64::INFINITY);
 }

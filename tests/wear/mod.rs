@@ -4,6 +4,7 @@ mod cycle;
 mod drives;
 mod motion;
 mod step;
+mod superposition;
 
 use fretwear::contact::normal::{NormalOptions, Rotation};
 use fretwear::contact::tangential::TangentialOptions;

@@ -1,0 +1,131 @@
+//! What tangential steps of one rough joint cost, held in bands: a solver that needs more pairs has become another one.
+
+use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
+use fretwear::contact::tangential::{
+    self, Drive, TangentialOptions, TangentialProblem, TangentialSolution,
+};
+use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair};
+use fretwear::grid::{ByAxis, Grid, Patch};
+
+use super::battery::waves;
+use super::random::Random;
+
+const LOAD: f64 = 3e3;
+const FRICTION: f64 = 0.6;
+
+struct Joint {
+    patch: Patch,
+    half_space: HalfSpace,
+    limit: Vec<f64>,
+}
+
+/// A quarter of the cells in contact, in spots of a few cells.
+fn joint() -> Joint {
+    let steel = Elastic {
+        youngs_modulus: 198.4e9,
+        poisson_ratio: 0.3,
+    };
+    let patch = Patch::full(Grid::over([10e-3, 7.5e-3], [60, 48]));
+    let height = waves(patch.grid, &mut Random::new(7), 0.7e-6, [0.5e-3; 2]);
+    let mut half_space = HalfSpace::new(patch.grid, Pair::same(steel), Boundary::Free);
+    let problem = NormalProblem::new(&patch, &height, LOAD);
+    let contact = normal::solve(&mut half_space, &problem, None, NormalOptions::default());
+    let pressure = contact.expect("a contact").pressure;
+    let limit: Vec<f64> = pressure.iter().map(|p| FRICTION * p).collect();
+    let share = limit.iter().filter(|l| **l > 0.0).count() as f64 / limit.len() as f64;
+    assert!((0.15..0.5).contains(&share), "{share} in contact");
+    Joint {
+        patch,
+        half_space,
+        limit,
+    }
+}
+
+impl Joint {
+    /// A step from `previous`, and its pairs.
+    fn step(
+        &mut self,
+        previous: Option<&ByAxis<Vec<f64>>>,
+        drive: ByAxis<Drive>,
+    ) -> (TangentialSolution, f64) {
+        let problem = TangentialProblem {
+            patch: &self.patch,
+            limit: &self.limit,
+            previous,
+            drive: &drive,
+            rotation: None,
+            offset: None,
+        };
+        let options = TangentialOptions::default();
+        self.half_space.take_pairs();
+        let found = tangential::solve(&mut self.half_space, &problem, None, options);
+        let found = found.expect("a certified step");
+        assert!(found.error <= options.tolerance);
+        (found, self.half_space.take_pairs())
+    }
+}
+
+/// Share of sliding and the bands, a fifth above what was measured: pairs at most along one axis and along two, by displacement and by force.
+const BANDS: [(&str, f64, [f64; 4]); 3] = [
+    ("near stick", 0.1, [25.0, 62.0, 23.0, 58.0]),
+    ("partial slip", 0.6, [19.0, 50.0, 18.0, 48.0]),
+    ("near sliding", 0.97, [14.0, 50.0, 12.0, 46.0]),
+];
+
+/// Gross sliding, along one axis and along two.
+const SLIDING: [f64; 2] = [4.0, 26.0];
+
+/// A step back from a state of partial slip, along one axis and along two.
+const REVERSAL: [f64; 2] = [20.0, 65.0];
+
+/// Neither along an axis nor along a diagonal.
+fn along(axes: usize, amount: f64) -> ByAxis<f64> {
+    match axes {
+        1 => vec![amount],
+        _ => vec![0.8 * amount, -0.6 * amount],
+    }
+}
+
+fn drives(values: &[f64], drive: fn(f64) -> Drive) -> ByAxis<Drive> {
+    values.iter().map(|v| drive(*v)).collect()
+}
+
+#[test]
+fn steps_stay_within_their_pairs() {
+    let mut joint = joint();
+    let sliding = FRICTION * LOAD;
+    let mut over = Vec::new();
+    let mut hold = |case: String, pairs: f64, band: f64| {
+        println!("{case}: {pairs} of {band}");
+        if pairs > band {
+            over.push(format!("{case}: {pairs} pairs, {band} at most"));
+        }
+    };
+    for axes in [1, 2] {
+        for (case, share, bands) in BANDS {
+            let force = along(axes, share * sliding);
+            let (by_force, pairs) = joint.step(None, drives(&force, Drive::Force));
+            hold(
+                format!("{case}, {axes} axes, force"),
+                pairs,
+                bands[axes + 1],
+            );
+            let displacement = drives(&by_force.displacement, Drive::Displacement);
+            let (found, pairs) = joint.step(None, displacement);
+            hold(format!("{case}, {axes} axes"), pairs, bands[axes - 1]);
+            assert!((found.force[0] / force[0] - 1.0).abs() < 1e-3, "{case}");
+            if share == 0.6 {
+                let back: Vec<f64> = by_force.displacement.iter().map(|d| -1.2 * d).collect();
+                let back = drives(&back, Drive::Displacement);
+                let (_, pairs) = joint.step(Some(&by_force.shear), back);
+                hold(format!("reversal, {axes} axes"), pairs, REVERSAL[axes - 1]);
+            }
+        }
+        let far = drives(&along(axes, 50e-6), Drive::Displacement);
+        let (found, pairs) = joint.step(None, far);
+        hold(format!("sliding, {axes} axes"), pairs, SLIDING[axes - 1]);
+        let force = found.force.iter().map(|f| f * f).sum::<f64>().sqrt();
+        assert!((force / sliding - 1.0).abs() < 1e-3);
+    }
+    assert!(over.is_empty(), "{}", over.join("\n"));
+}
