@@ -34,7 +34,7 @@ pub(super) struct Coarse<const A: usize> {
 impl<const A: usize> Coarse<A> {
     pub(super) fn new(half_space: &HalfSpace, cells: &[usize]) -> Self {
         let grid = half_space.grid();
-        let blocks = |n: usize| (n / LEAST_CELLS).min(BLOCKS).max(1);
+        let blocks = |n: usize| (n / LEAST_CELLS).clamp(1, BLOCKS);
         let (mx, my) = match half_space.boundary() {
             Boundary::Free => (blocks(grid.nx), blocks(grid.ny)),
             Boundary::Periodic => (0, 0),
