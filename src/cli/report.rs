@@ -20,6 +20,7 @@ pub fn outcome(
         let mut object = outcome.summary.as_ref().map(row).unwrap_or_default();
         object.insert("wear_iteration".to_owned(), json!(outcome.wear_iteration));
         object.insert("timing".to_owned(), json!(outcome.timing));
+        object.insert("timing_fft_pairs".to_owned(), json!(outcome.fft_pairs));
         return writeln!(out, "{}", Value::Object(object));
     }
     if let Ending::Until(stage) = outcome.ending {

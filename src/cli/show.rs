@@ -35,7 +35,17 @@ pub fn plan(path: &Path, sets: &[String], as_json: bool) -> Result<Exit, CliErro
     let cost = &plan.cost;
     let states = 1.0 + cost.iterations;
     writeln!(out, "\nestimated cost")?;
-    writeln!(out, "    memory        {:.0} MB", cost.memory as f64 / 1e6)?;
+    let cached = cost.memory_cached.map_or_else(String::new, |cached| {
+        format!(
+            "; {:.0} MB with the structure in the cache",
+            cached as f64 / 1e6
+        )
+    });
+    writeln!(
+        out,
+        "    memory        {:.0} MB{cached}",
+        cost.memory as f64 / 1e6
+    )?;
     if cost.unknowns > 0 {
         writeln!(
             out,

@@ -31,6 +31,7 @@ pub(super) const KEYS: &[&str] = &[
     "surface.spacing",
     "contact.friction_coefficient",
     "contact.normal_load",
+    "contact.approach",
     "contact.kn",
     "contact.kt",
     "contact.gap",
@@ -106,6 +107,7 @@ pub(super) const KEYS: &[&str] = &[
     "fidelity.normal_tolerance",
     "fidelity.tangential_tolerance",
     "fidelity.cycle_tolerance",
+    "fidelity.load_steps",
     "fidelity.wear_tolerance",
     "fidelity.aft_samples",
     "output.keep",
@@ -208,6 +210,7 @@ pub(super) const ALTERNATIVES: &[(&str, &[&[&str]])] = &[
             ],
         ],
     ),
+    ("contact", &[&["normal_load"], &["approach"]]),
     ("motion", &[&["force"], &["amplitude"], &["history"]]),
     ("motion", &[&["rotation"], &["moment"], &["history"]]),
     (

@@ -162,10 +162,13 @@ pub enum Surface {
 /// `[contact]`
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Contact {
-    /// Coulomb's coefficient of friction; there whenever there is a motion or a structure.
+    /// Coulomb's coefficient of friction, zero or greater; there whenever there is a motion or a structure.
     pub friction_coefficient: Option<f64>,
-    /// Static load that presses the bodies together \[N\].
+    /// Static load that presses the bodies together \[N\]; 0 where the approach is given.
     pub normal_load: f64,
+    /// Approach of the bodies from height 0, in place of the load \[m\]; none: the load is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub approach: Option<f64>,
     /// Stiffness of a contact without a surface.
     pub given: Option<GivenContact>,
     /// Which stiffness of the rough contact the contact elements get.
@@ -383,6 +386,8 @@ pub struct Fidelity {
     pub tangential_tolerance: f64,
     /// Relative closure of a steady cycle.
     pub cycle_tolerance: f64,
+    /// Steps in which the load rises on bodies that slip under it, since they differ elastically.
+    pub load_steps: usize,
     /// Samples of a vibration cycle at which contact elements are evaluated.
     pub aft_samples: usize,
 }

@@ -6,8 +6,9 @@ use crate::tables::{Table, TableError, TableName};
 use crate::wear::cycle::CycleSolution;
 use crate::wear::{FrettingJoint, WearError};
 
-/// Loads of the indentation curve, in parts of the static load, from below.
-const LOADS: [f64; 7] = [0.0, 0.125, 0.25, 0.5, 0.75, 1.0, 1.25];
+/// Loads of the indentation curve below the static load, in parts of it, from there down, and the one above.
+const BELOW: [f64; 5] = [0.75, 0.5, 0.25, 0.125, 0.0];
+const ABOVE: f64 = 1.25;
 
 /// Points of a branch of the hysteresis loop.
 const BRANCH: usize = 8;
@@ -20,7 +21,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    fn push(&mut self, load: f64, displacement: f64) {
+    pub fn push(&mut self, load: f64, displacement: f64) {
         self.load.push(load);
         self.displacement.push(displacement);
     }
@@ -44,17 +45,31 @@ pub fn indentation(
     let capacity = joint
         .pressure_cap
         .map_or(f64::INFINITY, |cap| cap * joint.patch.area());
-    let mut curve = Curve::default();
-    for part in LOADS {
-        if part == 1.0 {
-            curve.push(load, at_load.approach);
-        } else if part * load <= capacity {
-            match joint.contact(wear, None, part * load, Some(&at_load.pressure)) {
-                Ok(contact) => curve.push(part * load, contact.approach),
-                Err(WearError::Contact(ContactError::MomentNotCarried { .. })) => {}
-                Err(error) => return Err(error),
-            }
+    let mut at = |part: f64, start: &[f64]| {
+        if part * load > capacity {
+            return Ok(None);
         }
+        match joint.contact(wear, None, part * load, Some(start)) {
+            Ok(contact) => Ok(Some((part * load, contact))),
+            Err(WearError::Contact(ContactError::MomentNotCarried { .. })) => Ok(None),
+            Err(error) => Err(error),
+        }
+    };
+    let mut points = vec![(load, at_load.approach)];
+    // Each from the one above: the nearest there is.
+    let mut pressure = at_load.pressure.clone();
+    for part in BELOW {
+        if let Some((load, contact)) = at(part, &pressure)? {
+            points.push((load, contact.approach));
+            pressure = contact.pressure;
+        }
+    }
+    points.reverse();
+    let above = at(ABOVE, &at_load.pressure)?;
+    points.extend(above.map(|(load, contact)| (load, contact.approach)));
+    let mut curve = Curve::default();
+    for (load, approach) in points {
+        curve.push(load, approach);
     }
     Ok(curve)
 }

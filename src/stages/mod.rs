@@ -11,6 +11,7 @@ mod curves;
 mod dynamic_response;
 mod error;
 mod fretting_cycle;
+mod indentation;
 mod inputs;
 mod ledger;
 mod model_update;

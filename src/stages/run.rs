@@ -40,6 +40,8 @@ pub struct RunOptions<'a> {
     pub source: Option<Source>,
     /// End after this stage.
     pub until: Option<Stage>,
+    /// Threads for the transforms of the contact solvers; results do not depend on their number.
+    pub threads: usize,
     /// Where reduced structures are shared between runs; none: they are not.
     pub cache: Option<Cache>,
     /// Through which all files of the run are written and read.
@@ -94,8 +96,10 @@ pub struct Outcome {
     pub wear_iteration: Option<u64>,
     /// Its summary.
     pub summary: Option<Table>,
-    /// Seconds by stage over all iterations that are kept.
+    /// Seconds by stage, and by part of a stage that is told apart (`stage.part`), over all iterations that are kept.
     pub timing: BTreeMap<String, f64>,
+    /// Forward and inverse transform pairs, the same way.
+    pub fft_pairs: BTreeMap<String, f64>,
 }
 
 /// Begins or continues a run.
@@ -169,6 +173,7 @@ fn run_rough(
     let mut joint = inputs
         .plan
         .build(fidelity, rough, unworn.patch, unworn.height, motion);
+    joint.half_space.set_threads(options.threads);
     let (vibrating, unworn_approach) = prepare(inputs, stored, &mut joint)?;
     let mut context = Context {
         inputs,
@@ -430,7 +435,7 @@ fn prune(store: &mut RunStore, inputs: &Inputs) -> Result<(), RunError> {
 }
 
 fn outcome(store: &RunStore, ending: Ending) -> Result<Outcome, RunError> {
-    let mut timing = BTreeMap::new();
+    let (mut timing, mut fft_pairs) = (BTreeMap::new(), BTreeMap::new());
     for wear_iteration in store.reader().iterations() {
         let table = match store.read(wear_iteration, TableName::Timing) {
             Ok(table) => table,
@@ -438,9 +443,10 @@ fn outcome(store: &RunStore, ending: Ending) -> Result<Outcome, RunError> {
             Err(StoreError::Damaged(_)) => continue,
             Err(error) => return Err(error.into()),
         };
-        for (name, seconds) in table.text("stage")?.iter().zip(table.f64("seconds")?) {
-            let stage = name.split('.').next().unwrap_or(name);
-            *timing.entry(stage.to_owned()).or_insert(0.0) += seconds;
+        for (column, sums) in [("seconds", &mut timing), ("fft_pairs", &mut fft_pairs)] {
+            for (name, value) in table.text("stage")?.iter().zip(table.f64(column)?) {
+                *sums.entry(name.to_owned()).or_insert(0.0) += value;
+            }
         }
     }
     let wear_iteration = store.latest();
@@ -452,5 +458,6 @@ fn outcome(store: &RunStore, ending: Ending) -> Result<Outcome, RunError> {
         wear_iteration,
         summary,
         timing,
+        fft_pairs,
     })
 }

@@ -79,16 +79,17 @@ fn balance(
     committed: &mut Committed,
 ) -> Result<(), RunError> {
     let before = &committed.worn;
-    let shear_axes = context.inputs.plan.shear;
+    let (shear_axes, coupling) = (context.inputs.plan.shear, context.inputs.plan.coupling);
     let (bolt, load) = (context.bolt(), context.load);
     let ((contact, load, kn, kt), fft_pairs) = context.timed(Stage::StaticContact, |joint| {
         let start = Some(&before.pressure[..]);
         let (load, contact) = borne(joint, bolt, load, &before.wear, start)?;
-        let (kn, kt) = stiffnesses(joint, &contact.pressure, shear_axes)?;
+        let (kn, kt) = stiffnesses(joint, &contact.pressure, shear_axes, coupling)?;
         Ok((contact, load, kn, kt))
     })?;
     context.bear(load);
     let contact = StaticContact {
+        friction: None,
         load,
         solution: contact,
         kn,

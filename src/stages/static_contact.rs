@@ -2,11 +2,14 @@
 
 use super::context::{Context, Keys, gather, kept, kept_cells};
 use super::error::NumericsError;
+use super::indentation::{Friction, indent};
 use super::{RunError, Stage, curves, fretting_cycle};
-use crate::contact::normal::NormalSolution;
+use crate::contact::normal::{Control, NormalSolution, Rotation};
+use crate::contact::stiffness::Direction;
 use crate::contact::{Shear, stiffness};
 use crate::grid::ByAxis;
-use crate::model_update::{Approach, Bolt, Linearisation, preload};
+use crate::model_update::{Approach, Bolt, preload};
+use crate::scene::plan::Coupling;
 use crate::store::Draft;
 use crate::tables::{Table, TableBuilder, TableError, TableName};
 use crate::wear::FrettingJoint;
@@ -19,6 +22,8 @@ pub struct StaticContact {
     pub kn: f64,
     pub kt: f64,
     pub fft_pairs: f64,
+    /// What friction did while the bodies were pressed together; none where it does not matter.
+    pub friction: Option<Friction>,
 }
 
 /// A static contact, with the shear traction that the cycle starts from.
@@ -80,22 +85,48 @@ pub fn static_contact(
     if let Some(done) = resume(context, draft, keys)? {
         return Ok(done);
     }
-    let shear_axes = context.inputs.plan.shear;
+    let (shear_axes, coupling) = (context.inputs.plan.shear, context.inputs.plan.coupling);
     let curve_due = context.curves_due();
     let start = predicted.as_ref().map(|p| &p.pressure[..]);
     let (bolt, load) = (context.bolt(), context.load);
-    let ((load, solution), solve_pairs) = context.timed(Stage::StaticContact, |joint| {
-        borne(joint, bolt, load, wear, start)
-    })?;
-    let ((kn, kt, curve), stiffness_pairs) =
-        context.timed_part(Stage::StaticContact, Some("stiffness"), |joint| {
-            let (kn, kt) = stiffnesses(joint, &solution.pressure, shear_axes)?;
-            let curve = curve_due
-                .then(|| curves::indentation(joint, wear, load, &solution))
-                .transpose()?;
-            Ok((kn, kt, curve))
+    let contact = context.inputs.scene.contact.as_ref();
+    let approach = contact.and_then(|contact| contact.approach);
+    let ((load, solution, indented), solve_pairs) =
+        context.timed(Stage::StaticContact, |joint| match (coupling, approach) {
+            (Coupling::Indented { load_steps }, _) => {
+                let found = indent(joint, shear_axes, load, load_steps)?;
+                let with_friction = (found.shear, found.friction, found.curve);
+                Ok((load, found.solution, Some(with_friction)))
+            }
+            (_, None) => {
+                let (load, solution) = borne(joint, bolt, load, wear, start)?;
+                Ok((load, solution, None))
+            }
+            (_, Some(approach)) => {
+                let solution = joint.pressed(wear, None, Control::Approach(approach), start)?;
+                Ok((solution.load, solution, None))
+            }
         })?;
-    let fft_pairs = solve_pairs + stiffness_pairs;
+    let (indented, friction, on_the_way) = match indented {
+        Some((shear, friction, curve)) => (Some(shear), Some(friction), Some(curve)),
+        None => (None, None, None),
+    };
+    let ((kn, kt), stiffness_pairs) =
+        context.timed_part(Stage::StaticContact, Some("stiffness"), |joint| {
+            stiffnesses(joint, &solution.pressure, shear_axes, coupling)
+        })?;
+    let (curve, curve_pairs) = match (curve_due, on_the_way) {
+        (false, _) => (None, 0.0),
+        (true, Some(curve)) => (Some(curve), 0.0),
+        (true, None) => {
+            let (curve, pairs) =
+                context.timed_part(Stage::StaticContact, Some("indentation"), |joint| {
+                    Ok(curves::indentation(joint, wear, load, &solution)?)
+                })?;
+            (Some(curve), pairs)
+        }
+    };
+    let fft_pairs = solve_pairs + stiffness_pairs + curve_pairs;
     if let Some(curve) = curve {
         draft.put(
             TableName::Indentation,
@@ -117,9 +148,15 @@ pub fn static_contact(
         .column("error", vec![solution.error])
         .column("iterations", vec![solution.iterations as i64])
         .column("fft_pairs", vec![fft_pairs])
+        .maybe(
+            "tangential_iterations",
+            friction.as_ref().map(|f| vec![f.steps as i64]),
+        )
+        .maybe("error_tangential", friction.as_ref().map(|f| vec![f.error]))
         .build()?;
     draft.put(TableName::StaticContact, &keys.static_contact, &row)?;
-    let shear = predicted.map_or_else(Vec::new, |p| p.shear);
+    let predicted = predicted.map(|p| p.shear);
+    let shear = indented.or(predicted).unwrap_or_default();
     let fields = Predicted {
         gap: solution.gap.clone(),
         pressure: solution.pressure.clone(),
@@ -137,6 +174,7 @@ pub fn static_contact(
             kn,
             kt,
             fft_pairs,
+            friction,
         },
         fields.shear,
     ))
@@ -156,15 +194,31 @@ pub fn borne(
     }
 }
 
-/// kn and kt \[N/m\]: capped cells count in kt alone.
+/// kn and kt \[N/m\]: capped cells count in kt alone; kn is that of bodies that turn where the rotation is free. Those of coupled bodies are at full stick, but for kn without friction.
 pub fn stiffnesses(
     joint: &mut FrettingJoint,
     pressure: &[f64],
     shear: Shear,
+    coupling: Coupling,
 ) -> Result<(f64, f64), NumericsError> {
-    let cap = joint.pressure_cap;
-    let linearisation = Linearisation::new(&mut joint.half_space, pressure, cap, shear)?;
-    Ok((linearisation.kn.total, linearisation.kt.total))
+    let limit = joint.pressure_cap.unwrap_or(f64::INFINITY);
+    let elastic: Vec<bool> = pressure.iter().map(|&p| p > 0.0 && p < limit).collect();
+    let contact: Vec<bool> = pressure.iter().map(|&p| p > 0.0).collect();
+    let half_space = &mut joint.half_space;
+    let kt = match coupling {
+        Coupling::None => stiffness::tangential(half_space, &contact, shear)?,
+        _ => stiffness::coupled(half_space, Direction::AlongX, &elastic, &contact, shear)?,
+    };
+    let kn = match (coupling, joint.rotation) {
+        (Coupling::None | Coupling::Frictionless, Rotation::Given(_)) => {
+            stiffness::normal(half_space, &elastic)?
+        }
+        (Coupling::None | Coupling::Frictionless, Rotation::Free { .. }) => {
+            stiffness::turning(half_space, &elastic)?
+        }
+        _ => stiffness::coupled(half_space, Direction::Normal, &elastic, &contact, shear)?,
+    };
+    Ok((kn.total, kt.total))
 }
 
 /// The contact of a worn joint under what its bolt has left of the load.
@@ -244,6 +298,15 @@ pub fn resume(
         kn: row.f64("kn")?[0],
         kt: row.f64("kt")?[0],
         fft_pairs: row.f64("fft_pairs")?[0],
+        friction: row
+            .has("tangential_iterations")
+            .then(|| -> Result<Friction, TableError> {
+                Ok(Friction {
+                    steps: row.i64("tangential_iterations")?[0] as usize,
+                    error: row.f64("error_tangential")?[0],
+                })
+            })
+            .transpose()?,
     };
     Ok(Some((contact, shear)))
 }

@@ -38,7 +38,8 @@ pub fn summary(
     let pressure = &contact.solution.pressure;
     let kept = joint.patch.cells() as f64;
     let largest = pressure.iter().fold(0.0f64, |m, p| m.max(*p));
-    let fraction = |above: f64| pressure.iter().filter(|&&p| p > above).count() as f64 / kept;
+    let count = |above: f64| pressure.iter().filter(|&&p| p > above).count() as f64;
+    let fraction = |above: f64| count(above) / kept;
     let height: Vec<f64> = joint
         .height
         .iter()
@@ -49,10 +50,14 @@ pub fn summary(
     let mut fft_pairs = contact.fft_pairs + worn.fft_pairs;
     let rotation = context.rotation(&contact.solution);
     let mut table = Table::builder(TableName::Summary)
+        .column(
+            "contact_area",
+            vec![count(0.0) * joint.patch.grid.cell_area()],
+        )
         .column("contact_area_fraction", vec![fraction(0.0)])
         .column("loaded_area_fraction", vec![fraction(LOADED * largest)])
         .column("max_pressure", vec![largest])
-        .maybe("normal_load", context.bolt().map(|_| vec![contact.load]))
+        .column("normal_load", vec![contact.load])
         .column("approach", vec![contact.solution.approach])
         .maybe("rotation_x", rotation.map(|r| vec![r[0]]))
         .maybe("rotation_y", rotation.map(|r| vec![r[1]]))
@@ -78,6 +83,11 @@ pub fn summary(
             )
             .column("peak_frequency", vec![driven.shaken.peak_frequency])
             .column("peak_amplitude", vec![driven.shaken.peak_amplitude]);
+    }
+    if let Some(friction) = &contact.friction {
+        table = table
+            .column("tangential_iterations", vec![friction.steps as i64])
+            .column("error_tangential", vec![friction.error]);
     }
     if let Some(cycle) = cycle {
         fft_pairs += cycle.fft_pairs;

@@ -109,13 +109,24 @@ impl FrettingJoint {
         load: f64,
         start: Option<&[f64]>,
     ) -> Result<NormalSolution, WearError> {
+        self.pressed(wear, compliance, Control::Load(load), start)
+    }
+
+    /// The same under a load or at an approach.
+    pub fn pressed(
+        &mut self,
+        wear: &[f64],
+        compliance: Option<&[f64]>,
+        control: Control,
+        start: Option<&[f64]>,
+    ) -> Result<NormalSolution, WearError> {
         let height: Vec<f64> = self.height.iter().zip(wear).map(|(h, w)| h - w).collect();
         let patch = &self.patch;
         let problem = NormalProblem {
             patch,
             height: &height,
             compliance,
-            control: Control::Load(load),
+            control,
             rotation: self.rotation,
             pressure_cap: self.pressure_cap,
         };

@@ -92,8 +92,8 @@ fn scenes() {
             ],
         ),
         (
-            "contact.transverse=free",
-            &["contact.transverse", "\"free\"", "\"fixed\""],
+            "contact.moment=[\"1 N m\", \"0 N m\"]",
+            &["contact.moment", "contact.rotation", "\"free\""],
         ),
         (
             "fidelity.cycle=superposition",

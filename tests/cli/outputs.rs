@@ -46,17 +46,25 @@ fn json_is_the_last_summary() {
             "{column}"
         );
     }
-    expected.extend(["wear_iteration", "timing"].map(str::to_owned));
+    expected.extend(["wear_iteration", "timing", "timing_fft_pairs"].map(str::to_owned));
     assert_eq!(keys(&found), expected);
     assert_eq!(found["wear_iteration"], latest(&root));
-    let stages = ["fretting_cycle", "static_contact", "surface", "wear"];
+    let stages = [
+        "fretting_cycle",
+        "static_contact",
+        "static_contact.stiffness",
+        "surface",
+        "wear",
+    ];
     assert_eq!(keys(&found["timing"]), stages.map(str::to_owned).into());
+    assert_eq!(keys(&found["timing_fft_pairs"]), keys(&found["timing"]));
     assert!(found["timing"]["wear"].as_f64().expect("a number") > 0.0);
     // A finished run says the same.
     assert_eq!(run_in(&bench, &["--json"]).json(), found);
 
     let status = bench.done(&["status", "a", "--json"]).json();
     expected.remove("timing");
+    expected.remove("timing_fft_pairs");
     expected.extend(["running", "damage"].map(str::to_owned));
     assert_eq!(keys(&status), expected);
     assert_eq!(status["running"], false);

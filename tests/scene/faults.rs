@@ -306,12 +306,12 @@ boundary = "Periodic""#,
     (
         r#"amplitude = ["5 um", "0 um"]"#,
         "",
-        r#"case.toml: motion.amplitude is missing; add to [motion]: amplitude = ["5 um", "0 um"]"#,
+        r#"case.toml: motion.amplitude is missing; add to [motion]: amplitude = ["5 um", "0 um"]   (or force, rotation, moment)"#,
     ),
     (
         r#"amplitude = ["5 um", "0 um"]"#,
         r#"amplitude = ["0 um", "0 um"]"#,
-        r#"case.toml, line 18: motion.amplitude = ["0 um", "0 um"]: nothing moves; give an amplitude greater than zero, or leave [motion] out for a static contact"#,
+        r#"case.toml, line 18: motion.amplitude = ["0 um", "0 um"]: nothing moves; give a value greater than zero, or leave [motion] out for a static contact"#,
     ),
     (
         r#"amplitude = ["5 um", "0 um"]"#,

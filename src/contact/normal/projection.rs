@@ -6,6 +6,7 @@
 //! search along its steps.
 
 use super::rigid::{Motions, RigidMotions};
+use crate::contact::sums::{extremes, sums};
 
 /// Resultants this close, relative to the load, are met: the rounding of a sum over the cells.
 const ROUNDING: f64 = 1e-14;
@@ -26,8 +27,8 @@ const MAX_TRIALS: usize = 100;
 /// Of the stiffness of all cells.
 const STIFFENING: f64 = 1e-6;
 
-/// Moves `pressure` on `cells` to the nearest one within [0, `cap`] with the resultants `target`. False if there is none (as
-/// far as the bounds let it come, it has then come nearer).
+/// Moves pressures, one a cell of `cells`, to the nearest ones within [0, `cap`] with the resultants `target`. False if there
+/// are none (as far as the bounds let them come, they have then come nearer).
 pub(super) fn project(
     motions: &RigidMotions,
     cells: &[usize],
@@ -36,9 +37,7 @@ pub(super) fn project(
     target: &Motions,
 ) -> bool {
     if motions.none() {
-        for &c in cells {
-            pressure[c] = pressure[c].clamp(0.0, cap);
-        }
+        pressure.iter_mut().for_each(|p| *p = p.clamp(0.0, cap));
         return true;
     }
     let scale = motions.distance(target, &[0.0; 3]);
@@ -47,23 +46,19 @@ pub(super) fn project(
         if motions.rotates() {
             let shift;
             (shift, off) = search(motions, cells, pressure, cap, target);
-            for &c in cells {
-                pressure[c] += motions.at(&shift, c);
+            for (p, &c) in pressure.iter_mut().zip(cells) {
+                *p += motions.at(&shift, c);
             }
         } else {
             let shift;
-            (shift, off) = level(cells, pressure, cap, target[0]);
-            for &c in cells {
-                pressure[c] += shift;
-            }
+            (shift, off) = level(pressure, cap, target[0]);
+            pressure.iter_mut().for_each(|p| *p += shift);
         }
         if off <= SPENT * scale {
             break;
         }
     }
-    for &c in cells {
-        pressure[c] = pressure[c].clamp(0.0, cap);
-    }
+    pressure.iter_mut().for_each(|p| *p = p.clamp(0.0, cap));
     off <= SPENT * scale
 }
 
@@ -76,30 +71,37 @@ fn search(
     target: &Motions,
 ) -> (Motions, f64) {
     let resultants = |shift: &Motions| {
-        let at = |c: usize| (pressure[c] + motions.at(shift, c)).clamp(0.0, cap);
-        motions.resultants(cells.iter().copied(), at)
+        let here = cells.iter().zip(pressure);
+        let cut: Vec<f64> = here
+            .map(|(&c, p)| (p + motions.at(shift, c)).clamp(0.0, cap))
+            .collect();
+        motions.resultants(cells, &cut)
     };
     let scale = motions.distance(target, &[0.0; 3]);
     let mut shift = [0.0; 3];
     let mut found = resultants(&shift);
-    let mut best = (shift, motions.distance(&found, target));
+    let mut best = (shift, f64::INFINITY);
     for _ in 0..MAX_STEPS {
         let off = motions.distance(&found, target);
+        // What is left is the rounding of the sums.
+        let spent = off <= SPENT * scale && off > 0.1 * best.1;
         if off < best.1 {
             best = (shift, off);
         }
-        if off <= ROUNDING * scale {
+        if spent || off <= ROUNDING * scale {
             break;
         }
         let missing = [0, 1, 2].map(|k| target[k] - found[k]);
-        let moving = cells.iter().copied().filter(|&c| {
-            let p = pressure[c] + motions.at(&shift, c);
+        let inside = |(c, p): &(&usize, &f64)| {
+            let p = **p + motions.at(&shift, **c);
             p > 0.0 && p < cap
-        });
+        };
+        let moving = cells.iter().zip(pressure.iter()).filter(inside);
+        let moving: Vec<usize> = moving.map(|(c, _)| *c).collect();
         // Cells that do not tell the motions apart (or none) have a little of the stiffness of all.
         let step = motions
-            .with_resultants(moving.clone(), missing)
-            .or_else(|| motions.with_resultants_of(moving, cells, STIFFENING, missing));
+            .with_resultants(&moving, missing)
+            .or_else(|| motions.with_resultants_of(&moving, cells, STIFFENING, missing));
         let Some(step) = step else {
             break;
         };
@@ -149,26 +151,21 @@ fn along(
 
 /// The shift of all pressures alike with which, cut at their bounds, they come nearest to the sum `target`, and how far off
 /// that is then.
-fn level(cells: &[usize], pressure: &[f64], cap: f64, target: f64) -> (f64, f64) {
-    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-    for &c in cells {
-        least = least.min(pressure[c]);
-        most = most.max(pressure[c]);
-    }
+fn level(pressure: &[f64], cap: f64, target: f64) -> (f64, f64) {
+    let (least, most) = extremes(pressure);
     let (mut low, mut high) = (-most, cap.min(target) - least);
     let mut shift = 0.0f64.clamp(low.min(high), high);
     let mut best = (shift, f64::INFINITY);
     for _ in 0..MAX_STEPS {
-        let (mut sum, mut moving) = (0.0, 0usize);
-        for &c in cells {
-            let p = pressure[c] + shift;
-            if p >= cap {
-                sum += cap;
-            } else if p > 0.0 {
-                sum += p;
-                moving += 1;
+        let [sum, moving] = sums(pressure, pressure, |p, _| {
+            let p = p + shift;
+            let above = if p > 0.0 { p } else { 0.0 };
+            if above < cap {
+                [above, if p > 0.0 { 1.0 } else { 0.0 }]
+            } else {
+                [cap, 0.0]
             }
-        }
+        });
         let missing = target - sum;
         if missing.abs() < best.1 {
             best = (shift, missing.abs());
@@ -181,7 +178,7 @@ fn level(cells: &[usize], pressure: &[f64], cap: f64, target: f64) -> (f64, f64)
         } else {
             high = shift;
         }
-        let newton = shift + missing / moving as f64;
+        let newton = shift + missing / moving;
         let next = if newton > low && newton < high {
             newton
         } else {

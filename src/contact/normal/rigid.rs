@@ -4,6 +4,7 @@
 //! are 1, y and −x, so that a rotation θ approaches the bodies by θ_x y − θ_y x, and their resultants are Σp, Σp y and −Σp x:
 //! load and moments over the area of a cell.
 
+use crate::contact::sums::sum;
 use crate::grid::Grid;
 
 /// Coefficients or resultants of up to three motions; those that a problem does not have are 0.
@@ -81,18 +82,14 @@ impl RigidMotions {
     }
 
     /// Σ value · field over some cells, for each motion.
-    pub(super) fn resultants(
-        &self,
-        cells: impl Iterator<Item = usize>,
-        value: impl Fn(usize) -> f64,
-    ) -> Motions {
+    pub(super) fn resultants(&self, cells: &[usize], values: &[f64]) -> Motions {
         let mut sums = [0.0; 3];
         if self.rotation {
             // Moments cancel, and the sum of many equal pressures rounds each time to the same side: what each addition loses
             // is summed as well [Neumaier 1974].
             let mut lost = [0.0; 3];
-            for c in cells {
-                let (fields, value) = (self.fields(c), value(c));
+            for (&c, value) in cells.iter().zip(values) {
+                let fields = self.fields(c);
                 for k in 0..3 {
                     let term = value * fields[k];
                     let sum = sums[k] + term;
@@ -106,49 +103,40 @@ impl RigidMotions {
             }
             (0..3).for_each(|k| sums[k] += lost[k]);
         } else if self.approach {
-            sums[0] = cells.map(value).sum();
+            sums[0] = sum(values);
         }
         sums
     }
 
     /// The motions whose displacement has the given resultants on some cells; `None` where the cells (none, or all in a line)
     /// do not determine them.
-    pub(super) fn with_resultants(
-        &self,
-        cells: impl Iterator<Item = usize>,
-        resultants: Motions,
-    ) -> Option<Motions> {
+    pub(super) fn with_resultants(&self, cells: &[usize], resultants: Motions) -> Option<Motions> {
         if self.none() {
             return None;
         }
         if !self.rotation {
-            let count = cells.count();
+            let count = cells.len();
             return (count > 0).then(|| [resultants[0] / count as f64, 0.0, 0.0]);
         }
         self.solve(self.gram(cells), resultants, |_| None)
     }
 
     /// As [`RigidMotions::with_resultants`], with none of a motion that the cells do not determine.
-    pub(super) fn determined(
-        &self,
-        cells: impl Iterator<Item = usize>,
-        resultants: Motions,
-    ) -> Motions {
-        let (gram, right) = (self.gram(cells), resultants);
-        self.solve(gram, right, |_| Some(f64::MAX))
+    pub(super) fn determined(&self, cells: &[usize], resultants: Motions) -> Motions {
+        self.solve(self.gram(cells), resultants, |_| Some(f64::MAX))
             .unwrap_or_default()
     }
 
     /// As [`RigidMotions::with_resultants`], with a `part` of what other cells have added to the cells'.
     pub(super) fn with_resultants_of(
         &self,
-        cells: impl Iterator<Item = usize>,
+        cells: &[usize],
         others: &[usize],
         part: f64,
         resultants: Motions,
     ) -> Option<Motions> {
         let mut gram = self.gram(cells);
-        for (row, others) in gram.iter_mut().zip(self.gram(others.iter().copied())) {
+        for (row, others) in gram.iter_mut().zip(self.gram(others)) {
             for (entry, other) in row.iter_mut().zip(others) {
                 *entry += part * other;
             }
@@ -157,9 +145,9 @@ impl RigidMotions {
     }
 
     /// Σ field · field over some cells.
-    fn gram(&self, cells: impl Iterator<Item = usize>) -> [[f64; 3]; 3] {
+    fn gram(&self, cells: &[usize]) -> [[f64; 3]; 3] {
         let mut gram = [[0.0; 3]; 3];
-        for c in cells {
+        for &c in cells {
             let fields = self.fields(c);
             for (row, a) in gram.iter_mut().zip(fields) {
                 for (entry, b) in row.iter_mut().zip(fields) {

@@ -46,12 +46,13 @@ pub(super) fn least_violation(
     let mut motion = start;
     let mut worst = square(&motion);
     for _ in 0..MAX_STEPS {
-        let violated = cells
+        let (violated, by): (Vec<usize>, Vec<f64>) = cells
             .iter()
-            .copied()
-            .filter(|&c| violation(&motion, c) != 0.0);
-        let resultants = motions.resultants(violated.clone(), |c| violation(&motion, c));
-        let mut step = motions.determined(violated, resultants);
+            .map(|&c| (c, violation(&motion, c)))
+            .filter(|(_, by)| *by != 0.0)
+            .unzip();
+        let resultants = motions.resultants(&violated, &by);
+        let mut step = motions.determined(&violated, resultants);
         let mut shorter = None;
         for _ in 0..MAX_HALVINGS {
             let trial = [0, 1, 2].map(|k| motion[k] + step[k]);

@@ -33,14 +33,17 @@ pub(super) fn cost(
         limits: None,
         implicit: false,
         structure: scene.structure.as_ref(),
+        contact_elements,
     };
     let Some(rough) = scene.rough() else {
+        let (memory, memory_cached) = memory::peak(&sizes);
         return Cost {
             contact_elements,
             unknowns,
             cells: 0,
             plane: [0; 2],
-            memory: memory::peak(&sizes),
+            memory,
+            memory_cached,
             disk_per_iteration: vibration as u64,
             pairs_per_iteration: 0.0,
             iterations: 0.0,
@@ -90,12 +93,14 @@ pub(super) fn cost(
         Some(Scheme::Explicit) => (0.0, 230.0),
     };
     let kept = patch.cells() as f64;
+    let (memory, memory_cached) = memory::peak(&sizes);
     Cost {
         contact_elements,
         unknowns,
         cells: patch.cells(),
         plane,
-        memory: memory::peak(&sizes),
+        memory,
+        memory_cached,
         disk_per_iteration: (kept * (8.0 + 0.5 * axes) + vibration) as u64,
         pairs_per_iteration: NORMAL + stiffness + cycle + step,
         iterations,

@@ -15,6 +15,10 @@ const REDUCTION: f64 = 525e6;
 /// Elements of the shipped resonator's mesh, and the power of their number by which a factor of nested dissection grows.
 const REDUCTION_CELLS: f64 = 17_740.0;
 const FILL: f64 = 4.0 / 3.0;
+/// Squares of the contact's degrees of freedom at the fullest moment of a harmonic balance, measured of the shipped resonator; and
+/// those of the structure and its closed model, which stay.
+const RESPONSE: f64 = 9.5;
+const MODEL: f64 = 3.0;
 /// Fields of one normal solve: the solver's own with its lists of cells, the worn heights, and the gap that it leaves.
 const NORMAL_SOLVE: f64 = 12.0;
 /// Part of the cells in contact, by which the arrays of a tangential solve count.
@@ -32,13 +36,25 @@ pub(super) struct Sizes<'a> {
     /// Whether an implicit wear step is made.
     pub implicit: bool,
     pub structure: Option<&'a Structure>,
+    pub contact_elements: usize,
 }
 
-/// Bytes at the fullest moment.
-pub(super) fn peak(sizes: &Sizes) -> u64 {
-    let contact = DOUBLE * sizes.cells * doubles_a_cell(sizes);
-    // The reduction is over, and its memory given back, before the fields of the contact are there.
-    (PROGRAM + contact.max(reduction(sizes.structure))) as u64
+/// Bytes at the fullest moment, of a run that reduces its structure and of one that finds it reduced; the latter where there is
+/// something to reduce.
+pub(super) fn peak(sizes: &Sizes) -> (u64, Option<u64>) {
+    let [held, fullest] = doubles_a_cell(sizes).map(|doubles| DOUBLE * sizes.cells * doubles);
+    let reduction = reduction(sizes.structure);
+    let ports = 3.0 * sizes.contact_elements as f64;
+    // A vibration is computed while the contact's kernels and fields are kept, and the other way round.
+    let response = DOUBLE * ports * ports * RESPONSE;
+    let model = DOUBLE * ports * ports * MODEL;
+    let cached = (held + response).max(fullest + model);
+    // The reduction is over, and its memory given back, before anything else is there.
+    let bytes = |more: f64| (PROGRAM + more) as u64;
+    (
+        bytes(cached.max(reduction)),
+        (reduction > 0.0).then(|| bytes(cached)),
+    )
 }
 
 fn reduction(structure: Option<&Structure>) -> f64 {
@@ -51,7 +67,8 @@ fn reduction(structure: Option<&Structure>) -> f64 {
     }
 }
 
-fn doubles_a_cell(sizes: &Sizes) -> f64 {
+/// Between the stages, and at the fullest moment of one.
+fn doubles_a_cell(sizes: &Sizes) -> [f64; 2] {
     let axes = match sizes.shear {
         Shear::AlongX => 1.0,
         Shear::InPlane => 2.0,
@@ -62,9 +79,10 @@ fn doubles_a_cell(sizes: &Sizes) -> f64 {
     let half_space = kernels(1.0 + 3.0 * axes - 2.0) + planes(axes);
     // Heights, wear, pressure and gap of the static contact, and a byte each for the masks.
     let held = 4.25;
+    let kept = half_space + held;
     let indentation = held + NORMAL_SOLVE;
     let Some(limits) = sizes.limits else {
-        return half_space + indentation;
+        return [kept, half_space + indentation];
     };
     // Shear, path, energy.
     let cycle_result = axes + 2.0;
@@ -72,11 +90,11 @@ fn doubles_a_cell(sizes: &Sizes) -> f64 {
     let cycle = limits as f64 + cycle_result + 2.0 * axes + step;
     let plain = held + cycle.max(NORMAL_SOLVE);
     if !sizes.implicit {
-        return half_space + (plain + cycle_result).max(indentation);
+        return [kept, half_space + (plain + cycle_result).max(indentation)];
     }
     // The state that the step begins from, the rates of wear there, and what is worn and yields at half of it.
     let begun = held + cycle_result + 2.0 + 3.0 + 2.0;
     // What its two stages add to that: bases, compliances, rates, pressures, gaps and wear.
     let stages = cycle_result + 2.0 + 1.0 + 2.0 + 3.0 + 1.0 + NORMAL_SOLVE;
-    half_space + begun + stages.max(cycle)
+    [kept, half_space + begun + stages.max(cycle)]
 }

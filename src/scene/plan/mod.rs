@@ -21,11 +21,25 @@ pub use vibration::Layout;
 /// A scene that is well written and cannot be run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PlanError {
-    /// Normal and tangential contact would be coupled.
+    /// Normal and tangential contact are coupled, and the bodies move.
     #[error(
-        "`material.lower` and `material.upper` differ so that pressure causes slip (Dundurs' beta = {beta:.4}); this version computes bodies with beta = 0 only: give both the same constants, or both poisson_ratio = 0.5"
+        "`material.lower` and `material.upper` differ so that pressure causes slip (Dundurs' beta = {beta:.4}); of such bodies this version computes the static contact only: leave [motion], [dynamics] and [wear] out, or make beta zero with the same constants for both or with both poisson_ratio = 0.5"
     )]
     Dissimilar {
+        /// Dundurs' β.
+        beta: f64,
+    },
+    /// A static contact of coupled bodies with friction, under what it is not pressed by in steps.
+    #[error(
+        "`{key}` is {value}, and the bodies differ elastically (Dundurs' beta = {beta:.4}): with friction they are pressed together by a rising load without moments; give {instead}, or leave contact.friction_coefficient out"
+    )]
+    IndentedWithout {
+        /// The key.
+        key: &'static str,
+        /// Its value.
+        value: &'static str,
+        /// What would be right.
+        instead: &'static str,
         /// Dundurs' β.
         beta: f64,
     },
@@ -126,6 +140,9 @@ pub struct Cost {
     pub plane: [usize; 2],
     /// Peak of memory of the whole program \[B\]: what is allocated at its fullest moment.
     pub memory: u64,
+    /// The same of a run that finds its structure reduced already \[B\]; none where nothing is to be reduced.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub memory_cached: Option<u64>,
     /// Disk of one iteration \[B\], estimated: the dense gap and the sparse rest.
     pub disk_per_iteration: u64,
     /// Transform pairs of one iteration, estimated.
@@ -134,12 +151,29 @@ pub struct Cost {
     pub iterations: f64,
 }
 
+/// What elastically different bodies have of each other's tractions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coupling {
+    /// Nothing: they are alike, or nothing of it matters.
+    None,
+    /// No shear: only the tangential stiffness knows.
+    Frictionless,
+    /// Shear by pressing them together with friction.
+    Indented {
+        /// Steps in which the load rises.
+        load_steps: usize,
+    },
+}
+
 /// What exists in a run of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Plan {
     /// Tangential tractions.
     #[serde(skip)]
     pub shear: Shear,
+    /// Coupling of pressure and shear.
+    #[serde(skip)]
+    pub coupling: Coupling,
     /// How cycles are marched; none without motion, and where the motion is computed: it decides itself then.
     pub march: Option<March>,
     /// What was decided from the scene alone, and what will be decided by a stated rule.
@@ -155,14 +189,15 @@ impl Plan {
     /// [`PlanError`] for a scene that is well written and cannot be run.
     pub fn decide(scene: &Scene, motion: Option<&Motion>) -> Result<Plan, PlanError> {
         let mut decisions = Decisions::default();
-        let (mut shear, mut march) = (Shear::AlongX, None);
+        let (mut shear, mut march, mut coupling) = (Shear::AlongX, None, Coupling::None);
         if let Some(rough) = scene.rough() {
-            (shear, march) = rough::decide(scene, &rough, motion, &mut decisions)?;
+            (shear, march, coupling) = rough::decide(scene, &rough, motion, &mut decisions)?;
         }
         vibration::decide(scene, &mut decisions)?;
         let cost = cost::cost(scene, motion, shear, march);
         Ok(Plan {
             shear,
+            coupling,
             march,
             decisions: decisions.0,
             cost,

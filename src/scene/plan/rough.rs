@@ -1,6 +1,6 @@
 //! The rough contact of a scene: what is decided about it, and what is built.
 
-use super::{Decisions, Plan, PlanError};
+use super::{Coupling, Decisions, Plan, PlanError};
 use crate::contact::normal::{self, NormalOptions};
 use crate::contact::tangential::TangentialOptions;
 use crate::contact::{Elastic, HalfSpace, Pair, Shear};
@@ -13,9 +13,6 @@ use crate::scene::{
 use crate::wear::cycle::March;
 use crate::wear::joint::FrettingOptions;
 use crate::wear::{Channel, FrettingJoint, Harmonic, Motion};
-
-/// |β| below which bodies count as elastically alike: rounding of equal constants.
-const ALIKE: f64 = 1e-12;
 
 /// A computed motion that varies the load by less than this share of it, and leaves its line by less than this share of its
 /// reach, is marched between its two reversals: the error of wear is of second order in both.
@@ -34,7 +31,7 @@ pub(super) fn decide(
     rough: &RoughJoint,
     motion: Option<&Motion>,
     decisions: &mut Decisions,
-) -> Result<(Shear, Option<March>), PlanError> {
+) -> Result<(Shear, Option<March>, Coupling), PlanError> {
     let contact = rough.contact;
     let patch = rough.patch();
     check(scene, rough, &patch, motion)?;
@@ -68,11 +65,29 @@ pub(super) fn decide(
         None => ("none".to_owned(), "no contact.pressure_cap: elastic"),
     };
     decisions.add("pressure cap", cap, why);
-    decisions.add(
-        "kernels normal-tangential (zx, zy)",
-        "none",
-        "the bodies are elastically alike (Dundurs' beta = 0): pressure causes no slip",
-    );
+    let coupling = coupling(scene, rough)?;
+    let (choice, why) = match coupling {
+        Coupling::None => (
+            "none".to_owned(),
+            "the bodies are elastically alike (Dundurs' beta = 0): pressure causes no slip"
+                .to_owned(),
+        ),
+        Coupling::Frictionless => (
+            "in kt alone".to_owned(),
+            format!(
+                "Dundurs' beta = {:.4}, and no contact.friction_coefficient: without shear the pressure is that of alike bodies of the same E*",
+                Plan::pair(rough.material).dundurs_beta()
+            ),
+        ),
+        Coupling::Indented { load_steps } => (
+            format!("pressure and shear together, in {load_steps} load steps"),
+            format!(
+                "Dundurs' beta = {:.4}: pressing the bodies together makes them slip; kn and kt are of full stick",
+                Plan::pair(rough.material).dundurs_beta()
+            ),
+        ),
+    };
+    decisions.add("kernels normal-tangential (zx, zy)", choice, why);
     let shear = match contact.transverse {
         Transverse::Absent => Shear::AlongX,
         Transverse::Fixed | Transverse::Free => Shear::InPlane,
@@ -95,7 +110,55 @@ pub(super) fn decide(
     decide_rotation(contact, decisions);
     let march = decide_cycle(scene, motion, decisions)?;
     decide_wear(scene, decisions);
-    Ok((shear, march))
+    Ok((shear, march, coupling))
+}
+
+/// What elastically different bodies make of a scene. Cycles and wear of such bodies are refused: their pressure changes with
+/// the shear of every instant, which the cycle and the wear step take to be constant.
+fn coupling(scene: &Scene, rough: &RoughJoint) -> Result<Coupling, PlanError> {
+    let pair = Plan::pair(rough.material);
+    if !pair.is_coupled() {
+        return Ok(Coupling::None);
+    }
+    let beta = pair.dundurs_beta();
+    if scene.motion.is_some() || scene.dynamics.is_some() {
+        return Err(PlanError::Dissimilar { beta });
+    }
+    let contact = rough.contact;
+    if contact.friction_coefficient.unwrap_or(0.0) == 0.0 {
+        return Ok(Coupling::Frictionless);
+    }
+    let refused = [
+        (
+            contact.approach.is_some(),
+            "contact.approach",
+            "given",
+            "contact.normal_load",
+        ),
+        (
+            contact.moment.is_some(),
+            "contact.moment",
+            "given",
+            "no moment",
+        ),
+        (
+            contact.transverse == Transverse::Free,
+            "contact.transverse",
+            "\"free\"",
+            "\"fixed\" or \"absent\"",
+        ),
+    ];
+    match refused.into_iter().find(|(given, ..)| *given) {
+        Some((_, key, value, instead)) => Err(PlanError::IndentedWithout {
+            key,
+            value,
+            instead,
+            beta,
+        }),
+        None => Ok(Coupling::Indented {
+            load_steps: scene.fidelity.load_steps,
+        }),
+    }
 }
 
 fn decide_rotation(contact: &Contact, decisions: &mut Decisions) {
@@ -361,10 +424,6 @@ fn check(
             cells: patch.grid.len(),
         });
     }
-    let beta = Plan::pair(rough.material).dundurs_beta();
-    if beta.abs() > ALIKE {
-        return Err(PlanError::Dissimilar { beta });
-    }
     if scene.fidelity.cycle == Some(CycleMode::Superposition) {
         let (value, instead) = (
             "\"superposition\"",
@@ -419,7 +478,7 @@ fn check_force(motion: &Motion, friction_coefficient: f64) -> Result<(), PlanErr
             .sum::<f64>()
             .sqrt();
         let limit = friction_coefficient * load;
-        if force >= limit {
+        if force > 0.0 && force >= limit {
             return Err(PlanError::BeyondFriction { force, load, limit });
         }
     }

@@ -13,7 +13,8 @@ const SURFACE_EXAMPLE: &str =
     "[surface]\nkind = \"gaussian\"\nrq = \"5 um\"\ncorrelation_length = [\"0.5 mm\", \"0.5 mm\"]";
 
 /// Keys that only the contact of a surface has.
-const OF_A_SURFACE: [&str; 8] = [
+const OF_A_SURFACE: [&str; 9] = [
+    "approach",
     "pressure_cap",
     "boundary",
     "transverse",
@@ -89,20 +90,13 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
     let friction_coefficient = reader.quantity(
         "contact.friction_coefficient",
         Dimension::NONE,
-        POSITIVE,
+        NOT_NEGATIVE,
         "0.6",
     )?;
     if vibrates && friction_coefficient.is_none() {
         return Err(reader.missing("contact.friction_coefficient", "friction_coefficient = 0.6"));
     }
-    let normal_load = reader
-        .quantity(
-            "contact.normal_load",
-            Dimension::FORCE,
-            POSITIVE,
-            "\"30 kN\"",
-        )?
-        .ok_or_else(|| reader.missing("contact.normal_load", "normal_load = \"30 kN\""))?;
+    let (normal_load, approach) = load_or_approach(reader, vibrates)?;
     let stiffness = reader
         .choice(
             "contact.stiffness",
@@ -155,6 +149,7 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
     Ok(Contact {
         friction_coefficient,
         normal_load,
+        approach,
         given: None,
         stiffness,
         distribution: distribution.unwrap_or(Distribution::Uniform),
@@ -170,6 +165,33 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
         rotation,
         moment,
     })
+}
+
+/// What presses the bodies together: a load, or for a contact that does not move the approach.
+fn load_or_approach(reader: &Reader<'_>, vibrates: bool) -> Result<(f64, Option<f64>)> {
+    const LOAD: &str = "contact.normal_load";
+    const APPROACH: &str = "contact.approach";
+    let load = reader.quantity(LOAD, Dimension::FORCE, POSITIVE, "\"30 kN\"")?;
+    let approach = reader.quantity(APPROACH, Dimension::LENGTH, ANY, "\"2 um\"")?;
+    match (load, approach) {
+        (None, None) => Err(reader.missing(
+            LOAD,
+            "normal_load = \"30 kN\"   (of a static contact also approach = \"2 um\")",
+        )),
+        (Some(_), Some(_)) => Err(reader.conflict(
+            APPROACH,
+            "contact.normal_load presses the bodies together already; give one or the other",
+        )),
+        (Some(load), None) => Ok((load, None)),
+        (None, approach) if vibrates || reader.has("motion") => {
+            debug_assert!(approach.is_some());
+            Err(reader.conflict(
+                APPROACH,
+                "it presses a contact that does not move; with [motion] or [dynamics] give contact.normal_load",
+            ))
+        }
+        (None, approach) => Ok((0.0, approach)),
+    }
 }
 
 fn transverse(reader: &Reader<'_>, vibrates: bool) -> Result<Transverse> {
@@ -271,6 +293,7 @@ fn given(reader: &Reader<'_>) -> Result<Contact> {
     Ok(Contact {
         friction_coefficient,
         normal_load,
+        approach: None,
         given: Some(GivenContact { kn, kt, gap }),
         stiffness: Stiffness::Total,
         distribution: Distribution::Uniform,

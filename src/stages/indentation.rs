@@ -1,0 +1,78 @@
+//! Pressing elastically different bodies together with friction: they slip under the rising load.
+
+use super::curves::Curve;
+use super::error::NumericsError;
+use crate::contact::Shear;
+use crate::contact::coupled::{self, CoupledOptions};
+use crate::contact::normal::{Control, NormalProblem, NormalSolution};
+use crate::grid::ByAxis;
+use crate::wear::FrettingJoint;
+
+/// What friction did in a static contact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Friction {
+    /// Newton steps of all load steps.
+    pub steps: usize,
+    /// Relative duality gap of the worst of them.
+    pub error: f64,
+}
+
+/// A contact that was pressed together.
+pub struct Indented {
+    /// That under the full load; its iterations are those of all load steps.
+    pub solution: NormalSolution,
+    pub shear: ByAxis<Vec<f64>>,
+    pub friction: Friction,
+    /// Load over approach on the way.
+    pub curve: Curve,
+}
+
+/// Presses a joint together in equal steps up to `load`.
+pub fn indent(
+    joint: &mut FrettingJoint,
+    shear: Shear,
+    load: f64,
+    load_steps: usize,
+) -> Result<Indented, NumericsError> {
+    let problem = NormalProblem {
+        patch: &joint.patch,
+        height: &joint.height,
+        compliance: None,
+        control: Control::Load(load),
+        rotation: joint.rotation,
+        pressure_cap: joint.pressure_cap,
+    };
+    let options = CoupledOptions {
+        normal: joint.options.normal,
+        tangential: joint.options.tangential,
+        ..CoupledOptions::default()
+    };
+    let loads: Vec<f64> = (1..=load_steps)
+        .map(|step| load * step as f64 / load_steps as f64)
+        .collect();
+    let mut curve = Curve::default();
+    let (mut iterations, mut steps, mut error) = (0, 0, 0.0f64);
+    let last = coupled::indent(
+        &mut joint.half_space,
+        &problem,
+        joint.friction_coefficient,
+        shear,
+        &loads,
+        options,
+        |step| {
+            curve.push(step.normal.load, step.normal.approach);
+            iterations += step.normal.iterations;
+            steps += step.tangential.steps;
+            error = error.max(step.tangential.error);
+        },
+    )?;
+    Ok(Indented {
+        solution: NormalSolution {
+            iterations,
+            ..last.normal
+        },
+        shear: last.tangential.shear,
+        friction: Friction { steps, error },
+        curve,
+    })
+}
