@@ -11,6 +11,7 @@ use fretwear::grid::{ByAxis, Grid, Patch};
 
 use super::PAIR;
 use super::battery::Joint;
+use super::certificate::beyond;
 use super::extremes::{apart, rough};
 use super::random::Random;
 
@@ -143,7 +144,7 @@ impl Pressed {
         // Where nearly everything sticks the relative gap has the floor of a ten-thousandth of gross slip.
         let floor = 1e-4 * sum * reach.max(LEAST_MOTION * own * peak);
         let allowed = DUALITY_GAP * bound.max(floor) + ROUNDING * own * largest * sum;
-        if !(gap <= allowed) {
+        if beyond(gap, allowed) {
             return Err(format!(
                 "a duality gap of {gap:e} of {bound:e}, {allowed:e} allowed"
             ));
@@ -159,7 +160,7 @@ impl Pressed {
                 Drive::Force(force) => *force,
             };
             for told in [asked, found.force[axis]] {
-                if !((sum - told).abs() <= FORCE * self.carried()) {
+                if beyond((sum - told).abs(), FORCE * self.carried()) {
                     return Err(format!("a force of {sum:e}, told or asked for {told:e}"));
                 }
             }
