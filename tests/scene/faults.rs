@@ -226,8 +226,8 @@ kind = "resonator""#,
     ),
     (
         "friction_coefficient = 0.6",
-        "friction_coefficient = 0",
-        "case.toml, line 15: contact.friction_coefficient = 0: must be greater than zero",
+        "friction_coefficient = -0.1",
+        "case.toml, line 15: contact.friction_coefficient = -0.1: must be zero or greater",
     ),
     (
         "friction_coefficient = 0.6",

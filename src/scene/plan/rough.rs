@@ -108,6 +108,13 @@ pub(super) fn decide(
     };
     decisions.add("shear", choice, why);
     decide_rotation(contact, decisions);
+    if contact.friction_coefficient == Some(0.0) {
+        decisions.add(
+            "friction",
+            "none",
+            "contact.friction_coefficient = 0: no shear, nothing is dissipated and nothing wears",
+        );
+    }
     let march = decide_cycle(scene, motion, decisions)?;
     decide_wear(scene, decisions);
     Ok((shear, march, coupling))

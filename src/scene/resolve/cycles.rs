@@ -386,7 +386,7 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
     })
 }
 
-/// Their number is an error of first order: 16 leave some percent of the shear and a tenth of that of everything else.
+/// Their number is an error of first order: 16 change the approach by 2e-4 of it and the largest pressure by 5e-4, against 64.
 fn load_steps(reader: &Reader<'_>, preset: Preset) -> Result<usize> {
     const KEY: &str = "fidelity.load_steps";
     let steps = match reader.integer(KEY, 1)? {
