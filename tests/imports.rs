@@ -150,7 +150,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("grid.rs", &[]),
     ("units.rs", &[]),
     ("units/", &[]),
-    ("fft.rs", &[]),
+    ("fft/", &["fft"]),
     ("linalg/", &["linalg"]),
     ("contact/", &["grid", "fft", "contact"]),
     ("structure/", &["linalg", "structure"]),
@@ -236,7 +236,7 @@ fn imports_run_one_way() {
 
 /// Where a library, or a part of the standard one, may be named.
 const NAMED_IN: &[(&[&str], &[&str])] = &[
-    (&["realfft", "rustfft"], &["fft.rs"]),
+    (&["rayon", "rustfft"], &["fft/"]),
     (&["faer"], &["linalg/"]),
     // A foreign table of heights has no schema of ours, so that `tables` cannot read it.
     (

@@ -117,6 +117,9 @@ struct RunArguments {
     /// Stop after this time, at the end of an iteration, as in `--max-wall "8 h"`
     #[arg(long, value_name = "TIME", value_parser = parse_time)]
     max_wall: Option<f64>,
+    /// Threads for the contact solvers' transforms, worth it from some 128 x 128 cells; results do not depend on it
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse_threads)]
+    threads: usize,
     /// Print one JSON object: the last summary, and the seconds of each stage
     #[arg(long)]
     json: bool,
@@ -182,6 +185,16 @@ fn parse_time(text: &str) -> Result<f64, String> {
         Ok(seconds) if seconds > 0.0 => Ok(seconds),
         Ok(_) => Err("must be longer than 0 s".to_owned()),
         Err(error) => Err(error.to_string()),
+    }
+}
+
+/// Threads for one matrix of rows; beyond a few hundred each has nothing to do.
+const MAX_THREADS: usize = 256;
+
+fn parse_threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(threads) if (1..=MAX_THREADS).contains(&threads) => Ok(threads),
+        _ => Err(format!("must be a number from 1 to {MAX_THREADS}")),
     }
 }
 

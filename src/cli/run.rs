@@ -39,6 +39,7 @@ pub fn run(arguments: RunArguments) -> Result<Exit, CliError> {
         root: root.clone(),
         source: arguments.from.clone(),
         until: arguments.until,
+        threads: arguments.threads,
         cache: cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder)),
         file_system: Arc::new(RealFileSystem),
         // A start makes an iteration in any case, so that one with little time after another gets through.

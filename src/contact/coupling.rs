@@ -28,7 +28,7 @@ use std::f64::consts::TAU;
 use super::half_space::Boundary;
 use super::kernel::coupling_integrals;
 use super::material::Pair;
-use crate::fft::Convolution;
+use crate::fft::{Convolution, Workspace};
 use crate::grid::{ByAxis, Grid};
 
 /// The transforms of K_zx and, where there is shear along y, of K_zy: one odd kernel an axis. K_xz is −K_zx.
@@ -39,7 +39,7 @@ pub(super) struct Coupling {
 impl Coupling {
     /// Kernels for shear along one axis or two, in the layout of `convolution`.
     pub(super) fn new(
-        convolution: &mut Convolution,
+        convolution: &Convolution,
         grid: Grid,
         pair: Pair,
         boundary: Boundary,
@@ -78,7 +78,7 @@ impl Coupling {
     /// w_z = Σ K_za ⊗ q_a.
     pub(super) fn normal_of_shear(
         &self,
-        convolution: &mut Convolution,
+        (convolution, work): (&Convolution, &mut Workspace),
         shear: &ByAxis<Vec<f64>>,
         displacement: &mut [f64],
     ) {
@@ -88,23 +88,19 @@ impl Coupling {
             .zip(shear)
             .map(|(k, q)| (&k[..], &q[..]))
             .collect();
-        convolution.apply_odd_sum(&terms, displacement);
+        convolution.apply_odd_sum(work, &terms, displacement);
     }
 
     /// w_a = K_az ⊗ p.
     pub(super) fn shear_of_normal(
         &self,
-        convolution: &mut Convolution,
+        (convolution, work): (&Convolution, &mut Workspace),
         pressure: &[f64],
         displacement: &mut ByAxis<Vec<f64>>,
     ) {
-        let mut targets: Vec<(&[f64], &mut [f64])> = self
-            .kernels
-            .iter()
-            .zip(displacement.iter_mut())
-            .map(|(k, w)| (&k[..], &mut w[..]))
-            .collect();
-        convolution.apply_odd_each(pressure, &mut targets);
+        let kernels: Vec<&[f64]> = self.kernels.iter().map(|k| &k[..]).collect();
+        let mut outputs: Vec<&mut [f64]> = displacement.iter_mut().map(|w| &mut w[..]).collect();
+        convolution.apply_odd_each(work, &kernels, pressure, &mut outputs);
         for w in displacement {
             w.iter_mut().for_each(|w| *w = -*w);
         }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::coupling::Coupling;
 use super::kernel::{CellIntegrals, cell_integrals};
 use super::material::Pair;
-use crate::fft::{Convolution, VectorKernel, fast_length};
+use crate::fft::{Convolution, VectorKernel, Workspace, fast_length};
 use crate::grid::{ByAxis, Grid};
 
 /// What lies beyond the grid.
@@ -45,6 +45,7 @@ pub struct HalfSpace {
     convolution: Convolution,
     /// Unpadded and periodic: good enough for a preconditioner, at a quarter of the cost.
     inverse: Convolution,
+    workspace: Workspace,
     normal: Vec<f64>,
     normal_inverse: Vec<f64>,
     shear_x: Option<[Vec<f64>; 2]>,
@@ -59,7 +60,7 @@ impl HalfSpace {
             Boundary::Free => (fast_length(2 * grid.nx - 1), fast_length(2 * grid.ny - 1)),
             Boundary::Periodic => (grid.nx, grid.ny),
         };
-        let mut convolution = Convolution::new(grid.nx, grid.ny, px, py);
+        let convolution = Convolution::new(grid.nx, grid.ny, px, py);
         let weight = grid.len() as f64 / (px * py) as f64;
         let inverse = Convolution::new(grid.nx, grid.ny, grid.nx, grid.ny).with_pair_weight(weight);
         let symbols = Symbols { grid, pair };
@@ -78,12 +79,18 @@ impl HalfSpace {
             boundary,
             convolution,
             inverse,
+            workspace: Workspace::default(),
             normal,
             normal_inverse,
             shear_x: None,
             shear: None,
             coupling: None,
         }
+    }
+
+    /// Has the transforms made on as many threads. Results do not depend on their number.
+    pub fn set_threads(&mut self, threads: usize) {
+        self.workspace = Workspace::new(threads);
     }
 
     /// The grid.
@@ -103,7 +110,7 @@ impl HalfSpace {
 
     /// Pairs of transforms done since the last call, in units of a pair at the size of the compliance's convolution.
     pub fn take_pairs(&mut self) -> f64 {
-        self.convolution.take_pairs() + self.inverse.take_pairs()
+        self.workspace.take_pairs()
     }
 
     /// Displacement of a cell under unit pressure on itself alone \[m/Pa\]: the scale of the smallest eigenvalues of K.
@@ -120,20 +127,26 @@ impl HalfSpace {
 
     /// Normal displacement under a pressure field: u = K_zz ⊗ p [A eq. 2.4].
     pub fn normal(&mut self, pressure: &[f64], displacement: &mut [f64]) {
-        self.convolution.apply(&self.normal, pressure, displacement);
+        self.convolution
+            .apply(&mut self.workspace, &self.normal, pressure, displacement);
     }
 
     /// An approximate pressure for a normal displacement: the preconditioner.
     pub fn normal_inverse(&mut self, displacement: &[f64], pressure: &mut [f64]) {
-        self.inverse
-            .apply(&self.normal_inverse, displacement, pressure);
+        self.inverse.apply(
+            &mut self.workspace,
+            &self.normal_inverse,
+            displacement,
+            pressure,
+        );
     }
 
     /// Tangential displacement under shear along x alone: u_x = K_xx ⊗ q_x.
     pub fn shear_x(&mut self, shear: &[f64], displacement: &mut [f64]) {
         self.build_shear_x();
         if let Some([kernel, _]) = &self.shear_x {
-            self.convolution.apply(kernel, shear, displacement);
+            self.convolution
+                .apply(&mut self.workspace, kernel, shear, displacement);
         }
     }
 
@@ -141,7 +154,8 @@ impl HalfSpace {
     pub fn shear_x_inverse(&mut self, displacement: &[f64], shear: &mut [f64]) {
         self.build_shear_x();
         if let Some([_, kernel]) = &self.shear_x {
-            self.inverse.apply(kernel, displacement, shear);
+            self.inverse
+                .apply(&mut self.workspace, kernel, displacement, shear);
         }
     }
 
@@ -149,7 +163,8 @@ impl HalfSpace {
     pub fn shear(&mut self, shear: [&[f64]; 2], displacement: [&mut [f64]; 2]) {
         self.build_shear();
         if let Some([kernel, _]) = &self.shear {
-            self.convolution.apply_vector(kernel, shear, displacement);
+            self.convolution
+                .apply_vector(&mut self.workspace, kernel, shear, displacement);
         }
     }
 
@@ -157,7 +172,8 @@ impl HalfSpace {
     pub fn shear_inverse(&mut self, displacement: [&[f64]; 2], shear: [&mut [f64]; 2]) {
         self.build_shear();
         if let Some([_, kernel]) = &self.shear {
-            self.inverse.apply_vector(kernel, displacement, shear);
+            self.inverse
+                .apply_vector(&mut self.workspace, kernel, displacement, shear);
         }
     }
 
@@ -165,8 +181,8 @@ impl HalfSpace {
     /// are not coupled. See [`super::coupled`] for the signs.
     pub fn normal_of_shear(&mut self, shear: &ByAxis<Vec<f64>>, displacement: &mut [f64]) {
         match self.build_coupling(shear.len()) {
-            Some((coupling, convolution)) => {
-                coupling.normal_of_shear(convolution, shear, displacement)
+            Some((coupling, transforms)) => {
+                coupling.normal_of_shear(transforms, shear, displacement)
             }
             None => displacement.fill(0.0),
         }
@@ -176,8 +192,8 @@ impl HalfSpace {
     /// not coupled. The transpose of [`HalfSpace::normal_of_shear`].
     pub fn shear_of_normal(&mut self, pressure: &[f64], displacement: &mut ByAxis<Vec<f64>>) {
         match self.build_coupling(displacement.len()) {
-            Some((coupling, convolution)) => {
-                coupling.shear_of_normal(convolution, pressure, displacement)
+            Some((coupling, transforms)) => {
+                coupling.shear_of_normal(transforms, pressure, displacement)
             }
             None => displacement.iter_mut().for_each(|w| w.fill(0.0)),
         }
@@ -188,20 +204,24 @@ impl HalfSpace {
         self.coupling.is_some()
     }
 
-    fn build_coupling(&mut self, axes: usize) -> Option<(&Coupling, &mut Convolution)> {
+    fn build_coupling(
+        &mut self,
+        axes: usize,
+    ) -> Option<(&Coupling, (&Convolution, &mut Workspace))> {
         if !self.pair.is_coupled() {
             return None;
         }
         if self.coupling.as_ref().is_none_or(|c| c.axes() < axes) {
             self.coupling = Some(Coupling::new(
-                &mut self.convolution,
+                &self.convolution,
                 self.grid,
                 self.pair,
                 self.boundary,
                 axes,
             ));
         }
-        Some((self.coupling.as_ref()?, &mut self.convolution))
+        let transforms = (&self.convolution, &mut self.workspace);
+        Some((self.coupling.as_ref()?, transforms))
     }
 
     fn build_shear_x(&mut self) {
@@ -237,7 +257,7 @@ impl HalfSpace {
             grid: self.grid,
             pair: self.pair,
         };
-        let convolution = &mut self.convolution;
+        let convolution = &self.convolution;
         let forward = match self.boundary {
             Boundary::Free => {
                 let integrals = Integrals::new(self.grid);

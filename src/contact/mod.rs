@@ -8,6 +8,7 @@ mod kernel;
 mod material;
 pub mod normal;
 pub mod stiffness;
+mod sums;
 pub mod tangential;
 
 pub use error::ContactError;

@@ -40,6 +40,8 @@ pub struct RunOptions<'a> {
     pub source: Option<Source>,
     /// End after this stage.
     pub until: Option<Stage>,
+    /// Threads for the transforms of the contact solvers; results do not depend on their number.
+    pub threads: usize,
     /// Where reduced structures are shared between runs; none: they are not.
     pub cache: Option<Cache>,
     /// Through which all files of the run are written and read.
@@ -171,6 +173,7 @@ fn run_rough(
     let mut joint = inputs
         .plan
         .build(fidelity, rough, unworn.patch, unworn.height, motion);
+    joint.half_space.set_threads(options.threads);
     let (vibrating, unworn_approach) = prepare(inputs, stored, &mut joint)?;
     let mut context = Context {
         inputs,

@@ -212,3 +212,40 @@ fn displacement_far_away_is_that_of_a_point_force() {
         assert!((displacement[grid.index(i, 1)] / expected - 1.0).abs() < tolerance);
     }
 }
+
+/// Rows are shared out in twos, columns in blocks: none of it may show, however they divide.
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let sizes = [(12, 7), (1, 9), (2, 1), (17, 16), (30, 41)];
+    for (boundary, (nx, ny)) in [Boundary::Free, Boundary::Periodic]
+        .into_iter()
+        .flat_map(|boundary| sizes.map(|size| (boundary, size)))
+    {
+        let grid = Grid { nx, ny, ..GRID };
+        let traction = |seed: f64| -> Vec<f64> {
+            (0..grid.len())
+                .map(|k| (seed + 1.7 * k as f64).sin())
+                .collect()
+        };
+        let (a, b) = (traction(0.3), traction(1.1));
+        let displacements = |threads: usize| {
+            let mut half_space = HalfSpace::new(grid, PAIR, boundary);
+            half_space.set_threads(threads);
+            let mut u = vec![vec![0.0; grid.len()]; 4];
+            let [normal, inverse, x, y] = &mut u[..] else {
+                unreachable!()
+            };
+            half_space.normal(&a, normal);
+            half_space.normal_inverse(&a, inverse);
+            half_space.shear([&a, &b], [x, y]);
+            (u, half_space.take_pairs())
+        };
+        let alone = displacements(1);
+        for threads in [2, 3, 8] {
+            assert!(
+                displacements(threads) == alone,
+                "{threads} threads, {nx} x {ny}, {boundary:?}"
+            );
+        }
+    }
+}

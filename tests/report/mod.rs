@@ -74,6 +74,7 @@ fn compute(folder: &TempDir, name: &str, scene: &str, until: Option<Stage>) -> P
         root: root.clone(),
         source: None,
         until,
+        threads: 1,
         cache: None,
         file_system: Arc::new(RealFileSystem),
         stop: &|_| false,

@@ -66,6 +66,7 @@ fn the_published_case_goes_on_from_its_checkpoint() {
         root: root.clone(),
         source: None,
         until: None,
+        threads: 1,
         cache: None,
         file_system: Arc::new(RealFileSystem),
         stop: &|done| done >= commits,

@@ -84,6 +84,7 @@ impl<'a> Start<'a> {
                 root: self.root.to_owned(),
                 source,
                 until: self.until,
+                threads: 1,
                 cache: self
                     .cache
                     .map(|root| Cache::new(self.file_system.clone(), &root)),

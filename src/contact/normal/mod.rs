@@ -12,6 +12,7 @@
 
 mod projection;
 mod rigid;
+mod settle;
 mod solver;
 
 use super::error::ContactError;

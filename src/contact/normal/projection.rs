@@ -5,6 +5,7 @@
 //! piecewise quadratic function of three unknowns: Newton's method, with a gradient step where it does not come nearer.
 
 use super::rigid::{Motions, RigidMotions};
+use crate::contact::sums::{extremes, sums};
 
 /// Resultants this close, relative to the load, are met: the rounding of a sum over the cells.
 const ROUNDING: f64 = 1e-14;
@@ -12,14 +13,18 @@ const ROUNDING: f64 = 1e-14;
 /// What they may miss where the shift has no digits left.
 const SPENT: f64 = 1e-11;
 
+/// Where a long trial step leaves a shift so large that its last digits are more than the pressures, the shifted pressures have
+/// those digits: the search goes on from them.
+const REFINEMENTS: usize = 3;
+
 /// Newton's method on a piecewise quadratic function ends; a target that no pressure reaches does not.
 const MAX_STEPS: usize = 200;
 
 /// Halvings of a Newton step before a gradient step is taken in its place.
 const MAX_HALVINGS: usize = 8;
 
-/// Moves `pressure` on `cells` to the nearest one within [0, `cap`] with the resultants `target`. False if there is none (as
-/// far as the bounds let it come, it has then come nearer).
+/// Moves pressures, one a cell of `cells`, to the nearest ones within [0, `cap`] with the resultants `target`. False if there
+/// are none (as far as the bounds let them come, they have then come nearer).
 pub(super) fn project(
     motions: &RigidMotions,
     cells: &[usize],
@@ -28,41 +33,71 @@ pub(super) fn project(
     target: &Motions,
 ) -> bool {
     if motions.none() {
-        for &c in cells {
-            pressure[c] = pressure[c].clamp(0.0, cap);
-        }
+        pressure.iter_mut().for_each(|p| *p = p.clamp(0.0, cap));
         return true;
     }
-    if !motions.rotates() {
-        return level(cells, pressure, cap, target[0]);
+    let scale = motions.distance(target, &[0.0; 3]);
+    let mut off = f64::INFINITY;
+    for _ in 0..REFINEMENTS {
+        if motions.rotates() {
+            let shift;
+            (shift, off) = search(motions, cells, pressure, cap, target);
+            for (p, &c) in pressure.iter_mut().zip(cells) {
+                *p += motions.at(&shift, c);
+            }
+        } else {
+            let shift;
+            (shift, off) = level(pressure, cap, target[0]);
+            pressure.iter_mut().for_each(|p| *p += shift);
+        }
+        if off <= SPENT * scale {
+            break;
+        }
     }
-    let within = ROUNDING * motions.distance(target, &[0.0; 3]);
-    let at = |shift: &Motions, pressure: &[f64], c: usize| {
-        (pressure[c] + motions.at(shift, c)).clamp(0.0, cap)
+    pressure.iter_mut().for_each(|p| *p = p.clamp(0.0, cap));
+    off <= SPENT * scale
+}
+
+/// The rigid motion that brings the cut pressures nearest to their resultants, and how far off those are then.
+fn search(
+    motions: &RigidMotions,
+    cells: &[usize],
+    pressure: &[f64],
+    cap: f64,
+    target: &Motions,
+) -> (Motions, f64) {
+    let resultants = |shift: &Motions| {
+        let here = cells.iter().zip(pressure);
+        let cut: Vec<f64> = here
+            .map(|(&c, p)| (p + motions.at(shift, c)).clamp(0.0, cap))
+            .collect();
+        motions.resultants(cells, &cut)
     };
-    let resultants = |shift: &Motions, pressure: &[f64]| {
-        motions.resultants(cells.iter().copied(), |c| at(shift, pressure, c))
-    };
+    let scale = motions.distance(target, &[0.0; 3]);
     let mut shift = [0.0; 3];
-    let mut found = resultants(&shift, pressure);
-    let mut met = false;
+    let mut found = resultants(&shift);
+    let mut best = (shift, motions.distance(&found, target));
     for _ in 0..MAX_STEPS {
         let off = motions.distance(&found, target);
-        if off <= within {
-            met = true;
+        if off < best.1 {
+            best = (shift, off);
+        }
+        if off <= ROUNDING * scale {
             break;
         }
         let missing = [0, 1, 2].map(|k| target[k] - found[k]);
-        let moving = cells.iter().copied().filter(|&c| {
-            let p = pressure[c] + motions.at(&shift, c);
+        let inside = |(c, p): &(&usize, &f64)| {
+            let p = **p + motions.at(&shift, **c);
             p > 0.0 && p < cap
-        });
+        };
+        let moving = cells.iter().zip(pressure.iter()).filter(inside);
+        let moving: Vec<usize> = moving.map(|(c, _)| *c).collect();
         let mut next = None;
-        if let Some(step) = motions.with_resultants(moving, missing) {
+        if let Some(step) = motions.with_resultants(&moving, missing) {
             let mut part = 1.0;
             for _ in 0..MAX_HALVINGS {
                 let trial = [0, 1, 2].map(|k| shift[k] + part * step[k]);
-                let there = resultants(&trial, pressure);
+                let there = resultants(&trial);
                 if motions.distance(&there, target) < off {
                     next = Some((trial, there));
                     break;
@@ -70,54 +105,52 @@ pub(super) fn project(
                 part *= 0.5;
             }
         }
+        if next.is_none() && off <= SPENT * scale {
+            // What is left is the rounding of the sums.
+            break;
+        }
         let (trial, there) = match next {
             Some(next) => next,
             None => {
                 // As if every cell moved: the step of the largest curvature, which never goes too far.
-                let Some(step) = motions.with_resultants(cells.iter().copied(), missing) else {
+                let Some(step) = motions.with_resultants(cells, missing) else {
                     break;
                 };
                 let trial = [0, 1, 2].map(|k| shift[k] + step[k]);
-                (trial, resultants(&trial, pressure))
+                (trial, resultants(&trial))
             }
         };
         if trial == shift {
             // The last digits of the shift are spent.
-            met = off <= SPENT / ROUNDING * within;
             break;
         }
         (shift, found) = (trial, there);
     }
-    for &c in cells {
-        pressure[c] = at(&shift, pressure, c);
-    }
-    met
+    best
 }
 
-/// Shifts all pressures alike and cuts them at their bounds, so that their sum is `target`. False if it is out of reach.
-fn level(cells: &[usize], pressure: &mut [f64], cap: f64, target: f64) -> bool {
-    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-    for &c in cells {
-        least = least.min(pressure[c]);
-        most = most.max(pressure[c]);
-    }
+/// The shift of all pressures alike with which, cut at their bounds, they come nearest to the sum `target`, and how far off
+/// that is then.
+fn level(pressure: &[f64], cap: f64, target: f64) -> (f64, f64) {
+    let (least, most) = extremes(pressure);
     let (mut low, mut high) = (-most, cap.min(target) - least);
     let mut shift = 0.0f64.clamp(low.min(high), high);
-    let mut met = false;
+    let mut best = (shift, f64::INFINITY);
     for _ in 0..MAX_STEPS {
-        let (mut sum, mut moving) = (0.0, 0usize);
-        for &c in cells {
-            let p = pressure[c] + shift;
-            if p >= cap {
-                sum += cap;
-            } else if p > 0.0 {
-                sum += p;
-                moving += 1;
+        let [sum, moving] = sums(pressure, pressure, |p, _| {
+            let p = p + shift;
+            let above = if p > 0.0 { p } else { 0.0 };
+            if above < cap {
+                [above, if p > 0.0 { 1.0 } else { 0.0 }]
+            } else {
+                [cap, 0.0]
             }
-        }
+        });
         let missing = target - sum;
+        if missing.abs() < best.1 {
+            best = (shift, missing.abs());
+        }
         if missing.abs() <= ROUNDING * target {
-            met = true;
             break;
         }
         if missing > 0.0 {
@@ -125,7 +158,7 @@ fn level(cells: &[usize], pressure: &mut [f64], cap: f64, target: f64) -> bool {
         } else {
             high = shift;
         }
-        let newton = shift + missing / moving as f64;
+        let newton = shift + missing / moving;
         let next = if newton > low && newton < high {
             newton
         } else {
@@ -133,13 +166,9 @@ fn level(cells: &[usize], pressure: &mut [f64], cap: f64, target: f64) -> bool {
         };
         if next == shift || next <= low || next >= high {
             // The last digits of the shift are spent.
-            met = missing.abs() <= SPENT * target;
             break;
         }
         shift = next;
     }
-    for &c in cells {
-        pressure[c] = (pressure[c] + shift).clamp(0.0, cap);
-    }
-    met
+    best
 }

@@ -4,6 +4,7 @@
 //! are 1, y and −x, so that a rotation θ approaches the bodies by θ_x y − θ_y x, and their resultants are Σp, Σp y and −Σp x:
 //! load and moments over the area of a cell.
 
+use crate::contact::sums::sum;
 use crate::grid::Grid;
 
 /// Coefficients or resultants of up to three motions; those that a problem does not have are 0.
@@ -59,11 +60,6 @@ impl RigidMotions {
         !self.approach && !self.rotation
     }
 
-    /// True where the approach is unknown.
-    pub(super) fn approaches(&self) -> bool {
-        self.approach
-    }
-
     /// True where the rotations are unknown.
     pub(super) fn rotates(&self) -> bool {
         self.rotation
@@ -86,41 +82,55 @@ impl RigidMotions {
     }
 
     /// Σ value · field over some cells, for each motion.
-    pub(super) fn resultants(
-        &self,
-        cells: impl Iterator<Item = usize>,
-        value: impl Fn(usize) -> f64,
-    ) -> Motions {
+    pub(super) fn resultants(&self, cells: &[usize], values: &[f64]) -> Motions {
         let mut sums = [0.0; 3];
         if self.rotation {
-            for c in cells {
-                let (fields, value) = (self.fields(c), value(c));
-                for (sum, field) in sums.iter_mut().zip(fields) {
-                    *sum += value * field;
+            // Moments cancel, and the sum of many equal pressures rounds each time to the same side: what each addition loses
+            // is summed as well [Neumaier 1974].
+            let mut lost = [0.0; 3];
+            for (&c, value) in cells.iter().zip(values) {
+                let fields = self.fields(c);
+                for k in 0..3 {
+                    let term = value * fields[k];
+                    let sum = sums[k] + term;
+                    lost[k] += if sums[k].abs() >= term.abs() {
+                        (sums[k] - sum) + term
+                    } else {
+                        (term - sum) + sums[k]
+                    };
+                    sums[k] = sum;
                 }
             }
+            (0..3).for_each(|k| sums[k] += lost[k]);
         } else if self.approach {
-            sums[0] = cells.map(value).sum();
+            sums[0] = sum(values);
         }
         sums
     }
 
     /// The motions whose displacement has the given resultants on some cells; `None` where the cells (none, or all in a line)
     /// do not determine them.
-    pub(super) fn with_resultants(
-        &self,
-        cells: impl Iterator<Item = usize>,
-        resultants: Motions,
-    ) -> Option<Motions> {
+    pub(super) fn with_resultants(&self, cells: &[usize], resultants: Motions) -> Option<Motions> {
         if self.none() {
             return None;
         }
         if !self.rotation {
-            let count = cells.count();
+            let count = cells.len();
             return (count > 0).then(|| [resultants[0] / count as f64, 0.0, 0.0]);
         }
+        self.solve(self.gram(cells), resultants, |_| None)
+    }
+
+    /// As [`RigidMotions::with_resultants`], with none of a motion that the cells do not determine.
+    pub(super) fn determined(&self, cells: &[usize], resultants: Motions) -> Motions {
+        self.solve(self.gram(cells), resultants, |_| Some(f64::MAX))
+            .unwrap_or_default()
+    }
+
+    /// Σ field · field over some cells.
+    fn gram(&self, cells: &[usize]) -> [[f64; 3]; 3] {
         let mut gram = [[0.0; 3]; 3];
-        for c in cells {
+        for &c in cells {
             let fields = self.fields(c);
             for (row, a) in gram.iter_mut().zip(fields) {
                 for (entry, b) in row.iter_mut().zip(fields) {
@@ -128,11 +138,16 @@ impl RigidMotions {
                 }
             }
         }
-        self.solve(gram, resultants)
+        gram
     }
 
-    /// Solves a symmetric positive definite system in the present motions by LDLᵀ.
-    fn solve(&self, mut matrix: [[f64; 3]; 3], right: Motions) -> Option<Motions> {
+    /// Solves a symmetric system in the present motions by LDLᵀ; a pivot that is rounding becomes `singular` of it.
+    fn solve(
+        &self,
+        mut matrix: [[f64; 3]; 3],
+        right: Motions,
+        singular: impl Fn(f64) -> Option<f64>,
+    ) -> Option<Motions> {
         let first = usize::from(!self.approach);
         let mut x = right;
         for k in first..3 {
@@ -141,7 +156,7 @@ impl RigidMotions {
                 matrix[k][k] -= matrix[k][m] * matrix[k][m] * matrix[m][m];
             }
             if matrix[k][k] <= SINGULAR * whole {
-                return None;
+                matrix[k][k] = singular(matrix[k][k])?;
             }
             for r in k + 1..3 {
                 for m in first..k {

@@ -10,9 +10,11 @@
 
 use super::projection::project;
 use super::rigid::{Motions, RigidMotions, displacement, load_and_moments};
+use super::settle::{Bound, least_violation};
 use super::{Control, NormalOptions, NormalProblem, NormalSolution, Rotation};
 use crate::contact::error::ContactError;
 use crate::contact::half_space::HalfSpace;
+use crate::contact::sums::{LANES, dot, extremes, sum, sums};
 
 /// Rounding of a gap relative to the approach: that of the sums over a transform, and of pressures in their last digit.
 const ROUNDING: f64 = 128.0 * f64::EPSILON;
@@ -23,11 +25,23 @@ const LEAST_SLOPE: f64 = 1e-12;
 /// Shorter trials along one direction before a plainer one is taken, each a quarter as long.
 const TRIALS: usize = 3;
 
+/// Of the largest pressure, or of the sum of all: a pressure or a step below it is the rounding of resultants.
+const NOISE: f64 = 1e-13;
+
+/// How far a chord that projection has bent is followed beyond its end. The rounding of its resultants grows as much.
+const EXTENSION: f64 = 4.0;
+
+/// Cells that are looked at together: where all of them are open and stay so, nothing is to be done.
+const BLOCK: usize = 8;
+
 /// Bounds on the length of a trial step along a preconditioned direction, whose natural length is one. Where the projection
 /// cuts most of a step off, no length is the best one, and the prediction would run away.
 const LENGTHS: (f64, f64) = (0.05, 4.0);
 
 /// The state of a solve. The gap is `residual` − the unknown motions.
+///
+/// Fields have a value a cell of the grid, and what changes pressures a value a free cell, in their order: few cells carry
+/// load, and sums over values side by side are an order of magnitude faster than over those of listed cells.
 pub(super) struct Solver<'a, 'h> {
     half_space: &'h mut HalfSpace,
     problem: &'a NormalProblem<'a>,
@@ -39,24 +53,47 @@ pub(super) struct Solver<'a, 'h> {
     target: Motions,
     motion: Motions,
     kept: Vec<usize>,
-    /// Cells whose pressure may change: elastic ones, and those on a bound that are to leave it.
-    free: Vec<usize>,
     /// √(λ/(λ + D)): the preconditioner's scaling where the diagonal compliance rules.
     scaling: Option<Vec<f64>>,
     pressure: Vec<f64>,
-    /// (K + D) p − h − the given motions.
+    /// (K + D) p − h − the given motions; ∞ on masked cells, which are open for ever.
     residual: Vec<f64>,
     /// The last step and its displacement.
     step: Vec<f64>,
     image: Vec<f64>,
-    /// Gap on the free cells, 0 elsewhere.
-    gap: Vec<f64>,
-    preconditioned: Vec<f64>,
-    direction: Vec<f64>,
-    trial: Vec<f64>,
+    /// Σ residual over the elastic cells, their number, and the largest pressure.
+    elastic: [f64; 2],
+    peak: f64,
+    /// Cells whose pressure may change: elastic ones, and those on a bound that are to leave it.
+    free: Vec<usize>,
+    /// Those of the last step: it is 0 on all others.
+    moved: Vec<usize>,
+    /// Cells that stay at the cap.
+    held: Vec<usize>,
+    on_free: OnFree,
     /// Length of the next trial step, in units of the direction.
     predicted: f64,
     iterations: usize,
+}
+
+/// Values on the free cells.
+#[derive(Default)]
+struct OnFree {
+    gap: Vec<f64>,
+    pressure: Vec<f64>,
+    preconditioned: Vec<f64>,
+    direction: Vec<f64>,
+    image: Vec<f64>,
+    trial: Vec<f64>,
+    step: Vec<f64>,
+}
+
+/// A step that descends.
+struct Trial {
+    way: Way,
+    length: f64,
+    /// Whether it was projected.
+    bent: bool,
 }
 
 /// Which way a trial step goes.
@@ -105,16 +142,17 @@ impl<'a, 'h> Solver<'a, 'h> {
             target,
             motion: [0.0; 3],
             kept: (0..n).filter(|&c| problem.patch.kept[c]).collect(),
-            free: Vec::with_capacity(n),
             scaling,
             pressure: vec![0.0; n],
-            residual: vec![0.0; n],
+            residual: vec![f64::INFINITY; n],
             step: vec![0.0; n],
             image: vec![0.0; n],
-            gap: vec![0.0; n],
-            preconditioned: vec![0.0; n],
-            direction: vec![0.0; n],
-            trial: vec![0.0; n],
+            elastic: [0.0; 2],
+            peak: 0.0,
+            free: Vec::new(),
+            moved: Vec::new(),
+            held: Vec::new(),
+            on_free: OnFree::default(),
             predicted: 1.0,
             iterations: 0,
         }
@@ -153,16 +191,19 @@ impl<'a, 'h> Solver<'a, 'h> {
             Control::Load(_) => self.target[0] / self.kept.len() as f64,
             Control::Approach(_) => 0.0,
         };
-        for &c in &self.kept {
-            self.pressure[c] = usable.map_or(uniform, |p| p[c].clamp(0.0, self.cap));
-        }
+        let first = self.kept.iter();
+        let mut first: Vec<f64> = first
+            .map(|&c| usable.map_or(uniform, |p| p[c].clamp(0.0, self.cap)))
+            .collect();
         let met = project(
             &self.motions,
             &self.kept,
-            &mut self.pressure,
+            &mut first,
             self.cap,
             &self.target,
         );
+        snap(&mut first, self.cap, 0.0);
+        scatter(&first, &self.kept, &mut self.pressure);
         if let (false, Rotation::Free { moment }) = (met, self.problem.rotation) {
             return Err(ContactError::MomentNotCarried {
                 moment,
@@ -173,6 +214,7 @@ impl<'a, 'h> Solver<'a, 'h> {
             self.update_residual();
         } else {
             self.displace(|s, c| -s.problem.height[c]);
+            self.move_residual(0.0);
         }
         Ok(())
     }
@@ -203,12 +245,46 @@ impl<'a, 'h> Solver<'a, 'h> {
         });
         self.image = image;
         self.step.fill(0.0);
+        self.move_residual(0.0);
+    }
+
+    /// Adds a part of the image to the residual, and sums up on the way what the motion and the error need of all cells.
+    fn move_residual(&mut self, part: f64) {
+        let cap = self.cap;
+        let (mut total, mut count, mut peak) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        let mut visit = |k: usize, residual: &mut f64, image: f64, p: f64| {
+            *residual += part * image;
+            let elastic = p > 0.0 && p < cap;
+            total[k] += if elastic { *residual } else { 0.0 };
+            count[k] += if elastic { 1.0 } else { 0.0 };
+            peak[k] = if p > peak[k] { p } else { peak[k] };
+        };
+        let mut residuals = self.residual.chunks_exact_mut(LANES);
+        let mut images = self.image.chunks_exact(LANES);
+        let mut pressures = self.pressure.chunks_exact(LANES);
+        for ((residual, image), p) in residuals
+            .by_ref()
+            .zip(images.by_ref())
+            .zip(pressures.by_ref())
+        {
+            for k in 0..LANES {
+                visit(k, &mut residual[k], image[k], p[k]);
+            }
+        }
+        let rest = residuals
+            .into_remainder()
+            .iter_mut()
+            .zip(images.remainder());
+        for (k, ((residual, image), p)) in rest.zip(pressures.remainder()).enumerate() {
+            visit(k, residual, *image, *p);
+        }
+        self.elastic = [total.iter().sum(), count.iter().sum()];
+        self.peak = peak.into_iter().fold(0.0, f64::max);
     }
 
     /// Displacement of a cell under the peak pressure: the scale of the error.
     fn scale(&self) -> f64 {
-        let peak = self.kept.iter().map(|&c| self.pressure[c]);
-        self.half_space.self_compliance() * peak.fold(0.0, f64::max)
+        self.half_space.self_compliance() * self.peak
     }
 
     /// A residual is a difference of heights, displacements and approach: it cannot be smaller than their rounding.
@@ -225,30 +301,46 @@ impl<'a, 'h> Solver<'a, 'h> {
     fn look(&mut self) -> f64 {
         self.find_motion();
         let rotates = self.motions.rotates();
-        let mut worst = 0.0f64;
+        let (cap, level) = (self.cap, self.motion[0]);
+        std::mem::swap(&mut self.free, &mut self.moved);
         self.free.clear();
-        for &c in &self.kept {
-            let p = self.pressure[c];
-            let motion = if rotates {
-                self.motions.at(&self.motion, c)
-            } else {
-                self.motion[0]
-            };
-            let gap = self.residual[c] - motion;
-            let free = if p <= 0.0 {
-                gap < 0.0
-            } else if p >= self.cap {
-                gap > 0.0
-            } else {
-                true
-            };
-            if free {
-                worst = worst.max(gap.abs());
-                self.free.push(c);
+        self.held.clear();
+        self.on_free.gap.clear();
+        for (block, (pressure, residual)) in self
+            .pressure
+            .chunks(BLOCK)
+            .zip(self.residual.chunks(BLOCK))
+            .enumerate()
+        {
+            let mut rests = pressure.iter().zip(residual);
+            if !rotates && rests.all(|(p, residual)| *p <= 0.0 && *residual >= level) {
+                continue;
             }
+            // Every cell is written, and the count moves on past the free ones: no processor could foresee a branch.
+            let (mut cells, mut gaps, mut count) = ([0; BLOCK], [0.0; BLOCK], 0);
+            for (k, (&p, residual)) in pressure.iter().zip(residual).enumerate() {
+                let c = block * BLOCK + k;
+                let motion = if rotates {
+                    self.motions.at(&self.motion, c)
+                } else {
+                    level
+                };
+                let gap = residual - motion;
+                let (open, capped) = (p <= 0.0, p >= cap);
+                let leaves = (open & (gap < 0.0)) | (capped & (gap > 0.0));
+                (cells[count], gaps[count]) = (c, gap);
+                count += usize::from(leaves | !(open | capped));
+                if capped & !leaves {
+                    self.held.push(c);
+                }
+            }
+            self.free.extend_from_slice(&cells[..count]);
+            self.on_free.gap.extend_from_slice(&gaps[..count]);
         }
+        let (low, high) = extremes(&self.on_free.gap);
+        let worst = high.max(-low).max(0.0);
         let violation = (worst - self.rounding()).max(0.0);
-        if worst.is_nan() {
+        if sum(&self.on_free.gap).is_nan() {
             f64::INFINITY
         } else if violation == 0.0 {
             0.0
@@ -258,90 +350,98 @@ impl<'a, 'h> Solver<'a, 'h> {
     }
 
     /// The motions that leave the elastic cells the least gap. Without an elastic cell the approach is the middle of what
-    /// open and capped cells allow.
+    /// open and capped cells allow; with so few that they leave rotations undetermined, the motion of least violation on all.
     fn find_motion(&mut self) {
         if self.motions.none() {
             return;
         }
-        let elastic = || {
-            let inside = |c: &usize| self.pressure[*c] > 0.0 && self.pressure[*c] < self.cap;
-            self.kept.iter().copied().filter(inside)
-        };
-        let resultants = self.motions.resultants(elastic(), |c| self.residual[c]);
-        if let Some(motion) = self.motions.with_resultants(elastic(), resultants) {
-            self.motion = motion;
+        let cap = self.cap;
+        if self.motions.rotates() {
+            let inside = |c: &usize| self.pressure[*c] > 0.0 && self.pressure[*c] < cap;
+            let elastic: Vec<usize> = self.kept.iter().copied().filter(inside).collect();
+            let residual: Vec<f64> = elastic.iter().map(|&c| self.residual[c]).collect();
+            let resultants = self.motions.resultants(&elastic, &residual);
+            let determined = self.motions.with_resultants(&elastic, resultants);
+            self.motion = determined.unwrap_or_else(|| self.settled_motion());
             return;
         }
-        if !self.motions.approaches() {
+        let [total, count] = self.elastic;
+        if count > 0.0 {
+            self.motion[0] = total / count;
             return;
-        }
-        self.motion[0] = 0.0;
-        let gap = |c: usize| self.residual[c] - self.motions.at(&self.motion, c);
-        let (mut count, mut sum) = (0usize, 0.0);
-        for c in elastic() {
-            count += 1;
-            sum += gap(c);
         }
         let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
         for &c in &self.kept {
             if self.pressure[c] > 0.0 {
-                low = low.max(gap(c));
+                low = low.max(self.residual[c]);
             } else {
-                high = high.min(gap(c));
+                high = high.min(self.residual[c]);
             }
         }
-        self.motion[0] = if count > 0 {
-            sum / count as f64
-        } else if high.is_finite() {
+        self.motion[0] = if high.is_finite() {
             0.5 * (low + high)
         } else {
             low
         };
     }
 
+    /// The motion of least violation on all cells.
+    fn settled_motion(&self) -> Motions {
+        let bound = |c: usize| {
+            if self.pressure[c] <= 0.0 {
+                Bound::Open
+            } else if self.pressure[c] >= self.cap {
+                Bound::Capped
+            } else {
+                Bound::Elastic
+            }
+        };
+        let residual = |c: usize| self.residual[c];
+        least_violation(&self.motions, self.motion, &self.kept, residual, bound)
+    }
+
     /// One iteration. False where no direction descends: rounding is all that is left.
     fn advance(&mut self) -> bool {
         self.precondition();
-        let Some((way, length)) = self.descending_trial() else {
+        let Some(Trial { way, length, bent }) = self.descending_trial() else {
             return false;
         };
+        scatter(&self.on_free.step, &self.free, &mut self.step);
         self.half_space.normal(&self.step, &mut self.image);
         if let Some(d) = self.problem.compliance {
-            for &c in &self.free {
-                self.image[c] += d[c] * self.step[c];
+            for (&c, step) in self.free.iter().zip(&self.on_free.step) {
+                self.image[c] += d[c] * step;
             }
         }
-        let (mut slope, mut curvature, mut reach) = (0.0, 0.0, f64::INFINITY);
-        for &c in &self.free {
-            let step = self.step[c];
-            slope -= step * self.gap[c];
-            curvature += step * self.image[c];
-            if step < 0.0 {
-                reach = reach.min(self.pressure[c] / -step);
-            } else if step > 0.0 {
-                reach = reach.min((self.cap - self.pressure[c]) / step);
-            }
+        let on = &mut self.on_free;
+        gather(&self.image, &self.free, &mut on.image);
+        let slope = -dot(&on.step, &on.gap);
+        let curvature = dot(&on.step, &on.image);
+        let mut reach = f64::INFINITY;
+        for (p, step) in on.pressure.iter().zip(&on.step) {
+            let room = if *step < 0.0 { *p } else { self.cap - p };
+            let part = room / step.abs();
+            // Of a step of nothing the part is infinite, or not a number on a bound.
+            reach = if part < reach { part } else { reach };
         }
         let best = if curvature > 0.0 {
             slope / curvature
         } else {
             f64::INFINITY
         };
-        let part = best.min(reach);
+        let part = best
+            .min(reach)
+            .min(if bent { EXTENSION } else { f64::INFINITY });
         if !part.is_finite() {
             return false;
         }
-        for &c in &self.free {
-            // At the end of the chord a pressure is on its bound, not beside it by rounding.
-            self.pressure[c] = if part == 1.0 {
-                self.trial[c]
-            } else {
-                (self.pressure[c] + part * self.step[c]).clamp(0.0, self.cap)
-            };
+        for (p, step) in on.pressure.iter_mut().zip(&on.step) {
+            *p += part * step;
         }
-        for &c in &self.kept {
-            self.residual[c] += part * self.image[c];
-        }
+        let held = if self.held.is_empty() { 0.0 } else { self.cap };
+        snap(&mut on.pressure, self.cap, held);
+        scatter(&on.pressure, &self.free, &mut self.pressure);
+        self.move_residual(part);
         if way != Way::Gradient {
             self.predicted = (length * best).clamp(LENGTHS.0, LENGTHS.1);
         }
@@ -351,54 +451,49 @@ impl<'a, 'h> Solver<'a, 'h> {
 
     /// The preconditioned gap and the conjugate direction, both without resultants, on the free cells.
     fn precondition(&mut self) {
-        let free = || self.free.iter().copied();
-        let level = self.motions.resultants(free(), |c| self.residual[c]);
-        // Too few cells for all motions (or none unknown): those of the elastic cells will do.
-        let level = self
-            .motions
-            .with_resultants(free(), level)
-            .unwrap_or(self.motion);
-        self.gap.fill(0.0);
-        self.trial.fill(0.0);
-        for &c in &self.free {
-            let gap = self.residual[c] - self.motions.at(&level, c);
-            self.gap[c] = gap;
-            self.trial[c] = gap * self.scaling.as_ref().map_or(1.0, |s| s[c]);
-        }
-        self.half_space
-            .normal_inverse(&self.trial, &mut self.preconditioned);
+        let on = &mut self.on_free;
+        gather(&self.pressure, &self.free, &mut on.pressure);
+        gather(&self.step, &self.free, &mut on.direction);
+        gather(&self.image, &self.free, &mut on.image);
+        // Too few cells for all motions (or none unknown): the gap as it is will do.
+        without_resultants(&self.motions, &self.free, &mut on.gap);
+        // The last step has been read: its field carries the gap into the transform, and its image the result out of it.
+        self.moved.iter().for_each(|&c| self.step[c] = 0.0);
+        scatter(&on.gap, &self.free, &mut self.step);
         if let Some(scaling) = &self.scaling {
-            for &c in &self.free {
-                self.preconditioned[c] *= scaling[c];
+            self.free.iter().for_each(|&c| self.step[c] *= scaling[c]);
+        }
+        self.half_space.normal_inverse(&self.step, &mut self.image);
+        gather(&self.image, &self.free, &mut on.preconditioned);
+        if let Some(scaling) = &self.scaling {
+            for (z, &c) in on.preconditioned.iter_mut().zip(&self.free) {
+                *z *= scaling[c];
             }
         }
-        without_resultants(&self.motions, &self.free, &mut self.preconditioned);
-        let (mut change, mut curvature) = (0.0, 0.0);
-        for &c in &self.free {
-            change += self.preconditioned[c] * self.image[c];
-            curvature += self.step[c] * self.image[c];
-        }
+        without_resultants(&self.motions, &self.free, &mut on.preconditioned);
+        let change = dot(&on.preconditioned, &on.image);
+        let curvature = dot(&on.direction, &on.image);
         let beta = if curvature > 0.0 {
             (change / curvature).max(0.0)
         } else {
             0.0
         };
-        for &c in &self.free {
-            self.direction[c] = beta * self.step[c] - self.preconditioned[c];
+        for (d, z) in on.direction.iter_mut().zip(&on.preconditioned) {
+            *d = beta * *d - z;
         }
-        without_resultants(&self.motions, &self.free, &mut self.direction);
+        without_resultants(&self.motions, &self.free, &mut on.direction);
     }
 
     /// Finds a step whose chord descends, and leaves it in `step` and its end in `trial`.
-    fn descending_trial(&mut self) -> Option<(Way, f64)> {
+    fn descending_trial(&mut self) -> Option<Trial> {
         for way in [Way::Conjugate, Way::Preconditioned, Way::Gradient] {
             let mut length = match way {
                 Way::Gradient => 1.0 / self.half_space.self_compliance(),
                 _ => self.predicted,
             };
             for _ in 0..TRIALS {
-                if self.descends(way, length) {
-                    return Some((way, length));
+                if let Some(bent) = self.descends(way, length) {
+                    return Some(Trial { way, length, bent });
                 }
                 length *= 0.25;
             }
@@ -406,53 +501,47 @@ impl<'a, 'h> Solver<'a, 'h> {
         None
     }
 
-    fn descends(&mut self, way: Way, length: f64) -> bool {
-        let mut outside = false;
-        for &c in &self.free {
-            let direction = match way {
-                Way::Conjugate => self.direction[c],
-                Way::Preconditioned => -self.preconditioned[c],
-                Way::Gradient => -self.gap[c],
-            };
-            let p = self.pressure[c] + length * direction;
-            outside |= p < 0.0 || p > self.cap;
-            self.trial[c] = p;
-        }
-        if outside || way == Way::Gradient {
-            // Cells that stay on a bound carry their part: none, or the cap.
-            let mut target = self.target;
-            if self.cap.is_finite() && !self.motions.none() {
-                let is_free = &mut self.step;
-                is_free.fill(0.0);
-                self.free.iter().for_each(|&c| is_free[c] = 1.0);
-                let held = self
-                    .kept
-                    .iter()
-                    .copied()
-                    .filter(|&c| is_free[c] == 0.0 && self.pressure[c] > 0.0);
-                let held = self.motions.resultants(held, |c| self.pressure[c]);
-                target = [0, 1, 2].map(|k| target[k] - held[k]);
-            }
+    /// Whether the step is bent by the projection, if it descends.
+    fn descends(&mut self, way: Way, length: f64) -> Option<bool> {
+        let on = &mut self.on_free;
+        let (direction, length) = match way {
+            Way::Conjugate => (&on.direction, length),
+            Way::Preconditioned => (&on.preconditioned, -length),
+            Way::Gradient => (&on.gap, -length),
+        };
+        on.trial.clear();
+        let ends = on.pressure.iter().zip(direction);
+        on.trial.extend(ends.map(|(p, d)| p + length * d));
+        let (low, high) = extremes(&on.trial);
+        let bent = low < 0.0 || high > self.cap || way == Way::Gradient;
+        if bent {
+            let held = self.held_resultants();
+            let target = [0, 1, 2].map(|k| self.target[k] - held[k]);
+            let trial = &mut self.on_free.trial;
             // A trial so long that its digits do not hold the resultants would lose them.
-            if !project(
-                &self.motions,
-                &self.free,
-                &mut self.trial,
-                self.cap,
-                &target,
-            ) {
-                return false;
+            if !project(&self.motions, &self.free, trial, self.cap, &target) {
+                return None;
             }
         }
-        self.step.fill(0.0);
-        let (mut slope, mut size) = (0.0, 0.0);
-        for &c in &self.free {
-            let step = self.trial[c] - self.pressure[c];
-            self.step[c] = step;
-            slope -= step * self.gap[c];
-            size += (step * self.gap[c]).abs();
+        let on = &mut self.on_free;
+        on.step.clear();
+        let ends = on.trial.iter().zip(&on.pressure);
+        on.step.extend(ends.map(|(trial, p)| trial - p));
+        let [slope, size] = sums(&on.step, &on.gap, |step, gap| {
+            let term = -step * gap;
+            [term, term.abs()]
+        });
+        let [moved, total] = sums(&on.step, &on.pressure, |step, p| [step.abs(), p]);
+        (slope > LEAST_SLOPE * size && moved > NOISE * total).then_some(bent)
+    }
+
+    /// What the cells that stay at the cap carry.
+    fn held_resultants(&self) -> Motions {
+        if self.held.is_empty() {
+            return [0.0; 3];
         }
-        slope > LEAST_SLOPE * size
+        let cap = vec![self.cap; self.held.len()];
+        self.motions.resultants(&self.held, &cap)
     }
 
     fn finish(self, error: f64) -> NormalSolution {
@@ -477,12 +566,44 @@ impl<'a, 'h> Solver<'a, 'h> {
     }
 }
 
-/// Takes the rigid motion out of a field on some cells that gives it its resultants.
-fn without_resultants(motions: &RigidMotions, cells: &[usize], field: &mut [f64]) {
-    let own = motions.resultants(cells.iter().copied(), |c| field[c]);
-    if let Some(motion) = motions.with_resultants(cells.iter().copied(), own) {
-        for &c in cells {
-            field[c] -= motions.at(&motion, c);
+/// Takes the rigid motion out of values on some cells that gives them their resultants.
+fn without_resultants(motions: &RigidMotions, cells: &[usize], values: &mut [f64]) {
+    let own = motions.resultants(cells, values);
+    let Some(motion) = motions.with_resultants(cells, own) else {
+        return;
+    };
+    if motions.rotates() {
+        for (value, &c) in values.iter_mut().zip(cells) {
+            *value -= motions.at(&motion, c);
         }
+    } else {
+        values.iter_mut().for_each(|value| *value -= motion[0]);
+    }
+}
+
+/// Puts pressures that meet their bounds on them, not beside them by rounding; `largest` is that of other cells.
+fn snap(pressure: &mut [f64], cap: f64, largest: f64) {
+    let noise = NOISE * extremes(pressure).1.max(largest);
+    for p in pressure {
+        *p = if *p <= noise {
+            0.0
+        } else if *p >= cap - noise {
+            cap
+        } else {
+            *p
+        };
+    }
+}
+
+/// The values of a field on some cells.
+fn gather(field: &[f64], cells: &[usize], values: &mut Vec<f64>) {
+    values.clear();
+    values.extend(cells.iter().map(|&c| field[c]));
+}
+
+/// Sets a field on some cells.
+fn scatter(values: &[f64], cells: &[usize], field: &mut [f64]) {
+    for (&c, value) in cells.iter().zip(values) {
+        field[c] = *value;
     }
 }
