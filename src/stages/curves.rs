@@ -85,7 +85,7 @@ pub fn hysteresis(
     let Some(motion) = joint
         .motion
         .straight()
-        .filter(|_| joint.march == crate::wear::cycle::March::Reversal)
+        .filter(|_| joint.march != crate::wear::cycle::March::Stepped)
     else {
         for instant in &cycle.instants {
             curve.push(instant.force[0], instant.displacement[0]);

@@ -211,7 +211,7 @@ impl RunError {
             RunError::Wear { source, .. } => match source {
                 WearError::Contact(source) => contact(source),
                 WearError::NotSteady { .. } | WearError::StepTooSmall { .. } => true,
-                WearError::NotStraight => false,
+                WearError::NotStraight | WearError::NotSuperposed => false,
             },
             RunError::WearsNoMore { .. } => true,
             RunError::Unworn(source) => contact(source),

@@ -8,7 +8,7 @@ use super::joint::{FrettingJoint, WearError};
 use super::motion::{Channel, StraightMotion};
 use crate::contact::normal::NormalSolution;
 use crate::contact::tangential::{CellState, TangentialProblem, TangentialSolution};
-use crate::grid::ByAxis;
+use crate::grid::{ByAxis, Grid};
 
 /// Cycles after which a motion that has not closed is given up.
 const MAX_CYCLES: usize = 60;
@@ -21,6 +21,9 @@ pub enum March {
     Reversal,
     /// One exact solve at every sample of the motion.
     Stepped,
+    /// As `Reversal`, with the shear of Ciavarella and Jäger in place of the exact one: a fast mode and an approximation, see
+    /// [`super::superposition`]. [`CycleSolution::error`] says how good.
+    Superposition,
 }
 
 /// One instant of the cycle.
@@ -136,8 +139,10 @@ impl FrettingJoint {
         start: Option<&ByAxis<Vec<f64>>>,
     ) -> Result<CycleSolution, WearError> {
         match (self.march, self.motion.straight()) {
-            (March::Reversal, Some(motion)) => self.by_reversals(&motion, contact, start),
-            (March::Reversal, None) => Err(WearError::NotStraight),
+            (March::Reversal | March::Superposition, Some(motion)) => {
+                self.by_reversals(&motion, contact, start)
+            }
+            (March::Reversal | March::Superposition, None) => Err(WearError::NotStraight),
             (March::Stepped, _) => self.by_samples(wear, contact, start),
         }
     }
@@ -152,7 +157,12 @@ impl FrettingJoint {
     ) -> Result<CycleSolution, WearError> {
         let limit = self.limit(&contact.pressure);
         let zero = vec![0.0; motion.end.len()];
-        let half = self.step(&limit, None, [&zero, &motion.end], start)?;
+        let superposed = self.march == March::Superposition;
+        let half = if superposed {
+            self.superposed(contact, &motion.end, start)?
+        } else {
+            self.step(&limit, None, [&zero, &motion.end], start)?
+        };
         let mut tally = Tally::new(limit.len());
         tally.add(&half, 4.0);
         let load = self.motion.mean_load();
@@ -200,7 +210,14 @@ impl FrettingJoint {
             .collect();
         let now = self.motion.at(0);
         let ahead: Vec<f64> = motion.end.iter().map(|end| sign * end).collect();
-        let first = self.step(&limit, Some(&before), [&ahead, &now], None)?;
+        let first = if superposed {
+            // From an end on, shear and motion change by twice those of a first loading to half the change.
+            let change: Vec<f64> = now.iter().zip(&ahead).map(|(n, a)| 0.5 * (n - a)).collect();
+            let branch = self.superposed(contact, &change, None)?;
+            twice(branch, &before, self.patch.grid)
+        } else {
+            self.step(&limit, Some(&before), [&ahead, &now], None)?
+        };
         tally.count(&first);
         let place: Vec<f64> = self
             .motion
@@ -387,6 +404,22 @@ impl FrettingJoint {
 fn found(step: &TangentialSolution) -> Vec<f64> {
     let axes = step.displacement.iter().copied();
     axes.chain([step.rotation]).collect()
+}
+
+/// The step from the shear `before` that is twice a first loading.
+fn twice(
+    mut step: TangentialSolution,
+    before: &ByAxis<Vec<f64>>,
+    grid: Grid,
+) -> TangentialSolution {
+    step.displacement.iter_mut().for_each(|d| *d *= 2.0);
+    for ((q, before), force) in step.shear.iter_mut().zip(before).zip(&mut step.force) {
+        for (q, before) in q.iter_mut().zip(before) {
+            *q = before + 2.0 * *q;
+        }
+        *force = q.iter().sum::<f64>() * grid.cell_area();
+    }
+    step
 }
 
 /// Shears cut back to their limits, direction kept.

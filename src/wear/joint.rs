@@ -22,6 +22,11 @@ pub enum WearError {
         "`reversal` needs a straight motion about zero under constant normal load; march it `stepped`"
     )]
     NotStraight,
+    /// The motion is not one along a line in the plane.
+    #[error(
+        "`superposition` needs displacements given along all axes that move, or forces along all of them, and no rotation about z; march it by `reversal`"
+    )]
+    NotSuperposed,
     /// The cycle does not repeat itself.
     #[error(
         "the fretting cycle did not become steady: shear still changes by more than {tolerance:.1e} of its limit after {cycles} cycles"

@@ -5,6 +5,7 @@ pub mod explicit;
 pub mod implicit;
 pub mod joint;
 pub mod motion;
+pub mod superposition;
 
 pub use joint::{FrettingJoint, WearError};
 pub use motion::{Channel, Harmonic, Motion};

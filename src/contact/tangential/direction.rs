@@ -28,15 +28,17 @@ pub(super) enum Freedom<const A: usize> {
 }
 
 impl<const A: usize> Solver<'_, '_, A> {
-    /// Decides what is free on each contact cell.
-    pub(super) fn set_free(&mut self) {
-        for cell in 0..self.freedom.len() {
-            let (q, s, limit) = (self.shear[cell], self.slip[cell], self.limit[cell]);
+    /// Decides what is free on each contact cell, and counts those that have changed.
+    pub(super) fn set_free(&mut self) -> usize {
+        let (mut changed, push) = (0, NEAR_STEP / self.lambda);
+        let shears = self.shear.iter().zip(&self.slip).zip(&self.limit);
+        for (freedom, ((&q, &s), &limit)) in self.freedom.iter_mut().zip(shears) {
             let (size, along) = (norm(q), dot(q, s));
-            let at_limit = size >= limit * (1.0 - ON_CIRCLE)
-                || (size >= limit * (1.0 - NEAR_CIRCLE)
-                    && norm(plus(q, NEAR_STEP / self.lambda, s)) >= limit);
-            self.freedom[cell] = if at_limit && along > 0.0 {
+            let slips = along > 0.0
+                && (size >= limit * (1.0 - ON_CIRCLE)
+                    || (size >= limit * (1.0 - NEAR_CIRCLE) && norm(plus(q, push, s)) >= limit));
+            changed += usize::from(slips == matches!(freedom, Freedom::Stick));
+            *freedom = if slips {
                 Freedom::Slip {
                     tangent: scaled(1.0 / size, quarter_turn(q)),
                     compliance: along / (size * limit),
@@ -45,20 +47,45 @@ impl<const A: usize> Solver<'_, '_, A> {
                 Freedom::Stick
             };
         }
+        changed
     }
 
     /// `work` = P S M S P `source`: the preconditioner in the free directions P. The slip cells' part is scaled by
-    /// S = √(λ/(λ + D)): where a turn is stiff already, the half space counts little.
-    fn precondition(&mut self, source: impl Fn(&Self, usize) -> Vector<A>) {
-        let mut work = std::mem::take(&mut self.work);
-        for (cell, w) in work.iter_mut().enumerate() {
-            *w = self.freedom[cell].scaled(source(self, cell), self.lambda);
+    /// S = √(λ/(λ + D)): where a turn is stiff already, the half space counts little. M is corrected by [`super::coarse`].
+    pub(super) fn precondition(&mut self, source: &[Vector<A>]) {
+        let lambda = self.lambda;
+        for ((w, source), freedom) in self.work.iter_mut().zip(source).zip(&self.freedom) {
+            *w = freedom.scaled(*source, lambda);
         }
-        self.operator.stiffness(&work, &mut self.image);
-        for ((w, image), freedom) in work.iter_mut().zip(&self.image).zip(&self.freedom) {
-            *w = freedom.scaled(*image, self.lambda);
+        self.coarse.look(&self.work);
+        self.operator.stiffness(&mut self.work);
+        self.coarse.correct(&mut self.work);
+        for (w, freedom) in self.work.iter_mut().zip(&self.freedom) {
+            *w = freedom.scaled(*w, lambda);
         }
-        self.work = work;
+    }
+
+    /// Sets the coarse correction for the directions that are free.
+    pub(super) fn set_springs(&mut self) {
+        if !self.coarse.exists() {
+            return;
+        }
+        let (freedom, lambda) = (&self.freedom, self.lambda);
+        let unit = |axis: usize, cell: usize| {
+            let mut unit = [0.0; A];
+            unit[axis] = 1.0;
+            freedom[cell].scaled(unit, lambda)
+        };
+        for (axis, springs) in self.coarse.springs.iter_mut().enumerate() {
+            for (cell, s) in springs.iter_mut().enumerate() {
+                *s = unit(axis, cell);
+            }
+            self.operator.stiffness(springs);
+            for (s, freedom) in springs.iter_mut().zip(freedom) {
+                *s = freedom.free(*s);
+            }
+        }
+        self.coarse.prepare(unit);
     }
 
     /// The preconditioner applied to each free rigid motion, and the matrix of their resultants.
@@ -66,10 +93,14 @@ impl<const A: usize> Solver<'_, '_, A> {
         let mut matrix = [[0.0; MOTIONS]; MOTIONS];
         for k in 0..self.resultants.asked.len() {
             let motion = self.resultants.asked[k].0;
-            self.precondition(|solver, cell| solver.resultants.motion(motion, cell));
-            let sums = self.resultants.sums(&self.work);
-            matrix[motion] = sums;
-            self.rigid[k].copy_from_slice(&self.work);
+            let mut unit = std::mem::take(&mut self.rigid[k]);
+            for (cell, unit) in unit.iter_mut().enumerate() {
+                *unit = self.resultants.motion(motion, cell);
+            }
+            self.precondition(&unit);
+            matrix[motion] = self.resultants.sums(&self.work);
+            unit.copy_from_slice(&self.work);
+            self.rigid[k] = unit;
         }
         matrix
     }
@@ -79,6 +110,7 @@ impl<const A: usize> Solver<'_, '_, A> {
     pub(super) fn newton_direction(&mut self, gap: Gap) -> Motions {
         let forcing = forcing(gap.error);
         let enough = INNER_SHARE * self.options.tolerance * gap.scale;
+        self.set_springs();
         let matrix = self.rigid_fields();
         let mut shift = [0.0; MOTIONS];
         for cell in 0..self.residual.len() {
@@ -88,7 +120,9 @@ impl<const A: usize> Solver<'_, '_, A> {
         }
         let (mut product, mut first) = (0.0, 0.0);
         loop {
-            self.precondition(|solver, cell| solver.residual[cell]);
+            let residual = std::mem::take(&mut self.residual);
+            self.precondition(&residual);
+            self.residual = residual;
             if !self.resultants.asked.is_empty() {
                 let change = solve_small(&matrix, &self.resultants.sums(&self.work));
                 for k in 0..MOTIONS {
@@ -156,7 +190,7 @@ impl<const A: usize> Solver<'_, '_, A> {
 
 impl<const A: usize> Freedom<A> {
     /// The part of a vector in the free directions.
-    fn free(self, vector: Vector<A>) -> Vector<A> {
+    pub(super) fn free(self, vector: Vector<A>) -> Vector<A> {
         match self {
             Freedom::Stick => vector,
             Freedom::Slip { tangent, .. } => scaled(dot(vector, tangent), tangent),

@@ -20,6 +20,8 @@
 //! The certificate is the relative duality gap Σ(µp|s| − q·s)/Σ µp|s|: it bounds the error of F and of the dissipation, as
 //! neither a small change of q nor of the force does. It is taken of a slip that is computed anew from the shear returned.
 
+mod coarse;
+mod conjugate;
 mod direction;
 mod newton;
 mod operator;
@@ -136,8 +138,25 @@ pub fn solve(
 ) -> Result<TangentialSolution, ContactError> {
     check(half_space, problem, start)?;
     match problem.drive.len() {
-        1 => solve_axes::<1>(half_space, problem, start, options),
-        _ => solve_axes::<2>(half_space, problem, start, options),
+        1 => solve_axes::<1>(half_space, problem, start, Some(options)),
+        _ => solve_axes::<2>(half_space, problem, start, Some(options)),
+    }
+}
+
+/// A given shear as if it were the solution: cut back to the limits, moved to the forces asked for, with the slip that belongs to
+/// it and, in [`TangentialSolution::error`], how far it is from one. One convolution.
+///
+/// # Errors
+/// As [`solve`], but for [`ContactError::NotConverged`].
+pub fn evaluate(
+    half_space: &mut HalfSpace,
+    problem: &TangentialProblem,
+    shear: &ByAxis<Vec<f64>>,
+) -> Result<TangentialSolution, ContactError> {
+    check(half_space, problem, Some(shear))?;
+    match problem.drive.len() {
+        1 => solve_axes::<1>(half_space, problem, Some(shear), None),
+        _ => solve_axes::<2>(half_space, problem, Some(shear), None),
     }
 }
 
@@ -145,7 +164,7 @@ fn solve_axes<const A: usize>(
     half_space: &mut HalfSpace,
     problem: &TangentialProblem,
     start: Option<&ByAxis<Vec<f64>>>,
-    options: TangentialOptions,
+    options: Option<TangentialOptions>,
 ) -> Result<TangentialSolution, ContactError> {
     let grid = problem.patch.grid;
     let contact: Vec<usize> = (0..grid.len())
@@ -171,7 +190,10 @@ fn solve_axes<const A: usize>(
             Drive::Force(force) => asked.push((motion, force / (grid.cell_area() * unit))),
         }
     }
+    let limits = || contact.iter().map(|&c| problem.limit[c]);
     let resultants = Resultants {
+        limit_sum: limits().sum(),
+        limit_peak: limits().fold(0.0, f64::max),
         rotation: rotation.map(|_| contact.iter().map(|&c| turned(c)).collect()),
         length,
         asked,
@@ -179,11 +201,20 @@ fn solve_axes<const A: usize>(
     let nothing_asked = resultants.asked.iter().all(|(_, sum)| *sum == 0.0);
     let nothing_carried = contact.is_empty();
     let operator = Operator::<A>::new(half_space, contact);
-    let mut solver = Solver::new(operator, problem, resultants, displacement, options);
+    let mut solver = Solver::new(
+        operator,
+        problem,
+        resultants,
+        displacement,
+        options.unwrap_or_default(),
+    );
     if nothing_carried && !nothing_asked {
         return Err(solver.beyond());
     }
-    let (error, force_error) = solver.run(start)?;
+    let (error, force_error) = match options {
+        Some(_) => solver.run(start)?,
+        None => solver.evaluate(start)?,
+    };
 
     let mut state = vec![CellState::Open; grid.len()];
     let mut shear = vec![vec![0.0; grid.len()]; A];

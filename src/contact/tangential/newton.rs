@@ -1,9 +1,10 @@
 //! The semi-smooth Newton method.
 
+use super::coarse::Coarse;
 use super::direction::Freedom;
 use super::operator::Operator;
 use super::resultants::{MOTIONS, Motions, Resultants, solve_small};
-use super::vector::{Vector, dot, into_disc, norm, plus, scaled, turn, turn_towards};
+use super::vector::{Vector, dot, into_disc, nearly_turn, norm, plus, scaled, turn_towards};
 use super::{TangentialOptions, TangentialProblem};
 use crate::contact::error::ContactError;
 
@@ -33,6 +34,9 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 
 /// Newton steps without a halved error, after which gradient steps are taken.
 const PATIENCE: usize = 6;
+
+/// Conjugate steps without a halved error, after which Newton steps are taken.
+const CONJUGATE_PATIENCE: usize = 20;
 
 /// Gradient steps between two Newton steps where those fail.
 const GRADIENT_STEPS: usize = 10;
@@ -73,6 +77,11 @@ pub(super) struct Solver<'a, 'h, const A: usize> {
     pub(super) work: Vec<Vector<A>>,
     /// The preconditioner applied to each free motion.
     pub(super) rigid: Vec<Vec<Vector<A>>>,
+    pub(super) coarse: Coarse<A>,
+    /// Length of the next conjugate step; 0 where there is no step before it.
+    pub(super) predicted: f64,
+    /// Cells that have begun or ceased to slip since the correction was set.
+    pub(super) stale: usize,
     pub(super) steps: usize,
     pub(super) iterations: usize,
 }
@@ -93,14 +102,15 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
                 .map(|&c| std::array::from_fn(|axis| offset[axis][c]))
                 .collect()
         });
+        let coarse = Coarse::new(operator.half_space(), operator.cells());
         let lambda = operator.self_compliance();
-        let peak = limit.iter().fold(0.0f64, |m, l| m.max(*l));
+        let peak = resultants.limit_peak;
         let before = problem
             .previous
             .iter()
             .flat_map(|q| q.iter().flatten())
             .fold(peak, |m, q| m.max(q.abs()));
-        let limit_sum: f64 = limit.iter().sum();
+        let limit_sum = resultants.limit_sum;
         let zeros = || vec![[0.0; A]; limit.len()];
         Solver {
             problem,
@@ -123,6 +133,9 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
             operator,
             resultants,
             limit,
+            coarse,
+            predicted: 0.0,
+            stale: 0,
             steps: 0,
             iterations: 0,
         }
@@ -146,6 +159,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         self.renew_slip();
         let mut fresh = true;
         let (mut best, mut since) = (f64::INFINITY, 0);
+        let mut conjugate = true;
         loop {
             self.improve_multipliers();
             let gap = self.gap();
@@ -167,6 +181,14 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
                 (best, since) = (gap.error, 0);
             }
             self.steps += 1;
+            if conjugate {
+                if since <= CONJUGATE_PATIENCE && self.conjugate_step() {
+                    fresh = false;
+                    continue;
+                }
+                conjugate = false;
+                since = 0;
+            }
             if since <= PATIENCE
                 && let Some(part) = self.newton(gap)
             {
@@ -187,6 +209,18 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
                 fresh = true;
             }
         }
+    }
+
+    /// The errors of the shear that a solve would start from.
+    pub(super) fn evaluate(
+        &mut self,
+        start: Option<&Vec<Vec<f64>>>,
+    ) -> Result<(f64, f64), ContactError> {
+        self.begin(start)?;
+        self.renew_slip();
+        self.improve_multipliers();
+        let error = self.gap().error;
+        Ok((error, self.resultants.error(&self.shear, &self.limit)))
     }
 
     fn not_converged(&self, error: f64) -> ContactError {
@@ -213,6 +247,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         }
         // What the resultants lack, as a stuck contact would carry it.
         let lack = self.resultants.lack(&self.shear);
+        self.set_springs();
         let matrix = self.rigid_fields();
         let amounts = solve_small(&matrix, &lack);
         for (k, &(motion, _)) in self.resultants.asked.iter().enumerate() {
@@ -285,9 +320,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         for (total, amount) in self.displacement.iter_mut().zip(amounts) {
             *total += amount;
         }
-        for (cell, s) in self.slip.iter_mut().enumerate() {
-            *s = plus(*s, 1.0, self.resultants.field(amounts, cell));
-        }
+        self.resultants.add(amounts, &mut self.slip);
     }
 
     /// True where the shear is at its limit and along the slip.
@@ -299,6 +332,9 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
     /// The relative duality gap.
     fn gap(&self) -> Gap {
         let (mut gap, mut bound, mut reach) = (0.0, 0.0, self.least_motion * self.least_motion);
+        let everywhere =
+            (self.resultants.rotation.is_none() && self.offset.is_none() && !self.limit.is_empty())
+                .then(|| self.given(0));
         for (cell, (&q, &s)) in self.shear.iter().zip(&self.slip).enumerate() {
             let limit = self.limit[cell];
             let full = limit * norm(s);
@@ -311,7 +347,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
                 full.max(full - along)
             };
             bound += full;
-            let given = self.given(cell);
+            let given = everywhere.unwrap_or_else(|| self.given(cell));
             let elastic = plus(given, -1.0, s);
             reach = reach.max(dot(given, given)).max(dot(elastic, elastic));
         }
@@ -338,14 +374,15 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
 
     /// Turns the direction in `step` into a step between points inside the discs that have the resultants asked for: slip
     /// cells turn, stick cells that leave their disc stop on its circle. False where there is none.
-    fn turn_and_project(&mut self) -> bool {
+    pub(super) fn turn_and_project(&mut self) -> bool {
         let balanced = !self.resultants.asked.is_empty();
-        for cell in 0..self.step.len() {
-            let (q, d, limit) = (self.shear[cell], self.step[cell], self.limit[cell]);
-            let moved = match self.freedom[cell] {
+        let cells = self.shear.iter().zip(&self.limit).zip(&self.freedom);
+        for (step, ((&q, &limit), freedom)) in self.step.iter_mut().zip(cells) {
+            let d = *step;
+            let moved = match *freedom {
                 Freedom::Slip { tangent, .. } => {
                     let angle = dot(d, tangent) / limit;
-                    let moved = turn(q, angle.clamp(-LARGEST_TURN, LARGEST_TURN));
+                    let moved = nearly_turn(q, angle.clamp(-LARGEST_TURN, LARGEST_TURN));
                     let out = (limit / norm(q) - 1.0).max(0.0);
                     plus(moved, out, plus(q, 1.0, moved))
                 }
@@ -361,7 +398,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
                     }
                 }
             };
-            self.step[cell] = moved;
+            *step = moved;
         }
         if !balanced {
             return true;
@@ -378,8 +415,9 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         let Some(shift) = self.resultants.balance(&self.work, &self.limit) else {
             return false;
         };
+        self.resultants.add(&shift, &mut self.work);
         for cell in 0..self.step.len() {
-            let target = plus(self.work[cell], 1.0, self.resultants.field(&shift, cell));
+            let target = self.work[cell];
             let (q, limit) = (self.shear[cell], self.limit[cell]);
             self.step[cell] = if norm(target) >= limit && norm(q) >= limit * (1.0 - ON_CIRCLE) {
                 turn_towards(q, target)
@@ -424,6 +462,16 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         self.turn_and_project() && self.advance(&[0.0; MOTIONS]).is_some()
     }
 
+    /// Takes a part of the step, whose displacement is `image`.
+    pub(super) fn take_part(&mut self, part: f64) {
+        for (q, step) in self.shear.iter_mut().zip(&self.step) {
+            *q = plus(*q, part, *step);
+        }
+        for (s, image) in self.slip.iter_mut().zip(&self.image) {
+            *s = plus(*s, -part, *image);
+        }
+    }
+
     /// Takes the step, or the part of it that minimises F on the chord, and says which. None where F does not fall along it.
     fn advance(&mut self, shift: &Motions) -> Option<f64> {
         self.operator.compliance(&self.step, &mut self.image);
@@ -442,10 +490,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         } else {
             (descent / curvature).min(1.0)
         };
-        for cell in 0..self.step.len() {
-            self.shear[cell] = plus(self.shear[cell], part, self.step[cell]);
-            self.slip[cell] = plus(self.slip[cell], -part, self.image[cell]);
-        }
+        self.take_part(part);
         if !self.resultants.asked.is_empty() {
             self.move_rigidly(&shift.map(|s| part * s));
         }

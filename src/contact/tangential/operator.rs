@@ -26,6 +26,10 @@ impl<'h, const A: usize> Operator<'h, A> {
         }
     }
 
+    pub(super) fn half_space(&self) -> &HalfSpace {
+        self.half_space
+    }
+
     pub(super) fn cells(&self) -> &[usize] {
         &self.cells
     }
@@ -60,11 +64,11 @@ impl<'h, const A: usize> Operator<'h, A> {
         self.gather(target);
     }
 
-    /// `target` = M `source`, M the approximate inverse of K.
-    pub(super) fn stiffness(&mut self, source: &[Vector<A>], target: &mut [Vector<A>]) {
-        self.scatter(source);
+    /// `values` = M `values`, M the approximate inverse of K.
+    pub(super) fn stiffness(&mut self, values: &mut [Vector<A>]) {
+        self.scatter(values);
         stiffness(self.half_space, &self.input, &mut self.output);
-        self.gather(target);
+        self.gather(values);
     }
 
     /// `target` = K (`shear` − `previous`), for a previous shear that may lie anywhere. [`Operator::into_field`]

@@ -35,6 +35,9 @@ pub(super) struct Resultants<const A: usize> {
     pub(super) rotation: Option<Vec<Vector<A>>>,
     /// What makes a rotation a displacement \[m\].
     pub(super) length: f64,
+    /// Sum of the limits over the contact cells, and the largest \[Pa\].
+    pub(super) limit_sum: f64,
+    pub(super) limit_peak: f64,
     /// The free motions, with the sum Σ q·r that each must have \[Pa\].
     pub(super) asked: Vec<(usize, f64)>,
 }
@@ -60,13 +63,41 @@ impl<const A: usize> Resultants<A> {
         }
     }
 
+    /// Adds the motions in the given amounts to a field on the contact cells.
+    pub(super) fn add(&self, amounts: &Motions, field: &mut [Vector<A>]) {
+        let along = self.along_axes(amounts);
+        match &self.rotation {
+            None => {
+                for value in field {
+                    *value = plus(*value, 1.0, along);
+                }
+            }
+            Some(rotation) => {
+                for (value, turned) in field.iter_mut().zip(rotation) {
+                    *value = plus(plus(*value, 1.0, along), amounts[MOTIONS - 1], *turned);
+                }
+            }
+        }
+    }
+
+    fn along_axes(&self, amounts: &Motions) -> Vector<A> {
+        std::array::from_fn(|axis| amounts[axis])
+    }
+
     /// The sum Σ q·r of each free motion.
     pub(super) fn sums(&self, shear: &[Vector<A>]) -> Motions {
+        let mut along = [0.0; A];
+        for q in shear {
+            along = plus(along, 1.0, *q);
+        }
         let mut sums = [0.0; MOTIONS];
-        for (cell, q) in shear.iter().enumerate() {
-            for &(motion, _) in &self.asked {
-                sums[motion] += dot(*q, self.motion(motion, cell));
-            }
+        for &(motion, _) in &self.asked {
+            sums[motion] = match &self.rotation {
+                Some(rotation) if motion == MOTIONS - 1 => {
+                    shear.iter().zip(rotation).map(|(q, r)| dot(*q, *r)).sum()
+                }
+                _ => along[motion],
+            };
         }
         sums
     }
@@ -101,11 +132,11 @@ impl<const A: usize> Resultants<A> {
             return Some([0.0; MOTIONS]);
         }
         let (at, off) = self.minimise([0.0; MOTIONS], 1.0, target, limit);
-        let largest: f64 = limit.iter().sum();
+        let largest = self.limit_sum;
         if off <= CARRIED * largest {
             return Some(at);
         }
-        let peak = limit.iter().fold(0.0f64, |m, l| m.max(*l));
+        let peak = self.limit_peak;
         let reach = target.iter().fold(peak, |m, t| m.max(norm(*t)));
         let mut factor = reach / peak;
         let mut at = [0.0; MOTIONS];
@@ -127,12 +158,8 @@ impl<const A: usize> Resultants<A> {
         target: &[Vector<A>],
         limit: &[f64],
     ) -> (Motions, f64) {
-        let largest: f64 = factor * limit.iter().sum::<f64>();
-        let reach = 4.0
-            * target
-                .iter()
-                .zip(limit)
-                .fold(0.0f64, |m, (t, l)| m.max(norm(*t)).max(factor * l));
+        let largest = factor * self.limit_sum;
+        let mut reach = None;
         let mut now = self.evaluate(&at, factor, target, limit);
         for _ in 0..BALANCE_STEPS {
             if now.off() <= BALANCED * largest {
@@ -145,8 +172,15 @@ impl<const A: usize> Resultants<A> {
             }
             let mut step = solve_small(&matrix, &now.lack);
             let size = step.iter().fold(0.0f64, |m, s| m.max(s.abs()));
-            if size > reach {
-                step = step.map(|s| s * reach / size);
+            // No farther than some times the farthest target; a short step need not look for it.
+            if size > factor * self.limit_peak {
+                let reach = *reach.get_or_insert_with(|| {
+                    let peak = factor * self.limit_peak;
+                    4.0 * target.iter().fold(peak, |m, t| m.max(norm(*t)))
+                });
+                if size > reach {
+                    step = step.map(|s| s * reach / size);
+                }
             }
             let Some((next, value)) = self.along(at, step, &now, factor, target, limit) else {
                 break;
@@ -198,27 +232,54 @@ impl<const A: usize> Resultants<A> {
         target: &[Vector<A>],
         limit: &[f64],
     ) -> Balance {
-        let mut balance = Balance::default();
-        for &(motion, asked) in &self.asked {
-            balance.lack[motion] = enlarged * asked;
-        }
+        let along = self.along_axes(at);
+        let mut sums = [0.0; MOTIONS];
+        let mut slope = [[0.0; MOTIONS]; MOTIONS];
+        // A shear in its disc moves with the target, one on its circle only along it: by `factor` times what is across `out`.
+        let mut inside = 0.0;
         for (cell, (target, limit)) in target.iter().zip(limit).enumerate() {
             let limit = enlarged * limit;
-            let shifted = plus(*target, 1.0, self.field(at, cell));
-            let size = norm(shifted);
-            let inside = size <= limit;
-            let factor = if inside { 1.0 } else { limit / size };
-            for &(j, _) in &self.asked {
-                let motion = self.motion(j, cell);
-                balance.lack[j] -= factor * dot(shifted, motion);
-                let mut change = motion;
-                if !inside {
-                    let out = scaled(1.0 / size, shifted);
-                    change = plus(change, -dot(out, motion), out);
+            let mut shifted = plus(*target, 1.0, along);
+            let rotation = self.rotation.as_ref().map(|rotation| rotation[cell]);
+            if let Some(rotation) = rotation {
+                shifted = plus(shifted, at[MOTIONS - 1], rotation);
+            }
+            let square = dot(shifted, shifted);
+            let (mut factor, mut out) = (1.0, [0.0; A]);
+            if square <= limit * limit {
+                inside += 1.0;
+            } else {
+                let inverse = 1.0 / square.sqrt();
+                factor = limit * inverse;
+                out = scaled(inverse, shifted);
+                for u in 0..A {
+                    slope[u][u] += factor;
+                    for v in 0..A {
+                        slope[u][v] -= factor * out[u] * out[v];
+                    }
                 }
-                for &(k, _) in &self.asked {
-                    balance.slope[j][k] += factor * dot(change, self.motion(k, cell));
+            }
+            for u in 0..A {
+                sums[u] += factor * shifted[u];
+            }
+            if let Some(rotation) = rotation {
+                sums[MOTIONS - 1] += factor * dot(shifted, rotation);
+                let across = plus(rotation, -dot(out, rotation), out);
+                for u in 0..A {
+                    slope[u][MOTIONS - 1] += factor * across[u];
+                    slope[MOTIONS - 1][u] += factor * across[u];
                 }
+                slope[MOTIONS - 1][MOTIONS - 1] += factor * dot(across, rotation);
+            }
+        }
+        let mut balance = Balance::default();
+        for &(j, asked) in &self.asked {
+            balance.lack[j] = enlarged * asked - sums[j];
+            for &(k, _) in &self.asked {
+                balance.slope[j][k] = slope[j][k];
+            }
+            if j < A {
+                balance.slope[j][j] += inside;
             }
         }
         balance

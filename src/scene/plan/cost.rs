@@ -66,7 +66,7 @@ pub(super) fn cost(
         (None, Some(_)) if scene.fidelity.cycle == Some(crate::scene::CycleMode::Stepped) => {
             stepped(scene.fidelity.steps_per_cycle, false)
         }
-        (Some(March::Reversal), _) | (None, Some(_)) => TANGENTIAL * axes,
+        (Some(March::Reversal | March::Superposition), _) | (None, Some(_)) => TANGENTIAL * axes,
         (None, None) => 0.0,
     };
     sizes.cells = patch.grid.len() as f64;

@@ -247,6 +247,10 @@ fn decide_cycle(
             "reversal: one exact solve a cycle".to_owned(),
             "straight motion about zero under constant load: the steady cycle is antisymmetric",
         ),
+        March::Superposition => decide(
+            "superposition: two pressures in place of a tangential solve, an approximation".to_owned(),
+            "fidelity.cycle asks for it",
+        ),
         March::Stepped => decide(
             format!(
                 "stepped: {} exact solves a cycle, until it closes",

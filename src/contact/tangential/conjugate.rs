@@ -1,0 +1,141 @@
+//! Projected conjugate gradient steps, with which a solve begins.
+//!
+//! The search direction keeps its conjugacy while cells begin and cease to slip (β of Hestenes and Stiefel, from the true change
+//! of the slip). A trial step is projected into the discs and onto the resultants, and the chord to the projected point followed
+//! to its minimum: one convolution a step. On a steady state of all cells this is the conjugate gradient method.
+
+use super::direction::Freedom;
+use super::newton::Solver;
+use super::resultants::solve_small;
+use super::vector::{dot, plus, scaled};
+
+/// Part of the cells that have changed between stick and slip when the preconditioner's correction is set anew.
+const STALE: f64 = 0.1;
+
+/// Bounds on the length of a trial step, whose natural length is one.
+const LENGTHS: (f64, f64) = (0.05, 4.0);
+
+/// Part of the predicted length that is tried where the shear has two components: slip cells lie on the circle at the end of a
+/// chord and within it on the way, so a trial had better be too short than too long.
+const SHORTENED: f64 = 0.9;
+
+/// Shorter trials along one direction before the plain one is taken, each a quarter as long.
+const TRIALS: usize = 3;
+
+impl<const A: usize> Solver<'_, '_, A> {
+    /// A step. False where none descends.
+    pub(super) fn conjugate_step(&mut self) -> bool {
+        let changed = self.set_free();
+        self.stale += changed;
+        let begins = self.predicted == 0.0;
+        if begins || self.stale as f64 > STALE * self.freedom.len() as f64 {
+            self.stale = 0;
+            self.set_springs();
+            self.rigid_fields();
+        } else if changed > 0 {
+            for rigid in &mut self.rigid {
+                for (r, freedom) in rigid.iter_mut().zip(&self.freedom) {
+                    *r = freedom.free(*r);
+                }
+            }
+        }
+        let slip = std::mem::take(&mut self.slip);
+        self.precondition(&slip);
+        self.slip = slip;
+        if !self.resultants.asked.is_empty() {
+            let mut matrix = [[0.0; 3]; 3];
+            for (rigid, &(motion, _)) in self.rigid.iter().zip(&self.resultants.asked) {
+                matrix[motion] = self.resultants.sums(rigid);
+            }
+            let change = solve_small(&matrix, &self.resultants.sums(&self.work));
+            for (rigid, &(motion, _)) in self.rigid.iter().zip(&self.resultants.asked) {
+                for (w, r) in self.work.iter_mut().zip(rigid) {
+                    *w = plus(*w, -change[motion], *r);
+                }
+            }
+        }
+        let mut beta = 0.0;
+        if !begins {
+            let (mut change, mut curvature) = (0.0, 0.0);
+            let steps = self.step.iter().zip(&self.image).zip(&self.freedom);
+            for (w, ((step, image), freedom)) in self.work.iter().zip(steps) {
+                let step = freedom.free(*step);
+                let mut image = freedom.free(*image);
+                if let Freedom::Slip { compliance, .. } = *freedom {
+                    image = plus(image, compliance, step);
+                }
+                change -= dot(*w, image);
+                curvature += dot(step, image);
+            }
+            if curvature > 0.0 {
+                beta = (change / curvature).max(0.0);
+            }
+        }
+        let shortened = if A == 1 { 1.0 } else { SHORTENED };
+        let mut length = if begins {
+            1.0
+        } else {
+            shortened * self.predicted
+        };
+        let steps = self.step.iter_mut().zip(&mut self.direction);
+        for ((w, freedom), (step, direction)) in self.work.iter().zip(&self.freedom).zip(steps) {
+            *direction = plus(*w, beta, freedom.free(*step));
+            *step = scaled(length, *direction);
+        }
+        for trial in 0..TRIALS {
+            if trial > 0 {
+                for (step, direction) in self.step.iter_mut().zip(&self.direction) {
+                    *step = scaled(length, *direction);
+                }
+            }
+            if self.turn_and_project() && self.follow(length) {
+                self.iterations += 1;
+                return true;
+            }
+            length *= 0.25;
+        }
+        self.predicted = 0.0;
+        !begins && self.conjugate_step()
+    }
+
+    /// Follows the chord `step` to its minimum, or to where a shear on it meets its limit. False where it does not descend.
+    fn follow(&mut self, length: f64) -> bool {
+        let along = |slip: &[_], step: &[_]| -> f64 {
+            slip.iter().zip(step).map(|(s, d)| dot::<A>(*s, *d)).sum()
+        };
+        let descent = along(&self.slip, &self.step);
+        if descent <= 0.0 {
+            return false;
+        }
+        self.operator.compliance(&self.step, &mut self.image);
+        let curvature = along(&self.image, &self.step);
+        let best = if curvature > 0.0 {
+            descent / curvature
+        } else {
+            LENGTHS.1
+        };
+        let part = if best > 1.0 {
+            best.min(self.reach())
+        } else {
+            best
+        };
+        self.take_part(part);
+        self.predicted = (length * best).clamp(LENGTHS.0, LENGTHS.1);
+        true
+    }
+
+    /// How far the chord can be followed within the discs, its own end being 1.
+    fn reach(&self) -> f64 {
+        if A > 1 {
+            return 1.0;
+        }
+        let mut reach = f64::INFINITY;
+        for ((q, d), limit) in self.shear.iter().zip(&self.step).zip(&self.limit) {
+            let (q, d) = (q[0], d[0]);
+            if d != 0.0 {
+                reach = reach.min((limit - q * d.signum()) / d.abs());
+            }
+        }
+        reach.max(1.0)
+    }
+}
