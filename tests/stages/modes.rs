@@ -10,6 +10,8 @@ use crate::support::{Bench, latest, summary, table, verified};
 
 /// Runs to the scene's tolerances of 1e-4 of friction and 1e-3 of a wear step, on the energies of a cycle.
 const SAME: f64 = 2e-3;
+/// The reduced pressure of a superposition is solved to 1e-3.
+const SUPERPOSED: f64 = 1e-2;
 /// Mirror images: what rounding leaves of them.
 const MIRRORED: f64 = 1e-6;
 /// Friction coefficient times load of the small joint \[N\].
@@ -47,6 +49,56 @@ fn reversal_and_stepped_agree_on_a_straight_motion() {
                 "{name} with {more:?}: {found:e} for {expected:e}"
             );
         }
+    }
+}
+
+/// Without Poisson's effect shear displaces as pressure does, and the superposition is exact; with it, it says how far it is off.
+#[test]
+fn superposition_is_exact_without_poissons_effect() {
+    let bench = Bench::new();
+    let both = |name: &str, more: &[&str]| {
+        ["reversal", "superposition"].map(|mode| {
+            let cycle = format!("fidelity.cycle={mode}");
+            run(
+                &bench,
+                &format!("{name}_{mode}"),
+                &[more, &[&cycle]].concat(),
+            )
+        })
+    };
+    for more in [
+        &["material.poisson_ratio=0"][..],
+        &["material.poisson_ratio=0", "motion.force=60 N"],
+        &[
+            "material.poisson_ratio=0",
+            "motion.amplitude=[\"0.8 um\", \"0.6 um\"]",
+        ],
+    ] {
+        let [exact, superposed] = both(&format!("{}", more.len() + more.concat().len()), more);
+        let (found, expected) = (
+            last(&superposed, "wear_volume"),
+            last(&exact, "wear_volume"),
+        );
+        assert!(
+            (found / expected - 1.0).abs() < SUPERPOSED,
+            "{more:?}: {found:e} for {expected:e}"
+        );
+    }
+    let [exact, superposed] = both("steel", &[]);
+    let error = last(&superposed, "error_tangential");
+    assert!(error > 10.0 * last(&exact, "error_tangential"), "{error:e}");
+    let off = last(&superposed, "dissipated_energy") / last(&exact, "dissipated_energy") - 1.0;
+    assert!(off.abs() < 0.3, "{off}");
+    for (sets, said) in [
+        (
+            &["motion.normal_load_amplitude=1 N"][..],
+            "needs a straight motion",
+        ),
+        (&["motion.rotation=0.1 mrad"], "no rotation about z"),
+    ] {
+        let sets = [sets, &["fidelity.cycle=superposition"]].concat();
+        let error = Inputs::of(bench.scene("small.toml", &sets)).expect_err("refused");
+        assert!(error.to_string().contains(said), "{error}");
     }
 }
 

@@ -203,7 +203,16 @@ fn decide_cycle(
                 ),
                 "fidelity.cycle or the preset asks for it",
             ),
-            _ => decide(
+            Some(mode @ (CycleMode::Reversal | CycleMode::Superposition)) => decide(
+                format!(
+                    "{}, if the motion that dynamic_response finds allows it",
+                    word(mode)
+                ),
+                &format!(
+                    "fidelity.cycle asks for it; the joint's load may vary by {STRAIGHT} of it and its motion leave its line by {STRAIGHT} of its reach"
+                ),
+            ),
+            None => decide(
                 "after dynamic_response: reversal or stepped".to_owned(),
                 &format!(
                     "reversal where the joint's load varies by less than {STRAIGHT} of it and its motion leaves its line by less than {STRAIGHT} of its reach; else stepped"
@@ -248,7 +257,8 @@ fn decide_cycle(
             "straight motion about zero under constant load: the steady cycle is antisymmetric",
         ),
         March::Superposition => decide(
-            "superposition: two pressures in place of a tangential solve, an approximation".to_owned(),
+            "superposition: two pressures in place of a tangential solve, an approximation"
+                .to_owned(),
             "fidelity.cycle asks for it",
         ),
         March::Stepped => decide(
@@ -363,9 +373,10 @@ impl Plan {
             return Ok(stepped());
         }
         match (fine.reversals(STRAIGHT), fidelity.cycle) {
+            (Some(motion), Some(CycleMode::Superposition)) => Ok((motion, March::Superposition)),
             (Some(motion), _) => Ok((motion, March::Reversal)),
-            (None, Some(CycleMode::Reversal)) => Err(PlanError::NotStraight),
-            (None, _) => Ok(stepped()),
+            (None, Some(mode)) => Err(PlanError::NotStraight { mode: word(mode) }),
+            (None, None) => Ok(stepped()),
         }
     }
 }
@@ -435,17 +446,6 @@ fn check(
             cells: patch.grid.len(),
         });
     }
-    if scene.fidelity.cycle == Some(CycleMode::Superposition) {
-        let (value, instead) = (
-            "\"superposition\"",
-            "\"reversal\" or \"stepped\", which are exact",
-        );
-        return Err(PlanError::NotAvailable {
-            key: "fidelity.cycle",
-            value,
-            instead,
-        });
-    }
     if scene.output.cycle_fields {
         let (value, instead) = ("true", "false: the fields at t = 0 are in contact_field");
         return Err(PlanError::NotAvailable {
@@ -499,9 +499,26 @@ fn check_force(motion: &Motion, friction_coefficient: f64) -> Result<(), PlanErr
 fn march(cycle: Option<CycleMode>, motion: &Motion) -> Result<March, PlanError> {
     let straight = motion.straight().is_some();
     match cycle {
-        Some(CycleMode::Reversal) if !straight => Err(PlanError::NotStraight),
         Some(CycleMode::Stepped) => Ok(March::Stepped),
-        _ if straight => Ok(March::Reversal),
+        Some(mode) if !straight => Err(PlanError::NotStraight { mode: word(mode) }),
+        Some(CycleMode::Superposition) => {
+            let moving = || motion.channels().filter(|channel| channel.moves());
+            let forces = moving().filter(|channel| channel.is_force()).count();
+            let turns = motion.rotation.as_ref().is_some_and(Channel::moves);
+            if turns || (forces > 0 && forces < moving().count()) {
+                return Err(PlanError::NotSuperposed);
+            }
+            Ok(March::Superposition)
+        }
+        Some(CycleMode::Reversal) | None if straight => Ok(March::Reversal),
         _ => Ok(March::Stepped),
+    }
+}
+
+fn word(mode: CycleMode) -> &'static str {
+    match mode {
+        CycleMode::Superposition => "superposition",
+        CycleMode::Reversal => "reversal",
+        CycleMode::Stepped => "stepped",
     }
 }
