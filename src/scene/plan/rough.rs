@@ -7,8 +7,8 @@ use crate::contact::{Elastic, HalfSpace, Pair, Shear};
 use crate::fft::fast_length;
 use crate::grid::{Grid, Patch};
 use crate::scene::{
-    Boundary, Contact, CycleMode, Fidelity, Material, Rotation, RoughJoint, Scene, Scheme, Solid,
-    Torsion, Transverse,
+    Boundary, Contact, CycleMode, Fidelity, Material, Preset, Rotation, RoughJoint, Scene, Scheme,
+    Solid, Torsion, Transverse,
 };
 use crate::wear::cycle::March;
 use crate::wear::joint::FrettingOptions;
@@ -163,9 +163,18 @@ fn coupling(scene: &Scene, rough: &RoughJoint) -> Result<Coupling, PlanError> {
             beta,
         }),
         None => Ok(Coupling::Indented {
-            load_steps: scene.fidelity.load_steps,
+            load_steps: load_steps(&scene.fidelity),
         }),
     }
+}
+
+/// Their number is an error of first order: 16 change the approach by 2e-4 of it and the largest pressure by 5e-4, against 64.
+fn load_steps(fidelity: &Fidelity) -> usize {
+    fidelity.load_steps.unwrap_or(match fidelity.preset {
+        Preset::Fast => 8,
+        Preset::Paper | Preset::Balanced => 16,
+        Preset::Reference => 64,
+    })
 }
 
 fn decide_rotation(contact: &Contact, decisions: &mut Decisions) {
