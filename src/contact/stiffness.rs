@@ -13,8 +13,14 @@ use super::tangential::{compliance, stiffness};
 use crate::grid::ByAxis;
 
 /// Part of the first residual (in the preconditioner's norm) at which a solve stops. The stiffness is an energy, so its
-/// relative error is about the square of this.
-const RESIDUAL: f64 = 1e-6;
+/// relative error is about the square of this, some 1e-8.
+const RESIDUAL: f64 = 1e-4;
+
+/// The same where pressures of one motion are summed up over another, which is in error by the residual itself.
+const MIXED_RESIDUAL: f64 = 1e-8;
+
+/// A stiffness against turning below this part of its terms is rounding: the cells do not resist.
+const SINGULAR: f64 = 1e-9;
 
 /// Bound on conjugate gradient iterations; a contact set of any shape takes a few dozen.
 const MAX_ITERATIONS: usize = 2000;
@@ -31,13 +37,70 @@ pub struct Stiffness {
     pub iterations: usize,
 }
 
-/// kn = 1ᵀ K_CC⁻¹ 1 dA over the cells of `set`.
+/// kn = 1ᵀ K_CC⁻¹ 1 dA over the cells of `set`, for bodies that do not turn.
 pub fn normal(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, ContactError> {
-    let unit = vec![1.0];
+    normal_under(half_space, set, RESIDUAL, |_| 1.0)
+}
+
+/// kn over the cells of `set` for bodies that are free to turn: dN/dδ at constant moments about the grid's centre.
+///
+/// With S the resultants of the pressures under a unit approach and unit rotations, this is 1/(S⁻¹)₀₀. A rotation that the
+/// cells do not resist is left at zero.
+pub fn turning(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, ContactError> {
+    let grid = half_space.grid();
+    let field = |c: usize| {
+        let (i, j) = grid.cell(c);
+        let (x, y) = grid.centre(i, j);
+        [1.0, y, -x]
+    };
+    let mut answer = normal_under(half_space, set, MIXED_RESIDUAL, |_| 1.0)?;
+    let mut rows = Vec::with_capacity(2);
+    for k in [1, 2] {
+        rows.push(normal_under(half_space, set, MIXED_RESIDUAL, |c| {
+            field(c)[k]
+        })?);
+    }
+    let product = |density: &[f64], k: usize| -> f64 {
+        let terms = density.iter().enumerate();
+        terms.map(|(c, p)| p * field(c)[k]).sum::<f64>() * grid.cell_area()
+    };
+    // A rotation at a time is taken out of the approach, and out of the rotation that is left.
+    for k in [1, 2] {
+        let Some((turn, rest)) = rows.split_first_mut() else {
+            break;
+        };
+        answer.iterations += turn.iterations;
+        let pivot = product(&turn.density[0], k);
+        let whole: f64 = (0..grid.len())
+            .map(|c| (turn.density[0][c] * field(c)[k]).abs())
+            .sum();
+        if pivot > SINGULAR * whole * grid.cell_area() {
+            for other in rest.iter_mut().chain([&mut answer]) {
+                let part = product(&other.density[0], k) / pivot;
+                for (p, turned) in other.density[0].iter_mut().zip(&turn.density[0]) {
+                    *p -= part * turned;
+                }
+            }
+        }
+        rows.remove(0);
+    }
+    answer.total = product(&answer.density[0], 0);
+    Ok(answer)
+}
+
+/// Pressures on the cells of `set` that displace each of them as told.
+fn normal_under(
+    half_space: &mut HalfSpace,
+    set: &[bool],
+    tolerance: f64,
+    motion: impl Fn(usize) -> f64,
+) -> Result<Stiffness, ContactError> {
     linearise(
         half_space,
         &[set],
-        &unit,
+        tolerance,
+        1,
+        |_, c| motion(c),
         |h, p, u| h.normal(&p[0], &mut u[0]),
         |h, u, p| h.normal_inverse(&u[0], &mut p[0]),
     )
@@ -56,7 +119,9 @@ pub fn tangential(
     linearise(
         half_space,
         &vec![set; unit.len()],
-        &unit,
+        RESIDUAL,
+        unit.len(),
+        |axis, _| unit[axis],
         compliance,
         stiffness,
     )
@@ -93,7 +158,9 @@ pub fn coupled(
     linearise(
         half_space,
         &sets,
-        &unit,
+        RESIDUAL,
+        unit.len(),
+        |axis, _| unit[axis],
         |half_space, traction, displacement| {
             let shear = traction[1..].to_vec();
             let mut along = displacement.split_off(1);
@@ -120,15 +187,17 @@ pub fn coupled(
 
 type Field = ByAxis<Vec<f64>>;
 
-/// Preconditioned conjugate gradients for K x = `unit`, each field on its set.
+/// Preconditioned conjugate gradients for K x = `motion` (of an axis and a cell), each of `axes` fields on its set.
 fn linearise(
     half_space: &mut HalfSpace,
     sets: &[&[bool]],
-    unit: &ByAxis<f64>,
+    tolerance: f64,
+    axes: usize,
+    motion: impl Fn(usize, usize) -> f64,
     mut apply: impl FnMut(&mut HalfSpace, &Field, &mut Field),
     mut precondition: impl FnMut(&mut HalfSpace, &Field, &mut Field),
 ) -> Result<Stiffness, ContactError> {
-    let (axes, grid) = (unit.len(), half_space.grid());
+    let grid = half_space.grid();
     if let Some(set) = sets.iter().find(|set| set.len() != grid.len()) {
         return Err(ContactError::Length {
             field: "contact set",
@@ -145,10 +214,11 @@ fn linearise(
         (zeros(), zeros(), zeros(), zeros());
     for axis in 0..axes {
         for &c in &cells[axis] {
-            residual[axis][c] = unit[axis];
+            residual[axis][c] = motion(axis, c);
         }
     }
-    let full = |axis: usize| unit[axis] != 0.0 && cells[axis].len() == grid.len();
+    let moves = |axis: usize| cells[axis].iter().any(|&c| motion(axis, c) != 0.0);
+    let full = |axis: usize| moves(axis) && cells[axis].len() == grid.len();
     if half_space.boundary() == Boundary::Periodic && (0..axes).any(full) {
         return Ok(Stiffness {
             density,
@@ -166,13 +236,13 @@ fn linearise(
     };
     let (mut first, mut product) = (0.0, 0.0);
     let mut iterations = 0;
-    while (0..axes).any(|axis| unit[axis] != 0.0 && !cells[axis].is_empty()) {
+    while (0..axes).any(moves) {
         precondition(half_space, &residual, &mut image);
         let new_product = dot(&residual, &image);
         if iterations == 0 {
             first = new_product;
         }
-        if new_product <= RESIDUAL * RESIDUAL * first {
+        if new_product <= tolerance * tolerance * first {
             break;
         }
         if iterations == MAX_ITERATIONS {
@@ -181,7 +251,7 @@ fn linearise(
                 problem: "stiffness",
                 iterations,
                 error,
-                tolerance: RESIDUAL,
+                tolerance,
             });
         }
         let beta = if iterations == 0 {
@@ -205,8 +275,11 @@ fn linearise(
         }
         iterations += 1;
     }
-    let resultant = |axis: usize| density[axis].iter().sum::<f64>() * unit[axis] * grid.cell_area();
-    let total = (0..axes).map(resultant).sum();
+    let work = |axis: usize| -> f64 {
+        let cells = cells[axis].iter();
+        cells.map(|&c| density[axis][c] * motion(axis, c)).sum()
+    };
+    let total = (0..axes).map(work).sum::<f64>() * grid.cell_area();
     Ok(Stiffness {
         density,
         total,

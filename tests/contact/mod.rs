@@ -6,6 +6,7 @@ mod cattaneo_mindlin;
 mod certificate;
 mod conditions;
 mod convolution;
+mod cost;
 mod coupled;
 mod coupling;
 mod driven;
@@ -13,7 +14,9 @@ mod extremes;
 mod hertz;
 mod hostile_steps;
 mod kernels;
+mod motions;
 mod random;
+mod sliding;
 mod stiffness;
 mod westergaard;
 
