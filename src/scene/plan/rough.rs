@@ -185,13 +185,13 @@ fn decide_rotation(contact: &Contact, decisions: &mut Decisions) {
         ),
         (Rotation::Free, None) => (
             "found such that the pressure has no moments, and reported".to_owned(),
-            "contact.rotation = \"free\"; kn is with the rotations held",
+            "contact.rotation = \"free\"; kn is that of bodies that turn",
         ),
         (Rotation::Free, Some([x, y])) => (
             format!(
                 "found such that the pressure has moments of {x:e} and {y:e} N m, and reported"
             ),
-            "contact.rotation = \"free\" with contact.moment; kn is with the rotations held",
+            "contact.rotation = \"free\" with contact.moment; kn is that of bodies that turn",
         ),
     };
     decisions.add("rotations about x and y", choice, why);
