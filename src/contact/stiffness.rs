@@ -13,8 +13,14 @@ use super::tangential::{compliance, stiffness};
 use crate::grid::ByAxis;
 
 /// Part of the first residual (in the preconditioner's norm) at which a solve stops. The stiffness is an energy, so its
-/// relative error is about the square of this.
-const RESIDUAL: f64 = 1e-6;
+/// relative error is about the square of this, some 1e-8.
+const RESIDUAL: f64 = 1e-4;
+
+/// The same where pressures of one motion are summed up over another, which is in error by the residual itself.
+const MIXED_RESIDUAL: f64 = 1e-8;
+
+/// A stiffness against turning below this part of its terms is rounding: the cells do not resist.
+const SINGULAR: f64 = 1e-9;
 
 /// Bound on conjugate gradient iterations; a contact set of any shape takes a few dozen.
 const MAX_ITERATIONS: usize = 2000;
@@ -31,14 +37,85 @@ pub struct Stiffness {
     pub iterations: usize,
 }
 
-/// kn = 1ᵀ K_CC⁻¹ 1 dA over the cells of `set`.
+/// kn = 1ᵀ K_CC⁻¹ 1 dA over the cells of `set`, for bodies that do not turn.
 pub fn normal(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, ContactError> {
-    let unit = vec![1.0];
+    normal_under(half_space, set, RESIDUAL, |_| 1.0)
+}
+
+/// kn over the cells of `set` for bodies that are free to turn: dN/dδ at constant moments about the grid's centre.
+///
+/// With S the resultants of the pressures under a unit approach and unit rotations, this is 1/(S⁻¹)₀₀. A rotation that the
+/// cells do not resist is left at zero.
+pub fn turning(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, ContactError> {
+    let grid = half_space.grid();
+    let field = |c: usize| {
+        let (i, j) = grid.cell(c);
+        let (x, y) = grid.centre(i, j);
+        [1.0, y, -x]
+    };
+    let moved = [0, 1, 2]
+        .map(|k| normal_under(half_space, set, MIXED_RESIDUAL, |c| field(c)[k]))
+        .into_iter()
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok(followed(moved, grid.cell_area(), |motion, _, c| {
+        field(c)[motion]
+    }))
+}
+
+/// The first of some motions, where each of the others follows without a resultant. `field` is the displacement of a motion
+/// along an axis at a cell; a motion that the cells do not resist stays away.
+fn followed(
+    mut moved: Vec<Stiffness>,
+    cell_area: f64,
+    field: impl Fn(usize, usize, usize) -> f64,
+) -> Stiffness {
+    let sum = |density: &Field, motion: usize, part: fn(f64) -> f64| -> f64 {
+        let on_axis = |(axis, density): (usize, &Vec<f64>)| {
+            let cells = density.iter().enumerate().filter(|(_, q)| **q != 0.0);
+            cells
+                .map(|(c, q)| part(q * field(motion, axis, c)))
+                .sum::<f64>()
+        };
+        density.iter().enumerate().map(on_axis).sum()
+    };
+    let resultant = |density: &Field, motion: usize| sum(density, motion, |term| term);
+    while moved.len() > 1
+        && let Some(follower) = moved.pop()
+    {
+        let motion = moved.len();
+        let own = resultant(&follower.density, motion);
+        let resisted = own > SINGULAR * sum(&follower.density, motion, f64::abs);
+        for other in &mut moved {
+            other.iterations += follower.iterations;
+            if !resisted {
+                continue;
+            }
+            let part = resultant(&other.density, motion) / own;
+            for (density, less) in other.density.iter_mut().zip(&follower.density) {
+                for (density, less) in density.iter_mut().zip(less) {
+                    *density -= part * less;
+                }
+            }
+        }
+    }
+    let mut first = moved.remove(0);
+    first.total = resultant(&first.density, 0) * cell_area;
+    first
+}
+
+/// Pressures on the cells of `set` that displace each of them as told.
+fn normal_under(
+    half_space: &mut HalfSpace,
+    set: &[bool],
+    tolerance: f64,
+    motion: impl Fn(usize) -> f64,
+) -> Result<Stiffness, ContactError> {
     linearise(
         half_space,
         &[set],
-        &unit,
-        |axis, _| unit[axis],
+        tolerance,
+        1,
+        |_, c| motion(c),
         |h, p, u| h.normal(&p[0], &mut u[0]),
         |h, u, p| h.normal_inverse(&u[0], &mut p[0]),
     )
@@ -57,7 +134,8 @@ pub fn tangential(
     linearise(
         half_space,
         &vec![set; unit.len()],
-        &unit,
+        RESIDUAL,
+        unit.len(),
         |axis, _| unit[axis],
         compliance,
         stiffness,
@@ -90,58 +168,34 @@ pub fn tangential_following(
             _ => f64::from(u8::from(motion == axis)),
         }
     };
-    let mut moved = [
+    let motions: Vec<usize> = [
         Some(0),
         following.transverse.then_some(1),
         following.rotation.then_some(2),
     ]
     .into_iter()
     .flatten()
-    .map(|motion| {
-        let unit = vec![1.0; 2];
+    .collect();
+    let solve = |&motion: &usize| {
         let given = |axis: usize, c: usize| field(motion, axis, c);
-        let sets = vec![set; 2];
-        linearise(half_space, &sets, &unit, given, compliance, stiffness)
-            .map(|solution| (motion, solution))
-    })
-    .collect::<Result<Vec<_>, _>>()?;
-    if moved
-        .iter()
-        .any(|(_, solution)| solution.total.is_infinite())
-    {
+        let sets = [set; 2];
+        linearise(
+            half_space,
+            &sets,
+            MIXED_RESIDUAL,
+            2,
+            given,
+            compliance,
+            stiffness,
+        )
+    };
+    let moved = motions.iter().map(solve).collect::<Result<Vec<_>, _>>()?;
+    if moved.iter().any(|motion| motion.total.is_infinite()) {
         return tangential(half_space, set, Shear::InPlane);
     }
-    // Each follower in turn moves such that its resultant vanishes, for x and for those after it.
-    let resultant = |density: &Field, motion: usize| -> f64 {
-        let on_axis = |axis: usize| {
-            let density = density[axis].iter().enumerate();
-            density
-                .map(|(c, q)| q * field(motion, axis, c))
-                .sum::<f64>()
-        };
-        on_axis(0) + on_axis(1)
-    };
-    while moved.len() > 1
-        && let Some((motion, follower)) = moved.pop()
-    {
-        let own = resultant(&follower.density, motion);
-        for (_, other) in &mut moved {
-            let part = if own > 0.0 {
-                resultant(&other.density, motion) / own
-            } else {
-                0.0
-            };
-            for (density, less) in other.density.iter_mut().zip(&follower.density) {
-                for (density, less) in density.iter_mut().zip(less) {
-                    *density -= part * less;
-                }
-            }
-            other.iterations += follower.iterations;
-        }
-    }
-    let (_, mut found) = moved.remove(0);
-    found.total = resultant(&found.density, 0) * grid.cell_area();
-    Ok(found)
+    Ok(followed(moved, grid.cell_area(), |motion, axis, c| {
+        field(motions[motion], axis, c)
+    }))
 }
 
 /// What moves by a unit.
@@ -175,7 +229,8 @@ pub fn coupled(
     linearise(
         half_space,
         &sets,
-        &unit,
+        RESIDUAL,
+        unit.len(),
         |axis, _| unit[axis],
         |half_space, traction, displacement| {
             let shear = traction[1..].to_vec();
@@ -203,17 +258,17 @@ pub fn coupled(
 
 type Field = ByAxis<Vec<f64>>;
 
-/// Preconditioned conjugate gradients for K x = `given`, a displacement of the order of `unit` along each axis, each field on its
-/// set.
+/// Preconditioned conjugate gradients for K x = `motion` (of an axis and a cell), each of `axes` fields on its set.
 fn linearise(
     half_space: &mut HalfSpace,
     sets: &[&[bool]],
-    unit: &ByAxis<f64>,
-    given: impl Fn(usize, usize) -> f64,
+    tolerance: f64,
+    axes: usize,
+    motion: impl Fn(usize, usize) -> f64,
     mut apply: impl FnMut(&mut HalfSpace, &Field, &mut Field),
     mut precondition: impl FnMut(&mut HalfSpace, &Field, &mut Field),
 ) -> Result<Stiffness, ContactError> {
-    let (axes, grid) = (unit.len(), half_space.grid());
+    let grid = half_space.grid();
     if let Some(set) = sets.iter().find(|set| set.len() != grid.len()) {
         return Err(ContactError::Length {
             field: "contact set",
@@ -230,10 +285,11 @@ fn linearise(
         (zeros(), zeros(), zeros(), zeros());
     for axis in 0..axes {
         for &c in &cells[axis] {
-            residual[axis][c] = given(axis, c);
+            residual[axis][c] = motion(axis, c);
         }
     }
-    let full = |axis: usize| unit[axis] != 0.0 && cells[axis].len() == grid.len();
+    let moves = |axis: usize| cells[axis].iter().any(|&c| motion(axis, c) != 0.0);
+    let full = |axis: usize| moves(axis) && cells[axis].len() == grid.len();
     if half_space.boundary() == Boundary::Periodic && (0..axes).any(full) {
         return Ok(Stiffness {
             density,
@@ -251,13 +307,13 @@ fn linearise(
     };
     let (mut first, mut product) = (0.0, 0.0);
     let mut iterations = 0;
-    while (0..axes).any(|axis| unit[axis] != 0.0 && !cells[axis].is_empty()) {
+    while (0..axes).any(moves) {
         precondition(half_space, &residual, &mut image);
         let new_product = dot(&residual, &image);
         if iterations == 0 {
             first = new_product;
         }
-        if new_product <= RESIDUAL * RESIDUAL * first {
+        if new_product <= tolerance * tolerance * first {
             break;
         }
         if iterations == MAX_ITERATIONS {
@@ -266,7 +322,7 @@ fn linearise(
                 problem: "stiffness",
                 iterations,
                 error,
-                tolerance: RESIDUAL,
+                tolerance,
             });
         }
         let beta = if iterations == 0 {
@@ -290,13 +346,11 @@ fn linearise(
         }
         iterations += 1;
     }
-    let resultant = |axis: usize| {
-        let on_cells = cells[axis]
-            .iter()
-            .map(|&c| density[axis][c] * given(axis, c));
-        on_cells.sum::<f64>() * grid.cell_area()
+    let work = |axis: usize| -> f64 {
+        let cells = cells[axis].iter();
+        cells.map(|&c| density[axis][c] * motion(axis, c)).sum()
     };
-    let total = (0..axes).map(resultant).sum();
+    let total = (0..axes).map(work).sum::<f64>() * grid.cell_area();
     Ok(Stiffness {
         density,
         total,

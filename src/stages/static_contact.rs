@@ -4,11 +4,11 @@ use super::context::{Context, Keys, gather, kept, kept_cells};
 use super::error::NumericsError;
 use super::indentation::{Friction, indent};
 use super::{RunError, Stage, curves, fretting_cycle};
-use crate::contact::normal::{Control, NormalSolution};
+use crate::contact::normal::{Control, NormalSolution, Rotation};
 use crate::contact::stiffness::Direction;
 use crate::contact::{Shear, stiffness};
 use crate::grid::ByAxis;
-use crate::model_update::{Approach, Bolt, Linearisation, preload};
+use crate::model_update::{Approach, Bolt, preload};
 use crate::scene::plan::Coupling;
 use crate::store::Draft;
 use crate::tables::{Table, TableBuilder, TableError, TableName};
@@ -194,28 +194,31 @@ pub fn borne(
     }
 }
 
-/// kn and kt \[N/m\]: capped cells count in kt alone. Those of coupled bodies are at full stick, but for kn without friction.
+/// kn and kt \[N/m\]: capped cells count in kt alone; kn is that of bodies that turn where the rotation is free. Those of coupled bodies are at full stick, but for kn without friction.
 pub fn stiffnesses(
     joint: &mut FrettingJoint,
     pressure: &[f64],
     shear: Shear,
     coupling: Coupling,
 ) -> Result<(f64, f64), NumericsError> {
-    let cap = joint.pressure_cap;
-    if coupling != Coupling::None {
-        let limit = cap.unwrap_or(f64::INFINITY);
-        let elastic: Vec<bool> = pressure.iter().map(|&p| p > 0.0 && p < limit).collect();
-        let contact: Vec<bool> = pressure.iter().map(|&p| p > 0.0).collect();
-        let half_space = &mut joint.half_space;
-        let kt = stiffness::coupled(half_space, Direction::AlongX, &elastic, &contact, shear)?;
-        let kn = match coupling {
-            Coupling::Frictionless => stiffness::normal(half_space, &elastic)?,
-            _ => stiffness::coupled(half_space, Direction::Normal, &elastic, &contact, shear)?,
-        };
-        return Ok((kn.total, kt.total));
-    }
-    let linearisation = Linearisation::new(&mut joint.half_space, pressure, cap, shear)?;
-    Ok((linearisation.kn.total, linearisation.kt.total))
+    let limit = joint.pressure_cap.unwrap_or(f64::INFINITY);
+    let elastic: Vec<bool> = pressure.iter().map(|&p| p > 0.0 && p < limit).collect();
+    let contact: Vec<bool> = pressure.iter().map(|&p| p > 0.0).collect();
+    let half_space = &mut joint.half_space;
+    let kt = match coupling {
+        Coupling::None => stiffness::tangential(half_space, &contact, shear)?,
+        _ => stiffness::coupled(half_space, Direction::AlongX, &elastic, &contact, shear)?,
+    };
+    let kn = match (coupling, joint.rotation) {
+        (Coupling::None | Coupling::Frictionless, Rotation::Given(_)) => {
+            stiffness::normal(half_space, &elastic)?
+        }
+        (Coupling::None | Coupling::Frictionless, Rotation::Free { .. }) => {
+            stiffness::turning(half_space, &elastic)?
+        }
+        _ => stiffness::coupled(half_space, Direction::Normal, &elastic, &contact, shear)?,
+    };
+    Ok((kn.total, kt.total))
 }
 
 /// The contact of a worn joint under what its bolt has left of the load.

@@ -32,9 +32,9 @@ pub fn waves(
         .heights
 }
 
-struct Joint {
-    about: String,
-    patch: Patch,
+pub struct Joint {
+    pub about: String,
+    pub patch: Patch,
     height: Vec<f64>,
     load: f64,
     cap: Option<f64>,
@@ -44,7 +44,7 @@ struct Joint {
 
 impl Joint {
     /// A joint of about `cells` cells a side, some worn, capped, bored, free to turn or periodic.
-    fn random(seed: u64, cells: f64) -> Joint {
+    pub fn random(seed: u64, cells: f64) -> Joint {
         let mut random = Random::new(seed);
         let mut side = || (cells * random.between(0.8, 1.2)) as usize;
         let (nx, ny) = (side(), side());
@@ -98,11 +98,17 @@ impl Joint {
         }
     }
 
-    /// FFT pairs of a solve that has been certified, by direct sums if asked for.
-    fn pairs(&self, direct: bool) -> Result<f64, String> {
-        let grid = self.patch.grid;
-        let mut half_space = HalfSpace::new(grid, PAIR, self.boundary);
-        let problem = NormalProblem {
+    /// Half spaces with the pressure of the joint's problem.
+    pub fn pressed(&self) -> Result<(HalfSpace, Vec<f64>), String> {
+        let mut half_space = HalfSpace::new(self.patch.grid, PAIR, self.boundary);
+        let options = NormalOptions::default();
+        let found = normal::solve(&mut half_space, &self.problem(), None, options)
+            .map_err(|error| format!("{}: {error}", self.about))?;
+        Ok((half_space, found.pressure))
+    }
+
+    fn problem(&self) -> NormalProblem<'_> {
+        NormalProblem {
             pressure_cap: self.cap,
             rotation: if self.turning {
                 Rotation::Free { moment: [0.0; 2] }
@@ -110,7 +116,14 @@ impl Joint {
                 Rotation::FIXED
             },
             ..NormalProblem::new(&self.patch, &self.height, self.load)
-        };
+        }
+    }
+
+    /// FFT pairs of a solve that has been certified, by direct sums if asked for.
+    fn pairs(&self, direct: bool) -> Result<f64, String> {
+        let grid = self.patch.grid;
+        let mut half_space = HalfSpace::new(grid, PAIR, self.boundary);
+        let problem = self.problem();
         half_space.take_pairs();
         let found = normal::solve(&mut half_space, &problem, None, NormalOptions::default())
             .map_err(|error| format!("{}: {error}", self.about))?;

@@ -27,7 +27,7 @@ const PRESSURE: f64 = 1e-4;
 const EXACT: f64 = 1e-9;
 
 /// Heights without correlation, of the given root mean square.
-fn rough(grid: Grid, seed: u64, rq: f64) -> Vec<f64> {
+pub fn rough(grid: Grid, seed: u64, rq: f64) -> Vec<f64> {
     let mut random = Random::new(seed);
     (0..grid.len()).map(|_| rq * random.normal()).collect()
 }
@@ -63,7 +63,7 @@ fn touching(found: &NormalSolution) -> usize {
 }
 
 /// The largest difference, in parts of the largest value expected.
-fn apart(found: &[f64], expected: impl Iterator<Item = f64>) -> f64 {
+pub fn apart(found: &[f64], expected: impl Iterator<Item = f64>) -> f64 {
     let (mut difference, mut largest) = (0.0f64, 0.0f64);
     for (a, b) in found.iter().zip(expected) {
         difference = difference.max((a - b).abs());

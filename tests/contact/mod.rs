@@ -6,6 +6,7 @@ mod cattaneo_mindlin;
 mod certificate;
 mod conditions;
 mod convolution;
+mod cost;
 mod coupled;
 mod coupling;
 mod driven;
@@ -13,8 +14,10 @@ mod extremes;
 mod hertz;
 mod hostile_steps;
 mod kernels;
+mod motions;
 mod pairs;
 mod random;
+mod sliding;
 mod stiffness;
 mod westergaard;
 

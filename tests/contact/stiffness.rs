@@ -1,13 +1,18 @@
+use std::f64::consts::PI;
+
 use fretwear::contact::normal::{self, Control, NormalOptions, NormalProblem, Rotation};
 use fretwear::contact::stiffness::Following;
 use fretwear::contact::tangential::{self, Drive, TangentialOptions, TangentialProblem};
-use fretwear::contact::{Boundary, HalfSpace, Shear, stiffness};
+use fretwear::contact::{Boundary, HalfSpace, Shear, cell_integrals, stiffness};
 use fretwear::grid::{Grid, Patch};
 
 use super::{PAIR, half_space, paraboloid};
 
 /// On a coarse grid the set changes cell by cell, so the indentation curve is a chain of chords, of which kn is one.
 const CHORD: f64 = 0.04;
+
+/// A stiffness is an energy: the square of the residual of its solve.
+const ENERGY: f64 = 1e-7;
 
 #[test]
 fn kn_is_the_slope_of_the_indentation_curve() {
@@ -65,6 +70,149 @@ fn kn_is_exact_where_the_set_does_not_change() {
         .expect("kn")
         .total;
     assert!((kn * solution.approach / 100.0 - 1.0).abs() < 1e-8);
+}
+
+/// The pressures under a motion of fixed cells, by a dense solution with the kernel's integrals.
+fn dense_kn_of_turning_bodies(grid: Grid, cells: &[usize]) -> f64 {
+    // 1/(πE*): Boussinesq's displacement of both bodies under unit force at unit distance.
+    let bodies = [PAIR.lower, PAIR.upper];
+    let compliance: f64 = bodies
+        .map(|body| (1.0 - body.poisson_ratio.powi(2)) / (PI * body.youngs_modulus))
+        .iter()
+        .sum();
+    let at = |c: usize| grid.centre(grid.cell(c).0, grid.cell(c).1);
+    let matrix: Vec<Vec<f64>> = cells
+        .iter()
+        .map(|&a| {
+            let influence = cells.iter().map(|&b| {
+                let ((xa, ya), (xb, yb)) = (at(a), at(b));
+                compliance * cell_integrals(xa - xb, ya - yb, grid.dx, grid.dy).inverse
+            });
+            influence.collect()
+        })
+        .collect();
+    // Resultants S of unit motions, and N at unit approach with both moments zero: 1/(S⁻¹)₀₀.
+    let fields: Vec<[f64; 3]> = cells.iter().map(|&c| [1.0, at(c).1, -at(c).0]).collect();
+    let pressures = [0, 1, 2].map(|k| eliminate(&matrix, fields.iter().map(|f| f[k]).collect()));
+    let resultants: Vec<Vec<f64>> = (0..3)
+        .map(|k| {
+            let row = (0..3).map(|l| {
+                let sum: f64 = fields
+                    .iter()
+                    .zip(&pressures[l])
+                    .map(|(f, p)| f[k] * p)
+                    .sum();
+                sum * grid.cell_area()
+            });
+            row.collect()
+        })
+        .collect();
+    1.0 / eliminate(&resultants, vec![1.0, 0.0, 0.0])[0]
+}
+
+/// Gaussian elimination with the largest pivots.
+fn eliminate(matrix: &[Vec<f64>], mut right: Vec<f64>) -> Vec<f64> {
+    let (mut a, n) = (matrix.to_vec(), right.len());
+    for k in 0..n {
+        let pivot = (k..n).max_by(|&p, &q| a[p][k].abs().total_cmp(&a[q][k].abs()));
+        let pivot = pivot.expect("a row is left");
+        a.swap(k, pivot);
+        right.swap(k, pivot);
+        for r in k + 1..n {
+            let factor = a[r][k] / a[k][k];
+            for c in k..n {
+                a[r][c] -= factor * a[k][c];
+            }
+            right[r] -= factor * right[k];
+        }
+    }
+    for k in (0..n).rev() {
+        let known: f64 = (k + 1..n).map(|c| a[k][c] * right[c]).sum();
+        right[k] = (right[k] - known) / a[k][k];
+    }
+    right
+}
+
+#[test]
+fn kn_of_turning_bodies_is_that_of_a_dense_solution() {
+    let grid = Grid::over([2e-3, 1.5e-3], [13, 11]);
+    let mut half_space = half_space(&Patch::full(grid));
+    // Off the centre, so that approach and rotations are coupled.
+    let cells: Vec<usize> = (0..grid.len())
+        .filter(|&c| {
+            let (i, j) = grid.cell(c);
+            i + 2 * j < 17 && (i * j) % 3 != 1
+        })
+        .collect();
+    let mut set = vec![false; grid.len()];
+    cells.iter().for_each(|&c| set[c] = true);
+    let expected = dense_kn_of_turning_bodies(grid, &cells);
+    let turning = stiffness::turning(&mut half_space, &set).expect("kn");
+    assert!(
+        (turning.total / expected - 1.0).abs() < ENERGY,
+        "{:e} for {expected:e}",
+        turning.total
+    );
+    let held = stiffness::normal(&mut half_space, &set).expect("kn").total;
+    assert!(
+        turning.total < 0.9 * held,
+        "{:e} and {held:e}",
+        turning.total
+    );
+}
+
+#[test]
+fn kn_of_turning_bodies_is_the_slope_of_the_indentation_curve() {
+    let grid = Grid::over([2e-3, 1.5e-3], [50, 42]);
+    let patch = Patch::full(grid);
+    // The tops of two paraboloids carry moments about the centre; the bodies lean on both.
+    let (left, right) = (
+        paraboloid(grid, 0.02, (-0.5e-3, 0.1e-3)),
+        paraboloid(grid, 0.03, (0.6e-3, 0.0)),
+    );
+    let height: Vec<f64> = left.iter().zip(&right).map(|(a, b)| a.max(*b)).collect();
+    let mut half_space = half_space(&patch);
+    let options = NormalOptions {
+        tolerance: 1e-10,
+        ..NormalOptions::default()
+    };
+    let load = 60.0;
+    let moment = [0.002 * load * 1e-3, 0.05 * load * 1e-3];
+    let mut solve = |load: f64| {
+        let problem = NormalProblem {
+            rotation: Rotation::Free { moment },
+            ..NormalProblem::new(&patch, &height, load)
+        };
+        normal::solve(&mut half_space, &problem, None, options).expect("normal contact")
+    };
+    let step = 0.03 * load;
+    let slope = 2.0 * step / (solve(load + step).approach - solve(load - step).approach);
+    let set: Vec<bool> = solve(load).pressure.iter().map(|&p| p > 0.0).collect();
+    let kn = stiffness::turning(&mut half_space, &set).expect("kn").total;
+    assert!(
+        (kn / slope - 1.0).abs() < CHORD,
+        "kn {kn:e}, slope {slope:e}"
+    );
+}
+
+#[test]
+fn bodies_on_one_cell_turn_without_resistance() {
+    let grid = Grid::over([2e-3, 1.5e-3], [9, 7]);
+    let mut half_space = half_space(&Patch::full(grid));
+    let mut set = vec![false; grid.len()];
+    set[grid.index(1, 5)] = true;
+    let [turning, held] = [stiffness::turning, stiffness::normal]
+        .map(|kn| kn(&mut half_space, &set).expect("kn").total);
+    assert!(turning.abs() < ENERGY * held, "{turning:e} of {held:e}");
+    // At the centre there is nothing to turn about.
+    set[grid.index(1, 5)] = false;
+    set[grid.index(4, 3)] = true;
+    let [turning, held] = [stiffness::turning, stiffness::normal]
+        .map(|kn| kn(&mut half_space, &set).expect("kn").total);
+    assert!(
+        (turning / held - 1.0).abs() < ENERGY,
+        "{turning:e} of {held:e}"
+    );
 }
 
 #[test]

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 """Compare rough normal contact with that of tamaas and of ContactMechanics on the same surfaces.
 
-    python3 tests/peers/contact.py target/release/fretwear [--repeats 3] [--case NAME] [FOLDER]
+    python tests/peers/contact.py target/release/fretwear [--repeats 5] [--case NAME] [FOLDER]
 
 The surfaces are made here. Each is pressed by `fretwear run` of a static contact, by tamaas (Polonsky-Keer, elastic only) and by
 ContactMechanics (Polonsky-Keer, elastic and with a hardness), all to a tight tolerance, on one thread, in turns. Free edges: all
 three convolve with the same cell-integrated kernel; periodic: with the same symbol 2 / (E* |k|) without its mean. Printed are
-the differences of pressure, area and approach, and the median wall times. A pressure that differs by more than 1e-6 of the
-largest is a failure. Wants the packages numpy, pyarrow, tamaas and ContactMechanics; without them it makes an environment of
-its own in FOLDER (a temporary one without), from the package index that pip knows.
+the differences of pressure, area and approach, the median wall times, and how many times ours they are in the same round. A pressure that differs by more than 1e-6 of the
+largest is a failure. Wants the packages that are named where one is missing. Surfaces and runs go into FOLDER, a temporary one
+without.
 """
 
 import argparse
@@ -20,12 +20,13 @@ import subprocess
 import sys
 import tempfile
 import time
-import venv
 from dataclasses import dataclass
 from pathlib import Path
 
 # One thread for every program; read when their libraries are loaded.
 os.environ["OMP_NUM_THREADS"] = "1"
+
+PACKAGES = ["numpy", "scipy", "pyarrow", "tamaas==2.9.0", "ContactMechanics==1.8.3"]
 
 try:
     import numpy as np
@@ -34,10 +35,12 @@ try:
     from ContactMechanics import FreeFFTElasticHalfSpace, PeriodicFFTElasticHalfSpace
     from ContactMechanics.Optimization.ConstrainedConjugateGradients import constrained_conjugate_gradients
     from SurfaceTopography import Topography
-except ImportError:
-    np = None
+except ImportError as error:
+    sys.exit(
+        f"{error}: the programs to compare with are Python packages; in an environment of its own,\n"
+        f"    pip install {' '.join(PACKAGES)}"
+    )
 
-PACKAGES = ["numpy", "scipy", "pyarrow", "tamaas==2.9.0", "ContactMechanics==1.8.3"]
 SCENE = Path(__file__).resolve().parents[2] / "pipelines" / "static_contact.toml"
 
 SIZE = (40e-3, 30e-3)  # m
@@ -230,46 +233,32 @@ def compare(case, arguments, folder):
         area = (peer.pressure > 0.0).mean()
         seconds = statistics.median(solution.seconds for solution in solutions)
         relative = (peer.approach - ours.approach) / abs(ours.approach)
+        # Of one round each: what else the machine does slows all three.
+        times = statistics.median(b.seconds / a.seconds for a, b in zip(found[ours.program], solutions))
         shown = "        -          -" if peer is ours else f"{difference:9.1e} {relative:+10.1e}"
-        print(f"{case.name:22s} {name:17s} {shown} {100 * area:8.4f} {seconds:9.3f}  {peer.work}", flush=True)
+        print(f"{case.name:22s} {name:17s} {shown} {100 * area:8.4f} {seconds:9.3f} {times:6.1f}  {peer.work}", flush=True)
         if peer is not ours:
             largest = max(largest, difference)
     return largest
 
 
-def in_own_environment(folder):
-    """Runs this script again where the packages are; ends with its exit code."""
-    place = folder / "venv"
-    python = place / "bin" / "python"
-    if not python.exists():
-        venv.create(place, with_pip=True)
-        install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--only-binary", ":all:"]
-        subprocess.run([*install, *PACKAGES], check=True)
-    return subprocess.run([python, __file__, *sys.argv[1:], "--environment", "given"], check=False).returncode
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", help="the fretwear program")
-    parser.add_argument("folder", nargs="?", metavar="FOLDER", help="where surfaces, runs and the environment go")
-    parser.add_argument("--repeats", type=int, default=3, help="rounds, of which times are medians [default: %(default)s]")
+    parser.add_argument("folder", nargs="?", metavar="FOLDER", help="where surfaces and runs go")
+    parser.add_argument("--repeats", type=int, default=1, help="rounds, of which times are medians [default: %(default)s]")
     parser.add_argument("--case", action="append", help="only this case; may be repeated")
-    parser.add_argument("--environment", choices=["own", "given"], default="own", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     arguments.program = str(Path(arguments.program).resolve())
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(arguments.folder or temporary).resolve()
         folder.mkdir(parents=True, exist_ok=True)
-        if np is None:
-            if arguments.environment == "given":
-                sys.exit("the packages " + ", ".join(PACKAGES) + " cannot be imported")
-            sys.exit(in_own_environment(folder))
         tamaas.set_log_level(tamaas.LogLevel.error)
         tamaas.initialize(1)
         cases = [case for case in CASES if not arguments.case or case.name in arguments.case]
         if not cases:
             sys.exit("no such case; there are " + ", ".join(case.name for case in CASES))
-        print(f"{'case':22s} {'program':17s} {'max|dp|':>9s} {'approach':>10s} {'area [%]':>8s} {'time [s]':>9s}  work")
+        print(f"{'case':22s} {'program':17s} {'max|dp|':>9s} {'approach':>10s} {'area [%]':>8s} {'time [s]':>9s} {'times':>6s}  work")
         largest = max(compare(case, arguments, folder) for case in cases)
     print(f"largest difference {largest:.1e} of the largest pressure, {SAME:.0e} allowed")
     if not largest <= SAME:

@@ -1,8 +1,9 @@
 //! The nearest pressure within its bounds that has given resultants.
 //!
 //! The minimum of ½|p − t|² over 0 ≤ p ≤ p_max with Σp, Σp y, −Σp x given is p = clip(t + s) with a rigid motion s. With the
-//! load alone, Σp grows with s: Newton's method within a bracket. With moments, s is the maximum of a concave,
-//! piecewise quadratic function of three unknowns: Newton's method, with a gradient step where it does not come nearer.
+//! load alone, Σp grows with s: Newton's method within a bracket. With moments, s is the minimum of a convex,
+//! piecewise quadratic function of three unknowns, whose gradient is what the resultants are too large: Newton's method, with a
+//! search along its steps.
 
 use super::rigid::{Motions, RigidMotions};
 use crate::contact::sums::{extremes, sums};
@@ -20,8 +21,11 @@ const REFINEMENTS: usize = 3;
 /// Newton's method on a piecewise quadratic function ends; a target that no pressure reaches does not.
 const MAX_STEPS: usize = 200;
 
-/// Halvings of a Newton step before a gradient step is taken in its place.
-const MAX_HALVINGS: usize = 8;
+/// Trials along one Newton step: its length may be wrong by many decades where few of many cells move.
+const MAX_TRIALS: usize = 100;
+
+/// Of the stiffness of all cells.
+const STIFFENING: f64 = 1e-6;
 
 /// Moves pressures, one a cell of `cells`, to the nearest ones within [0, `cap`] with the resultants `target`. False if there
 /// are none (as far as the bounds let them come, they have then come nearer).
@@ -92,41 +96,55 @@ fn search(
         };
         let moving = cells.iter().zip(pressure.iter()).filter(inside);
         let moving: Vec<usize> = moving.map(|(c, _)| *c).collect();
-        let mut next = None;
-        if let Some(step) = motions.with_resultants(&moving, missing) {
-            let mut part = 1.0;
-            for _ in 0..MAX_HALVINGS {
-                let trial = [0, 1, 2].map(|k| shift[k] + part * step[k]);
-                let there = resultants(&trial);
-                if motions.distance(&there, target) < off {
-                    next = Some((trial, there));
-                    break;
-                }
-                part *= 0.5;
-            }
-        }
-        if next.is_none() && off <= SPENT * scale {
-            // What is left is the rounding of the sums.
+        // Cells that do not tell the motions apart (or none) have a little of the stiffness of all.
+        let step = motions
+            .with_resultants(&moving, missing)
+            .or_else(|| motions.with_resultants_of(&moving, cells, STIFFENING, missing));
+        let Some(step) = step else {
             break;
-        }
-        let (trial, there) = match next {
-            Some(next) => next,
-            None => {
-                // As if every cell moved: the step of the largest curvature, which never goes too far.
-                let Some(step) = motions.with_resultants(cells, missing) else {
-                    break;
-                };
-                let trial = [0, 1, 2].map(|k| shift[k] + step[k]);
-                (trial, resultants(&trial))
-            }
         };
-        if trial == shift {
-            // The last digits of the shift are spent.
+        let Some(next) = along(shift, step, target, &found, resultants) else {
             break;
-        }
-        (shift, found) = (trial, there);
+        };
+        (shift, found) = next;
     }
     best
+}
+
+/// Follows a step to where the slope of the function has fallen by half: it grows all the way. `None` where digits end.
+fn along(
+    shift: Motions,
+    step: Motions,
+    target: &Motions,
+    found: &Motions,
+    resultants: impl Fn(&Motions) -> Motions,
+) -> Option<(Motions, Motions)> {
+    let slope = |there: &Motions| {
+        (0..3)
+            .map(|k| step[k] * (there[k] - target[k]))
+            .sum::<f64>()
+    };
+    let first = slope(found);
+    let (mut low, mut high, mut part) = (0.0, f64::INFINITY, 1.0);
+    for _ in 0..MAX_TRIALS {
+        let trial = [0, 1, 2].map(|k| shift[k] + part * step[k]);
+        let there = resultants(&trial);
+        let slope = slope(&there);
+        if slope.abs() <= 0.5 * first.abs() {
+            return (trial != shift).then_some((trial, there));
+        }
+        if slope > 0.0 {
+            high = part;
+        } else {
+            low = part;
+        }
+        part = if high.is_finite() {
+            0.5 * (low + high)
+        } else {
+            4.0 * part
+        };
+    }
+    None
 }
 
 /// The shift of all pressures alike with which, cut at their bounds, they come nearest to the sum `target`, and how far off

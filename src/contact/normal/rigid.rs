@@ -127,6 +127,23 @@ impl RigidMotions {
             .unwrap_or_default()
     }
 
+    /// As [`RigidMotions::with_resultants`], with a `part` of what other cells have added to the cells'.
+    pub(super) fn with_resultants_of(
+        &self,
+        cells: &[usize],
+        others: &[usize],
+        part: f64,
+        resultants: Motions,
+    ) -> Option<Motions> {
+        let mut gram = self.gram(cells);
+        for (row, others) in gram.iter_mut().zip(self.gram(others)) {
+            for (entry, other) in row.iter_mut().zip(others) {
+                *entry += part * other;
+            }
+        }
+        self.solve(gram, resultants, |_| None)
+    }
+
     /// Σ field · field over some cells.
     fn gram(&self, cells: &[usize]) -> [[f64; 3]; 3] {
         let mut gram = [[0.0; 3]; 3];

@@ -1,0 +1,192 @@
+//! What solves cost, in FFT pairs: each within a band about what it is, so that a solver that got slower is seen, and one that
+//! got faster has its band moved.
+
+use fretwear::contact::normal::{self, NormalOptions, NormalProblem, NormalSolution};
+use fretwear::contact::tangential::{self, Drive, TangentialOptions, TangentialProblem};
+use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair};
+use fretwear::grid::{Grid, Patch};
+use fretwear::surface::generate::{RandomSurface, Spectrum, random};
+
+const STEEL: Elastic = Elastic {
+    youngs_modulus: 198.4e9,
+    poisson_ratio: 0.3,
+};
+
+/// The mean pressure of 30 kN on 40 x 30 mm.
+const MEAN: f64 = 25e6;
+
+/// Surfaces of which the mean is taken: that of one depends on rounding.
+const SURFACES: u64 = 5;
+
+/// A corner of the joint of the benchmarks: as many cells a correlation length, of a sixteenth of the area.
+struct Corner {
+    patch: Patch,
+    height: Vec<f64>,
+    boundary: Boundary,
+}
+
+impl Corner {
+    fn new(seed: u64, rq: f64, boundary: Boundary) -> Corner {
+        let patch = Patch::full(Grid::over([10.5e-3, 7.5e-3], [68, 64]));
+        let surface = RandomSurface {
+            rq,
+            spectrum: Spectrum::Gaussian {
+                correlation_length: [0.5e-3, 0.5e-3],
+            },
+            seed,
+        };
+        let height = random(&patch, &surface).expect("a surface").heights;
+        Corner {
+            patch,
+            height,
+            boundary,
+        }
+    }
+
+    fn half_space(&self) -> HalfSpace {
+        HalfSpace::new(self.patch.grid, Pair::same(STEEL), self.boundary)
+    }
+
+    fn problem(&self) -> NormalProblem<'_> {
+        NormalProblem::new(&self.patch, &self.height, MEAN * self.patch.area())
+    }
+}
+
+/// Pairs of a solve, and its solution.
+fn press(
+    half_space: &mut HalfSpace,
+    problem: &NormalProblem,
+    start: Option<&[f64]>,
+) -> (f64, NormalSolution) {
+    half_space.take_pairs();
+    let options = NormalOptions::default();
+    let found = normal::solve(half_space, problem, start, options).expect("a converged contact");
+    (half_space.take_pairs(), found)
+}
+
+/// The mean over some surfaces has to lie within three quarters and five quarters of `expected`.
+fn costs(what: &str, expected: f64, pairs: impl Fn(u64) -> f64) {
+    let mean = (0..SURFACES).map(pairs).sum::<f64>() / SURFACES as f64;
+    println!("{what}: {mean:.1} pairs");
+    assert!(
+        (0.75 * expected..=1.25 * expected).contains(&mean),
+        "{what}: {mean:.1} pairs, {expected} expected"
+    );
+}
+
+const CASES: [(f64, Boundary); 4] = [
+    (5e-6, Boundary::Free),
+    (0.5e-6, Boundary::Free),
+    (5e-6, Boundary::Periodic),
+    (0.5e-6, Boundary::Periodic),
+];
+
+#[test]
+fn a_cold_start() {
+    for ((rq, boundary), expected) in CASES.into_iter().zip([20.5, 25.0, 30.0, 34.0]) {
+        let what = format!("cold, Rq {rq:e} m, {boundary:?}");
+        costs(&what, expected, |seed| {
+            let corner = Corner::new(seed, rq, boundary);
+            press(&mut corner.half_space(), &corner.problem(), None).0
+        });
+    }
+}
+
+#[test]
+fn a_pressure_cap() {
+    for ((rq, boundary), expected) in CASES.into_iter().zip([19.0, 27.5, 29.0, 42.0]) {
+        let what = format!("capped, Rq {rq:e} m, {boundary:?}");
+        costs(&what, expected, |seed| {
+            let corner = Corner::new(seed, rq, boundary);
+            let problem = NormalProblem {
+                // The hardness of the published case; smoother joints do not reach it.
+                pressure_cap: Some(if rq > 1e-6 { 600e6 } else { 100e6 }),
+                ..corner.problem()
+            };
+            press(&mut corner.half_space(), &problem, None).0
+        });
+    }
+}
+
+/// After wear of a tenth of a micrometre in proportion to the pressure, from the pressure before it.
+#[test]
+fn a_warm_start_after_wear() {
+    for ((rq, boundary), expected) in CASES.into_iter().zip([9.5, 15.0, 14.0, 18.0]) {
+        let what = format!("warm, Rq {rq:e} m, {boundary:?}");
+        costs(&what, expected, |seed| {
+            let mut corner = Corner::new(seed, rq, boundary);
+            let mut half_space = corner.half_space();
+            let (_, before) = press(&mut half_space, &corner.problem(), None);
+            let peak = before.pressure.iter().copied().fold(0.0, f64::max);
+            let worn = if rq > 1e-6 { 1e-7 } else { 1e-8 };
+            for (h, p) in corner.height.iter_mut().zip(&before.pressure) {
+                *h -= worn * p / peak;
+            }
+            press(&mut half_space, &corner.problem(), Some(&before.pressure)).0
+        });
+    }
+}
+
+/// The implicit wear step: a compliance where there is slip, from the pressure before it.
+#[test]
+fn a_compliance_of_wear() {
+    for ((rq, boundary), expected) in CASES.into_iter().zip([9.0, 14.0, 12.5, 16.0]) {
+        let what = format!("with compliance, Rq {rq:e} m, {boundary:?}");
+        costs(&what, expected, |seed| {
+            let corner = Corner::new(seed, rq, boundary);
+            let mut half_space = corner.half_space();
+            let (_, before) = press(&mut half_space, &corner.problem(), None);
+            let peak = before.pressure.iter().copied().fold(0.0, f64::max);
+            let worn = if rq > 1e-6 { 1e-7 } else { 1e-8 };
+            // More slip where pressure is low.
+            let compliance: Vec<f64> = before
+                .pressure
+                .iter()
+                .map(|p| worn / peak * (1.0 - p / peak))
+                .collect();
+            let problem = NormalProblem {
+                compliance: Some(&compliance),
+                ..corner.problem()
+            };
+            press(&mut half_space, &problem, Some(&before.pressure)).0
+        });
+    }
+}
+
+/// From rest to 0.6 of the force at which everything slides.
+#[test]
+fn a_tangential_step() {
+    for ((rq, boundary), expected) in
+        CASES
+            .into_iter()
+            .zip([[11.0, 27.5], [15.0, 41.0], [17.5, 45.5], [23.0, 57.0]])
+    {
+        for (axes, expected) in [1, 2].into_iter().zip(expected) {
+            let what = format!("tangential, {axes} axes, Rq {rq:e} m, {boundary:?}");
+            costs(&what, expected, |seed| {
+                let corner = Corner::new(seed, rq, boundary);
+                let mut half_space = corner.half_space();
+                let (_, found) = press(&mut half_space, &corner.problem(), None);
+                let limit: Vec<f64> = found.pressure.iter().map(|p| 0.6 * p).collect();
+                let force = 0.6 * 0.6 * found.load;
+                let drive = [0.8, 0.6][..axes]
+                    .iter()
+                    .map(|part| Drive::Force(part * force))
+                    .collect();
+                let problem = TangentialProblem {
+                    patch: &corner.patch,
+                    limit: &limit,
+                    previous: None,
+                    drive: &drive,
+                    rotation: None,
+                    offset: None,
+                };
+                half_space.take_pairs();
+                let options = TangentialOptions::default();
+                let step = tangential::solve(&mut half_space, &problem, None, options);
+                step.expect("a converged step");
+                half_space.take_pairs()
+            });
+        }
+    }
+}
