@@ -386,8 +386,9 @@ pub struct Fidelity {
     pub tangential_tolerance: f64,
     /// Relative closure of a steady cycle.
     pub cycle_tolerance: f64,
-    /// Steps in which the load rises on bodies that slip under it, since they differ elastically.
-    pub load_steps: usize,
+    /// Steps in which the load rises on bodies that slip under it, since they differ elastically; none: those of the preset.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load_steps: Option<usize>,
     /// Samples of a vibration cycle at which contact elements are evaluated.
     pub aft_samples: usize,
 }

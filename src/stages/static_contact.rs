@@ -194,7 +194,8 @@ pub fn borne(
     }
 }
 
-/// kn and kt \[N/m\]: capped cells count in kt alone; kn is that of bodies that turn where the rotation is free. Those of coupled bodies are at full stick, but for kn without friction.
+/// kn and kt \[N/m\]: capped cells count in kt alone; kn is that of bodies that turn where the rotation is free. Those of coupled
+/// bodies are at full stick, but for kn without friction.
 pub fn stiffnesses(
     joint: &mut FrettingJoint,
     pressure: &[f64],

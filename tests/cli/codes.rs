@@ -96,8 +96,8 @@ fn scenes() {
             &["contact.moment", "contact.rotation", "\"free\""],
         ),
         (
-            "fidelity.cycle=superposition",
-            &["fidelity.cycle", "\"reversal\""],
+            "output.cycle_fields=true",
+            &["output.cycle_fields", "contact_field"],
         ),
         ("wear.scheme=explicit", &["wear.depth_step"]),
         ("joint.hole.diameter=\"1 m\"", &["joint.hole.diameter"]),

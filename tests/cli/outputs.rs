@@ -52,6 +52,7 @@ fn json_is_the_last_summary() {
     let stages = [
         "fretting_cycle",
         "static_contact",
+        "static_contact.indentation",
         "static_contact.stiffness",
         "surface",
         "wear",

@@ -116,6 +116,11 @@ fn cell(x: f64, y: f64, grid: Grid) -> f64 {
     corner(x + a, y + b) - corner(x - a, y + b) - corner(x + a, y - b) + corner(x - a, y - b)
 }
 
+/// Whether a number is larger than its bound, or none at all.
+pub fn beyond(value: f64, bound: f64) -> bool {
+    value.is_nan() || value > bound
+}
+
 /// Fails unless `found` solves `problem`: admissible pressures, gaps of the right sign wherever one is asked for, up to
 /// `tolerance` of the displacement `own` of one cell under the peak pressure, and the resultants. `displacement` is that of
 /// the pressures found, from elsewhere than the solver.
@@ -165,7 +170,7 @@ pub fn certify(
                 "cell ({i}, {j}) bears {p:e} at a gap of {gap:e}, {slack:e} allowed"
             ));
         }
-        if !((gap - found.gap[c]).abs() <= 2.0 * slack) {
+        if beyond((gap - found.gap[c]).abs(), 2.0 * slack) {
             return Err(format!(
                 "cell ({i}, {j}): a gap of {gap:e} is told as {:e}",
                 found.gap[c]
@@ -192,7 +197,7 @@ pub fn certify(
         sums.push(("moment y", asked[1], moment[1], load * arm));
     }
     for (what, expected, sum, scale) in sums {
-        if !((sum - expected).abs() <= RESULTANT * scale) {
+        if beyond((sum - expected).abs(), RESULTANT * scale) {
             return Err(format!(
                 "{what}: {expected:e}, the pressures sum up to {sum:e}"
             ));

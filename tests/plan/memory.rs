@@ -11,7 +11,7 @@ use crate::support::Bench;
 const OFF: f64 = 0.2;
 
 /// Largest resident set of a run \[B\]: the high-water mark, read again and again until the run is over.
-fn measured(bench: &Bench, arguments: &[&str]) -> f64 {
+fn measured(bench: &Bench, arguments: &[String]) -> f64 {
     let mut child = bench.command(arguments).spawn().expect("the program runs");
     let status = format!("/proc/{}/status", child.id());
     let mut peak = 0.0f64;
@@ -28,6 +28,28 @@ fn measured(bench: &Bench, arguments: &[&str]) -> f64 {
     };
     assert!(ended.success(), "{arguments:?}");
     peak
+}
+
+/// The memory that the plan says, under one name of its cost, against that of a run.
+fn check(bench: &Bench, scene: &str, sets: &[&str], cost: &str) {
+    let with = |words: &[&str]| -> Vec<String> {
+        let sets = sets.iter().flat_map(|set| ["--set", set]);
+        words
+            .iter()
+            .copied()
+            .chain(sets)
+            .map(str::to_owned)
+            .collect()
+    };
+    let planned = bench.done(&with(&["plan", scene, "--json"])).json()["cost"][cost]
+        .as_f64()
+        .expect("bytes");
+    let measured = measured(bench, &with(&["run", scene, "--json", "--run", "run"]));
+    fs::remove_dir_all(bench.path("run")).expect("removed");
+    assert!(
+        (planned / measured - 1.0).abs() < OFF,
+        "{scene} {sets:?}: planned {planned:e} B, measured {measured:e} B"
+    );
 }
 
 #[test]
@@ -47,21 +69,34 @@ fn the_planned_memory_is_what_a_run_takes() {
                 "fidelity.steps_per_cycle=64",
             ],
         ),
+        ("hertz_fretting", vec!["wear.cycles=30_000"]),
+        ("oscillator", vec![]),
     ] {
         let scene = pipelines.join(format!("{name}.toml"));
-        let scene = scene.to_str().expect("a path of text");
-        let mut arguments = vec!["plan", scene, "--json"];
-        arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
-        let planned = bench.done(&arguments).json()["cost"]["memory"]
-            .as_f64()
-            .expect("bytes");
-        let mut arguments = vec!["run", scene, "--json", "--run", "run"];
-        arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
-        let measured = measured(&bench, &arguments);
-        fs::remove_dir_all(bench.path("run")).expect("removed");
-        assert!(
-            (planned / measured - 1.0).abs() < OFF,
-            "{name} {sets:?}: planned {planned:e} B, measured {measured:e} B"
-        );
+        check(&bench, scene.to_str().expect("text"), &sets, "memory");
     }
+}
+
+/// A structure that is reduced takes more than one that is found in the cache.
+#[test]
+fn the_planned_memory_of_a_structure() {
+    let bench = Bench::new();
+    let sets = [
+        "joint.elements=[15, 15]",
+        "joint.grid=[45, 45]",
+        "wear.cycles=1000",
+    ];
+    check(&bench, "resonator.toml", &sets, "memory");
+    let bench = bench.sharing();
+    let mut arguments = vec![
+        "run",
+        "resonator.toml",
+        "--run",
+        "first",
+        "--until",
+        "structure",
+    ];
+    arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
+    bench.done(&arguments);
+    check(&bench, "resonator.toml", &sets, "memory_cached");
 }

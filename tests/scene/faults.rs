@@ -226,13 +226,13 @@ kind = "resonator""#,
     ),
     (
         "friction_coefficient = 0.6",
-        "friction_coefficient = 0",
-        "case.toml, line 15: contact.friction_coefficient = 0: must be greater than zero",
+        "friction_coefficient = -0.1",
+        "case.toml, line 15: contact.friction_coefficient = -0.1: must be zero or greater",
     ),
     (
         "friction_coefficient = 0.6",
         "mu = 0.6",
-        "case.toml, line 15: contact.mu = 0.6: there is no such key; known here: friction_coefficient, normal_load, kn, kt, gap, pressure_cap, boundary, transverse, rotation, moment, stiffness, distribution, bolt_stiffness",
+        "case.toml, line 15: contact.mu = 0.6: there is no such key; known here: friction_coefficient, normal_load, approach, kn, kt, gap, pressure_cap, boundary, transverse, rotation, moment, stiffness, distribution, bolt_stiffness",
     ),
     (
         "friction_coefficient = 0.6",

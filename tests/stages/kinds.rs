@@ -53,7 +53,9 @@ fn assert_same_columns(root: &Path) {
     }
 }
 
-const STATIC_SUMMARY: [&str; 15] = [
+const STATIC_SUMMARY: [&str; 17] = [
+    "contact_area",
+    "normal_load",
     "contact_area_fraction",
     "loaded_area_fraction",
     "max_pressure",

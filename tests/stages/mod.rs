@@ -8,6 +8,8 @@ mod faults;
 mod kill;
 mod kinds;
 mod laws;
+mod modes;
+mod pressed;
 mod resume;
 mod shared;
 mod sibling;

@@ -114,16 +114,22 @@ friction_coefficient = 0.3
 normal_load = "1000 N"
 "#;
 
-/// A folder with scenes and runs.
-pub struct Bench(TempDir);
+/// A folder with scenes and runs, and the cache of their structures, if there is one.
+pub struct Bench(TempDir, Option<PathBuf>);
 
 impl Bench {
     /// One with [`SMALL`] as `small.toml` and [`RESONATOR`] as `resonator.toml`.
     pub fn new() -> Bench {
-        let bench = Bench(tempfile::tempdir().expect("a folder"));
+        let bench = Bench(tempfile::tempdir().expect("a folder"), None);
         bench.write("small.toml", SMALL);
         bench.write("resonator.toml", RESONATOR);
         bench
+    }
+
+    /// The same, with structures shared between its runs.
+    pub fn sharing(mut self) -> Bench {
+        self.1 = Some(self.path("cache"));
+        self
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
@@ -142,13 +148,13 @@ impl Bench {
         scene::load(&self.path(name), &sets).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// The program in this folder, not started yet. It shares no structures between runs, least of all with its user's.
+    /// The program in this folder, not started yet. It shares no structures with runs elsewhere, least of all with its user's.
     pub fn command(&self, arguments: &[impl AsRef<OsStr>]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_fretwear"));
         command
             .current_dir(self.0.path())
             .args(arguments)
-            .env("FRETWEAR_CACHE", "")
+            .env("FRETWEAR_CACHE", self.1.clone().unwrap_or_default())
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped());

@@ -80,13 +80,15 @@ fn search(
     let scale = motions.distance(target, &[0.0; 3]);
     let mut shift = [0.0; 3];
     let mut found = resultants(&shift);
-    let mut best = (shift, motions.distance(&found, target));
+    let mut best = (shift, f64::INFINITY);
     for _ in 0..MAX_STEPS {
         let off = motions.distance(&found, target);
+        // What is left is the rounding of the sums.
+        let spent = off <= SPENT * scale && off > 0.1 * best.1;
         if off < best.1 {
             best = (shift, off);
         }
-        if off <= ROUNDING * scale {
+        if spent || off <= ROUNDING * scale {
             break;
         }
         let missing = [0, 1, 2].map(|k| target[k] - found[k]);

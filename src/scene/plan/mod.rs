@@ -53,11 +53,19 @@ pub enum PlanError {
         /// What would be right.
         instead: &'static str,
     },
-    /// `reversal` for another motion than it can march.
+    /// `reversal` or `superposition` for another motion than they can march.
     #[error(
-        "`fidelity.cycle` is \"reversal\", which needs a straight motion about zero that turns at its ends only, under constant normal load; use \"stepped\""
+        "`fidelity.cycle` is \"{mode}\", which needs a straight motion about zero that turns at its ends only, under constant normal load; use \"stepped\""
     )]
-    NotStraight,
+    NotStraight {
+        /// The value of `fidelity.cycle`.
+        mode: &'static str,
+    },
+    /// `superposition` of a rotation, or of forces and displacements together.
+    #[error(
+        "`fidelity.cycle` is \"superposition\", which needs displacements along all axes that move, or forces along all of them, and no rotation about z; use \"reversal\""
+    )]
+    NotSuperposed,
     /// The cap is too low for the load.
     #[error(
         "`contact.pressure_cap` = {cap:.6e} Pa on the joint's {area:.6e} m² carries {capacity:.6e} N; `contact.normal_load` is {load:.6e} N: lower the load or raise the cap"

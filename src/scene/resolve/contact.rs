@@ -173,23 +173,22 @@ fn load_or_approach(reader: &Reader<'_>, vibrates: bool) -> Result<(f64, Option<
     const APPROACH: &str = "contact.approach";
     let load = reader.quantity(LOAD, Dimension::FORCE, POSITIVE, "\"30 kN\"")?;
     let approach = reader.quantity(APPROACH, Dimension::LENGTH, ANY, "\"2 um\"")?;
+    let moves = vibrates || reader.has("motion");
     match (load, approach) {
+        (None, None) if moves => Err(reader.missing(LOAD, "normal_load = \"30 kN\"")),
         (None, None) => Err(reader.missing(
             LOAD,
-            "normal_load = \"30 kN\"   (of a static contact also approach = \"2 um\")",
+            "normal_load = \"30 kN\"   (or approach = \"2 um\")",
         )),
         (Some(_), Some(_)) => Err(reader.conflict(
             APPROACH,
             "contact.normal_load presses the bodies together already; give one or the other",
         )),
         (Some(load), None) => Ok((load, None)),
-        (None, approach) if vibrates || reader.has("motion") => {
-            debug_assert!(approach.is_some());
-            Err(reader.conflict(
-                APPROACH,
-                "it presses a contact that does not move; with [motion] or [dynamics] give contact.normal_load",
-            ))
-        }
+        (None, Some(_)) if moves => Err(reader.conflict(
+            APPROACH,
+            "it presses a contact that does not move; with [motion] or [dynamics] give contact.normal_load",
+        )),
         (None, approach) => Ok((0.0, approach)),
     }
 }

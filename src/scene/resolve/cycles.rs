@@ -381,26 +381,20 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
         normal_tolerance: tolerance("fidelity.normal_tolerance", default.normal)?,
         tangential_tolerance: tolerance("fidelity.tangential_tolerance", default.tangential)?,
         cycle_tolerance: tolerance("fidelity.cycle_tolerance", default.cycle)?,
-        load_steps: load_steps(reader, preset)?,
+        load_steps: load_steps(reader)?,
         aft_samples: samples(preset),
     })
 }
 
-/// Their number is an error of first order: 16 leave some percent of the shear and a tenth of that of everything else.
-fn load_steps(reader: &Reader<'_>, preset: Preset) -> Result<usize> {
+fn load_steps(reader: &Reader<'_>) -> Result<Option<usize>> {
     const KEY: &str = "fidelity.load_steps";
-    let steps = match reader.integer(KEY, 1)? {
-        Some(steps) => steps,
-        None => match preset {
-            Preset::Fast => 8,
-            Preset::Paper | Preset::Balanced => 16,
-            Preset::Reference => 64,
-        },
+    let Some(steps) = reader.integer(KEY, 1)? else {
+        return Ok(None);
     };
-    usize::try_from(steps)
-        .ok()
-        .filter(|steps| *steps <= LARGEST_STEPS)
-        .ok_or_else(|| reader.out_of_range(KEY, format!("an integer of 1 to {LARGEST_STEPS}")))
+    match usize::try_from(steps) {
+        Ok(steps) if steps <= LARGEST_STEPS => Ok(Some(steps)),
+        _ => Err(reader.out_of_range(KEY, format!("an integer of 1 to {LARGEST_STEPS}"))),
+    }
 }
 
 /// Samples of a vibration cycle of a preset. The friction law is integrated exactly between them, along straight lines: the
