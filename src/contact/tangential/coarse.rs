@@ -1,9 +1,10 @@
 //! A coarse correction of the preconditioner, for contacts with gaps between their spots.
 //!
-//! The preconditioner M holds each cell by springs to all others. Those to cells that are not free lead to the ground, as if
+//! The preconditioner M holds each free cell by springs to all others. Those to cells that are not free lead to the ground, as if
 //! the surface between the spots stood still; in truth it moves with them, and the far field is softer. With S = M 1 the
 //! springs to the ground, M = (M − S) + S, and springs that stand on the far field with its compliance L in place of the ground
-//! give (M − S) + (S⁻¹ + L)⁻¹ = M − S (L⁻¹ + S)⁻¹ S. On blocks of cells, L is a small dense matrix.
+//! give (M − S) + (S⁻¹ + L)⁻¹ = M − S (L⁻¹ + S)⁻¹ S. This stays positive definite, as M − S is that of springs between free cells.
+//! L is taken on some blocks of cells, as a small dense matrix. A periodic contact goes without.
 
 use super::vector::{Vector, dot, plus};
 use crate::contact::half_space::{Boundary, HalfSpace};
@@ -15,6 +16,7 @@ const BLOCKS: usize = 8;
 /// Least cells along each side of a block.
 const LEAST_CELLS: usize = 4;
 
+/// The blocks, and what the correction needs of the free cells.
 pub(super) struct Coarse<const A: usize> {
     /// Block of each contact cell.
     block: Vec<u32>,
@@ -29,6 +31,7 @@ pub(super) struct Coarse<const A: usize> {
     factor: Vec<f64>,
     sums: Vec<f64>,
     moved: Vec<f64>,
+    inner: Vec<f64>,
 }
 
 impl<const A: usize> Coarse<A> {
@@ -90,6 +93,7 @@ impl<const A: usize> Coarse<A> {
             factor: Vec::new(),
             sums: vec![0.0; size],
             moved: vec![0.0; size],
+            inner: vec![0.0; size],
         }
     }
 
@@ -101,17 +105,17 @@ impl<const A: usize> Coarse<A> {
     pub(super) fn prepare(&mut self, unit: impl Fn(usize, usize) -> Vector<A>) {
         let n = self.size;
         self.factor.clear();
-        let mut held = vec![[[0.0; A]; A]; self.roots.len()];
+        self.roots.fill([[0.0; A]; A]);
         for (cell, &block) in self.block.iter().enumerate() {
-            let held = &mut held[block as usize];
+            let held = &mut self.roots[block as usize];
             for u in 0..A {
                 for v in 0..A {
                     held[u][v] += dot(unit(u, cell), self.springs[v][cell]);
                 }
             }
         }
-        for (root, held) in self.roots.iter_mut().zip(&held) {
-            *root = root_of(*held);
+        for root in &mut self.roots {
+            *root = root_of(*root);
         }
         for (cell, &block) in self.block.iter().enumerate() {
             let root = &self.roots[block as usize];
@@ -188,7 +192,7 @@ impl<const A: usize> Coarse<A> {
             }
         };
         product(&self.sums, &mut self.moved, &self.compliance);
-        let mut inner = vec![0.0; n];
+        let inner = &mut self.inner;
         for p in 0..n / A {
             for u in 0..A {
                 inner[A * p + u] = (u..A)
@@ -200,7 +204,7 @@ impl<const A: usize> Coarse<A> {
         for i in 0..n {
             let sum: f64 = m[i * n..i * n + i]
                 .iter()
-                .zip(&inner)
+                .zip(inner.iter())
                 .map(|(a, b)| a * b)
                 .sum();
             inner[i] = (inner[i] - sum) / m[i * n + i];
@@ -219,8 +223,8 @@ impl<const A: usize> Coarse<A> {
                     .sum();
             }
         }
-        product(&self.sums, &mut inner, &self.compliance);
-        for (moved, less) in self.moved.iter_mut().zip(&inner) {
+        product(&self.sums, inner, &self.compliance);
+        for (moved, less) in self.moved.iter_mut().zip(inner.iter()) {
             *moved -= less;
         }
         for (cell, (&block, z)) in self.block.iter().zip(target).enumerate() {

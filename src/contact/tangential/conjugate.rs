@@ -19,13 +19,20 @@ const LENGTHS: (f64, f64) = (0.05, 4.0);
 /// chord and within it on the way, so a trial had better be too short than too long.
 const SHORTENED: f64 = 0.9;
 
+/// Part of the cells that stick below which, where the shear has two components, Newton steps are taken: the directions of sliding
+/// shears are angles, which a few of those get exact, and conjugate gradients on chords of the circles do not.
+const SLIDING: f64 = 0.02;
+
 /// Shorter trials along one direction before the plain one is taken, each a quarter as long.
 const TRIALS: usize = 3;
 
 impl<const A: usize> Solver<'_, '_, A> {
-    /// A step. False where none descends.
+    /// A step. False where none descends, and where Newton steps are better.
     pub(super) fn conjugate_step(&mut self) -> bool {
-        let changed = self.set_free();
+        let (changed, sticking) = self.set_free();
+        if A > 1 && (sticking as f64) < SLIDING * self.freedom.len() as f64 {
+            return false;
+        }
         self.stale += changed;
         let begins = self.predicted == 0.0;
         if begins || self.stale as f64 > STALE * self.freedom.len() as f64 {

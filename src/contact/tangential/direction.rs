@@ -28,9 +28,10 @@ pub(super) enum Freedom<const A: usize> {
 }
 
 impl<const A: usize> Solver<'_, '_, A> {
-    /// Decides what is free on each contact cell, and counts those that have changed.
-    pub(super) fn set_free(&mut self) -> usize {
-        let (mut changed, push) = (0, NEAR_STEP / self.lambda);
+    /// Decides what is free on each contact cell, and counts the cells that have changed and those that stick.
+    pub(super) fn set_free(&mut self) -> (usize, usize) {
+        let (mut changed, mut sticking) = (0, 0);
+        let push = NEAR_STEP / self.lambda;
         let shears = self.shear.iter().zip(&self.slip).zip(&self.limit);
         for (freedom, ((&q, &s), &limit)) in self.freedom.iter_mut().zip(shears) {
             let (size, along) = (norm(q), dot(q, s));
@@ -38,6 +39,7 @@ impl<const A: usize> Solver<'_, '_, A> {
                 && (size >= limit * (1.0 - ON_CIRCLE)
                     || (size >= limit * (1.0 - NEAR_CIRCLE) && norm(plus(q, push, s)) >= limit));
             changed += usize::from(slips == matches!(freedom, Freedom::Stick));
+            sticking += usize::from(!slips);
             *freedom = if slips {
                 Freedom::Slip {
                     tangent: scaled(1.0 / size, quarter_turn(q)),
@@ -47,7 +49,7 @@ impl<const A: usize> Solver<'_, '_, A> {
                 Freedom::Stick
             };
         }
-        changed
+        (changed, sticking)
     }
 
     /// `work` = P S M S P `source`: the preconditioner in the free directions P. The slip cells' part is scaled by

@@ -12,10 +12,12 @@
 //! F(q) = ½ (q − q₀)ᵀK(q − q₀) − (Δδ + Δθ ẑ×r + g)ᵀ(q − q₀) over the discs |q| ≤ µp,
 //!
 //! and where a force or a moment is given instead, over the shears in them that have this resultant; the displacement is then
-//! its multiplier. It is found by a semi-smooth Newton method: unknown are both components of q on stick cells and its *angle*
-//! on slip cells, in the subspace of constant resultants. A step is projected into the discs (and onto the resultants), and if
-//! it does not lower F enough it is shortened to the minimum on its chord: the set is convex, so the chord stays inside. Where
-//! the chord does not descend, or the steps do not settle, projected gradient steps are taken, along which F always falls.
+//! its multiplier. Unknown are both components of q on stick cells and its *angle* on slip cells, in the subspace of constant
+//! resultants. A step is projected into the discs (and onto the resultants), and if it does not lower F enough it is shortened to
+//! the minimum on its chord: the set is convex, so the chord stays inside. The first steps are those of projected conjugate
+//! gradients, at one convolution each; where they do not get on, or nearly all slides in the plane, those of a semi-smooth Newton
+//! method follow. Where the chord does not descend, or the steps do not settle, projected gradient steps are taken, along which F
+//! always falls.
 //!
 //! The certificate is the relative duality gap Σ(µp|s| − q·s)/Σ µp|s|: it bounds the error of F and of the dissipation, as
 //! neither a small change of q nor of the force does. It is taken of a slip that is computed anew from the shear returned.

@@ -87,7 +87,7 @@ fn doubles_a_cell(sizes: &Sizes) -> [f64; 2] {
     };
     // Shear, path, energy.
     let cycle_result = axes + 2.0;
-    let step = 4.0 * axes + IN_CONTACT * (9.0 * axes + 3.0);
+    let step = 4.0 * axes + IN_CONTACT * (9.0 * axes + axes * axes + 3.5);
     let cycle = limits as f64 + cycle_result + 2.0 * axes + step;
     let plain = held + cycle.max(NORMAL_SOLVE);
     if !sizes.implicit {
