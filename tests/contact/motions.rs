@@ -309,3 +309,24 @@ fn moments_beyond_the_joint_are_refused() {
         Err(ContactError::MomentNotCarried { load: 0.0, .. })
     ));
 }
+
+/// Without a load or a moment to measure resultants by: they are measured by the pressures themselves.
+#[test]
+fn a_given_approach_of_bodies_that_turn_without_moments() {
+    let grid = Grid::over([4e-3, 3e-3], [61, 47]);
+    let patch = Patch::full(grid);
+    let height = rough(grid, 3, 2e-6);
+    let pressed = solve(&NormalProblem {
+        rotation: Rotation::Free { moment: [0.0; 2] },
+        ..NormalProblem::new(&patch, &height, 300.0)
+    });
+    let pressed = pressed.expect("a contact under a load");
+    let found = solve(&NormalProblem {
+        control: Control::Approach(pressed.approach),
+        rotation: Rotation::Free { moment: [0.0; 2] },
+        ..NormalProblem::new(&patch, &height, 0.0)
+    });
+    let found = found.expect("a contact at an approach");
+    assert!((found.load / 300.0 - 1.0).abs() < SAME, "{} N", found.load);
+    assert!(relative_l2(&found.pressure, &pressed.pressure) < SAME);
+}

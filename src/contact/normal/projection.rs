@@ -40,12 +40,12 @@ pub(super) fn project(
         pressure.iter_mut().for_each(|p| *p = p.clamp(0.0, cap));
         return true;
     }
-    let scale = motions.distance(target, &[0.0; 3]);
+    let scale = scale(motions, pressure, cap, target);
     let mut off = f64::INFINITY;
     for _ in 0..REFINEMENTS {
         if motions.rotates() {
             let shift;
-            (shift, off) = search(motions, cells, pressure, cap, target);
+            (shift, off) = search(motions, cells, pressure, cap, target, scale);
             for (p, &c) in pressure.iter_mut().zip(cells) {
                 *p += motions.at(&shift, c);
             }
@@ -62,6 +62,17 @@ pub(super) fn project(
     off <= SPENT * scale
 }
 
+/// What a resultant is measured by: the target's, or the load of the pressures where the target is no load and no moment.
+fn scale(motions: &RigidMotions, pressure: &[f64], cap: f64, target: &Motions) -> f64 {
+    let [load] = sums(pressure, pressure, |p, _| [p.clamp(0.0, cap)]);
+    let asked = motions.distance(target, &[0.0; 3]);
+    if target[0] == 0.0 {
+        asked.max(load)
+    } else {
+        asked
+    }
+}
+
 /// The rigid motion that brings the cut pressures nearest to their resultants, and how far off those are then.
 fn search(
     motions: &RigidMotions,
@@ -69,6 +80,7 @@ fn search(
     pressure: &[f64],
     cap: f64,
     target: &Motions,
+    scale: f64,
 ) -> (Motions, f64) {
     let resultants = |shift: &Motions| {
         let here = cells.iter().zip(pressure);
@@ -77,7 +89,6 @@ fn search(
             .collect();
         motions.resultants(cells, &cut)
     };
-    let scale = motions.distance(target, &[0.0; 3]);
     let mut shift = [0.0; 3];
     let mut found = resultants(&shift);
     let mut best = (shift, f64::INFINITY);
