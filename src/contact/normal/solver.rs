@@ -312,8 +312,10 @@ impl<'a, 'h> Solver<'a, 'h> {
             .zip(self.residual.chunks(BLOCK))
             .enumerate()
         {
-            let mut rests = pressure.iter().zip(residual);
-            if !rotates && rests.all(|(p, residual)| *p <= 0.0 && *residual >= level) {
+            // All conditions of a block at once: leaving early would be one branch more to guess.
+            let cells = pressure.iter().zip(residual);
+            let busy = cells.fold(false, |busy, (p, r)| busy | (*p > 0.0) | (*r < level));
+            if !busy && !rotates {
                 continue;
             }
             // Every cell is written, and the count moves on past the free ones: no processor could foresee a branch.
