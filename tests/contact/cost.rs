@@ -190,3 +190,27 @@ fn a_tangential_step() {
         }
     }
 }
+
+/// What a bolt changes of a load is less than what a cell carries; spread over all cells it would close every open one.
+#[test]
+fn a_warm_start_for_a_load_that_is_hardly_larger() {
+    for (rq, boundary) in CASES {
+        for seed in 0..SURFACES {
+            let corner = Corner::new(seed, rq, boundary);
+            let mut half_space = corner.half_space();
+            let (cold, before) = press(&mut half_space, &corner.problem(), None);
+            let compliance = vec![half_space.self_compliance(); before.pressure.len()];
+            for more in [1e-9, 5e-6, 1e-3] {
+                let problem = NormalProblem {
+                    compliance: (more < 1e-3).then_some(&compliance[..]),
+                    ..NormalProblem::new(&corner.patch, &corner.height, (1.0 + more) * before.load)
+                };
+                let (warm, _) = press(&mut half_space, &problem, Some(&before.pressure));
+                assert!(
+                    warm <= 1.2 * cold,
+                    "{warm} pairs, cold {cold}, {more:e} more, Rq {rq:e} m, {boundary:?}"
+                );
+            }
+        }
+    }
+}

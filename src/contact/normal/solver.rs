@@ -71,8 +71,9 @@ pub(super) struct Solver<'a, 'h> {
     /// Cells that stay at the cap.
     held: Vec<usize>,
     on_free: OnFree,
-    /// Length of the next trial step, in units of the direction.
+    /// Length of the next trial step, in units of the direction, and along the gradient in units of 1/λ.
     predicted: f64,
+    predicted_gradient: f64,
     iterations: usize,
 }
 
@@ -154,6 +155,7 @@ impl<'a, 'h> Solver<'a, 'h> {
             held: Vec::new(),
             on_free: OnFree::default(),
             predicted: 1.0,
+            predicted_gradient: 1.0,
             iterations: 0,
         }
     }
@@ -191,19 +193,23 @@ impl<'a, 'h> Solver<'a, 'h> {
             Control::Load(_) => self.target[0] / self.kept.len() as f64,
             Control::Approach(_) => 0.0,
         };
-        let first = self.kept.iter();
-        let mut first: Vec<f64> = first
-            .map(|&c| usable.map_or(uniform, |p| p[c].clamp(0.0, self.cap)))
-            .collect();
-        let met = project(
-            &self.motions,
-            &self.kept,
-            &mut first,
-            self.cap,
-            &self.target,
-        );
-        snap(&mut first, self.cap, 0.0);
-        scatter(&first, &self.kept, &mut self.pressure);
+        // Of a given pressure the open cells stay open if they can: a shift for the last digits of the load would close them all.
+        let loaded = usable.map(|p| self.kept.iter().copied().filter(|&c| p[c] > 0.0));
+        let loaded: Vec<usize> = loaded.into_iter().flatten().collect();
+        let mut met = false;
+        for cells in [&loaded, &self.kept] {
+            if met || cells.is_empty() {
+                continue;
+            }
+            let first = cells.iter();
+            let mut first: Vec<f64> = first
+                .map(|&c| usable.map_or(uniform, |p| p[c].clamp(0.0, self.cap)))
+                .collect();
+            met = project(&self.motions, cells, &mut first, self.cap, &self.target);
+            snap(&mut first, self.cap, 0.0);
+            self.pressure.fill(0.0);
+            scatter(&first, cells, &mut self.pressure);
+        }
         if let (false, Rotation::Free { moment }) = (met, self.problem.rotation) {
             return Err(ContactError::MomentNotCarried {
                 moment,
@@ -444,7 +450,11 @@ impl<'a, 'h> Solver<'a, 'h> {
         snap(&mut on.pressure, self.cap, held);
         scatter(&on.pressure, &self.free, &mut self.pressure);
         self.move_residual(part);
-        if way != Way::Gradient {
+        // Where the best part of a chord is less than all of it, cells that the trial opens do not open: a shorter trial does it.
+        if way == Way::Gradient {
+            let length = length * self.half_space.self_compliance();
+            self.predicted_gradient = (length * best).clamp(LENGTHS.0, 1.0);
+        } else {
             self.predicted = (length * best).clamp(LENGTHS.0, LENGTHS.1);
         }
         self.iterations += 1;
@@ -490,7 +500,7 @@ impl<'a, 'h> Solver<'a, 'h> {
     fn descending_trial(&mut self) -> Option<Trial> {
         for way in [Way::Conjugate, Way::Preconditioned, Way::Gradient] {
             let mut length = match way {
-                Way::Gradient => 1.0 / self.half_space.self_compliance(),
+                Way::Gradient => self.predicted_gradient / self.half_space.self_compliance(),
                 _ => self.predicted,
             };
             for _ in 0..TRIALS {
