@@ -102,8 +102,10 @@ fn a_start_without_time_makes_one_iteration() {
 #[test]
 fn one_writer() {
     let bench = Bench::new();
+    // It is killed in the end: long enough for any machine.
+    let long = [&arguments("a")[..], &["--set", "wear.cycles=3e9"]].concat();
     let mut first = bench
-        .command(&arguments("a"))
+        .command(&long)
         .stderr(Stdio::piped())
         .spawn()
         .expect("started");
@@ -114,7 +116,7 @@ fn one_writer() {
     lines
         .find(|line| line.starts_with("iteration 1"))
         .expect("a first iteration");
-    let second = bench.fretwear(&arguments("a"));
+    let second = bench.fretwear(&long);
     let status = bench.done(&["status", "a", "--json"]).json();
     let words = bench.done(&["status", "a"]).stdout();
     // Readers come and go without being taken for writers.
