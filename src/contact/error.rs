@@ -1,4 +1,6 @@
-//! What can go wrong in a contact solve.
+//! What can go wrong in a contact solve, and the checks of its fields.
+
+use crate::grid::Grid;
 
 /// A contact solve that has no trustworthy result.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -87,4 +89,43 @@ pub enum ContactError {
         /// Cells of the grid.
         expected: usize,
     },
+}
+
+/// [`ContactError::Length`] where a field has not a value a cell.
+pub(super) fn check_length(
+    field: &'static str,
+    found: usize,
+    expected: usize,
+) -> Result<(), ContactError> {
+    if found == expected {
+        Ok(())
+    } else {
+        Err(ContactError::Length {
+            field,
+            found,
+            expected,
+        })
+    }
+}
+
+/// [`ContactError::Length`], or [`ContactError::NotFinite`] for the first of the cells looked at that is not a number.
+pub(super) fn check_field(
+    field: &'static str,
+    values: &[f64],
+    grid: Grid,
+    counts: impl Fn(usize) -> bool,
+) -> Result<(), ContactError> {
+    check_length(field, values.len(), grid.len())?;
+    match (0..values.len()).find(|&c| counts(c) && !values[c].is_finite()) {
+        None => Ok(()),
+        Some(index) => {
+            let (i, j) = grid.cell(index);
+            Err(ContactError::NotFinite {
+                field,
+                i,
+                j,
+                value: values[index],
+            })
+        }
+    }
 }

@@ -3,6 +3,7 @@
 pub mod coupled;
 mod coupling;
 mod error;
+mod far_field;
 mod half_space;
 mod kernel;
 mod material;

@@ -172,14 +172,14 @@ fn battery(joints: u64, cells: f64, direct: bool) -> (f64, f64) {
 #[test]
 fn small_joints() {
     let (median, worst) = battery(300, 30.0, true);
-    assert!(median < 60.0, "{median}");
-    assert!(worst < 400.0, "{worst}");
+    assert!(median < 40.0, "{median}");
+    assert!(worst < 200.0, "{worst}");
 }
 
 #[test]
 #[ignore = "a minute"]
 fn joints_of_full_size() {
     let (median, worst) = battery(200, 256.0, false);
-    assert!(median < 120.0, "{median}");
-    assert!(worst < 1000.0, "{worst}");
+    assert!(median < 70.0, "{median}");
+    assert!(worst < 900.0, "{worst}");
 }

@@ -83,7 +83,7 @@ const CASES: [(f64, Boundary); 4] = [
 
 #[test]
 fn a_cold_start() {
-    for ((rq, boundary), expected) in CASES.into_iter().zip([20.5, 25.0, 30.0, 34.0]) {
+    for ((rq, boundary), expected) in CASES.into_iter().zip([20.0, 27.0, 30.0, 34.0]) {
         let what = format!("cold, Rq {rq:e} m, {boundary:?}");
         costs(&what, expected, |seed| {
             let corner = Corner::new(seed, rq, boundary);
@@ -94,7 +94,7 @@ fn a_cold_start() {
 
 #[test]
 fn a_pressure_cap() {
-    for ((rq, boundary), expected) in CASES.into_iter().zip([19.0, 27.5, 29.0, 42.0]) {
+    for ((rq, boundary), expected) in CASES.into_iter().zip([17.5, 20.0, 29.0, 42.0]) {
         let what = format!("capped, Rq {rq:e} m, {boundary:?}");
         costs(&what, expected, |seed| {
             let corner = Corner::new(seed, rq, boundary);
@@ -111,7 +111,7 @@ fn a_pressure_cap() {
 /// After wear of a tenth of a micrometre in proportion to the pressure, from the pressure before it.
 #[test]
 fn a_warm_start_after_wear() {
-    for ((rq, boundary), expected) in CASES.into_iter().zip([9.5, 15.0, 14.0, 18.0]) {
+    for ((rq, boundary), expected) in CASES.into_iter().zip([9.0, 12.0, 14.0, 18.0]) {
         let what = format!("warm, Rq {rq:e} m, {boundary:?}");
         costs(&what, expected, |seed| {
             let mut corner = Corner::new(seed, rq, boundary);
@@ -130,7 +130,7 @@ fn a_warm_start_after_wear() {
 /// The implicit wear step: a compliance where there is slip, from the pressure before it.
 #[test]
 fn a_compliance_of_wear() {
-    for ((rq, boundary), expected) in CASES.into_iter().zip([9.0, 14.0, 12.5, 16.0]) {
+    for ((rq, boundary), expected) in CASES.into_iter().zip([8.0, 11.5, 12.5, 16.0]) {
         let what = format!("with compliance, Rq {rq:e} m, {boundary:?}");
         costs(&what, expected, |seed| {
             let corner = Corner::new(seed, rq, boundary);

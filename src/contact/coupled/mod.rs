@@ -28,7 +28,7 @@
 
 mod mixing;
 
-use super::error::ContactError;
+use super::error::{ContactError, check_field, check_length};
 use super::half_space::{HalfSpace, Shear};
 use super::normal::{self, Control, NormalOptions, NormalProblem, NormalSolution};
 use super::tangential::{self, Drive, TangentialOptions, TangentialProblem, TangentialSolution};
@@ -134,7 +134,11 @@ pub fn solve(
     check(problem, start)?;
     if half_space.pair().is_coupled() {
         // The half space's length is checked by the solvers, but the coupling is applied before them.
-        check_length("half space", half_space.grid().len(), problem)?;
+        check_length(
+            "half space",
+            half_space.grid().len(),
+            problem.normal.patch.grid.len(),
+        )?;
         alternate(half_space, problem, start, options)
     } else {
         uncoupled(half_space, problem, start, options)
@@ -179,23 +183,6 @@ pub fn indent(
     })
 }
 
-fn check_length(
-    field: &'static str,
-    found: usize,
-    problem: &CoupledProblem,
-) -> Result<(), ContactError> {
-    let expected = problem.normal.patch.grid.len();
-    if found == expected {
-        Ok(())
-    } else {
-        Err(ContactError::Length {
-            field,
-            found,
-            expected,
-        })
-    }
-}
-
 /// What the normal and the tangential solver do not check themselves.
 fn check(problem: &CoupledProblem, start: Option<Tractions>) -> Result<(), ContactError> {
     let friction = problem.friction_coefficient;
@@ -215,7 +202,7 @@ fn check(problem: &CoupledProblem, start: Option<Tractions>) -> Result<(), Conta
         });
     }
     let grid = problem.normal.patch.grid;
-    check_length("height", problem.normal.height.len(), problem)?;
+    check_length("height", problem.normal.height.len(), grid.len())?;
     for (tractions, [pressure, shear]) in [
         (
             problem.previous,
@@ -234,16 +221,7 @@ fn check(problem: &CoupledProblem, start: Option<Tractions>) -> Result<(), Conta
         let fields = std::iter::once((pressure, tractions.pressure))
             .chain(tractions.shear.iter().map(|q| (shear, &q[..])));
         for (field, values) in fields {
-            check_length(field, values.len(), problem)?;
-            if let Some(index) = (0..values.len()).find(|&c| !values[c].is_finite()) {
-                let (i, j) = grid.cell(index);
-                return Err(ContactError::NotFinite {
-                    field,
-                    i,
-                    j,
-                    value: values[index],
-                });
-            }
+            check_field(field, values, grid, |_| true)?;
         }
     }
     Ok(())

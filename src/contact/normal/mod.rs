@@ -10,12 +10,13 @@
 //! centre. This is the minimum of ½ pᵀ(K + D)p − (h + given motions)ᵀp over the admissible pressures, found by projected conjugate
 //! gradients.
 
+mod coarse;
 mod projection;
 mod rigid;
 mod settle;
 mod solver;
 
-use super::error::ContactError;
+use super::error::{ContactError, check_field, check_length};
 use super::half_space::HalfSpace;
 use crate::grid::Patch;
 use solver::Solver;
@@ -142,38 +143,15 @@ fn check(
 ) -> Result<(), ContactError> {
     let grid = problem.patch.grid;
     let cells = grid.len();
-    let length = |field: &'static str, found: usize| {
-        if found == cells {
-            Ok(())
-        } else {
-            Err(ContactError::Length {
-                field,
-                found,
-                expected: cells,
-            })
-        }
-    };
-    length("half space", half_space.grid().len())?;
-    length("mask", problem.patch.kept.len())?;
-    length("height", problem.height.len())?;
-    length("compliance", problem.compliance.map_or(cells, <[f64]>::len))?;
-    length("starting pressure", start.map_or(cells, <[f64]>::len))?;
+    check_length("half space", half_space.grid().len(), cells)?;
+    check_length("mask", problem.patch.kept.len(), cells)?;
     let fields = [
         ("height", Some(problem.height)),
         ("compliance", problem.compliance),
         ("starting pressure", start),
     ];
     for (field, values) in fields.into_iter().filter_map(|(name, v)| Some((name, v?))) {
-        let wrong = (0..cells).find(|&c| problem.patch.kept[c] && !values[c].is_finite());
-        if let Some(index) = wrong {
-            let (i, j) = grid.cell(index);
-            return Err(ContactError::NotFinite {
-                field,
-                i,
-                j,
-                value: values[index],
-            });
-        }
+        check_field(field, values, grid, |c| problem.patch.kept[c])?;
     }
     match problem.control {
         Control::Load(load) if !(load.is_finite() && load >= 0.0) => {

@@ -30,7 +30,7 @@ mod operator;
 mod resultants;
 mod vector;
 
-use super::error::ContactError;
+use super::error::{ContactError, check_field, check_length};
 use super::half_space::HalfSpace;
 use crate::grid::{ByAxis, Patch};
 use newton::Solver;
@@ -286,21 +286,10 @@ fn check(
     problem: &TangentialProblem,
     start: Option<&ByAxis<Vec<f64>>>,
 ) -> Result<(), ContactError> {
-    let cells = problem.patch.grid.len();
+    let grid = problem.patch.grid;
+    let cells = grid.len();
     let axes = problem.drive.len();
-    let length = |field: &'static str, found: usize, expected: usize| {
-        if found == expected {
-            Ok(())
-        } else {
-            Err(ContactError::Length {
-                field,
-                found,
-                expected,
-            })
-        }
-    };
-    length("half space", half_space.grid().len(), cells)?;
-    length("friction limit", problem.limit.len(), cells)?;
+    check_length("half space", half_space.grid().len(), cells)?;
     if !(1..=2).contains(&axes) {
         return Err(ContactError::OutOfRange {
             name: "number of axes",
@@ -315,29 +304,18 @@ fn check(
             expected: "2",
         });
     }
-    let mut fields = vec![("friction limit", problem.limit)];
+    let check_values = |field, values: &[f64]| check_field(field, values, grid, |_| true);
+    check_values("friction limit", problem.limit)?;
     for (name, shear) in [
         ("shear before the step", problem.previous),
         ("starting shear", start),
         ("offset", problem.offset),
     ] {
         if let Some(shear) = shear {
-            length(name, shear.len() * cells, axes * cells)?;
+            check_length(name, shear.len() * cells, axes * cells)?;
             for field in shear {
-                length(name, field.len(), cells)?;
-                fields.push((name, field));
+                check_values(name, field)?;
             }
-        }
-    }
-    for (field, values) in fields {
-        if let Some(index) = (0..cells).find(|&c| !values[c].is_finite()) {
-            let (i, j) = problem.patch.grid.cell(index);
-            return Err(ContactError::NotFinite {
-                field,
-                i,
-                j,
-                value: values[index],
-            });
         }
     }
     if let Some(c) = (0..cells).find(|&c| problem.limit[c] < 0.0) {

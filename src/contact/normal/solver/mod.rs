@@ -6,37 +6,27 @@
 //! projected point, whose displacement is the one convolution of the iteration, is followed to its minimum: on a steady set of
 //! cells this is the conjugate gradient method, and everywhere a descent. Where the projection bends a direction so far that
 //! the chord does not descend, shorter and plainer ones are tried, down to the projected gradient, which always does; these
-//! trials cost no convolution.
+//! trials cost no convolution. The steps are in [`step`].
 
+mod step;
+
+use super::coarse::Coarse;
 use super::projection::project;
 use super::rigid::{Motions, RigidMotions, displacement, load_and_moments};
 use super::settle::{Bound, least_violation};
 use super::{Control, NormalOptions, NormalProblem, NormalSolution, Rotation};
 use crate::contact::error::ContactError;
 use crate::contact::half_space::HalfSpace;
-use crate::contact::sums::{LANES, dot, extremes, sum, sums};
+use crate::contact::sums::{LANES, extremes, sum};
 
 /// Rounding of a gap relative to the approach: that of the sums over a transform, and of pressures in their last digit.
 const ROUNDING: f64 = 128.0 * f64::EPSILON;
 
-/// A chord descends if its slope is this part of the sum of its terms' sizes; less is rounding.
-const LEAST_SLOPE: f64 = 1e-12;
-
-/// Shorter trials along one direction before a plainer one is taken, each a quarter as long.
-const TRIALS: usize = 3;
-
 /// Of the largest pressure, or of the sum of all: a pressure or a step below it is the rounding of resultants.
 const NOISE: f64 = 1e-13;
 
-/// How far a chord that projection has bent is followed beyond its end. The rounding of its resultants grows as much.
-const EXTENSION: f64 = 4.0;
-
 /// Cells that are looked at together: where all of them are open and stay so, nothing is to be done.
 const BLOCK: usize = 8;
-
-/// Bounds on the length of a trial step along a preconditioned direction, whose natural length is one. Where the projection
-/// cuts most of a step off, no length is the best one, and the prediction would run away.
-const LENGTHS: (f64, f64) = (0.05, 4.0);
 
 /// The state of a solve. The gap is `residual` − the unknown motions.
 ///
@@ -55,6 +45,7 @@ pub(super) struct Solver<'a, 'h> {
     kept: Vec<usize>,
     /// √(λ/(λ + D)): the preconditioner's scaling where the diagonal compliance rules.
     scaling: Option<Vec<f64>>,
+    coarse: Coarse,
     pressure: Vec<f64>,
     /// (K + D) p − h − the given motions; ∞ on masked cells, which are open for ever.
     residual: Vec<f64>,
@@ -89,22 +80,6 @@ struct OnFree {
     step: Vec<f64>,
 }
 
-/// A step that descends.
-struct Trial {
-    way: Way,
-    length: f64,
-    /// Whether it was projected.
-    bent: bool,
-}
-
-/// Which way a trial step goes.
-#[derive(Clone, Copy, PartialEq)]
-enum Way {
-    Conjugate,
-    Preconditioned,
-    Gradient,
-}
-
 impl<'a, 'h> Solver<'a, 'h> {
     pub(super) fn new(
         half_space: &'h mut HalfSpace,
@@ -114,6 +89,7 @@ impl<'a, 'h> Solver<'a, 'h> {
         let grid = problem.patch.grid;
         let n = grid.len();
         let lambda = half_space.self_compliance();
+        let coarse = Coarse::new(half_space);
         let scaling = problem
             .compliance
             .map(|d| d.iter().map(|d| (lambda / (lambda + d)).sqrt()).collect());
@@ -144,6 +120,7 @@ impl<'a, 'h> Solver<'a, 'h> {
             motion: [0.0; 3],
             kept: (0..n).filter(|&c| problem.patch.kept[c]).collect(),
             scaling,
+            coarse,
             pressure: vec![0.0; n],
             residual: vec![f64::INFINITY; n],
             step: vec![0.0; n],
@@ -168,17 +145,12 @@ impl<'a, 'h> Solver<'a, 'h> {
             let error = self.look();
             let done = error <= self.options.tolerance;
             if done && (anew || self.drift() <= 0.1 * self.options.tolerance) {
-                return Ok(self.finish(error));
+                return self.finish(error);
             }
             if !done && self.iterations < self.options.max_iterations && self.advance() {
                 anew = false;
             } else if anew || self.iterations >= self.options.max_iterations {
-                return Err(ContactError::NotConverged {
-                    problem: "normal",
-                    iterations: self.iterations,
-                    error,
-                    tolerance: self.options.tolerance,
-                });
+                return Err(self.not_converged(error));
             } else {
                 self.update_residual();
                 anew = true;
@@ -408,155 +380,34 @@ impl<'a, 'h> Solver<'a, 'h> {
         least_violation(&self.motions, self.motion, &self.kept, residual, bound)
     }
 
-    /// One iteration. False where no direction descends: rounding is all that is left.
-    fn advance(&mut self) -> bool {
-        self.precondition();
-        let Some(Trial { way, length, bent }) = self.descending_trial() else {
-            return false;
-        };
-        scatter(&self.on_free.step, &self.free, &mut self.step);
-        self.half_space.normal(&self.step, &mut self.image);
-        if let Some(d) = self.problem.compliance {
-            for (&c, step) in self.free.iter().zip(&self.on_free.step) {
-                self.image[c] += d[c] * step;
-            }
+    fn not_converged(&self, error: f64) -> ContactError {
+        ContactError::NotConverged {
+            problem: "normal",
+            iterations: self.iterations,
+            error,
+            tolerance: self.options.tolerance,
         }
-        let on = &mut self.on_free;
-        gather(&self.image, &self.free, &mut on.image);
-        let slope = -dot(&on.step, &on.gap);
-        let curvature = dot(&on.step, &on.image);
-        let mut reach = f64::INFINITY;
-        for (p, step) in on.pressure.iter().zip(&on.step) {
-            let room = if *step < 0.0 { *p } else { self.cap - p };
-            let part = room / step.abs();
-            // Of a step of nothing the part is infinite, or not a number on a bound.
-            reach = if part < reach { part } else { reach };
-        }
-        let best = if curvature > 0.0 {
-            slope / curvature
-        } else {
-            f64::INFINITY
-        };
-        let part = best
-            .min(reach)
-            .min(if bent { EXTENSION } else { f64::INFINITY });
-        if !part.is_finite() {
-            return false;
-        }
-        for (p, step) in on.pressure.iter_mut().zip(&on.step) {
-            *p += part * step;
-        }
-        let held = if self.held.is_empty() { 0.0 } else { self.cap };
-        snap(&mut on.pressure, self.cap, held);
-        scatter(&on.pressure, &self.free, &mut self.pressure);
-        self.move_residual(part);
-        // Where the best part of a chord is less than all of it, cells that the trial opens do not open: a shorter trial does it.
-        if way == Way::Gradient {
-            let length = length * self.half_space.self_compliance();
-            self.predicted_gradient = (length * best).clamp(LENGTHS.0, 1.0);
-        } else {
-            self.predicted = (length * best).clamp(LENGTHS.0, LENGTHS.1);
-        }
-        self.iterations += 1;
-        true
     }
 
-    /// The preconditioned gap and the conjugate direction, both without resultants, on the free cells.
-    fn precondition(&mut self) {
-        let on = &mut self.on_free;
-        gather(&self.pressure, &self.free, &mut on.pressure);
-        gather(&self.step, &self.free, &mut on.direction);
-        gather(&self.image, &self.free, &mut on.image);
-        // Too few cells for all motions (or none unknown): the gap as it is will do.
-        without_resultants(&self.motions, &self.free, &mut on.gap);
-        // The last step has been read: its field carries the gap into the transform, and its image the result out of it.
-        self.moved.iter().for_each(|&c| self.step[c] = 0.0);
-        scatter(&on.gap, &self.free, &mut self.step);
-        if let Some(scaling) = &self.scaling {
-            self.free.iter().for_each(|&c| self.step[c] *= scaling[c]);
-        }
-        self.half_space.normal_inverse(&self.step, &mut self.image);
-        gather(&self.image, &self.free, &mut on.preconditioned);
-        if let Some(scaling) = &self.scaling {
-            for (z, &c) in on.preconditioned.iter_mut().zip(&self.free) {
-                *z *= scaling[c];
-            }
-        }
-        without_resultants(&self.motions, &self.free, &mut on.preconditioned);
-        let change = dot(&on.preconditioned, &on.image);
-        let curvature = dot(&on.direction, &on.image);
-        let beta = if curvature > 0.0 {
-            (change / curvature).max(0.0)
-        } else {
+    /// How far the load and the moments are from those asked for, relative to the load; moments over half the diagonal.
+    fn imbalance(&self) -> f64 {
+        let mut pressure = Vec::new();
+        gather(&self.pressure, &self.kept, &mut pressure);
+        let found = self.motions.resultants(&self.kept, &pressure);
+        let off = self.motions.distance(&found, &self.target);
+        if off == 0.0 {
             0.0
-        };
-        for (d, z) in on.direction.iter_mut().zip(&on.preconditioned) {
-            *d = beta * *d - z;
+        } else {
+            off / sum(&pressure).max(self.target[0])
         }
-        without_resultants(&self.motions, &self.free, &mut on.direction);
     }
 
-    /// Finds a step whose chord descends, and leaves it in `step` and its end in `trial`.
-    fn descending_trial(&mut self) -> Option<Trial> {
-        for way in [Way::Conjugate, Way::Preconditioned, Way::Gradient] {
-            let mut length = match way {
-                Way::Gradient => self.predicted_gradient / self.half_space.self_compliance(),
-                _ => self.predicted,
-            };
-            for _ in 0..TRIALS {
-                if let Some(bent) = self.descends(way, length) {
-                    return Some(Trial { way, length, bent });
-                }
-                length *= 0.25;
-            }
+    /// The solution, if it bears what is asked for.
+    fn finish(self, error: f64) -> Result<NormalSolution, ContactError> {
+        let error = error.max(self.imbalance());
+        if error.is_nan() || error > self.options.tolerance {
+            return Err(self.not_converged(error));
         }
-        None
-    }
-
-    /// Whether the step is bent by the projection, if it descends.
-    fn descends(&mut self, way: Way, length: f64) -> Option<bool> {
-        let on = &mut self.on_free;
-        let (direction, length) = match way {
-            Way::Conjugate => (&on.direction, length),
-            Way::Preconditioned => (&on.preconditioned, -length),
-            Way::Gradient => (&on.gap, -length),
-        };
-        on.trial.clear();
-        let ends = on.pressure.iter().zip(direction);
-        on.trial.extend(ends.map(|(p, d)| p + length * d));
-        let (low, high) = extremes(&on.trial);
-        let bent = low < 0.0 || high > self.cap || way == Way::Gradient;
-        if bent {
-            let held = self.held_resultants();
-            let target = [0, 1, 2].map(|k| self.target[k] - held[k]);
-            let trial = &mut self.on_free.trial;
-            // A trial so long that its digits do not hold the resultants would lose them.
-            if !project(&self.motions, &self.free, trial, self.cap, &target) {
-                return None;
-            }
-        }
-        let on = &mut self.on_free;
-        on.step.clear();
-        let ends = on.trial.iter().zip(&on.pressure);
-        on.step.extend(ends.map(|(trial, p)| trial - p));
-        let [slope, size] = sums(&on.step, &on.gap, |step, gap| {
-            let term = -step * gap;
-            [term, term.abs()]
-        });
-        let [moved, total] = sums(&on.step, &on.pressure, |step, p| [step.abs(), p]);
-        (slope > LEAST_SLOPE * size && moved > NOISE * total).then_some(bent)
-    }
-
-    /// What the cells that stay at the cap carry.
-    fn held_resultants(&self) -> Motions {
-        if self.held.is_empty() {
-            return [0.0; 3];
-        }
-        let cap = vec![self.cap; self.held.len()];
-        self.motions.resultants(&self.held, &cap)
-    }
-
-    fn finish(self, error: f64) -> NormalSolution {
         let grid = self.problem.patch.grid;
         let mut gap = vec![0.0; grid.len()];
         for &c in &self.kept {
@@ -565,7 +416,7 @@ impl<'a, 'h> Solver<'a, 'h> {
         let [load, x, y] = load_and_moments(grid, &self.pressure).map(|sum| sum * grid.cell_area());
         let moment = [x, y];
         let [approach, x, y] = [0, 1, 2].map(|k| self.given[k] + self.motion[k]);
-        NormalSolution {
+        Ok(NormalSolution {
             pressure: self.pressure,
             gap,
             approach,
@@ -574,22 +425,7 @@ impl<'a, 'h> Solver<'a, 'h> {
             moment,
             iterations: self.iterations,
             error,
-        }
-    }
-}
-
-/// Takes the rigid motion out of values on some cells that gives them their resultants.
-fn without_resultants(motions: &RigidMotions, cells: &[usize], values: &mut [f64]) {
-    let own = motions.resultants(cells, values);
-    let Some(motion) = motions.with_resultants(cells, own) else {
-        return;
-    };
-    if motions.rotates() {
-        for (value, &c) in values.iter_mut().zip(cells) {
-            *value -= motions.at(&motion, c);
-        }
-    } else {
-        values.iter_mut().for_each(|value| *value -= motion[0]);
+        })
     }
 }
 
