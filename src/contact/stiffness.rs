@@ -14,7 +14,7 @@ use crate::grid::ByAxis;
 
 /// Part of the first residual (in the preconditioner's norm) at which a solve stops. The stiffness is an energy, so its
 /// relative error is about the square of this; what single contact elements get of it is in error by this itself.
-const RESIDUAL: f64 = 1e-5;
+const RESIDUAL: f64 = 3e-6;
 
 /// The same where pressures of one motion are summed up over another, which is in error by the residual itself.
 const MIXED_RESIDUAL: f64 = 1e-8;
