@@ -2,6 +2,7 @@
 
 #[cfg(feature = "polars")]
 mod compare;
+mod cost;
 mod export;
 mod report;
 mod run;

@@ -3,15 +3,16 @@
 use std::io::Write;
 use std::path::Path;
 
-use fretwear::scene::Scene;
-use fretwear::stages::{Ending, Outcome};
+use fretwear::stages::{Ending, Inputs, Outcome};
 use fretwear::tables::{Column, Table};
 use serde_json::{Map, Value, json};
+
+use super::cost;
 
 /// Prints what a run left.
 pub fn outcome(
     outcome: &Outcome,
-    scene: &Scene,
+    inputs: &Inputs,
     root: &Path,
     as_json: bool,
 ) -> std::io::Result<()> {
@@ -19,8 +20,15 @@ pub fn outcome(
     if as_json {
         let mut object = outcome.summary.as_ref().map(row).unwrap_or_default();
         object.insert("wear_iteration".to_owned(), json!(outcome.wear_iteration));
-        object.insert("timing".to_owned(), json!(outcome.timing));
-        object.insert("timing_fft_pairs".to_owned(), json!(outcome.fft_pairs));
+        object.insert("timing".to_owned(), json!(outcome.spent.seconds));
+        object.insert(
+            "timing_fft_pairs".to_owned(),
+            json!(outcome.spent.fft_pairs),
+        );
+        if outcome.wear_iteration.is_some() {
+            let expected = json!(inputs.plan.cost);
+            object.insert("cost".to_owned(), cost::compared(&expected, &outcome.spent));
+        }
         return writeln!(out, "{}", Value::Object(object));
     }
     if let Ending::Until(stage) = outcome.ending {
@@ -33,16 +41,17 @@ pub fn outcome(
         return Ok(());
     };
     writeln!(out)?;
-    if let Some(title) = &scene.title {
+    if let Some(title) = &inputs.scene.title {
         writeln!(out, "{title}")?;
     }
     if let Some(wear_iteration) = outcome.wear_iteration {
         writeln!(out, "iteration {wear_iteration} of {}", root.display())?;
     }
     write_summary(&mut out, summary)?;
-    let total: f64 = outcome.timing.values().sum();
+    let total: f64 = outcome.spent.total_seconds();
     let stages: Vec<String> = outcome
-        .timing
+        .spent
+        .seconds
         .iter()
         .map(|(stage, s)| format!("{stage} {s:.2} s"))
         .collect();
@@ -51,7 +60,11 @@ pub fn outcome(
         "  {:<24} {total:.2} s: {}",
         "computed in",
         stages.join(", ")
-    )
+    )?;
+    if outcome.ending == Ending::Done {
+        cost::write_compared(&mut out, inputs, &outcome.spent)?;
+    }
+    Ok(())
 }
 
 /// One line a column: name, value, unit.

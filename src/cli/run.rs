@@ -61,7 +61,7 @@ pub fn run(arguments: RunArguments) -> Result<Exit, CliError> {
             return Err(error.into());
         }
     };
-    report::outcome(&outcome, &inputs.scene, &root, arguments.json)?;
+    report::outcome(&outcome, &inputs, &root, arguments.json)?;
     if outcome.ending == Ending::Stopped {
         eprintln!(
             "stopped; continue with: fretwear run --run {}",

@@ -3,20 +3,18 @@
 use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Instant;
 
-use fretwear::contact::HalfSpace;
-use fretwear::scene::{self, Plan, RoughJoint};
-use fretwear::stages::Inputs;
+use fretwear::scene;
+use fretwear::stages::{Inputs, Spent};
 use fretwear::store::{LockHolder, RealFileSystem, RunReader};
 use fretwear::tables::TableName;
 use fretwear::validate;
 use serde_json::{Value, json};
 
 use super::report::{row, write_summary};
-use super::{CliError, Exit};
+use super::{CliError, Exit, cost};
 
-/// Prints what a scene needs. The time is an estimate from one pair of transforms measured here and now.
+/// Prints what a scene needs, and what it is expected to cost here.
 pub fn plan(path: &Path, sets: &[String], as_json: bool) -> Result<Exit, CliError> {
     let inputs = Inputs::of(scene::load(path, sets)?)?;
     let plan = &inputs.plan;
@@ -32,68 +30,12 @@ pub fn plan(path: &Path, sets: &[String], as_json: bool) -> Result<Exit, CliErro
         writeln!(out, "{}: {}", decision.what, decision.choice)?;
         writeln!(out, "    {}", decision.why)?;
     }
-    let cost = &plan.cost;
-    let states = 1.0 + cost.iterations;
-    writeln!(out, "\nestimated cost")?;
-    let cached = cost.memory_cached.map_or_else(String::new, |cached| {
-        format!(
-            "; {:.0} MB with the structure in the cache",
-            cached as f64 / 1e6
-        )
-    });
-    writeln!(
-        out,
-        "    memory        {:.0} MB{cached}",
-        cost.memory as f64 / 1e6
-    )?;
-    if cost.unknowns > 0 {
-        writeln!(
-            out,
-            "    unknowns      {} of the harmonic balance at most",
-            cost.unknowns
-        )?;
+    for warning in &plan.warnings {
+        writeln!(out, "\nwarning: {warning}")?;
     }
-    if cost.iterations > 0.0 {
-        writeln!(
-            out,
-            "    iterations    about {:.0}; decided step by step, by the error of each",
-            cost.iterations
-        )?;
-    }
-    writeln!(
-        out,
-        "    disk          {:.1} MB",
-        states * cost.disk_per_iteration as f64 / 1e6
-    )?;
-    if let Some(rough) = inputs.scene.rough() {
-        let pair = seconds_of_pair(&rough);
-        let pairs = states * cost.pairs_per_iteration;
-        writeln!(out, "    FFT pairs     about {pairs:.0}")?;
-        writeln!(
-            out,
-            "    time          about {:.1} s here for them, at {:.2} ms a pair",
-            pairs * pair,
-            pair * 1e3
-        )?;
-    }
+    writeln!(out, "\nexpected cost")?;
+    cost::write_expected(&mut out, &inputs.scene, &plan.cost)?;
     Ok(Exit::Done)
-}
-
-/// Median time of a pair of transforms on this scene's plane \[s\].
-fn seconds_of_pair(rough: &RoughJoint) -> f64 {
-    const REPEATS: usize = 9;
-    let grid = rough.grid;
-    let mut half_space = HalfSpace::new(grid, Plan::pair(rough.material), rough.contact.boundary);
-    let (pressure, mut displacement) = (vec![1.0; grid.len()], vec![0.0; grid.len()]);
-    let mut times: Vec<f64> = (0..REPEATS)
-        .map(|_| {
-            let begin = Instant::now();
-            half_space.normal(&pressure, &mut displacement);
-            begin.elapsed().as_secs_f64()
-        })
-        .collect();
-    times.sort_by(f64::total_cmp);
-    times[REPEATS / 2]
 }
 
 /// Prints how far a run is, also while another process computes it.
@@ -115,6 +57,10 @@ pub fn status(root: &Path, as_json: bool) -> Result<Exit, CliError> {
         let mut object = summary.as_ref().map(row).unwrap_or_default();
         object.insert("wear_iteration".to_owned(), json!(latest));
         object.insert("running".to_owned(), json!(running.is_some()));
+        if let (Some(_), Some(plan)) = (latest, reader.plan()?) {
+            let spent = Spent::of(&reader)?;
+            object.insert("cost".to_owned(), cost::compared(&plan["cost"], &spent));
+        }
         object.insert("damage".to_owned(), json!(damaged));
         writeln!(out, "{}", Value::Object(object))?;
     } else {

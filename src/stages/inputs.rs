@@ -6,7 +6,8 @@ use serde_json::{Value, json};
 
 use super::error::{HistoryProblem, RunError};
 use crate::scene::{
-    Contact, Motion as SceneMotion, Plan, Scene, Surface, Transverse, plan::motion_of,
+    Contact, Motion as SceneMotion, Plan, Scene, Surface, Transverse,
+    plan::{Texture, motion_of},
 };
 use crate::tables::{self, TableName};
 use crate::wear::{Channel, Motion};
@@ -53,7 +54,7 @@ impl Inputs {
             (Some(contact), _) => motion_of(&scene, contact),
             (None, _) => Motion::none(0.0),
         };
-        let plan = Plan::decide(&scene, Some(&motion))?;
+        let plan = Plan::decide(&scene, Some(&motion), texture(&scene))?;
         Ok(Inputs {
             scene,
             motion,
@@ -75,6 +76,17 @@ impl Inputs {
             .collect::<serde_json::Map<_, _>>()
             .into()
     }
+}
+
+/// The texture of a surface from a file, for what the run is expected to cost; none of one that cannot be used, which the stage
+/// that needs it will refuse.
+fn texture(scene: &Scene) -> Option<Texture> {
+    let rough = scene.rough()?;
+    if !matches!(rough.surface, Surface::File { .. }) {
+        return None;
+    }
+    let (patch, height, _) = super::surface::heights(&rough).ok()?;
+    Some(Texture::of(&patch, &height))
 }
 
 /// The columns of a history: time, displacement_x, and the optional displacement_y and normal_load.

@@ -16,6 +16,7 @@ mod inputs;
 mod ledger;
 mod model_update;
 mod run;
+mod spent;
 mod state;
 mod static_contact;
 mod structure;
@@ -31,6 +32,7 @@ use std::str::FromStr;
 pub use error::RunError;
 pub use inputs::Inputs;
 pub use run::{Ending, Observer, Outcome, Progress, RunOptions, Source, run};
+pub use spent::Spent;
 pub use summary::FREE_KEYS;
 
 /// A stage, in the order in which an iteration passes through them.

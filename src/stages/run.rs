@@ -1,6 +1,6 @@
 //! The loop over wear iterations.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -8,6 +8,7 @@ use super::context::{Clock, Context, Keys, kept};
 use super::dynamic_response::{dynamic_response, worn_is_due, worn_response};
 use super::ledger::ledger;
 use super::model_update::{model_update, parameters};
+use super::spent::Spent;
 use super::state::{self, Committed};
 use super::structure::Stored;
 use super::summary::{FREE_KEYS, INHERITED_KEYS, summary};
@@ -15,9 +16,7 @@ use super::vibrating::Vibrating;
 use super::vibration_alone::vibration_alone;
 use super::{Inputs, RunError, Stage, fretting_cycle, static_contact, structure, surface, wear};
 use crate::scene::{self, RoughJoint, Surface};
-use crate::store::{
-    Cache, Draft, FileSystem, Keep, Opening, RunIdentity, RunStore, StageKey, StoreError,
-};
+use crate::store::{Cache, Draft, FileSystem, Keep, Opening, RunIdentity, RunStore, StageKey};
 use crate::tables::{Table, TableName};
 use crate::wear::{FrettingJoint, WearError};
 
@@ -96,10 +95,8 @@ pub struct Outcome {
     pub wear_iteration: Option<u64>,
     /// Its summary.
     pub summary: Option<Table>,
-    /// Seconds by stage, and by part of a stage that is told apart (`stage.part`), over all iterations that are kept.
-    pub timing: BTreeMap<String, f64>,
-    /// Forward and inverse transform pairs, the same way.
-    pub fft_pairs: BTreeMap<String, f64>,
+    /// What the run has cost, over all its starts.
+    pub spent: Spent,
 }
 
 /// Begins or continues a run.
@@ -435,20 +432,7 @@ fn prune(store: &mut RunStore, inputs: &Inputs) -> Result<(), RunError> {
 }
 
 fn outcome(store: &RunStore, ending: Ending) -> Result<Outcome, RunError> {
-    let (mut timing, mut fft_pairs) = (BTreeMap::new(), BTreeMap::new());
-    for wear_iteration in store.reader().iterations() {
-        let table = match store.read(wear_iteration, TableName::Timing) {
-            Ok(table) => table,
-            // No result depends on it.
-            Err(StoreError::Damaged(_)) => continue,
-            Err(error) => return Err(error.into()),
-        };
-        for (column, sums) in [("seconds", &mut timing), ("fft_pairs", &mut fft_pairs)] {
-            for (name, value) in table.text("stage")?.iter().zip(table.f64(column)?) {
-                *sums.entry(name.to_owned()).or_insert(0.0) += value;
-            }
-        }
-    }
+    let spent = Spent::of(store.reader())?;
     let wear_iteration = store.latest();
     let summary = wear_iteration
         .map(|k| store.read(k, TableName::Summary))
@@ -457,7 +441,6 @@ fn outcome(store: &RunStore, ending: Ending) -> Result<Outcome, RunError> {
         ending,
         wear_iteration,
         summary,
-        timing,
-        fft_pairs,
+        spent,
     })
 }

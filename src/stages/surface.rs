@@ -47,7 +47,10 @@ pub fn surface(
     }
     observer.stage(Stage::Surface, 0);
     let begin = std::time::Instant::now();
-    let (patch, height) = heights(rough, observer)?;
+    let (patch, height, notices) = heights(rough)?;
+    for notice in notices {
+        observer.notice(&format!("[surface]: {notice}"));
+    }
     let cells = |value: fn((usize, usize)) -> usize| -> Vec<i32> {
         (0..grid.len())
             .map(|c| value(grid.cell(c)) as i32)
@@ -74,13 +77,13 @@ pub fn surface(
     })
 }
 
-fn heights(rough: &RoughJoint, observer: &dyn Observer) -> Result<(Patch, Vec<f64>), RunError> {
+/// Cells, unworn heights, and what the user should know of them.
+pub fn heights(rough: &RoughJoint) -> Result<(Patch, Vec<f64>, Vec<String>), RunError> {
     let patch = rough.patch();
-    let random = |spectrum, rq, seed| -> Result<Vec<f64>, RunError> {
+    let mut notices = Vec::new();
+    let mut random = |spectrum, rq, seed| -> Result<Vec<f64>, RunError> {
         let generated = generate::random(&patch, &RandomSurface { rq, spectrum, seed })?;
-        for warning in &generated.warnings {
-            observer.notice(&format!("[surface]: {warning}"));
-        }
+        notices.extend(generated.warnings.iter().map(ToString::to_string));
         Ok(generated.heights)
     };
     let height = match rough.surface {
@@ -145,11 +148,9 @@ fn heights(rough: &RoughJoint, observer: &dyn Observer) -> Result<(Patch, Vec<f6
                     source,
                 }
             })?;
-            for notice in &prepared.notices {
-                observer.notice(&format!("[surface]: {notice}"));
-            }
-            return Ok((prepared.patch, prepared.heights));
+            let notices = prepared.notices.iter().map(ToString::to_string).collect();
+            return Ok((prepared.patch, prepared.heights, notices));
         }
     };
-    Ok((patch, height))
+    Ok((patch, height, notices))
 }

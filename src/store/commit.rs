@@ -68,6 +68,12 @@ impl Commit {
         self.tables.get(name).or_else(|| self.unchained.get(name))
     }
 
+    /// Bytes of all tables.
+    pub fn bytes(&self) -> u64 {
+        let tables = self.tables.values().chain(self.unchained.values());
+        tables.map(|entry| entry.bytes).sum()
+    }
+
     /// The names of all tables.
     pub(super) fn names(&self) -> Vec<String> {
         self.tables

@@ -53,6 +53,18 @@ impl RunReader {
         &self.record
     }
 
+    /// What was decided from the scene, the content of `plan.json`; `None` if it is not there or cannot be read.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`].
+    pub fn plan(&self) -> Result<Option<Value>, StoreError> {
+        let path = self.layout.plan();
+        if !self.files.is_there(&path)? {
+            return Ok(None);
+        }
+        Ok(self.files.read_json(&path)?.ok())
+    }
+
     /// The highest iteration whose whole chain verifies.
     pub fn latest(&self) -> Option<u64> {
         self.commits.keys().next_back().copied()

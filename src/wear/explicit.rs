@@ -38,3 +38,9 @@ pub fn beyond_stability(
     let compliance = cycles as f64 * coefficient * friction_coefficient * longest;
     compliance / (2.0 * ALTERNATING * self_compliance)
 }
+
+/// The deepest step at which a cell under this pressure that wears fastest is stable \[m\]: a step of depth d makes N α µ·(slip
+/// path) = d/p, so that it is stable up to d = 2 λ_min p.
+pub fn largest_stable_depth(pressure: f64, self_compliance: f64) -> f64 {
+    2.0 * ALTERNATING * self_compliance * pressure
+}

@@ -3,19 +3,31 @@
 //! A [`Plan`] is data: what is built and why, what is not and why, and what it costs. Its cost is in cells, transform pairs and
 //! bytes, never in seconds, so that equal scenes give equal plans on every machine.
 
+mod bearing;
+mod before;
 mod cost;
+mod course;
+mod disk;
 mod memory;
 mod rough;
+mod seconds;
+mod solves;
+mod stability;
 mod vibration;
+mod vibration_cost;
 
-use serde::Serialize;
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
 
 use super::Scene;
 use crate::contact::Shear;
 use crate::wear::Motion;
 use crate::wear::cycle::March;
 
+pub use before::Texture;
 pub use rough::motion_of;
+pub use seconds::{Rates, Seconds};
 pub use vibration::Layout;
 
 /// A scene that is well written and cannot be run.
@@ -133,10 +145,18 @@ impl Decisions {
             why: why.into(),
         });
     }
+
+    /// Tells the last decision after the one about this.
+    fn move_last_after(&mut self, what: &str) {
+        let place = self.0.iter().position(|d| d.what == what);
+        if let (Some(place), Some(last)) = (place, self.0.pop()) {
+            self.0.insert(place + 1, last);
+        }
+    }
 }
 
-/// What the decided things cost.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// What the decided things are expected to cost. Estimates are rounded to three digits, more than there are right.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// Contact elements of the structure.
     pub contact_elements: usize,
@@ -151,12 +171,28 @@ pub struct Cost {
     /// The same of a run that finds its structure reduced already \[B\]; none where nothing is to be reduced.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub memory_cached: Option<u64>,
-    /// Disk of one iteration \[B\], estimated: the dense gap and the sparse rest.
+    /// Disk of all iterations that are kept \[B\].
+    pub disk: u64,
+    /// Disk of one iteration, in the mean \[B\].
     pub disk_per_iteration: u64,
-    /// Transform pairs of one iteration, estimated.
-    pub pairs_per_iteration: f64,
-    /// Wear iterations, estimated; 0 without wear.
+    /// Wear iterations; 0 without wear.
     pub iterations: f64,
+    /// Between which they should lie.
+    pub iterations_range: [f64; 2],
+    /// Transform pairs of the whole run.
+    pub fft_pairs: f64,
+    /// Between which they should lie.
+    pub fft_pairs_range: [f64; 2],
+    /// The pairs by stage, and by part of a stage that is told apart, as the `timing` table names them.
+    pub fft_pairs_by_stage: BTreeMap<String, f64>,
+    /// Transform pairs of one iteration, in the mean.
+    pub pairs_per_iteration: f64,
+    /// Times that the model is updated.
+    pub updates: f64,
+    /// Operations on dense matrices to reduce the structure; none where nothing is to be reduced.
+    pub structure_operations: f64,
+    /// Operations on dense matrices of all vibrations.
+    pub response_operations: f64,
 }
 
 /// What elastically different bodies have of each other's tractions.
@@ -186,28 +222,43 @@ pub struct Plan {
     pub march: Option<March>,
     /// What was decided from the scene alone, and what will be decided by a stated rule.
     pub decisions: Vec<Decision>,
-    /// What it costs.
+    /// What the user should change or know before it runs.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
+    /// What it is expected to cost.
     pub cost: Cost,
 }
 
 impl Plan {
-    /// Decides what a scene needs. `motion` is what `[motion]` says (see [`motion_of`]).
+    /// Decides what a scene needs. `motion` is what `[motion]` says (see [`motion_of`]), `texture` that of a surface from a file:
+    /// only what the run is expected to cost depends on it.
     ///
     /// # Errors
     /// [`PlanError`] for a scene that is well written and cannot be run.
-    pub fn decide(scene: &Scene, motion: Option<&Motion>) -> Result<Plan, PlanError> {
+    pub fn decide(
+        scene: &Scene,
+        motion: Option<&Motion>,
+        texture: Option<Texture>,
+    ) -> Result<Plan, PlanError> {
         let mut decisions = Decisions::default();
         let (mut shear, mut march, mut coupling) = (Shear::AlongX, None, Coupling::None);
         if let Some(rough) = scene.rough() {
             (shear, march, coupling) = rough::decide(scene, &rough, motion, &mut decisions)?;
         }
         vibration::decide(scene, &mut decisions)?;
-        let cost = cost::cost(scene, motion, shear, march);
+        let decided = cost::Decided {
+            shear,
+            coupling,
+            march,
+        };
+        let (cost, wearing) = cost::cost(scene, motion, texture, &decided);
+        let warning = wearing.and_then(|wearing| stability::decide(&wearing, &mut decisions));
         Ok(Plan {
             shear,
             coupling,
             march,
             decisions: decisions.0,
+            warnings: warning.into_iter().collect(),
             cost,
         })
     }

@@ -1,0 +1,198 @@
+//! What a run is expected to cost on this machine, and what it has cost.
+
+use std::io::{Result, Write};
+use std::time::Instant;
+
+use fretwear::contact::HalfSpace;
+use fretwear::linalg::Matrix;
+use fretwear::scene::plan::{Cost, Rates};
+use fretwear::scene::{Plan, RoughJoint, Scene};
+use fretwear::stages::{Inputs, Spent, Stage};
+use serde_json::{Value, json};
+
+/// Repetitions of a measurement, of which the median counts.
+const REPEATS: usize = 9;
+/// Order of the dense matrices whose product is measured.
+const ORDER: usize = 256;
+
+/// How fast this machine is, as far as the cost asks.
+fn rates(scene: &Scene, cost: &Cost) -> Rates {
+    let dense = cost.structure_operations + cost.response_operations;
+    Rates {
+        pair: scene.rough().map_or(0.0, |rough| seconds_of_pair(&rough)),
+        operation: if dense > 0.0 {
+            seconds_of_operation()
+        } else {
+            0.0
+        },
+    }
+}
+
+fn median(mut work: impl FnMut()) -> f64 {
+    let mut times: Vec<f64> = (0..REPEATS)
+        .map(|_| {
+            let begin = Instant::now();
+            work();
+            begin.elapsed().as_secs_f64()
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    times[REPEATS / 2]
+}
+
+/// A pair of transforms on this scene's plane \[s\].
+fn seconds_of_pair(rough: &RoughJoint) -> f64 {
+    let grid = rough.grid;
+    let mut half_space = HalfSpace::new(grid, Plan::pair(rough.material), rough.contact.boundary);
+    let (pressure, mut displacement) = (vec![1.0; grid.len()], vec![0.0; grid.len()]);
+    median(|| half_space.normal(&pressure, &mut displacement))
+}
+
+/// An operation of a dense product \[s\].
+fn seconds_of_operation() -> f64 {
+    let matrix = Matrix::from_fn(ORDER, ORDER, |i, j| 1.0 / (1.0 + i as f64 + j as f64));
+    let product = median(|| {
+        std::hint::black_box(matrix.times(&matrix));
+    });
+    product / (2.0 * (ORDER as f64).powi(3))
+}
+
+/// Prints what a scene is expected to cost here.
+pub fn write_expected(out: &mut impl Write, scene: &Scene, cost: &Cost) -> Result<()> {
+    let mut line = |name: &str, text: String| writeln!(out, "    {name:<13} {text}");
+    let cached = cost.memory_cached.map_or_else(String::new, |cached| {
+        format!("; {} with the structure in the cache", megabytes(cached))
+    });
+    line("memory", format!("{}{cached}", megabytes(cost.memory)))?;
+    if cost.unknowns > 0 {
+        let unknowns = cost.unknowns;
+        line(
+            "unknowns",
+            format!("{unknowns} of the harmonic balance at most"),
+        )?;
+    }
+    if cost.iterations > 0.0 {
+        let [least, most] = cost.iterations_range;
+        line(
+            "iterations",
+            format!(
+                "about {:.0} ({least:.0} to {most:.0}); decided step by step, by the error of each",
+                cost.iterations
+            ),
+        )?;
+    }
+    line("disk", megabytes(cost.disk))?;
+    if cost.fft_pairs > 0.0 {
+        let [least, most] = cost.fft_pairs_range;
+        line(
+            "FFT pairs",
+            format!("about {:.0} ({least:.0} to {most:.0})", cost.fft_pairs),
+        )?;
+    }
+    let rates = rates(scene, cost);
+    let seconds = cost.seconds(rates);
+    let parts = [
+        ("structure, unless it is in the cache", seconds.structure),
+        ("contact and wear", seconds.contact),
+        ("vibration", seconds.response),
+        ("writing", seconds.writing),
+    ];
+    let parts: Vec<String> = parts
+        .iter()
+        .filter(|(_, s)| *s >= 0.05)
+        .map(|(name, s)| format!("{name} {s:.1} s"))
+        .collect();
+    let parts = if parts.len() > 1 {
+        format!(" ({})", parts.join(", "))
+    } else {
+        String::new()
+    };
+    line(
+        "time",
+        format!("about {:.1} s here, one thread{parts}", seconds.total()),
+    )
+}
+
+/// Prints what a finished run was expected to cost, and what it did.
+pub fn write_compared(out: &mut impl Write, inputs: &Inputs, spent: &Spent) -> Result<()> {
+    let cost = &inputs.plan.cost;
+    let seconds = cost.seconds(rates(&inputs.scene, cost));
+    let reduced = spent.seconds.contains_key(Stage::Structure.name());
+    let mut parts = Vec::new();
+    if cost.iterations > 0.0 {
+        parts.push(format!(
+            "{} iterations (expected {:.0})",
+            spent.wear_iterations, cost.iterations
+        ));
+    }
+    if cost.fft_pairs > 0.0 {
+        parts.push(format!(
+            "{:.0} FFT pairs ({:.0})",
+            spent.total_pairs(),
+            cost.fft_pairs
+        ));
+    }
+    parts.push(format!(
+        "{:.1} s ({:.1})",
+        spent.total_seconds(),
+        seconds.computing(reduced)
+    ));
+    parts.push(format!(
+        "{} of disk ({})",
+        megabytes(spent.disk),
+        megabytes(cost.disk)
+    ));
+    if let Some(peak) = peak_memory() {
+        let expected = match cost.memory_cached {
+            Some(cached) if !reduced => cached,
+            _ => cost.memory,
+        };
+        parts.push(format!(
+            "{} of memory ({})",
+            megabytes(peak),
+            megabytes(expected)
+        ));
+    }
+    if spent.pruned > 0 {
+        parts.push(format!("{} pruned iterations not counted", spent.pruned));
+    }
+    writeln!(out, "  {:<24} {}", "cost", parts.join(", "))
+}
+
+/// The same for programs: what a plan expects (the `cost` of `plan.json`) and what was spent, under the same names.
+pub fn compared(expected: &Value, spent: &Spent) -> Value {
+    json!({
+        "predicted": {
+            "wear_iterations": expected["iterations"],
+            "fft_pairs": expected["fft_pairs"],
+            "fft_pairs_by_stage": expected["fft_pairs_by_stage"],
+            "disk_bytes": expected["disk"],
+            "memory_bytes": expected["memory"],
+        },
+        "actual": {
+            "wear_iterations": spent.wear_iterations,
+            "pruned_iterations": spent.pruned,
+            "fft_pairs": spent.total_pairs(),
+            "fft_pairs_by_stage": spent.fft_pairs,
+            "disk_bytes": spent.disk,
+            "seconds": spent.total_seconds(),
+        },
+    })
+}
+
+fn megabytes(bytes: u64) -> String {
+    let megabytes = bytes as f64 / 1e6;
+    if megabytes < 10.0 {
+        format!("{megabytes:.2} MB")
+    } else {
+        format!("{megabytes:.0} MB")
+    }
+}
+
+/// High-water mark of this process's memory \[B\], where the system tells.
+fn peak_memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024 * kibibytes)
+}
