@@ -67,8 +67,8 @@ pub(super) struct Before {
     pub cells: f64,
     pub across: f64,
     pub periodic: bool,
-    /// Whether the cap holds more than a few cells.
-    pub capped: bool,
+    /// How much lower the cap is than what just a few cells would feel: 0 if it is not felt, below 1.
+    pub capped: f64,
     /// Mean pressure on the joint's area, and the largest one \[Pa\].
     pub nominal: f64,
     pub peak: f64,
@@ -176,7 +176,10 @@ impl Before {
         area = area.clamp(1.0 / cells.max(1.0), 1.0);
         let sphere = matches!(shape, Shape::Sphere { .. });
         let bulk = if sphere { 0.0 } else { bulk };
-        let compliance = (bulk + roughness).max(f64::MIN_POSITIVE);
+        // A vibration that follows the worn joint moves it, in the mean, as one that is worn by half.
+        let follows = scene.dynamics.is_some() && scene.update.is_some();
+        let worn = if follows { 0.5 } else { 1.0 };
+        let compliance = (bulk + worn * roughness).max(f64::MIN_POSITIVE);
         let friction = contact.friction_coefficient.unwrap_or(0.0);
         // Under a sphere all slides at half as much more [Mindlin].
         let last = if sphere { 1.5 } else { 1.0 };
@@ -192,7 +195,7 @@ impl Before {
             cells,
             across,
             periodic,
-            capped: cap < felt,
+            capped: (1.0 - cap / felt).max(0.0),
             nominal,
             peak: peak.min(cap).max(nominal),
             self_compliance,
@@ -249,13 +252,24 @@ impl Before {
     /// Mean depth that partial slip wears off at most, when its slip zone bears no more; unbounded where all slides \[m\].
     pub fn shakedown(&self) -> f64 {
         if self.reach < SLIDING {
-            0.3 * self.area * self.reach * self.reach * self.shape.height
+            let square = self.reach * self.reach;
+            let part = SHAKEDOWN[0] + SHAKEDOWN[1] * square * square;
+            let capped = if self.capped > 0.0 {
+                SHAKEDOWN_CAPPED
+            } else {
+                1.0
+            };
+            capped * part * self.area * square * self.shape.height
         } else {
             f64::INFINITY
         }
     }
 }
 
+/// Mean depth over area, height and reach squared at which partial slip comes to rest, and what it grows by towards gross slip;
+/// and how much deeper where a cap spreads the load.
+const SHAKEDOWN: [f64; 2] = [0.2, 1.2];
+const SHAKEDOWN_CAPPED: f64 = 2.5;
 /// Reach above which wear does not come to rest.
 const SLIDING: f64 = 1.2;
 
@@ -295,7 +309,7 @@ fn reach(motion: &Motion, onset: f64, limit: f64) -> f64 {
 }
 
 /// Displacement of the far wall over that of the joint at the first resonance of the shipped resonator, computed there.
-const MOTION_OF_WALL: f64 = 8.5;
+const MOTION_OF_WALL: f64 = 9.6;
 /// The largest reach that this is good for: more is bounded by damping.
 const FURTHEST: f64 = 20.0;
 

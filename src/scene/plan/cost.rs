@@ -81,11 +81,13 @@ pub(super) fn cost<'a>(
     if let Some(rough) = &rough {
         let patch = rough.patch();
         let before = Before::of(scene, rough, &patch, motion, texture);
+        let marched = marched(scene, motion, decided.march);
         let course = scene.wear.as_ref().map(|wear| {
             let end = wear.cycles.unwrap_or(u64::MAX);
             let asked = scene.output.response_at.iter();
             let landings = asked.filter(|&&at| at > 0 && at < end).count();
-            Course::of(&before, rough.contact, wear, patch.area(), landings)
+            let varies = matches!(marched, Marched::Stepped { varies: true, .. });
+            Course::of(&before, rough.contact, wear, patch.area(), landings, varies)
         });
         files.cells = patch.cells() as f64;
         files.axes = (motion.is_some_and(|m| !m.drive.is_empty()) || scene.dynamics.is_some())

@@ -14,19 +14,28 @@ pub(super) struct Course {
     pub area: f64,
 }
 
-/// Steps of the implicit scheme times √tolerance: from where wear compliance is as large as the half space's own, a step of
-/// second order may be longer in proportion to the cycles behind it; before, it is the whole.
-const RUNNING_IN: f64 = 1.126;
-const HALFWAY: f64 = 5.3;
-const PER_AGE: f64 = 0.123;
-/// Fewer cells in contact take shorter steps, and a cap evens out.
+/// Steps of the implicit scheme at the usual tolerance: a step of second order may be longer in proportion to the cycles behind
+/// it, once wear compliance is as large as the half space's own; before, it is the whole.
+const RUNNING_IN: f64 = 13.4;
+const HALFWAY: f64 = 6.35;
+const PER_AGE: f64 = 0.91;
+const USUAL: f64 = 0.01;
+const ORDER: f64 = -0.556;
+/// Fewer cells in contact take shorter steps, a joint that slides all over takes longer ones.
 const AREA_POWER: f64 = -0.134;
 const USUAL_AREA: f64 = 0.05;
-const CAPPED: f64 = 0.88;
+const REACH_POWER: f64 = -0.144;
+/// A cap evens out, the more the lower it is; so does a contact that is one smooth piece.
+const CAPPED: f64 = 0.25;
+const SMOOTH: f64 = 0.55;
 /// The step that ends short, at the end or where a response is asked for.
-const STUB: f64 = 0.55;
+const STUB: f64 = 0.9;
 /// Pressure of the cell that wears fastest over the mean one in contact, and what it grows by with the area.
 const FASTEST: [f64; 2] = [2.0, 5.0];
+/// How much faster than that it wears where the joint does not slide all over.
+const FEW: f64 = 3.5;
+/// A load that varies leaves wear that the step takes explicitly.
+const VARYING: f64 = 1.5;
 
 impl Course {
     pub fn of(
@@ -54,7 +63,7 @@ impl Course {
         let by_depth = wear.depth_step.map(|depth_step| {
             let mean = FASTEST[0] * (1.0 + FASTEST[1] * before.area);
             // In partial slip the cells that wear are few.
-            let few = (1.2 / before.reach.max(0.2)).powi(2).max(1.0);
+            let few = (FEW + (1.0 - FEW) * (before.reach - 1.2) / 0.4).clamp(1.0, FEW);
             mean * few * before.cut(depth) / depth_step
         });
         let at_least = |steps: f64| steps.clamp(1.0, cycles);
@@ -65,9 +74,14 @@ impl Course {
                 let age = wear.coefficient * friction * before.slip_path() * cycles
                     / before.self_compliance;
                 let course = RUNNING_IN * age / (age + HALFWAY) + PER_AGE * age.ln_1p();
-                let capped = if before.capped { CAPPED } else { 1.0 };
-                let area = (before.area / USUAL_AREA).powf(AREA_POWER);
-                let by_error = STUB + course * capped * area / wear.tolerance.sqrt();
+                let steps = course
+                    * (wear.tolerance / USUAL).powf(ORDER)
+                    * (before.area / USUAL_AREA).powf(AREA_POWER)
+                    * (before.reach.max(1.2) / 1.2).powf(REACH_POWER)
+                    * (1.0 - CAPPED * before.capped)
+                    * if before.is_sphere() { SMOOTH } else { 1.0 }
+                    * if varies { VARYING } else { 1.0 };
+                let by_error = STUB + steps;
                 (by_error.max(by_depth.unwrap_or(0.0)), 1.4)
             }
         };

@@ -16,6 +16,8 @@ struct Law {
     tolerance: f64,
     periodic: f64,
     capped: f64,
+    /// Of a sphere: one piece without islands.
+    smooth: f64,
     /// Without the transverse axis.
     along_x: f64,
     /// Powers of the reach of the motion, of what of it is below 1.2 and above.
@@ -31,6 +33,7 @@ const COLD: Law = Law {
     tolerance: -0.028,
     periodic: 1.55,
     capped: 0.91,
+    smooth: 0.75,
     along_x: 1.0,
     reach: [0.0; 2],
 };
@@ -43,6 +46,7 @@ const INDENTATION: Law = Law {
     tolerance: -0.051,
     periodic: 1.48,
     capped: 1.14,
+    smooth: 0.9,
     along_x: 1.0,
     reach: [0.0; 2],
 };
@@ -55,6 +59,7 @@ const STIFFNESS: Law = Law {
     tolerance: 0.0,
     periodic: 1.46,
     capped: 1.0,
+    smooth: 0.58,
     along_x: 0.61,
     reach: [0.0; 2],
 };
@@ -67,6 +72,7 @@ const CYCLE: Law = Law {
     tolerance: -0.064,
     periodic: 1.49,
     capped: 0.91,
+    smooth: 0.6,
     along_x: 0.3,
     reach: [0.0, -0.546],
 };
@@ -79,6 +85,7 @@ const CYCLE_AND_CURVE: Law = Law {
     tolerance: -0.079,
     periodic: 1.48,
     capped: 0.95,
+    smooth: 0.7,
     along_x: 0.379,
     reach: [-0.105, -0.507],
 };
@@ -91,6 +98,7 @@ const STEP: Law = Law {
     tolerance: -0.048,
     periodic: 1.54,
     capped: 1.0,
+    smooth: 0.56,
     along_x: 0.707,
     reach: [0.122, -0.088],
 };
@@ -102,7 +110,7 @@ const CHECK: f64 = 1.2;
 /// Tries of a step for one that is taken.
 const TRIES: f64 = 1.05;
 /// A sample of a stepped cycle, until the cycle closes, over a cycle between reversals.
-const SAMPLE: f64 = 2.0;
+const SAMPLE: f64 = 2.1;
 /// A superposed cycle: two normal contacts and a check of the shear.
 const SUPERPOSED: f64 = 2.2;
 /// Part of the stiffness solves that is kn's, over the axes of all.
@@ -125,7 +133,8 @@ impl Law {
             * before.across.powf(self.across)
             * relative_tolerance.powf(self.tolerance)
             * when(before.periodic, self.periodic)
-            * when(before.capped, self.capped)
+            * when(before.capped > 0.0, self.capped)
+            * when(before.is_sphere(), self.smooth)
             * when(!in_plane, self.along_x)
             * reach.min(1.2).powf(self.reach[0])
             * reach.max(1.2).powf(self.reach[1])

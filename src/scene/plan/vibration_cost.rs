@@ -5,17 +5,17 @@ use crate::scene::{Scene, Structure, Update};
 
 /// The reduction of a resonator, fitted to meshes of 5900 to 18 000 elements: operations by the power of its elements by which
 /// the work of a factor of nested dissection grows here, and by the square of its contact's degrees of freedom.
-const FACTOR: f64 = 3.3e5;
+const FACTOR: f64 = 7.5e5;
 const FILL: f64 = 4.0 / 3.0;
-const AT_PORTS: f64 = 2.6e4;
+const AT_PORTS: f64 = 5.7e4;
 /// Points that continuation places in a range of a resonance.
 const POINTS: f64 = 97.0;
 /// A resonance, in points of a forced response: its search, its peak, and what the worn joint is stiffer.
-const RESONANCE: f64 = 30.0;
+const RESONANCE: f64 = 25.0;
 /// Operations of a point by the square of the unknowns where all of them slide: Newton steps, and Krylov ones in them.
-const POINT: f64 = 90.0;
+const POINT: f64 = 270.0;
 /// And at least.
-const LEAST: f64 = 1.2e7;
+const LEAST: f64 = 7e7;
 /// Reach of the motion at which nearly all elements slide, how their share falls below, and the least that is active.
 const ALL_SLIDE: f64 = 1.6;
 const SHARE: f64 = 3.5;
