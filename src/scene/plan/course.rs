@@ -44,6 +44,7 @@ impl Course {
         wear: &Wear,
         whole: f64,
         landings: usize,
+        varies: bool,
     ) -> Self {
         let friction = contact.friction_coefficient.unwrap_or(0.0);
         let rate = wear.coefficient * friction * before.nominal;

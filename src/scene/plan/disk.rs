@@ -5,22 +5,23 @@ use crate::scene::Scene;
 
 /// A column of a value in every cell of a rough contact (gap, slip path) after compression, and of a sphere's.
 const DENSE: f64 = 6.75;
-const SMOOTH: f64 = 3.5;
+const SMOOTH: f64 = 3.1;
 /// A value of a sparse column, with its share of what tells the others away.
 const SPARSE: f64 = 8.2;
 const WORN: f64 = 8.5;
 /// Files of an iteration whose size hardly varies: with a surface, of a cycle, of wear, of a vibration; and of curves.
-const STATIC: f64 = 26e3;
-const CYCLE: f64 = 8e3;
-const WEAR: f64 = 10e3;
-const VIBRATION: f64 = 42e3;
+const STATIC: f64 = 21e3;
+const CYCLE: f64 = 7e3;
+const WEAR: f64 = 9.5e3;
+const VIBRATION: f64 = 31e3;
+const LEDGER: f64 = 7e3;
 const CURVE: f64 = 1.7e3;
 /// A forced response, and the response of the worn joint with it.
 const FORCED: f64 = 10e3;
 const WORN_RESPONSE: f64 = 5e3;
 /// A row of the response, of a contact element and of a point of the joint's cycle.
-const RESPONSE_ROW: f64 = 27.0;
-const ELEMENT: f64 = 12.0;
+const RESPONSE_ROW: f64 = 26.0;
+const ELEMENT: f64 = 17.0;
 
 /// What the bytes depend on.
 pub(super) struct Files {
@@ -56,7 +57,8 @@ impl Files {
         } else {
             0.0
         };
-        STATIC + fields + cycle + worn + vibration
+        let ledger = if vibration > 0.0 { LEDGER } else { 0.0 };
+        STATIC + fields + cycle + worn + vibration + ledger
     }
 
     /// The curves of an iteration that has them.
