@@ -90,6 +90,7 @@ struct ShapeNumbers {
     /// Height that wear has to take [m]: Rq, or that of the sphere's cap.
     height: f64,
     sphere: bool,
+    one_piece: bool,
 }
 
 /// 1/(E* kn √A) of a square punch: its load over E*, displacement and side, by this program.
@@ -203,7 +204,11 @@ impl Before {
             roughness,
             onset,
             reach,
-            shape: ShapeNumbers { height, sphere },
+            shape: ShapeNumbers {
+                height,
+                sphere,
+                one_piece: !matches!(shape, Shape::Rough(_)),
+            },
         }
     }
 
@@ -217,6 +222,11 @@ impl Before {
                 .min(1.0);
         }
         bearing::area(bearing::volume_at(self.area) + relative)
+    }
+
+    /// Whether the contact is one piece rather than islands.
+    pub fn one_piece(&self) -> bool {
+        self.shape.one_piece
     }
 
     pub fn is_sphere(&self) -> bool {

@@ -33,7 +33,7 @@ const STUB: f64 = 0.9;
 /// Pressure of the cell that wears fastest over the mean one in contact, and what it grows by with the area.
 const FASTEST: [f64; 2] = [2.0, 5.0];
 /// How much faster than that it wears where the joint does not slide all over.
-const FEW: f64 = 3.5;
+const FEW: f64 = 2.2;
 /// A load that varies leaves wear that the step takes explicitly.
 const VARYING: f64 = 1.5;
 
@@ -80,7 +80,7 @@ impl Course {
                     * (before.area / USUAL_AREA).powf(AREA_POWER)
                     * (before.reach.max(1.2) / 1.2).powf(REACH_POWER)
                     * (1.0 - CAPPED * before.capped)
-                    * if before.is_sphere() { SMOOTH } else { 1.0 }
+                    * if before.one_piece() { SMOOTH } else { 1.0 }
                     * if varies { VARYING } else { 1.0 };
                 let by_error = STUB + steps;
                 (by_error.max(by_depth.unwrap_or(0.0)), 1.4)

@@ -13,15 +13,15 @@ const WORN: f64 = 8.5;
 const STATIC: f64 = 21e3;
 const CYCLE: f64 = 7e3;
 const WEAR: f64 = 9.5e3;
-const VIBRATION: f64 = 31e3;
+const VIBRATION: f64 = 40e3;
 const LEDGER: f64 = 7e3;
 const CURVE: f64 = 1.7e3;
 /// A forced response, and the response of the worn joint with it.
 const FORCED: f64 = 10e3;
 const WORN_RESPONSE: f64 = 5e3;
 /// A row of the response, of a contact element and of a point of the joint's cycle.
-const RESPONSE_ROW: f64 = 26.0;
-const ELEMENT: f64 = 17.0;
+const RESPONSE_ROW: f64 = 25.0;
+const ELEMENT: f64 = 2.5;
 
 /// What the bytes depend on.
 pub(super) struct Files {

@@ -16,7 +16,7 @@ struct Law {
     tolerance: f64,
     periodic: f64,
     capped: f64,
-    /// Of a sphere: one piece without islands.
+    /// Of a contact in one piece: a sphere's, or that of flats.
     smooth: f64,
     /// Without the transverse axis.
     along_x: f64,
@@ -134,7 +134,7 @@ impl Law {
             * relative_tolerance.powf(self.tolerance)
             * when(before.periodic, self.periodic)
             * when(before.capped > 0.0, self.capped)
-            * when(before.is_sphere(), self.smooth)
+            * when(before.one_piece(), self.smooth)
             * when(!in_plane, self.along_x)
             * reach.min(1.2).powf(self.reach[0])
             * reach.max(1.2).powf(self.reach[1])
