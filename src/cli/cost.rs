@@ -116,7 +116,6 @@ pub fn write_expected(out: &mut impl Write, scene: &Scene, cost: &Cost) -> Resul
 /// Prints what a finished run was expected to cost, and what it did.
 pub fn write_compared(out: &mut impl Write, inputs: &Inputs, spent: &Spent) -> Result<()> {
     let cost = &inputs.plan.cost;
-    let seconds = cost.seconds(rates(&inputs.scene, cost));
     let reduced = spent.seconds.contains_key(Stage::Structure.name());
     let mut parts = Vec::new();
     if cost.iterations > 0.0 {
@@ -135,7 +134,7 @@ pub fn write_compared(out: &mut impl Write, inputs: &Inputs, spent: &Spent) -> R
     parts.push(format!(
         "{:.1} s ({:.1})",
         spent.total_seconds(),
-        seconds.computing(reduced)
+        expected_seconds(inputs, spent)
     ));
     parts.push(format!(
         "{} of disk ({})",
@@ -159,9 +158,17 @@ pub fn write_compared(out: &mut impl Write, inputs: &Inputs, spent: &Spent) -> R
     writeln!(out, "  {:<24} {}", "cost", parts.join(", "))
 }
 
-/// The same for programs: what a plan expects (the `cost` of `plan.json`) and what was spent, under the same names.
-pub fn compared(expected: &Value, spent: &Spent) -> Value {
-    json!({
+/// Seconds that the stages of a run are expected to take here.
+pub fn expected_seconds(inputs: &Inputs, spent: &Spent) -> f64 {
+    let cost = &inputs.plan.cost;
+    let reduced = spent.seconds.contains_key(Stage::Structure.name());
+    cost.seconds(rates(&inputs.scene, cost)).computing(reduced)
+}
+
+/// The same for programs: what a plan expects (the `cost` of `plan.json`) and what was spent, under the same names. Seconds are
+/// expected of a machine, and in no plan.
+pub fn compared(expected: &Value, seconds: Option<f64>, spent: &Spent) -> Value {
+    let mut compared = json!({
         "predicted": {
             "wear_iterations": expected["iterations"],
             "fft_pairs": expected["fft_pairs"],
@@ -177,7 +184,11 @@ pub fn compared(expected: &Value, spent: &Spent) -> Value {
             "disk_bytes": spent.disk,
             "seconds": spent.total_seconds(),
         },
-    })
+    });
+    if let Some(seconds) = seconds {
+        compared["predicted"]["seconds"] = json!(seconds);
+    }
+    compared
 }
 
 fn megabytes(bytes: u64) -> String {

@@ -26,8 +26,10 @@ pub fn outcome(
             json!(outcome.spent.fft_pairs),
         );
         if outcome.wear_iteration.is_some() {
-            let expected = json!(inputs.plan.cost);
-            object.insert("cost".to_owned(), cost::compared(&expected, &outcome.spent));
+            let (expected, spent) = (json!(inputs.plan.cost), &outcome.spent);
+            let seconds = cost::expected_seconds(inputs, spent);
+            let compared = cost::compared(&expected, Some(seconds), spent);
+            object.insert("cost".to_owned(), compared);
         }
         return writeln!(out, "{}", Value::Object(object));
     }

@@ -52,6 +52,21 @@ fn check(bench: &Bench, scene: &str, sets: &[&str], cost: &str) {
     );
 }
 
+/// The memory that a plan says of a scene of the bench, and that of its run \[B\].
+pub fn planned_and_measured(scene: &str, sets: &[&str]) -> (f64, f64) {
+    let bench = Bench::new();
+    let with = |words: &[&str]| -> Vec<String> {
+        let words = words.iter().chain(sets);
+        words.map(|word| (*word).to_owned()).collect()
+    };
+    let plan = bench.done(&with(&["plan", scene, "--json"])).json();
+    let planned = plan["cost"]["memory"].as_f64().expect("bytes");
+    (
+        planned,
+        measured(&bench, &with(&["run", scene, "--run", "run"])),
+    )
+}
+
 #[test]
 fn the_planned_memory_is_what_a_run_takes() {
     let pipelines = Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines");

@@ -2,7 +2,10 @@
 //!
 //! After a change that is meant, run the tests once with FRETWEAR_REWRITE_PLANS=1 and read the difference.
 
+mod absence;
+mod cost;
 mod memory;
+mod stability;
 
 use std::fs;
 use std::path::{Path, PathBuf};

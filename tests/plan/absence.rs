@@ -1,0 +1,103 @@
+//! What a scene does not need is not built: neither its memory, nor its time, nor its transforms. That its columns and tables
+//! are absent is tested beside the stages.
+
+use std::collections::BTreeSet;
+
+use serde_json::Value;
+
+use crate::support::{Bench, SMALL};
+
+fn keys(value: &Value) -> BTreeSet<&str> {
+    value
+        .as_object()
+        .expect("an object")
+        .keys()
+        .map(String::as_str)
+        .collect()
+}
+
+#[test]
+fn without_wear_no_wear_is_computed() {
+    let bench = Bench::new();
+    let (head, _) = SMALL.split_once("[wear]").expect("wear");
+    bench.write("pass.toml", head);
+    let plan = bench.done(&["plan", "pass.toml", "--json"]).json();
+    assert_eq!(plan["cost"]["iterations"], 0.0);
+    let run = bench
+        .done(&["run", "pass.toml", "--json", "--run", "run"])
+        .json();
+    for stages in [
+        &plan["cost"]["fft_pairs_by_stage"],
+        &run["timing"],
+        &run["timing_fft_pairs"],
+    ] {
+        assert!(!keys(stages).contains("wear"), "{stages}");
+        assert!(keys(stages).contains("fretting_cycle"), "{stages}");
+    }
+}
+
+#[test]
+fn without_motion_no_cycle_is_computed() {
+    let bench = Bench::new();
+    let (head, _) = SMALL.split_once("[motion]").expect("a motion");
+    bench.write("static.toml", head);
+    let plan = bench.done(&["plan", "static.toml", "--json"]).json();
+    let run = bench
+        .done(&["run", "static.toml", "--json", "--run", "run"])
+        .json();
+    for stages in [&plan["cost"]["fft_pairs_by_stage"], &run["timing"]] {
+        let mut computed = keys(stages);
+        computed.remove("surface");
+        assert!(!computed.is_empty());
+        let contact = |stage: &&str| stage.starts_with("static_contact");
+        assert!(computed.iter().all(contact), "{stages}");
+    }
+}
+
+/// Without y there are one kernel, one field of shear and one direction of each solve less: in the plan and in the run.
+#[test]
+fn without_y_there_is_less_of_everything() {
+    let cost = |sets: &[&str]| {
+        let bench = Bench::new();
+        let mut arguments = vec!["run", "small.toml", "--json", "--run", "run"];
+        arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
+        bench.done(&arguments).json()["cost"].clone()
+    };
+    let (both, alone) = (cost(&[]), cost(&["contact.transverse=absent"]));
+    for side in ["predicted", "actual"] {
+        let pairs = |cost: &Value, stage: &str| {
+            let by_stage = &cost[side]["fft_pairs_by_stage"];
+            by_stage[stage].as_f64().expect("pairs")
+        };
+        for stage in ["fretting_cycle", "static_contact.stiffness", "wear"] {
+            let part = pairs(&alone, stage) / pairs(&both, stage);
+            assert!(part < 0.85, "{side} {stage}: {part}");
+        }
+        let disk = |cost: &Value| cost[side]["disk_bytes"].as_f64().expect("bytes");
+        assert!(disk(&alone) < disk(&both), "{side}");
+    }
+}
+
+/// The memory of the second axis, in the plan and as the operating system counts it.
+#[test]
+#[cfg(target_os = "linux")]
+fn without_y_its_memory_is_not_allocated() {
+    let grid = [
+        "--set",
+        "joint.grid=[384, 320]",
+        "--set",
+        "output.curves_every=0",
+    ];
+    let grid = [&grid[..], &["--set", "wear.cycles=100"]].concat();
+    let both = super::memory::planned_and_measured("small.toml", &grid);
+    let absent = [&grid[..], &["--set", "contact.transverse=absent"]].concat();
+    let alone = super::memory::planned_and_measured("small.toml", &absent);
+    let [planned, measured] = [both.0 - alone.0, both.1 - alone.1];
+    // Two kernels of half the plane of complex numbers, and fields.
+    let cells = 384.0 * 320.0 * 8.0;
+    assert!(measured > 5.0 * cells, "only {measured:e} B less");
+    assert!(
+        planned < 1.5 * measured && measured < 1.5 * planned,
+        "{planned:e} B planned, {measured:e} B measured"
+    );
+}
