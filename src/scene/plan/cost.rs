@@ -270,7 +270,8 @@ fn disk(
             last,
             updates,
         } => {
-            let regular = every.map_or(0.0, |every| (states / every as f64).ceil());
+            // The unworn state always.
+            let regular = every.map_or(1.0, |every| (states / every as f64).ceil());
             let updated = if updates {
                 vibration.updates + 1.0
             } else {
