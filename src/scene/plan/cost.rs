@@ -175,10 +175,8 @@ fn solves(
         .is_none_or(|x| x.moves())
         || scene.dynamics.is_some();
     let hysteresis = if slides_along_x { curves } else { 0.0 };
-    let implicit = scene
-        .wear
-        .as_ref()
-        .is_some_and(|wear| wear.scheme == Scheme::Implicit);
+    let scheme = scene.wear.as_ref().map(|wear| wear.scheme);
+    let predicted = matches!(scheme, Some(Scheme::Implicit | Scheme::SemiImplicit));
     // The first iteration and the last have their own area, and curves.
     let worn_curves = (curves - 1.0).max(0.0);
     let worn_loops = (hysteresis - 1.0).max(0.0);
@@ -190,7 +188,7 @@ fn solves(
     };
     add(
         "static_contact",
-        solves.first() + iterations * solves.next(middle, implicit),
+        solves.first() + iterations * solves.next(middle, predicted),
     );
     add(
         "static_contact.stiffness",
@@ -207,8 +205,10 @@ fn solves(
             + worn_loops * solves.cycle(end, true)
             + (iterations - worn_loops).max(0.0) * solves.cycle(middle, false),
     );
-    if implicit {
-        add("wear", iterations * solves.step(middle));
+    match scheme {
+        Some(Scheme::Implicit) => add("wear", iterations * solves.step(middle)),
+        Some(Scheme::SemiImplicit) => add("wear", iterations * solves.single_step(middle)),
+        Some(Scheme::Explicit) | None => {}
     }
     let pairs: f64 = by_stage.values().sum();
     let (motion_within, within) = match (&scene.dynamics, course) {

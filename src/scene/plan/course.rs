@@ -70,7 +70,7 @@ impl Course {
         let at_least = |steps: f64| steps.clamp(1.0, cycles);
         let landings = STUB * landings as f64;
         let (iterations, within) = match (wear.scheme, by_depth) {
-            (Scheme::Explicit, by_depth) => (by_depth.unwrap_or(1.0), 2.0),
+            (Scheme::Explicit | Scheme::SemiImplicit, by_depth) => (by_depth.unwrap_or(1.0), 2.0),
             (Scheme::Implicit, by_depth) => {
                 let age = wear.coefficient * friction * before.slip_path() * cycles
                     / before.self_compliance;

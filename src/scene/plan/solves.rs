@@ -248,4 +248,10 @@ impl Solves<'_> {
         let reversal = self.tangential(&CYCLE, area);
         TRIES * (plain - reversal + self.cycle(area, false)).max(0.5 * plain)
     }
+
+    /// A step that is implicit in the pressure alone: one normal contact.
+    pub fn single_step(&self, area: f64) -> f64 {
+        let normals = self.tangential(&STEP, area) - self.tangential(&CYCLE, area);
+        normals / 3.0
+    }
 }
