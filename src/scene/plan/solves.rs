@@ -52,7 +52,7 @@ const INDENTATION: Law = Law {
 };
 /// kn and kt.
 const STIFFNESS: Law = Law {
-    factor: 27.7,
+    factor: 19.0,
     area: 0.187,
     cells: 0.111,
     across: -0.043,
