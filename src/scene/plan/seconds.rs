@@ -26,6 +26,8 @@ pub struct Seconds {
 
 /// A pair within a solve over one by itself: the loops around it, and fields that have left the cache meanwhile.
 const IN_A_SOLVE: f64 = 1.6;
+/// Kernels, and a surface, of a point of the plane that is transformed on \[s\].
+const POINT: f64 = 4e-7;
 /// An iteration beside its pairs, by the cells that its stages pass over \[s\].
 const CELL: f64 = 2e-7;
 /// Files of an iteration, each written and synchronised, and a byte of them \[s\].
@@ -38,7 +40,9 @@ impl Cost {
         let states = 1.0 + self.iterations;
         Seconds {
             structure: self.structure_operations * rates.operation,
-            contact: IN_A_SOLVE * self.fft_pairs * rates.pair + CELL * states * self.cells as f64,
+            contact: IN_A_SOLVE * self.fft_pairs * rates.pair
+                + POINT * (self.plane[0] * self.plane[1]) as f64
+                + CELL * states * self.cells as f64,
             response: self.response_operations * rates.operation,
             writing: COMMIT * states + BYTE * self.disk as f64,
         }

@@ -13,7 +13,7 @@ const POINTS: f64 = 97.0;
 /// A resonance, in points of a forced response: its search, its peak, and what the worn joint is stiffer.
 const RESONANCE: f64 = 25.0;
 /// Operations of a point by the square of the unknowns where all of them slide: Newton steps, and Krylov ones in them.
-const POINT: f64 = 270.0;
+const POINT: f64 = 300.0;
 /// And at least.
 const LEAST: f64 = 7e7;
 /// Reach of the motion at which nearly all elements slide, how their share falls below, and the least that is active.
