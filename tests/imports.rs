@@ -270,6 +270,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "scene/document.rs",
             "stages/inputs.rs",
             "report/",
+            "cli/cost.rs",
             "cli/export.rs",
         ],
     ),

@@ -33,7 +33,7 @@ pub fn plan(path: &Path, sets: &[String], as_json: bool) -> Result<Exit, CliErro
     for warning in &plan.warnings {
         writeln!(out, "\nwarning: {warning}")?;
     }
-    writeln!(out, "\nexpected cost")?;
+    writeln!(out, "\nestimated cost")?;
     cost::write_expected(&mut out, &inputs.scene, &plan.cost)?;
     Ok(Exit::Done)
 }

@@ -12,7 +12,7 @@ use crate::support::Bench;
 
 /// Factors by which pairs, iterations and disk may be off on scenes of thousands of cells, and of hundreds.
 const SMALL: f64 = 1.45;
-const TINY: f64 = 2.0;
+const TINY: f64 = 2.5;
 
 fn ran(bench: &Bench, scene: &str, sets: &[&str], more: &[&str]) -> Value {
     let mut arguments = vec!["run", scene, "--json", "--run", "run"];
