@@ -1,0 +1,200 @@
+//! Cost against error, both logarithmic, as SVG.
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use super::{Row, Trade, TradeError};
+use crate::scene::variants::{BALANCED, FAST, KnobKind, promise};
+
+/// Size of the drawing, in its own units.
+const SIZE: (u32, u32) = (960, 600);
+
+/// One colour a knob, in their order; after the last it begins again.
+const COLOURS: [RGBColor; 10] = [
+    RGBColor(31, 119, 180),
+    RGBColor(214, 39, 40),
+    RGBColor(44, 160, 44),
+    RGBColor(255, 127, 14),
+    RGBColor(148, 103, 189),
+    RGBColor(140, 86, 75),
+    RGBColor(227, 119, 194),
+    RGBColor(23, 190, 207),
+    RGBColor(188, 189, 34),
+    RGBColor(70, 70, 70),
+];
+
+/// Errors of zero have no logarithm: they stand this far below the least that has one.
+const BELOW: f64 = 10.0;
+
+/// The least error drawn where all are zero.
+const LEAST: f64 = 1e-6;
+
+/// A time below the resolution of the clock.
+const SHORTEST: f64 = 1e-6;
+
+/// What of a row is drawn.
+struct Point<'a> {
+    row: &'a Row,
+    seconds: f64,
+    error: f64,
+    /// True for an error of zero, drawn hollow at the lower edge.
+    exact: bool,
+}
+
+/// The chart of a trade: one point a variant, seconds to the right, the worst of the promised errors upwards, with the Pareto
+/// front as a line and the presets' promises as levels.
+///
+/// # Errors
+/// [`TradeError::Chart`]
+pub fn chart(trade: &Trade) -> Result<String, TradeError> {
+    let mut svg = String::new();
+    let drawn = {
+        let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        draw(&area, trade, &points(trade)).and_then(|()| area.present().map_err(said))
+    };
+    drawn.map(|()| svg)
+}
+
+fn said(error: impl std::fmt::Display) -> TradeError {
+    TradeError::Chart {
+        reason: error.to_string(),
+    }
+}
+
+fn points(trade: &Trade) -> Vec<Point<'_>> {
+    let known = |row: &&Row| row.variant.kind != KnobKind::Model && row.worst().is_some();
+    let rows: Vec<&Row> = trade.rows.iter().filter(known).collect();
+    let worst = |row: &Row| row.worst().unwrap_or(0.0);
+    let least = rows
+        .iter()
+        .map(|row| worst(row))
+        .filter(|error| *error > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    let floor = if least.is_finite() {
+        least / BELOW
+    } else {
+        LEAST
+    };
+    let mut points: Vec<Point> = rows
+        .into_iter()
+        .map(|row| Point {
+            row,
+            seconds: row.seconds.max(SHORTEST),
+            error: worst(row).max(floor),
+            exact: worst(row) == 0.0,
+        })
+        .collect();
+    points.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+    points
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+fn draw(area: &Area, trade: &Trade, points: &[Point]) -> Result<(), TradeError> {
+    area.fill(&WHITE).map_err(said)?;
+    let promises = [BALANCED, FAST].map(|name| (name, promise(name).unwrap_or(LEAST)));
+    let range = |values: &mut dyn Iterator<Item = f64>, margin: [f64; 2]| {
+        let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(low, high), v| {
+            (low.min(v), high.max(v))
+        });
+        // Without points there is still a chart to look at.
+        let (low, high) = if low.is_finite() {
+            (low, high)
+        } else {
+            (0.1, 10.0)
+        };
+        low / margin[0]..high * margin[1]
+    };
+    // Room for the names to the right of the points.
+    let seconds = range(&mut points.iter().map(|point| point.seconds), [1.5, 2.5]);
+    let errors = points.iter().map(|point| point.error);
+    let errors = range(&mut errors.chain(promises.map(|p| p.1)), [2.0, 2.0]);
+    let mut chart = ChartBuilder::on(area)
+        .margin(16)
+        .caption(
+            format!("{}: worst promised error against cost", trade.name),
+            ("sans-serif", 18),
+        )
+        .x_label_area_size(44)
+        .y_label_area_size(72)
+        .build_cartesian_2d(seconds.clone().log_scale(), errors.log_scale())
+        .map_err(said)?;
+    chart
+        .configure_mesh()
+        .light_line_style(RGBColor(240, 240, 240))
+        .bold_line_style(RGBColor(220, 220, 220))
+        .x_desc("seconds")
+        .y_desc("error against reference")
+        .x_label_formatter(&|seconds| short(*seconds))
+        .y_label_formatter(&|error| format!("{} %", short(error * 100.0)))
+        .label_style(("sans-serif", 13))
+        .draw()
+        .map_err(said)?;
+    let grey = RGBColor(120, 120, 120);
+    for (name, promise) in promises {
+        let level = [(seconds.start, promise), (seconds.end, promise)];
+        chart
+            .draw_series(LineSeries::new(level, grey.stroke_width(1)))
+            .map_err(said)?;
+        let text = format!("promise of {name}");
+        let style = ("sans-serif", 12).into_font().color(&grey);
+        let at = (seconds.start * 1.02, promise * 1.02);
+        let label = EmptyElement::at(at) + Text::new(text, (0, -14), style);
+        chart.draw_series([label]).map_err(said)?;
+    }
+    let front: Vec<&Point> = points.iter().filter(|point| point.row.pareto).collect();
+    let line = front.iter().map(|point| (point.seconds, point.error));
+    chart
+        .draw_series(LineSeries::new(line, BLACK.stroke_width(1)))
+        .map_err(said)?;
+    let mut knobs: Vec<&str> = Vec::new();
+    for row in &trade.rows {
+        if !knobs.contains(&row.variant.knob) {
+            knobs.push(row.variant.knob);
+        }
+    }
+    for (k, knob) in knobs.into_iter().enumerate() {
+        let colour = COLOURS[k % COLOURS.len()];
+        let own = points.iter().filter(|point| point.row.variant.knob == knob);
+        let circles = own.map(|point| {
+            let style = if point.exact {
+                colour.stroke_width(2)
+            } else {
+                colour.filled()
+            };
+            Circle::new((point.seconds, point.error), 5, style)
+        });
+        chart
+            .draw_series(circles)
+            .map_err(said)?
+            .label(knob)
+            .legend(move |(x, y)| Circle::new((x + 8, y), 5, colour.filled()));
+    }
+    for (k, point) in front.iter().enumerate() {
+        // Neighbours on the front are close: their names stand above and below in turn.
+        let below = if k % 2 == 0 { 4 } else { -16 };
+        let style = ("sans-serif", 12).into_font().color(&BLACK);
+        let name = point.row.variant.name.clone();
+        let at = (point.seconds, point.error);
+        let label = EmptyElement::at(at) + Text::new(name, (8, below), style);
+        chart.draw_series([label]).map_err(said)?;
+    }
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperRight)
+        .background_style(WHITE.mix(0.85))
+        .border_style(RGBColor(200, 200, 200))
+        .label_font(("sans-serif", 13))
+        .draw()
+        .map_err(said)
+}
+
+/// Three significant digits at most, without zeros at the end.
+fn short(value: f64) -> String {
+    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
+    if (1e-3..1e5).contains(&rounded) {
+        rounded.to_string()
+    } else {
+        format!("{rounded:e}")
+    }
+}

@@ -1,0 +1,203 @@
+//! What a trade says: whether the presets keep their promises, which knob buys most, and what is not converged.
+
+use serde::Serialize;
+
+use super::figures::{FIELD, FIGURES, Values, deviation, field_error};
+use super::{Row, Trade};
+use crate::scene::variants::{BALANCED, KnobKind, REFERENCE, promise};
+
+/// A result that changes by more than this from one mesh to the next is not converged at the coarser one.
+pub const CONVERGED: f64 = 0.01;
+
+/// A promise of a preset about one figure, and what became of it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Kept {
+    /// The preset.
+    pub preset: String,
+    /// The figure.
+    pub figure: &'static str,
+    /// Largest error promised.
+    pub promise: f64,
+    /// The error; none where it is not known.
+    pub error: Option<f64>,
+    /// True if it is known and within the promise.
+    pub passed: bool,
+}
+
+/// What one knob alone makes of `balanced`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Buy {
+    /// The variant.
+    pub variant: String,
+    /// The knob.
+    pub knob: &'static str,
+    /// What it is set to.
+    pub value: String,
+    /// Seconds fewer than `balanced`; negative if it takes longer.
+    pub saved: f64,
+    /// The same as a part of those of `balanced`.
+    pub saved_part: f64,
+    /// Largest error of the promised figures.
+    pub error: f64,
+    /// That of `balanced`.
+    pub error_before: f64,
+}
+
+/// The change of the figures from one discretisation to the next finer one.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Step {
+    /// The coarser one.
+    pub from: String,
+    /// The finer one.
+    pub to: String,
+    /// Change of each figure, in the order of [`FIGURES`], relative to the finer one; none where one of them has no such figure.
+    pub change: Values,
+}
+
+/// How the figures follow one discretisation.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Convergence {
+    /// The knob.
+    pub knob: &'static str,
+    /// From the coarsest to the finest.
+    pub steps: Vec<Step>,
+}
+
+impl Step {
+    /// Figures that change by more than [`CONVERGED`]: their titles and changes.
+    pub fn not_converged(&self) -> Vec<(&'static str, f64)> {
+        let titled = FIGURES.iter().zip(&self.change);
+        titled
+            .filter_map(|(figure, change)| Some((figure.title, (*change)?)))
+            .filter(|(_, change)| change.abs() > CONVERGED)
+            .collect()
+    }
+}
+
+/// What a trade says.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Findings {
+    /// Promise by promise.
+    pub promises: Vec<Kept>,
+    /// The knob that saves most within the promise of `balanced`, then within that of `fast`, where there is any.
+    pub savings: Vec<(f64, Option<Buy>)>,
+    /// The solver's knob that gives most accuracy for a second; none if none makes it more exact.
+    pub accuracy: Option<Buy>,
+    /// One entry a discretisation tried.
+    pub convergence: Vec<Convergence>,
+}
+
+/// Draws the conclusions.
+pub fn findings(trade: &Trade) -> Findings {
+    let bounds = [BALANCED, "fast"].map(promise).into_iter().flatten();
+    Findings {
+        promises: promises(trade),
+        savings: bounds.map(|bound| (bound, saving(trade, bound))).collect(),
+        accuracy: accuracy(trade),
+        convergence: trade
+            .base
+            .iter()
+            .filter_map(|(knob, value, size)| convergence(trade, knob, value, *size))
+            .collect(),
+    }
+}
+
+fn promises(trade: &Trade) -> Vec<Kept> {
+    let mut promises = Vec::new();
+    let reference = trade.row(REFERENCE).filter(|row| row.failure.is_none());
+    for row in &trade.rows {
+        let Some(promise) = promise(&row.variant.name) else {
+            continue;
+        };
+        for (k, figure) in FIGURES.iter().enumerate() {
+            let concerned = trade.has(k) && reference.is_none_or(|row| row.values[k].is_some());
+            if !figure.promised || !concerned {
+                continue;
+            }
+            promises.push(Kept {
+                preset: row.variant.name.clone(),
+                figure: figure.title,
+                promise,
+                error: row.errors[k],
+                passed: row.errors[k].is_some_and(|error| error.abs() <= promise),
+            });
+        }
+    }
+    promises
+}
+
+fn buy(row: &Row, balanced: &Row) -> Option<Buy> {
+    let saved = balanced.seconds - row.seconds;
+    Some(Buy {
+        variant: row.variant.name.clone(),
+        knob: row.variant.knob,
+        value: row.variant.value.clone(),
+        saved,
+        saved_part: saved / balanced.seconds,
+        error: row.worst()?,
+        error_before: balanced.worst()?,
+    })
+}
+
+/// The variants that change one knob of `balanced`, and no model.
+fn turned(trade: &Trade) -> impl Iterator<Item = (&Row, Buy)> {
+    let balanced = trade.row(BALANCED);
+    trade
+        .rows
+        .iter()
+        .filter(|row| {
+            matches!(
+                row.variant.kind,
+                KnobKind::Solver | KnobKind::Discretisation
+            )
+        })
+        .filter_map(move |row| Some((row, buy(row, balanced?)?)))
+}
+
+fn saving(trade: &Trade, bound: f64) -> Option<Buy> {
+    turned(trade)
+        .map(|(_, buy)| buy)
+        .filter(|buy| buy.error <= bound && buy.saved > 0.0)
+        .max_by(|a, b| a.saved.total_cmp(&b.saved))
+}
+
+/// A finer mesh than the reference's does not come closer to it, which says nothing about the mesh: only solvers count.
+fn accuracy(trade: &Trade) -> Option<Buy> {
+    let rate = |buy: &Buy| (buy.error_before - buy.error) / (-buy.saved).max(0.0);
+    turned(trade)
+        .filter(|(row, _)| row.variant.kind == KnobKind::Solver)
+        .map(|(_, buy)| buy)
+        .filter(|buy| buy.error < buy.error_before)
+        .max_by(|a, b| rate(a).total_cmp(&rate(b)))
+}
+
+fn convergence(trade: &Trade, knob: &'static str, value: &str, size: f64) -> Option<Convergence> {
+    let balanced = trade.row(BALANCED)?;
+    let mut rows: Vec<(f64, &str, &Row)> = trade
+        .rows
+        .iter()
+        .filter(|row| row.variant.knob == knob)
+        .map(|row| (row.variant.size, row.variant.value.as_str(), row))
+        .chain([(size, value, balanced)])
+        .filter(|(_, _, row)| row.failure.is_none())
+        .collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let steps: Vec<Step> = rows
+        .windows(2)
+        .map(|pair| Step {
+            from: pair[0].1.to_owned(),
+            to: pair[1].1.to_owned(),
+            change: changes(pair[0].2, pair[1].2),
+        })
+        .collect();
+    (!steps.is_empty()).then_some(Convergence { knob, steps })
+}
+
+fn changes(coarse: &Row, fine: &Row) -> Values {
+    let mut changes: Values =
+        std::array::from_fn(|k| deviation(coarse.values[k]?, fine.values[k]?));
+    if let (Some(coarse), Some(fine)) = (&coarse.field, &fine.field) {
+        changes[FIELD] = field_error(coarse, fine);
+    }
+    changes
+}
