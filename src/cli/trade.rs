@@ -10,7 +10,7 @@ use fretwear::report::trade::{self, Trade, Trial};
 use fretwear::scene::variants::{self, BALANCED, Choice, LeftOut, REFERENCE, Variant, Variants};
 use fretwear::scene::{self, Scene};
 use fretwear::stages::{self, Ending, Inputs, RunError, RunOptions};
-use fretwear::store::{Cache, RealFileSystem};
+use fretwear::store::{Cache, RealFileSystem, RunReader};
 use fretwear::tables::{Column, Table};
 use serde_json::{Map, Value, json};
 
@@ -103,11 +103,15 @@ fn run_all(
             .max_wall
             .is_some_and(|limit| begin.elapsed().as_secs_f64() >= limit)
     };
-    let mut trials = Vec::new();
-    let mut reference = None;
+    let (mut trials, mut reference) = (Vec::new(), None);
+    let mut worked = false;
+    let latest = |root: &Path| {
+        let reader = RunReader::open(Arc::new(RealFileSystem), root);
+        reader.ok().and_then(|reader| reader.latest())
+    };
     for (k, Job { variant, inputs }) in jobs.iter().enumerate() {
-        // A start makes one variant in any case, so that one with little time after another gets through.
-        if stop.load(Ordering::Relaxed) || (late() && k > 0) {
+        // A start computes something in any case, so that one with little time after another gets through.
+        if stop.load(Ordering::Relaxed) || (worked && late()) {
             return Ok((trials, reference, true));
         }
         if !arguments.quiet {
@@ -124,9 +128,11 @@ fn run_all(
             file_system: Arc::new(RealFileSystem),
             stop: &|commits| stop.load(Ordering::Relaxed) || (commits > 0 && late()),
         };
+        let before = latest(&root);
         let watcher = Watcher::new(&inputs.scene, &root, arguments.quiet);
         let result = stages::run(&options, &watcher);
         watcher.finish();
+        worked |= latest(&root) != before;
         let failure = match result {
             Ok(outcome) if outcome.ending == Ending::Stopped => {
                 return Ok((trials, reference, true));

@@ -23,8 +23,14 @@ const COLOURS: [RGBColor; 10] = [
     RGBColor(70, 70, 70),
 ];
 
+/// Width of what the colours stand for, to the right of the chart.
+const LEGEND: i32 = 180;
+
 /// Errors of zero have no logarithm: they stand this far below the least that has one.
 const BELOW: f64 = 10.0;
+
+/// Neighbours within this factor in both directions would write their names over each other.
+const CLOSE: f64 = 1.5;
 
 /// The least error drawn where all are zero.
 const LEAST: f64 = 1e-6;
@@ -62,12 +68,16 @@ fn said(error: impl std::fmt::Display) -> TradeError {
 }
 
 fn points(trade: &Trade) -> Vec<Point<'_>> {
-    let known = |row: &&Row| row.variant.kind != KnobKind::Model && row.worst().is_some();
-    let rows: Vec<&Row> = trade.rows.iter().filter(known).collect();
-    let worst = |row: &Row| row.worst().unwrap_or(0.0);
+    let known = |row: &&Row| row.variant.kind != KnobKind::Model;
+    let rows: Vec<(&Row, f64)> = trade
+        .rows
+        .iter()
+        .filter(known)
+        .filter_map(|row| Some((row, row.worst?)))
+        .collect();
     let least = rows
         .iter()
-        .map(|row| worst(row))
+        .map(|(_, worst)| *worst)
         .filter(|error| *error > 0.0)
         .fold(f64::INFINITY, f64::min);
     let floor = if least.is_finite() {
@@ -77,11 +87,11 @@ fn points(trade: &Trade) -> Vec<Point<'_>> {
     };
     let mut points: Vec<Point> = rows
         .into_iter()
-        .map(|row| Point {
+        .map(|(row, worst)| Point {
             row,
             seconds: row.seconds.max(SHORTEST),
-            error: worst(row).max(floor),
-            exact: worst(row) == 0.0,
+            error: worst.max(floor),
+            exact: worst == 0.0,
         })
         .collect();
     points.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
@@ -92,6 +102,7 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 fn draw(area: &Area, trade: &Trade, points: &[Point]) -> Result<(), TradeError> {
     area.fill(&WHITE).map_err(said)?;
+    let (area, legend) = area.split_horizontally(SIZE.0 as i32 - LEGEND);
     let promises = [BALANCED, FAST].map(|name| (name, promise(name).unwrap_or(LEAST)));
     let range = |values: &mut dyn Iterator<Item = f64>, margin: [f64; 2]| {
         let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(low, high), v| {
@@ -109,7 +120,7 @@ fn draw(area: &Area, trade: &Trade, points: &[Point]) -> Result<(), TradeError> 
     let seconds = range(&mut points.iter().map(|point| point.seconds), [1.5, 2.5]);
     let errors = points.iter().map(|point| point.error);
     let errors = range(&mut errors.chain(promises.map(|p| p.1)), [2.0, 2.0]);
-    let mut chart = ChartBuilder::on(area)
+    let mut chart = ChartBuilder::on(&area)
         .margin(16)
         .caption(
             format!("{}: worst promised error against cost", trade.name),
@@ -121,7 +132,7 @@ fn draw(area: &Area, trade: &Trade, points: &[Point]) -> Result<(), TradeError> 
         .map_err(said)?;
     chart
         .configure_mesh()
-        .light_line_style(RGBColor(240, 240, 240))
+        .max_light_lines(1)
         .bold_line_style(RGBColor(220, 220, 220))
         .x_desc("seconds")
         .y_desc("error against reference")
@@ -155,38 +166,53 @@ fn draw(area: &Area, trade: &Trade, points: &[Point]) -> Result<(), TradeError> 
     }
     for (k, knob) in knobs.into_iter().enumerate() {
         let colour = COLOURS[k % COLOURS.len()];
-        let own = points.iter().filter(|point| point.row.variant.knob == knob);
-        let circles = own.map(|point| {
-            let style = if point.exact {
+        let mark = |at: (i32, i32), exact: bool| {
+            let style = if exact {
                 colour.stroke_width(2)
             } else {
                 colour.filled()
             };
-            Circle::new((point.seconds, point.error), 5, style)
-        });
-        chart
-            .draw_series(circles)
-            .map_err(said)?
-            .label(knob)
-            .legend(move |(x, y)| Circle::new((x + 8, y), 5, colour.filled()));
+            // Once the colours are through, the next knobs are squares.
+            let radius = 5;
+            let square = k >= COLOURS.len();
+            let corners = [
+                (at.0 - radius, at.1 - radius),
+                (at.0 + radius, at.1 + radius),
+            ];
+            let square = square.then(|| Rectangle::new(corners, style).into_dyn());
+            square.unwrap_or_else(|| Circle::new(at, radius, style).into_dyn())
+        };
+        for point in points.iter().filter(|point| point.row.variant.knob == knob) {
+            let at = chart.backend_coord(&(point.seconds, point.error));
+            area.draw(&mark(area_at(&area, at), point.exact))
+                .map_err(said)?;
+        }
+        let at = (12, 60 + 22 * k as i32);
+        legend.draw(&mark(at, false)).map_err(said)?;
+        let text = Text::new(knob, (at.0 + 14, at.1 - 7), ("sans-serif", 13));
+        legend.draw(&text).map_err(said)?;
     }
-    for (k, point) in front.iter().enumerate() {
-        // Neighbours on the front are close: their names stand above and below in turn.
-        let below = if k % 2 == 0 { 4 } else { -16 };
+    let mut last: Option<&Point> = None;
+    for point in front {
+        // Names stand above the front; of close neighbours, every other one below.
+        let near = |other: &&Point| {
+            point.seconds < CLOSE * other.seconds && other.error < CLOSE * point.error
+        };
+        let close = last.filter(near).is_some();
+        last = (!close).then_some(point);
+        let shift = if close { (-4, 8) } else { (8, -16) };
         let style = ("sans-serif", 12).into_font().color(&BLACK);
-        let name = point.row.variant.name.clone();
         let at = (point.seconds, point.error);
-        let label = EmptyElement::at(at) + Text::new(name, (8, below), style);
+        let label = EmptyElement::at(at) + Text::new(point.row.variant.name.clone(), shift, style);
         chart.draw_series([label]).map_err(said)?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.85))
-        .border_style(RGBColor(200, 200, 200))
-        .label_font(("sans-serif", 13))
-        .draw()
-        .map_err(said)
+    Ok(())
+}
+
+/// A place of the whole drawing in the coordinates of a part of it.
+fn area_at(area: &Area, (x, y): (i32, i32)) -> (i32, i32) {
+    let (left, top) = area.get_base_pixel();
+    (x - left, y - top)
 }
 
 /// Three significant digits at most, without zeros at the end.

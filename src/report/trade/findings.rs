@@ -85,6 +85,8 @@ pub struct Findings {
     pub accuracy: Option<Buy>,
     /// One entry a discretisation tried.
     pub convergence: Vec<Convergence>,
+    /// Knobs that change no digit of any figure, whatever they are set to.
+    pub without_effect: Vec<&'static str>,
 }
 
 /// Draws the conclusions.
@@ -99,6 +101,7 @@ pub fn findings(trade: &Trade) -> Findings {
             .iter()
             .filter_map(|(knob, value, size)| convergence(trade, knob, value, *size))
             .collect(),
+        without_effect: without_effect(trade),
     }
 }
 
@@ -134,8 +137,8 @@ fn buy(row: &Row, balanced: &Row) -> Option<Buy> {
         value: row.variant.value.clone(),
         saved,
         saved_part: saved / balanced.seconds,
-        error: row.worst()?,
-        error_before: balanced.worst()?,
+        error: row.worst?,
+        error_before: balanced.worst?,
     })
 }
 
@@ -154,8 +157,18 @@ fn turned(trade: &Trade) -> impl Iterator<Item = (&Row, Buy)> {
         .filter_map(move |row| Some((row, buy(row, balanced?)?)))
 }
 
+/// True for a knob that is set finer than in `balanced`: where that is faster, or the opposite more exact, it is by chance.
+fn is_finer(trade: &Trade, row: &Row) -> bool {
+    let base = trade
+        .base
+        .iter()
+        .find(|(knob, ..)| *knob == row.variant.knob);
+    base.is_some_and(|(_, _, size)| row.variant.size > *size)
+}
+
 fn saving(trade: &Trade, bound: f64) -> Option<Buy> {
     turned(trade)
+        .filter(|(row, _)| !is_finer(trade, row))
         .map(|(_, buy)| buy)
         .filter(|buy| buy.error <= bound && buy.saved > 0.0)
         .max_by(|a, b| a.saved.total_cmp(&b.saved))
@@ -165,7 +178,7 @@ fn saving(trade: &Trade, bound: f64) -> Option<Buy> {
 fn accuracy(trade: &Trade) -> Option<Buy> {
     let rate = |buy: &Buy| (buy.error_before - buy.error) / (-buy.saved).max(0.0);
     turned(trade)
-        .filter(|(row, _)| row.variant.kind == KnobKind::Solver)
+        .filter(|(row, _)| row.variant.kind == KnobKind::Solver && is_finer(trade, row))
         .map(|(_, buy)| buy)
         .filter(|buy| buy.error < buy.error_before)
         .max_by(|a, b| rate(a).total_cmp(&rate(b)))
@@ -176,7 +189,7 @@ fn convergence(trade: &Trade, knob: &'static str, value: &str, size: f64) -> Opt
     let mut rows: Vec<(f64, &str, &Row)> = trade
         .rows
         .iter()
-        .filter(|row| row.variant.knob == knob)
+        .filter(|row| row.variant.knob == knob && row.variant.kind == KnobKind::Discretisation)
         .map(|row| (row.variant.size, row.variant.value.as_str(), row))
         .chain([(size, value, balanced)])
         .filter(|(_, _, row)| row.failure.is_none())
@@ -191,6 +204,22 @@ fn convergence(trade: &Trade, knob: &'static str, value: &str, size: f64) -> Opt
         })
         .collect();
     (!steps.is_empty()).then_some(Convergence { knob, steps })
+}
+
+fn without_effect(trade: &Trade) -> Vec<&'static str> {
+    let mut knobs: Vec<&'static str> = Vec::new();
+    let Some(balanced) = trade.row(BALANCED).filter(|row| row.failure.is_none()) else {
+        return knobs;
+    };
+    let same = |row: &Row| row.values == balanced.values && row.field == balanced.field;
+    for row in &trade.rows {
+        let knob = row.variant.knob;
+        let mut own = trade.rows.iter().filter(|row| row.variant.knob == knob);
+        if row.variant.kind != KnobKind::Preset && !knobs.contains(&knob) && own.all(same) {
+            knobs.push(knob);
+        }
+    }
+    knobs
 }
 
 fn changes(coarse: &Row, fine: &Row) -> Values {

@@ -55,19 +55,11 @@ pub struct Row {
     pub values: Values,
     /// Their errors against the reference.
     pub errors: Values,
+    /// The largest error among the promised figures; none where one of those of the reference has no error, which compares with
+    /// nothing.
+    pub worst: Option<f64>,
     /// Its worn depths.
     pub field: Option<WearField>,
-}
-
-impl Row {
-    /// The largest error among the promised figures; none for a row without errors.
-    pub fn worst(&self) -> Option<f64> {
-        let promised = FIGURES.iter().zip(&self.errors);
-        promised
-            .filter(|(figure, _)| figure.promised)
-            .filter_map(|(_, error)| error.map(f64::abs))
-            .max_by(f64::total_cmp)
-    }
 }
 
 /// All variants of a scene.
@@ -77,12 +69,12 @@ pub struct Trade {
     pub name: String,
     /// One row a variant, in the order in which they were run.
     pub rows: Vec<Row>,
-    /// What `balanced` has in place of each discretisation tried: knob, value, size.
+    /// What `balanced` has in place of each knob that is finer or coarser: knob, value, size.
     pub base: Vec<(&'static str, String, f64)>,
     /// The machine that the reference was computed on.
     pub machine: Option<Machine>,
     /// Hash of the reference's scene.
-    scene_hash: String,
+    pub scene_hash: String,
 }
 
 /// Runs that do not go into a table, or files that cannot be written.
@@ -140,7 +132,7 @@ pub fn trade(
         .iter()
         .map(|row| {
             let comparable = row.variant.kind != KnobKind::Model;
-            Some((row.seconds, row.worst()?)).filter(|_| comparable)
+            Some((row.seconds, row.worst?)).filter(|_| comparable)
         })
         .collect();
     for (row, on_front) in rows.iter_mut().zip(pareto(&points)) {
@@ -156,8 +148,10 @@ pub fn trade(
 }
 
 fn row(trial: Trial, found: Measured, reference: &Measured) -> Row {
+    let errors = errors(&found, reference);
     Row {
-        errors: errors(&found, reference),
+        worst: worst(&errors, reference),
+        errors,
         variant: trial.variant,
         failure: trial.failure,
         seconds: found.seconds,
@@ -168,6 +162,16 @@ fn row(trial: Trial, found: Measured, reference: &Measured) -> Row {
         values: found.values,
         field: found.field,
     }
+}
+
+fn worst(errors: &Values, reference: &Measured) -> Option<f64> {
+    let mut worst = None;
+    for (k, figure) in FIGURES.iter().enumerate() {
+        if figure.promised && reference.values[k].is_some() {
+            worst = Some(errors[k]?.abs().max(worst.unwrap_or(0.0)));
+        }
+    }
+    worst
 }
 
 /// Which of the points (cost, error) no other point beats: none is as good in both and better in one.

@@ -29,7 +29,7 @@ pub fn markdown(trade: &Trade, found: &Findings, left_out: &[(String, String)]) 
         text += &line(row);
     }
     for (heading, items) in &page.lists {
-        text += &format!("\n{heading}\n\n");
+        text += &format!("\n**{heading}**\n\n");
         for item in items {
             text += &format!("- {}\n", item.replace('\n', " "));
         }
@@ -182,7 +182,9 @@ fn buys(found: &Findings) -> Vec<String> {
             percent(buy.error_before),
         )
     });
-    saving.chain(accuracy).collect()
+    let idle = &found.without_effect;
+    let idle = (!idle.is_empty()).then(|| format!("Without any effect: {}", idle.join(", ")));
+    saving.chain(accuracy).chain(idle).collect()
 }
 
 fn turned(buy: &Buy) -> String {

@@ -102,7 +102,7 @@ pub struct Variant {
     pub kind: KnobKind,
     /// What it is set to.
     pub value: String,
-    /// Size of what a [`KnobKind::Discretisation`] discretises with (cells, harmonics, modes, steps): more is finer.
+    /// How fine it is: cells, harmonics, modes, steps, samples, or 1 over a tolerance; 0 where nothing is finer than another.
     pub size: f64,
     /// `key=value`, as after `--set`.
     pub sets: Vec<String>,
@@ -143,7 +143,7 @@ pub struct UnknownKnob {
 pub struct Variants {
     /// What is to be run: the presets first.
     pub variants: Vec<Variant>,
-    /// What `balanced` has in place of each discretisation tried: knob, value, size.
+    /// What `balanced` has in place of each knob that is finer or coarser: knob, value, size.
     pub base: Vec<(&'static str, String, f64)>,
     /// What does not apply.
     pub left_out: Vec<LeftOut>,

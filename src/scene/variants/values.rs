@@ -77,9 +77,11 @@ pub(super) fn values(
         "aft_samples" | "harmonics" if scene.contact.is_none() => {
             Err("without a contact the vibration is linear")
         }
-        "aft_samples" => {
-            Ok(counts(fidelity.aft_samples, [1.0 / 4.0, 1.0 / 2.0, 2.0], even).without_base())
-        }
+        "aft_samples" => Ok(counts(
+            fidelity.aft_samples,
+            [1.0 / 4.0, 1.0 / 2.0, 2.0],
+            even,
+        )),
         "harmonics" => Ok(scene.dynamics.as_ref().map(harmonics).unwrap_or_default()),
         "modes" | "elements" | "stiffness"
             if !matches!(scene.structure, Some(Structure::Resonator { .. })) =>
@@ -101,10 +103,6 @@ impl Values {
     fn one(&mut self, value: impl Into<String>, size: f64) {
         self.tried.push((value.into(), size, Vec::new()));
     }
-
-    fn without_base(self) -> Values {
-        Values { base: None, ..self }
-    }
 }
 
 /// As it is written in a scene: `1e-4`.
@@ -114,9 +112,12 @@ fn number(value: f64) -> String {
 }
 
 fn parts(base: f64, factors: impl IntoIterator<Item = f64>) -> Values {
-    let mut values = Values::default();
+    let mut values = Values {
+        base: Some((number(base), 1.0 / base)),
+        ..Values::default()
+    };
     for factor in factors {
-        values.one(number(base * factor), 0.0);
+        values.one(number(base * factor), 1.0 / (base * factor));
     }
     values
 }
@@ -131,10 +132,6 @@ fn whole(value: f64) -> usize {
 
 fn even(value: f64) -> usize {
     2 * whole(value / 2.0)
-}
-
-fn odd(value: f64) -> usize {
-    2 * whole((value - 1.0) / 2.0) + 1
 }
 
 fn counts<const N: usize>(base: usize, factors: [f64; N], round: fn(f64) -> usize) -> Values {
@@ -238,16 +235,26 @@ fn harmonics(dynamics: &Dynamics) -> Values {
     values
 }
 
-/// Odd numbers keep a row of elements in the middle, as the hole of the bolt has it.
+/// A few rows more and fewer. The hole of a resonator is so many elements whatever their size, so that many more or fewer would
+/// make another joint of it.
 fn elements(scene: &Scene) -> Values {
     let Some([nx, ny]) = scene.joint.as_ref().and_then(|joint| joint.elements) else {
         return Values::default();
     };
-    let mut values = counts(nx, [0.6, 0.8, 1.2], odd);
-    values.base = Some((format!("[{nx}, {ny}]"), (nx * ny) as f64));
-    for (value, size, _) in &mut values.tried {
-        *value = format!("[{value}, {value}]");
-        *size *= *size;
+    let shown = |n: usize| format!("[{n}, {n}]");
+    let mut values = Values {
+        base: Some((shown(nx), (nx * ny) as f64)),
+        ..Values::default()
+    };
+    for n in [
+        nx.checked_sub(4),
+        nx.checked_sub(2),
+        Some(nx + 2),
+        Some(nx + 4),
+    ] {
+        if let Some(n) = n.filter(|n| *n > 0) {
+            values.one(shown(n), (n * n) as f64);
+        }
     }
     values
 }
