@@ -2,6 +2,7 @@
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::{Row, Trade, TradeError};
 use crate::scene::variants::{BALANCED, FAST, KnobKind, promise};
@@ -148,13 +149,13 @@ fn draw(area: &Area, trade: &Trade, points: &[Point]) -> Result<(), TradeError> 
             .draw_series(LineSeries::new(level, grey.stroke_width(1)))
             .map_err(said)?;
         let text = format!("promise of {name}");
-        let style = ("sans-serif", 12).into_font().color(&grey);
-        let at = (seconds.start * 1.02, promise * 1.02);
-        let label = EmptyElement::at(at) + Text::new(text, (0, -14), style);
+        let right = Pos::new(HPos::Right, VPos::Bottom);
+        let style = ("sans-serif", 12).into_font().color(&grey).pos(right);
+        let label = EmptyElement::at((seconds.end, promise)) + Text::new(text, (-4, -2), style);
         chart.draw_series([label]).map_err(said)?;
     }
-    let front: Vec<&Point> = points.iter().filter(|point| point.row.pareto).collect();
-    let line = front.iter().map(|point| (point.seconds, point.error));
+    let front = points.iter().filter(|point| point.row.pareto);
+    let line = front.map(|point| (point.seconds, point.error));
     chart
         .draw_series(LineSeries::new(line, BLACK.stroke_width(1)))
         .map_err(said)?;
@@ -192,16 +193,25 @@ fn draw(area: &Area, trade: &Trade, points: &[Point]) -> Result<(), TradeError> 
         let text = Text::new(knob, (at.0 + 14, at.1 - 7), ("sans-serif", 13));
         legend.draw(&text).map_err(said)?;
     }
+    let named = points
+        .iter()
+        .filter(|point| point.row.pareto || point.row.variant.kind == KnobKind::Preset);
     let mut last: Option<&Point> = None;
-    for point in front {
+    for point in named {
         // Names stand above the front; of close neighbours, every other one below.
         let near = |other: &&Point| {
-            point.seconds < CLOSE * other.seconds && other.error < CLOSE * point.error
+            let apart = (point.error / other.error).ln().abs();
+            point.seconds < CLOSE * other.seconds && apart < CLOSE.ln()
         };
         let close = last.filter(near).is_some();
         last = (!close).then_some(point);
-        let shift = if close { (-4, 8) } else { (8, -16) };
+        let (shift, horizontal, vertical) = if close {
+            ((-8, 4), HPos::Right, VPos::Top)
+        } else {
+            ((8, -4), HPos::Left, VPos::Bottom)
+        };
         let style = ("sans-serif", 12).into_font().color(&BLACK);
+        let style = style.pos(Pos::new(horizontal, vertical));
         let at = (point.seconds, point.error);
         let label = EmptyElement::at(at) + Text::new(point.row.variant.name.clone(), shift, style);
         chart.draw_series([label]).map_err(said)?;

@@ -9,6 +9,12 @@ use crate::scene::variants::{BALANCED, KnobKind, REFERENCE, promise};
 /// A result that changes by more than this from one mesh to the next is not converged at the coarser one.
 pub const CONVERGED: f64 = 0.01;
 
+/// A smaller part of the time than this is noise of the machine.
+const NOISE: f64 = 0.05;
+
+/// An error that does not fall to this part of what it was is not worth a knob.
+const GAIN: f64 = 0.5;
+
 /// A promise of a preset about one figure, and what became of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Kept {
@@ -81,7 +87,7 @@ pub struct Findings {
     pub promises: Vec<Kept>,
     /// The knob that saves most within the promise of `balanced`, then within that of `fast`, where there is any.
     pub savings: Vec<(f64, Option<Buy>)>,
-    /// The solver's knob that gives most accuracy for a second; none if none makes it more exact.
+    /// The solver's knob that gives most accuracy for a second; none if none halves the error.
     pub accuracy: Option<Buy>,
     /// One entry a discretisation tried.
     pub convergence: Vec<Convergence>,
@@ -170,7 +176,7 @@ fn saving(trade: &Trade, bound: f64) -> Option<Buy> {
     turned(trade)
         .filter(|(row, _)| !is_finer(trade, row))
         .map(|(_, buy)| buy)
-        .filter(|buy| buy.error <= bound && buy.saved > 0.0)
+        .filter(|buy| buy.error <= bound && buy.saved_part > NOISE)
         .max_by(|a, b| a.saved.total_cmp(&b.saved))
 }
 
@@ -180,7 +186,7 @@ fn accuracy(trade: &Trade) -> Option<Buy> {
     turned(trade)
         .filter(|(row, _)| row.variant.kind == KnobKind::Solver && is_finer(trade, row))
         .map(|(_, buy)| buy)
-        .filter(|buy| buy.error < buy.error_before)
+        .filter(|buy| buy.error <= GAIN * buy.error_before)
         .max_by(|a, b| rate(a).total_cmp(&rate(b)))
 }
 

@@ -169,7 +169,7 @@ fn buys(found: &Findings) -> Vec<String> {
             None => format!("Within {within}: no single knob saves time"),
         }
     });
-    let accuracy = found.accuracy.iter().map(|buy| {
+    let accuracy = found.accuracy.as_ref().map(|buy| {
         let cost = if buy.saved < 0.0 {
             format!("costs {} s more", seconds(-buy.saved))
         } else {
@@ -184,7 +184,9 @@ fn buys(found: &Findings) -> Vec<String> {
     });
     let idle = &found.without_effect;
     let idle = (!idle.is_empty()).then(|| format!("Without any effect: {}", idle.join(", ")));
-    saving.chain(accuracy).chain(idle).collect()
+    let accuracy = accuracy
+        .unwrap_or_else(|| "No single knob of a solver halves the error of balanced".to_owned());
+    saving.chain([accuracy]).chain(idle).collect()
 }
 
 fn turned(buy: &Buy) -> String {
