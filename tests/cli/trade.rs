@@ -46,12 +46,14 @@ fn row_of(table: &Table, variant: &str) -> usize {
         .unwrap_or_else(|| panic!("no {variant}"))
 }
 
-/// Every file below a folder, but for the locks of runs, which say who looked last.
+/// Every file below a folder, but for locks, which say who looked last, and drafts, which are put away.
 fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
-        if path.is_dir() {
+        if path.ends_with("staging") {
+            continue;
+        } else if path.is_dir() {
             found.extend(files(&path));
         } else if !path.ends_with("lock") {
             found.insert(path.clone(), fs::read(&path).expect("a file"));

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::figures::{FIELD, FIGURES, Values, deviation, field_error};
 use super::{Row, Trade};
-use crate::scene::variants::{BALANCED, KnobKind, REFERENCE, promise};
+use crate::scene::variants::{BALANCED, FAST, KnobKind, REFERENCE, promise};
 
 /// A result that changes by more than this from one mesh to the next is not converged at the coarser one.
 pub const CONVERGED: f64 = 0.01;
@@ -30,6 +30,36 @@ pub struct Kept {
     pub passed: bool,
 }
 
+/// What a run costs. Seconds are what a user waits for, and noisy; pairs are exact, and not all of the work of a structure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cost {
+    /// Wall time \[s\].
+    Seconds,
+    /// Transform pairs.
+    FftPairs,
+}
+
+impl Cost {
+    fn of(self, row: &Row) -> f64 {
+        match self {
+            Cost::Seconds => row.seconds,
+            Cost::FftPairs => row.fft_pairs,
+        }
+    }
+}
+
+/// The knob that saves most within a bound.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Saving {
+    /// Largest error of the promised figures.
+    pub within: f64,
+    /// Of what it saves most.
+    pub cost: Cost,
+    /// The knob; none if none saves anything.
+    pub buy: Option<Buy>,
+}
+
 /// What one knob alone makes of `balanced`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Buy {
@@ -39,9 +69,9 @@ pub struct Buy {
     pub knob: &'static str,
     /// What it is set to.
     pub value: String,
-    /// Seconds fewer than `balanced`; negative if it takes longer.
+    /// Cost below that of `balanced`; negative if it costs more.
     pub saved: f64,
-    /// The same as a part of those of `balanced`.
+    /// The same as a part of that of `balanced`.
     pub saved_part: f64,
     /// Largest error of the promised figures.
     pub error: f64,
@@ -85,8 +115,8 @@ impl Step {
 pub struct Findings {
     /// Promise by promise.
     pub promises: Vec<Kept>,
-    /// The knob that saves most within the promise of `balanced`, then within that of `fast`, where there is any.
-    pub savings: Vec<(f64, Option<Buy>)>,
+    /// Within the promise of `balanced`, then within that of `fast`; of time, then of transforms if there are any.
+    pub savings: Vec<Saving>,
     /// The solver's knob that gives most accuracy for a second; none if none halves the error.
     pub accuracy: Option<Buy>,
     /// One entry a discretisation tried.
@@ -97,10 +127,20 @@ pub struct Findings {
 
 /// Draws the conclusions.
 pub fn findings(trade: &Trade) -> Findings {
-    let bounds = [BALANCED, "fast"].map(promise).into_iter().flatten();
+    let transforms = trade.rows.iter().any(|row| row.fft_pairs > 0.0);
+    let costs = [Cost::Seconds, Cost::FftPairs];
+    let costs = &costs[..if transforms { 2 } else { 1 }];
+    let bounds = [BALANCED, FAST].into_iter().filter_map(promise);
+    let wanted = bounds.flat_map(|within| costs.iter().map(move |cost| (within, *cost)));
     Findings {
         promises: promises(trade),
-        savings: bounds.map(|bound| (bound, saving(trade, bound))).collect(),
+        savings: wanted
+            .map(|(within, cost)| Saving {
+                within,
+                cost,
+                buy: saving(trade, within, cost),
+            })
+            .collect(),
         accuracy: accuracy(trade),
         convergence: trade
             .base
@@ -135,21 +175,21 @@ fn promises(trade: &Trade) -> Vec<Kept> {
     promises
 }
 
-fn buy(row: &Row, balanced: &Row) -> Option<Buy> {
-    let saved = balanced.seconds - row.seconds;
+fn buy(row: &Row, balanced: &Row, cost: Cost) -> Option<Buy> {
+    let saved = cost.of(balanced) - cost.of(row);
     Some(Buy {
         variant: row.variant.name.clone(),
         knob: row.variant.knob,
         value: row.variant.value.clone(),
         saved,
-        saved_part: saved / balanced.seconds,
+        saved_part: saved / cost.of(balanced),
         error: row.worst?,
         error_before: balanced.worst?,
     })
 }
 
 /// The variants that change one knob of `balanced`, and no model.
-fn turned(trade: &Trade) -> impl Iterator<Item = (&Row, Buy)> {
+fn turned(trade: &Trade, cost: Cost) -> impl Iterator<Item = (&Row, Buy)> {
     let balanced = trade.row(BALANCED);
     trade
         .rows
@@ -160,7 +200,7 @@ fn turned(trade: &Trade) -> impl Iterator<Item = (&Row, Buy)> {
                 KnobKind::Solver | KnobKind::Discretisation
             )
         })
-        .filter_map(move |row| Some((row, buy(row, balanced?)?)))
+        .filter_map(move |row| Some((row, buy(row, balanced?, cost)?)))
 }
 
 /// True for a knob that is set finer than in `balanced`: where that is faster, or the opposite more exact, it is by chance.
@@ -172,8 +212,8 @@ fn is_finer(trade: &Trade, row: &Row) -> bool {
     base.is_some_and(|(_, _, size)| row.variant.size > *size)
 }
 
-fn saving(trade: &Trade, bound: f64) -> Option<Buy> {
-    turned(trade)
+fn saving(trade: &Trade, bound: f64, cost: Cost) -> Option<Buy> {
+    turned(trade, cost)
         .filter(|(row, _)| !is_finer(trade, row))
         .map(|(_, buy)| buy)
         .filter(|buy| buy.error <= bound && buy.saved_part > NOISE)
@@ -183,7 +223,7 @@ fn saving(trade: &Trade, bound: f64) -> Option<Buy> {
 /// A finer mesh than the reference's does not come closer to it, which says nothing about the mesh: only solvers count.
 fn accuracy(trade: &Trade) -> Option<Buy> {
     let rate = |buy: &Buy| (buy.error_before - buy.error) / (-buy.saved).max(0.0);
-    turned(trade)
+    turned(trade, Cost::Seconds)
         .filter(|(row, _)| row.variant.kind == KnobKind::Solver && is_finer(trade, row))
         .map(|(_, buy)| buy)
         .filter(|buy| buy.error <= GAIN * buy.error_before)

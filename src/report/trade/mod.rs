@@ -16,7 +16,7 @@ use crate::tables::{Provenance, Table, TableBuilder, TableError, TableName, to_p
 
 pub use chart::chart;
 pub use figures::{COUNT, FIELD, FIGURES, Figure, Values, WearField, deviation, field_error};
-pub use findings::{Buy, Convergence, Findings, Kept, Step, findings};
+pub use findings::{Buy, Convergence, Cost, Findings, Kept, Saving, Step, findings};
 pub use page::{html, markdown};
 
 use figures::{Measured, errors, measure};

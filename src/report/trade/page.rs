@@ -1,7 +1,7 @@
 //! The table of a trade and what follows from it, for a person: as Markdown, and as one HTML file.
 
 use super::findings::CONVERGED;
-use super::{Buy, FIGURES, Findings, Row, Trade};
+use super::{Buy, Cost, FIGURES, Findings, Row, Trade};
 use crate::scene::variants::KnobKind;
 
 /// What both forms show: a table, then lists under headings.
@@ -155,18 +155,25 @@ fn promises(found: &Findings) -> Vec<String> {
 }
 
 fn buys(found: &Findings) -> Vec<String> {
-    let saving = found.savings.iter().map(|(bound, buy)| {
-        let within = percent(*bound);
-        match buy {
+    let saving = found.savings.iter().map(|saving| {
+        let within = percent(saving.within);
+        let (unit, whole) = match saving.cost {
+            Cost::Seconds => ("s", "time"),
+            Cost::FftPairs => ("FFT pairs", "FFT pairs"),
+        };
+        match &saving.buy {
             Some(buy) => format!(
-                "Within {within}: {} saves {} s, {:.0} % of the time of balanced, for an error of {} in place of {}",
+                "Within {within}: {} saves {} {unit}, {:.0} % of the {whole} of balanced, for an error of {} in place of {}",
                 turned(buy),
-                seconds(buy.saved),
+                match saving.cost {
+                    Cost::Seconds => seconds(buy.saved),
+                    Cost::FftPairs => format!("{:.0}", buy.saved),
+                },
                 100.0 * buy.saved_part,
                 percent(buy.error),
                 percent(buy.error_before),
             ),
-            None => format!("Within {within}: no single knob saves time"),
+            None => format!("Within {within}: no single knob saves {whole}"),
         }
     });
     let accuracy = found.accuracy.as_ref().map(|buy| {
