@@ -1,7 +1,7 @@
 //! `fretwear trade`.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -60,7 +60,14 @@ pub fn trade(arguments: &TradeArguments) -> Result<Exit, CliError> {
         );
         return Ok(Exit::Stopped);
     }
-    print(&written, &trade, &left_out, &folder, arguments.json)?;
+    print(&written, &trade, &left_out, arguments.json)?;
+    if !arguments.quiet && has_reference {
+        let page = folder.join("trade.html");
+        eprintln!(
+            "written: {}, and beside it trade.parquet, .svg and .md",
+            page.display()
+        );
+    }
     match failure {
         // Nothing can be said against a reference that failed.
         Some(error) => Err(error.into()),
@@ -74,15 +81,26 @@ fn inputs(path: &Path, sets: &[String], variant: &Variant) -> Result<Inputs, Run
 
 /// The variants that the scene allows; the others are left out.
 fn jobs(path: &Path, sets: &[String], made: &mut Variants) -> Result<Vec<Job>, RunError> {
-    let mut jobs = Vec::new();
+    let mut jobs: Vec<Job> = Vec::new();
     for variant in std::mem::take(&mut made.variants) {
+        let what = format!("{} = {}", variant.knob, variant.value);
         match inputs(path, sets, &variant) {
-            Ok(inputs) => jobs.push(Job { variant, inputs }),
+            Ok(inputs) => {
+                let same = |job: &&Job| job.inputs.canonical == inputs.canonical;
+                match jobs.iter().find(same) {
+                    // A scene that says nothing but `preset = "fast"` is that preset.
+                    Some(job) => made.left_out.push(LeftOut {
+                        what,
+                        reason: format!("it is the same as {}", job.variant.name),
+                    }),
+                    None => jobs.push(Job { variant, inputs }),
+                }
+            }
             Err(error) if [BALANCED, REFERENCE].contains(&variant.name.as_str()) => {
                 return Err(error);
             }
             Err(error) => made.left_out.push(LeftOut {
-                what: format!("{} = {}", variant.knob, variant.value),
+                what,
                 reason: error.to_string(),
             }),
         }
@@ -166,7 +184,6 @@ fn print(
     scene: &Scene,
     trade: &Trade,
     left_out: &[(String, String)],
-    folder: &Path,
     as_json: bool,
 ) -> Result<(), CliError> {
     let found = trade::findings(trade);
@@ -185,11 +202,6 @@ fn print(
         writeln!(out, "{object}")?;
     } else {
         write!(out, "{}", trade::markdown(trade, &found, left_out))?;
-        let files: PathBuf = folder.join("trade.html");
-        eprintln!(
-            "written: {}, and beside it .parquet, .svg, .md",
-            files.display()
-        );
     }
     Ok(())
 }

@@ -1,13 +1,13 @@
 //! What a trade says: whether the presets keep their promises, which knob buys most, and what is not converged.
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::figures::{FIELD, FIGURES, Values, deviation, field_error};
 use super::{Row, Trade};
 use crate::scene::variants::{BALANCED, FAST, KnobKind, REFERENCE, promise};
 
 /// A result that changes by more than this from one mesh to the next is not converged at the coarser one.
-pub const CONVERGED: f64 = 0.01;
+pub(super) const CONVERGED: f64 = 0.01;
 
 /// A smaller part of the time than this is noise of the machine.
 const NOISE: f64 = 0.05;
@@ -87,7 +87,14 @@ pub struct Step {
     /// The finer one.
     pub to: String,
     /// Change of each figure, in the order of [`FIGURES`], relative to the finer one; none where one of them has no such figure.
+    #[serde(serialize_with = "by_name")]
     pub change: Values,
+}
+
+/// Values under the names of their figures; those that are none are left out.
+fn by_name<S: Serializer>(values: &Values, serializer: S) -> Result<S::Ok, S::Error> {
+    let named = FIGURES.iter().zip(values);
+    serializer.collect_map(named.filter_map(|(figure, value)| Some((figure.name, (*value)?))))
 }
 
 /// How the figures follow one discretisation.
@@ -100,7 +107,7 @@ pub struct Convergence {
 }
 
 impl Step {
-    /// Figures that change by more than [`CONVERGED`]: their titles and changes.
+    /// Figures that change by more than 1 %: their titles and changes.
     pub fn not_converged(&self) -> Vec<(&'static str, f64)> {
         let titled = FIGURES.iter().zip(&self.change);
         titled
