@@ -1,5 +1,7 @@
 //! Contact of two elastic half spaces: kernels, convolution, normal and tangential problem, their coupling, stiffness.
 
+mod cells;
+mod coarse;
 pub mod coupled;
 mod coupling;
 mod error;

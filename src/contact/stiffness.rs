@@ -7,14 +7,19 @@
 //! [`coupled`] takes both together, for bodies that differ elastically and cells that stick: normal motion then shears them
 //! and tangential motion presses them, which makes both stiffer, by a part of the order β².
 
+use super::cells::{gather, scatter};
+use super::coarse::Coarse;
 use super::error::ContactError;
 use super::half_space::{Boundary, HalfSpace, Shear};
 use super::tangential::{compliance, stiffness};
 use crate::grid::ByAxis;
 
 /// Part of the first residual (in the preconditioner's norm) at which a solve stops. The stiffness is an energy, so its
-/// relative error is about the square of this; what single contact elements get of it is in error by this itself.
-const RESIDUAL: f64 = 3e-6;
+/// relative error is about the square of this.
+const RESIDUAL: f64 = 1e-4;
+
+/// The same where the densities of single cells are used: those are in error by this itself.
+const LOCAL_RESIDUAL: f64 = 3e-6;
 
 /// The same where pressures of one motion are summed up over another, which is in error by the residual itself.
 const MIXED_RESIDUAL: f64 = 1e-8;
@@ -28,7 +33,8 @@ const MAX_ITERATIONS: usize = 2000;
 /// Pressures (or shears) under a unit displacement of a set of cells, and their resultant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stiffness {
-    /// Traction per displacement on each cell, 0 off the set; one field an axis \[Pa/m\].
+    /// Traction per displacement on each cell, 0 off the set; one field an axis \[Pa/m\]. Where the total alone is asked for, right
+    /// to some 1e-4 of the whole.
     pub density: ByAxis<Vec<f64>>,
     /// Resultant along the displacement \[N/m\]; infinite for a full periodic contact, which no load displaces against the
     /// mean.
@@ -40,6 +46,11 @@ pub struct Stiffness {
 /// kn = 1ᵀ K_CC⁻¹ 1 dA over the cells of `set`, for bodies that do not turn.
 pub fn normal(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, ContactError> {
     normal_under(half_space, set, RESIDUAL, |_| 1.0)
+}
+
+/// As [`normal`], with densities as good as the total.
+pub fn local_normal(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, ContactError> {
+    normal_under(half_space, set, LOCAL_RESIDUAL, |_| 1.0)
 }
 
 /// kn over the cells of `set` for bodies that are free to turn: dN/dδ at constant moments about the grid's centre.
@@ -114,7 +125,7 @@ fn normal_under(
         half_space,
         &[set],
         tolerance,
-        1,
+        &[Traction::Pressure],
         |_, c| motion(c),
         |h, p, u| h.normal(&p[0], &mut u[0]),
         |h, u, p| h.normal_inverse(&u[0], &mut p[0]),
@@ -127,16 +138,31 @@ pub fn tangential(
     set: &[bool],
     shear: Shear,
 ) -> Result<Stiffness, ContactError> {
-    let unit = match shear {
-        Shear::AlongX => vec![1.0],
-        Shear::InPlane => vec![1.0, 0.0],
-    };
+    tangential_to(half_space, set, shear, RESIDUAL)
+}
+
+/// As [`tangential`], with densities as good as the total.
+pub fn local_tangential(
+    half_space: &mut HalfSpace,
+    set: &[bool],
+    shear: Shear,
+) -> Result<Stiffness, ContactError> {
+    tangential_to(half_space, set, shear, LOCAL_RESIDUAL)
+}
+
+fn tangential_to(
+    half_space: &mut HalfSpace,
+    set: &[bool],
+    shear: Shear,
+    tolerance: f64,
+) -> Result<Stiffness, ContactError> {
+    let fields = shear.tractions();
     linearise(
         half_space,
-        &vec![set; unit.len()],
-        RESIDUAL,
-        unit.len(),
-        |axis, _| unit[axis],
+        &vec![set; fields.len()],
+        tolerance,
+        fields,
+        |axis, _| if axis == 0 { 1.0 } else { 0.0 },
         compliance,
         stiffness,
     )
@@ -183,7 +209,7 @@ pub fn tangential_following(
             half_space,
             &sets,
             MIXED_RESIDUAL,
-            2,
+            Shear::InPlane.tractions(),
             given,
             compliance,
             stiffness,
@@ -230,7 +256,7 @@ pub fn coupled(
         half_space,
         &sets,
         RESIDUAL,
-        unit.len(),
+        &[&[Traction::Pressure], shear.tractions()].concat(),
         |axis, _| unit[axis],
         |half_space, traction, displacement| {
             let shear = traction[1..].to_vec();
@@ -258,17 +284,45 @@ pub fn coupled(
 
 type Field = ByAxis<Vec<f64>>;
 
-/// Preconditioned conjugate gradients for K x = `motion` (of an axis and a cell), each of `axes` fields on its set.
+/// Which traction a field is.
+#[derive(Debug, Clone, Copy)]
+enum Traction {
+    Pressure,
+    AlongX,
+    AlongY,
+}
+
+impl Shear {
+    fn tractions(self) -> &'static [Traction] {
+        match self {
+            Shear::AlongX => &[Traction::AlongX],
+            Shear::InPlane => &[Traction::AlongX, Traction::AlongY],
+        }
+    }
+}
+
+/// The far field under a traction; what the other tractions displace of it is a small part.
+fn far_field(half_space: &HalfSpace, traction: Traction) -> Coarse {
+    let pair = half_space.pair();
+    let (a, b) = (pair.compliance(), pair.lateral_compliance());
+    Coarse::new(half_space, |cell| match traction {
+        Traction::Pressure => a * cell.inverse,
+        Traction::AlongX => a * cell.inverse + b * cell.xx,
+        Traction::AlongY => a * cell.inverse + b * cell.yy,
+    })
+}
+
+/// Preconditioned conjugate gradients for K x = `motion` (of an axis and a cell), each of the `fields` on its set.
 fn linearise(
     half_space: &mut HalfSpace,
     sets: &[&[bool]],
     tolerance: f64,
-    axes: usize,
+    fields: &[Traction],
     motion: impl Fn(usize, usize) -> f64,
     mut apply: impl FnMut(&mut HalfSpace, &Field, &mut Field),
     mut precondition: impl FnMut(&mut HalfSpace, &Field, &mut Field),
 ) -> Result<Stiffness, ContactError> {
-    let grid = half_space.grid();
+    let (grid, axes) = (half_space.grid(), fields.len());
     if let Some(set) = sets.iter().find(|set| set.len() != grid.len()) {
         return Err(ContactError::Length {
             field: "contact set",
@@ -305,10 +359,29 @@ fn linearise(
             })
             .sum()
     };
+    let mut coarse = fields
+        .iter()
+        .map(|&traction| far_field(half_space, traction))
+        .collect::<Vec<_>>();
+    for axis in 0..axes {
+        if coarse[axis].exists() {
+            cells[axis].iter().for_each(|&c| direction[axis][c] = 1.0);
+            precondition(half_space, &direction, &mut image);
+            cells[axis].iter().for_each(|&c| direction[axis][c] = 0.0);
+            coarse[axis].prepare(&cells[axis], |c| image[axis][c]);
+        }
+    }
+    let (mut source, mut target) = (Vec::new(), Vec::new());
     let (mut first, mut product) = (0.0, 0.0);
     let mut iterations = 0;
     while (0..axes).any(moves) {
         precondition(half_space, &residual, &mut image);
+        for axis in 0..axes {
+            gather(&residual[axis], &cells[axis], &mut source);
+            gather(&image[axis], &cells[axis], &mut target);
+            coarse[axis].correct(&cells[axis], &source, &mut target);
+            scatter(&target, &cells[axis], &mut image[axis]);
+        }
         let new_product = dot(&residual, &image);
         if iterations == 0 {
             first = new_product;

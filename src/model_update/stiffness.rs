@@ -91,7 +91,7 @@ impl Linearisation {
     /// Of the contact with this `pressure` \[Pa\] and cap.
     ///
     /// # Errors
-    /// Those of [`stiffness::normal`] and [`stiffness::tangential`].
+    /// Those of [`stiffness::local_normal`] and [`stiffness::local_tangential`].
     pub fn new(
         half_space: &mut HalfSpace,
         pressure: &[f64],
@@ -102,8 +102,8 @@ impl Linearisation {
         let elastic: Vec<bool> = pressure.iter().map(|&p| p > 0.0 && p < cap).collect();
         let closed: Vec<bool> = pressure.iter().map(|&p| p > 0.0).collect();
         Ok(Linearisation {
-            kn: stiffness::normal(half_space, &elastic)?,
-            kt: stiffness::tangential(half_space, &closed, shear)?,
+            kn: stiffness::local_normal(half_space, &elastic)?,
+            kt: stiffness::local_tangential(half_space, &closed, shear)?,
         })
     }
 

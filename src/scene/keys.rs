@@ -102,6 +102,7 @@ pub(super) const KEYS: &[&str] = &[
     "update.iterations",
     "update.wear_volume",
     "fidelity.preset",
+    "fidelity.tolerance",
     "fidelity.cycle",
     "fidelity.steps_per_cycle",
     "fidelity.normal_tolerance",

@@ -377,6 +377,9 @@ impl Wear {
 pub struct Fidelity {
     /// The set of defaults that the other values come from.
     pub preset: Preset,
+    /// The error that the knobs were chosen for in place of the preset's: a bound on the error bar of the worn volume.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
     /// How a cycle is marched; none: the plan decides.
     pub cycle: Option<CycleMode>,
     /// Time steps of a stepped cycle.

@@ -44,7 +44,7 @@ pub fn indent(
     };
     let options = CoupledOptions {
         normal: joint.options.normal,
-        tangential: joint.options.tangential,
+        tangential: joint.options.tangential_in_sequence(),
         ..CoupledOptions::default()
     };
     let loads: Vec<f64> = (1..=load_steps)

@@ -7,7 +7,7 @@ use super::{RunError, Stage, dynamic_response, model_update};
 use crate::contact::Shear;
 use crate::scene::Plan;
 use crate::store::RunStore;
-use crate::tables::TableName;
+use crate::tables::{Table, TableName};
 use crate::wear::cycle::CycleSolution;
 use crate::wear::joint::WornState;
 
@@ -22,8 +22,11 @@ pub struct Committed {
     pub volume: f64,
     /// Energy dissipated \[J\].
     pub energy: f64,
-    /// Sum of the errors of all steps \[m³\].
+    /// Sum of the errors of all steps, and the error bar of the volume \[m³\].
     pub error: f64,
+    pub bar: f64,
+    /// Its summary: what the next step changes.
+    pub summary: Table,
     /// Cycles proposed to the next step; `None` before the first.
     pub proposal: Option<f64>,
 }
@@ -154,8 +157,10 @@ fn as_committed(
         volume,
         energy: summary.f64("dissipated_energy_total")?[0],
         error: summary.f64("error_wear")?[0] * volume,
+        bar: summary.f64("error_wear_volume")?[0] * volume,
         proposal: (wear_iteration > 0)
             .then(|| step.f64("next_n_cycles").map(|v| v[0]))
             .transpose()?,
+        summary,
     })
 }

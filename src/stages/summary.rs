@@ -7,8 +7,10 @@ use super::state::Committed;
 use super::static_contact::StaticContact;
 use super::vibrating::Driven;
 use super::wear::Worn;
+use crate::scene::Scheme;
 use crate::surface::statistics::roughness;
 use crate::tables::{Table, TableName};
+use crate::wear::error_bar;
 
 /// Keys that cannot alter what is already computed: where a run stops and what it keeps.
 pub const FREE_KEYS: [&str; 4] = [
@@ -100,8 +102,59 @@ pub fn summary(
         let volume = before.map_or(0.0, |b| b.volume) + worn.volume;
         // A run that began from another may wear at another coefficient than it.
         let energy = before.map_or(0.0, |b| b.energy) + worn.volume / wear.coefficient;
-        let error = before.map_or(0.0, |b| b.error) + worn.error;
+        let estimate = match (before, wear.scheme) {
+            (Some(before), Scheme::SemiImplicit | Scheme::Explicit) => {
+                let energies = [&before.worn.cycle.energy[..], &cycle.solution.energy];
+                let (coefficient, cell_area) = (wear.coefficient, joint.patch.grid.cell_area());
+                error_bar::of_constant_rate(energies, coefficient, worn.n_cycles, cell_area)
+            }
+            _ => worn.error,
+        };
+        let error = before.map_or(0.0, |b| b.error) + estimate;
+        let bar = before.map_or(0.0, |b| b.bar)
+            + error_bar::of_step(estimate, worn.volume, cycle.solution.error);
+        let relative = |error: f64| if volume > 0.0 { error / volume } else { 0.0 };
+        let mut figures = vec![
+            (
+                "loaded_area_fraction",
+                "error_loaded_area",
+                fraction(LOADED * largest),
+            ),
+            ("kn", "error_kn", contact.kn),
+            ("kt", "error_kt", contact.kt),
+            (
+                "dissipated_energy",
+                "error_dissipated_energy",
+                cycle.solution.dissipation,
+            ),
+        ];
+        if let Some(driven) = driven {
+            let shaken = &driven.shaken;
+            figures.extend([
+                (
+                    "resonance_frequency",
+                    "error_resonance_frequency",
+                    shaken.resonance_frequency,
+                ),
+                (
+                    "peak_amplitude",
+                    "error_peak_amplitude",
+                    shaken.peak_amplitude,
+                ),
+            ]);
+        }
+        for (figure, name, value) in figures {
+            let followed = match before.map(|b| b.summary.f64(figure)) {
+                // What was inherited may not have had it.
+                Some(Ok(earlier)) => {
+                    error_bar::of_figure([earlier[0], value], bar, worn.volume, volume)
+                }
+                _ => 0.0,
+            };
+            table = table.column(name, vec![followed]);
+        }
         table = table
+            .column("error_wear_volume", vec![relative(bar)])
             .column(
                 "cycles",
                 vec![(before.map_or(0, |b| b.cycles) + worn.n_cycles) as i64],
@@ -113,10 +166,7 @@ pub fn summary(
                 vec![wear.coefficient * cycle.solution.dissipation],
             )
             .column("dissipated_energy_total", vec![energy])
-            .column(
-                "error_wear",
-                vec![if volume > 0.0 { error / volume } else { 0.0 }],
-            );
+            .column("error_wear", vec![relative(error)]);
     }
     Ok(table.column("fft_pairs", vec![fft_pairs]).build()?)
 }

@@ -10,6 +10,8 @@ use crate::store::{Draft, StageKey};
 use crate::tables::{Table, TableName};
 use crate::wear::explicit;
 use crate::wear::implicit::{self, Limits};
+use crate::wear::joint::WornState;
+use crate::wear::semi_implicit;
 
 /// Proposals are written to a table, which holds no infinity: a joint that does not wear proposes this.
 const LONGEST_PROPOSAL: f64 = 1e18;
@@ -99,6 +101,20 @@ pub fn wear(
                 shear: step.shear,
             })
         }
+        Scheme::SemiImplicit => {
+            let cycles = by_depth(&before.worn, wear, remaining).min(remaining);
+            let (worn, contact) = semi_implicit::advance(joint, &before.worn, coefficient, cycles)?;
+            Ok(Outcome {
+                wear: worn,
+                cycles,
+                error: 0.0,
+                proposal: cycles as f64,
+                rejected: 0,
+                gap: Some(contact.gap),
+                pressure: contact.pressure,
+                shear: before.worn.cycle.shear.clone(),
+            })
+        }
         Scheme::Explicit => Ok(explicit_step(&before.worn, wear, remaining)),
     })?;
     if wear.scheme == Scheme::Explicit && context.clock.wear_iteration == 1 {
@@ -152,15 +168,20 @@ struct Outcome {
     shear: ByAxis<Vec<f64>>,
 }
 
-fn explicit_step(before: &crate::wear::joint::WornState, wear: &Wear, remaining: u64) -> Outcome {
+/// Cycles that wear the depth of a step at the rate of its beginning.
+fn by_depth(before: &WornState, wear: &Wear, remaining: u64) -> u64 {
     let deepest = wear.coefficient * before.cycle.energy.iter().fold(0.0f64, |m, e| m.max(*e));
     let depth_step = wear.depth_step.unwrap_or(f64::INFINITY);
     // A joint that does not wear would make a step without end.
-    let cycles = if deepest > 0.0 {
+    if deepest > 0.0 {
         explicit::cycles(depth_step, deepest)
     } else {
         remaining
-    };
+    }
+}
+
+fn explicit_step(before: &WornState, wear: &Wear, remaining: u64) -> Outcome {
+    let cycles = by_depth(before, wear, remaining);
     Outcome {
         wear: explicit::advance(&before.wear, &before.cycle.energy, wear.coefficient, cycles),
         cycles,

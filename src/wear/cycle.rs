@@ -390,7 +390,10 @@ impl FrettingJoint {
             rotation,
             offset: None,
         };
-        let options = self.options.tangential;
+        let options = match self.march {
+            March::Stepped => self.options.tangential_in_sequence(),
+            March::Reversal | March::Superposition => self.options.tangential,
+        };
         Ok(crate::contact::tangential::solve(
             &mut self.half_space,
             &problem,

@@ -31,15 +31,15 @@ const SAFETY: f64 = 0.85;
 
 /// Part of the volume worn so far that counts as if the step wore it. Where wear dies out, the step's own volume falls below
 /// what the solves' tolerances leave of error, and no step would be short enough.
-const SETTLED: f64 = 0.02;
+const SETTLED: f64 = 0.005;
 
 /// Bounds on the change of the step from one to the next.
 const CHANGE: (f64, f64) = (0.2, 3.0);
 
 /// Wear per cycle over α, split for the step: energy = c·p + f.
-struct Rate {
-    proportion: Vec<f64>,
-    rest: Vec<f64>,
+pub(super) struct Rate {
+    pub(super) proportion: Vec<f64>,
+    pub(super) rest: Vec<f64>,
 }
 
 /// A finished step.
@@ -209,7 +209,8 @@ fn attempt(
     })
 }
 
-fn rate(joint: &FrettingJoint, state: &WornState) -> Rate {
+/// The rate of a state.
+pub(super) fn rate(joint: &FrettingJoint, state: &WornState) -> Rate {
     split(
         joint,
         &state.pressure,

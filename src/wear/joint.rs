@@ -62,6 +62,20 @@ pub struct FrettingOptions {
     pub cycle_tolerance: f64,
 }
 
+/// Part of the closure of a cycle that the gap of each of its steps may have: with more, a cycle of many would not close.
+const GAP_OF_CLOSURE: f64 = 0.1;
+
+impl FrettingOptions {
+    /// Those of tangential steps that follow one another, each from the shear that the last has left.
+    pub fn tangential_in_sequence(&self) -> TangentialOptions {
+        let closure = GAP_OF_CLOSURE * self.cycle_tolerance;
+        TangentialOptions {
+            tolerance: self.tangential.tolerance.min(closure),
+            ..self.tangential
+        }
+    }
+}
+
 /// A joint, its unworn surface and its motion.
 pub struct FrettingJoint {
     /// The two half spaces.
@@ -101,6 +115,9 @@ pub struct WornState {
 pub enum Scheme {
     /// [`super::implicit`].
     Implicit,
+    /// [`super::semi_implicit`].
+    #[serde(rename = "semi_implicit")]
+    SemiImplicit,
     /// [`super::explicit`].
     Explicit,
 }

@@ -1,10 +1,12 @@
 //! Fretting of a joint under a given motion: the steady cycle, the energy it dissipates, and the wear that follows.
 
 pub mod cycle;
+pub mod error_bar;
 pub mod explicit;
 pub mod implicit;
 pub mod joint;
 pub mod motion;
+pub mod semi_implicit;
 pub mod superposition;
 
 pub use joint::{FrettingJoint, WearError};

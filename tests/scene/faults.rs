@@ -397,7 +397,7 @@ moment = "2 N m""#,
         "cycles = 10_000_000",
         r#"cycles = 5
 scheme = "explicit""#,
-        r#"case.toml: wear.depth_step is missing; add to [wear]: depth_step = "0.1 um"   (the explicit scheme needs it)"#,
+        r#"case.toml: wear.depth_step is missing; add to [wear]: depth_step = "0.1 um"   (this scheme has no other measure of its steps)"#,
     ),
     (
         "cycles = 10_000_000",

@@ -64,6 +64,10 @@ const IN_SET: &[(&[&str], &str)] = &[
         "--set fidelity.steps_per_cycle=2: fidelity.steps_per_cycle = 2: must be an even integer of 4 to 65536",
     ),
     (
+        &["fidelity.preset=fast", "fidelity.tolerance=0.01"],
+        "--set fidelity.tolerance=0.01: fidelity.tolerance = 0.01: fidelity.preset sets the same knobs; give one of them",
+    ),
+    (
         &["fidelity.preset=papr"],
         r#"--set fidelity.preset=papr: fidelity.preset = "papr": must be one of "paper", "fast", "balanced", "reference"; did you mean "paper"?"#,
     ),

@@ -200,7 +200,7 @@ fn motions() {
 fn presets_set_the_tolerances() {
     let expected = [
         ("fast", [1e-5, 1e-3, 1e-2, 0.05]),
-        ("balanced", [1e-6, 1e-4, 1e-3, 0.01]),
+        ("balanced", [1e-6, 1e-3, 1e-3, 0.01]),
         ("reference", [1e-8, 1e-6, 1e-5, 1e-3]),
     ];
     for (preset, tolerances) in expected {
@@ -219,6 +219,23 @@ fn presets_set_the_tolerances() {
         );
         assert_eq!((fidelity.cycle, wear.scheme), (None, Scheme::Implicit));
     }
+}
+
+#[test]
+fn a_tolerance_sets_the_knobs_by_what_each_adds_to_the_error() {
+    let scene = case_with(&["fidelity.tolerance=0.05"]);
+    let wear = scene.wear.expect("a [wear] section");
+    let fidelity = scene.fidelity;
+    assert_eq!(fidelity.tolerance, Some(0.05));
+    assert!((fidelity.normal_tolerance - 5e-6).abs() < 1e-18);
+    assert!((fidelity.tangential_tolerance - 5e-3).abs() < 1e-15);
+    assert!((wear.tolerance - 0.02).abs() < 1e-15);
+    // What is said singly counts.
+    let scene = case_with(&[
+        "fidelity.tolerance=0.05",
+        "fidelity.tangential_tolerance=1e-5",
+    ]);
+    assert_eq!(scene.fidelity.tangential_tolerance, 1e-5);
 }
 
 #[test]

@@ -77,13 +77,18 @@ const CYCLE_SUMMARY: [&str; 3] = [
     "tangential_iterations",
     "error_tangential",
 ];
-const WEAR_SUMMARY: [&str; 6] = [
+const WEAR_SUMMARY: [&str; 11] = [
     "cycles",
     "n_cycles",
     "wear_volume",
     "wear_rate",
     "dissipated_energy_total",
     "error_wear",
+    "error_wear_volume",
+    "error_loaded_area",
+    "error_kn",
+    "error_kt",
+    "error_dissipated_energy",
 ];
 
 #[test]

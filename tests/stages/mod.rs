@@ -4,6 +4,8 @@ mod alone;
 mod checkpoint;
 mod drives;
 mod energy;
+mod error_bars;
+mod extremes;
 mod faults;
 mod kill;
 mod kinds;

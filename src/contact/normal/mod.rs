@@ -10,7 +10,6 @@
 //! centre. This is the minimum of ½ pᵀ(K + D)p − (h + given motions)ᵀp over the admissible pressures, found by projected conjugate
 //! gradients.
 
-mod coarse;
 mod projection;
 mod rigid;
 mod settle;

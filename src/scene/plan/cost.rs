@@ -90,6 +90,7 @@ pub(super) fn cost(
         None => (0.0, 0.0),
         // Two-stage step: three normal contacts and a cycle in its middle.
         Some(Scheme::Implicit) => (3.0 * NORMAL + cycle, 20.0),
+        Some(Scheme::SemiImplicit) => (NORMAL, 230.0),
         Some(Scheme::Explicit) => (0.0, 230.0),
     };
     let kept = patch.cells() as f64;

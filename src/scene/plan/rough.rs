@@ -297,6 +297,13 @@ fn decide_wear(scene: &Scene, decisions: &mut Decisions) {
             ),
             "wear.scheme = \"implicit\": stable at any step",
         ),
+        Scheme::SemiImplicit => (
+            format!(
+                "implicit in the pressure, first order, {:e} m a step at the rate of its beginning",
+                wear.depth_step.unwrap_or(f64::NAN)
+            ),
+            "wear.scheme = \"semi_implicit\": the slip of a step's beginning, without an error to set the step",
+        ),
         Scheme::Explicit => (
             format!(
                 "explicit, {:e} m a step",

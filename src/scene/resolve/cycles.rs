@@ -1,24 +1,15 @@
-//! `[motion]`, `[wear]`, `[update]` and `[fidelity]`: what happens in a cycle, over many of them, and how exactly.
+//! `[motion]`, `[wear]` and `[update]`: what happens in a cycle, and over many of them.
 
-use super::{Body, Result};
+use super::{Body, Result, fidelity};
 use crate::scene::reader::{ANY, CHANGE, NOT_NEGATIVE, POSITIVE, Reader, TOLERANCE};
 use crate::scene::{
-    Boundary, Contact, CycleMode, Dynamics, Fidelity, Motion, Preset, Scheme, Structure, Torsion,
-    Transverse, Update, Wear, keys,
+    Boundary, Contact, Dynamics, Fidelity, Motion, Preset, Scheme, Torsion, Transverse, Update,
+    Wear, keys,
 };
 use crate::units::Dimension;
 
 /// Largest wear depth of an explicit step of the `paper` preset \[m\]: what [A §4a] takes at Rq 5 and 10 µm.
 const PAPER_DEPTH_STEP: f64 = 1e-7;
-
-/// Time steps a cycle: what the harmonics of a steady response need, with room to spare.
-const STEPS_PER_CYCLE: u64 = 32;
-
-/// Fewer do not make a loop with an inside; an odd number misses the reversal at half a cycle.
-const SMALLEST_STEPS: usize = 4;
-
-/// A cycle finer than this has no meaning that the tolerances would not swallow; a larger number is a slip of the keyboard.
-const LARGEST_STEPS: usize = 65_536;
 
 pub(super) fn motion(reader: &Reader<'_>, contact: &Contact) -> Result<Option<Motion>> {
     if !reader.has("motion") {
@@ -203,7 +194,7 @@ fn check_wear(reader: &Reader<'_>, body: Body) -> Result<()> {
     Ok(())
 }
 
-pub(super) fn wear(reader: &Reader<'_>, body: Body, preset: Preset) -> Result<Option<Wear>> {
+pub(super) fn wear(reader: &Reader<'_>, body: Body, fidelity: &Fidelity) -> Result<Option<Wear>> {
     let tolerance = |key| reader.quantity(key, Dimension::NONE, TOLERANCE, "0.01");
     let general = tolerance("fidelity.wear_tolerance")?;
     if !reader.has("wear") {
@@ -233,12 +224,13 @@ pub(super) fn wear(reader: &Reader<'_>, body: Body, preset: Preset) -> Result<Op
             "cycles = 10_000_000   (or volume = \"1 mm^3\")",
         ));
     }
-    let is_paper = preset == Preset::Paper;
+    let is_paper = fidelity.preset == Preset::Paper;
     let scheme = reader
         .choice(
             "wear.scheme",
             &[
                 ("implicit", Scheme::Implicit),
+                ("semi_implicit", Scheme::SemiImplicit),
                 ("explicit", Scheme::Explicit),
             ],
         )?
@@ -250,11 +242,11 @@ pub(super) fn wear(reader: &Reader<'_>, body: Body, preset: Preset) -> Result<Op
     let depth_step =
         reader.quantity("wear.depth_step", Dimension::LENGTH, POSITIVE, "\"0.1 um\"")?;
     let depth_step = match (depth_step, scheme) {
-        (None, Scheme::Explicit) if is_paper => Some(PAPER_DEPTH_STEP),
-        (None, Scheme::Explicit) => {
+        (None, Scheme::Explicit | Scheme::SemiImplicit) if is_paper => Some(PAPER_DEPTH_STEP),
+        (None, Scheme::Explicit | Scheme::SemiImplicit) => {
             return Err(reader.missing(
                 "wear.depth_step",
-                "depth_step = \"0.1 um\"   (the explicit scheme needs it)",
+                "depth_step = \"0.1 um\"   (this scheme has no other measure of its steps)",
             ));
         }
         (given, _) => given,
@@ -265,7 +257,9 @@ pub(super) fn wear(reader: &Reader<'_>, body: Body, preset: Preset) -> Result<Op
         volume,
         scheme,
         depth_step,
-        tolerance: own.or(general).unwrap_or(defaults(preset).wear),
+        tolerance: own
+            .or(general)
+            .unwrap_or(fidelity::tolerances(fidelity).wear),
     }))
 }
 
@@ -314,144 +308,4 @@ pub(super) fn update(
         .map(Update::StiffnessChange)
         .or(iterations.map(Update::Iterations))
         .or(volume.map(Update::WearVolume)))
-}
-
-/// Tolerances of a preset.
-struct Tolerances {
-    normal: f64,
-    tangential: f64,
-    cycle: f64,
-    wear: f64,
-}
-
-fn defaults(preset: Preset) -> Tolerances {
-    let [normal, tangential, cycle, wear] = match preset {
-        Preset::Fast => [1e-5, 1e-3, 1e-2, 0.05],
-        Preset::Balanced => [1e-6, 1e-4, 1e-3, 0.01],
-        Preset::Reference => [1e-8, 1e-6, 1e-5, 1e-3],
-        // The explicit scheme of the paper has no wear tolerance; the value serves a scene that asks for the implicit one.
-        Preset::Paper => [1e-6, 1e-4, 1e-3, 0.01],
-    };
-    Tolerances {
-        normal,
-        tangential,
-        cycle,
-        wear,
-    }
-}
-
-pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
-    let preset = reader
-        .choice(
-            "fidelity.preset",
-            &[
-                ("paper", Preset::Paper),
-                ("fast", Preset::Fast),
-                ("balanced", Preset::Balanced),
-                ("reference", Preset::Reference),
-            ],
-        )?
-        .unwrap_or(Preset::Balanced);
-    let cycle = reader.choice(
-        "fidelity.cycle",
-        &[
-            ("superposition", CycleMode::Superposition),
-            ("reversal", CycleMode::Reversal),
-            ("stepped", CycleMode::Stepped),
-        ],
-    )?;
-    let expected = format!("an even integer of {SMALLEST_STEPS} to {LARGEST_STEPS}");
-    let steps = reader
-        .integer("fidelity.steps_per_cycle", 0)?
-        .unwrap_or(STEPS_PER_CYCLE);
-    let steps_per_cycle = usize::try_from(steps)
-        .ok()
-        .filter(|steps| steps % 2 == 0 && (SMALLEST_STEPS..=LARGEST_STEPS).contains(steps))
-        .ok_or_else(|| reader.out_of_range("fidelity.steps_per_cycle", expected))?;
-    let default = defaults(preset);
-    let tolerance = |key, default| -> Result<f64> {
-        Ok(reader
-            .quantity(key, Dimension::NONE, TOLERANCE, "1e-4")?
-            .unwrap_or(default))
-    };
-    Ok(Fidelity {
-        preset,
-        cycle: cycle.or((preset == Preset::Paper).then_some(CycleMode::Stepped)),
-        steps_per_cycle,
-        normal_tolerance: tolerance("fidelity.normal_tolerance", default.normal)?,
-        tangential_tolerance: tolerance("fidelity.tangential_tolerance", default.tangential)?,
-        cycle_tolerance: tolerance("fidelity.cycle_tolerance", default.cycle)?,
-        load_steps: load_steps(reader)?,
-        aft_samples: samples(preset),
-    })
-}
-
-fn load_steps(reader: &Reader<'_>) -> Result<Option<usize>> {
-    const KEY: &str = "fidelity.load_steps";
-    let Some(steps) = reader.integer(KEY, 1)? else {
-        return Ok(None);
-    };
-    match usize::try_from(steps) {
-        Ok(steps) if steps <= LARGEST_STEPS => Ok(Some(steps)),
-        _ => Err(reader.out_of_range(KEY, format!("an integer of 1 to {LARGEST_STEPS}"))),
-    }
-}
-
-/// Samples of a vibration cycle of a preset. The friction law is integrated exactly between them, along straight lines: the
-/// error of the force falls with the square of their number, and 64 leave less than a thousandth of amplitude.
-fn samples(preset: Preset) -> usize {
-    match preset {
-        Preset::Paper | Preset::Fast => 32,
-        Preset::Balanced => 64,
-        Preset::Reference => 512,
-    }
-}
-
-/// An oscillator has one element: as many times the samples cost nothing.
-const OSCILLATOR_SAMPLES: usize = 8;
-
-/// The samples of a vibration cycle, of which the highest harmonic needs some.
-pub(super) fn with_samples(
-    reader: &Reader<'_>,
-    fidelity: Fidelity,
-    structure: Option<&Structure>,
-    dynamics: Option<&Dynamics>,
-) -> Result<Fidelity> {
-    const KEY: &str = "fidelity.aft_samples";
-    let Some(dynamics) = dynamics else {
-        return if reader.has(KEY) {
-            Err(reader.conflict(
-                KEY,
-                "it is about [dynamics], and there is none; leave it out",
-            ))
-        } else {
-            Ok(fidelity)
-        };
-    };
-    let highest = dynamics.harmonics.last().map_or(0, |order| *order as usize);
-    let least = 2 * highest + 2;
-    let aft_samples = match reader.integer(KEY, 0)? {
-        None => {
-            let times = match structure {
-                Some(Structure::Oscillator { .. }) => OSCILLATOR_SAMPLES,
-                _ => 1,
-            };
-            (times * fidelity.aft_samples).max(4 * highest + 2)
-        }
-        Some(samples) => usize::try_from(samples)
-            .ok()
-            .filter(|n| n % 2 == 0 && (least..=LARGEST_STEPS).contains(n))
-            .ok_or_else(|| {
-                reader.out_of_range(
-                    KEY,
-                    format!(
-                        "an even integer of {least} to {LARGEST_STEPS}: more than twice the highest harmonic, {highest}"
-                    ),
-                )
-            })?,
-    };
-    Ok(Fidelity {
-        aft_samples,
-        ..fidelity
-    })
 }

@@ -3,6 +3,7 @@
 mod contact;
 mod cycles;
 mod dynamics;
+mod fidelity;
 mod joint;
 mod output;
 mod structure;
@@ -37,14 +38,14 @@ pub(super) fn scene(tree: &Node, name: String) -> Result<Scene> {
     let body = body(&reader)?;
     let joint = joint::joint(&reader, body)?;
     let contact = contact::contact(&reader, body)?;
-    let fidelity = cycles::fidelity(&reader)?;
+    let fidelity = fidelity::fidelity(&reader)?;
     let material = joint::material(&reader, body)?;
     let surface = surface(&reader, body, joint.as_ref())?;
     let motion = match &contact {
         Some(contact) => cycles::motion(&reader, contact)?,
         None => None,
     };
-    let wear = cycles::wear(&reader, body, fidelity.preset)?;
+    let wear = cycles::wear(&reader, body, &fidelity)?;
     let structure =
         structure::structure(&reader, body, joint.as_ref(), material, contact.is_some())?;
     let dynamics = match &structure {
@@ -58,7 +59,7 @@ pub(super) fn scene(tree: &Node, name: String) -> Result<Scene> {
         name,
         update: cycles::update(&reader, wear.as_ref(), dynamics.as_ref())?,
         output: output::output(&reader, wear.as_ref(), dynamics.as_ref())?,
-        fidelity: cycles::with_samples(&reader, fidelity, structure.as_ref(), dynamics.as_ref())?,
+        fidelity: fidelity::with_samples(&reader, fidelity, structure.as_ref(), dynamics.as_ref())?,
         joint,
         material,
         surface,

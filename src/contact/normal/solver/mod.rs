@@ -10,11 +10,12 @@
 
 mod step;
 
-use super::coarse::Coarse;
 use super::projection::project;
 use super::rigid::{Motions, RigidMotions, displacement, load_and_moments};
 use super::settle::{Bound, least_violation};
 use super::{Control, NormalOptions, NormalProblem, NormalSolution, Rotation};
+use crate::contact::cells::{gather, scatter};
+use crate::contact::coarse::Coarse;
 use crate::contact::error::ContactError;
 use crate::contact::half_space::HalfSpace;
 use crate::contact::sums::{LANES, extremes, sum};
@@ -89,7 +90,8 @@ impl<'a, 'h> Solver<'a, 'h> {
         let grid = problem.patch.grid;
         let n = grid.len();
         let lambda = half_space.self_compliance();
-        let coarse = Coarse::new(half_space);
+        let compliance = half_space.pair().compliance();
+        let coarse = Coarse::new(half_space, |cell| compliance * cell.inverse);
         let scaling = problem
             .compliance
             .map(|d| d.iter().map(|d| (lambda / (lambda + d)).sqrt()).collect());
@@ -440,18 +442,5 @@ fn snap(pressure: &mut [f64], cap: f64, largest: f64) {
         } else {
             *p
         };
-    }
-}
-
-/// The values of a field on some cells.
-fn gather(field: &[f64], cells: &[usize], values: &mut Vec<f64>) {
-    values.clear();
-    values.extend(cells.iter().map(|&c| field[c]));
-}
-
-/// Sets a field on some cells.
-fn scatter(values: &[f64], cells: &[usize], field: &mut [f64]) {
-    for (&c, value) in cells.iter().zip(values) {
-        field[c] = *value;
     }
 }

@@ -2,7 +2,8 @@
 
 use super::super::projection::project;
 use super::super::rigid::{Motions, RigidMotions};
-use super::{NOISE, Solver, gather, scatter, snap};
+use super::{NOISE, Solver, snap};
+use crate::contact::cells::{gather, scatter};
 use crate::contact::sums::{dot, extremes, sums};
 
 /// A chord descends if its slope is this part of the sum of its terms' sizes; less is rounding.

@@ -1,7 +1,8 @@
-//! The [`FarField`]'s correction of the preconditioner, for the free cells.
+//! The [`FarField`]'s correction of a preconditioner of one field, on the cells that are free in it.
 
-use crate::contact::far_field::FarField;
-use crate::contact::half_space::HalfSpace;
+use super::far_field::FarField;
+use super::half_space::HalfSpace;
+use super::kernel::CellIntegrals;
 
 /// Part of the free cells that were not free when the springs were set, at which they are set anew. The neighbours of such a cell
 /// have kept a spring to the ground where there is none left: with more of them M − S ceases to be positive.
@@ -23,9 +24,9 @@ pub(super) struct Coarse {
 }
 
 impl Coarse {
-    pub(super) fn new(half_space: &HalfSpace) -> Self {
-        let compliance = half_space.pair().compliance();
-        let far_field = FarField::new(half_space, |cell| [[compliance * cell.inverse]]);
+    /// `compliance` gives the displacement of a point under the field's traction on a rectangle at the given offset.
+    pub(super) fn new(half_space: &HalfSpace, compliance: impl Fn(CellIntegrals) -> f64) -> Self {
+        let far_field = FarField::new(half_space, |cell| [[compliance(cell)]]);
         let cells = if far_field.exists() {
             half_space.grid().len()
         } else {
@@ -40,9 +41,14 @@ impl Coarse {
         }
     }
 
+    /// False for a periodic contact, which goes without.
+    pub(super) fn exists(&self) -> bool {
+        self.far_field.exists()
+    }
+
     /// True where the springs are those of other cells than the `free` ones.
     pub(super) fn is_stale(&self, free: &[usize]) -> bool {
-        if !self.far_field.exists() {
+        if !self.exists() {
             return false;
         }
         let kept = free.iter().filter(|&&c| self.springs[c] != 0.0).count();

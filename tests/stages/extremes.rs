@@ -1,0 +1,159 @@
+//! Wear far from any sensible joint: each scene comes to its end with finite tables and an error bar, or is refused with the reason.
+
+use fretwear::scene::load;
+use fretwear::tables::{Column, TableName};
+
+use super::Start;
+use crate::support::{Bench, latest, reader, summary, table};
+
+/// A value that may be infinite: a joint without roughness is rigid.
+const RIGID: [&str; 2] = ["kn", "kt"];
+
+/// What is changed of the small scene, and whether it has to come to its end.
+const SCENES: [(&str, &[&str]); 25] = [
+    ("Rq 10 nm", &["surface.rq=\"10 nm\""]),
+    ("Rq 100 nm", &["surface.rq=\"100 nm\""]),
+    ("Rq 10 um", &["surface.rq=\"10 um\""]),
+    ("Rq 100 um", &["surface.rq=\"100 um\""]),
+    ("wear 1e-3", &["wear.coefficient=\"2 um^3/J\""]),
+    ("wear 1e3", &["wear.coefficient=\"2e6 um^3/J\""]),
+    ("stuck", &["motion.amplitude=\"1 pm\""]),
+    ("nearly stuck", &["motion.amplitude=\"1 nm\""]),
+    ("gross slip", &["motion.amplitude=\"10 um\""]),
+    ("ten times gross slip", &["motion.amplitude=\"100 um\""]),
+    ("1 N", &["contact.normal_load=\"1 N\""]),
+    ("10 kN", &["contact.normal_load=\"10 kN\""]),
+    ("10 MN", &["contact.normal_load=\"10 MN\""]),
+    ("capped", &["contact.pressure_cap=\"100 MPa\""]),
+    ("nearly all capped", &["contact.pressure_cap=\"17 MPa\""]),
+    ("mu 0.01", &["contact.friction_coefficient=0.01"]),
+    ("mu 2", &["contact.friction_coefficient=2.0"]),
+    ("1e9 cycles", &["wear.cycles=1_000_000_000"]),
+    (
+        "an explicit step a thousand times too long",
+        &[
+            "wear.scheme=\"explicit\"",
+            "wear.depth_step=\"100 um\"",
+            "wear.cycles=100_000_000",
+        ],
+    ),
+    (
+        "a semi-implicit step a thousand times too long",
+        &[
+            "wear.scheme=\"semi_implicit\"",
+            "wear.depth_step=\"100 um\"",
+            "wear.cycles=100_000_000",
+        ],
+    ),
+    (
+        "through the deepest valley",
+        &["motion.amplitude=\"20 um\"", "wear.cycles=1_000_000_000"],
+    ),
+    (
+        "through the deepest valley of a capped joint",
+        &[
+            "motion.amplitude=\"20 um\"",
+            "wear.cycles=1_000_000_000",
+            "contact.pressure_cap=\"100 MPa\"",
+        ],
+    ),
+    ("rubber", &["material.youngs_modulus=\"1 MPa\""]),
+    (
+        "a load that all but leaves",
+        &[
+            "motion.normal_load_amplitude=\"199 N\"",
+            "fidelity.steps_per_cycle=8",
+        ],
+    ),
+    (
+        "an orbit",
+        &[
+            "motion.amplitude=[\"2 um\", \"2 um\"]",
+            "motion.phase=[\"0 deg\", \"90 deg\"]",
+            "fidelity.steps_per_cycle=8",
+        ],
+    ),
+];
+
+/// Iterations that any of them may take.
+const ITERATIONS: u64 = 150;
+
+#[test]
+fn wear_at_the_extremes() {
+    let bench = Bench::new();
+    let mut faults = Vec::new();
+    for (k, (name, sets)) in SCENES.into_iter().enumerate() {
+        let root = bench.path(&format!("run-{k}"));
+        let all = [&["wear.tolerance=0.02"], sets].concat();
+        match Start::new(bench.scene("small.toml", &all), &root).run().0 {
+            Err(error) => faults.push(format!("{name}: {error}")),
+            Ok(_) => {
+                let end = latest(&root);
+                let [volume, bar, cycles] = ["wear_volume", "error_wear_volume", "cycles"]
+                    .map(|column| summary(&root, end, column));
+                println!(
+                    "{name}: {end} iterations, {cycles:e} cycles, {volume:.3e} m3, bar {bar:.1e}"
+                );
+                if end > ITERATIONS {
+                    faults.push(format!("{name}: {end} iterations"));
+                }
+                faults.extend(
+                    strange(&root)
+                        .into_iter()
+                        .map(|fault| format!("{name}: {fault}")),
+                );
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// Values of a run that are not numbers, or infinite where nothing can be.
+fn strange(root: &std::path::Path) -> Vec<String> {
+    let mut found = Vec::new();
+    for k in 0..=latest(root) {
+        let commit = reader(root).commit_of(k).expect("committed").clone();
+        for name in commit.tables.into_keys() {
+            let name = TableName::ALL.into_iter().find(|t| t.as_str() == name);
+            let name = name.expect("a table");
+            for (schema, column) in table(root, k, name).columns() {
+                if let Column::F64(values) = column {
+                    let rigid = RIGID.contains(&schema.name.as_str());
+                    if values
+                        .iter()
+                        .any(|v| v.is_nan() || (v.is_infinite() && !rigid))
+                    {
+                        found.push(format!(
+                            "{}.{} of iteration {k}",
+                            name.as_str(),
+                            schema.name
+                        ));
+                    }
+                }
+            }
+        }
+    }
+    found
+}
+
+/// What cannot be is refused, with what would be right.
+#[test]
+fn what_cannot_be_is_refused() {
+    let bench = Bench::new();
+    let folder = bench.path("run");
+    let by_scene = |set: &str| match load(&bench.path("small.toml"), &[set.to_owned()]) {
+        Ok(scene) => Start::new(scene, &folder).refused(),
+        Err(error) => error.to_string(),
+    };
+    for (set, reason) in [
+        ("contact.pressure_cap=\"16 MPa\"", "16.6667 MPa"),
+        ("motion.normal_load_amplitude=\"200 N\"", "normal_load"),
+        (
+            "wear.coefficient=\"2e9 um^3/J\"",
+            "a single cycle wears too much; raise wear.tolerance",
+        ),
+    ] {
+        let refused = by_scene(set);
+        assert!(refused.contains(reason), "{set}: {refused}");
+    }
+}
