@@ -47,6 +47,8 @@ fn presets_are_without_the_accuracy_of_the_scene() {
         "reference",
         "fast",
         "as_written",
+        "scheme-semi_implicit-5e-2-um",
+        "scheme-semi_implicit-5e-1-um",
         "scheme-explicit-5e-2-um",
         "scheme-explicit-5e-1-um",
     ];
@@ -57,6 +59,8 @@ fn presets_are_without_the_accuracy_of_the_scene() {
         (Preset::Reference, 1e-8, Scheme::Implicit, None),
         (Preset::Fast, 1e-5, Scheme::Implicit, None),
         (Preset::Balanced, 1e-3, Scheme::Explicit, Some(0.05e-6)),
+        (Preset::Balanced, 1e-6, Scheme::SemiImplicit, Some(0.05e-6)),
+        (Preset::Balanced, 1e-6, Scheme::SemiImplicit, Some(0.5e-6)),
         (Preset::Balanced, 1e-6, Scheme::Explicit, Some(0.05e-6)),
         (Preset::Balanced, 1e-6, Scheme::Explicit, Some(0.5e-6)),
     ]) {
@@ -119,6 +123,7 @@ fn knobs_are_those_of_the_scene() {
         of(&fretting, "wear_tolerance"),
         ["1e-1", "3e-2", "3e-3", "1e-3"]
     );
+    assert_eq!(of(&fretting, "tolerance"), ["5e-2", "1e-2", "2e-3"]);
     let orbit = [
         "motion.amplitude=[\"5 um\", \"5 um\"]",
         "motion.phase=[\"0 deg\", \"90 deg\"]",

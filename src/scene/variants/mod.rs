@@ -51,8 +51,9 @@ const fn knob(name: &'static str, key: &'static str, kind: KnobKind) -> Knob {
 }
 
 /// All knobs, in the order in which they are tried.
-pub const KNOBS: [Knob; 14] = [
+pub const KNOBS: [Knob; 15] = [
     knob("preset", "fidelity.preset", KnobKind::Preset),
+    knob("tolerance", "fidelity.tolerance", KnobKind::Solver),
     knob(
         "normal_tolerance",
         "fidelity.normal_tolerance",
@@ -198,6 +199,9 @@ fn preset(name: &str) -> Variant {
     }
 }
 
+/// The error that all tolerances are chosen for, in place of a preset.
+const TOLERANCE: &str = "fidelity.tolerance";
+
 /// The seconds of an iteration lie in its own tables.
 const KEEP: &str = "output.keep=all";
 
@@ -269,6 +273,10 @@ impl Variants {
         variant.name = folder(knob.name, &value);
         variant.knob = knob.name;
         variant.kind = knob.kind;
+        if knob.key == TOLERANCE {
+            // It takes the place of the preset.
+            variant.sets.retain(|set| !set.starts_with(KNOBS[0].key));
+        }
         variant.sets.extend(if more.is_empty() {
             vec![format!("{}={value}", knob.key)]
         } else {
@@ -311,7 +319,7 @@ fn folder(knob: &str, value: &str) -> String {
     let mut name = knob.to_owned();
     let mut gap = true;
     for c in value.chars() {
-        if c.is_ascii_alphanumeric() || c == '.' || (c == '-' && !gap) {
+        if c.is_ascii_alphanumeric() || "._".contains(c) || (c == '-' && !gap) {
             if gap {
                 name.push('-');
             }

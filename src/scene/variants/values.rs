@@ -4,7 +4,10 @@ use super::{Choice, Knob};
 use crate::scene::{Dynamics, Motion, Plan, Scene, Scheme, Stiffness, Structure, plan::Coupling};
 use crate::wear::cycle::March;
 
-/// Depths of an explicit step that are tried unless the scene has one of its own: the published one, and ten times it.
+/// Errors of the worn volume to be kept within.
+const TOLERANCES: [f64; 3] = [0.05, 0.01, 0.002];
+
+/// Depths of a step without an error of its own that are tried unless the scene has one of its own: the published one, and ten times it.
 const DEPTH_STEPS: [&str; 2] = ["0.1 um", "1 um"];
 
 /// Fewer cells a side than this resolve no roughness; more than [`MOST_CELLS`] are no everyday grid.
@@ -67,7 +70,10 @@ pub(super) fn values(
             }
             _ => Err("the bodies are not pressed together in steps"),
         },
-        "wear_tolerance" | "scheme" if scene.wear.is_none() => Err("there is no [wear]"),
+        "tolerance" | "wear_tolerance" | "scheme" if scene.wear.is_none() => {
+            Err("there is no [wear]")
+        }
+        "tolerance" => Ok(parts(1.0, TOLERANCES).without_base()),
         "wear_tolerance" => {
             let tolerance = scene.wear.as_ref().map_or(1.0, |wear| wear.tolerance);
             Ok(parts(tolerance, [10.0, 3.0, 0.3, 0.1]))
@@ -102,6 +108,11 @@ pub(super) fn values(
 impl Values {
     fn one(&mut self, value: impl Into<String>, size: f64) {
         self.tried.push((value.into(), size, Vec::new()));
+    }
+
+    /// For what is neither finer nor coarser than `balanced`.
+    fn without_base(self) -> Values {
+        Values { base: None, ..self }
     }
 }
 
@@ -198,10 +209,12 @@ fn schemes(scene: &Scene, written: &Scene) -> Values {
             .map(|step| format!("wear.depth_step={step}"))
             .to_vec(),
     };
-    for step in depths {
-        let size = step.trim_start_matches("wear.depth_step=").to_owned();
-        let sets = vec!["wear.scheme=explicit".to_owned(), step];
-        values.tried.push((format!("explicit, {size}"), 0.0, sets));
+    for scheme in ["semi_implicit", "explicit"] {
+        for step in &depths {
+            let size = step.trim_start_matches("wear.depth_step=");
+            let sets = vec![format!("wear.scheme={scheme}"), step.clone()];
+            values.tried.push((format!("{scheme}, {size}"), 0.0, sets));
+        }
     }
     values
 }
