@@ -54,9 +54,29 @@ pub fn outcome(
     )
 }
 
-/// One line a column: name, value, unit.
+/// Error bars of the summary, and the figures that they belong to.
+const BARS: [(&str, &[&str]); 7] = [
+    (
+        "error_wear_volume",
+        &["wear_volume", "dissipated_energy_total"],
+    ),
+    (
+        "error_dissipated_energy",
+        &["dissipated_energy", "wear_rate"],
+    ),
+    ("error_loaded_area", &["loaded_area_fraction"]),
+    ("error_kn", &["kn"]),
+    ("error_kt", &["kt"]),
+    ("error_resonance_frequency", &["resonance_frequency"]),
+    ("error_peak_amplitude", &["peak_amplitude"]),
+];
+
+/// One line a column: name, value, unit, and its error bar.
 pub fn write_summary(out: &mut impl Write, summary: &Table) -> std::io::Result<()> {
     for (schema, column) in summary.columns() {
+        if BARS.iter().any(|(bar, _)| *bar == schema.name) {
+            continue;
+        }
         let value = match column {
             Column::F64(values) => readable(values[0]),
             Column::MaybeF64(values) => values[0].map_or_else(String::new, readable),
@@ -66,9 +86,27 @@ pub fn write_summary(out: &mut impl Write, summary: &Table) -> std::io::Result<(
             Column::Text(values) => values[0].clone(),
         };
         let unit = if schema.unit == "1" { "" } else { &schema.unit };
-        writeln!(out, "  {:<24} {value} {unit}", schema.name)?;
+        let line = format!("  {:<24} {value} {unit}", schema.name);
+        let bar = BARS
+            .iter()
+            .find(|(_, figures)| figures.contains(&schema.name.as_str()))
+            .and_then(|(bar, _)| summary.f64(bar).ok())
+            .map_or(0.0, |bar| bar[0]);
+        let line = line.trim_end();
+        if bar > 0.0 {
+            writeln!(out, "{line} ± {}", percent(bar))?;
+        } else {
+            writeln!(out, "{line}")?;
+        }
     }
     Ok(())
+}
+
+/// An error with two digits.
+fn percent(error: f64) -> String {
+    let percent = 100.0 * error;
+    let decimals = (1 - percent.log10().floor() as i32).clamp(0, 6);
+    format!("{percent:.*} %", decimals as usize)
 }
 
 /// Six significant digits, as a person reads them.

@@ -30,8 +30,11 @@ const LEGEND: i32 = 180;
 /// Errors of zero have no logarithm: they stand this far below the least that has one.
 const BELOW: f64 = 10.0;
 
-/// Neighbours within this factor in both directions would write their names over each other.
-const CLOSE: f64 = 1.5;
+/// Width of a letter of a name, about, and height of its line.
+const LETTER: i32 = 6;
+
+/// See [`LETTER`].
+const LINE: i32 = 12;
 
 /// The least error drawn where all are zero.
 const LEAST: f64 = 1e-6;
@@ -196,27 +199,45 @@ fn draw(area: &Area, trade: &Trade, points: &[Point]) -> Result<(), TradeError> 
     let named = points
         .iter()
         .filter(|point| point.row.pareto || point.row.variant.kind == KnobKind::Preset);
-    let mut last: Option<&Point> = None;
+    let mut taken: Vec<Place> = Vec::new();
     for point in named {
-        // Names stand above the front; of close neighbours, every other one below.
-        let near = |other: &&Point| {
-            let apart = (point.error / other.error).ln().abs();
-            point.seconds < CLOSE * other.seconds && apart < CLOSE.ln()
-        };
-        let close = last.filter(near).is_some();
-        last = (!close).then_some(point);
-        let (shift, horizontal, vertical) = if close {
-            ((-8, 4), HPos::Right, VPos::Top)
-        } else {
-            ((8, -4), HPos::Left, VPos::Bottom)
-        };
+        let name = &point.row.variant.name;
+        let at = chart.backend_coord(&(point.seconds, point.error));
+        // Above the front first, where nothing else is.
+        let corners = [
+            (8, -4, HPos::Left, VPos::Bottom),
+            (-8, 4, HPos::Right, VPos::Top),
+            (8, 4, HPos::Left, VPos::Top),
+            (-8, -4, HPos::Right, VPos::Bottom),
+        ];
+        let places = corners.map(|(dx, dy, ..)| {
+            let (width, height) = (dx.signum() * LETTER * name.len() as i32, dy.signum() * LINE);
+            let (x, y) = (at.0 + dx, at.1 + dy);
+            [
+                x.min(x + width),
+                y.min(y + height),
+                x.max(x + width),
+                y.max(y + height),
+            ]
+        });
+        let free = |place: &Place| !taken.iter().any(|other| overlap(place, other));
+        let k = places.iter().position(free).unwrap_or(0);
+        taken.push(places[k]);
+        let (dx, dy, horizontal, vertical) = corners[k];
         let style = ("sans-serif", 12).into_font().color(&BLACK);
         let style = style.pos(Pos::new(horizontal, vertical));
-        let at = (point.seconds, point.error);
-        let label = EmptyElement::at(at) + Text::new(point.row.variant.name.clone(), shift, style);
-        chart.draw_series([label]).map_err(said)?;
+        let (x, y) = area_at(&area, at);
+        let text = Text::new(name.clone(), (x + dx, y + dy), style);
+        area.draw(&text).map_err(said)?;
     }
     Ok(())
+}
+
+/// Left, top, right and bottom of a name.
+type Place = [i32; 4];
+
+fn overlap(a: &Place, b: &Place) -> bool {
+    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
 }
 
 /// A place of the whole drawing in the coordinates of a part of it.
