@@ -205,7 +205,7 @@ fn draw(area: &Area, trade: &Trade, points: &[Point]) -> Result<(), TradeError> 
         let at = chart.backend_coord(&(point.seconds, point.error));
         // Above the front first, where nothing else is.
         let corners = [
-            (8, -4, HPos::Left, VPos::Bottom),
+            (8i32, -4i32, HPos::Left, VPos::Bottom),
             (-8, 4, HPos::Right, VPos::Top),
             (8, 4, HPos::Left, VPos::Top),
             (-8, -4, HPos::Right, VPos::Bottom),
