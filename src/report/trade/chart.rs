@@ -206,8 +206,8 @@ fn draw(area: &Area, trade: &Trade, points: &[Point]) -> Result<(), TradeError> 
         // Above the front first, where nothing else is.
         let corners = [
             (8i32, -4i32, HPos::Left, VPos::Bottom),
-            (-8, 4, HPos::Right, VPos::Top),
             (8, 4, HPos::Left, VPos::Top),
+            (-8, 4, HPos::Right, VPos::Top),
             (-8, -4, HPos::Right, VPos::Bottom),
         ];
         let places = corners.map(|(dx, dy, ..)| {
