@@ -11,7 +11,6 @@ pub mod grid;
 pub mod linalg;
 pub mod model_update;
 pub mod reference;
-#[cfg(feature = "polars")]
 pub mod report;
 pub mod scene;
 pub mod stages;

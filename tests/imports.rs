@@ -177,7 +177,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "scene",
         ],
     ),
-    ("report/", &["tables", "store", "report"]),
+    ("report/", &["scene", "tables", "store", "report"]),
     (
         "validate.rs",
         &["grid", "contact", "reference", "surface", "wear"],
@@ -250,6 +250,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
         &["tables/", "surface/readers/parquet.rs"],
     ),
     (&["polars"], &["report/"]),
+    (&["plotters"], &["report/"]),
     (&["clap", "signal_hook"], &["cli/"]),
     (&["indicatif"], &["progress.rs"]),
     (&["blake3"], &["store/", "stages/inputs.rs"]),

@@ -9,7 +9,6 @@ mod model_update;
 mod plan;
 mod quadrature;
 mod reference;
-#[cfg(feature = "polars")]
 mod report;
 mod scene;
 mod stages;

@@ -7,11 +7,13 @@ mod export;
 mod report;
 mod run;
 mod show;
+mod trade;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
+use fretwear::report::trade::TradeError;
 use fretwear::scene::SceneError;
 use fretwear::stages::RunError;
 use fretwear::store::StoreError;
@@ -73,6 +75,11 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Measure what accuracy costs: run a scene's presets and single knobs, and compare them
+    ///
+    /// Every variant is a run of its own under the folder, against the preset `reference`. The same command goes on where it was
+    /// stopped. Writes trade.parquet, trade.md, trade.svg and trade.html, and prints the table.
+    Trade(TradeArguments),
     /// Explain the tables of a run and their columns
     Schema {
         /// Name of a table; all of them without
@@ -122,6 +129,36 @@ struct RunArguments {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse_threads)]
     threads: usize,
     /// Print one JSON object: the last summary, and the seconds of each stage
+    #[arg(long)]
+    json: bool,
+    /// No progress
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+#[derive(Args)]
+struct TradeArguments {
+    #[command(flatten)]
+    scene: SceneArguments,
+    /// Folder of the runs and of what is written [default: trade/<name of the scene>]
+    #[arg(long, value_name = "DIR")]
+    dir: Option<PathBuf>,
+    /// Turn this knob only, as in `--knob wear_tolerance`; may be repeated, and `--knob preset` is the presets [default: all]
+    #[arg(long = "knob", value_name = "NAME")]
+    knobs: Vec<String>,
+    /// The preset `paper` too, which is slow
+    #[arg(long)]
+    paper: bool,
+    /// Most cells along the longer side of a grid, up to 1024 [default: twice those of the scene]
+    #[arg(long, value_name = "N")]
+    largest_grid: Option<usize>,
+    /// Stop after this time, as in `--max-wall "8 h"`
+    #[arg(long, value_name = "TIME", value_parser = parse_time)]
+    max_wall: Option<f64>,
+    /// Threads for the contact solvers' transforms; results do not depend on it
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse_threads)]
+    threads: usize,
+    /// Print one JSON object: the rows of the table, and what follows from them
     #[arg(long)]
     json: bool,
     /// No progress
@@ -235,6 +272,10 @@ enum CliError {
     Structure(#[from] StructureError),
     #[error("validation: {0}")]
     Validate(#[from] fretwear::contact::ContactError),
+    #[error(transparent)]
+    Knob(#[from] fretwear::scene::variants::UnknownKnob),
+    #[error(transparent)]
+    Trade(#[from] TradeError),
     #[cfg(feature = "polars")]
     #[error("cannot compare: {0}")]
     Compare(#[from] fretwear::report::CompareError),
@@ -267,11 +308,15 @@ impl CliError {
             | CliError::NothingToRun { .. }
             | CliError::UnknownTable { .. }
             | CliError::NothingToExport { .. }
+            | CliError::Knob(_)
             | CliError::UnknownStiffness
             | CliError::Structure(
                 StructureError::OutOfRange { .. } | StructureError::DoNotFit { .. },
             ) => Exit::Scene,
             CliError::Structure(StructureError::NotConverged { .. }) => Exit::NotConverged,
+            CliError::Trade(TradeError::Store(error)) if error.is_damage_or_mismatch() => {
+                Exit::Damaged
+            }
             #[cfg(feature = "polars")]
             CliError::Compare(error) if error.is_nothing_to_compare() => Exit::Scene,
             #[cfg(feature = "polars")]
@@ -289,6 +334,7 @@ pub fn main() -> ExitCode {
         Command::Status { run, json } => show::status(&run, json),
         Command::Verify { run } => show::verify(&run),
         Command::Validate { json } => show::validate(json),
+        Command::Trade(arguments) => trade::trade(&arguments),
         Command::Schema { table } => show::schema(table.as_deref()),
         Command::Export(arguments) => export::export(&arguments),
         #[cfg(feature = "polars")]

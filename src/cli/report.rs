@@ -64,7 +64,8 @@ pub fn outcome(
         stages.join(", ")
     )?;
     if outcome.ending == Ending::Done {
-        cost::write_compared(&mut out, inputs, &outcome.spent)?;
+        // About this machine and this moment, and no result.
+        cost::write_compared(&mut std::io::stderr(), inputs, &outcome.spent)?;
     }
     Ok(())
 }
@@ -94,6 +95,7 @@ pub fn write_summary(out: &mut impl Write, summary: &Table) -> std::io::Result<(
         }
         let value = match column {
             Column::F64(values) => readable(values[0]),
+            Column::MaybeF64(values) => values[0].map_or_else(String::new, readable),
             Column::I64(values) => values[0].to_string(),
             Column::I32(values) => values[0].to_string(),
             Column::Bool(values) => values[0].to_string(),
@@ -141,6 +143,7 @@ pub fn readable(value: f64) -> String {
 pub fn row(table: &Table) -> Map<String, Value> {
     let value = |column: &Column| match column {
         Column::F64(values) => json!(values[0]),
+        Column::MaybeF64(values) => json!(values[0]),
         Column::I64(values) => json!(values[0]),
         Column::I32(values) => json!(values[0]),
         Column::Bool(values) => json!(values[0]),

@@ -74,7 +74,7 @@ pub fn run(arguments: RunArguments) -> Result<Exit, CliError> {
 
 /// Where results are shared between runs: the folder that `FRETWEAR_CACHE` names (none if it is empty), else `fretwear` in the
 /// user's cache.
-fn cache_folder() -> Option<PathBuf> {
+pub fn cache_folder() -> Option<PathBuf> {
     if let Some(folder) = std::env::var_os("FRETWEAR_CACHE") {
         return (!folder.is_empty()).then(|| PathBuf::from(folder));
     }
@@ -114,7 +114,7 @@ fn scene_and_root(arguments: &RunArguments) -> Result<(Scene, PathBuf), CliError
 }
 
 /// Set by the first Ctrl-C or SIGTERM; the second ends the process at once, which costs no commit.
-fn stop_flag() -> Result<Arc<AtomicBool>, CliError> {
+pub fn stop_flag() -> Result<Arc<AtomicBool>, CliError> {
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
         flag::register_conditional_shutdown(signal, 128 + signal, stop.clone())

@@ -215,7 +215,7 @@ fn scan(keys: &Keys, rows: Rows) -> PolarsResult<DataFrame> {
 
 fn data_type(kind: ColumnType) -> DataType {
     match kind {
-        ColumnType::F64 => DataType::Float64,
+        ColumnType::F64 | ColumnType::MaybeF64 => DataType::Float64,
         ColumnType::I32 => DataType::Int32,
         ColumnType::I64 => DataType::Int64,
         ColumnType::Bool => DataType::Boolean,

@@ -196,7 +196,7 @@ impl Node {
         }
     }
 
-    fn remove(&mut self, section: &str, name: &str) {
+    pub fn remove(&mut self, section: &str, name: &str) {
         if let Some(entries) = self.entry(section) {
             entries.remove(name);
         }

@@ -10,6 +10,7 @@ mod keys;
 pub mod plan;
 mod reader;
 mod resolve;
+pub mod variants;
 
 use std::path::{Path, PathBuf};
 

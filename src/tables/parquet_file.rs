@@ -177,13 +177,14 @@ pub fn provenance_of(bytes: &[u8], expected: &Schema) -> Result<Provenance, Tabl
 
 fn field(column: &ColumnSchema) -> Field {
     let kind = match column.kind {
-        ColumnType::F64 => DataType::Float64,
+        ColumnType::F64 | ColumnType::MaybeF64 => DataType::Float64,
         ColumnType::I32 => DataType::Int32,
         ColumnType::I64 => DataType::Int64,
         ColumnType::Bool => DataType::Boolean,
         ColumnType::Text => DataType::Utf8,
     };
-    Field::new(&column.name, kind, false).with_metadata(BTreeMap::from([
+    let nullable = column.kind == ColumnType::MaybeF64;
+    Field::new(&column.name, kind, nullable).with_metadata(BTreeMap::from([
         ("unit".to_owned(), column.unit.clone()),
         ("dimension".to_owned(), column.dimension.clone()),
         ("description".to_owned(), column.description.clone()),
@@ -193,6 +194,7 @@ fn field(column: &ColumnSchema) -> Field {
 fn array(column: &Column) -> ArrayRef {
     match column {
         Column::F64(values) => Arc::new(Float64Array::from(values.clone())),
+        Column::MaybeF64(values) => Arc::new(Float64Array::from(values.clone())),
         Column::I32(values) => Arc::new(Int32Array::from(values.clone())),
         Column::I64(values) => Arc::new(Int64Array::from(values.clone())),
         Column::Bool(values) => Arc::new(BooleanArray::from(values.clone())),
@@ -224,7 +226,7 @@ fn properties(table: &Table, provenance: &Provenance) -> Result<WriterProperties
             ColumnType::F64 if column.sparse => Encoding::PLAIN,
             ColumnType::F64 => Encoding::BYTE_STREAM_SPLIT,
             ColumnType::I32 | ColumnType::I64 => Encoding::DELTA_BINARY_PACKED,
-            ColumnType::Bool | ColumnType::Text => Encoding::PLAIN,
+            ColumnType::MaybeF64 | ColumnType::Bool | ColumnType::Text => Encoding::PLAIN,
         };
         properties = properties
             .set_column_dictionary_enabled(path.clone(), false)
@@ -266,6 +268,7 @@ fn same_unit(table: &str, column: &ColumnSchema, entry: &FileEntry) -> Result<()
 fn empty_column(kind: ColumnType) -> Column {
     match kind {
         ColumnType::F64 => Column::F64(Vec::new()),
+        ColumnType::MaybeF64 => Column::MaybeF64(Vec::new()),
         ColumnType::I32 => Column::I32(Vec::new()),
         ColumnType::I64 => Column::I64(Vec::new()),
         ColumnType::Bool => Column::Bool(Vec::new()),
@@ -280,7 +283,7 @@ fn append(
     column: &mut Column,
     array: &ArrayRef,
 ) -> Result<(), TableError> {
-    if array.null_count() > 0 {
+    if array.null_count() > 0 && described.kind != ColumnType::MaybeF64 {
         return Err(TableError::Nulls {
             table: table.to_owned(),
             column: described.name.clone(),
@@ -290,6 +293,9 @@ fn append(
     match (column, array.data_type()) {
         (Column::F64(values), DataType::Float64) => {
             values.extend_from_slice(array.as_primitive::<Float64Type>().values());
+        }
+        (Column::MaybeF64(values), DataType::Float64) => {
+            values.extend(array.as_primitive::<Float64Type>().iter());
         }
         (Column::I32(values), DataType::Int32) => {
             values.extend_from_slice(array.as_primitive::<Int32Type>().values());

@@ -11,6 +11,9 @@ use std::sync::LazyLock;
 pub enum ColumnType {
     /// 64-bit floating point.
     F64,
+    /// 64-bit floating point, or nothing in a row that has no such value.
+    #[serde(rename = "f64?")]
+    MaybeF64,
     /// 32-bit signed integer.
     I32,
     /// 64-bit signed integer.
@@ -25,6 +28,7 @@ impl fmt::Display for ColumnType {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             ColumnType::F64 => "f64",
+            ColumnType::MaybeF64 => "f64?",
             ColumnType::I32 => "i32",
             ColumnType::I64 => "i64",
             ColumnType::Bool => "bool",
@@ -171,6 +175,8 @@ pub enum TableName {
     Timing,
     /// One row on the state of the run.
     Summary,
+    /// Cost and error of the variants of a scene; beside runs rather than in one.
+    Trade,
 }
 
 /// The embedded schema files, parsed once, in the order of [`TableName::ALL`].
@@ -183,7 +189,7 @@ static SCHEMAS: LazyLock<Vec<Schema>> = LazyLock::new(|| {
 
 impl TableName {
     /// All tables.
-    pub const ALL: [TableName; 22] = [
+    pub const ALL: [TableName; 23] = [
         TableName::Surface,
         TableName::ContactField,
         TableName::StaticContact,
@@ -206,6 +212,7 @@ impl TableName {
         TableName::Ledger,
         TableName::Timing,
         TableName::Summary,
+        TableName::Trade,
     ];
 
     /// The text of the table's schema file.
@@ -233,6 +240,7 @@ impl TableName {
             TableName::Ledger => include_str!("../../schemas/ledger.toml"),
             TableName::Timing => include_str!("../../schemas/timing.toml"),
             TableName::Summary => include_str!("../../schemas/summary.toml"),
+            TableName::Trade => include_str!("../../schemas/trade.toml"),
         }
     }
 

@@ -7,6 +7,8 @@ use super::{ColumnSchema, ColumnType, Schema, TableError, TableName};
 pub enum Column {
     /// Floating-point values.
     F64(Vec<f64>),
+    /// Floating-point values, where there are any.
+    MaybeF64(Vec<Option<f64>>),
     /// 32-bit integers.
     I32(Vec<i32>),
     /// 64-bit integers.
@@ -22,6 +24,7 @@ impl Column {
     pub fn len(&self) -> usize {
         match self {
             Column::F64(values) => values.len(),
+            Column::MaybeF64(values) => values.len(),
             Column::I32(values) => values.len(),
             Column::I64(values) => values.len(),
             Column::Bool(values) => values.len(),
@@ -38,6 +41,7 @@ impl Column {
     pub fn kind(&self) -> ColumnType {
         match self {
             Column::F64(_) => ColumnType::F64,
+            Column::MaybeF64(_) => ColumnType::MaybeF64,
             Column::I32(_) => ColumnType::I32,
             Column::I64(_) => ColumnType::I64,
             Column::Bool(_) => ColumnType::Bool,
@@ -55,7 +59,7 @@ macro_rules! conversions {
         }
     )*};
 }
-conversions!(F64 f64, I32 i32, I64 i64, Bool bool, Text String);
+conversions!(F64 f64, MaybeF64 Option<f64>, I32 i32, I64 i64, Bool bool, Text String);
 
 /// Columns that hold to a schema: names, types and lengths are right, required columns are there, every float is a number.
 #[derive(Debug, Clone, PartialEq)]
@@ -120,6 +124,14 @@ impl Table {
         match self.column(name)? {
             Column::F64(values) => Ok(values),
             other => Err(self.wrong_type(name, other, ColumnType::F64)),
+        }
+    }
+
+    /// The values of a column of floats that some rows lack. Errors as for [`Table::f64`].
+    pub fn maybe_f64(&self, name: &str) -> Result<&[Option<f64>], TableError> {
+        match self.column(name)? {
+            Column::MaybeF64(values) => Ok(values),
+            other => Err(self.wrong_type(name, other, ColumnType::MaybeF64)),
         }
     }
 
@@ -223,8 +235,14 @@ impl TableBuilder {
                     expected: rows,
                 });
             }
-            if let Column::F64(values) = &column {
-                numbers_only(&schema.name, described, values)?;
+            match &column {
+                Column::F64(values) => {
+                    numbers_only(&schema.name, described, values.iter().copied().map(Some))?;
+                }
+                Column::MaybeF64(values) => {
+                    numbers_only(&schema.name, described, values.iter().copied())?;
+                }
+                _ => {}
             }
             let place = schema
                 .columns
@@ -265,15 +283,24 @@ impl TableBuilder {
     }
 }
 
-fn numbers_only(table: &str, column: &ColumnSchema, values: &[f64]) -> Result<(), TableError> {
+fn numbers_only(
+    table: &str,
+    column: &ColumnSchema,
+    mut values: impl Iterator<Item = Option<f64>>,
+) -> Result<(), TableError> {
     let allowed = |value: f64| value.is_finite() || (column.infinite && value == f64::INFINITY);
-    match values.iter().position(|&value| !allowed(value)) {
+    let mut row = 0;
+    let wrong = values.find_map(|value| {
+        row += 1;
+        value.filter(|value| !allowed(*value))
+    });
+    match wrong {
         None => Ok(()),
-        Some(row) => Err(TableError::NotFinite {
+        Some(value) => Err(TableError::NotFinite {
             table: table.to_owned(),
             column: column.name.clone(),
-            row,
-            value: values[row],
+            row: row - 1,
+            value,
             expected: if column.infinite {
                 "a finite number or positive infinity"
             } else {

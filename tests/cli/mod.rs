@@ -4,3 +4,4 @@ mod codes;
 mod export;
 mod outputs;
 mod sets;
+mod trade;

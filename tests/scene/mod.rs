@@ -8,6 +8,7 @@ mod pipelines;
 mod set_faults;
 mod structure_faults;
 mod values;
+mod variants;
 mod vibration;
 
 use std::fs;

@@ -41,6 +41,10 @@ fn filled(table: TableName, rows: usize) -> Table {
                     })
                     .collect::<Vec<f64>>()
                     .into(),
+                ColumnType::MaybeF64 => (0..rows)
+                    .map(|row| (row % 4 > 0).then_some(seed * row as f64))
+                    .collect::<Vec<Option<f64>>>()
+                    .into(),
                 ColumnType::I32 => (0..rows).map(|row| row as i32).collect::<Vec<i32>>().into(),
                 ColumnType::I64 => (0..rows).map(|row| row as i64).collect::<Vec<i64>>().into(),
                 ColumnType::Bool => (0..rows)
@@ -68,9 +72,9 @@ fn hysteresis(load: Vec<f64>) -> Table {
 }
 
 /// The symbols that a unit may be made of; a new one is added here on purpose.
-const UNITS: [&str; 18] = [
-    "1", "m", "m^2", "m^3", "Pa", "N", "N m", "N/m", "m/N", "m s^2/N", "J", "J/m^2", "s", "Hz",
-    "rad", "kg", "kg^-1/2", "as named",
+const UNITS: [&str; 19] = [
+    "1", "B", "m", "m^2", "m^3", "Pa", "N", "N m", "N/m", "m/N", "m s^2/N", "J", "J/m^2", "s",
+    "Hz", "rad", "kg", "kg^-1/2", "as named",
 ];
 
 #[test]
@@ -135,7 +139,7 @@ fn every_file_carries_its_schema() {
         assert_eq!(reader.schema().fields().len(), columns.len());
         for (column, field) in columns.iter().zip(reader.schema().fields()) {
             assert_eq!(field.name(), &column.name);
-            assert!(!field.is_nullable());
+            assert_eq!(field.is_nullable(), column.kind == ColumnType::MaybeF64);
             for (key, expected) in [
                 ("unit", &column.unit),
                 ("dimension", &column.dimension),

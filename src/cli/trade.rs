@@ -1,0 +1,227 @@
+//! `fretwear trade`.
+
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use fretwear::report::trade::{self, Trade, Trial};
+use fretwear::scene::variants::{self, BALANCED, Choice, LeftOut, REFERENCE, Variant, Variants};
+use fretwear::scene::{self, Scene};
+use fretwear::stages::{self, Ending, Inputs, RunError, RunOptions};
+use fretwear::store::{Cache, RealFileSystem, RunReader};
+use fretwear::tables::{Column, Table};
+use serde_json::{Map, Value, json};
+
+use super::run::{cache_folder, stop_flag};
+use super::{CliError, Exit, TradeArguments};
+use crate::progress::Watcher;
+
+/// A variant with what its run needs.
+struct Job {
+    variant: Variant,
+    inputs: Inputs,
+}
+
+/// Runs the variants of a scene, each in its own folder, and compares them.
+pub fn trade(arguments: &TradeArguments) -> Result<Exit, CliError> {
+    let (path, sets) = (&arguments.scene.scene, &arguments.scene.sets);
+    let written = scene::load(path, sets)?;
+    let balanced = inputs(path, sets, &variants::balanced())?;
+    let choice = Choice {
+        knobs: arguments.knobs.clone(),
+        paper: arguments.paper,
+        largest_grid: arguments.largest_grid,
+    };
+    let mut made = variants::variants(&written, &balanced.scene, &balanced.plan, &choice)?;
+    let jobs = jobs(path, sets, &mut made)?;
+    let folder = match &arguments.dir {
+        Some(folder) => folder.clone(),
+        None => Path::new("trade").join(&written.name),
+    };
+    let (trials, failure, stopped) = run_all(arguments, &jobs, &folder)?;
+    let trade = trade::trade(&written.name, trials, made.base)?;
+    let left_out: Vec<(String, String)> = made
+        .left_out
+        .into_iter()
+        .map(|left| (left.what, left.reason))
+        .collect();
+    // Without the reference there are no errors to show.
+    let has_reference = trade.row(REFERENCE).is_some();
+    if has_reference {
+        trade.write(&folder, &left_out)?;
+    }
+    if stopped {
+        eprintln!(
+            "stopped after {} of {} variants; the same command goes on",
+            trade.rows.len(),
+            jobs.len()
+        );
+        return Ok(Exit::Stopped);
+    }
+    print(&written, &trade, &left_out, arguments.json)?;
+    if !arguments.quiet && has_reference {
+        let page = folder.join("trade.html");
+        eprintln!(
+            "written: {}, and beside it trade.parquet, .svg and .md",
+            page.display()
+        );
+    }
+    match failure {
+        // Nothing can be said against a reference that failed.
+        Some(error) => Err(error.into()),
+        None => Ok(Exit::Done),
+    }
+}
+
+fn inputs(path: &Path, sets: &[String], variant: &Variant) -> Result<Inputs, RunError> {
+    Inputs::of(variants::load(path, sets, variant)?)
+}
+
+/// The variants that the scene allows; the others are left out.
+fn jobs(path: &Path, sets: &[String], made: &mut Variants) -> Result<Vec<Job>, RunError> {
+    let mut jobs: Vec<Job> = Vec::new();
+    for variant in std::mem::take(&mut made.variants) {
+        let what = format!("{} = {}", variant.knob, variant.value);
+        match inputs(path, sets, &variant) {
+            Ok(inputs) => {
+                let same = |job: &&Job| job.inputs.canonical == inputs.canonical;
+                match jobs.iter().find(same) {
+                    // A scene that says nothing but `preset = "fast"` is that preset.
+                    Some(job) => made.left_out.push(LeftOut {
+                        what,
+                        reason: format!("it is the same as {}", job.variant.name),
+                    }),
+                    None => jobs.push(Job { variant, inputs }),
+                }
+            }
+            Err(error) if [BALANCED, REFERENCE].contains(&variant.name.as_str()) => {
+                return Err(error);
+            }
+            Err(error) => made.left_out.push(LeftOut {
+                what,
+                reason: error.to_string(),
+            }),
+        }
+    }
+    Ok(jobs)
+}
+
+/// What was run, why the reference failed if it did, and whether it was asked to stop before the end.
+fn run_all(
+    arguments: &TradeArguments,
+    jobs: &[Job],
+    folder: &Path,
+) -> Result<(Vec<Trial>, Option<RunError>, bool), CliError> {
+    let stop = stop_flag()?;
+    let begin = Instant::now();
+    let late = || {
+        arguments
+            .max_wall
+            .is_some_and(|limit| begin.elapsed().as_secs_f64() >= limit)
+    };
+    let (mut trials, mut reference) = (Vec::new(), None);
+    let mut worked = false;
+    let latest = |root: &Path| {
+        let reader = RunReader::open(Arc::new(RealFileSystem), root);
+        reader.ok().and_then(|reader| reader.latest())
+    };
+    for (k, Job { variant, inputs }) in jobs.iter().enumerate() {
+        // A start computes something in any case, so that one with little time after another gets through.
+        if stop.load(Ordering::Relaxed) || (worked && late()) {
+            return Ok((trials, reference, true));
+        }
+        if !arguments.quiet {
+            eprintln!("variant {} of {}: {}", k + 1, jobs.len(), variant.name);
+        }
+        let root = folder.join(&variant.name);
+        let options = RunOptions {
+            inputs,
+            root: root.clone(),
+            source: None,
+            until: None,
+            threads: arguments.threads,
+            cache: cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder)),
+            file_system: Arc::new(RealFileSystem),
+            stop: &|commits| stop.load(Ordering::Relaxed) || (commits > 0 && late()),
+        };
+        let before = latest(&root);
+        let watcher = Watcher::new(&inputs.scene, &root, arguments.quiet);
+        let result = stages::run(&options, &watcher);
+        watcher.finish();
+        worked |= latest(&root) != before;
+        let failure = match result {
+            Ok(outcome) if outcome.ending == Ending::Stopped => {
+                return Ok((trials, reference, true));
+            }
+            Ok(_) => None,
+            // A run that belongs to another scene, is damaged or in use is no property of the variant.
+            Err(error @ RunError::Store(_)) => return Err(error.into()),
+            Err(error) => {
+                let message = error.to_string();
+                if !arguments.quiet {
+                    eprintln!("{} failed: {message}", variant.name);
+                }
+                if variant.name == REFERENCE {
+                    reference = Some(error);
+                }
+                Some(message)
+            }
+        };
+        let cost = &inputs.plan.cost;
+        trials.push(Trial {
+            variant: variant.clone(),
+            root,
+            memory: cost.memory_cached.unwrap_or(cost.memory),
+            failure,
+        });
+    }
+    Ok((trials, reference, false))
+}
+
+fn print(
+    scene: &Scene,
+    trade: &Trade,
+    left_out: &[(String, String)],
+    as_json: bool,
+) -> Result<(), CliError> {
+    let found = trade::findings(trade);
+    let mut out = std::io::stdout().lock();
+    if as_json {
+        let left_out: Vec<Value> = left_out
+            .iter()
+            .map(|(what, reason)| json!({ "what": what, "reason": reason }))
+            .collect();
+        let object = json!({
+            "scene": scene.name,
+            "rows": rows(&trade.table()?),
+            "findings": found,
+            "left_out": left_out,
+        });
+        writeln!(out, "{object}")?;
+    } else {
+        write!(out, "{}", trade::markdown(trade, &found, left_out))?;
+    }
+    Ok(())
+}
+
+/// One object a row.
+fn rows(table: &Table) -> Vec<Map<String, Value>> {
+    let value = |column: &Column, row: usize| match column {
+        Column::F64(values) => json!(values[row]),
+        Column::MaybeF64(values) => json!(values[row]),
+        Column::I64(values) => json!(values[row]),
+        Column::I32(values) => json!(values[row]),
+        Column::Bool(values) => json!(values[row]),
+        Column::Text(values) => json!(values[row]),
+    };
+    (0..table.rows())
+        .map(|row| {
+            table
+                .columns()
+                .map(|(schema, column)| (schema.name.clone(), value(column, row)))
+                .collect()
+        })
+        .collect()
+}

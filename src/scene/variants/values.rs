@@ -1,0 +1,319 @@
+//! The values that each knob of a scene is tried at.
+
+use super::{Choice, Knob};
+use crate::scene::{Dynamics, Motion, Plan, Scene, Scheme, Stiffness, Structure, plan::Coupling};
+use crate::wear::cycle::March;
+
+/// Errors of the worn volume to be kept within.
+const TOLERANCES: [f64; 3] = [0.05, 0.01, 0.002];
+
+/// Depths of a step without an error of its own that are tried unless the scene has one of its own: the published one, and ten times it.
+const DEPTH_STEPS: [&str; 2] = ["0.1 um", "1 um"];
+
+/// Fewer cells a side than this resolve no roughness; more than [`MOST_CELLS`] are no everyday grid.
+const FEWEST_CELLS: usize = 12;
+
+/// See [`FEWEST_CELLS`].
+const MOST_CELLS: usize = 1024;
+
+/// The finest grid tried, in multiples of that of the scene, unless more is asked for.
+const FINEST: usize = 2;
+
+/// The values of a knob: each with its size, and the `--set` it takes where that is more than the value.
+#[derive(Default)]
+pub(super) struct Values {
+    pub base: Option<(String, f64)>,
+    pub tried: Vec<(String, f64, Vec<String>)>,
+}
+
+pub(super) fn values(
+    knob: Knob,
+    written: &Scene,
+    scene: &Scene,
+    plan: &Plan,
+    choice: &Choice,
+) -> Result<Values, &'static str> {
+    const RIGID: &str = "there is no rough surface";
+    const STILL: &str = "nothing moves the joint";
+    let fidelity = &scene.fidelity;
+    let rough = scene.surface.is_some();
+    let moved = scene.dynamics.is_some() || scene.motion.is_some();
+    // A computed motion decides for itself how it is marched.
+    let stepped = plan.march == Some(March::Stepped) || scene.dynamics.is_some();
+    match knob.name {
+        "normal_tolerance" if rough => Ok(decades(fidelity.normal_tolerance)),
+        "tangential_tolerance" | "cycle_tolerance" | "cycle" | "steps_per_cycle" if !rough => {
+            Err(RIGID)
+        }
+        "tangential_tolerance" if moved || matches!(plan.coupling, Coupling::Indented { .. }) => {
+            Ok(decades(fidelity.tangential_tolerance))
+        }
+        "tangential_tolerance" | "cycle_tolerance" | "cycle" | "steps_per_cycle" if !moved => {
+            Err(STILL)
+        }
+        "cycle_tolerance" | "steps_per_cycle" if !stepped => {
+            Err("the cycle is one exact solve between its reversals, not stepped")
+        }
+        "cycle_tolerance" => Ok(decades(fidelity.cycle_tolerance)),
+        "steps_per_cycle" if matches!(scene.motion, Some(Motion::History { .. })) => {
+            Err("the steps are those of motion.history")
+        }
+        "steps_per_cycle" => Ok(counts(
+            fidelity.steps_per_cycle,
+            [1.0 / 4.0, 1.0 / 2.0, 2.0],
+            even,
+        )),
+        "cycle" => Ok(cycles(plan.march)),
+        "load_steps" => match plan.coupling {
+            Coupling::Indented { load_steps } => {
+                Ok(counts(load_steps, [1.0 / 4.0, 1.0 / 2.0, 2.0], whole))
+            }
+            _ => Err("the bodies are not pressed together in steps"),
+        },
+        "tolerance" | "wear_tolerance" | "scheme" if scene.wear.is_none() => {
+            Err("there is no [wear]")
+        }
+        "tolerance" => Ok(parts(1.0, TOLERANCES).without_base()),
+        "wear_tolerance" => {
+            let tolerance = scene.wear.as_ref().map_or(1.0, |wear| wear.tolerance);
+            Ok(parts(tolerance, [10.0, 3.0, 0.3, 0.1]))
+        }
+        "scheme" => Ok(schemes(scene, written)),
+        "aft_samples" | "harmonics" if scene.dynamics.is_none() => Err("there is no [dynamics]"),
+        "aft_samples" | "harmonics" if scene.contact.is_none() => {
+            Err("without a contact the vibration is linear")
+        }
+        "aft_samples" => Ok(counts(
+            fidelity.aft_samples,
+            [1.0 / 4.0, 1.0 / 2.0, 2.0],
+            even,
+        )),
+        "harmonics" => Ok(scene.dynamics.as_ref().map(harmonics).unwrap_or_default()),
+        "modes" | "elements" | "stiffness"
+            if !matches!(scene.structure, Some(Structure::Resonator { .. })) =>
+        {
+            Err("there is no [structure] of finite elements")
+        }
+        "modes" => {
+            let modes = scene.dynamics.as_ref().map_or(1, |dynamics| dynamics.modes);
+            Ok(counts(modes, [1.0 / 3.0, 2.0 / 3.0, 3.0 / 2.0], whole))
+        }
+        "elements" => Ok(elements(scene)),
+        "stiffness" if rough => Ok(stiffnesses(scene)),
+        "grid" if rough => Ok(grids(scene, choice.largest_grid)),
+        _ => Err(RIGID),
+    }
+}
+
+impl Values {
+    fn one(&mut self, value: impl Into<String>, size: f64) {
+        self.tried.push((value.into(), size, Vec::new()));
+    }
+
+    /// For what is neither finer nor coarser than `balanced`.
+    fn without_base(self) -> Values {
+        Values { base: None, ..self }
+    }
+}
+
+/// As it is written in a scene: `1e-4`.
+fn number(value: f64) -> String {
+    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
+    format!("{rounded:e}")
+}
+
+fn parts(base: f64, factors: impl IntoIterator<Item = f64>) -> Values {
+    let mut values = Values {
+        base: Some((number(base), 1.0 / base)),
+        ..Values::default()
+    };
+    for factor in factors {
+        values.one(number(base * factor), 1.0 / (base * factor));
+    }
+    values
+}
+
+fn decades(base: f64) -> Values {
+    parts(base, [100.0, 10.0, 0.1, 0.01])
+}
+
+fn whole(value: f64) -> usize {
+    value.round() as usize
+}
+
+fn even(value: f64) -> usize {
+    2 * whole(value / 2.0)
+}
+
+fn counts<const N: usize>(base: usize, factors: [f64; N], round: fn(f64) -> usize) -> Values {
+    let mut values = Values {
+        base: Some((base.to_string(), base as f64)),
+        ..Values::default()
+    };
+    let mut tried: Vec<usize> = factors.map(|factor| round(base as f64 * factor)).to_vec();
+    tried.dedup();
+    for count in tried
+        .into_iter()
+        .filter(|count| *count > 0 && *count != base)
+    {
+        values.one(count.to_string(), count as f64);
+    }
+    values
+}
+
+fn cycles(base: Option<March>) -> Values {
+    let mut values = Values::default();
+    let known = [
+        ("reversal", March::Reversal),
+        ("superposition", March::Superposition),
+        ("stepped", March::Stepped),
+    ];
+    for (word, march) in known {
+        if base != Some(march) {
+            values.one(word, 0.0);
+        }
+    }
+    values
+}
+
+pub(super) fn own_depth(written: &Scene) -> Option<f64> {
+    written
+        .wear
+        .as_ref()
+        .and_then(|wear| wear.depth_step)
+        .filter(|_| {
+            // That of the preset `paper` is no word of the scene.
+            written
+                .document()
+                .get("wear")
+                .is_some_and(|wear| wear.get("depth_step").is_some())
+        })
+}
+
+pub(super) fn depth(metres: f64) -> String {
+    format!("wear.depth_step={} um", number(metres * 1e6))
+}
+
+fn schemes(scene: &Scene, written: &Scene) -> Values {
+    let mut values = Values::default();
+    if scene
+        .wear
+        .as_ref()
+        .is_some_and(|wear| wear.scheme == Scheme::Explicit)
+    {
+        return values;
+    }
+    let depths = match own_depth(written) {
+        Some(own) => vec![depth(own), depth(10.0 * own)],
+        None => DEPTH_STEPS
+            .map(|step| format!("wear.depth_step={step}"))
+            .to_vec(),
+    };
+    for scheme in ["semi_implicit", "explicit"] {
+        for step in &depths {
+            let size = step.trim_start_matches("wear.depth_step=");
+            let sets = vec![format!("wear.scheme={scheme}"), step.clone()];
+            values.tried.push((format!("{scheme}, {size}"), 0.0, sets));
+        }
+    }
+    values
+}
+
+/// Fewer and more of them; only odd ones beside 0 where the scene has only such.
+fn harmonics(dynamics: &Dynamics) -> Values {
+    let orders = &dynamics.harmonics;
+    let highest = orders.last().copied().unwrap_or(1);
+    let step = if orders.iter().any(|order| *order > 0 && order % 2 == 0) || highest == 1 {
+        1
+    } else {
+        2
+    };
+    let mut values = Values {
+        base: Some((format!("{orders:?}"), f64::from(highest))),
+        ..Values::default()
+    };
+    let tops = [
+        highest.checked_sub(2 * step),
+        highest.checked_sub(step),
+        Some(highest + 2 * step),
+        Some(highest + 4 * step),
+    ];
+    for top in tops.into_iter().flatten().filter(|top| *top >= 1) {
+        let list: Vec<u32> = [0]
+            .into_iter()
+            .chain((1..=top).step_by(step as usize))
+            .collect();
+        values.one(format!("{list:?}"), f64::from(top));
+    }
+    values
+}
+
+/// A few rows more and fewer. The hole of a resonator is so many elements whatever their size, so that many more or fewer would
+/// make another joint of it.
+fn elements(scene: &Scene) -> Values {
+    let Some([nx, ny]) = scene.joint.as_ref().and_then(|joint| joint.elements) else {
+        return Values::default();
+    };
+    let shown = |n: usize| format!("[{n}, {n}]");
+    let mut values = Values {
+        base: Some((shown(nx), (nx * ny) as f64)),
+        ..Values::default()
+    };
+    for n in [
+        nx.checked_sub(4),
+        nx.checked_sub(2),
+        Some(nx + 2),
+        Some(nx + 4),
+    ] {
+        if let Some(n) = n.filter(|n| *n > 0) {
+            values.one(shown(n), (n * n) as f64);
+        }
+    }
+    values
+}
+
+fn stiffnesses(scene: &Scene) -> Values {
+    let mut values = Values::default();
+    let known = [
+        ("total", Stiffness::Total),
+        ("roughness", Stiffness::Roughness),
+        ("tangent", Stiffness::Tangent),
+    ];
+    for (word, kind) in known {
+        if scene
+            .contact
+            .as_ref()
+            .is_some_and(|contact| contact.stiffness != kind)
+        {
+            values.one(word, 0.0);
+        }
+    }
+    values
+}
+
+/// Halves and doubles of the scene's grid, so that its cells keep their shape.
+fn grids(scene: &Scene, largest: Option<usize>) -> Values {
+    let Some(base) = scene.joint.as_ref().and_then(|joint| joint.grid) else {
+        return Values::default();
+    };
+    let longer = base[0].max(base[1]);
+    let largest = largest.unwrap_or(FINEST * longer).min(MOST_CELLS);
+    let shown = |grid: [usize; 2]| format!("[{}, {}]", grid[0], grid[1]);
+    let size = |grid: [usize; 2]| (grid[0] * grid[1]) as f64;
+    let mut values = Values {
+        base: Some((shown(base), size(base))),
+        ..Values::default()
+    };
+    for halvings in [2, 1] {
+        let grid = base.map(|n| n >> halvings);
+        if grid[0].min(grid[1]) >= FEWEST_CELLS {
+            values.one(shown(grid), size(grid));
+        }
+    }
+    let mut grid = base.map(|n| 2 * n);
+    while grid[0].max(grid[1]) <= largest {
+        values.one(shown(grid), size(grid));
+        grid = grid.map(|n| 2 * n);
+    }
+    values
+}

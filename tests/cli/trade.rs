@@ -1,0 +1,251 @@
+//! `fretwear trade`: what it runs, what it writes, and that it goes on where it was stopped.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use fretwear::tables::{Table, TableName, from_parquet};
+use serde_json::Value;
+
+use crate::support::{Bench, RESONATOR, SMALL, content, verified};
+
+/// A scene without accuracy of its own, with few iterations.
+fn bench() -> Bench {
+    let bench = Bench::new();
+    let scene = SMALL
+        .replace("tolerance = 1e-3", "")
+        .replace("600_000", "200_000");
+    bench.write("tiny.toml", scene);
+    bench
+}
+
+const KNOBS: [&str; 4] = ["--knob", "preset", "--knob", "cycle"];
+
+fn trade_table(folder: &Path) -> Table {
+    let bytes = fs::read(folder.join("trade.parquet")).expect("a table");
+    from_parquet(&bytes, TableName::Trade.schema()).expect("the table")
+}
+
+/// Errors of a row by their columns.
+fn errors(table: &Table, row: usize) -> BTreeMap<String, Option<f64>> {
+    table
+        .columns()
+        .filter(|(schema, _)| schema.name.starts_with("error_"))
+        .map(|(schema, _)| {
+            let values = table.maybe_f64(&schema.name).expect("errors");
+            (schema.name.clone(), values[row])
+        })
+        .collect()
+}
+
+fn row_of(table: &Table, variant: &str) -> usize {
+    let names = table.text("variant").expect("names");
+    names
+        .iter()
+        .position(|name| name == variant)
+        .unwrap_or_else(|| panic!("no {variant}"))
+}
+
+/// Every file below a folder, but for locks, which say who looked last, and drafts, which are put away.
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.ends_with("staging") {
+            continue;
+        } else if path.is_dir() {
+            found.extend(files(&path));
+        } else if !path.ends_with("lock") {
+            found.insert(path.clone(), fs::read(&path).expect("a file"));
+        }
+    }
+    found
+}
+
+#[test]
+fn runs_every_variant_and_compares_it_with_the_reference() {
+    let bench = bench();
+    let did = bench.done(&[&["trade", "tiny.toml", "--knob", "grid"], &KNOBS[..]].concat());
+    let folder = bench.path("trade/tiny");
+    let table = trade_table(&folder);
+    let expected = [
+        "balanced",
+        "reference",
+        "fast",
+        "cycle-superposition",
+        "cycle-stepped",
+        "grid-52-44",
+    ];
+    assert_eq!(table.text("variant").expect("names"), expected);
+    assert!(table.bool("done").expect("flags").iter().all(|done| *done));
+    for (row, variant) in expected.iter().enumerate() {
+        verified(&folder.join(variant));
+        for (name, error) in errors(&table, row) {
+            let error = error.unwrap_or_else(|| panic!("no {name} of {variant}"));
+            if *variant == "reference" {
+                assert_eq!(error, 0.0, "{name}");
+            }
+        }
+        assert!(table.f64("seconds").expect("times")[row] > 0.0);
+        assert!(table.f64("fft_pairs").expect("pairs")[row] > 0.0);
+        assert!(table.i64("memory").expect("memory")[row] > 0);
+        assert!(table.i64("iterations").expect("iterations")[row] > 0);
+    }
+    // Absent physics has no column.
+    assert!(!table.has("resonance_frequency") && !table.has("error_peak_amplitude"));
+    // The approximation is one, and a stepped cycle dearer.
+    let volume = |variant| errors(&table, row_of(&table, variant))["error_wear_volume"];
+    assert!(volume("cycle-superposition").expect("an error").abs() > 1e-3);
+    let pairs = table.f64("fft_pairs").expect("pairs");
+    assert!(pairs[row_of(&table, "cycle-stepped")] > 3.0 * pairs[row_of(&table, "balanced")]);
+
+    let said = did.stdout();
+    assert_eq!(
+        said,
+        fs::read_to_string(folder.join("trade.md")).expect("text")
+    );
+    for part in [
+        "| variant | seconds | FFT pairs |",
+        "| cycle = stepped |",
+        "balanced, wear volume: ",
+        "grid [26, 22], against [52, 44]: ",
+        "load_steps",
+    ] {
+        assert!(
+            said.contains(part) == (part != "load_steps"),
+            "{part:?} in {said}"
+        );
+    }
+    let html = fs::read_to_string(folder.join("trade.html")).expect("text");
+    assert!(html.contains("<svg ") && html.contains("<td>cycle = stepped</td>"));
+    for outside in ["src=", "href=", "@import", "<script"] {
+        assert!(
+            !html.contains(outside),
+            "{outside} in a file that is to need no other"
+        );
+    }
+    assert!(
+        did.stderr().contains("variant 6 of 6: grid-52-44"),
+        "{}",
+        did.stderr()
+    );
+}
+
+#[test]
+fn the_same_command_again_computes_nothing() {
+    let bench = bench();
+    let command = [&["trade", "tiny.toml", "--dir", "a", "--json"], &KNOBS[..]].concat();
+    let first = bench.done(&command);
+    let before = files(&bench.path("a"));
+    let second = bench.done(&command);
+    assert_eq!(first.stdout(), second.stdout());
+    assert!(before == files(&bench.path("a")), "a file changed");
+    let object = first.json();
+    assert_eq!(object["rows"].as_array().map(Vec::len), Some(5));
+    assert_eq!(object["rows"][1]["variant"], "reference");
+    assert_eq!(object["rows"][1]["error_wear_field"], 0.0);
+    let promises = object["findings"]["promises"].as_array().expect("promises");
+    assert_eq!(promises.len(), 6, "{promises:?}");
+    for kept in promises {
+        let within = kept["error"].as_f64().expect("a number").abs()
+            <= kept["promise"].as_f64().expect("a number");
+        assert_eq!(kept["passed"], within, "{kept}");
+    }
+    // A scene that says nothing of its own is no variant of its own.
+    let preset = ["--set", "fidelity.preset=fast"];
+    let did = bench.done(&[&command[..], &preset[..]].concat());
+    let left = did.json()["left_out"].to_string();
+    assert!(left.contains("it is the same as fast"), "{left}");
+    assert!(!bench.path("a/as_written").exists());
+}
+
+/// Everything but times is the same in the end, whoever stops it how often.
+#[test]
+fn goes_on_where_it_was_stopped() {
+    let bench = bench();
+    let command = |folder| [&["trade", "tiny.toml", "--dir", folder], &KNOBS[..]].concat();
+    bench.done(&command("direct"));
+    let mut starts = 0;
+    loop {
+        starts += 1;
+        let did = bench.fretwear(&[&command("stopped")[..], &["--max-wall", "1 ms"]].concat());
+        if did.code() == 0 {
+            break;
+        }
+        assert_eq!(did.code(), 75, "{}", did.stderr());
+        assert!(
+            did.stderr().contains("the same command goes on"),
+            "{}",
+            did.stderr()
+        );
+        assert_eq!(did.stdout(), "");
+        assert!(starts < 100, "a start computes something in any case");
+    }
+    assert!(starts > 5, "it was stopped {starts} times only");
+    let [direct, stopped] = ["direct", "stopped"].map(|folder| trade_table(&bench.path(folder)));
+    for (schema, column) in direct.columns() {
+        if !["seconds", "pareto"].contains(&schema.name.as_str()) {
+            let again = stopped.column(&schema.name).expect("the same columns");
+            assert_eq!(again, column, "{}", schema.name);
+        }
+    }
+    for variant in direct.text("variant").expect("names") {
+        let run = |folder| content(&bench.path(folder).join(variant));
+        assert!(run("direct").chain == run("stopped").chain, "{variant}");
+    }
+}
+
+/// Three modes have no resonance in the range: that variant is a row that says so.
+#[test]
+fn a_variant_that_fails_is_a_row() {
+    let bench = Bench::new();
+    let end = RESONATOR.find("[wear]").expect("a section");
+    bench.write("still.toml", &RESONATOR[..end]);
+    let sets = ["--set", "joint.grid=[27, 18]"];
+    let did = bench.done(&[&["trade", "still.toml", "--knob", "modes"], &sets[..]].concat());
+    let table = trade_table(&bench.path("trade/still"));
+    let failed = row_of(&table, "modes-3");
+    assert_eq!(
+        table.bool("done").expect("flags"),
+        [true, true, false, true, true]
+    );
+    let message = &table.text("message").expect("texts")[failed];
+    assert!(
+        message.contains("no phase resonance between 900"),
+        "{message}"
+    );
+    assert!(errors(&table, failed).values().all(Option::is_none));
+    assert!(did.stdout().contains(message), "{}", did.stdout());
+    // What failed is tried again, and is the same row.
+    let again = bench.done(
+        &[
+            &["trade", "still.toml", "--knob", "modes", "--json"],
+            &sets[..],
+        ]
+        .concat(),
+    );
+    assert_eq!(again.json()["rows"][failed]["kn"], Value::Null);
+    assert_eq!(trade_table(&bench.path("trade/still")), table);
+}
+
+#[test]
+fn refuses_what_it_cannot_do() {
+    let bench = bench();
+    let unknown = bench.fretwear(&["trade", "tiny.toml", "--knob", "gird"]);
+    assert_eq!(unknown.code(), 2);
+    assert!(
+        unknown.stderr().contains("\"gird\" is no knob") && unknown.stderr().contains(", grid")
+    );
+    // A folder with the runs of another scene stays as it is.
+    let of_scene = |set| ["trade", "tiny.toml", "--knob", "load_steps", "--set", set];
+    bench.done(&of_scene("surface.seed=3"));
+    let before = files(&bench.path("trade/tiny"));
+    let other = bench.fretwear(&of_scene("surface.seed=4"));
+    assert_eq!(other.code(), 4);
+    assert!(
+        other.stderr().contains("surface.seed"),
+        "{}",
+        other.stderr()
+    );
+    assert!(before == files(&bench.path("trade/tiny")), "a file changed");
+}
