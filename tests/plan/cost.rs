@@ -127,7 +127,7 @@ fn a_run_in_pieces_has_cost_what_one_in_one_piece_has() {
 #[test]
 fn both_are_told() {
     let bench = Bench::new();
-    let told = bench.done(&["run", "small.toml", "--run", "run"]).stdout();
+    let told = bench.done(&["run", "small.toml", "--run", "run"]).stderr();
     let line = told
         .lines()
         .find(|line| line.trim_start().starts_with("cost"))

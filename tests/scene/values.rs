@@ -54,7 +54,7 @@ fn a_case_with_its_defaults() {
     assert_eq!(wear.coefficient, 2e-15);
     assert_eq!((wear.cycles, wear.volume), (Some(10_000_000), None));
     assert_eq!((wear.scheme, wear.depth_step), (Scheme::Implicit, None));
-    assert_eq!(wear.tolerance, 0.01);
+    assert_eq!(wear.tolerance, 0.015);
     assert_eq!(scene.fidelity.preset, Preset::Balanced);
     assert_eq!(scene.fidelity.cycle, None);
     assert_eq!(scene.fidelity.steps_per_cycle, 32);
@@ -200,7 +200,7 @@ fn motions() {
 fn presets_set_the_tolerances() {
     let expected = [
         ("fast", [1e-5, 1e-3, 1e-2, 0.05]),
-        ("balanced", [1e-6, 1e-3, 1e-3, 0.01]),
+        ("balanced", [1e-6, 1e-3, 1e-3, 0.015]),
         ("reference", [1e-8, 1e-6, 1e-5, 1e-3]),
     ];
     for (preset, tolerances) in expected {

@@ -48,7 +48,7 @@ fn for_error(error: f64) -> Tolerances {
 fn defaults(preset: Preset) -> Tolerances {
     let [normal, tangential, cycle, wear] = match preset {
         Preset::Fast => [1e-5, 1e-3, 1e-2, 0.05],
-        Preset::Balanced => [1e-6, 1e-3, 1e-3, 0.01],
+        Preset::Balanced => [1e-6, 1e-3, 1e-3, 0.015],
         Preset::Reference => [1e-8, 1e-6, 1e-5, 1e-3],
         // The explicit scheme of the paper has no wear tolerance; the value serves a scene that asks for the implicit one.
         Preset::Paper => [1e-6, 1e-4, 1e-3, 0.01],
