@@ -62,12 +62,7 @@ pub fn outcome(
         "  {:<24} {total:.2} s: {}",
         "computed in",
         stages.join(", ")
-    )?;
-    if outcome.ending == Ending::Done {
-        // About this machine and this moment, and no result.
-        cost::write_compared(&mut std::io::stderr(), inputs, &outcome.spent)?;
-    }
-    Ok(())
+    )
 }
 
 /// Error bars of the summary, and the figures that they belong to.

@@ -11,7 +11,7 @@ use fretwear::store::{Cache, RealFileSystem, StoreError};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
-use super::{CliError, Exit, RunArguments, report};
+use super::{CliError, Exit, RunArguments, cost, report};
 use crate::progress::Watcher;
 
 /// `RUN@N`.
@@ -62,6 +62,10 @@ pub fn run(arguments: RunArguments) -> Result<Exit, CliError> {
         }
     };
     report::outcome(&outcome, &inputs, &root, arguments.json)?;
+    if outcome.ending == Ending::Done && !arguments.json && !arguments.quiet {
+        // About this machine and this moment, and no result.
+        cost::write_compared(&mut std::io::stderr(), &inputs, &outcome.spent)?;
+    }
     if outcome.ending == Ending::Stopped {
         eprintln!(
             "stopped; continue with: fretwear run --run {}",
