@@ -159,16 +159,16 @@ pub fn write_compared(out: &mut impl Write, inputs: &Inputs, spent: &Spent) -> R
 }
 
 /// Seconds that the stages of a run are expected to take here.
-pub fn expected_seconds(inputs: &Inputs, spent: &Spent) -> f64 {
+fn expected_seconds(inputs: &Inputs, spent: &Spent) -> f64 {
     let cost = &inputs.plan.cost;
     let reduced = spent.seconds.contains_key(Stage::Structure.name());
     cost.seconds(rates(&inputs.scene, cost)).computing(reduced)
 }
 
 /// The same for programs: what a plan expects (the `cost` of `plan.json`) and what was spent, under the same names. Seconds are
-/// expected of a machine, and in no plan.
-pub fn compared(expected: &Value, seconds: Option<f64>, spent: &Spent) -> Value {
-    let mut compared = json!({
+/// expected of a machine at a moment: a finished run says the same each time it is asked.
+pub fn compared(expected: &Value, spent: &Spent) -> Value {
+    json!({
         "predicted": {
             "wear_iterations": expected["iterations"],
             "fft_pairs": expected["fft_pairs"],
@@ -184,11 +184,7 @@ pub fn compared(expected: &Value, seconds: Option<f64>, spent: &Spent) -> Value 
             "disk_bytes": spent.disk,
             "seconds": spent.total_seconds(),
         },
-    });
-    if let Some(seconds) = seconds {
-        compared["predicted"]["seconds"] = json!(seconds);
-    }
-    compared
+    })
 }
 
 fn megabytes(bytes: u64) -> String {

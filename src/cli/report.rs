@@ -27,8 +27,7 @@ pub fn outcome(
         );
         if outcome.wear_iteration.is_some() {
             let (expected, spent) = (json!(inputs.plan.cost), &outcome.spent);
-            let seconds = cost::expected_seconds(inputs, spent);
-            let compared = cost::compared(&expected, Some(seconds), spent);
+            let compared = cost::compared(&expected, spent);
             object.insert("cost".to_owned(), compared);
         }
         return writeln!(out, "{}", Value::Object(object));

@@ -59,10 +59,7 @@ pub fn status(root: &Path, as_json: bool) -> Result<Exit, CliError> {
         object.insert("running".to_owned(), json!(running.is_some()));
         if let (Some(_), Some(plan)) = (latest, reader.plan()?) {
             let spent = Spent::of(&reader)?;
-            object.insert(
-                "cost".to_owned(),
-                cost::compared(&plan["cost"], None, &spent),
-            );
+            object.insert("cost".to_owned(), cost::compared(&plan["cost"], &spent));
         }
         object.insert("damage".to_owned(), json!(damaged));
         writeln!(out, "{}", Value::Object(object))?;
