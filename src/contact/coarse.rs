@@ -27,14 +27,10 @@ impl Coarse {
     /// `compliance` gives the displacement of a point under the field's traction on a rectangle at the given offset.
     pub(super) fn new(half_space: &HalfSpace, compliance: impl Fn(CellIntegrals) -> f64) -> Self {
         let far_field = FarField::new(half_space, |cell| [[compliance(cell)]]);
-        let cells = if far_field.exists() {
-            half_space.grid().len()
-        } else {
-            0
-        };
+        let block = far_field.blocks();
         Coarse {
-            block: (0..cells).map(|c| far_field.block(c) as u32).collect(),
-            springs: vec![0.0; cells],
+            springs: vec![0.0; block.len()],
+            block,
             count: 0,
             sums: vec![0.0; far_field.size()],
             far_field,
@@ -67,11 +63,6 @@ impl Coarse {
             held[self.block[c] as usize][0][0] += self.springs[c];
         }
         self.far_field.prepare(&held);
-        for &c in free {
-            if !self.far_field.held(self.block[c] as usize, 0) {
-                self.springs[c] = 0.0;
-            }
-        }
     }
 
     /// `target` −= S (L⁻¹ + S)⁻¹ S `source`, values on the `free` cells.

@@ -91,16 +91,17 @@ impl<const A: usize> FarField<A> {
         self.size
     }
 
-    /// The block of a cell.
-    pub(super) fn block(&self, c: usize) -> usize {
-        let (i, j) = self.grid.cell(c);
+    /// The block of every cell of the grid; none where there are no blocks.
+    pub(super) fn blocks(&self) -> Vec<u32> {
         let [mx, my] = self.numbers;
-        (i * mx / self.grid.nx) * my + j * my / self.grid.ny
-    }
-
-    /// True for displacements of a block that springs hold.
-    pub(super) fn held(&self, block: usize, axis: usize) -> bool {
-        self.roots[block][axis][axis] > 0.0
+        let rows = (0..self.grid.nx).map(|i| i * mx / self.grid.nx * my);
+        let columns: Vec<usize> = (0..self.grid.ny).map(|j| j * my / self.grid.ny).collect();
+        let blocks = rows.flat_map(|row| columns.iter().map(move |column| (row + column) as u32));
+        if self.exists() {
+            blocks.collect()
+        } else {
+            Vec::new()
+        }
     }
 
     /// Prepares the correction for the summed springs of the blocks.
@@ -151,11 +152,17 @@ impl<const A: usize> FarField<A> {
         self.factor = m;
     }
 
-    /// (L⁻¹ + S)⁻¹ of `sums`, those of S times a source over the blocks; `None` where there is no correction.
+    /// (L⁻¹ + S)⁻¹ of `sums`, those of S times a source over the blocks; 0 where no springs hold a block, and `None` where there
+    /// is no correction.
     pub(super) fn moved(&mut self, sums: &mut [f64]) -> Option<&[f64]> {
         let n = self.size;
         if self.factor.is_empty() {
             return None;
+        }
+        let roots = &self.roots;
+        let held = |k: usize| roots[k / A][k % A][k % A] > 0.0;
+        for (k, sum) in sums.iter_mut().enumerate() {
+            *sum = if held(k) { *sum } else { 0.0 };
         }
         // (L⁻¹ + G Gᵀ)⁻¹ = L − L G (1 + Gᵀ L G)⁻¹ Gᵀ L.
         let product = |x: &[f64], out: &mut [f64], compliance: &[f64]| {
@@ -193,8 +200,8 @@ impl<const A: usize> FarField<A> {
             }
         }
         product(sums, inner, &self.compliance);
-        for (moved, less) in self.moved.iter_mut().zip(inner.iter()) {
-            *moved -= less;
+        for (k, (moved, less)) in self.moved.iter_mut().zip(inner.iter()).enumerate() {
+            *moved = if held(k) { *moved - less } else { 0.0 };
         }
         Some(&self.moved)
     }

@@ -15,7 +15,7 @@ use super::tangential::{compliance, stiffness};
 use crate::grid::ByAxis;
 
 /// Part of the first residual (in the preconditioner's norm) at which a solve stops. The stiffness is an energy, so its
-/// relative error is about the square of this.
+/// relative error is about the square of this, some 1e-8.
 const RESIDUAL: f64 = 1e-4;
 
 /// The same where the densities of single cells are used: those are in error by this itself.
@@ -359,38 +359,32 @@ fn linearise(
             })
             .sum()
     };
-    let mut coarse = fields
+    let mut coarse: Vec<Coarse> = fields
         .iter()
         .map(|&traction| far_field(half_space, traction))
-        .collect::<Vec<_>>();
-    for axis in 0..axes {
-        if coarse[axis].exists() {
-            cells[axis].iter().for_each(|&c| direction[axis][c] = 1.0);
-            precondition(half_space, &direction, &mut image);
-            cells[axis].iter().for_each(|&c| direction[axis][c] = 0.0);
-            coarse[axis].prepare(&cells[axis], |c| image[axis][c]);
-        }
+        .filter(Coarse::exists)
+        .collect();
+    for (axis, coarse) in coarse.iter_mut().enumerate() {
+        cells[axis].iter().for_each(|&c| direction[axis][c] = 1.0);
+        precondition(half_space, &direction, &mut image);
+        cells[axis].iter().for_each(|&c| direction[axis][c] = 0.0);
+        coarse.prepare(&cells[axis], |c| image[axis][c]);
     }
     let (mut source, mut target) = (Vec::new(), Vec::new());
-    let (mut first, mut product) = (0.0, 0.0);
+    // The plain preconditioner is positive definite: it measures the residual.
+    let (mut first, mut product) = (0.0, f64::INFINITY);
     let mut iterations = 0;
     while (0..axes).any(moves) {
         precondition(half_space, &residual, &mut image);
-        for axis in 0..axes {
-            gather(&residual[axis], &cells[axis], &mut source);
-            gather(&image[axis], &cells[axis], &mut target);
-            coarse[axis].correct(&cells[axis], &source, &mut target);
-            scatter(&target, &cells[axis], &mut image[axis]);
-        }
-        let new_product = dot(&residual, &image);
+        let size = dot(&residual, &image);
         if iterations == 0 {
-            first = new_product;
+            first = size;
         }
-        if new_product <= tolerance * tolerance * first {
+        if size <= tolerance * tolerance * first {
             break;
         }
         if iterations == MAX_ITERATIONS {
-            let error = (new_product / first).sqrt();
+            let error = (size / first).sqrt();
             return Err(ContactError::NotConverged {
                 problem: "stiffness",
                 iterations,
@@ -398,11 +392,20 @@ fn linearise(
                 tolerance,
             });
         }
-        let beta = if iterations == 0 {
-            0.0
-        } else {
-            new_product / product
-        };
+        for (axis, coarse) in coarse.iter_mut().enumerate() {
+            gather(&residual[axis], &cells[axis], &mut source);
+            gather(&image[axis], &cells[axis], &mut target);
+            coarse.correct(&cells[axis], &source, &mut target);
+            scatter(&target, &cells[axis], &mut image[axis]);
+        }
+        let new_product = dot(&residual, &image);
+        if new_product <= 0.0 && !coarse.is_empty() {
+            // A correction that is not positive on these cells: on without it.
+            coarse.clear();
+            product = f64::INFINITY;
+            continue;
+        }
+        let beta = new_product / product;
         product = new_product;
         for axis in 0..axes {
             for &c in &cells[axis] {

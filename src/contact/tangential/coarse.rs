@@ -29,13 +29,12 @@ impl<const A: usize> Coarse<A> {
                 })
             })
         });
-        let block = if far_field.exists() {
-            cells.iter().map(|&c| far_field.block(c) as u32).collect()
-        } else {
-            Vec::new()
-        };
+        let blocks = far_field.blocks();
         Coarse {
-            block,
+            block: cells
+                .iter()
+                .filter_map(|&c| blocks.get(c).copied())
+                .collect(),
             springs: std::array::from_fn(|_| vec![[0.0; A]; cells.len()]),
             sums: vec![0.0; far_field.size()],
             far_field,
@@ -57,13 +56,6 @@ impl<const A: usize> Coarse<A> {
             }
         }
         self.far_field.prepare(&held);
-        for (cell, &block) in self.block.iter().enumerate() {
-            for (u, springs) in self.springs.iter_mut().enumerate() {
-                if !self.far_field.held(block as usize, u) {
-                    springs[cell] = [0.0; A];
-                }
-            }
-        }
     }
 
     /// Sums S `source` over the blocks.
