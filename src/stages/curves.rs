@@ -2,6 +2,7 @@
 
 use crate::contact::ContactError;
 use crate::contact::normal::NormalSolution;
+use crate::contact::tangential::TangentialOptions;
 use crate::tables::{Table, TableError, TableName};
 use crate::wear::cycle::CycleSolution;
 use crate::wear::{FrettingJoint, WearError};
@@ -102,19 +103,20 @@ pub fn hysteresis(
     let mut shear = None;
     let zero = vec![0.0; motion.end.len()];
     let exact = joint.options.tangential;
+    let inner = TangentialOptions {
+        tolerance: exact.tolerance.max(INNER),
+        ..exact
+    };
     for point in 1..=BRANCH {
         let part = point as f64 / BRANCH as f64;
         let place: Vec<f64> = motion.end.iter().map(|d| part * d).collect();
         // The end is a point of the cycle, and its shear most often what that starts from.
-        let start = if point == BRANCH {
-            Some(&cycle.shear)
+        let (options, start) = if point == BRANCH {
+            (exact, Some(&cycle.shear))
         } else {
-            joint.options.tangential.tolerance = exact.tolerance.max(INNER);
-            shear.as_ref()
+            (inner, shear.as_ref())
         };
-        let step = joint.step(&limit, None, [&zero, &place], start);
-        joint.options.tangential = exact;
-        let step = step?;
+        let step = joint.step_within(options, &limit, None, [&zero, &place], start)?;
         first.push((step.force[0], step.displacement[0]));
         shear = Some(step.shear);
     }

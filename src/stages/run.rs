@@ -197,6 +197,15 @@ fn run_rough(
         if let (Some(before), Some(wear)) = (&before, &inputs.scene.wear)
             && wear.is_reached(before.cycles, before.volume)
         {
+            if let Some(asked) = fidelity
+                .tolerance
+                .filter(|asked| before.bar > asked * before.volume)
+            {
+                observer.notice(&format!(
+                    "fidelity.tolerance = {asked}: the error bar of wear_volume is {:.2e}; give a smaller fidelity.tolerance or wear.tolerance",
+                    before.bar / before.volume
+                ));
+            }
             return outcome(&store, Ending::Done);
         }
         if store.latest().is_some() && (options.stop)(commits) {
@@ -405,7 +414,7 @@ fn committed(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Resu
             0
         },
         volume: number("wear_volume")?,
-        error: number("error_wear")?,
+        error: number("error_wear_volume")?,
     });
     Ok(())
 }

@@ -7,7 +7,6 @@ use super::state::Committed;
 use super::static_contact::StaticContact;
 use super::vibrating::Driven;
 use super::wear::Worn;
-use crate::scene::Scheme;
 use crate::surface::statistics::roughness;
 use crate::tables::{Table, TableName};
 use crate::wear::error_bar;
@@ -102,8 +101,8 @@ pub fn summary(
         let volume = before.map_or(0.0, |b| b.volume) + worn.volume;
         // A run that began from another may wear at another coefficient than it.
         let energy = before.map_or(0.0, |b| b.energy) + worn.volume / wear.coefficient;
-        let estimate = match (before, wear.scheme) {
-            (Some(before), Scheme::SemiImplicit | Scheme::Explicit) => {
+        let estimate = match before {
+            Some(before) if !wear.scheme.estimates_error() => {
                 let energies = [&before.worn.cycle.energy[..], &cycle.solution.energy];
                 let (coefficient, cell_area) = (wear.coefficient, joint.patch.grid.cell_area());
                 error_bar::of_constant_rate(energies, coefficient, worn.n_cycles, cell_area)
@@ -144,14 +143,11 @@ pub fn summary(
             ]);
         }
         for (figure, name, value) in figures {
-            let followed = match before.map(|b| b.summary.f64(figure)) {
-                // What was inherited may not have had it.
-                Some(Ok(earlier)) => {
-                    error_bar::of_figure([earlier[0], value], bar, worn.volume, volume)
-                }
-                _ => 0.0,
-            };
-            table = table.column(name, vec![followed]);
+            // What was inherited may not have had it.
+            let earlier = before.and_then(|b| b.summary.f64(figure).ok());
+            let ends = [earlier.map_or(value, |earlier| earlier[0]), value];
+            let error = error_bar::of_figure(ends, bar, worn.volume, volume);
+            table = table.column(name, vec![error]);
         }
         table = table
             .column("error_wear_volume", vec![relative(bar)])

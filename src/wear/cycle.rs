@@ -7,7 +7,9 @@
 use super::joint::{FrettingJoint, WearError};
 use super::motion::{Channel, StraightMotion};
 use crate::contact::normal::NormalSolution;
-use crate::contact::tangential::{CellState, TangentialProblem, TangentialSolution};
+use crate::contact::tangential::{
+    CellState, TangentialOptions, TangentialProblem, TangentialSolution,
+};
 use crate::grid::{ByAxis, Grid};
 
 /// Cycles after which a motion that has not closed is given up.
@@ -378,6 +380,22 @@ impl FrettingJoint {
         &mut self,
         limit: &[f64],
         previous: Option<&ByAxis<Vec<f64>>>,
+        ends: [&[f64]; 2],
+        start: Option<&ByAxis<Vec<f64>>>,
+    ) -> Result<TangentialSolution, WearError> {
+        let options = match self.march {
+            March::Stepped => self.options.tangential_in_sequence(),
+            March::Reversal | March::Superposition => self.options.tangential,
+        };
+        self.step_within(options, limit, previous, ends, start)
+    }
+
+    /// The same with other options than the cycle's.
+    pub fn step_within(
+        &mut self,
+        options: TangentialOptions,
+        limit: &[f64],
+        previous: Option<&ByAxis<Vec<f64>>>,
         [from, to]: [&[f64]; 2],
         start: Option<&ByAxis<Vec<f64>>>,
     ) -> Result<TangentialSolution, WearError> {
@@ -389,10 +407,6 @@ impl FrettingJoint {
             drive: &drive,
             rotation,
             offset: None,
-        };
-        let options = match self.march {
-            March::Stepped => self.options.tangential_in_sequence(),
-            March::Reversal | March::Superposition => self.options.tangential,
         };
         Ok(crate::contact::tangential::solve(
             &mut self.half_space,

@@ -65,6 +65,13 @@ pub struct FrettingOptions {
 /// Part of the closure of a cycle that the gap of each of its steps may have: with more, a cycle of many would not close.
 const GAP_OF_CLOSURE: f64 = 0.1;
 
+impl Scheme {
+    /// True of a scheme whose step estimates its error.
+    pub fn estimates_error(self) -> bool {
+        self == Scheme::Implicit
+    }
+}
+
 impl FrettingOptions {
     /// Those of tangential steps that follow one another, each from the shear that the last has left.
     pub fn tangential_in_sequence(&self) -> TangentialOptions {
