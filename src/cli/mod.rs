@@ -105,6 +105,20 @@ struct SceneArguments {
     sets: Vec<String>,
 }
 
+/// How runs are made.
+#[derive(Args)]
+struct Execution {
+    /// Stop after this time, at the end of an iteration, as in `--max-wall "8 h"`
+    #[arg(long, value_name = "TIME", value_parser = parse_time)]
+    max_wall: Option<f64>,
+    /// Threads for the contact solvers' transforms, worth it from some 128 x 128 cells; results do not depend on it
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse_threads)]
+    threads: usize,
+    /// No progress
+    #[arg(long, short)]
+    quiet: bool,
+}
+
 #[derive(Args)]
 struct RunArguments {
     /// The scene (TOML); without it, that of the run given by --run or --from
@@ -122,18 +136,11 @@ struct RunArguments {
     /// End after this stage: surface, static_contact, fretting_cycle, wear
     #[arg(long, value_name = "STAGE")]
     until: Option<fretwear::stages::Stage>,
-    /// Stop after this time, at the end of an iteration, as in `--max-wall "8 h"`
-    #[arg(long, value_name = "TIME", value_parser = parse_time)]
-    max_wall: Option<f64>,
-    /// Threads for the contact solvers' transforms, worth it from some 128 x 128 cells; results do not depend on it
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse_threads)]
-    threads: usize,
+    #[command(flatten)]
+    execution: Execution,
     /// Print one JSON object: the last summary, and the seconds of each stage
     #[arg(long)]
     json: bool,
-    /// No progress
-    #[arg(long, short)]
-    quiet: bool,
 }
 
 #[derive(Args)]
@@ -152,18 +159,11 @@ struct TradeArguments {
     /// Most cells along the longer side of a grid, up to 1024 [default: twice those of the scene]
     #[arg(long, value_name = "N")]
     largest_grid: Option<usize>,
-    /// Stop after this time, as in `--max-wall "8 h"`
-    #[arg(long, value_name = "TIME", value_parser = parse_time)]
-    max_wall: Option<f64>,
-    /// Threads for the contact solvers' transforms; results do not depend on it
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse_threads)]
-    threads: usize,
+    #[command(flatten)]
+    execution: Execution,
     /// Print one JSON object: the rows of the table, and what follows from them
     #[arg(long)]
     json: bool,
-    /// No progress
-    #[arg(long, short)]
-    quiet: bool,
 }
 
 #[derive(Args)]

@@ -135,16 +135,24 @@ pub fn readable(value: f64) -> String {
 
 /// The row of a table of one row, in SI units.
 pub fn row(table: &Table) -> Map<String, Value> {
-    let value = |column: &Column| match column {
-        Column::F64(values) => json!(values[0]),
-        Column::MaybeF64(values) => json!(values[0]),
-        Column::I64(values) => json!(values[0]),
-        Column::I32(values) => json!(values[0]),
-        Column::Bool(values) => json!(values[0]),
-        Column::Text(values) => json!(values[0]),
+    rows(table).swap_remove(0)
+}
+
+/// One object a row, in SI units.
+pub fn rows(table: &Table) -> Vec<Map<String, Value>> {
+    let value = |column: &Column, row: usize| match column {
+        Column::F64(values) => json!(values[row]),
+        Column::MaybeF64(values) => json!(values[row]),
+        Column::I64(values) => json!(values[row]),
+        Column::I32(values) => json!(values[row]),
+        Column::Bool(values) => json!(values[row]),
+        Column::Text(values) => json!(values[row]),
     };
-    table
-        .columns()
-        .map(|(schema, column)| (schema.name.clone(), value(column)))
-        .collect()
+    let object = |row: usize| {
+        let columns = table.columns();
+        columns
+            .map(|(schema, column)| (schema.name.clone(), value(column, row)))
+            .collect()
+    };
+    (0..table.rows()).map(object).collect()
 }

@@ -33,19 +33,20 @@ pub fn run(arguments: RunArguments) -> Result<Exit, CliError> {
     let stop = stop_flag()?;
     let begin = Instant::now();
     let inputs = Inputs::of(scene)?;
-    let watcher = Watcher::new(&inputs.scene, &root, arguments.quiet);
+    let watcher = Watcher::new(&inputs.scene, &root, arguments.execution.quiet);
     let options = RunOptions {
         inputs: &inputs,
         root: root.clone(),
         source: arguments.from.clone(),
         until: arguments.until,
-        threads: arguments.threads,
+        threads: arguments.execution.threads,
         cache: cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder)),
         file_system: Arc::new(RealFileSystem),
         // A start makes an iteration in any case, so that one with little time after another gets through.
         stop: &|commits| {
             stop.load(Ordering::Relaxed)
                 || arguments
+                    .execution
                     .max_wall
                     .is_some_and(|limit| commits > 0 && begin.elapsed().as_secs_f64() >= limit)
         },
@@ -62,7 +63,7 @@ pub fn run(arguments: RunArguments) -> Result<Exit, CliError> {
         }
     };
     report::outcome(&outcome, &inputs, &root, arguments.json)?;
-    if outcome.ending == Ending::Done && !arguments.json && !arguments.quiet {
+    if outcome.ending == Ending::Done && !arguments.json && !arguments.execution.quiet {
         // About this machine and this moment, and no result.
         cost::write_compared(&mut std::io::stderr(), &inputs, &outcome.spent)?;
     }

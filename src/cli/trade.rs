@@ -11,11 +11,10 @@ use fretwear::scene::variants::{self, BALANCED, Choice, LeftOut, REFERENCE, Vari
 use fretwear::scene::{self, Scene};
 use fretwear::stages::{self, Ending, Inputs, RunError, RunOptions};
 use fretwear::store::{Cache, RealFileSystem, RunReader};
-use fretwear::tables::{Column, Table};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::run::{cache_folder, stop_flag};
-use super::{CliError, Exit, TradeArguments};
+use super::{CliError, Exit, TradeArguments, report};
 use crate::progress::Watcher;
 
 /// A variant with what its run needs.
@@ -61,7 +60,7 @@ pub fn trade(arguments: &TradeArguments) -> Result<Exit, CliError> {
         return Ok(Exit::Stopped);
     }
     print(&written, &trade, &left_out, arguments.json)?;
-    if !arguments.quiet && has_reference {
+    if !arguments.execution.quiet && has_reference {
         let page = folder.join("trade.html");
         eprintln!(
             "written: {}, and beside it trade.parquet, .svg and .md",
@@ -118,6 +117,7 @@ fn run_all(
     let begin = Instant::now();
     let late = || {
         arguments
+            .execution
             .max_wall
             .is_some_and(|limit| begin.elapsed().as_secs_f64() >= limit)
     };
@@ -132,7 +132,7 @@ fn run_all(
         if stop.load(Ordering::Relaxed) || (worked && late()) {
             return Ok((trials, reference, true));
         }
-        if !arguments.quiet {
+        if !arguments.execution.quiet {
             eprintln!("variant {} of {}: {}", k + 1, jobs.len(), variant.name);
         }
         let root = folder.join(&variant.name);
@@ -141,13 +141,13 @@ fn run_all(
             root: root.clone(),
             source: None,
             until: None,
-            threads: arguments.threads,
+            threads: arguments.execution.threads,
             cache: cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder)),
             file_system: Arc::new(RealFileSystem),
             stop: &|commits| stop.load(Ordering::Relaxed) || (commits > 0 && late()),
         };
         let before = latest(&root);
-        let watcher = Watcher::new(&inputs.scene, &root, arguments.quiet);
+        let watcher = Watcher::new(&inputs.scene, &root, arguments.execution.quiet);
         let result = stages::run(&options, &watcher);
         watcher.finish();
         worked |= latest(&root) != before;
@@ -160,7 +160,7 @@ fn run_all(
             Err(error @ RunError::Store(_)) => return Err(error.into()),
             Err(error) => {
                 let message = error.to_string();
-                if !arguments.quiet {
+                if !arguments.execution.quiet {
                     eprintln!("{} failed: {message}", variant.name);
                 }
                 if variant.name == REFERENCE {
@@ -195,7 +195,7 @@ fn print(
             .collect();
         let object = json!({
             "scene": scene.name,
-            "rows": rows(&trade.table()?),
+            "rows": report::rows(&trade.table()?),
             "findings": found,
             "left_out": left_out,
         });
@@ -204,24 +204,4 @@ fn print(
         write!(out, "{}", trade::markdown(trade, &found, left_out))?;
     }
     Ok(())
-}
-
-/// One object a row.
-fn rows(table: &Table) -> Vec<Map<String, Value>> {
-    let value = |column: &Column, row: usize| match column {
-        Column::F64(values) => json!(values[row]),
-        Column::MaybeF64(values) => json!(values[row]),
-        Column::I64(values) => json!(values[row]),
-        Column::I32(values) => json!(values[row]),
-        Column::Bool(values) => json!(values[row]),
-        Column::Text(values) => json!(values[row]),
-    };
-    (0..table.rows())
-        .map(|row| {
-            table
-                .columns()
-                .map(|(schema, column)| (schema.name.clone(), value(column, row)))
-                .collect()
-        })
-        .collect()
 }
