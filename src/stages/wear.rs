@@ -23,10 +23,6 @@ const LONGEST_PROPOSAL: f64 = 1e18;
 /// wear may still grow in running-in.
 const VOLUME_MARGIN: f64 = 0.98;
 
-/// How far beyond the change that makes an update due a step may end, in parts of that change and of the tolerance of the wear. Late
-/// in a run stiffness hardly rises any more: a little of it is many cycles.
-const LANDED: f64 = 0.1;
-
 /// The step that led to an iteration.
 pub struct Worn {
     pub wear: Vec<f64>,
@@ -102,11 +98,14 @@ pub fn wear(
             let step = match &coming {
                 None => implicit::advance(joint, &before.worn, coefficient, proposal, limits)?,
                 Some(coming) => {
-                    let reached = |joint: &mut FrettingJoint, step: &Step| {
-                        let volume = joint.volume(&step.wear);
+                    // As the next stage will find the contact, whatever the step's own lacks of it.
+                    let reached = |joint: &mut FrettingJoint, step: &mut Step| {
+                        let (volume, load) = (joint.volume(&step.wear), joint.motion.mean_load());
+                        let start = Some(&step.contact.pressure[..]);
+                        step.contact = joint.contact(&step.wear, None, load, start)?;
                         coming.reached(joint, &inputs.plan, &step.contact.pressure, volume)
                     };
-                    let landing = Landing::new(coming.begin, LANDED * wear.tolerance);
+                    let landing = Landing::new(coming.begin, wear.tolerance);
                     let worn = &before.worn;
                     land(joint, worn, coefficient, proposal, limits, landing, reached)?
                 }
@@ -177,12 +176,12 @@ fn land(
     proposal: f64,
     limits: Limits,
     mut landing: Landing,
-    mut reached: impl FnMut(&mut FrettingJoint, &Step) -> Result<f64, NumericsError>,
+    mut reached: impl FnMut(&mut FrettingJoint, &mut Step) -> Result<f64, NumericsError>,
 ) -> Result<Step, NumericsError> {
     let mut step = implicit::advance(joint, before, coefficient, proposal, limits)?;
     let (uncut, mut rejected) = (step.cycles, step.rejected);
     loop {
-        let reached = reached(joint, &step)?;
+        let reached = reached(joint, &mut step)?;
         let Some(cycles) = landing.next(step.cycles, reached) else {
             step.rejected = rejected;
             // Accuracy did not ask for less than the step before it was cut.

@@ -3,8 +3,16 @@
 //! What is computed up to the end of the step that meets a condition, an update of the contact elements say, would otherwise
 //! depend on the steps that happened to be taken.
 
-/// Lengths tried for one event, after which the last stands.
+/// Lengths tried for one event, after which the shortest that passes it stands.
 const MOST: usize = 8;
+
+/// A step that would pass so many such events is not cut: they are finer than what wear is resolved to, and every step ends
+/// beyond one.
+const MANY: f64 = 30.0;
+
+/// How far beyond the event a step may end, in parts of the tolerance: late in a run stiffness hardly rises any more, and a little of
+/// it is many cycles.
+const LANDED: f64 = 0.1;
 
 /// The way to an event goes like this power of the cycles, until two lengths tell: stiffness rises fast at first.
 const EXPONENT: f64 = 0.7;
@@ -12,11 +20,14 @@ const EXPONENT: f64 = 0.7;
 /// Powers that two lengths are believed to tell.
 const EXPONENTS: (f64, f64) = (0.02, 5.0);
 
+/// What is left of a length at least from one try to the next.
+const SHORTEST: f64 = 0.1;
+
 /// The search for the length of one step. How far its end is on the way to the event is a number that reaches 1 there.
 #[derive(Debug, Clone)]
 pub struct Landing {
     begin: f64,
-    band: f64,
+    tolerance: f64,
     /// The longest step that ends before the event, the shortest beyond it, and the last one tried.
     below: u64,
     above: Option<u64>,
@@ -25,11 +36,12 @@ pub struct Landing {
 }
 
 impl Landing {
-    /// `begin` is how far on its way the beginning of the step is; a step may end within `band` beyond the event.
-    pub fn new(begin: f64, band: f64) -> Landing {
+    /// `begin` is how far on its way the beginning of the step is. A step may end beyond the event by a part of `tolerance`, or, where
+    /// the way has jumps, by `tolerance` of its length.
+    pub fn new(begin: f64, tolerance: f64) -> Landing {
         Landing {
             begin,
-            band,
+            tolerance,
             below: 0,
             above: None,
             last: None,
@@ -41,10 +53,11 @@ impl Landing {
     /// before it with no longer one known to pass it.
     pub fn next(&mut self, cycles: u64, reached: f64) -> Option<u64> {
         self.tried += 1;
-        if self.begin >= 1.0 || self.tried > MOST {
+        if self.begin >= 1.0 || self.above.is_none() && reached - self.begin > MANY {
             return None;
         }
-        if reached > 1.0 + self.band {
+        let band = LANDED * self.tolerance;
+        if reached > 1.0 + band {
             self.above = Some(cycles);
         } else if reached >= 1.0 {
             return None;
@@ -53,15 +66,15 @@ impl Landing {
         }
         let above = self.above?;
         let between = above - self.below;
-        if between <= 1 {
-            // A cycle is the least there is: the event is in the one that `above` ends with.
+        let narrow = (self.tolerance * above as f64).max(1.0);
+        if between as f64 <= narrow || self.tried >= MOST {
             return (cycles != above).then_some(above);
         }
-        let target = 1.0 + 0.5 * self.band - self.begin;
+        let target = 1.0 + 0.5 * band - self.begin;
         let gone = reached - self.begin;
         let exponent = self.exponent(cycles, gone).unwrap_or(EXPONENT);
         self.last = Some((cycles, gone));
-        let guess = cycles as f64 * (target / gone).powf(1.0 / exponent);
+        let guess = cycles as f64 * (target / gone).powf(1.0 / exponent).max(SHORTEST);
         let (least, most) = (self.below as f64 + 1.0, above as f64 - 1.0);
         if guess >= least && guess <= most {
             Some(guess as u64)
