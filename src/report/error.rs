@@ -104,6 +104,10 @@ impl ReportError {
 
     /// True for a run that is damaged or of another format, rather than absent or empty.
     pub fn is_damage_or_mismatch(&self) -> bool {
-        matches!(self, ReportError::Run { source, .. } if source.is_damage_or_mismatch())
+        match self {
+            ReportError::Run { source, .. } => source.is_damage_or_mismatch(),
+            ReportError::Scene { .. } => true,
+            _ => false,
+        }
     }
 }

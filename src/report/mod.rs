@@ -32,6 +32,8 @@ pub use figures::Figure;
 #[cfg(feature = "polars")]
 pub use page::{Report, Section};
 #[cfg(feature = "polars")]
+pub use plot::{Drawing, PlotError};
+#[cfg(feature = "polars")]
 pub use run_tables::{RunTables, numbers, scan_runs, texts};
 #[cfg(feature = "polars")]
 pub use scan::{ORDER, RUN, WEAR_ITERATION};

@@ -135,6 +135,17 @@ pub fn in_unit(value: f64, unit: Unit) -> String {
     // A resonance moves by less than its fourth digit.
     let significant = if unit.symbol == "Hz" { 5 } else { 4 };
     let number = digits(value / unit.size, significant);
+    if value == 0.0
+        && let Some(plain) = unit.symbol.strip_prefix("10⁶")
+    {
+        return format!("0\u{a0}{}", plain.trim_start());
+    }
+    // "10·10⁶ cycles", not "10 10⁶ cycles".
+    let space = if unit.symbol.starts_with("10") {
+        "·"
+    } else {
+        space
+    };
     format!("{number}{space}{}", unit.symbol)
 }
 

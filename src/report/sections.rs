@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::page::Section;
-use super::quantity::{self, Units, escaped, number, shown};
+use super::quantity::{self, Units, escaped, number};
 use super::run_tables::{numbers, texts};
 use super::{ERROR_BARS, ReportError, RunTables, error_bar_of, percent};
 use crate::tables::TableName;
@@ -55,6 +55,18 @@ fn units_of(column: &str, unit: &str) -> Option<Units> {
     })
 }
 
+/// The name of a column as it stands in a table: symbols keep their letters.
+fn in_words(column: &str) -> String {
+    match column {
+        "rq" => "Rq".to_owned(),
+        "sk" => "Sk".to_owned(),
+        "ku" => "Ku".to_owned(),
+        "n_cycles" => "cycles of the last step".to_owned(),
+        "fft_pairs" => "FFT pairs".to_owned(),
+        name => name.replace('_', " "),
+    }
+}
+
 /// The summary of the first and the last iteration, with the error bars of the last.
 pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
     let read = |run: &RunTables| {
@@ -83,16 +95,25 @@ pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
         if ends.iter().all(Option::is_none) {
             continue;
         }
-        let value = |value: f64| match units_of(name, &column.unit) {
-            Some(units) => shown(value, units),
-            None if column.unit == "1" => number(value),
-            None => format!("{}\u{a0}{}", number(value), column.unit),
+        let plain = |value: f64| match column.unit.as_str() {
+            "1" => number(value),
+            unit => format!("{}\u{a0}{unit}", number(value)),
         };
-        let mut row = vec![name.replace('_', " ")];
+        let values = |first: f64, last: f64| {
+            let most = quantity::largest(&[first, last]);
+            match units_of(name, &column.unit) {
+                Some(units) => {
+                    let unit = quantity::unit_of(units, most);
+                    [first, last].map(|value| quantity::in_unit(value, unit))
+                }
+                None => [first, last].map(plain),
+            }
+        };
+        let mut row = vec![in_words(name)];
         for end in ends {
-            let (first, last, bar) = match end {
-                Some((first, last, bar)) => (value(first), value(last), bar),
-                None => (NONE.to_owned(), NONE.to_owned(), 0.0),
+            let ([first, last], bar) = match end {
+                Some((first, last, bar)) => (values(first, last), bar),
+                None => ([NONE; 2].map(str::to_owned), 0.0),
             };
             let bar = match bar > 0.0 {
                 true => format!(" ± {}", percent(bar)),
@@ -101,6 +122,8 @@ pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
             if frames.len() == 1 {
                 row.extend([first, format!("{last}{bar}")]);
             } else {
+                // Both have the unit of the last.
+                let first = first.split('\u{a0}').next().unwrap_or_default();
                 row.push(format!("{first} → {last}{bar}"));
             }
         }
@@ -361,11 +384,11 @@ fn provenance(runs: &[RunTables]) -> Section {
             );
             rows.push(vec!["continued".to_owned(), how]);
         }
-        table(&words(["provenance", ""]), &rows, false)
+        table(&words(["what", "value"]), &rows, false)
     });
     Section {
         id: "provenance",
-        title: "Where it comes from".to_owned(),
+        title: "Provenance".to_owned(),
         html,
     }
 }

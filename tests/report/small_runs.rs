@@ -60,6 +60,15 @@ impl Observer for Silent {
 
 /// Runs a scene in `folder/name`.
 pub fn compute(folder: &TempDir, name: &str, scene: &str, until: Option<Stage>) -> PathBuf {
+    computed(folder, name, scene, until, u64::MAX)
+}
+
+/// Runs a scene in `folder/name` and stops it after some commits.
+pub fn begin(folder: &TempDir, name: &str, scene: &str, commits: u64) -> PathBuf {
+    computed(folder, name, scene, None, commits)
+}
+
+fn computed(folder: &TempDir, name: &str, scene: &str, until: Option<Stage>, most: u64) -> PathBuf {
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, scene).unwrap();
     let inputs = Inputs::of(load(&path, &[]).unwrap()).unwrap();
@@ -72,7 +81,7 @@ pub fn compute(folder: &TempDir, name: &str, scene: &str, until: Option<Stage>) 
         threads: 1,
         cache: None,
         file_system: Arc::new(RealFileSystem),
-        stop: &|_| false,
+        stop: &|commits| commits >= most,
     };
     run(&options, &Silent).unwrap();
     root

@@ -80,7 +80,7 @@ const PLANS: [Plan; 6] = [
     (
         "resonance",
         "Resonance over the cycles",
-        "",
+        "Of the vibration that drives the wear, with the contact elements of the last update.",
         &[
             course("resonance_frequency", "resonance frequency", FREQUENCY),
             course("peak_amplitude", "peak amplitude", LENGTH),
@@ -290,7 +290,8 @@ fn verb(first: f64, last: f64) -> &'static str {
 /// The change in percent, where it says something.
 fn change(first: f64, last: f64) -> String {
     let change = 100.0 * (last / first - 1.0);
-    if !change.is_finite() || change == 0.0 || first.signum() != last.signum() {
+    // Beyond a factor of ten the two values say more.
+    if !(change.abs() < 900.0) || change == 0.0 || first.signum() != last.signum() {
         return String::new();
     }
     let sign = if change > 0.0 { "+" } else { "" };

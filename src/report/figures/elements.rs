@@ -4,7 +4,7 @@ use polars::prelude::DataFrame;
 
 use super::super::ReportError;
 use super::super::plot::{Map, Scale};
-use super::super::quantity::{self, FORCE, STIFFNESS, Units, shown, unit_of};
+use super::super::quantity::{self, FORCE, STIFFNESS, Units, in_unit, number, shown, unit_of};
 use super::super::run_tables::{numbers, texts};
 use super::course::labelled;
 use super::surface::titled;
@@ -46,7 +46,10 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
             let [low, high] = range_of(&numbers(&frame, column)?)?;
             Some(match low == high {
                 true => shown(low, units),
-                false => format!("{} to {}", shown(low, units), shown(high, units)),
+                false => {
+                    let unit = unit_of(units, high);
+                    format!("{} to {}", number(low / unit.size), in_unit(high, unit))
+                }
             })
         };
         let counts: Vec<String> = STATES
@@ -147,6 +150,7 @@ fn maps(
         let values: Vec<f64> = values.iter().map(|value| value / unit.size).collect();
         let scale = Scale::Continuous {
             range: range.map(|end| end / unit.size),
+            log: false,
             label: labelled(name, unit.symbol),
         };
         maps.push(map(name, &values, scale));

@@ -1,17 +1,19 @@
 //! Contact pressure: where it is, and how much of the joint carries how much.
 
 use super::super::ReportError;
-use super::super::plot::{Axis, Chart, Curve};
+use super::super::plot::{Axis, Chart, Curve, Scale};
 use super::super::quantity::{self, PRESSURE, SHARE, shown, unit_of};
 use super::course::labelled;
-use super::surface::{map, titled};
+use super::surface::{map, titled, told};
 use super::{Figure, Of, Study, drawn, range_of};
 use crate::tables::TableName;
 
-/// Classes of the histogram.
+/// Classes of the histogram, ten a decade.
 const CLASSES: usize = 40;
-/// Share of the cells in contact that the colours of the map tell apart; peaks beyond have the last colour.
-const TOLD: f64 = 0.99;
+/// Decades of pressure that it shows.
+const DECADES: f64 = 4.0;
+/// What the colours of the map tell apart, from this part of the largest pressure: what is below does not count as loaded.
+const LOADED: f64 = 1e-3;
 
 /// Pressure of a state: the run, the state, one value a cell.
 type State<'a> = (&'a Of<'a>, u64, Vec<f64>);
@@ -47,18 +49,22 @@ fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
     const ID: &str = "pressure";
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
     for (run, k, field) in states {
-        // One scale for the states of a run: that of the unworn one, whose peaks are the highest.
         let own = states
             .iter()
             .filter(|(other, ..)| std::ptr::eq(*other, *run));
-        let told = own.map(|(_, _, field)| quantile(field)).fold(0.0, f64::max);
-        let top = cap(run).unwrap_or(told);
+        let top = own
+            .map(|(_, _, field)| quantity::largest(field))
+            .fold(0.0, f64::max);
         let contact: Vec<f64> = field
             .iter()
             .map(|p| if *p > 0.0 { *p } else { f64::NAN })
             .collect();
         let title = titled(study, run, &format!("pressure, {}", run.state(*k)));
-        if let Some(map) = map(run, title, &contact, [0.0, top], PRESSURE, "pressure")? {
+        let range = [LOADED * top, top];
+        if let Some(mut map) = map(run, title, &contact, range, PRESSURE, "pressure")? {
+            if let Scale::Continuous { log, .. } = &mut map.scale {
+                *log = true;
+            }
             drawings.push(map.draw().map_err(drawn(ID))?);
         }
         let [_, most] = range_of(field).unwrap_or_default();
@@ -67,8 +73,8 @@ fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
             format!(", {cells} cells at the cap of {}", shown(cap, PRESSURE))
         });
         each.push(format!(
-            "{} largest {}{capped}",
-            titled(study, run, &run.state(*k)),
+            "{} {}{capped}",
+            told(study, run, &run.state(*k)),
             shown(most, PRESSURE)
         ));
     }
@@ -78,8 +84,7 @@ fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
         title: "Contact pressure".to_owned(),
         drawings,
         caption: format!(
-            "Cells without pressure are left blank; the hundredth of the cells in contact with the highest pressure has the last \
-             colour, without a cap. {}.",
+            "Cells without pressure are left blank; below a thousandth of the largest, one colour. Largest: {}.",
             each.join("; ")
         ),
         query: study.query_last("contact_field", &columns),
@@ -87,35 +92,24 @@ fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
     })
 }
 
-/// The pressure that [`TOLD`] of the cells in contact do not exceed.
-fn quantile(field: &[f64]) -> f64 {
-    let mut contact: Vec<f64> = field.iter().copied().filter(|p| *p > 0.0).collect();
-    contact.sort_by(f64::total_cmp);
-    let at = (TOLD * contact.len() as f64) as usize;
-    contact
-        .get(at.min(contact.len().saturating_sub(1)))
-        .copied()
-        .unwrap_or(0.0)
-}
-
 fn histogram(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
     const ID: &str = "pressure-histogram";
     let most = states.iter().map(|(_, _, field)| quantity::largest(field));
     let most = most.fold(0.0, f64::max);
     let unit = unit_of(PRESSURE, most);
-    let width = most / CLASSES as f64;
+    let edge = |class: usize| most * 10f64.powf(DECADES * (class as f64 / CLASSES as f64 - 1.0));
     let mut curves: [Vec<Curve>; 2] = [Vec::new(), Vec::new()];
     for (run, k, field) in states {
-        let cells = field.iter().filter(|p| p.is_finite()).count().max(1);
+        let cells = field.iter().filter(|p| **p > 0.0).count().max(1);
         let mut counts = [0usize; CLASSES];
-        for pressure in field.iter().filter(|p| **p > 0.0) {
-            counts[((pressure / width) as usize).min(CLASSES - 1)] += 1;
+        for pressure in field.iter().filter(|p| **p >= edge(0)) {
+            let class = CLASSES as f64 * ((pressure / most).log10() / DECADES + 1.0);
+            counts[(class as usize).min(CLASSES - 1)] += 1;
         }
         let steps = counts.iter().enumerate().flat_map(|(class, count)| {
-            let share = *count as f64 / cells as f64 / 0.01;
-            [class, class + 1].map(|edge| [edge as f64 * width / unit.size, share])
+            let share = *count as f64 / cells as f64 / SHARE[0].size;
+            [class, class + 1].map(|class| [edge(class) / unit.size, share])
         });
-        // An empty class has no logarithm and breaks nothing: the line goes on at the next.
         let steps: Vec<[f64; 2]> = steps.collect();
         let worn = usize::from(run.cycles_at(*k) > 0.0);
         let curve = match study.is_single() {
@@ -128,14 +122,8 @@ fn histogram(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
         true => ["Pressure of the cells in contact", ""],
         false => ["Cells in contact, unworn", "Cells in contact, worn"],
     };
-    let least = |curves: &[Vec<Curve>]| {
-        let points = curves.iter().flatten().flat_map(|curve| &curve.points);
-        let shares = points.map(|point| point[1]).filter(|share| *share > 0.0);
-        shares.fold([f64::INFINITY, 0.0f64], |[low, high], s| {
-            [low.min(s), high.max(s)]
-        })
-    };
-    let [low, high] = least(&curves);
+    let all = curves.iter().flatten().flat_map(|curve| &curve.points);
+    let top = all.fold(0.0f64, |most, point| most.max(point[1]));
     let mut drawings = Vec::new();
     for (title, curves) in titles.into_iter().zip(curves) {
         if curves.is_empty() {
@@ -145,13 +133,13 @@ fn histogram(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
             title: title.to_owned(),
             x: Axis {
                 label: labelled("pressure", unit.symbol),
-                log: false,
-                range: Some([0.0, 1.02 * most / unit.size]),
+                log: true,
+                range: Some([edge(0) / unit.size, 1.2 * most / unit.size]),
             },
             y: Axis {
-                label: labelled("share of the cells", SHARE[0].symbol),
-                log: true,
-                range: Some([low / 1.5, high * 1.5]),
+                label: labelled("share of contact", SHARE[0].symbol),
+                log: false,
+                range: Some([0.0, 1.1 * top]),
             },
             curves,
         };
@@ -164,7 +152,7 @@ fn histogram(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
             let contact = field.iter().filter(|p| **p > 0.0).count();
             format!(
                 "{} {} of the cells",
-                titled(study, run, &run.state(*k)),
+                told(study, run, &run.state(*k)),
                 shown(contact as f64 / cells as f64, SHARE)
             )
         })
@@ -175,7 +163,7 @@ fn histogram(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
         title: "Distribution of pressure".to_owned(),
         drawings,
         caption: format!(
-            "Share of the joint's cells by pressure, in {CLASSES} equal classes up to {}. In contact: {}.",
+            "Share of the cells in contact in each of {CLASSES} classes of pressure, even in the logarithm, up to {}. In contact: {}.",
             shown(most, PRESSURE),
             each.join("; ")
         ),

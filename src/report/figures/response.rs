@@ -204,7 +204,19 @@ fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
         },
     ];
     let charts = panels.iter().flat_map(|one| panel(&states, one));
-    let drawings: Result<Vec<_>, _> = charts.map(|chart| chart.draw()).collect();
+    let closed = charts.map(|mut chart| {
+        chart.x.range = Some([0.0, 1.0]);
+        for Curve { points, .. } in &mut chart.curves {
+            // A period ends where it began.
+            if let (Some(first), Some(last)) = (points.first().copied(), points.last())
+                && last[0] < 1.0
+            {
+                points.push([1.0, first[1]]);
+            }
+        }
+        chart.draw()
+    });
+    let drawings: Result<Vec<_>, _> = closed.collect();
     let drawings = drawings.map_err(drawn(ID))?;
     if drawings.is_empty() {
         return Ok(None);

@@ -64,44 +64,79 @@ impl<'a> Study<'a> {
         quantity::unit_of(CYCLES, quantity::largest(all))
     }
 
-    /// Folder of the runs for a query: that of a single run, else a name that stands for each.
-    pub fn folder(&self) -> String {
+    /// Reads a table of all iterations with Polars, some columns of it.
+    pub fn query(&self, table: &str, columns: &[&str]) -> String {
+        let scan = format!("iterations/wear_iteration=*/{table}.parquet");
+        let columns = listed(columns);
+        let hive = "hive_partitioning=True";
         match &self.runs[..] {
-            [run] => run.tables.root().display().to_string(),
+            [run] => format!(
+                "pl.scan_parquet({}, {hive}).select(\"wear_iteration\", {columns}).collect()",
+                quoted(&format!("{}/{scan}", run.folder()))
+            ),
+            runs => format!(
+                "pl.concat([pl.scan_parquet(f\"{{run}}/{scan}\", {hive}).with_columns(run=pl.lit(run)) for run in [{}]], \
+                 how=\"diagonal\").select(\"run\", \"wear_iteration\", {columns}).collect()",
+                listed(&runs.iter().map(Of::folder).collect::<Vec<_>>())
+            ),
+        }
+    }
+
+    /// Reads a table of the last iteration with Polars, some columns of it.
+    pub fn query_last(&self, table: &str, columns: &[&str]) -> String {
+        let columns = listed(columns);
+        match &self.runs[..] {
+            [run] => format!(
+                "pl.read_parquet({}, columns=[{columns}])",
+                quoted(&format!(
+                    "{}/iterations/wear_iteration={}/{table}.parquet",
+                    run.folder(),
+                    run.tables.latest()
+                ))
+            ),
             runs => {
-                let parent = runs[0].tables.root().parent();
-                let same = runs.iter().all(|run| run.tables.root().parent() == parent);
-                let parent = parent.filter(|_| same).map(|parent| parent.join("*"));
-                parent.map_or("RUN".to_owned(), |parent| parent.display().to_string())
+                let each = |run: &Of| format!("{}: {}", quoted(&run.folder()), run.tables.latest());
+                let each: Vec<String> = runs.iter().map(each).collect();
+                format!(
+                    "{{run: pl.read_parquet(f\"{{run}}/iterations/wear_iteration={{k}}/{table}.parquet\", columns=[{columns}]) \
+                     for run, k in {{{}}}.items()}}",
+                    each.join(", ")
+                )
             }
         }
     }
 
-    /// Reads a table of all iterations with Polars, some columns of it.
-    pub fn query(&self, table: &str, columns: &[&str]) -> String {
-        let folder = self.folder();
-        let columns: Vec<String> = columns.iter().map(|name| format!("\"{name}\"")).collect();
-        format!(
-            "pl.scan_parquet(\"{folder}/iterations/wear_iteration=*/{table}.parquet\", hive_partitioning=True)\
-             .select(\"wear_iteration\", {}).collect()",
-            columns.join(", ")
-        )
-    }
-
-    /// Reads a table of the last iteration of the first run with Polars, some columns of it.
-    pub fn query_last(&self, table: &str, columns: &[&str]) -> String {
-        let run = &self.runs[0];
-        let columns: Vec<String> = columns.iter().map(|name| format!("\"{name}\"")).collect();
-        format!(
-            "pl.read_parquet(\"{}/iterations/wear_iteration={}/{table}.parquet\", columns=[{}])",
-            run.tables.root().display(),
-            run.tables.latest(),
-            columns.join(", ")
-        )
+    /// Reads a table that is written once a run with Polars.
+    pub fn query_once(&self, table: &str) -> String {
+        match &self.runs[..] {
+            [run] => format!(
+                "pl.read_parquet({})",
+                quoted(&format!("{}/once/{table}.parquet", run.folder()))
+            ),
+            runs => format!(
+                "{{run: pl.read_parquet(f\"{{run}}/once/{table}.parquet\") for run in [{}]}}",
+                listed(&runs.iter().map(Of::folder).collect::<Vec<_>>())
+            ),
+        }
     }
 }
 
+/// A text as Python writes it.
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
+}
+
+fn listed<T: AsRef<str>>(texts: &[T]) -> String {
+    let quoted: Vec<String> = texts.iter().map(|text| quoted(text.as_ref())).collect();
+    quoted.join(", ")
+}
+
 impl Of<'_> {
+    /// Folder of the run, as it was given.
+    pub fn folder(&self) -> String {
+        self.tables.root().display().to_string()
+    }
+
     /// A column of `summary` over the iterations.
     pub fn column(&self, name: &str) -> Option<Vec<f64>> {
         numbers(&self.summary, name)

@@ -34,12 +34,12 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
             .iter()
             .filter(|(other, ..)| std::ptr::eq(*other, *run));
         let own = range_of(own.flat_map(|(_, _, heights)| heights)).unwrap_or(range);
-        let title = titled(study, run, &format!("Height, {state}"));
+        let title = titled(study, run, &format!("height, {state}"));
         drawings.extend(map(run, title, heights, own, LENGTH, "height")?.map(|map| map.draw()));
         let [low, high] = range_of(heights).unwrap_or(own);
         each.push(format!(
             "{} {} to {}",
-            titled(study, run, state),
+            told(study, run, state),
             shown(low, LENGTH),
             shown(high, LENGTH)
         ));
@@ -53,10 +53,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
             "Composite height of the joint's cells, positive towards the other body: {}.",
             each.join("; ")
         ),
-        query: format!(
-            "pl.read_parquet(\"{}/once/surface.parquet\")",
-            study.folder()
-        ),
+        query: study.query_once("surface"),
         sources: vec![
             ("surface", vec!["i", "j", "height", "kept"]),
             ("wear_field", vec!["i", "j", "wear_depth"]),
@@ -71,12 +68,19 @@ fn worn(run: &Of, heights: &[f64]) -> Result<Option<Vec<f64>>, ReportError> {
     Ok(depth.map(below))
 }
 
-/// With the name of the run in front where there are several.
+/// With the name of the run in front where there are several: a heading.
 pub fn titled(study: &Study, run: &Of, text: &str) -> String {
-    if study.is_single() {
-        super::course::capitalised(text)
-    } else {
-        format!("{}: {text}", run.label)
+    match study.is_single() {
+        true => super::course::capitalised(text),
+        false => told(study, run, text),
+    }
+}
+
+/// The same within a sentence.
+pub fn told(study: &Study, run: &Of, text: &str) -> String {
+    match study.is_single() {
+        true => text.to_owned(),
+        false => format!("{}: {text}", run.label),
     }
 }
 
@@ -101,6 +105,7 @@ pub fn map(
         size: size.map(|side| side / MM),
         scale: Scale::Continuous {
             range: range.map(|end| end / unit.size),
+            log: false,
             label: labelled(name, unit.symbol),
         },
         curves: Vec::new(),
@@ -148,7 +153,7 @@ fn wear_map(study: &Study, fields: &[(&Of, Vec<f64>)]) -> Result<Figure, ReportE
         };
         let y = at[1] / MM;
         map.curves
-            .push(Curve::line("", 0, vec![[0.0, y], [size[0] / MM, y]]));
+            .push(Curve::line("", 1, vec![[0.0, y], [size[0] / MM, y]]));
         drawings.push(map.draw().map_err(drawn(ID))?);
         let count = depth.iter().filter(|d| d.is_finite()).count();
         let worn = depth.iter().filter(|d| **d > 0.0).count();

@@ -7,7 +7,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::super::quantity::digits;
 use super::{
-    AXIS, Drawing, FAINT, FINE, GRID, PlotError, TEXT, TEXT_COLOUR, WIDTH, said, style_colour,
+    AXIS, BAR, Drawing, FINE, GRID, PlotError, TEXT, TEXT_COLOUR, WIDTH, said, style_colour,
     text_width,
 };
 
@@ -83,11 +83,17 @@ const ROW: i32 = 20;
 /// Length of the line in the legend.
 const SAMPLE: i32 = 30;
 /// Room for the numbers of the ordinate and its label.
-const LEFT: i32 = 66;
+const LEFT: i32 = 76;
 /// Room for those of the abscissa.
 const BOTTOM: i32 = 46;
+/// Nothing is drawn this near to the edge.
+const EDGE: i32 = 4;
+/// Length of the lines that lead from an axis to its numbers.
+pub(super) const TICK: i32 = 5;
 /// Room to the right of the abscissa's last number.
 const RIGHT: i32 = 18;
+/// Half length of the end of an error bar.
+const CAP: i32 = 3;
 /// Where all values are the same, the axis reaches this part of them to both sides.
 const WIDEN: f64 = 0.05;
 /// A logarithmic axis shows this many decades at most.
@@ -162,8 +168,20 @@ impl Chart {
         if let Some(range) = axis.range {
             return range;
         }
-        let points = self.curves.iter().flat_map(|curve| &curve.points);
-        let values = points.filter(|p| self.is_drawn(p)).map(|p| p[direction]);
+        let values = self.curves.iter().flat_map(|curve| {
+            let points = curve.points.iter().enumerate();
+            let points = points.filter(|(_, point)| self.is_drawn(point));
+            points.flat_map(move |(k, point)| {
+                let bar = curve.bars.get(k).copied().unwrap_or(0.0);
+                // A bar as long as its value says that nothing is known, and would hide the curve.
+                let bar = if direction == 1 && bar < 0.5 * point[1].abs() {
+                    bar
+                } else {
+                    0.0
+                };
+                [point[direction] - bar, point[direction] + bar]
+            })
+        });
         let empty = [f64::INFINITY, f64::NEG_INFINITY];
         let [low, high] = values.fold(empty, |[low, high], v| [low.min(v), high.max(v)]);
         if low > high {
@@ -197,13 +215,16 @@ impl Chart {
         let mut chart = ChartBuilder::on(area)
             .margin_top(6 * FINE)
             .margin_right(RIGHT * FINE)
-            .x_label_area_size(BOTTOM * FINE)
-            .y_label_area_size(LEFT * FINE)
+            .margin_left(EDGE * FINE)
+            .margin_bottom(EDGE * FINE)
+            .x_label_area_size((BOTTOM - EDGE) * FINE)
+            .y_label_area_size((LEFT - EDGE) * FINE)
             .build_cartesian_2d(x, y)
             .map_err(said)?;
         chart
             .configure_mesh()
             .max_light_lines(0)
+            .set_all_tick_mark_size(TICK * FINE)
             .bold_line_style(GRID.stroke_width(FINE as u32))
             .axis_style(AXIS.stroke_width(FINE as u32))
             .x_labels(6)
@@ -224,9 +245,15 @@ impl Chart {
                 if self.is_drawn(point) && bar.is_finite() && *bar > 0.0 {
                     let [x, y] = *point;
                     let ends = [(y - bar).max(low), (y + bar).min(high)];
-                    let bar = ends.map(|end| (x, end)).to_vec();
-                    let line = PathElement::new(bar, FAINT.stroke_width(2 * FINE as u32));
+                    let bar = ends.map(|end| (x, end));
+                    let style = BAR.stroke_width(3 * FINE as u32 / 2);
+                    let line = PathElement::new(bar.to_vec(), style);
                     chart.draw_series([line]).map_err(said)?;
+                    let cap = |at| {
+                        EmptyElement::at(at)
+                            + PathElement::new(vec![(-CAP * FINE, 0), (CAP * FINE, 0)], style)
+                    };
+                    chart.draw_series(bar.map(cap)).map_err(said)?;
                 }
             }
             if curve.mark != Mark::Rings {

@@ -4,12 +4,11 @@ use std::ops::Range;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
-use super::chart::{Curve, heading, text_style, tick};
-use super::{
-    AXIS, Drawing, FINE, PlotError, TEXT, TEXT_COLOUR, WIDTH, said, style_colour, text_width,
-};
+use super::chart::{Curve, TICK, heading, text_style, tick};
+use super::{AXIS, Drawing, FINE, PlotError, TEXT, WIDTH, said, style_colour, text_width};
 
 /// How values become colours.
 #[derive(Debug, Clone)]
@@ -18,6 +17,8 @@ pub enum Scale {
     Continuous {
         /// Values at the ends of the bar; what is beyond has the colour of the end.
         range: [f64; 2],
+        /// True for even steps of the logarithm.
+        log: bool,
         /// Quantity and unit.
         label: String,
     },
@@ -44,8 +45,10 @@ pub struct Map {
 
 /// Side of the largest map, in units of the page.
 const SIDE: i32 = 320;
-const HEAD: i32 = 26;
-const LEFT: i32 = 54;
+const HEAD: i32 = 36;
+const LEFT: i32 = 58;
+/// Nothing is drawn this near to the edge.
+const EDGE: i32 = 4;
 const BOTTOM: i32 = 46;
 /// Width of the colour bar.
 const BAR: i32 = 16;
@@ -74,8 +77,12 @@ impl Map {
             place = [x, y, width * FINE, height * FINE];
             self.axes(&area, place)?;
             match &self.scale {
-                Scale::Continuous { range, label } => {
-                    bar_axis(&area, place, *range, label)?;
+                Scale::Continuous { range, log, label } => {
+                    let [low, high] = *range;
+                    match log {
+                        true => bar_axis(&area, place, (low..high).log_scale(), label)?,
+                        false => bar_axis(&area, place, low..high, label)?,
+                    }
                 }
                 Scale::Classes(names) => {
                     let style = |k: usize| style_colour(CLASS_STYLES[k % CLASS_STYLES.len()]);
@@ -119,20 +126,21 @@ impl Map {
     fn axes(&self, area: &Area, place: [i32; 4]) -> Result<(), PlotError> {
         let [x, y, width, height] = place;
         let plot = area.clone().shrink(
-            (x - LEFT * FINE, y),
+            (x - (LEFT - EDGE) * FINE, y),
             (
-                (width + LEFT * FINE) as u32,
+                (width + (LEFT - EDGE) * FINE) as u32,
                 (height + BOTTOM * FINE) as u32,
             ),
         );
         let mut chart = ChartBuilder::on(&plot)
             .x_label_area_size(BOTTOM * FINE)
-            .y_label_area_size(LEFT * FINE)
+            .y_label_area_size((LEFT - EDGE) * FINE)
             .build_cartesian_2d(0.0..self.size[0], 0.0..self.size[1])
             .map_err(said)?;
         chart
             .configure_mesh()
             .disable_mesh()
+            .set_all_tick_mark_size(TICK * FINE)
             .axis_style(AXIS.stroke_width(FINE as u32))
             .x_labels(5)
             .y_labels(5)
@@ -149,7 +157,7 @@ impl Map {
                 .iter()
                 .map(|[x, y]| (*x, *y))
                 .collect::<Vec<_>>();
-            let style = TEXT_COLOUR.stroke_width(FINE as u32);
+            let style = style_colour(curve.style).stroke_width(2 * FINE as u32);
             chart
                 .draw_series([PathElement::new(line, style)])
                 .map_err(said)?;
@@ -173,7 +181,7 @@ impl Map {
                 // The picture's lines go down, the joint's y goes up.
                 let (low, high) = (edge(j, ny, height), edge(j + 1, ny, height));
                 squares += &format!(
-                    "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" class=\"c{style}\"/>",
+                    "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" class=\"c{style}\" shape-rendering=\"crispEdges\"/>",
                     x + left,
                     y + height - high,
                     right - left,
@@ -186,7 +194,7 @@ impl Map {
 
     /// The field as a picture, means over blocks where it has more cells than are seen.
     fn picture(&self) -> Result<Vec<u8>, PlotError> {
-        let Scale::Continuous { range, .. } = self.scale else {
+        let Scale::Continuous { range, log, .. } = self.scale else {
             return Err(said("classes are no picture"));
         };
         let counts = self.cells.map(|cells| cells.min(FINEST));
@@ -205,7 +213,9 @@ impl Map {
                         }
                     }
                 }
-                let part = (sum / f64::from(count) - range[0]) / (range[1] - range[0]);
+                let scaled = |value: f64| if log { value.max(range[0]).ln() } else { value };
+                let [low, high] = range.map(scaled);
+                let part = (scaled(sum / f64::from(count)) - low) / (high - low);
                 pixels.push(match count {
                     0 => COLOURS as u8,
                     _ => (part.clamp(0.0, 1.0) * (COLOURS - 1) as f64).round() as u8,
@@ -220,24 +230,28 @@ impl Map {
 const CLASS_STYLES: [usize; 3] = [0, 4, 1];
 
 /// The numbers beside the colour bar.
-fn bar_axis(
+fn bar_axis<Y>(
     area: &Area,
     [x, y, width, height]: [i32; 4],
-    range: [f64; 2],
+    range: Y,
     label: &str,
-) -> Result<(), PlotError> {
+) -> Result<(), PlotError>
+where
+    Y: AsRangedCoord<Value = f64>,
+    Y::CoordDescType: ValueFormatter<f64>,
+{
     let left = x + width + 18 * FINE;
     let room = WIDTH * FINE - left;
     let part = area.clone().shrink((left, y), (room as u32, height as u32));
-    let [low, high] = range;
     let mut chart = ChartBuilder::on(&part)
         .right_y_label_area_size(room - BAR * FINE)
-        .build_cartesian_2d(0.0..1.0, low..high)
+        .build_cartesian_2d(0.0..1.0, range)
         .map_err(said)?;
     chart
         .configure_mesh()
         .disable_mesh()
         .disable_x_axis()
+        .set_all_tick_mark_size(TICK * FINE)
         .axis_style(AXIS.stroke_width(FINE as u32))
         .y_labels(6)
         .y_label_formatter(&|value| tick(*value))
@@ -248,7 +262,7 @@ fn bar_axis(
     let right = (WIDTH * FINE - width - 4 * FINE).max(0);
     let text = Text::new(
         label.to_owned(),
-        (right.min(left), (y + height) + 20 * FINE),
+        (right.min(left), y + height + (BOTTOM - 20) * FINE),
         text_style(TEXT),
     );
     area.draw(&text).map_err(said)

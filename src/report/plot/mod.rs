@@ -33,7 +33,7 @@ const fn class(group: u8, number: u8) -> RGBColor {
 const TEXT_COLOUR: RGBColor = class(1, 0);
 const GRID: RGBColor = class(2, 0);
 const AXIS: RGBColor = class(3, 0);
-const FAINT: RGBColor = class(4, 0);
+const BAR: RGBColor = class(4, 0);
 
 /// The colour of a style of curve.
 fn style_colour(style: usize) -> RGBColor {
@@ -91,7 +91,7 @@ fn classes(colour: impl Fn(&str) -> String) -> String {
         .collect();
     let [ink, grid, axis] = ["ink", "grid", "axis"].map(colour);
     format!(
-        "{styles}.ink{{fill:{ink}}}.grid{{stroke:{grid}}}.axis{{stroke:{axis};fill:none}}.faint{{stroke:{axis};stroke-dasharray:8 12}}\n"
+        "{styles}.ink{{fill:{ink}}}.grid{{stroke:{grid}}}.axis{{stroke:{axis};fill:none}}.bar{{stroke:{axis}}}\n"
     )
 }
 
@@ -137,7 +137,7 @@ impl Drawing {
         replace(TEXT_COLOUR, "axis", "ink");
         replace(GRID, "grid", "grid");
         replace(AXIS, "axis", "axis");
-        replace(FAINT, "faint", "faint");
+        replace(BAR, "bar", "bar");
         Drawing {
             title: title.to_owned(),
             size,
