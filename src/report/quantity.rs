@@ -48,19 +48,18 @@ pub const NUMBER: Units = &[unit("", 1.0)];
 /// Angles.
 pub const ANGLE: Units = &[unit("°", std::f64::consts::PI / 180.0)];
 
-/// Below this value in a unit the smaller one reads better.
+/// Where the smaller unit is a thousandth, it is taken for values below 1 of the larger; where it is smaller still, below this.
 const LEAST: f64 = 0.1;
 
 /// The unit in which values up to `largest` read well.
 pub fn unit_of(units: Units, largest: f64) -> Unit {
-    let fits = |unit: &&Unit| largest.is_finite() && largest.abs() >= LEAST * unit.size;
-    units
-        .iter()
-        .rev()
-        .find(fits)
-        .or(units.first())
-        .copied()
-        .unwrap_or(unit("", 1.0))
+    let fits = |k: &usize| {
+        let wide = *k > 0 && units[*k].size > 2e3 * units[*k - 1].size;
+        let least = if wide { LEAST } else { 1.0 };
+        largest.is_finite() && largest.abs() >= least * units[*k].size
+    };
+    let best = (0..units.len()).rev().find(fits).unwrap_or(0);
+    units[best]
 }
 
 /// The largest finite magnitude.

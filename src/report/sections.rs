@@ -120,7 +120,8 @@ pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
                 false => String::new(),
             };
             if frames.len() == 1 {
-                row.extend([first, format!("{last}{bar}")]);
+                row.extend((runs[0].iterations().len() > 1).then_some(first));
+                row.push(format!("{last}{bar}"));
             } else {
                 // Both have the unit of the last.
                 let first = first.split('\u{a0}').next().unwrap_or_default();
@@ -129,12 +130,13 @@ pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
         }
         rows.push(row);
     }
-    let heads = match runs {
-        [run] => vec![
-            "summary".to_owned(),
-            format!("iteration {}", run.iterations()[0]),
-            format!("iteration {}", run.latest()),
-        ],
+    let heads: Vec<String> = match runs {
+        [run] => {
+            let mut ends = vec![run.iterations()[0], run.latest()];
+            ends.dedup();
+            let ends = ends.iter().map(|k| format!("iteration {k}"));
+            std::iter::once("summary".to_owned()).chain(ends).collect()
+        }
         runs => std::iter::once("summary, first and last iteration".to_owned())
             .chain(runs.iter().map(|run| run.name().to_owned()))
             .collect(),

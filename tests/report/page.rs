@@ -113,13 +113,12 @@ fn drawings_are_sound(report: &Report, folder: &Path) {
                 }
                 continue;
             };
-            marks += usize::from(
-                ["polyline", "image", "circle"].contains(&tag(element.name().as_ref())),
-            );
+            marks +=
+                usize::from(["polyline", "image", "circle"].contains(&element.name().as_ref()));
             for attribute in element.attributes() {
                 let attribute = attribute.unwrap();
-                let name = tag(attribute.key.as_ref()).to_owned();
-                let value = String::from_utf8(attribute.value.to_vec()).unwrap();
+                let name = attribute.key.as_ref().to_owned();
+                let value = attribute.value.to_string();
                 if COORDINATES.contains(&name.as_str()) && value != "100%" {
                     for number in value.split([' ', ',']).filter(|part| !part.is_empty()) {
                         let number: f64 = number.parse().unwrap_or_else(|_| {
@@ -132,10 +131,6 @@ fn drawings_are_sound(report: &Report, folder: &Path) {
         }
         assert!(marks > 0, "{} is empty", figure.id);
     }
-}
-
-fn tag(name: &[u8]) -> &str {
-    std::str::from_utf8(name).unwrap()
 }
 
 /// The first and the last value of a column stand in the caption, in the unit that it is shown in.

@@ -227,7 +227,9 @@ fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
         .filter_map(|(state, (name, _, frame))| {
             let half = |column: &str| {
                 let [low, high] = super::range_of(&numbers(frame, column)?)?;
-                Some(((high - low) / 2.0, (high + low) / 2.0))
+                let (half, mean) = ((high - low) / 2.0, (high + low) / 2.0);
+                // What rounding leaves of a mean of zero is no mean.
+                Some((half, if mean.abs() > 1e-9 * half { mean } else { 0.0 }))
             };
             let (displacement, load) = (half("displacement_x")?, half("normal_load")?);
             let comma = if state.is_empty() { "" } else { ", " };
@@ -245,7 +247,10 @@ fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
         id: ID,
         title: "The joint over one vibration cycle".to_owned(),
         drawings,
-        caption: format!("Over the cycle that drives the wear: {}.", each.join("; ")),
+        caption: format!(
+            "Half range about the mean, over the cycle: {}.",
+            each.join("; ")
+        ),
         query: study.query(table, &columns),
         sources: vec![(
             if table == "cycle" {

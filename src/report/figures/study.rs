@@ -156,9 +156,11 @@ impl Of<'_> {
         self.cycles[self.row(wear_iteration)]
     }
 
-    /// What a state of wear is called.
+    /// What a state of wear is called; a run that does not wear has one, with the run's own name.
     pub fn state(&self, wear_iteration: u64) -> String {
-        if self.cycles_at(wear_iteration) == 0.0 {
+        if self.column("cycles").is_none() {
+            self.label.clone()
+        } else if self.cycles_at(wear_iteration) == 0.0 {
             "unworn".to_owned()
         } else {
             quantity::shown(self.cycles_at(wear_iteration), CYCLES)

@@ -92,6 +92,10 @@ const EDGE: i32 = 4;
 pub(super) const TICK: i32 = 5;
 /// Room to the right of the abscissa's last number.
 const RIGHT: i32 = 18;
+/// Radius of a dot, and of a ring.
+const DOT: i32 = 3;
+/// See [`DOT`].
+const RING: i32 = 6;
 /// Half length of the end of an error bar.
 const CAP: i32 = 3;
 /// Where all values are the same, the axis reaches this part of them to both sides.
@@ -242,8 +246,14 @@ impl Chart {
             let colour = style_colour(curve.style);
             let drawn = || curve.points.iter().filter(|p| self.is_drawn(p));
             for (point, bar) in curve.points.iter().zip(&curve.bars) {
-                if self.is_drawn(point) && bar.is_finite() && *bar > 0.0 {
-                    let [x, y] = *point;
+                let [x, y] = *point;
+                let part = match self.y.log {
+                    true => bar / y / (high / low).ln(),
+                    false => bar / (high - low),
+                };
+                // A bar within its dot is no more than that.
+                let seen = part * f64::from(HEIGHT) > f64::from(DOT);
+                if self.is_drawn(point) && bar.is_finite() && seen {
                     let ends = [(y - bar).max(low), (y + bar).min(high)];
                     let bar = ends.map(|end| (x, end));
                     let style = BAR.stroke_width(3 * FINE as u32 / 2);
@@ -263,10 +273,10 @@ impl Chart {
             }
             let dots = drawn().map(|[x, y]| match curve.mark {
                 Mark::Line => None,
-                Mark::Dots => Some(Circle::new((*x, *y), 3 * FINE, colour.filled())),
+                Mark::Dots => Some(Circle::new((*x, *y), DOT * FINE, colour.filled())),
                 Mark::Rings => Some(Circle::new(
                     (*x, *y),
-                    6 * FINE,
+                    RING * FINE,
                     colour.stroke_width(2 * FINE as u32),
                 )),
             });
@@ -291,12 +301,12 @@ fn entry(area: &Area, left: i32, middle: i32, curve: &Curve) -> Result<(), PlotE
     match curve.mark {
         Mark::Line => (),
         Mark::Dots => area
-            .draw(&Circle::new(centre, 3 * FINE, colour.filled()))
+            .draw(&Circle::new(centre, DOT * FINE, colour.filled()))
             .map_err(said)?,
         Mark::Rings => area
             .draw(&Circle::new(
                 centre,
-                6 * FINE,
+                RING * FINE,
                 colour.stroke_width(2 * FINE as u32),
             ))
             .map_err(said)?,
