@@ -6,6 +6,7 @@ mod compare;
 #[cfg(feature = "polars")]
 mod error;
 mod error_bars;
+mod escaped;
 #[cfg(feature = "polars")]
 mod figures;
 #[cfg(feature = "polars")]
@@ -14,6 +15,8 @@ mod page;
 mod plot;
 #[cfg(feature = "polars")]
 mod quantity;
+#[cfg(feature = "polars")]
+mod results;
 #[cfg(feature = "polars")]
 mod run_tables;
 #[cfg(feature = "polars")]

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
+use super::escaped::escaped;
 use super::figures::{Figure, figures};
 use super::plot::{standalone, style_sheet};
-use super::quantity::{self, CYCLES, escaped, shown};
-use super::sections;
+use super::quantity::{self, CYCLES, shown};
 use super::{ReportError, RunTables, numbers};
+use super::{results, sections};
 use crate::store::RealFileSystem;
 use crate::tables::TableName;
 
@@ -76,7 +77,7 @@ impl Report {
             title,
             lead,
             banners,
-            results: sections::results(runs)?,
+            results: results::results(runs)?,
             figures: figures(runs)?,
             sections: sections::sections(runs)?,
         })

@@ -147,11 +147,3 @@ pub fn in_unit(value: f64, unit: Unit) -> String {
     };
     format!("{number}{space}{}", unit.symbol)
 }
-
-/// Text as it stands in HTML and SVG.
-pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
-}

@@ -228,7 +228,7 @@ fn several_runs_share_their_charts() {
     }
     assert!(!stiffness.contains(">pressed</text>"));
     let pressure = std::fs::read_to_string(svg.join("pressure.svg")).unwrap();
-    assert!(pressure.contains(">pressed: pressure, unworn</text>"));
+    assert!(pressure.contains(">pressed: pressure, without wear</text>"));
     // Two colours with their own dashes.
     assert!(stiffness.contains("class=\"s0\"") && stiffness.contains("class=\"s1\""));
     let html = report.html();

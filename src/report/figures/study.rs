@@ -156,10 +156,10 @@ impl Of<'_> {
         self.cycles[self.row(wear_iteration)]
     }
 
-    /// What a state of wear is called; a run that does not wear has one, with the run's own name.
+    /// What a state of wear is called.
     pub fn state(&self, wear_iteration: u64) -> String {
         if self.column("cycles").is_none() {
-            self.label.clone()
+            "without wear".to_owned()
         } else if self.cycles_at(wear_iteration) == 0.0 {
             "unworn".to_owned()
         } else {
