@@ -291,7 +291,8 @@ fn verb(first: f64, last: f64) -> &'static str {
 fn change(first: f64, last: f64) -> String {
     let change = 100.0 * (last / first - 1.0);
     // Beyond a factor of ten the two values say more.
-    if !(change.abs() < 900.0) || change == 0.0 || first.signum() != last.signum() {
+    let says = change.abs() < 900.0 && change != 0.0 && first.signum() == last.signum();
+    if !says {
         return String::new();
     }
     let sign = if change > 0.0 { "+" } else { "" };
