@@ -150,8 +150,17 @@ fn decisions(runs: &[RunTables]) -> Section {
     }
 }
 
+/// What is told of the cost of a run.
+const COSTS: [&str; 5] = [
+    "wear iterations",
+    "FFT pairs",
+    "disk / MB",
+    "memory / MB",
+    "time / s",
+];
+
 fn cost(runs: &[RunTables]) -> Result<Section, ReportError> {
-    let mut html = String::new();
+    let (mut costs, mut details) = (Vec::new(), String::new());
     for run in runs {
         let expected = run.plan().map_or(&Value::Null, |plan| &plan["cost"]);
         let predicted = |name: &str, unit: f64| {
@@ -164,56 +173,58 @@ fn cost(runs: &[RunTables]) -> Result<Section, ReportError> {
             disk += commit.map_or(0, |commit| commit.bytes());
         }
         let timing = run.series(TableName::Timing)?.unwrap_or_default();
-        let sum = |column: &str| {
-            numbers(&timing, column)
-                .unwrap_or_default()
-                .iter()
-                .sum::<f64>()
+        let sum = |column: &str| -> f64 {
+            let values = numbers(&timing, column).unwrap_or_default();
+            values.iter().sum()
         };
-        let rows = vec![
-            vec![
-                "wear iterations".to_owned(),
-                predicted("iterations", 1.0),
-                run.latest().to_string(),
-            ],
-            vec![
-                "FFT pairs".to_owned(),
-                predicted("fft_pairs", 1.0),
-                number(sum("fft_pairs")),
-            ],
-            vec![
-                "disk / MB".to_owned(),
-                predicted("disk", 1e6),
-                number(disk as f64 / 1e6),
-            ],
-            vec![
-                "memory / MB".to_owned(),
-                predicted("memory", 1e6),
-                NONE.to_owned(),
-            ],
-            vec![
-                "time / s".to_owned(),
-                NONE.to_owned(),
-                number(sum("seconds")),
-            ],
-        ];
-        if runs.len() > 1 {
-            html += &format!("<h3>{}</h3>\n", escaped(run.name()));
-        }
-        html += &table(&words(["cost", "predicted", "actual"]), &rows, true);
+        costs.push([
+            [predicted("iterations", 1.0), run.latest().to_string()],
+            [predicted("fft_pairs", 1.0), number(sum("fft_pairs"))],
+            [predicted("disk", 1e6), number(disk as f64 / 1e6)],
+            // The tables hold neither the memory that was needed nor seconds that were expected.
+            [predicted("memory", 1e6), NONE.to_owned()],
+            [NONE.to_owned(), number(sum("seconds"))],
+        ]);
         let stages = stages(&timing);
         if !stages.is_empty() {
             let heads = words(["stage", "time / s", "FFT pairs"]);
-            html += &format!(
-                "<details><summary>By stage</summary>\n{}</details>\n",
+            let name = match runs.len() {
+                1 => "By stage".to_owned(),
+                _ => format!("{}, by stage", escaped(run.name())),
+            };
+            details += &format!(
+                "<details><summary>{name}</summary>\n{}</details>\n",
                 table(&heads, &stages, true)
             );
         }
     }
+    let costs = match &costs[..] {
+        [cost] => {
+            let rows = COSTS.iter().zip(cost);
+            let rows = rows.map(|(name, [expected, spent])| {
+                vec![(*name).to_owned(), expected.clone(), spent.clone()]
+            });
+            let heads = words(["cost", "predicted", "actual"]);
+            table(&heads, &rows.collect::<Vec<_>>(), true)
+        }
+        costs => {
+            let rows = runs.iter().zip(costs).map(|(run, cost)| {
+                let cells = cost
+                    .iter()
+                    .map(|[expected, spent]| format!("{expected} / {spent}"));
+                std::iter::once(run.name().to_owned())
+                    .chain(cells)
+                    .collect()
+            });
+            let mut heads = vec!["predicted / actual".to_owned()];
+            heads.extend(COSTS.map(str::to_owned));
+            table(&heads, &rows.collect::<Vec<_>>(), true)
+        }
+    };
     Ok(Section {
         id: "cost",
         title: "Cost".to_owned(),
-        html,
+        html: costs + &details,
     })
 }
 

@@ -64,12 +64,23 @@ impl<'a> Study<'a> {
         quantity::unit_of(CYCLES, quantity::largest(all))
     }
 
+    /// The runs that have a table.
+    fn having(&self, table: &str) -> Vec<&Of<'a>> {
+        let table = TableName::from_name(table);
+        let has = |run: &&Of| {
+            let of_iterations = |table| !run.with(table, 1).is_empty();
+            let of_run = |table| run.tables.once(table).is_ok_and(|table| table.is_some());
+            table.is_some_and(|table| of_iterations(table) || of_run(table))
+        };
+        self.runs.iter().filter(has).collect()
+    }
+
     /// Reads a table of all iterations with Polars, some columns of it.
     pub fn query(&self, table: &str, columns: &[&str]) -> String {
         let scan = format!("iterations/wear_iteration=*/{table}.parquet");
         let columns = listed(columns);
         let hive = "hive_partitioning=True";
-        match &self.runs[..] {
+        match &self.having(table)[..] {
             [run] => format!(
                 "pl.scan_parquet({}, {hive}).select(\"wear_iteration\", {columns}).collect()",
                 quoted(&format!("{}/{scan}", run.folder()))
@@ -77,7 +88,7 @@ impl<'a> Study<'a> {
             runs => format!(
                 "pl.concat([pl.scan_parquet(f\"{{run}}/{scan}\", {hive}).with_columns(run=pl.lit(run)) for run in [{}]], \
                  how=\"diagonal\").select(\"run\", \"wear_iteration\", {columns}).collect()",
-                listed(&runs.iter().map(Of::folder).collect::<Vec<_>>())
+                listed(&runs.iter().map(|run| run.folder()).collect::<Vec<_>>())
             ),
         }
     }
@@ -85,7 +96,7 @@ impl<'a> Study<'a> {
     /// Reads a table of the last iteration with Polars, some columns of it.
     pub fn query_last(&self, table: &str, columns: &[&str]) -> String {
         let columns = listed(columns);
-        match &self.runs[..] {
+        match &self.having(table)[..] {
             [run] => format!(
                 "pl.read_parquet({}, columns=[{columns}])",
                 quoted(&format!(
@@ -95,7 +106,8 @@ impl<'a> Study<'a> {
                 ))
             ),
             runs => {
-                let each = |run: &Of| format!("{}: {}", quoted(&run.folder()), run.tables.latest());
+                let each =
+                    |run: &&Of| format!("{}: {}", quoted(&run.folder()), run.tables.latest());
                 let each: Vec<String> = runs.iter().map(each).collect();
                 format!(
                     "{{run: pl.read_parquet(f\"{{run}}/iterations/wear_iteration={{k}}/{table}.parquet\", columns=[{columns}]) \
@@ -108,14 +120,14 @@ impl<'a> Study<'a> {
 
     /// Reads a table that is written once a run with Polars.
     pub fn query_once(&self, table: &str) -> String {
-        match &self.runs[..] {
+        match &self.having(table)[..] {
             [run] => format!(
                 "pl.read_parquet({})",
                 quoted(&format!("{}/once/{table}.parquet", run.folder()))
             ),
             runs => format!(
                 "{{run: pl.read_parquet(f\"{{run}}/once/{table}.parquet\") for run in [{}]}}",
-                listed(&runs.iter().map(Of::folder).collect::<Vec<_>>())
+                listed(&runs.iter().map(|run| run.folder()).collect::<Vec<_>>())
             ),
         }
     }
@@ -194,7 +206,7 @@ impl Of<'_> {
         if all.len() <= most {
             return all;
         }
-        let at = |k: usize| all[k * (all.len() - 1) / (most - 1)];
+        let at = |k: usize| all[k * (all.len() - 1) / (most - 1).max(1)];
         (0..most).map(at).collect()
     }
 

@@ -82,8 +82,10 @@ const HEAD: i32 = 26;
 const ROW: i32 = 20;
 /// Length of the line in the legend.
 const SAMPLE: i32 = 30;
-/// Room for the numbers of the ordinate and its label.
-const LEFT: i32 = 76;
+/// Room for the label of the ordinate and the marks at its numbers.
+const LEFT: i32 = 34;
+/// Least room for the numbers.
+const NUMBERS: i32 = 28;
 /// Room for those of the abscissa.
 const BOTTOM: i32 = 46;
 /// Nothing is drawn this near to the edge.
@@ -111,7 +113,7 @@ impl Chart {
     /// # Errors
     /// [`PlotError`] if the drawing library fails.
     pub fn draw(&self) -> Result<Drawing, PlotError> {
-        let legend = self.legend();
+        let legend = self.legend(self.left());
         let rows = legend.last().map_or(0, |(row, ..)| row + 1);
         let top = HEAD + rows * ROW;
         let size = ((WIDTH * FINE) as u32, ((top + HEIGHT) * FINE) as u32);
@@ -139,23 +141,30 @@ impl Chart {
     }
 
     /// Row, left edge and curve of what the legend names; a single curve needs no name.
-    fn legend(&self) -> Vec<(i32, i32, &Curve)> {
+    fn legend(&self, edge: i32) -> Vec<(i32, i32, &Curve)> {
         let named = self.curves.iter().filter(|curve| !curve.name.is_empty());
         let named: Vec<&Curve> = named.collect();
         if named.len() < 2 {
             return Vec::new();
         }
-        let (mut row, mut left) = (0, LEFT);
+        let (mut row, mut left) = (0, edge);
         let mut places = Vec::new();
         for curve in named {
             let width = SAMPLE + 6 + text_width(&curve.name);
-            if left > LEFT && left + width > WIDTH - RIGHT {
-                (row, left) = (row + 1, LEFT);
+            if left > edge && left + width > WIDTH - RIGHT {
+                (row, left) = (row + 1, edge);
             }
             places.push((row, left, curve));
             left += width + 16;
         }
         places
+    }
+
+    /// Where the ordinate is: its numbers take the room they need.
+    fn left(&self) -> i32 {
+        let range = self.range(1);
+        let numbers = range.map(|end| text_width(&tick(end, range, self.y.log)));
+        LEFT + numbers[0].max(numbers[1]).max(NUMBERS)
     }
 
     fn axis(&self, direction: usize) -> &Axis {
@@ -222,7 +231,7 @@ impl Chart {
             .margin_left(EDGE * FINE)
             .margin_bottom(EDGE * FINE)
             .x_label_area_size((BOTTOM - EDGE) * FINE)
-            .y_label_area_size((LEFT - EDGE) * FINE)
+            .y_label_area_size((self.left() - EDGE) * FINE)
             .build_cartesian_2d(x, y)
             .map_err(said)?;
         chart
@@ -235,8 +244,8 @@ impl Chart {
             .y_labels(6)
             .x_desc(self.x.label.clone())
             .y_desc(self.y.label.clone())
-            .x_label_formatter(&|value| tick(*value))
-            .y_label_formatter(&|value| tick(*value))
+            .x_label_formatter(&|value| tick(*value, self.range(0), self.x.log))
+            .y_label_formatter(&|value| tick(*value, self.range(1), self.y.log))
             .label_style(text_style(TEXT))
             .axis_desc_style(text_style(TEXT))
             .draw()
@@ -334,11 +343,15 @@ pub(super) fn text_style(size: i32) -> TextStyle<'static> {
         .color(&TEXT_COLOUR)
 }
 
-/// A number at an axis: what the steps of an axis leave of rounding is not shown.
-pub(super) fn tick(value: f64) -> String {
-    if value.abs() < 1e-12 {
-        "0".to_owned()
-    } else {
-        digits(value, 5)
+/// A number at an axis: with the digits that tell it from the next, and none that rounding left.
+pub(super) fn tick(value: f64, [low, high]: [f64; 2], log: bool) -> String {
+    let span = high - low;
+    if log || value.abs() >= 1e6 || span < 1e-6 {
+        return digits(value, 6);
     }
+    // A step is a twelfth of the axis at least.
+    let decimals = (12.0 / span).log10().ceil().max(0.0) as usize;
+    let text = format!("{value:.decimals$}");
+    let rounded: f64 = text.parse().unwrap_or(value);
+    digits(rounded, 12)
 }

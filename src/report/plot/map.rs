@@ -79,9 +79,10 @@ impl Map {
             match &self.scale {
                 Scale::Continuous { range, log, label } => {
                     let [low, high] = *range;
+                    let said = |value: &f64| tick(*value, *range, *log);
                     match log {
-                        true => bar_axis(&area, place, (low..high).log_scale(), label)?,
-                        false => bar_axis(&area, place, low..high, label)?,
+                        true => bar_axis(&area, place, (low..high).log_scale(), label, &said)?,
+                        false => bar_axis(&area, place, low..high, label, &said)?,
                     }
                 }
                 Scale::Classes(names) => {
@@ -146,8 +147,8 @@ impl Map {
             .y_labels(5)
             .x_desc("x / mm")
             .y_desc("y / mm")
-            .x_label_formatter(&|value| tick(*value))
-            .y_label_formatter(&|value| tick(*value))
+            .x_label_formatter(&|value| tick(*value, [0.0, self.size[0]], false))
+            .y_label_formatter(&|value| tick(*value, [0.0, self.size[1]], false))
             .label_style(text_style(TEXT))
             .draw()
             .map_err(said)?;
@@ -235,6 +236,7 @@ fn bar_axis<Y>(
     [x, y, width, height]: [i32; 4],
     range: Y,
     label: &str,
+    tick: &dyn Fn(&f64) -> String,
 ) -> Result<(), PlotError>
 where
     Y: AsRangedCoord<Value = f64>,
@@ -254,7 +256,7 @@ where
         .set_all_tick_mark_size(TICK * FINE)
         .axis_style(AXIS.stroke_width(FINE as u32))
         .y_labels(6)
-        .y_label_formatter(&|value| tick(*value))
+        .y_label_formatter(&tick)
         .label_style(text_style(TEXT))
         .draw()
         .map_err(said)?;
