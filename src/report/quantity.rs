@@ -40,7 +40,11 @@ pub const VOLUME_RATE: Units = &[unit("µm³ per cycle", 1e-18), unit("mm³ per 
 /// Frequency.
 pub const FREQUENCY: Units = &[unit("Hz", 1.0)];
 /// Vibration cycles.
-pub const CYCLES: Units = &[unit("cycles", 1.0), unit("10⁶ cycles", 1e6)];
+pub const CYCLES: Units = &[
+    unit("cycles", 1.0),
+    unit("10³ cycles", 1e3),
+    unit("10⁶ cycles", 1e6),
+];
 /// Shares.
 pub const SHARE: Units = &[unit("%", 0.01)];
 /// Pure numbers.
@@ -135,9 +139,9 @@ pub fn in_unit(value: f64, unit: Unit) -> String {
     let significant = if unit.symbol == "Hz" { 5 } else { 4 };
     let number = digits(value / unit.size, significant);
     if value == 0.0
-        && let Some(plain) = unit.symbol.strip_prefix("10⁶")
+        && let Some(("10³" | "10⁶", plain)) = unit.symbol.split_once(' ')
     {
-        return format!("0\u{a0}{}", plain.trim_start());
+        return format!("0\u{a0}{plain}");
     }
     // "10·10⁶ cycles", not "10 10⁶ cycles".
     let space = if unit.symbol.starts_with("10") {
