@@ -83,7 +83,7 @@ const ROW: i32 = 20;
 /// Length of the line in the legend.
 const SAMPLE: i32 = 30;
 /// Room for the label of the ordinate and the marks at its numbers.
-const LEFT: i32 = 34;
+const LEFT: i32 = 38;
 /// Least room for the numbers.
 const NUMBERS: i32 = 28;
 /// Room for those of the abscissa.
