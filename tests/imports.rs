@@ -251,6 +251,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
     ),
     (&["polars"], &["report/"]),
     (&["plotters"], &["report/"]),
+    (&["png", "base64"], &["report/plot/"]),
     (&["clap", "signal_hook"], &["cli/"]),
     (&["indicatif"], &["progress.rs"]),
     (&["blake3"], &["store/", "stages/inputs.rs"]),

@@ -5,6 +5,8 @@ mod compare;
 mod cost;
 mod export;
 mod report;
+#[cfg(feature = "polars")]
+mod report_command;
 mod run;
 mod show;
 mod trade;
@@ -94,6 +96,12 @@ enum Command {
     /// One row a run: its last iteration, with the FFT pairs of all its iterations. Values are in SI units.
     #[cfg(feature = "polars")]
     Compare(CompareArguments),
+    /// Write one HTML page on a run, or on several side by side
+    ///
+    /// Figures with their numbers, results with error bars, what was computed and why, cost, and the scene: one file that needs no
+    /// other. Also of a run that goes on.
+    #[cfg(feature = "polars")]
+    Report(ReportArguments),
 }
 
 #[derive(Args)]
@@ -210,6 +218,20 @@ struct CompareArguments {
     csv: Option<PathBuf>,
 }
 
+#[cfg(feature = "polars")]
+#[derive(Args)]
+struct ReportArguments {
+    /// Folders of the runs
+    #[arg(required = true, value_name = "RUN")]
+    runs: Vec<PathBuf>,
+    /// Where the page goes [default: report.html in the run's folder; of several runs, here]
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Write each figure to a file of its own in this folder too
+    #[arg(long, value_name = "DIR")]
+    svg: Option<PathBuf>,
+}
+
 /// Time is no quantity of a scene, but of the command line alone.
 const TIME: Dimension = Dimension {
     m: 0,
@@ -277,8 +299,8 @@ enum CliError {
     #[error(transparent)]
     Trade(#[from] TradeError),
     #[cfg(feature = "polars")]
-    #[error("cannot compare: {0}")]
-    Compare(#[from] fretwear::report::CompareError),
+    #[error(transparent)]
+    Report(#[from] fretwear::report::ReportError),
 }
 
 impl From<SceneError> for CliError {
@@ -318,9 +340,9 @@ impl CliError {
                 Exit::Damaged
             }
             #[cfg(feature = "polars")]
-            CliError::Compare(error) if error.is_nothing_to_compare() => Exit::Scene,
+            CliError::Report(error) if error.is_nothing_to_read() => Exit::Scene,
             #[cfg(feature = "polars")]
-            CliError::Compare(error) if error.is_damage_or_mismatch() => Exit::Damaged,
+            CliError::Report(error) if error.is_damage_or_mismatch() => Exit::Damaged,
             _ => Exit::Failure,
         }
     }
@@ -339,6 +361,8 @@ pub fn main() -> ExitCode {
         Command::Export(arguments) => export::export(&arguments),
         #[cfg(feature = "polars")]
         Command::Compare(arguments) => compare::compare(&arguments),
+        #[cfg(feature = "polars")]
+        Command::Report(arguments) => report_command::report(&arguments),
     };
     let exit = result.unwrap_or_else(|error| {
         // A reader that has seen enough (`| head`) is no failure of ours.

@@ -1,12 +1,42 @@
-//! What is read from finished runs. The comparison of summaries needs the feature `polars`, which is named in this folder only.
+//! What is read from finished runs, and from those that go on. What reads tables of many iterations at once needs the feature
+//! `polars`, which is named in this folder only.
 
 #[cfg(feature = "polars")]
 mod compare;
 #[cfg(feature = "polars")]
 mod error;
+mod error_bars;
+mod escaped;
+#[cfg(feature = "polars")]
+mod figures;
+#[cfg(feature = "polars")]
+mod page;
+#[cfg(feature = "polars")]
+mod plot;
+#[cfg(feature = "polars")]
+mod quantity;
+#[cfg(feature = "polars")]
+mod results;
+#[cfg(feature = "polars")]
+mod run_tables;
+#[cfg(feature = "polars")]
+mod scan;
+#[cfg(feature = "polars")]
+mod sections;
 pub mod trade;
 
 #[cfg(feature = "polars")]
 pub use compare::{Cell, Comparison, Rows, compare};
 #[cfg(feature = "polars")]
-pub use error::CompareError;
+pub use error::ReportError;
+pub use error_bars::{ERROR_BARS, error_bar_of, percent};
+#[cfg(feature = "polars")]
+pub use figures::Figure;
+#[cfg(feature = "polars")]
+pub use page::{Report, Section};
+#[cfg(feature = "polars")]
+pub use plot::{Drawing, PlotError};
+#[cfg(feature = "polars")]
+pub use run_tables::{RunTables, numbers, scan_runs, texts};
+#[cfg(feature = "polars")]
+pub use scan::{ORDER, RUN, WEAR_ITERATION};

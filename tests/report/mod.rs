@@ -2,4 +2,10 @@
 
 #[cfg(feature = "polars")]
 mod compare;
+#[cfg(feature = "polars")]
+mod page;
+#[cfg(feature = "polars")]
+mod run_tables;
+#[cfg(feature = "polars")]
+mod small_runs;
 mod trade;

@@ -1,5 +1,6 @@
 //! The table of a trade and what follows from it, for a person: as Markdown, and as one HTML file.
 
+use super::super::escaped::escaped;
 use super::findings::CONVERGED;
 use super::{Buy, Cost, FIGURES, Findings, Row, Trade};
 use crate::scene::variants::KnobKind;
@@ -71,12 +72,6 @@ pub fn html(trade: &Trade, found: &Findings, left_out: &[(String, String)], svg:
         escaped(&page.intro),
         cells("th", &page.head),
     )
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
 }
 
 fn page(trade: &Trade, found: &Findings, left_out: &[(String, String)]) -> Page {

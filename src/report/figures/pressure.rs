@@ -1,0 +1,173 @@
+//! Contact pressure: where it is, and how much of the joint carries how much.
+
+use super::super::ReportError;
+use super::super::plot::{Axis, Chart, Curve, Scale};
+use super::super::quantity::{self, PRESSURE, SHARE, shown, unit_of};
+use super::course::labelled;
+use super::surface::{map, titled, told};
+use super::{Figure, Of, Study, drawn, range_of};
+use crate::tables::TableName;
+
+/// Classes of the histogram, ten a decade.
+const CLASSES: usize = 40;
+/// Decades of pressure that it shows.
+const DECADES: f64 = 4.0;
+/// What the colours of the map tell apart, from this part of the largest pressure: what is below does not count as loaded.
+const LOADED: f64 = 1e-3;
+
+/// Pressure of a state: the run, the state, one value a cell.
+type State<'a> = (&'a Of<'a>, u64, Vec<f64>);
+
+/// The maps and the histogram.
+pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
+    let mut states: Vec<State> = Vec::new();
+    for run in &study.runs {
+        for k in run.ends() {
+            let field = run.field(k, TableName::ContactField, "pressure")?;
+            states.extend(field.map(|field| (run, k, field)));
+        }
+    }
+    if !states
+        .iter()
+        .any(|(_, _, field)| field.iter().any(|p| *p > 0.0))
+    {
+        return Ok(Vec::new());
+    }
+    Ok(vec![maps(study, &states)?, histogram(study, &states)?])
+}
+
+fn cap(run: &Of) -> Option<f64> {
+    run.tables.scene().contact.as_ref()?.pressure_cap
+}
+
+/// Cells at the cap, to rounding.
+fn at_cap(field: &[f64], cap: f64) -> usize {
+    field.iter().filter(|p| **p >= cap * (1.0 - 1e-9)).count()
+}
+
+fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
+    const ID: &str = "pressure";
+    let (mut drawings, mut each) = (Vec::new(), Vec::new());
+    for (run, k, field) in states {
+        let own = states
+            .iter()
+            .filter(|(other, ..)| std::ptr::eq(*other, *run));
+        let top = own
+            .map(|(_, _, field)| quantity::largest(field))
+            .fold(0.0, f64::max);
+        let contact: Vec<f64> = field
+            .iter()
+            .map(|p| if *p > 0.0 { *p } else { f64::NAN })
+            .collect();
+        let title = titled(study, run, &format!("pressure, {}", run.state(*k)));
+        let range = [LOADED * top, top];
+        if let Some(mut map) = map(run, title, &contact, range, PRESSURE, "pressure")? {
+            if let Scale::Continuous { log, .. } = &mut map.scale {
+                *log = true;
+            }
+            drawings.push(map.draw().map_err(drawn(ID))?);
+        }
+        let [_, most] = range_of(field).unwrap_or_default();
+        let capped = cap(run).map_or(String::new(), |cap| {
+            let cells = at_cap(field, cap);
+            format!(", {cells} cells at the cap of {}", shown(cap, PRESSURE))
+        });
+        each.push(format!(
+            "{} {}{capped}",
+            told(study, run, &run.state(*k)),
+            shown(most, PRESSURE)
+        ));
+    }
+    let columns = vec!["i", "j", "pressure"];
+    Ok(Figure {
+        id: ID,
+        title: "Contact pressure".to_owned(),
+        drawings,
+        caption: format!(
+            "Cells without pressure are left blank; below a thousandth of the largest, one colour. Largest: {}.",
+            each.join("; ")
+        ),
+        query: study.query_last("contact_field", &columns),
+        sources: vec![("contact_field", columns)],
+    })
+}
+
+fn histogram(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
+    const ID: &str = "pressure-histogram";
+    let most = states.iter().map(|(_, _, field)| quantity::largest(field));
+    let most = most.fold(0.0, f64::max);
+    let unit = unit_of(PRESSURE, most);
+    let edge = |class: usize| most * 10f64.powf(DECADES * (class as f64 / CLASSES as f64 - 1.0));
+    let mut curves: [Vec<Curve>; 2] = [Vec::new(), Vec::new()];
+    for (run, k, field) in states {
+        let cells = field.iter().filter(|p| **p > 0.0).count().max(1);
+        let mut counts = [0usize; CLASSES];
+        for pressure in field.iter().filter(|p| **p >= edge(0)) {
+            let class = CLASSES as f64 * ((pressure / most).log10() / DECADES + 1.0);
+            counts[(class as usize).min(CLASSES - 1)] += 1;
+        }
+        let steps = counts.iter().enumerate().flat_map(|(class, count)| {
+            let share = *count as f64 / cells as f64 / SHARE[0].size;
+            [class, class + 1].map(|class| [edge(class) / unit.size, share])
+        });
+        let steps: Vec<[f64; 2]> = steps.collect();
+        let worn = usize::from(run.cycles_at(*k) > 0.0);
+        let curve = match study.is_single() {
+            true => Curve::line(&run.state(*k), worn, steps),
+            false => Curve::line(&run.label, run.style, steps),
+        };
+        curves[if study.is_single() { 0 } else { worn }].push(curve);
+    }
+    let titles = match study.is_single() {
+        true => ["Pressure of the cells in contact", ""],
+        false => ["Cells in contact, unworn", "Cells in contact, worn"],
+    };
+    let all = curves.iter().flatten().flat_map(|curve| &curve.points);
+    let top = all.fold(0.0f64, |most, point| most.max(point[1]));
+    let mut drawings = Vec::new();
+    for (title, curves) in titles.into_iter().zip(curves) {
+        if curves.is_empty() {
+            continue;
+        }
+        let chart = Chart {
+            title: title.to_owned(),
+            x: Axis {
+                label: labelled("pressure", unit.symbol),
+                log: true,
+                range: Some([edge(0) / unit.size, 1.2 * most / unit.size]),
+            },
+            y: Axis {
+                label: labelled("share of contact", SHARE[0].symbol),
+                log: false,
+                range: Some([0.0, 1.1 * top]),
+            },
+            curves,
+        };
+        drawings.push(chart.draw().map_err(drawn(ID))?);
+    }
+    let each: Vec<String> = states
+        .iter()
+        .map(|(run, k, field)| {
+            let cells = field.iter().filter(|p| p.is_finite()).count().max(1);
+            let contact = field.iter().filter(|p| **p > 0.0).count();
+            format!(
+                "{} {} of the cells",
+                told(study, run, &run.state(*k)),
+                shown(contact as f64 / cells as f64, SHARE)
+            )
+        })
+        .collect();
+    let columns = vec!["pressure"];
+    Ok(Figure {
+        id: ID,
+        title: "Distribution of pressure".to_owned(),
+        drawings,
+        caption: format!(
+            "Share of the cells in contact in each of {CLASSES} classes of pressure, even in the logarithm, up to {}. In contact: {}.",
+            shown(most, PRESSURE),
+            each.join("; ")
+        ),
+        query: study.query_last("contact_field", &columns),
+        sources: vec![("contact_field", columns)],
+    })
+}

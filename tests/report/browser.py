@@ -1,0 +1,190 @@
+"""Opens reports in a real browser: nothing missing, nothing empty, nothing that is no number, nothing cut off.
+
+    browser.py [--screenshots DIR] [--figures ID,ID,…] REPORT.html…
+
+Needs the Python standard library and Chromium. A copy of the page gets a script that looks at what the browser made of it and
+leaves what it found in the page, which the browser then prints.
+"""
+
+import argparse
+import json
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+# What a person would see at once: figures without extent, coordinates that are no numbers, text beyond the edge of its drawing or
+# over another text, a page wider than the screen, and anything fetched from elsewhere.
+PROBE = """
+<script>
+addEventListener("load", () => {
+  const faults = [];
+  const near = (svg, element) => {
+    const box = element.getBoundingClientRect(), own = svg.getBoundingClientRect();
+    return {left: box.left - own.left, top: box.top - own.top, right: box.right - own.left, bottom: box.bottom - own.top,
+            width: own.width, height: own.height, text: element.textContent.trim()};
+  };
+  const figures = [...document.querySelectorAll("figure")];
+  for (const figure of figures) {
+    const say = (what) => faults.push(`${figure.id}: ${what}`);
+    if (!figure.querySelector("figcaption p")?.textContent.trim()) say("no caption");
+    const drawings = [...figure.querySelectorAll("svg")];
+    if (!drawings.length) say("no drawing");
+    for (const svg of drawings) {
+      const box = svg.getBBox();
+      if (!(box.width > 0 && box.height > 0)) say("an empty drawing");
+      if (!svg.querySelector("title")?.textContent.trim()) say("a drawing without a title");
+      if (!svg.querySelector("polyline, image, rect, circle")) say("a drawing without marks");
+      for (const element of svg.querySelectorAll("*"))
+        for (const attribute of element.attributes)
+          if (/\b(NaN|inf|infinity|undefined)\b/i.test(attribute.value) && !attribute.value.startsWith("data:"))
+            say(`${element.tagName} ${attribute.name}="${attribute.value.slice(0, 60)}"`);
+      const texts = [...svg.querySelectorAll("text")].filter((text) => text.textContent.trim()).map((text) => near(svg, text));
+      for (const text of texts)
+        if (text.left < -1 || text.top < -1 || text.right > text.width + 1 || text.bottom > text.height + 1)
+          say(`"${text.text}" is cut off`);
+      texts.forEach((a, k) => texts.slice(k + 1).forEach((b) => {
+        const wide = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+        const high = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+        // Lines of text have air above and below.
+        if (wide > 1 && high > 0.35 * Math.min(a.bottom - a.top, b.bottom - b.top))
+          say(`"${a.text}" lies over "${b.text}"`);
+      }));
+    }
+  }
+  for (const image of document.querySelectorAll("image"))
+    if (!image.getAttribute("href").startsWith("data:image/png;base64,")) faults.push("an image from elsewhere");
+  const wide = document.documentElement.scrollWidth - document.documentElement.clientWidth;
+  if (wide > 0) faults.push(`the page is ${wide} px wider than the screen`);
+  for (const link of document.querySelectorAll("nav a"))
+    if (!document.querySelector(link.getAttribute("href"))) faults.push(`a link to nowhere: ${link.getAttribute("href")}`);
+  const elsewhere = performance.getEntriesByType("resource").map((entry) => entry.name);
+  for (const name of elsewhere.filter((name) => !name.startsWith("data:"))) faults.push(`fetched: ${name}`);
+  const found = {
+    figures: figures.map((figure) => figure.id.replace(/^fig-/, "")),
+    faults,
+    width: innerWidth,
+    height: document.documentElement.scrollHeight,
+    dark: matchMedia("(prefers-color-scheme: dark)").matches,
+    background: getComputedStyle(document.body).backgroundColor,
+    ink: getComputedStyle(document.body).color,
+  };
+  const result = document.createElement("script");
+  result.type = "application/json";
+  result.id = "found";
+  result.textContent = JSON.stringify(found);
+  document.body.append(result);
+});
+</script>
+"""
+
+# Chromium's names of the schemes.
+DARK, LIGHT = 0, 1
+VIEWS = {"light": (1200, LIGHT), "dark": (1200, DARK), "narrow": (390, LIGHT)}
+
+
+def chromium():
+    for name in ("chromium", "chromium-browser", "google-chrome", "chrome"):
+        if path := shutil.which(name):
+            return path
+    sys.exit("no Chromium; install the Debian package chromium")
+
+
+def open_in_browser(browser, page, size, scheme, folder, *arguments):
+    """What the browser prints to stdout and to stderr."""
+    command = [
+        browser,
+        "--headless=new",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--disable-extensions",
+        "--hide-scrollbars",
+        "--enable-logging=stderr",
+        "--virtual-time-budget=10000",
+        f"--blink-settings=preferredColorScheme={scheme}",
+        f"--user-data-dir={folder}/profile",
+        f"--window-size={size[0]},{size[1]}",
+        *arguments,
+        page.resolve().as_uri(),
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    return done.stdout, done.stderr
+
+
+def framed(folder, page, width, height):
+    """A page with another in a frame as wide as a telephone: the browser's own windows are not that narrow."""
+    frame = folder / f"frame_{page.stem}.html"
+    style = f"border:0;width:{width}px;height:{height}px"
+    frame.write_text(f'<!DOCTYPE html><body style="margin:0"><iframe src="{page.name}" style="{style}"></iframe>', encoding="utf-8")
+    return frame
+
+
+def check(browser, report, expected, screenshots):
+    faults = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        text = report.read_text(encoding="utf-8")
+        if re.search(r"""(?:src|href)=["'](?:https?:)?//""", text):
+            faults.append("something is to be fetched from a network")
+        # Before the frame reads it, the script leaves what it found in the page that holds the frame.
+        probe = PROBE.replace("document.body.append(result)", "(parent === window ? document : parent.document).body.append(result)")
+        page = folder / "page.html"
+        page.write_text(text.replace("</body>", probe + "</body>"), encoding="utf-8")
+        for view, (width, scheme) in VIEWS.items():
+            narrow = width < 500
+            opened = framed(folder, page, width, 900) if narrow else page
+            out, log = open_in_browser(
+                browser, opened, (max(width, 500), 900), scheme, folder, "--allow-file-access-from-files", "--dump-dom"
+            )
+            console = [line for line in log.splitlines() if "CONSOLE" in line]
+            faults += [f"{view}: console: {line}" for line in console]
+            match = re.search(r'<script type="application/json" id="found">(.*?)</script>', out, re.DOTALL)
+            if not match:
+                faults.append(f"{view}: the page did not load: {log[-500:]}")
+                continue
+            found = json.loads(match[1].replace("&quot;", '"').replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&"))
+            faults += [f"{view}: {fault}" for fault in found["faults"]]
+            faults += [f"{view}: no figure {figure}" for figure in expected if figure not in found["figures"]]
+            if found["width"] != width:
+                faults.append(f"{view}: {found['width']} px wide in place of {width}")
+            if found["dark"] != (scheme == DARK):
+                faults.append(f"{view}: the browser's scheme is another")
+            if (sum(map(int, re.findall(r"\d+", found["background"])[:3])) < 200) != (scheme == DARK):
+                faults.append(f"{view}: the background is {found['background']}")
+            if screenshots:
+                target = screenshots / f"{report.stem}_{view}.png"
+                plain = folder / "plain.html"
+                plain.write_text(text, encoding="utf-8")
+                height = found["height"] + 20
+                shown = framed(folder, plain, width, height) if narrow else plain
+                open_in_browser(
+                    browser, shown, (max(width, 500), height), scheme, folder, f"--screenshot={target.resolve()}"
+                )
+                if not target.is_file():
+                    faults.append(f"{view}: no screenshot")
+            print(f"{report} {view}: {len(found['figures'])} figures, {len(found['faults'])} faults")
+    return faults
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("reports", nargs="+", type=Path)
+    parser.add_argument("--figures", default="", help="figures that must be there, with commas")
+    parser.add_argument("--screenshots", type=Path, help="folder for what the pages look like")
+    arguments = parser.parse_args()
+    if arguments.screenshots:
+        arguments.screenshots.mkdir(parents=True, exist_ok=True)
+    expected = [name for name in arguments.figures.split(",") if name]
+    browser = chromium()
+    faults = []
+    for report in arguments.reports:
+        faults += [f"{report}: {fault}" for fault in check(browser, report, expected, arguments.screenshots)]
+    for fault in faults:
+        print(fault, file=sys.stderr)
+    sys.exit(1 if faults else 0)
+
+
+if __name__ == "__main__":
+    main()
