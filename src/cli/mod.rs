@@ -3,16 +3,21 @@
 #[cfg(feature = "polars")]
 mod compare;
 mod cost;
+mod doctor;
 mod export;
 mod report;
 mod run;
+mod schema;
 mod show;
+mod status;
 mod trade;
 
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap_complete::Shell;
 use fretwear::report::trade::TradeError;
 use fretwear::scene::SceneError;
 use fretwear::stages::RunError;
@@ -84,6 +89,31 @@ enum Command {
     Schema {
         /// Name of a table; all of them without
         table: Option<String>,
+        /// As Markdown, for a documentation
+        #[arg(long)]
+        markdown: bool,
+        /// Print one JSON object, by the names of tables
+        #[arg(long, conflicts_with = "markdown")]
+        json: bool,
+    },
+    /// Check whether this machine can compute runs and keep them
+    ///
+    /// Space, commits, locks and tables in the folder; processor, transforms and factors; the cache of structures. Nothing is left
+    /// behind. Ends with 1 if something fails.
+    Doctor {
+        /// Where runs go
+        #[arg(default_value = "runs")]
+        dir: PathBuf,
+        /// Print one JSON object
+        #[arg(long)]
+        json: bool,
+    },
+    /// Print the completions of the command line for a shell
+    ///
+    /// As in `fretwear completions bash > ~/.local/share/bash-completion/completions/fretwear`.
+    Completions {
+        /// The shell
+        shell: Shell,
     },
     /// Write the resonator as an input deck of CalculiX and Abaqus
     ///
@@ -326,16 +356,31 @@ impl CliError {
     }
 }
 
+/// Prints the completions for a shell.
+fn completions(shell: Shell) -> Result<Exit, CliError> {
+    // The generator writes without telling of a reader that has gone, so that it writes into memory.
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "fretwear", &mut script);
+    std::io::stdout().lock().write_all(&script)?;
+    Ok(Exit::Done)
+}
+
 /// Runs the command that the arguments name.
 pub fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Run(arguments) => run::run(arguments),
         Command::Plan { scene, json } => show::plan(&scene.scene, &scene.sets, json),
-        Command::Status { run, json } => show::status(&run, json),
+        Command::Status { run, json } => status::status(&run, json),
         Command::Verify { run } => show::verify(&run),
         Command::Validate { json } => show::validate(json),
         Command::Trade(arguments) => trade::trade(&arguments),
-        Command::Schema { table } => show::schema(table.as_deref()),
+        Command::Schema {
+            table,
+            markdown,
+            json,
+        } => schema::schema(table.as_deref(), schema::Form::of(markdown, json)),
+        Command::Doctor { dir, json } => doctor::doctor(&dir, json),
+        Command::Completions { shell } => completions(shell),
         Command::Export(arguments) => export::export(&arguments),
         #[cfg(feature = "polars")]
         Command::Compare(arguments) => compare::compare(&arguments),

@@ -113,7 +113,7 @@ pub fn write_summary(out: &mut impl Write, summary: &Table) -> std::io::Result<(
 }
 
 /// An error with two digits.
-fn percent(error: f64) -> String {
+pub fn percent(error: f64) -> String {
     let percent = 100.0 * error;
     let decimals = (1 - percent.log10().floor() as i32).clamp(0, 6);
     format!("{percent:.*} %", decimals as usize)

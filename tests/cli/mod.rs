@@ -1,7 +1,9 @@
 //! The command line: exit codes, messages, and what stdout holds for a program.
 
 mod codes;
+mod completions;
 mod export;
 mod outputs;
 mod sets;
+mod status;
 mod trade;
