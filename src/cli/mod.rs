@@ -307,8 +307,8 @@ enum CliError {
     #[error(transparent)]
     Trade(#[from] TradeError),
     #[cfg(feature = "polars")]
-    #[error("cannot compare: {0}")]
-    Compare(#[from] fretwear::report::CompareError),
+    #[error(transparent)]
+    Report(#[from] fretwear::report::ReportError),
 }
 
 impl From<SceneError> for CliError {
@@ -348,9 +348,9 @@ impl CliError {
                 Exit::Damaged
             }
             #[cfg(feature = "polars")]
-            CliError::Compare(error) if error.is_nothing_to_compare() => Exit::Scene,
+            CliError::Report(error) if error.is_nothing_to_read() => Exit::Scene,
             #[cfg(feature = "polars")]
-            CliError::Compare(error) if error.is_damage_or_mismatch() => Exit::Damaged,
+            CliError::Report(error) if error.is_damage_or_mismatch() => Exit::Damaged,
             _ => Exit::Failure,
         }
     }

@@ -1,16 +1,16 @@
 //! The summaries of several runs as one table.
 
-use std::collections::BTreeSet;
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use polars::io::parquet::write::KeyValueMetadata;
 use polars::prelude::*;
 use serde_json::json;
 
-use super::CompareError;
-use crate::store::{Damage, RealFileSystem, RunReader};
+use super::ReportError;
+use super::run_tables::{damage_of, open};
+use super::scan::{ORDER, RUN, Scan, WEAR_ITERATION};
+use crate::store::Damage;
 use crate::tables::{ColumnSchema, ColumnType, METADATA_KEY, TableName};
 
 /// The columns of `summary` that a comparison shows, in this order, after `run` and `wear_iteration`.
@@ -32,13 +32,6 @@ const FIGURES: [&str; 13] = [
 
 /// A cost rather than a state: the row of a whole run has the sum over its iterations.
 const FFT_PAIRS: &str = "fft_pairs";
-
-const RUN: &str = "run";
-const WEAR_ITERATION: &str = "wear_iteration";
-
-/// Columns that lead to the rows and are not shown.
-const PATH: &str = "path";
-const ORDER: &str = "order";
 
 /// Which rows a comparison has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,14 +69,18 @@ pub struct Comparison {
 /// Iterations count as far as their chain of commits verifies; what does not is listed by [`Comparison::damage`].
 ///
 /// # Errors
-/// [`CompareError::Run`] for a folder that is no readable run, [`CompareError::Empty`] for a run without an iteration,
-/// [`CompareError::Name`], and [`CompareError::Scan`] if the table library fails.
-pub fn compare(runs: &[PathBuf], rows: Rows) -> Result<Comparison, CompareError> {
-    let mut keys = Keys::default();
+/// [`ReportError::Run`] for a folder that is no readable run, [`ReportError::Empty`] for a run without an iteration,
+/// [`ReportError::Name`], and [`ReportError::Scan`] if the table library fails.
+pub fn compare(runs: &[PathBuf], rows: Rows) -> Result<Comparison, ReportError> {
+    let mut scan = Scan::of(TableName::Summary);
+    let mut damage = Vec::new();
     for (order, run) in runs.iter().enumerate() {
-        keys.add(order, run)?;
+        let reader = open(run)?;
+        scan.add(order, &run.display().to_string(), &reader)?;
+        damage.extend(damage_of(&reader));
     }
-    let frame = scan(&keys, rows).map_err(|source| CompareError::Scan {
+    let frame = figures(&scan, rows).map_err(|source| ReportError::Scan {
+        table: TableName::Summary,
         runs: runs
             .iter()
             .map(|run| run.display().to_string())
@@ -94,101 +91,13 @@ pub fn compare(runs: &[PathBuf], rows: Rows) -> Result<Comparison, CompareError>
     Ok(Comparison {
         columns: columns(),
         frame,
-        damage: keys.damage,
+        damage,
     })
 }
 
-/// The summary files of the runs, and which run and iteration each belongs to.
-///
-/// The reader could take the iteration from the name of its folder, but would do so with every `name=value` on the way
-/// there, and a run kept in `rq=1um/` would lose its own `rq`.
-#[derive(Default)]
-struct Keys {
-    paths: Vec<PlRefPath>,
-    order: Vec<i64>,
-    run: Vec<String>,
-    wear_iteration: Vec<i64>,
-    damage: Vec<Damage>,
-}
-
-impl Keys {
-    fn add(&mut self, order: usize, run: &Path) -> Result<(), CompareError> {
-        let of_run = |source| CompareError::Run {
-            run: run.to_owned(),
-            source,
-        };
-        let reader = RunReader::open(Arc::new(RealFileSystem), run).map_err(of_run)?;
-        let latest = reader.latest().ok_or_else(|| CompareError::Empty {
-            run: run.to_owned(),
-        })?;
-        // A file of another schema version may mean something else by the same names; only the run's reader looks at that.
-        reader.read(latest, TableName::Summary).map_err(of_run)?;
-        for wear_iteration in reader.iterations() {
-            let path = reader.table_path(wear_iteration, TableName::Summary);
-            self.paths
-                .push(
-                    PlRefPath::try_from_path(&path).map_err(|source| CompareError::Name {
-                        run: run.to_owned(),
-                        source,
-                    })?,
-                );
-            self.order.push(order as i64);
-            self.run.push(run.display().to_string());
-            self.wear_iteration.push(wear_iteration as i64);
-        }
-        self.damage.extend(
-            reader
-                .reports()
-                .iter()
-                .flat_map(|report| &report.damage)
-                .cloned(),
-        );
-        Ok(())
-    }
-
-    fn frame(&self) -> PolarsResult<DataFrame> {
-        let paths: Vec<&str> = self.paths.iter().map(|path| path.as_str()).collect();
-        df!(
-            PATH => paths,
-            ORDER => &self.order,
-            RUN => &self.run,
-            WEAR_ITERATION => &self.wear_iteration,
-        )
-    }
-}
-
-/// One lazy scan of all files: only the columns shown are read from them.
-fn scan(keys: &Keys, rows: Rows) -> PolarsResult<DataFrame> {
-    let summary = TableName::Summary.schema();
-    let schema: Schema = summary
-        .columns
-        .iter()
-        .map(|column| Field::new(column.name.as_str().into(), data_type(column.kind)))
-        .collect();
-    // A run that is asked for twice has its files read once; the join gives both their rows.
-    let files: BTreeSet<&str> = keys.paths.iter().map(|path| path.as_str()).collect();
-    let summaries = LazyFrame::scan_parquet_files(
-        files.into_iter().map(PlRefPath::new).collect(),
-        ScanArgsParquet {
-            schema: Some(Arc::new(schema)),
-            allow_missing_columns: true,
-            include_file_paths: Some(PATH.into()),
-            // The names of the files are exact: a `[` in the name of a run is no pattern.
-            glob: false,
-            hive_options: HiveOptions::new_disabled(),
-            ..Default::default()
-        },
-    )?;
-    let table = keys
-        .frame()?
-        .lazy()
-        .join(
-            summaries,
-            [col(PATH)],
-            [col(PATH)],
-            JoinArgs::new(JoinType::Left),
-        )
-        .sort([ORDER, WEAR_ITERATION], SortMultipleOptions::default());
+/// The figures of the rows that are asked for.
+fn figures(scan: &Scan, rows: Rows) -> PolarsResult<DataFrame> {
+    let table = scan.lazy()?;
     let table = match rows {
         Rows::All => table,
         Rows::Last => {
@@ -211,16 +120,6 @@ fn scan(keys: &Keys, rows: Rows) -> PolarsResult<DataFrame> {
                 .collect::<Vec<_>>(),
         )
         .collect()
-}
-
-fn data_type(kind: ColumnType) -> DataType {
-    match kind {
-        ColumnType::F64 | ColumnType::MaybeF64 => DataType::Float64,
-        ColumnType::I32 => DataType::Int32,
-        ColumnType::I64 => DataType::Int64,
-        ColumnType::Bool => DataType::Boolean,
-        ColumnType::Text => DataType::String,
-    }
 }
 
 /// What the columns of a comparison mean.
@@ -299,8 +198,8 @@ impl Comparison {
     /// replaced.
     ///
     /// # Errors
-    /// [`CompareError::Io`], [`CompareError::Parquet`].
-    pub fn write_parquet(&self, path: &Path) -> Result<(), CompareError> {
+    /// [`ReportError::Io`], [`ReportError::Parquet`].
+    pub fn write_parquet(&self, path: &Path) -> Result<(), ReportError> {
         let columns: serde_json::Map<_, _> = self
             .columns
             .iter()
@@ -320,7 +219,7 @@ impl Comparison {
             "program_version": env!("CARGO_PKG_VERSION"),
             "columns": columns,
         });
-        let file = File::create(path).map_err(|source| CompareError::Io {
+        let file = File::create(path).map_err(|source| ReportError::Io {
             path: path.to_owned(),
             source,
         })?;
@@ -330,7 +229,7 @@ impl Comparison {
                 entry.to_string(),
             )])))
             .finish(&mut self.frame.clone())
-            .map_err(|source| CompareError::Parquet {
+            .map_err(|source| ReportError::Parquet {
                 path: path.to_owned(),
                 source,
             })?;
@@ -341,9 +240,9 @@ impl Comparison {
     /// figure. A file that is there is replaced.
     ///
     /// # Errors
-    /// [`CompareError::Csv`].
-    pub fn write_csv(&self, path: &Path) -> Result<(), CompareError> {
-        let failed = |source| CompareError::Csv {
+    /// [`ReportError::Csv`].
+    pub fn write_csv(&self, path: &Path) -> Result<(), ReportError> {
+        let failed = |source| ReportError::Csv {
             path: path.to_owned(),
             source,
         };

@@ -1,14 +1,16 @@
-//! Why runs cannot be compared.
+//! Why runs cannot be read together, or what is made of them not written.
 
 use std::path::PathBuf;
 
 use polars::error::PolarsError;
 
+use crate::scene::SceneError;
 use crate::store::StoreError;
+use crate::tables::TableName;
 
-/// Runs that do not go into one table, or a table that cannot be written.
+/// Runs that cannot be read, or do not go into one table, or a file that cannot be written.
 #[derive(Debug, thiserror::Error)]
-pub enum CompareError {
+pub enum ReportError {
     /// A folder that is no run, or a run that cannot be read.
     #[error("{source}")]
     Run {
@@ -34,9 +36,19 @@ pub enum CompareError {
         /// The error of the table library.
         source: PolarsError,
     },
-    /// Summaries that do not join.
-    #[error("the summaries of {runs} do not join: {source}")]
+    /// The scene that a run keeps.
+    #[error("{}: the scene kept in the run cannot be read: {source}", run.display())]
+    Scene {
+        /// Folder of the run.
+        run: PathBuf,
+        /// What is wrong with it.
+        source: Box<SceneError>,
+    },
+    /// Tables that do not join.
+    #[error("the tables `{table}` of {runs} cannot be read together: {source}")]
     Scan {
+        /// The table.
+        table: TableName,
         /// Folders of the runs.
         runs: String,
         /// The error of the table library.
@@ -68,13 +80,13 @@ pub enum CompareError {
     },
 }
 
-impl CompareError {
+impl ReportError {
     /// True for a folder that is no run, or a run without an iteration.
-    pub fn is_nothing_to_compare(&self) -> bool {
+    pub fn is_nothing_to_read(&self) -> bool {
         matches!(
             self,
-            CompareError::Empty { .. }
-                | CompareError::Run {
+            ReportError::Empty { .. }
+                | ReportError::Run {
                     source: StoreError::NoRun { .. },
                     ..
                 }
@@ -83,6 +95,6 @@ impl CompareError {
 
     /// True for a run that is damaged or of another format, rather than absent or empty.
     pub fn is_damage_or_mismatch(&self) -> bool {
-        matches!(self, CompareError::Run { source, .. } if source.is_damage_or_mismatch())
+        matches!(self, ReportError::Run { source, .. } if source.is_damage_or_mismatch())
     }
 }

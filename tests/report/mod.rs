@@ -2,4 +2,8 @@
 
 #[cfg(feature = "polars")]
 mod compare;
+#[cfg(feature = "polars")]
+mod run_tables;
+#[cfg(feature = "polars")]
+mod small_runs;
 mod trade;

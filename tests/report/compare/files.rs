@@ -1,5 +1,5 @@
 use super::{STATIC, WORN, cell, compute};
-use fretwear::report::{Cell, CompareError, Comparison, Rows, compare};
+use fretwear::report::{Cell, Comparison, ReportError, Rows, compare};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use std::fs::File;
@@ -102,12 +102,12 @@ fn a_file_that_cannot_be_written_is_named() {
     let path: PathBuf = folder.path().join("no such folder/table");
     let parquet = comparison.write_parquet(&path).unwrap_err();
     assert!(
-        matches!(&parquet, CompareError::Io { path: named, .. } if *named == path),
+        matches!(&parquet, ReportError::Io { path: named, .. } if *named == path),
         "{parquet:?}"
     );
     let csv = comparison.write_csv(&path).unwrap_err();
     assert!(
-        matches!(&csv, CompareError::Csv { path: named, .. } if *named == path),
+        matches!(&csv, ReportError::Csv { path: named, .. } if *named == path),
         "{csv:?}"
     );
 }

@@ -1,5 +1,5 @@
 use super::{STATIC, WORN, cell, compute, damage, summary_file};
-use fretwear::report::{Cell, CompareError, Rows, compare};
+use fretwear::report::{Cell, ReportError, Rows, compare};
 use fretwear::stages::Stage;
 use fretwear::store::{RealFileSystem, RunReader, StoreError};
 use fretwear::tables::{Column, Table, TableName};
@@ -132,14 +132,14 @@ fn a_folder_without_a_run_is_named() {
     let absent = folder.path().join("absent");
     let error = compare(&[pressed, absent.clone()], Rows::Last).unwrap_err();
     assert!(
-        matches!(&error, CompareError::Run { run, source: StoreError::NoRun { .. } } if *run == absent),
+        matches!(&error, ReportError::Run { run, source: StoreError::NoRun { .. } } if *run == absent),
         "{error:?}"
     );
     assert!(
         error.to_string().contains(absent.to_str().unwrap()),
         "{error}"
     );
-    assert!(error.is_nothing_to_compare() && !error.is_damage_or_mismatch());
+    assert!(error.is_nothing_to_read() && !error.is_damage_or_mismatch());
 }
 
 #[test]
@@ -148,7 +148,7 @@ fn a_run_without_an_iteration_is_named() {
     let begun = compute(&folder, "begun", WORN, Some(Stage::Surface));
     let error = compare(std::slice::from_ref(&begun), Rows::All).unwrap_err();
     assert!(
-        matches!(&error, CompareError::Empty { run } if *run == begun),
+        matches!(&error, ReportError::Empty { run } if *run == begun),
         "{error:?}"
     );
 }
@@ -178,5 +178,5 @@ fn what_does_not_verify_is_left_out_and_listed() {
 
     damage(&summary_file(&worn, 0));
     let error = compare(&[worn], Rows::Last).unwrap_err();
-    assert!(matches!(error, CompareError::Empty { .. }), "{error:?}");
+    assert!(matches!(error, ReportError::Empty { .. }), "{error:?}");
 }

@@ -1,0 +1,120 @@
+//! A run's tables as frames, against the store's own reader.
+
+use fretwear::report::{ReportError, RunTables, WEAR_ITERATION, numbers, scan_runs};
+use fretwear::store::StoreError;
+use fretwear::tables::TableName;
+use tempfile::TempDir;
+
+use super::small_runs::{STATIC, WORN, compute, damage, summary_file};
+
+#[test]
+fn a_series_holds_what_the_store_reads() {
+    let folder = TempDir::new().unwrap();
+    let run = RunTables::open(&compute(&folder, "worn", WORN, None)).unwrap();
+    assert_eq!(run.name(), "worn");
+    assert!(run.iterations().len() > 3 && run.damage().is_empty());
+    assert_eq!(run.scene().wear.as_ref().unwrap().cycles, Some(400_000));
+
+    let summaries = run.series(TableName::Summary).unwrap().unwrap();
+    assert_eq!(summaries.get_column_names()[0], WEAR_ITERATION);
+    let read = |k: &u64| run.reader().read(*k, TableName::Summary).unwrap();
+    for name in ["wear_volume", "kn", "rq", "error_kn"] {
+        let stored: Vec<f64> = run
+            .iterations()
+            .iter()
+            .map(|k| read(k).f64(name).unwrap()[0])
+            .collect();
+        assert_eq!(numbers(&summaries, name).unwrap(), stored, "{name}");
+    }
+    // No vibration, no column: neither in the series nor at an iteration.
+    assert_eq!(numbers(&summaries, "resonance_frequency"), None);
+    let last = run.at(run.latest(), TableName::Summary).unwrap().unwrap();
+    assert_eq!(numbers(&last, "resonance_frequency"), None);
+    assert_eq!(
+        numbers(&last, "kn").unwrap()[..],
+        numbers(&summaries, "kn").unwrap()[run.iterations().len() - 1..]
+    );
+
+    // Many rows an iteration, in the order of the file.
+    let fields = run.series(TableName::WearField).unwrap().unwrap();
+    let depth = numbers(&fields, "wear_depth").unwrap();
+    let stored: Vec<f64> = run
+        .iterations()
+        .iter()
+        .flat_map(|k| {
+            run.reader()
+                .read(*k, TableName::WearField)
+                .unwrap()
+                .f64("wear_depth")
+                .unwrap()
+                .to_vec()
+        })
+        .collect();
+    assert_eq!(depth, stored);
+}
+
+#[test]
+fn what_a_run_lacks_is_none() {
+    let folder = TempDir::new().unwrap();
+    let run = RunTables::open(&compute(&folder, "pressed", STATIC, None)).unwrap();
+    assert!(run.series(TableName::Frf).unwrap().is_none());
+    assert!(run.at(0, TableName::Frf).unwrap().is_none());
+    assert!(run.once(TableName::Structure).unwrap().is_none());
+    let surface = run.once(TableName::Surface).unwrap().unwrap();
+    assert_eq!(numbers(&surface, "height").unwrap().len(), 24 * 20);
+    assert_eq!(numbers(&surface, "kept").unwrap(), vec![1.0; 24 * 20]);
+    assert!(matches!(
+        run.at(7, TableName::Summary),
+        Err(ReportError::Run {
+            source: StoreError::NoIteration {
+                wear_iteration: 7,
+                ..
+            },
+            ..
+        })
+    ));
+}
+
+#[test]
+fn what_does_not_verify_does_not_count() {
+    let folder = TempDir::new().unwrap();
+    let root = compute(&folder, "worn", WORN, None);
+    damage(&summary_file(&root, 2));
+    let run = RunTables::open(&root).unwrap();
+    assert_eq!(run.iterations(), [0, 1]);
+    assert!(run.damage()[0].to_string().contains("wear_iteration=2"));
+    let summaries = run.series(TableName::Summary).unwrap().unwrap();
+    assert_eq!(numbers(&summaries, WEAR_ITERATION).unwrap(), [0.0, 1.0]);
+}
+
+/// `timing` is outside the chain: damage to it takes its own rows away and nothing else.
+#[test]
+fn damaged_times_are_passed_over() {
+    let folder = TempDir::new().unwrap();
+    let root = compute(&folder, "worn", WORN, None);
+    damage(&root.join("iterations/wear_iteration=1/timing.parquet"));
+    let run = RunTables::open(&root).unwrap();
+    assert!(run.damage().is_empty() && run.latest() > 2);
+    let timing = run.series(TableName::Timing).unwrap().unwrap();
+    let iterations = numbers(&timing, WEAR_ITERATION).unwrap();
+    assert!(iterations.contains(&0.0) && iterations.contains(&2.0) && !iterations.contains(&1.0));
+}
+
+#[test]
+fn several_runs_are_one_scan() {
+    let folder = TempDir::new().unwrap();
+    let runs: Vec<RunTables> = [("b", WORN), ("a", STATIC)]
+        .map(|(name, scene)| RunTables::open(&compute(&folder, name, scene, None)).unwrap())
+        .into();
+    let both = scan_runs(&runs, TableName::Summary)
+        .unwrap()
+        .unwrap()
+        .collect()
+        .unwrap();
+    let iterations = runs[0].iterations().len();
+    let order = numbers(&both, "order").unwrap();
+    assert_eq!(order, [vec![0.0; iterations], vec![1.0]].concat());
+    let volume = numbers(&both, "wear_volume").unwrap();
+    assert!(volume[..iterations].iter().all(|v| v.is_finite()) && volume[iterations].is_nan());
+    assert!(scan_runs(&runs, TableName::Frf).unwrap().is_none());
+}
