@@ -5,7 +5,10 @@ mod compare;
 mod cost;
 mod doctor;
 mod export;
+mod many;
 mod report;
+#[cfg(feature = "polars")]
+mod reproduce;
 mod run;
 mod schema;
 mod show;
@@ -85,6 +88,13 @@ enum Command {
     /// Every variant is a run of its own under the folder, against the preset `reference`. The same command goes on where it was
     /// stopped. Writes trade.parquet, trade.md, trade.svg and trade.html, and prints the table.
     Trade(TradeArguments),
+    /// Run the paper's study, and hold its claims against it
+    ///
+    /// The lap joint at four roughnesses, with a hardness limit, and with the dynamic model updated more often, less often, never:
+    /// eight runs in the folder, their scenes in its `scenes`. The same command goes on where it was stopped. Writes claims.md and
+    /// claims.parquet, and prints the claims with what was measured.
+    #[cfg(feature = "polars")]
+    Reproduce(ReproduceArguments),
     /// Explain the tables of a run and their columns
     Schema {
         /// Name of a table; all of them without
@@ -196,6 +206,25 @@ struct TradeArguments {
     json: bool,
 }
 
+#[cfg(feature = "polars")]
+#[derive(Args)]
+struct ReproduceArguments {
+    /// Folder of the runs and of what is written
+    #[arg(long, value_name = "DIR", default_value = "runs/reproduce")]
+    dir: PathBuf,
+    /// Every scene of this folder, in place of the paper's
+    #[arg(long, value_name = "FOLDER")]
+    scenes: Option<PathBuf>,
+    /// Change a key in all scenes, as in `--set dynamics.damping_ratio=0.01`
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    #[command(flatten)]
+    execution: Execution,
+    /// Print one JSON object: the claims, and what was found
+    #[arg(long)]
+    json: bool,
+}
+
 #[derive(Args)]
 struct ExportArguments {
     /// The scene (TOML); without it, the shipped resonator
@@ -300,6 +329,15 @@ enum CliError {
     },
     #[error(transparent)]
     Structure(#[from] StructureError),
+    #[cfg(feature = "polars")]
+    #[error("there is no scene (*.toml) in {}", path.display())]
+    NoScenes { path: PathBuf },
+    #[cfg(feature = "polars")]
+    #[error("{}: {source}", path.display())]
+    Scenes {
+        path: PathBuf,
+        source: std::io::Error,
+    },
     #[error("validation: {0}")]
     Validate(#[from] fretwear::contact::ContactError),
     #[error(transparent)]
@@ -374,6 +412,8 @@ pub fn main() -> ExitCode {
         Command::Verify { run } => show::verify(&run),
         Command::Validate { json } => show::validate(json),
         Command::Trade(arguments) => trade::trade(&arguments),
+        #[cfg(feature = "polars")]
+        Command::Reproduce(arguments) => reproduce::reproduce(&arguments),
         Command::Schema {
             table,
             markdown,

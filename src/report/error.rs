@@ -6,7 +6,7 @@ use polars::error::PolarsError;
 
 use crate::scene::SceneError;
 use crate::store::StoreError;
-use crate::tables::TableName;
+use crate::tables::{TableError, TableName};
 
 /// Runs that cannot be read, or do not go into one table, or a file that cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -69,6 +69,14 @@ pub enum ReportError {
         path: PathBuf,
         /// The error of the table library.
         source: PolarsError,
+    },
+    /// A table of this program that cannot be made.
+    #[error("cannot make {}: {source}", path.display())]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: TableError,
     },
     /// A CSV file that cannot be written.
     #[error("cannot write {}: {source}", path.display())]

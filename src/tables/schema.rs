@@ -193,6 +193,8 @@ pub enum TableName {
     Summary,
     /// Cost and error of the variants of a scene; beside runs rather than in one.
     Trade,
+    /// Claims of the paper and what runs say of them; beside runs rather than in one.
+    Claims,
 }
 
 /// The embedded schema files, parsed once, in the order of [`TableName::ALL`].
@@ -205,7 +207,7 @@ static SCHEMAS: LazyLock<Vec<Schema>> = LazyLock::new(|| {
 
 impl TableName {
     /// All tables.
-    pub const ALL: [TableName; 23] = [
+    pub const ALL: [TableName; 24] = [
         TableName::Surface,
         TableName::ContactField,
         TableName::StaticContact,
@@ -229,6 +231,7 @@ impl TableName {
         TableName::Timing,
         TableName::Summary,
         TableName::Trade,
+        TableName::Claims,
     ];
 
     /// The text of the table's schema file.
@@ -257,6 +260,7 @@ impl TableName {
             TableName::Timing => include_str!("../../schemas/timing.toml"),
             TableName::Summary => include_str!("../../schemas/summary.toml"),
             TableName::Trade => include_str!("../../schemas/trade.toml"),
+            TableName::Claims => include_str!("../../schemas/claims.toml"),
         }
     }
 
