@@ -388,6 +388,8 @@ impl CliError {
             #[cfg(feature = "polars")]
             CliError::Report(error) if error.is_nothing_to_read() => Exit::Scene,
             #[cfg(feature = "polars")]
+            CliError::NoScenes { .. } => Exit::Scene,
+            #[cfg(feature = "polars")]
             CliError::Report(error) if error.is_damage_or_mismatch() => Exit::Damaged,
             _ => Exit::Failure,
         }

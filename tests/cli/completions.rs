@@ -7,9 +7,9 @@ fn every_shell_has_its_completions() {
     let bench = Bench::new();
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let script = bench.done(&["completions", shell]).stdout();
-        for word in ["fretwear", "max-wall", "compare"] {
-            // Without Polars there is nothing to compare.
-            let there = cfg!(feature = "polars") || word != "compare";
+        for word in ["fretwear", "max-wall", "compare", "reproduce"] {
+            // Without Polars there is nothing to compare or to reproduce.
+            let there = cfg!(feature = "polars") || !["compare", "reproduce"].contains(&word);
             assert_eq!(script.contains(word), there, "{shell}: {word}");
         }
     }

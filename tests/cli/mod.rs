@@ -4,6 +4,8 @@ mod codes;
 mod completions;
 mod export;
 mod outputs;
+#[cfg(feature = "polars")]
+mod reproduce;
 mod sets;
 mod status;
 mod trade;

@@ -176,14 +176,13 @@ fn few(run: &Evidence, cycles: &[f64], sk: &[f64]) -> Option<Finding> {
     );
     let holds = found.abs() > SIGNIFICANT * sigma;
     Some(Finding::judged(13, &[run], holds, measured).because(|| {
-        let passed = cycles
+        let passed = steps
             .iter()
             .zip(sk)
             .find(|(_, sk)| sk.abs() > SIGNIFICANT * sigma);
-        passed.map_or_else(String::new, |(cycles, _)| {
+        passed.map_or_else(String::new, |(steps, _)| {
             format!(
-                "passed by {} cycles: so few steps touch too little of the surface",
-                short(*cycles)
+                "it takes some {steps:.0} steps of 0.1 µm: a few touch too little of the surface"
             )
         })
     }))

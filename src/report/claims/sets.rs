@@ -29,7 +29,8 @@ fn key(run: &Evidence, rq: bool, cap: bool, update: bool) -> String {
     .join("|")
 }
 
-/// Runs that differ by roughness alone, smoothest first; two at least.
+/// Runs that differ by roughness alone, smoothest first; two at least. Those that were never updated, because their scene says so
+/// or their criterion never called for it, belong together too: they are what the paper shows.
 pub fn by_roughness<'a>(runs: &[&'a Evidence]) -> Vec<Vec<&'a Evidence>> {
     let rough: Vec<&Evidence> = runs
         .iter()
@@ -37,16 +38,28 @@ pub fn by_roughness<'a>(runs: &[&'a Evidence]) -> Vec<Vec<&'a Evidence>> {
         .filter(|run| run.scene.rq.is_some())
         .collect();
     let mut sets = groups(&rough, |run| key(run, false, true, true));
+    let unchanged: Vec<&Evidence> = rough
+        .iter()
+        .copied()
+        .filter(|run| run.updates() == 0)
+        .collect();
+    sets.extend(groups(&unchanged, |run| key(run, false, true, false)));
     for set in &mut sets {
         set.sort_by(|a, b| {
-            a.scene
-                .rq
-                .partial_cmp(&b.scene.rq)
-                .expect("roughnesses are finite")
+            let rq = a.scene.rq.partial_cmp(&b.scene.rq);
+            rq.expect("roughnesses are finite")
         });
         set.dedup_by(|a, b| a.scene.rq == b.scene.rq);
     }
     sets.retain(|set| set.len() > 1);
+    // Without any update both are the same.
+    let mut seen: Vec<Vec<&str>> = Vec::new();
+    sets.retain(|set| {
+        let names: Vec<&str> = set.iter().map(|run| run.name.as_str()).collect();
+        let new = !seen.contains(&names);
+        seen.push(names);
+        new
+    });
     sets
 }
 

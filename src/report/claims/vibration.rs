@@ -159,6 +159,24 @@ fn driven_on(run: &Evidence) -> String {
     }
 }
 
+/// The worn joint no longer slides as a whole.
+fn in_part(run: &Evidence) -> String {
+    let share = |force: Option<&f64>| Some(force? / run.scene.sliding_force?);
+    let (Some(first), Some(last)) = (share(run.force.first()), share(run.force.last())) else {
+        return String::new();
+    };
+    let sticking = run.response.get("sticking_elements");
+    let sticking = sticking.and_then(|counts| Some((counts.first()?, counts.last()?)));
+    match sticking {
+        Some((before, after)) if last < first - APART => format!(
+            "the worn joint slips in part only (T {} → {} of µN, {before} → {after} elements stick): load gathers where it sticks",
+            percent(first),
+            percent(last)
+        ),
+        _ => String::new(),
+    }
+}
+
 fn peak(run: &Evidence) -> Option<Finding> {
     let [first, last] = run.worn_ends("peak_amplitude")?;
     let [before, after] = run.ends("dissipated_energy")?;
@@ -185,7 +203,8 @@ fn peak(run: &Evidence) -> Option<Finding> {
         } else {
             ""
         };
-        let texts: Vec<&str> = [on.as_str(), balance].into_iter().filter(|text| !text.is_empty()).collect();
+        let partial = in_part(run);
+        let texts: Vec<&str> = [on.as_str(), balance, partial.as_str()].into_iter().filter(|text| !text.is_empty()).collect();
         texts.join("; ")
     }))
 }
@@ -308,6 +327,12 @@ fn updates_apart(set: &[&Evidence]) -> String {
             updates.join(", "),
             list(amplitude.iter().map(|u| 1e6 * u))
         );
+    }
+    for (run, partial) in set.iter().map(|run| (run, in_part(run))) {
+        if !partial.is_empty() {
+            let joint = if text.is_empty() { "" } else { "; " };
+            text += &format!("{joint}{}: {partial}", run.name);
+        }
     }
     let force = of_all(set, |run| {
         run.last.fine_over_elements.get("force_x [N]").copied()

@@ -1,6 +1,5 @@
 //! Findings as a table and as Markdown.
 
-use std::fmt::Write;
 use std::path::Path;
 
 use super::super::{ReportError, RunTables};
@@ -83,7 +82,7 @@ pub fn write(findings: &[Finding], runs: &[RunTables], folder: &Path) -> Result<
     Ok(())
 }
 
-/// All findings as one Markdown table, with a count, and the criteria under it.
+/// All findings as one Markdown table, a row for each claim and verdict, with a count, and the criteria under it.
 pub fn markdown(findings: &[Finding]) -> String {
     let count = |verdict| {
         findings
@@ -99,33 +98,67 @@ pub fn markdown(findings: &[Finding]) -> String {
         count(Verdict::Fails),
         count(Verdict::NotApplicable)
     );
-    text += "| claim | [A] | statement | runs | verdict | measured |\n|---:|---|---|---|---|---|\n";
-    for finding in findings {
-        let claim = finding.statement();
-        let mut measured = finding.measured.clone();
-        if !finding.cause.is_empty() {
-            write!(measured, "; likely cause: {}", finding.cause)
-                .expect("a text takes what is written");
+    text += "| claim | [A] | statement | verdict | measured |\n|---:|---|---|---|---|\n";
+    for claim in super::CLAIMS {
+        let of_claim = |finding: &&Finding| finding.claim == claim.number;
+        let of_claim: Vec<&Finding> = findings.iter().filter(of_claim).collect();
+        for verdict in [Verdict::Holds, Verdict::Fails, Verdict::NotApplicable] {
+            let same = of_claim
+                .iter()
+                .copied()
+                .filter(|finding| finding.verdict == verdict);
+            let same: Vec<&Finding> = same.collect();
+            if same.is_empty() {
+                continue;
+            }
+            let number = match (same.len(), of_claim.len()) {
+                (1, 1) => String::new(),
+                (some, all) => format!(", {some} of {all}"),
+            };
+            let verdict = match verdict {
+                Verdict::Fails => format!("**fails**{number}"),
+                verdict => format!("{}{number}", verdict.words()),
+            };
+            let cells = [
+                claim.number.to_string(),
+                claim.place.to_owned(),
+                claim.statement.to_owned(),
+                verdict,
+                cell(&same),
+            ];
+            // A bar would end the cell.
+            let cells = cells.map(|cell| cell.replace('|', "\\|"));
+            text += &format!("| {} |\n", cells.join(" | "));
         }
-        let cells = [
-            finding.claim.to_string(),
-            claim.place.to_owned(),
-            claim.statement.to_owned(),
-            finding.runs.join(", "),
-            match finding.verdict {
-                Verdict::Fails => "**fails**".to_owned(),
-                verdict => verdict.words().to_owned(),
-            },
-            measured,
-        ];
-        // A bar would end the cell.
-        let cells = cells.map(|cell| cell.replace('|', "\\|"));
-        writeln!(text, "| {} |", cells.join(" | ")).expect("a text takes what is written");
     }
     text += "\nCriteria; thresholds marked * are this program's, not the paper's.\n\n";
     for claim in super::CLAIMS {
-        writeln!(text, "{}. {}", claim.number, claim.criterion)
-            .expect("a text takes what is written");
+        text += &format!("{}. {}\n", claim.number, claim.criterion);
     }
     text
+}
+
+/// What was measured on each run, and likely causes, each said once.
+fn cell(findings: &[&Finding]) -> String {
+    let mut lines: Vec<(String, String)> = Vec::new();
+    let mut add =
+        |runs: String, text: String| match lines.iter_mut().find(|(_, said)| *said == text) {
+            Some((names, _)) => *names += &format!(", {runs}"),
+            None => lines.push((runs, text)),
+        };
+    for finding in findings {
+        add(finding.runs.join(", "), finding.measured.clone());
+    }
+    for finding in findings.iter().filter(|finding| !finding.cause.is_empty()) {
+        let cause = format!("likely cause: {}", finding.cause);
+        add(finding.runs.join(", "), cause);
+    }
+    let lines: Vec<String> = lines
+        .into_iter()
+        .map(|(runs, text)| match runs.as_str() {
+            "" => text,
+            runs => format!("{runs}: {text}"),
+        })
+        .collect();
+    lines.join("<br>")
 }
