@@ -8,9 +8,10 @@ use fretwear::tables::{Table, TableName, from_parquet};
 use crate::support::{Bench, Did, RESONATOR, content, verified};
 
 /// The paper's resonator with a coarse mesh, a coarse surface and a short life: seconds in place of minutes.
-const SMALL: [&str; 17] = [
+const SMALL: [&str; 18] = [
     "joint.grid=[27, 27]",
     "joint.elements=[9, 9]",
+    "joint.hole.diameter=22.98 mm",
     "surface.correlation_length=[\"5 mm\", \"5 mm\"]",
     "structure.half_depth_cells=2",
     "structure.block_cells=3",

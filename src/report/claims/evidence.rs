@@ -113,6 +113,8 @@ pub struct Evidence {
     pub done: bool,
     /// `summary`
     pub summary: Columns,
+    /// Area of the joint, where it has a surface \[m²\].
+    pub area: Option<f64>,
     /// `dynamic_response`
     pub response: Columns,
     /// `worn_response`, with the cycles at which it was computed.
@@ -170,6 +172,7 @@ impl Evidence {
         Ok(Evidence {
             name: run.name().to_owned(),
             done,
+            area: area(&summary),
             response: columns(run, TableName::DynamicResponse)?,
             worn_response,
             depth_rate: fields.depth_rate,
@@ -289,6 +292,11 @@ fn base(scene: &Scene) -> String {
         }
     }
     base.to_string()
+}
+
+fn area(summary: &Columns) -> Option<f64> {
+    let first = |name: &str| summary.get(name)?.first().copied();
+    Some(first("contact_area")? / first("contact_area_fraction")?)
 }
 
 fn cell_area(scene: &Scene) -> f64 {

@@ -111,7 +111,7 @@ fn falls(run: &Evidence, rq: &[f64]) -> Finding {
 
 fn mean(run: &Evidence) -> Option<Finding> {
     let (heights, volumes) = (run.column("mean_height")?, run.column("wear_volume")?);
-    let area = run.ends("contact_area")?[0] / run.ends("contact_area_fraction")?[0];
+    let area = run.area?;
     let removed = volumes[volumes.len() - 1] / area;
     let off = heights
         .iter()
@@ -153,7 +153,7 @@ fn kurtosis(run: &Evidence, ku: &[f64]) -> Finding {
 /// Skewness after ten steps of the paper, against what surfaces of this size scatter by.
 fn few(run: &Evidence, cycles: &[f64], sk: &[f64]) -> Option<Finding> {
     let [clx, cly] = run.scene.correlation_length?;
-    let area = run.ends("contact_area")?[0] / run.ends("contact_area_fraction")?[0];
+    let area = run.area?;
     // Variance 6 / (independent cells), A / ∫ρ³ of them; ∫ρ³ = π clx cly / 3 for ρ = exp(−(x²/clx² + y²/cly²)).
     let sigma = (2.0 * PI * clx * cly / area).sqrt();
     let steps = explicit_steps(run)?;

@@ -151,7 +151,7 @@ const FAULTS: [(u32, Spoil); 46] = [
     (21, |s| set(named(s, "rq5"), "kt", |_, kt| 0.8 * kt)),
     (22, |s| named(s, "tangent").last.element_kn = vec![2e7; 3]),
     (23, |s| {
-        respond(named(s, "rq1"), "resonance_frequency", [949.0, 964.9])
+        respond(named(s, "rq1"), "resonance_frequency", [949.5, 964.9])
     }),
     (24, |s| named(s, "rq5").first.normal_load = Some([3e4, 2e3])),
     (25, |s| {

@@ -25,7 +25,7 @@ fn an_explicit_run() {
     let bench = Bench::new();
     let scene = SMALL.replace(
         "tolerance = 1e-3",
-        "scheme = \"explicit\"\ndepth_step = \"0.02 um\"",
+        "scheme = \"explicit\"\ndepth_step = \"0.015 um\"",
     );
     bench.write("explicit.toml", scene);
     bench.done(&["run", "explicit.toml", "--run", "explicit"]);
@@ -33,7 +33,7 @@ fn an_explicit_run() {
     let evidence = Evidence::of(&run).expect("readable");
     let root = bench.path("explicit");
     assert!(evidence.done && !evidence.scene.vibrates);
-    assert_eq!(evidence.scene.explicit, Some(0.02e-6));
+    assert_eq!(evidence.scene.explicit, Some(0.015e-6));
     let steps = latest(&root) as usize;
     assert!(steps >= 20, "{steps}");
     assert_eq!(evidence.depth_rate.len(), steps + 1);
@@ -67,7 +67,7 @@ fn vibrating_runs_of_one_study() {
     let bench = Bench::new().sharing();
     let capped = RESONATOR.replace(
         "normal_load = \"30 kN\"",
-        "normal_load = \"30 kN\"\npressure_cap = \"200 MPa\"",
+        "normal_load = \"30 kN\"\npressure_cap = \"150 MPa\"",
     );
     bench.write(
         "rough.toml",
