@@ -8,6 +8,8 @@ mod export;
 mod many;
 mod report;
 #[cfg(feature = "polars")]
+mod report_command;
+#[cfg(feature = "polars")]
 mod reproduce;
 mod run;
 mod schema;
@@ -134,6 +136,12 @@ enum Command {
     /// One row a run: its last iteration, with the FFT pairs of all its iterations. Values are in SI units.
     #[cfg(feature = "polars")]
     Compare(CompareArguments),
+    /// Write one HTML page on a run, or on several side by side
+    ///
+    /// Figures with their numbers, results with error bars, what was computed and why, cost, and the scene: one file that needs no
+    /// other. Also of a run that goes on.
+    #[cfg(feature = "polars")]
+    Report(ReportArguments),
 }
 
 #[derive(Args)]
@@ -267,6 +275,20 @@ struct CompareArguments {
     /// Write the table to a CSV file too
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+}
+
+#[cfg(feature = "polars")]
+#[derive(Args)]
+struct ReportArguments {
+    /// Folders of the runs
+    #[arg(required = true, value_name = "RUN")]
+    runs: Vec<PathBuf>,
+    /// Where the page goes [default: report.html in the run's folder; of several runs, here]
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Write each figure to a file of its own in this folder too
+    #[arg(long, value_name = "DIR")]
+    svg: Option<PathBuf>,
 }
 
 /// Time is no quantity of a scene, but of the command line alone.
@@ -426,6 +448,8 @@ pub fn main() -> ExitCode {
         Command::Export(arguments) => export::export(&arguments),
         #[cfg(feature = "polars")]
         Command::Compare(arguments) => compare::compare(&arguments),
+        #[cfg(feature = "polars")]
+        Command::Report(arguments) => report_command::report(&arguments),
     };
     let exit = result.unwrap_or_else(|error| {
         // A reader that has seen enough (`| head`) is no failure of ours.

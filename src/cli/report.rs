@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
+use fretwear::report::{ERROR_BARS, error_bar_of, percent};
 use fretwear::stages::{Ending, Inputs, Outcome};
 use fretwear::tables::{Column, Table};
 use serde_json::{Map, Value, json};
@@ -64,27 +65,10 @@ pub fn outcome(
     )
 }
 
-/// Error bars of the summary, and the figures that they belong to.
-const BARS: [(&str, &[&str]); 7] = [
-    (
-        "error_wear_volume",
-        &["wear_volume", "dissipated_energy_total"],
-    ),
-    (
-        "error_dissipated_energy",
-        &["dissipated_energy", "wear_rate"],
-    ),
-    ("error_loaded_area", &["loaded_area_fraction"]),
-    ("error_kn", &["kn"]),
-    ("error_kt", &["kt"]),
-    ("error_resonance_frequency", &["resonance_frequency"]),
-    ("error_peak_amplitude", &["peak_amplitude"]),
-];
-
 /// One line a column: name, value, unit, and its error bar.
 pub fn write_summary(out: &mut impl Write, summary: &Table) -> std::io::Result<()> {
     for (schema, column) in summary.columns() {
-        if BARS.iter().any(|(bar, _)| *bar == schema.name) {
+        if ERROR_BARS.iter().any(|(bar, _)| *bar == schema.name) {
             continue;
         }
         let value = match column {
@@ -97,10 +81,8 @@ pub fn write_summary(out: &mut impl Write, summary: &Table) -> std::io::Result<(
         };
         let unit = if schema.unit == "1" { "" } else { &schema.unit };
         let line = format!("  {:<24} {value} {unit}", schema.name);
-        let bar = BARS
-            .iter()
-            .find(|(_, figures)| figures.contains(&schema.name.as_str()))
-            .and_then(|(bar, _)| summary.f64(bar).ok())
+        let bar = error_bar_of(&schema.name)
+            .and_then(|bar| summary.f64(bar).ok())
             .map_or(0.0, |bar| bar[0]);
         let line = line.trim_end();
         if bar > 0.0 {
@@ -110,13 +92,6 @@ pub fn write_summary(out: &mut impl Write, summary: &Table) -> std::io::Result<(
         }
     }
     Ok(())
-}
-
-/// An error with two digits.
-pub fn percent(error: f64) -> String {
-    let percent = 100.0 * error;
-    let decimals = (1 - percent.log10().floor() as i32).clamp(0, 6);
-    format!("{percent:.*} %", decimals as usize)
 }
 
 /// Six significant digits, as a person reads them.

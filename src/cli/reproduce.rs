@@ -3,8 +3,8 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use fretwear::report::RunTables;
 use fretwear::report::claims::{self, Finding};
+use fretwear::report::{Report, RunTables};
 use fretwear::scene;
 use fretwear::stages::{Inputs, RunError};
 use fretwear::store::{FileSystem, RealFileSystem};
@@ -82,10 +82,14 @@ pub fn reproduce(arguments: &ReproduceArguments) -> Result<Exit, CliError> {
         .collect::<Result<Vec<_>, _>>()?;
     let findings = claims::evaluate(&runs)?;
     claims::write(&findings, &runs, folder)?;
+    let page = folder.join("report.html");
+    let mut report = Report::of(&runs)?;
+    report.add(claims::section(&findings));
+    report.write(&page)?;
     print(&findings, arguments.json)?;
     if !arguments.execution.quiet {
-        let text = folder.join("claims.md");
-        eprintln!("written: {}, and beside it claims.parquet", text.display());
+        let page = page.display();
+        eprintln!("written: {page}, and beside it claims.md and claims.parquet");
     }
     match ran.ended.into_iter().flatten().next() {
         Some(error) => Err(error.into()),

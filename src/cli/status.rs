@@ -4,13 +4,14 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
+use fretwear::report::percent;
 use fretwear::scene;
 use fretwear::stages::{Spent, Standing};
 use fretwear::store::{LockHolder, RealFileSystem, RunReader};
 use fretwear::tables::{Table, TableName};
 use serde_json::{Map, Value, json};
 
-use super::report::{percent, row, write_summary};
+use super::report::{row, write_summary};
 use super::run::continuation;
 use super::{CliError, Exit, cost};
 use crate::progress::{duration, grouped, significant};

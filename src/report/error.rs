@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use polars::error::PolarsError;
 
+use super::plot::PlotError;
 use crate::scene::SceneError;
 use crate::store::StoreError;
 use crate::tables::{TableError, TableName};
@@ -53,6 +54,14 @@ pub enum ReportError {
         runs: String,
         /// The error of the table library.
         source: PolarsError,
+    },
+    /// A figure that the drawing library refuses.
+    #[error("cannot draw the figure {figure}: {source}")]
+    Draw {
+        /// Name of the figure.
+        figure: &'static str,
+        /// What the drawing library says.
+        source: PlotError,
     },
     /// A file that cannot be written.
     #[error("cannot write {}: {source}", path.display())]

@@ -7,16 +7,32 @@ pub mod claims;
 mod compare;
 #[cfg(feature = "polars")]
 mod error;
+mod error_bars;
+#[cfg(feature = "polars")]
+mod figures;
+#[cfg(feature = "polars")]
+mod page;
+#[cfg(feature = "polars")]
+mod plot;
+#[cfg(feature = "polars")]
+mod quantity;
 #[cfg(feature = "polars")]
 mod run_tables;
 #[cfg(feature = "polars")]
 mod scan;
+#[cfg(feature = "polars")]
+mod sections;
 pub mod trade;
 
 #[cfg(feature = "polars")]
 pub use compare::{Cell, Comparison, Rows, compare};
 #[cfg(feature = "polars")]
 pub use error::ReportError;
+pub use error_bars::{ERROR_BARS, error_bar_of, percent};
+#[cfg(feature = "polars")]
+pub use figures::Figure;
+#[cfg(feature = "polars")]
+pub use page::{Report, Section};
 #[cfg(feature = "polars")]
 pub use run_tables::{RunTables, numbers, scan_runs, texts};
 #[cfg(feature = "polars")]

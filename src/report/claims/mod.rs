@@ -23,7 +23,7 @@ use super::{ReportError, RunTables};
 
 pub use catalogue::{CLAIMS, Claim};
 pub use evidence::{Columns, Evidence, Loop, Moment, Setting, Worn};
-pub use write::{markdown, table, write};
+pub use write::{markdown, section, table, write};
 
 /// What a measurement says of a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::super::{ReportError, RunTables};
+use super::super::quantity::escaped;
+use super::super::{ReportError, RunTables, Section};
 use super::{Finding, Verdict};
 use crate::tables::{Provenance, Table, TableError, TableName, to_parquet};
 
@@ -82,32 +83,25 @@ pub fn write(findings: &[Finding], runs: &[RunTables], folder: &Path) -> Result<
     Ok(())
 }
 
-/// All findings as one Markdown table, a row for each claim and verdict, with a count, and the criteria under it.
-pub fn markdown(findings: &[Finding]) -> String {
-    let count = |verdict| {
-        findings
-            .iter()
-            .filter(|finding| finding.verdict == verdict)
-            .count()
-    };
-    let mut text = format!(
-        "{} findings on {} claims: {} hold, {} fail, {} not applicable.\n\n",
-        findings.len(),
-        super::CLAIMS.len(),
-        count(Verdict::Holds),
-        count(Verdict::Fails),
-        count(Verdict::NotApplicable)
-    );
-    text += "| claim | [A] | statement | verdict | measured |\n|---:|---|---|---|---|\n";
+const HEAD: [&str; 5] = ["claim", "[A]", "statement", "verdict", "measured"];
+
+/// A claim with one of its verdicts.
+struct Row {
+    /// Number, place, statement, verdict.
+    head: [String; 4],
+    criterion: &'static str,
+    /// What was measured on each run, and likely causes.
+    lines: Vec<String>,
+}
+
+fn rows(findings: &[Finding]) -> Vec<Row> {
+    let mut rows = Vec::new();
     for claim in super::CLAIMS {
         let of_claim = |finding: &&Finding| finding.claim == claim.number;
         let of_claim: Vec<&Finding> = findings.iter().filter(of_claim).collect();
         for verdict in [Verdict::Holds, Verdict::Fails, Verdict::NotApplicable] {
-            let same = of_claim
-                .iter()
-                .copied()
-                .filter(|finding| finding.verdict == verdict);
-            let same: Vec<&Finding> = same.collect();
+            let same = of_claim.iter().copied();
+            let same: Vec<&Finding> = same.filter(|f| f.verdict == verdict).collect();
             if same.is_empty() {
                 continue;
             }
@@ -115,21 +109,43 @@ pub fn markdown(findings: &[Finding]) -> String {
                 (1, 1) => String::new(),
                 (some, all) => format!(", {some} of {all}"),
             };
-            let verdict = match verdict {
-                Verdict::Fails => format!("**fails**{number}"),
-                verdict => format!("{}{number}", verdict.words()),
-            };
-            let cells = [
-                claim.number.to_string(),
-                claim.place.to_owned(),
-                claim.statement.to_owned(),
-                verdict,
-                cell(&same),
-            ];
-            // A bar would end the cell.
-            let cells = cells.map(|cell| cell.replace('|', "\\|"));
-            text += &format!("| {} |\n", cells.join(" | "));
+            rows.push(Row {
+                head: [
+                    claim.number.to_string(),
+                    claim.place.to_owned(),
+                    claim.statement.to_owned(),
+                    format!("{}{number}", verdict.words()),
+                ],
+                criterion: claim.criterion,
+                lines: lines(&same),
+            });
         }
+    }
+    rows
+}
+
+fn counts(findings: &[Finding]) -> String {
+    let count = |verdict| findings.iter().filter(|f| f.verdict == verdict).count();
+    format!(
+        "{} findings on {} claims: {} hold, {} fail, {} not applicable",
+        findings.len(),
+        super::CLAIMS.len(),
+        count(Verdict::Holds),
+        count(Verdict::Fails),
+        count(Verdict::NotApplicable)
+    )
+}
+
+/// All findings as one Markdown table, a row for each claim and verdict, with a count, and the criteria under it.
+pub fn markdown(findings: &[Finding]) -> String {
+    // A bar would end the cell.
+    let cell = |text: &str| text.replace('|', "\\|");
+    let mut text = format!("{}.\n\n| {} |\n", counts(findings), HEAD.join(" | "));
+    text += "|---:|---|---|---|---|\n";
+    for row in rows(findings) {
+        let mut cells = row.head.map(|text| cell(&text)).to_vec();
+        cells.push(cell(&row.lines.join("<br>")));
+        text += &format!("| {} |\n", cells.join(" | "));
     }
     text += "\nCriteria; thresholds marked * are this program's, not the paper's.\n\n";
     for claim in super::CLAIMS {
@@ -138,8 +154,44 @@ pub fn markdown(findings: &[Finding]) -> String {
     text
 }
 
+/// The findings as a part of a page, the same rows as [`markdown`].
+pub fn section(findings: &[Finding]) -> Section {
+    let cells = |cells: &[String], tag: &str| -> String {
+        cells
+            .iter()
+            .map(|cell| format!("<{tag}>{cell}</{tag}>"))
+            .collect()
+    };
+    let head = HEAD.map(str::to_owned);
+    let rows: String = rows(findings)
+        .into_iter()
+        .map(|row| {
+            let [claim, place, statement, verdict] = row.head.each_ref().map(|text| escaped(text));
+            let criterion = escaped(row.criterion);
+            let lines: Vec<String> = row.lines.iter().map(|line| escaped(line)).collect();
+            let row = [
+                claim,
+                place,
+                format!("{statement} <small>({criterion})</small>"),
+                verdict,
+                lines.join("<br>"),
+            ];
+            format!("<tr>{}</tr>\n", cells(&row, "td"))
+        })
+        .collect();
+    Section {
+        id: "claims",
+        title: "What the paper claims".to_owned(),
+        html: format!(
+            "<p>{}. Thresholds marked * are this program's, not the paper's.</p>\n<table>\n<tr>{}</tr>\n{rows}</table>\n",
+            escaped(&counts(findings)),
+            cells(&head, "th")
+        ),
+    }
+}
+
 /// What was measured on each run, and likely causes, each said once.
-fn cell(findings: &[&Finding]) -> String {
+fn lines(findings: &[&Finding]) -> Vec<String> {
     let mut lines: Vec<(String, String)> = Vec::new();
     let mut add =
         |runs: String, text: String| match lines.iter_mut().find(|(_, said)| *said == text) {
@@ -153,12 +205,11 @@ fn cell(findings: &[&Finding]) -> String {
         let cause = format!("likely cause: {}", finding.cause);
         add(finding.runs.join(", "), cause);
     }
-    let lines: Vec<String> = lines
+    lines
         .into_iter()
         .map(|(runs, text)| match runs.as_str() {
             "" => text,
             runs => format!("{runs}: {text}"),
         })
-        .collect();
-    lines.join("<br>")
+        .collect()
 }

@@ -1,0 +1,33 @@
+//! `fretwear report`.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use fretwear::report::{Report, ReportError, RunTables, claims};
+
+use super::{CliError, Exit, ReportArguments};
+
+/// Writes the page on the runs, and prints where it is.
+pub fn report(arguments: &ReportArguments) -> Result<Exit, CliError> {
+    let open = |run: &PathBuf| RunTables::open(run);
+    let runs: Result<Vec<RunTables>, ReportError> = arguments.runs.iter().map(open).collect();
+    let runs = runs?;
+    let mut report = Report::of(&runs)?;
+    report.add(claims::section(&claims::evaluate(&runs)?));
+    let page = match (&arguments.output, &arguments.runs[..]) {
+        (Some(page), _) => page.clone(),
+        (None, [run]) => run.join("report.html"),
+        (None, _) => PathBuf::from("report.html"),
+    };
+    report.write(&page)?;
+    if let Some(folder) = &arguments.svg {
+        report.write_svgs(folder)?;
+    }
+    writeln!(std::io::stdout(), "{}", page.display())?;
+    let mut exit = Exit::Done;
+    for damage in runs.iter().flat_map(RunTables::damage) {
+        eprintln!("damaged: {damage}; the iterations from there on are left out");
+        exit = Exit::Damaged;
+    }
+    Ok(exit)
+}

@@ -1,0 +1,32 @@
+//! Which error bar of the summary belongs to which figure.
+
+/// Columns of the summary with relative error bars, and the columns that they belong to.
+pub const ERROR_BARS: [(&str, &[&str]); 7] = [
+    (
+        "error_wear_volume",
+        &["wear_volume", "dissipated_energy_total"],
+    ),
+    (
+        "error_dissipated_energy",
+        &["dissipated_energy", "wear_rate"],
+    ),
+    ("error_loaded_area", &["loaded_area_fraction"]),
+    ("error_kn", &["kn"]),
+    ("error_kt", &["kt"]),
+    ("error_resonance_frequency", &["resonance_frequency"]),
+    ("error_peak_amplitude", &["peak_amplitude"]),
+];
+
+/// The error bar of a column of the summary.
+pub fn error_bar_of(column: &str) -> Option<&'static str> {
+    let mut bars = ERROR_BARS.iter();
+    bars.find(|(_, figures)| figures.contains(&column))
+        .map(|(bar, _)| *bar)
+}
+
+/// An error with two digits, in percent.
+pub fn percent(error: f64) -> String {
+    let percent = 100.0 * error;
+    let decimals = (1 - percent.log10().floor() as i32).clamp(0, 6);
+    format!("{percent:.*} %", decimals as usize)
+}

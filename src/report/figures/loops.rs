@@ -1,0 +1,75 @@
+//! Hysteresis loops of the joint.
+
+use super::super::ReportError;
+use super::super::quantity::{ENERGY, FORCE, LENGTH, shown};
+use super::super::run_tables::numbers;
+use super::response::{Panel, panel, states};
+use super::{Figure, Study, drawn};
+use crate::tables::TableName;
+
+/// Loops along wear at most.
+const LOOPS: usize = 5;
+
+/// The loops of the fine contact and of the contact elements.
+pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
+    const ID: &str = "hysteresis-loops";
+    let fine = Panel {
+        title: "Rough contact, cell by cell",
+        x: ("displacement", "displacement along x", LENGTH),
+        y: ("load", "tangential load", FORCE),
+    };
+    let elements = Panel {
+        title: "Contact elements of the structure",
+        x: ("displacement_x", "displacement along x", LENGTH),
+        y: ("force_x", "tangential load", FORCE),
+    };
+    let (mut drawings, mut sources, mut areas) = (Vec::new(), Vec::new(), Vec::new());
+    for (table, one) in [
+        (TableName::Hysteresis, &fine),
+        (TableName::JointCycle, &elements),
+    ] {
+        let states = states(study, table, LOOPS)?;
+        let charts = panel(&states, one);
+        if charts.is_empty() {
+            continue;
+        }
+        for mut chart in charts {
+            for curve in &mut chart.curves {
+                // A period ends where it began.
+                curve.points.extend(curve.points.first().copied());
+            }
+            drawings.push(chart.draw().map_err(drawn(ID))?);
+        }
+        let each = states
+            .iter()
+            .flat_map(|(state, named)| named.iter().map(move |named| (state, named)))
+            .filter_map(|(state, (name, _, frame))| {
+                let area = enclosed(&numbers(frame, one.x.0)?, &numbers(frame, one.y.0)?);
+                let comma = if state.is_empty() { "" } else { ", " };
+                Some(format!("{name}{comma}{state} {}", shown(area, ENERGY)))
+            });
+        let each: Vec<String> = each.collect();
+        areas.push(format!("{}: {}", one.title, each.join("; ")));
+        sources.push((table.as_str(), vec![one.x.0, one.y.0]));
+    }
+    let Some((table, columns)) = sources.first() else {
+        return Ok(Vec::new());
+    };
+    Ok(vec![Figure {
+        id: ID,
+        title: "Hysteresis loops".to_owned(),
+        drawings,
+        caption: format!("Energy that the loops enclose. {}.", areas.join(". ")),
+        query: study.query(table, columns),
+        sources,
+    }])
+}
+
+/// The area within a closed line.
+fn enclosed(x: &[f64], y: &[f64]) -> f64 {
+    let next = |k: usize| (k + 1) % x.len();
+    let twice: f64 = (0..x.len())
+        .map(|k| x[k] * y[next(k)] - x[next(k)] * y[k])
+        .sum();
+    twice.abs() / 2.0
+}

@@ -1,0 +1,91 @@
+//! The figures of a report: what a run computed, and nothing for what it did not.
+
+mod course;
+mod elements;
+mod loops;
+mod pressure;
+mod response;
+mod static_contact;
+mod study;
+mod surface;
+
+use polars::prelude::DataFrame;
+
+pub use study::{Of, Study};
+
+use super::plot::{Curve, Drawing, Mark, PlotError};
+use super::run_tables::numbers;
+use super::{ReportError, RunTables};
+
+/// A figure: drawings with what they show, in words and in numbers, and where the numbers come from.
+#[derive(Debug, Clone)]
+pub struct Figure {
+    /// Its name in the page and in files, of letters, digits and hyphens.
+    pub id: &'static str,
+    /// Heading.
+    pub title: String,
+    /// The drawings, in the order of reading.
+    pub drawings: Vec<Drawing>,
+    /// What is seen, with its numbers.
+    pub caption: String,
+    /// Table and columns that it is drawn from.
+    pub sources: Vec<(&'static str, Vec<&'static str>)>,
+    /// Reads the same data with Polars.
+    pub query: String,
+}
+
+/// All figures that the runs have the physics for, in the order of the paper.
+///
+/// # Errors
+/// [`ReportError`] for a table that cannot be read and for a figure that cannot be drawn.
+pub fn figures(runs: &[RunTables]) -> Result<Vec<Figure>, ReportError> {
+    let study = Study::of(runs)?;
+    let mut figures = surface::figures(&study)?;
+    figures.extend(response::figures(&study)?);
+    figures.extend(surface::wear_figures(&study)?);
+    figures.extend(course::figures(&study)?);
+    figures.extend(pressure::figures(&study)?);
+    figures.extend(loops::figures(&study)?);
+    figures.extend(elements::figures(&study)?);
+    figures.extend(static_contact::figures(&study)?);
+    Ok(figures)
+}
+
+/// The points that two columns make, in the units of the axes; none where a column is missing.
+fn points(frame: &DataFrame, x: &str, y: &str, sizes: [f64; 2]) -> Option<Vec<[f64; 2]>> {
+    let (x, y) = (numbers(frame, x)?, numbers(frame, y)?);
+    let pairs = x.into_iter().zip(y);
+    Some(pairs.map(|(x, y)| [x / sizes[0], y / sizes[1]]).collect())
+}
+
+/// A line with dots.
+fn dotted(name: &str, style: usize, points: Vec<[f64; 2]>) -> Curve {
+    Curve {
+        mark: Mark::Dots,
+        ..Curve::line(name, style, points)
+    }
+}
+
+/// The range that holds all values, from 0 where it begins near it.
+fn range_of<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<[f64; 2]> {
+    let empty = [f64::INFINITY, f64::NEG_INFINITY];
+    let [low, high] = values
+        .into_iter()
+        .filter(|value| value.is_finite())
+        .fold(empty, |[low, high], v| [low.min(*v), high.max(*v)]);
+    (low <= high).then_some([low, high])
+}
+
+/// A range of some width.
+fn widened([low, high]: [f64; 2]) -> [f64; 2] {
+    if high > low {
+        [low, high]
+    } else {
+        let reach = (0.05 * high.abs()).max(1e-12);
+        [low - reach, high + reach]
+    }
+}
+
+fn drawn(id: &'static str) -> impl Fn(PlotError) -> ReportError {
+    move |source| ReportError::Draw { figure: id, source }
+}

@@ -1,0 +1,247 @@
+//! The vibration: forced response, and the joint over a cycle.
+
+use polars::prelude::DataFrame;
+
+use super::super::ReportError;
+use super::super::plot::{Axis, Chart, Curve};
+use super::super::quantity::{self, ANGLE, FORCE, FREQUENCY, LENGTH, Units, shown, unit_of};
+use super::super::run_tables::numbers;
+use super::course::labelled;
+use super::{Figure, Of, Study, drawn, points};
+use crate::tables::TableName;
+
+/// Forced responses along wear at most: more curves than styles cannot be told apart.
+const RESPONSES: usize = 6;
+
+/// A curve to come: its name, its style, and the rows behind it.
+type Named = (String, usize, DataFrame);
+
+/// The forced responses and the joint's cycle.
+pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
+    let both = [forced_response(study)?, joint_cycle(study)?];
+    Ok(both.into_iter().flatten().collect())
+}
+
+/// The states of one run, or of several runs the unworn ones beside the last: one list a drawing, with its heading.
+pub fn states(
+    study: &Study,
+    table: TableName,
+    most: usize,
+) -> Result<Vec<(String, Vec<Named>)>, ReportError> {
+    let read = |run: &Of, k: u64| run.tables.at(k, table).map(Option::unwrap_or_default);
+    if let [run] = &study.runs[..] {
+        let mut states = Vec::new();
+        for (style, k) in run.with(table, most).into_iter().enumerate() {
+            states.push((run.state(k), style, read(run, k)?));
+        }
+        return Ok(vec![(String::new(), states)]);
+    }
+    let (mut unworn, mut last) = (Vec::new(), Vec::new());
+    for run in &study.runs {
+        let with = run.with(table, 2);
+        if let Some(first) = with.first() {
+            unworn.push((run.label.clone(), run.style, read(run, *first)?));
+        }
+        if let [_, k] = with[..] {
+            last.push((run.label.clone(), run.style, read(run, k)?));
+        }
+    }
+    Ok(vec![
+        ("unworn".to_owned(), unworn),
+        ("worn".to_owned(), last),
+    ])
+}
+
+/// What is drawn of some states.
+pub struct Panel {
+    /// Heading.
+    pub title: &'static str,
+    /// Column to the right, what it is called, its units.
+    pub x: (&'static str, &'static str, Units),
+    /// Column upwards.
+    pub y: (&'static str, &'static str, Units),
+}
+
+/// A chart of two columns for every list of states, all with the same axes; none where no state has them.
+pub fn panel(states: &[(String, Vec<Named>)], panel: &Panel) -> Vec<Chart> {
+    let all = |column: &str| -> Vec<f64> {
+        let frames = states.iter().flat_map(|(_, named)| named);
+        let columns = frames.filter_map(|(_, _, frame)| numbers(frame, column));
+        columns.flatten().collect()
+    };
+    let ((x, x_name, x_units), (y, y_name, y_units)) = (panel.x, panel.y);
+    let (all_x, all_y) = (all(x), all(y));
+    let units = [
+        unit_of(x_units, quantity::largest(&all_x)),
+        unit_of(y_units, quantity::largest(&all_y)),
+    ];
+    let range = |values: &[f64], size: f64, margin: f64| {
+        let [low, high] = super::widened(super::range_of(values)?);
+        let reach = margin * (high - low);
+        let least = if low >= 0.0 && low - reach < 0.0 {
+            0.0
+        } else {
+            low - reach
+        };
+        Some([least / size, (high + reach) / size])
+    };
+    let charts = states.iter().filter_map(|(state, named)| {
+        let curves: Vec<Curve> = named
+            .iter()
+            .filter_map(|(name, style, frame)| {
+                let points = points(frame, x, y, [units[0].size, units[1].size])?;
+                Some(Curve::line(name, *style, points))
+            })
+            .collect();
+        (!curves.is_empty()).then(|| Chart {
+            title: match state.as_str() {
+                "" => panel.title.to_owned(),
+                state => format!("{}, {state}", panel.title),
+            },
+            x: Axis {
+                label: labelled(x_name, units[0].symbol),
+                log: false,
+                range: range(&all_x, units[0].size, 0.0),
+            },
+            y: Axis {
+                label: labelled(y_name, units[1].symbol),
+                log: false,
+                range: range(&all_y, units[1].size, 0.05),
+            },
+            curves,
+        })
+    });
+    charts.collect()
+}
+
+fn forced_response(study: &Study) -> Result<Option<Figure>, ReportError> {
+    const ID: &str = "forced-response";
+    let states = states(study, TableName::Frf, RESPONSES)?;
+    let frequency = ("frequency", "frequency", FREQUENCY);
+    let panels = [
+        Panel {
+            title: "Amplitude at the response point",
+            x: frequency,
+            y: ("amplitude", "amplitude", LENGTH),
+        },
+        Panel {
+            title: "Phase lag behind the force",
+            x: frequency,
+            y: ("phase_lag", "phase lag", ANGLE),
+        },
+    ];
+    let charts = panels.iter().flat_map(|one| panel(&states, one));
+    let drawings: Result<Vec<_>, _> = charts.map(|chart| chart.draw()).collect();
+    let drawings = drawings.map_err(drawn(ID))?;
+    if drawings.is_empty() {
+        return Ok(None);
+    }
+    let peaks: Vec<String> = states
+        .iter()
+        .flat_map(|(state, named)| named.iter().map(move |named| (state, named)))
+        .filter_map(|(state, (name, _, frame))| {
+            let (amplitude, frequency) =
+                (numbers(frame, "amplitude")?, numbers(frame, "frequency")?);
+            let largest =
+                (0..amplitude.len()).max_by(|a, b| amplitude[*a].total_cmp(&amplitude[*b]))?;
+            let comma = if state.is_empty() { "" } else { ", " };
+            Some(format!(
+                "{name}{comma}{state} {} at {}",
+                shown(amplitude[largest], LENGTH),
+                shown(frequency[largest], FREQUENCY)
+            ))
+        })
+        .collect();
+    let force = states
+        .iter()
+        .flat_map(|(_, named)| named)
+        .find_map(|(_, _, frame)| numbers(frame, "force")?.first().copied());
+    let force = force.map_or(String::new(), |force| {
+        format!(" to a force of {} (half range)", shown(force, FORCE))
+    });
+    let columns = vec!["force", "frequency", "amplitude", "phase_lag"];
+    Ok(Some(Figure {
+        id: ID,
+        title: "Forced response".to_owned(),
+        drawings,
+        caption: format!(
+            "First harmonic at the response point{force}. Largest of the curve: {}.",
+            peaks.join("; ")
+        ),
+        query: study.query("frf", &columns),
+        sources: vec![("frf", columns)],
+    }))
+}
+
+/// A cycle that was marched between its reversals alone is no course in time.
+const LEAST_TIMES: usize = 8;
+
+fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
+    const ID: &str = "joint-cycle";
+    let told = |table: TableName| -> Result<_, ReportError> {
+        let mut states = states(study, table, 2)?;
+        for (_, named) in &mut states {
+            named.retain(|(_, _, frame)| frame.height() >= LEAST_TIMES);
+        }
+        states.retain(|(_, named)| !named.is_empty());
+        Ok(states)
+    };
+    let (table, states) = match told(TableName::JointCycle)? {
+        states if states.is_empty() => ("cycle", told(TableName::Cycle)?),
+        states => ("joint_cycle", states),
+    };
+    let time = ("time", "time / period", quantity::NUMBER);
+    let panels = [
+        Panel {
+            title: "Relative displacement along x",
+            x: time,
+            y: ("displacement_x", "displacement", LENGTH),
+        },
+        Panel {
+            title: "Normal load",
+            x: time,
+            y: ("normal_load", "normal load", FORCE),
+        },
+    ];
+    let charts = panels.iter().flat_map(|one| panel(&states, one));
+    let drawings: Result<Vec<_>, _> = charts.map(|chart| chart.draw()).collect();
+    let drawings = drawings.map_err(drawn(ID))?;
+    if drawings.is_empty() {
+        return Ok(None);
+    }
+    let each: Vec<String> = states
+        .iter()
+        .flat_map(|(state, named)| named.iter().map(move |named| (state, named)))
+        .filter_map(|(state, (name, _, frame))| {
+            let half = |column: &str| {
+                let [low, high] = super::range_of(&numbers(frame, column)?)?;
+                Some(((high - low) / 2.0, (high + low) / 2.0))
+            };
+            let (displacement, load) = (half("displacement_x")?, half("normal_load")?);
+            let comma = if state.is_empty() { "" } else { ", " };
+            Some(format!(
+                "{name}{comma}{state} ±{} about {}, load {} ±{}",
+                shown(displacement.0, LENGTH),
+                shown(displacement.1, LENGTH),
+                shown(load.1, FORCE),
+                shown(load.0, FORCE)
+            ))
+        })
+        .collect();
+    let columns = vec!["time", "displacement_x", "normal_load"];
+    Ok(Some(Figure {
+        id: ID,
+        title: "The joint over one vibration cycle".to_owned(),
+        drawings,
+        caption: format!("Over the cycle that drives the wear: {}.", each.join("; ")),
+        query: study.query(table, &columns),
+        sources: vec![(
+            if table == "cycle" {
+                "cycle"
+            } else {
+                "joint_cycle"
+            },
+            columns,
+        )],
+    }))
+}

@@ -1,0 +1,60 @@
+//! The curve behind the normal stiffness.
+
+use super::super::ReportError;
+use super::super::quantity::{FORCE, LENGTH, STIFFNESS, shown};
+use super::response::{Panel, panel, states};
+use super::{Figure, Study, drawn};
+use crate::tables::TableName;
+
+/// Curves along wear at most.
+const CURVES: usize = 5;
+
+/// Load over approach.
+pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
+    const ID: &str = "indentation";
+    let states = states(study, TableName::Indentation, CURVES)?;
+    let charts = panel(
+        &states,
+        &Panel {
+            title: "Normal load over approach",
+            x: ("displacement", "approach from height 0", LENGTH),
+            y: ("load", "normal load", FORCE),
+        },
+    );
+    let drawings: Result<Vec<_>, _> = charts.iter().map(|chart| chart.draw()).collect();
+    let drawings = drawings.map_err(drawn(ID))?;
+    if drawings.is_empty() {
+        return Ok(Vec::new());
+    }
+    let each: Vec<String> = study
+        .runs
+        .iter()
+        .filter_map(|run| {
+            let (load, kn) = (run.column("normal_load")?, run.column("kn")?);
+            let name = match study.is_single() {
+                true => String::new(),
+                false => format!("{}: ", run.label),
+            };
+            Some(format!(
+                "{name}{} at {} of the unworn contact",
+                shown(*kn.first()?, STIFFNESS),
+                shown(*load.first()?, FORCE)
+            ))
+        })
+        .collect();
+    let columns = vec!["displacement", "load"];
+    Ok(vec![Figure {
+        id: ID,
+        title: "Indentation curve".to_owned(),
+        drawings,
+        caption: format!(
+            "Its slope at the static load is the normal stiffness kn: {}.",
+            each.join("; ")
+        ),
+        query: study.query("indentation", &columns),
+        sources: vec![
+            ("indentation", columns),
+            ("summary", vec!["normal_load", "kn"]),
+        ],
+    }])
+}

@@ -1,0 +1,216 @@
+//! The runs of a report with what most figures ask of them.
+
+use polars::prelude::DataFrame;
+
+use super::super::quantity::{self, CYCLES, Unit};
+use super::super::run_tables::numbers;
+use super::super::{ReportError, RunTables};
+use crate::tables::TableName;
+
+/// A run among those of a report.
+pub struct Of<'a> {
+    /// Its tables.
+    pub tables: &'a RunTables,
+    /// `summary` of all iterations.
+    pub summary: DataFrame,
+    /// What it is called: its name, or its folder where two have the same.
+    pub label: String,
+    /// Which style of curve it has.
+    pub style: usize,
+    /// Cycles behind each iteration; zeros without wear.
+    pub cycles: Vec<f64>,
+}
+
+/// The runs of a report.
+pub struct Study<'a> {
+    /// In the order in which they were asked for.
+    pub runs: Vec<Of<'a>>,
+}
+
+impl<'a> Study<'a> {
+    /// Reads the summaries of the runs.
+    ///
+    /// # Errors
+    /// [`ReportError`] for a table that cannot be read.
+    pub fn of(runs: &'a [RunTables]) -> Result<Study<'a>, ReportError> {
+        let named = |name: &str| runs.iter().filter(|run| run.name() == name).count();
+        let read = |(style, tables): (usize, &'a RunTables)| {
+            let summary = tables.series(TableName::Summary)?.unwrap_or_default();
+            let label = match named(tables.name()) {
+                1 => tables.name().to_owned(),
+                _ => tables.root().display().to_string(),
+            };
+            Ok(Of {
+                cycles: numbers(&summary, "cycles")
+                    .unwrap_or_else(|| vec![0.0; tables.iterations().len()]),
+                tables,
+                summary,
+                label,
+                style,
+            })
+        };
+        let runs: Result<Vec<Of>, ReportError> = runs.iter().enumerate().map(read).collect();
+        Ok(Study { runs: runs? })
+    }
+
+    /// True for a report of one run: its curves are states of wear, not runs.
+    pub fn is_single(&self) -> bool {
+        self.runs.len() == 1
+    }
+
+    /// The unit of cycles for all runs.
+    pub fn cycles(&self) -> Unit {
+        let all = self.runs.iter().flat_map(|run| &run.cycles);
+        quantity::unit_of(CYCLES, quantity::largest(all))
+    }
+
+    /// Folder of the runs for a query: that of a single run, else a name that stands for each.
+    pub fn folder(&self) -> String {
+        match &self.runs[..] {
+            [run] => run.tables.root().display().to_string(),
+            runs => {
+                let parent = runs[0].tables.root().parent();
+                let same = runs.iter().all(|run| run.tables.root().parent() == parent);
+                let parent = parent.filter(|_| same).map(|parent| parent.join("*"));
+                parent.map_or("RUN".to_owned(), |parent| parent.display().to_string())
+            }
+        }
+    }
+
+    /// Reads a table of all iterations with Polars, some columns of it.
+    pub fn query(&self, table: &str, columns: &[&str]) -> String {
+        let folder = self.folder();
+        let columns: Vec<String> = columns.iter().map(|name| format!("\"{name}\"")).collect();
+        format!(
+            "pl.scan_parquet(\"{folder}/iterations/wear_iteration=*/{table}.parquet\", hive_partitioning=True)\
+             .select(\"wear_iteration\", {}).collect()",
+            columns.join(", ")
+        )
+    }
+
+    /// Reads a table of the last iteration of the first run with Polars, some columns of it.
+    pub fn query_last(&self, table: &str, columns: &[&str]) -> String {
+        let run = &self.runs[0];
+        let columns: Vec<String> = columns.iter().map(|name| format!("\"{name}\"")).collect();
+        format!(
+            "pl.read_parquet(\"{}/iterations/wear_iteration={}/{table}.parquet\", columns=[{}])",
+            run.tables.root().display(),
+            run.tables.latest(),
+            columns.join(", ")
+        )
+    }
+}
+
+impl Of<'_> {
+    /// A column of `summary` over the iterations.
+    pub fn column(&self, name: &str) -> Option<Vec<f64>> {
+        numbers(&self.summary, name)
+    }
+
+    /// The row of an iteration in `summary`.
+    pub fn row(&self, wear_iteration: u64) -> usize {
+        let iterations = self.tables.iterations();
+        iterations
+            .iter()
+            .position(|k| *k == wear_iteration)
+            .unwrap_or(iterations.len() - 1)
+    }
+
+    /// Cycles behind an iteration.
+    pub fn cycles_at(&self, wear_iteration: u64) -> f64 {
+        self.cycles[self.row(wear_iteration)]
+    }
+
+    /// What a state of wear is called.
+    pub fn state(&self, wear_iteration: u64) -> String {
+        if self.cycles_at(wear_iteration) == 0.0 {
+            "unworn".to_owned()
+        } else {
+            quantity::shown(self.cycles_at(wear_iteration), CYCLES)
+        }
+    }
+
+    /// The first and the last iteration; one where they are the same.
+    pub fn ends(&self) -> Vec<u64> {
+        let iterations = self.tables.iterations();
+        let mut ends = vec![iterations[0], self.tables.latest()];
+        ends.dedup();
+        ends
+    }
+
+    /// The iterations that have a table, at most so many, the first and the last among them.
+    ///
+    /// # Errors
+    /// [`ReportError`] for an iteration that cannot be read.
+    pub fn with(&self, table: TableName, most: usize) -> Vec<u64> {
+        let has = |k: &&u64| {
+            let commit = self.tables.reader().commit_of(**k);
+            commit.is_ok_and(|commit| commit.table(table.as_str()).is_some())
+        };
+        let all: Vec<u64> = self
+            .tables
+            .iterations()
+            .iter()
+            .filter(has)
+            .copied()
+            .collect();
+        if all.len() <= most {
+            return all;
+        }
+        let at = |k: usize| all[k * (all.len() - 1) / (most - 1)];
+        (0..most).map(at).collect()
+    }
+
+    /// Cells of the joint's grid and its side lengths \[m\].
+    pub fn grid(&self) -> Option<([usize; 2], [f64; 2])> {
+        let joint = self.tables.scene().joint.as_ref()?;
+        Some((joint.grid?, joint.size))
+    }
+
+    /// A column of a field of an iteration on the whole grid, x slowest; NaN where a cell has no row. `None` where there is no
+    /// such field.
+    ///
+    /// # Errors
+    /// [`ReportError`] for a table that cannot be read.
+    pub fn field(
+        &self,
+        wear_iteration: u64,
+        table: TableName,
+        column: &str,
+    ) -> Result<Option<Vec<f64>>, ReportError> {
+        let frame = self.tables.at(wear_iteration, table)?;
+        Ok(frame.and_then(|frame| self.on_grid(&frame, column)))
+    }
+
+    /// The heights of the unworn surface; NaN where a cell does not belong to the joint.
+    ///
+    /// # Errors
+    /// [`ReportError`] for a table that cannot be read.
+    pub fn heights(&self) -> Result<Option<Vec<f64>>, ReportError> {
+        let Some(frame) = self.tables.once(TableName::Surface)? else {
+            return Ok(None);
+        };
+        let kept = self.on_grid(&frame, "kept");
+        let heights = self.on_grid(&frame, "height");
+        Ok(heights.zip(kept).map(|(mut heights, kept)| {
+            for (height, kept) in heights.iter_mut().zip(kept) {
+                if kept != 1.0 {
+                    *height = f64::NAN;
+                }
+            }
+            heights
+        }))
+    }
+
+    fn on_grid(&self, frame: &DataFrame, column: &str) -> Option<Vec<f64>> {
+        let ([nx, ny], _) = self.grid()?;
+        let mut values = vec![f64::NAN; nx * ny];
+        let (i, j) = (numbers(frame, "i")?, numbers(frame, "j")?);
+        for ((i, j), value) in i.iter().zip(&j).zip(numbers(frame, column)?) {
+            if let Some(cell) = values.get_mut(*i as usize * ny + *j as usize) {
+                *cell = value;
+            }
+        }
+        Some(values)
+    }
+}

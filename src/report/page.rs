@@ -1,0 +1,239 @@
+//! The report of runs as one HTML file that needs no other: no network, no script.
+
+use std::path::Path;
+
+use super::figures::{Figure, figures};
+use super::plot::{standalone, style_sheet};
+use super::quantity::{self, CYCLES, escaped, shown};
+use super::sections;
+use super::{ReportError, RunTables, numbers};
+use crate::store::RealFileSystem;
+use crate::tables::TableName;
+
+const STYLE: &str = include_str!("page.css");
+
+/// A part of the page.
+#[derive(Debug, Clone)]
+pub struct Section {
+    /// Its anchor.
+    pub id: &'static str,
+    /// Heading.
+    pub title: String,
+    /// What stands below the heading, as HTML.
+    pub html: String,
+}
+
+/// What there is to say of some runs.
+pub struct Report {
+    title: String,
+    lead: Vec<String>,
+    banners: Vec<String>,
+    results: Section,
+    figures: Vec<Figure>,
+    sections: Vec<Section>,
+}
+
+impl Report {
+    /// Reads the runs and draws their figures.
+    ///
+    /// # Errors
+    /// [`ReportError`] for a table that cannot be read and for a figure that cannot be drawn.
+    pub fn of(runs: &[RunTables]) -> Result<Report, ReportError> {
+        let title_of = |run: &RunTables| match &run.scene().title {
+            Some(title) => title.clone(),
+            None => run.name().to_owned(),
+        };
+        let title = match runs {
+            [run] => title_of(run),
+            runs => {
+                let names: Vec<&str> = runs.iter().map(RunTables::name).collect();
+                format!("Comparison of {} runs: {}", runs.len(), names.join(", "))
+            }
+        };
+        let (mut lead, mut banners) = (Vec::new(), Vec::new());
+        for run in runs {
+            let summary = run.series(TableName::Summary)?.unwrap_or_default();
+            let cycles = numbers(&summary, "cycles").and_then(|cycles| cycles.last().copied());
+            let volume = numbers(&summary, "wear_volume").and_then(|volume| volume.last().copied());
+            let after = cycles.map_or(String::new(), |cycles| {
+                format!(" after {}", shown(cycles, CYCLES))
+            });
+            let title = match runs {
+                [_] => String::new(),
+                _ => format!(", {}", title_of(run)),
+            };
+            lead.push(format!(
+                "{}{title}: iteration {}{after}",
+                run.root().display(),
+                run.latest()
+            ));
+            banners.extend(progress(run, cycles, volume)?);
+            banners.extend(run.damage().iter().map(|damage| {
+                format!("Damaged: {damage}; the iterations from there on are left out.")
+            }));
+        }
+        Ok(Report {
+            title,
+            lead,
+            banners,
+            results: sections::results(runs)?,
+            figures: figures(runs)?,
+            sections: sections::sections(runs)?,
+        })
+    }
+
+    /// The figures, in their order.
+    pub fn figures(&self) -> &[Figure] {
+        &self.figures
+    }
+
+    /// Adds a part after the figures, before what tells of the computation.
+    pub fn add(&mut self, section: Section) {
+        self.sections.insert(0, section);
+    }
+
+    /// The page.
+    pub fn html(&self) -> String {
+        let title = escaped(&self.title);
+        let paragraphs = |class: &str, texts: &[String]| -> String {
+            let each = texts.iter();
+            each.map(|text| format!("<p class=\"{class}\">{}</p>\n", escaped(text)))
+                .collect()
+        };
+        let mut contents = vec![(self.results.id.to_owned(), self.results.title.clone())];
+        let of_figures = self.figures.iter();
+        contents.extend(of_figures.map(|f| (format!("fig-{}", f.id), f.title.clone())));
+        let of_sections = self.sections.iter();
+        contents.extend(of_sections.map(|s| (s.id.to_owned(), s.title.clone())));
+        let contents: String = contents
+            .iter()
+            .map(|(id, title)| format!("<li><a href=\"#{id}\">{}</a></li>\n", escaped(title)))
+            .collect();
+        let figures: String = self.figures.iter().enumerate().map(figure).collect();
+        let sections: String = self.sections.iter().map(section).collect();
+        format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n\
+             <meta name=\"generator\" content=\"fretwear {version}\">\n\
+             <title>{title}</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>\n{}{STYLE}</style>\n</head>\n<body>\n\
+             <header>\n<h1>{title}</h1>\n{}{}</header>\n\
+             <nav aria-label=\"Contents\">\n<ol>\n{contents}</ol>\n</nav>\n<main>\n{}\
+             <section id=\"figures\">\n<h2>Figures</h2>\n{figures}</section>\n{sections}</main>\n\
+             <footer>fretwear {version}</footer>\n</body>\n</html>\n",
+            style_sheet(),
+            paragraphs("lead", &self.lead),
+            paragraphs("banner", &self.banners),
+            section(&self.results),
+            version = env!("CARGO_PKG_VERSION"),
+        )
+    }
+
+    /// Writes the page. A file that is there is replaced.
+    ///
+    /// # Errors
+    /// [`ReportError::Io`]
+    pub fn write(&self, path: &Path) -> Result<(), ReportError> {
+        write(path, &self.html())
+    }
+
+    /// Writes every figure as an SVG of its own, `NAME.svg`, into a folder, which is made. Files that are there are replaced.
+    ///
+    /// # Errors
+    /// [`ReportError::Io`]
+    pub fn write_svgs(&self, folder: &Path) -> Result<(), ReportError> {
+        std::fs::create_dir_all(folder).map_err(|source| ReportError::Io {
+            path: folder.to_owned(),
+            source,
+        })?;
+        for figure in &self.figures {
+            let path = folder.join(format!("{}.svg", figure.id));
+            write(&path, &standalone(&figure.title, &figure.drawings))?;
+        }
+        Ok(())
+    }
+}
+
+fn write(path: &Path, text: &str) -> Result<(), ReportError> {
+    std::fs::write(path, text).map_err(|source| ReportError::Io {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// How far a run is that has not come to its end.
+fn progress(
+    run: &RunTables,
+    cycles: Option<f64>,
+    volume: Option<f64>,
+) -> Result<Option<String>, ReportError> {
+    let (Some(wear), Some(cycles), Some(volume)) = (&run.scene().wear, cycles, volume) else {
+        return Ok(None);
+    };
+    if wear.is_reached(cycles as u64, volume) {
+        return Ok(None);
+    }
+    let lock = run.root().join("lock");
+    let holder = RealFileSystem.lock_holder(&lock);
+    let running = holder.map_err(|source| ReportError::Io { path: lock, source })?;
+    let state = match running {
+        Some(_) => "is running".to_owned(),
+        None => format!(
+            "stopped before its end (`fretwear run --run {}` goes on)",
+            run.root().display()
+        ),
+    };
+    let part = |done: f64, end: f64| shown(done / end, quantity::SHARE);
+    let far = match (wear.cycles, wear.volume) {
+        (Some(end), _) => format!(
+            "{} of {}, {}",
+            shown(cycles, CYCLES),
+            shown(end as f64, CYCLES),
+            part(cycles, end as f64)
+        ),
+        (None, Some(end)) => format!(
+            "{} of {}, {}",
+            shown(volume, quantity::VOLUME),
+            shown(end, quantity::VOLUME),
+            part(volume, end)
+        ),
+        (None, None) => shown(cycles, CYCLES),
+    };
+    Ok(Some(format!(
+        "In progress: {} {state}. Iteration {}, {far}.",
+        run.name(),
+        run.latest()
+    )))
+}
+
+fn section(section: &Section) -> String {
+    format!(
+        "<section id=\"{}\">\n<h2>{}</h2>\n{}</section>\n",
+        section.id,
+        escaped(&section.title),
+        section.html
+    )
+}
+
+fn figure((number, figure): (usize, &Figure)) -> String {
+    let drawings: String = figure
+        .drawings
+        .iter()
+        .enumerate()
+        .map(|(k, drawing)| drawing.inline(&format!("t-{}-{k}", figure.id)) + "\n")
+        .collect();
+    let sources: Vec<String> = figure
+        .sources
+        .iter()
+        .map(|(table, columns)| format!("<code>{table}</code> ({})", columns.join(", ")))
+        .collect();
+    format!(
+        "<figure id=\"fig-{}\">\n<h3>{}. {}</h3>\n<div class=\"drawings\">\n{drawings}</div>\n<figcaption>\n<p>{}</p>\n\
+         <p class=\"data\">Data: {}. <code>{}</code></p>\n</figcaption>\n</figure>\n",
+        figure.id,
+        number + 1,
+        escaped(&figure.title),
+        escaped(&figure.caption),
+        sources.join(", "),
+        escaped(&figure.query)
+    )
+}

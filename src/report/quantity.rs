@@ -1,0 +1,147 @@
+//! Quantities as an engineer reads them.
+
+/// A unit that a quantity is shown in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit {
+    /// Its symbol; empty for a pure number.
+    pub symbol: &'static str,
+    /// SI value of one of it.
+    pub size: f64,
+}
+
+/// The units of a quantity, ascending.
+pub type Units = &'static [Unit];
+
+const fn unit(symbol: &'static str, size: f64) -> Unit {
+    Unit { symbol, size }
+}
+
+/// Heights, depths, amplitudes.
+pub const LENGTH: Units = &[unit("nm", 1e-9), unit("µm", 1e-6), unit("mm", 1e-3)];
+/// Pressure.
+pub const PRESSURE: Units = &[unit("Pa", 1.0), unit("kPa", 1e3), unit("MPa", 1e6)];
+/// Force.
+pub const FORCE: Units = &[unit("N", 1.0), unit("kN", 1e3)];
+/// Contact stiffness.
+pub const STIFFNESS: Units = &[unit("N/m", 1.0), unit("N/µm", 1e6)];
+/// Energy.
+pub const ENERGY: Units = &[
+    unit("µJ", 1e-6),
+    unit("mJ", 1e-3),
+    unit("J", 1.0),
+    unit("kJ", 1e3),
+];
+/// Area.
+pub const AREA: Units = &[unit("mm²", 1e-6)];
+/// Worn volume.
+pub const VOLUME: Units = &[unit("µm³", 1e-18), unit("mm³", 1e-9)];
+/// Worn volume per cycle.
+pub const VOLUME_RATE: Units = &[unit("µm³ per cycle", 1e-18), unit("mm³ per cycle", 1e-9)];
+/// Frequency.
+pub const FREQUENCY: Units = &[unit("Hz", 1.0)];
+/// Vibration cycles.
+pub const CYCLES: Units = &[unit("cycles", 1.0), unit("10⁶ cycles", 1e6)];
+/// Shares.
+pub const SHARE: Units = &[unit("%", 0.01)];
+/// Pure numbers.
+pub const NUMBER: Units = &[unit("", 1.0)];
+/// Angles.
+pub const ANGLE: Units = &[unit("°", std::f64::consts::PI / 180.0)];
+
+/// Below this value in a unit the smaller one reads better.
+const LEAST: f64 = 0.1;
+
+/// The unit in which values up to `largest` read well.
+pub fn unit_of(units: Units, largest: f64) -> Unit {
+    let fits = |unit: &&Unit| largest.is_finite() && largest.abs() >= LEAST * unit.size;
+    units
+        .iter()
+        .rev()
+        .find(fits)
+        .or(units.first())
+        .copied()
+        .unwrap_or(unit("", 1.0))
+}
+
+/// The largest finite magnitude.
+pub fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
+    let finite = values.into_iter().filter(|value| value.is_finite());
+    finite.fold(0.0, |most: f64, value| most.max(value.abs()))
+}
+
+/// Four significant digits, as a person reads them.
+pub fn number(value: f64) -> String {
+    digits(value, 4)
+}
+
+/// Some significant digits, without zeros that say nothing.
+pub fn digits(value: f64, significant: i32) -> String {
+    if value.is_nan() {
+        return "–".to_owned();
+    }
+    if value.is_infinite() {
+        return if value > 0.0 { "∞" } else { "−∞" }.to_owned();
+    }
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    // The exponent of the rounded value: 9.9996 has one digit more.
+    let text = format!("{:.*e}", (significant - 1) as usize, value.abs());
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let sign = if value < 0.0 { "−" } else { "" };
+    let bare = |text: &str| match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text.to_owned(),
+    };
+    if (-3..6).contains(&exponent) {
+        let decimals = (significant - 1 - exponent).max(0) as usize;
+        let rounded: f64 = text.parse().unwrap_or(0.0);
+        format!("{sign}{}", bare(&format!("{rounded:.decimals$}")))
+    } else {
+        let mantissa = bare(mantissa);
+        let power = format!("10{}", raised(exponent));
+        match mantissa.as_str() {
+            "1" => format!("{sign}{power}"),
+            _ => format!("{sign}{mantissa}·{power}"),
+        }
+    }
+}
+
+/// A whole number as an exponent.
+fn raised(exponent: i32) -> String {
+    let raise = |digit: char| match digit {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        digit => char::from_u32('⁰' as u32 + digit as u32 - '0' as u32).unwrap_or(digit),
+    };
+    exponent.to_string().chars().map(raise).collect()
+}
+
+/// A value in the unit that suits it.
+pub fn shown(value: f64, units: Units) -> String {
+    in_unit(value, unit_of(units, value.abs()))
+}
+
+/// A value in a unit.
+pub fn in_unit(value: f64, unit: Unit) -> String {
+    let space = if unit.symbol.is_empty() || unit.symbol == "°" {
+        ""
+    } else {
+        "\u{a0}"
+    };
+    // A resonance moves by less than its fourth digit.
+    let significant = if unit.symbol == "Hz" { 5 } else { 4 };
+    let number = digits(value / unit.size, significant);
+    format!("{number}{space}{}", unit.symbol)
+}
+
+/// Text as it stands in HTML and SVG.
+pub fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}

@@ -1,0 +1,386 @@
+//! What stands in a report as tables: results, and how they came about.
+
+use serde_json::Value;
+
+use super::page::Section;
+use super::quantity::{self, Units, escaped, number, shown};
+use super::run_tables::{numbers, texts};
+use super::{ERROR_BARS, ReportError, RunTables, error_bar_of, percent};
+use crate::tables::TableName;
+
+/// Nothing to show.
+const NONE: &str = "–";
+
+/// A table: heads, and rows whose cells are numbers from the second on.
+fn table(heads: &[String], rows: &[Vec<String>], numbers: bool) -> String {
+    let cell = |tag: &str, column: usize, text: &str| {
+        let class = if numbers && column > 0 {
+            " class=\"n\""
+        } else {
+            ""
+        };
+        format!("<{tag}{class}>{}</{tag}>", escaped(text))
+    };
+    let line = |tag: &str, cells: &[String]| {
+        let each = cells.iter().enumerate();
+        let cells: String = each.map(|(k, text)| cell(tag, k, text)).collect();
+        format!("<tr>{cells}</tr>\n")
+    };
+    let body: String = rows.iter().map(|row| line("td", row)).collect();
+    format!(
+        "<div class=\"wide\"><table>\n<thead>{}</thead>\n<tbody>\n{body}</tbody>\n</table></div>\n",
+        line("th", heads)
+    )
+}
+
+fn words<const N: usize>(words: [&str; N]) -> Vec<String> {
+    words.map(str::to_owned).to_vec()
+}
+
+/// The units in which a column of the summary is shown; none for one whose own unit reads as it is.
+fn units_of(column: &str, unit: &str) -> Option<Units> {
+    Some(match (column, unit) {
+        ("wear_rate", _) => quantity::VOLUME_RATE,
+        ("cycles" | "n_cycles", _) => quantity::CYCLES,
+        ("contact_area_fraction" | "loaded_area_fraction", _) => quantity::SHARE,
+        (_, "m") => quantity::LENGTH,
+        (_, "Pa") => quantity::PRESSURE,
+        (_, "N") => quantity::FORCE,
+        (_, "N/m") => quantity::STIFFNESS,
+        (_, "J") => quantity::ENERGY,
+        (_, "m^3") => quantity::VOLUME,
+        (_, "m^2") => quantity::AREA,
+        (_, "Hz") => quantity::FREQUENCY,
+        _ => return None,
+    })
+}
+
+/// The summary of the first and the last iteration, with the error bars of the last.
+pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
+    let read = |run: &RunTables| {
+        run.series(TableName::Summary)
+            .map(Option::unwrap_or_default)
+    };
+    let frames: Result<Vec<_>, _> = runs.iter().map(read).collect();
+    let frames = frames?;
+    let schema = TableName::Summary.schema();
+    let mut rows = Vec::new();
+    for column in &schema.columns {
+        let name = column.name.as_str();
+        if ERROR_BARS.iter().any(|(bar, _)| *bar == name) || name == "updated" {
+            continue;
+        }
+        let ends: Vec<Option<(f64, f64, f64)>> = frames
+            .iter()
+            .map(|frame| {
+                let values = numbers(frame, name)?;
+                let bar = error_bar_of(name)
+                    .and_then(|bar| numbers(frame, bar)?.last().copied())
+                    .unwrap_or(0.0);
+                Some((*values.first()?, *values.last()?, bar))
+            })
+            .collect();
+        if ends.iter().all(Option::is_none) {
+            continue;
+        }
+        let value = |value: f64| match units_of(name, &column.unit) {
+            Some(units) => shown(value, units),
+            None if column.unit == "1" => number(value),
+            None => format!("{}\u{a0}{}", number(value), column.unit),
+        };
+        let mut row = vec![name.replace('_', " ")];
+        for end in ends {
+            let (first, last, bar) = match end {
+                Some((first, last, bar)) => (value(first), value(last), bar),
+                None => (NONE.to_owned(), NONE.to_owned(), 0.0),
+            };
+            let bar = match bar > 0.0 {
+                true => format!(" ± {}", percent(bar)),
+                false => String::new(),
+            };
+            if frames.len() == 1 {
+                row.extend([first, format!("{last}{bar}")]);
+            } else {
+                row.push(format!("{first} → {last}{bar}"));
+            }
+        }
+        rows.push(row);
+    }
+    let heads = match runs {
+        [run] => vec![
+            "summary".to_owned(),
+            format!("iteration {}", run.iterations()[0]),
+            format!("iteration {}", run.latest()),
+        ],
+        runs => std::iter::once("summary, first and last iteration".to_owned())
+            .chain(runs.iter().map(|run| run.name().to_owned()))
+            .collect(),
+    };
+    Ok(Section {
+        id: "results",
+        title: "Results".to_owned(),
+        html: table(&heads, &rows, true),
+    })
+}
+
+/// What tells how the results came about.
+pub fn sections(runs: &[RunTables]) -> Result<Vec<Section>, ReportError> {
+    let mut sections = Vec::new();
+    sections.extend(ledger(runs)?);
+    sections.push(decisions(runs));
+    sections.push(cost(runs)?);
+    sections.push(provenance(runs));
+    sections.push(scenes(runs));
+    Ok(sections)
+}
+
+/// One part a run: with its name where there are several.
+fn each(runs: &[RunTables], html: impl Fn(&RunTables) -> String) -> String {
+    match runs {
+        [run] => html(run),
+        runs => runs
+            .iter()
+            .map(|run| format!("<h3>{}</h3>\n{}", escaped(run.name()), html(run)))
+            .collect(),
+    }
+}
+
+fn ledger(runs: &[RunTables]) -> Result<Option<Section>, ReportError> {
+    let mut parts = Vec::new();
+    for run in runs {
+        let mut rows: Vec<Vec<String>> = Vec::new();
+        let first = run.at(run.iterations()[0], TableName::Ledger)?;
+        let last = run.at(run.latest(), TableName::Ledger)?;
+        for (state, frame) in [("unworn", first), ("last", last)] {
+            let Some(frame) = frame else { continue };
+            let columns = texts(&frame, "quantity").zip(numbers(&frame, "fine"));
+            let Some(((names, fine), dynamic)) = columns.zip(numbers(&frame, "dynamic")) else {
+                continue;
+            };
+            for ((name, fine), dynamic) in names.iter().zip(fine).zip(dynamic) {
+                let difference = 100.0 * (dynamic / fine - 1.0);
+                rows.push(vec![
+                    format!("{}, {state}", name.replace('_', " ")),
+                    number(fine),
+                    number(dynamic),
+                    format!("{}\u{a0}%", quantity::digits(difference, 3)),
+                ]);
+            }
+        }
+        parts.push(rows);
+    }
+    if parts.iter().all(Vec::is_empty) {
+        return Ok(None);
+    }
+    let heads = words([
+        "quantity",
+        "rough contact",
+        "contact elements",
+        "difference",
+    ]);
+    let tables: String = runs
+        .iter()
+        .zip(&parts)
+        .filter(|(_, rows)| !rows.is_empty())
+        .map(|(run, rows)| {
+            let head = match runs.len() {
+                1 => String::new(),
+                _ => format!("<h3>{}</h3>\n", escaped(run.name())),
+            };
+            head + &table(&heads, rows, true)
+        })
+        .collect();
+    Ok(Some(Section {
+        id: "ledger",
+        title: "Rough contact against contact elements".to_owned(),
+        html: format!(
+            "<p>The same quantity from the contact computed cell by cell and from the contact elements of the structure.</p>\n{tables}"
+        ),
+    }))
+}
+
+fn text(value: &Value) -> String {
+    value.as_str().unwrap_or_default().to_owned()
+}
+
+fn decisions(runs: &[RunTables]) -> Section {
+    let html = each(runs, |run| {
+        let Some(plan) = run.plan() else {
+            return "<p>The run has no readable plan.json.</p>\n".to_owned();
+        };
+        let list = |name: &str| plan[name].as_array().cloned().unwrap_or_default();
+        let decisions = list("decisions");
+        let rows: Vec<Vec<String>> = decisions
+            .iter()
+            .map(|decision| {
+                ["what", "choice", "why"]
+                    .map(|k| text(&decision[k]))
+                    .to_vec()
+            })
+            .collect();
+        let warnings: String = list("warnings")
+            .iter()
+            .map(|warning| format!("<p class=\"banner\">{}</p>\n", escaped(&text(warning))))
+            .collect();
+        let table = table(&words(["what", "decision", "why"]), &rows, false);
+        match runs.len() {
+            1 => warnings + &table,
+            _ => format!("{warnings}<details><summary>Decisions</summary>\n{table}</details>\n"),
+        }
+    });
+    Section {
+        id: "plan",
+        title: "What was computed, and why".to_owned(),
+        html,
+    }
+}
+
+fn cost(runs: &[RunTables]) -> Result<Section, ReportError> {
+    let mut html = String::new();
+    for run in runs {
+        let expected = run.plan().map_or(&Value::Null, |plan| &plan["cost"]);
+        let predicted = |name: &str, unit: f64| {
+            let value = expected[name].as_f64();
+            value.map_or(NONE.to_owned(), |value| number(value / unit))
+        };
+        let mut disk = 0;
+        for k in run.iterations() {
+            let commit = run.reader().commit_of(*k);
+            disk += commit.map_or(0, |commit| commit.bytes());
+        }
+        let timing = run.series(TableName::Timing)?.unwrap_or_default();
+        let sum = |column: &str| {
+            numbers(&timing, column)
+                .unwrap_or_default()
+                .iter()
+                .sum::<f64>()
+        };
+        let rows = vec![
+            vec![
+                "wear iterations".to_owned(),
+                predicted("iterations", 1.0),
+                run.latest().to_string(),
+            ],
+            vec![
+                "FFT pairs".to_owned(),
+                predicted("fft_pairs", 1.0),
+                number(sum("fft_pairs")),
+            ],
+            vec![
+                "disk / MB".to_owned(),
+                predicted("disk", 1e6),
+                number(disk as f64 / 1e6),
+            ],
+            vec![
+                "memory / MB".to_owned(),
+                predicted("memory", 1e6),
+                NONE.to_owned(),
+            ],
+            vec![
+                "time / s".to_owned(),
+                NONE.to_owned(),
+                number(sum("seconds")),
+            ],
+        ];
+        if runs.len() > 1 {
+            html += &format!("<h3>{}</h3>\n", escaped(run.name()));
+        }
+        html += &table(&words(["cost", "predicted", "actual"]), &rows, true);
+        let stages = stages(&timing);
+        if !stages.is_empty() {
+            let heads = words(["stage", "time / s", "FFT pairs"]);
+            html += &format!(
+                "<details><summary>By stage</summary>\n{}</details>\n",
+                table(&heads, &stages, true)
+            );
+        }
+    }
+    Ok(Section {
+        id: "cost",
+        title: "Cost".to_owned(),
+        html,
+    })
+}
+
+/// Sums by stage over the iterations that are kept.
+fn stages(timing: &polars::prelude::DataFrame) -> Vec<Vec<String>> {
+    let columns = texts(timing, "stage").zip(numbers(timing, "seconds"));
+    let Some(((names, seconds), pairs)) = columns.zip(numbers(timing, "fft_pairs")) else {
+        return Vec::new();
+    };
+    let mut sums = std::collections::BTreeMap::new();
+    for ((name, seconds), pairs) in names.into_iter().zip(seconds).zip(pairs) {
+        let sum = sums.entry(name).or_insert((0.0, 0.0));
+        *sum = (sum.0 + seconds, sum.1 + pairs);
+    }
+    let rows = sums.into_iter();
+    rows.map(|(name, (seconds, pairs))| vec![name, number(seconds), number(pairs)])
+        .collect()
+}
+
+fn provenance(runs: &[RunTables]) -> Section {
+    let html = each(runs, |run| {
+        let record = run.record();
+        let machine = &record.machine;
+        let mut rows = vec![
+            vec![
+                "program".to_owned(),
+                format!("fretwear {}", record.program_version),
+            ],
+            vec!["scene hash".to_owned(), record.scene_hash.clone()],
+            vec![
+                "machine".to_owned(),
+                format!(
+                    "{} {}, {} processors ({})",
+                    machine.os,
+                    machine.architecture,
+                    machine.processors,
+                    machine.cpu_features.join(", ")
+                ),
+            ],
+            vec!["threads".to_owned(), record.threads.to_string()],
+        ];
+        let seed = record
+            .seed
+            .map(|seed| vec!["seed".to_owned(), seed.to_string()]);
+        rows.extend(seed);
+        rows.extend(record.origin.as_ref().map(|origin| {
+            let from = format!("iteration {} of {}", origin.wear_iteration, origin.run);
+            vec!["begun from".to_owned(), from]
+        }));
+        for start in &record.continued {
+            let from = match start.wear_iteration {
+                Some(k) => format!("from iteration {k}"),
+                None => "from the beginning".to_owned(),
+            };
+            let how = format!(
+                "{from}, fretwear {}, {} threads {}",
+                start.program_version,
+                start.threads,
+                start.changed_keys.join(", ")
+            );
+            rows.push(vec!["continued".to_owned(), how]);
+        }
+        table(&words(["provenance", ""]), &rows, false)
+    });
+    Section {
+        id: "provenance",
+        title: "Where it comes from".to_owned(),
+        html,
+    }
+}
+
+fn scenes(runs: &[RunTables]) -> Section {
+    let html = runs.iter().map(|run| {
+        format!(
+            "<details><summary>{}: scene.toml as kept in the run</summary>\n<pre>{}</pre></details>\n",
+            escaped(run.name()),
+            escaped(&run.scene().to_toml())
+        )
+    });
+    Section {
+        id: "scene",
+        title: "Scene".to_owned(),
+        html: html.collect(),
+    }
+}
