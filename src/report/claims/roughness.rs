@@ -70,7 +70,14 @@ fn valleys(run: &Evidence) -> Option<Finding> {
         ));
     }
     let holds = worn.never_touched_depth == 0.0 && worn.deepest > 0.0;
-    Some(Finding::judged(8, &[run], holds, measured))
+    Some(Finding::judged(8, &[run], holds, measured).because(|| {
+        if run.scene.explicit.is_none() && worn.deepest > 0.0 {
+            "the steps are not explicit: within one a cell may touch that does not at its ends"
+                .to_owned()
+        } else {
+            String::new()
+        }
+    }))
 }
 
 /// The worn form where more is removed than the surface is rough: what then changes is no longer its roughness.

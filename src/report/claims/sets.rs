@@ -52,13 +52,20 @@ pub fn by_roughness<'a>(runs: &[&'a Evidence]) -> Vec<Vec<&'a Evidence>> {
         set.dedup_by(|a, b| a.scene.rq == b.scene.rq);
     }
     sets.retain(|set| set.len() > 1);
-    // Without any update both are the same.
-    let mut seen: Vec<Vec<&str>> = Vec::new();
+    // A set says nothing beside one that has all its runs.
+    let names =
+        |set: &Vec<&Evidence>| -> Vec<String> { set.iter().map(|run| run.name.clone()).collect() };
+    let all: Vec<Vec<String>> = sets.iter().map(names).collect();
+    let mut place = 0;
     sets.retain(|set| {
-        let names: Vec<&str> = set.iter().map(|run| run.name.as_str()).collect();
-        let new = !seen.contains(&names);
-        seen.push(names);
-        new
+        let own = names(set);
+        let within = |(other, larger): (usize, &Vec<String>)| {
+            let inside = own.iter().all(|name| larger.contains(name));
+            inside && (larger.len() > own.len() || other < place)
+        };
+        let keep = !all.iter().enumerate().any(within);
+        place += 1;
+        keep
     });
     sets
 }
