@@ -81,6 +81,17 @@ impl Criterion {
 
     /// Whether an update is due, and why; `reference` is the state at the last update.
     pub fn due(&self, reference: &UpdateState, now: &UpdateState) -> Option<Due> {
+        let change = self.change(reference, now)?;
+        (change.value.abs() >= change.limit).then_some(change)
+    }
+
+    /// How far a state is on its way from the last update to the next, which is due at 1; 0 if none ever is.
+    pub fn progress(&self, reference: &UpdateState, now: &UpdateState) -> f64 {
+        self.change(reference, now)
+            .map_or(0.0, |change| change.value.abs() / change.limit)
+    }
+
+    fn change(&self, reference: &UpdateState, now: &UpdateState) -> Option<Due> {
         let (to, value, limit) = match *self {
             Criterion::Never => return None,
             Criterion::StiffnessChange(limit) => {
@@ -103,7 +114,7 @@ impl Criterion {
                 limit,
             ),
         };
-        (value.abs() >= limit).then_some(Due { to, value, limit })
+        Some(Due { to, value, limit })
     }
 
     /// [`Criterion::due`] without the reason.

@@ -3,6 +3,7 @@
 use crate::contact::ContactError;
 use crate::contact::normal::NormalSolution;
 use crate::contact::tangential::TangentialOptions;
+use crate::grid::ByAxis;
 use crate::tables::{Table, TableError, TableName};
 use crate::wear::cycle::CycleSolution;
 use crate::wear::{FrettingJoint, WearError};
@@ -100,7 +101,10 @@ pub fn hysteresis(
     let limit = joint.limit(&contact.pressure);
     let mut first = Vec::with_capacity(BRANCH + 1);
     first.push((0.0, 0.0));
-    let mut shear = None;
+    // From the shear of the last point, what sticks goes on along the line through the last two; before there are two, towards the
+    // end of the motion.
+    let mut start: ByAxis<Vec<f64>> = beyond(&cycle.shear, None, 1.0 / BRANCH as f64 - 1.0);
+    let mut last: Option<ByAxis<Vec<f64>>> = None;
     let zero = vec![0.0; motion.end.len()];
     let exact = joint.options.tangential;
     let inner = TangentialOptions {
@@ -111,14 +115,15 @@ pub fn hysteresis(
         let part = point as f64 / BRANCH as f64;
         let place: Vec<f64> = motion.end.iter().map(|d| part * d).collect();
         // The end is a point of the cycle, and its shear most often what that starts from.
-        let (options, start) = if point == BRANCH {
-            (exact, Some(&cycle.shear))
+        let (options, from) = if point == BRANCH {
+            (exact, &cycle.shear)
         } else {
-            (inner, shear.as_ref())
+            (inner, &start)
         };
-        let step = joint.step_within(options, &limit, None, [&zero, &place], start)?;
+        let step = joint.step_within(options, &limit, None, [&zero, &place], Some(from))?;
         first.push((step.force[0], step.displacement[0]));
-        shear = Some(step.shear);
+        start = beyond(&step.shear, last.as_ref(), 1.0);
+        last = Some(step.shear);
     }
     let (top_force, top) = first[BRANCH];
     for sign in [1.0, -1.0] {
@@ -130,4 +135,19 @@ pub fn hysteresis(
         }
     }
     Ok(curve)
+}
+
+/// `shear` + `part` (`shear` − `before`), with zero where there is nothing before: one field an axis.
+fn beyond(
+    shear: &ByAxis<Vec<f64>>,
+    before: Option<&ByAxis<Vec<f64>>>,
+    part: f64,
+) -> ByAxis<Vec<f64>> {
+    let fields = shear.iter().enumerate();
+    let field = |(axis, shear): (usize, &Vec<f64>)| {
+        let before = |c: usize| before.map_or(0.0, |before| before[axis][c]);
+        let cells = shear.iter().enumerate();
+        cells.map(|(c, q)| q + part * (q - before(c))).collect()
+    };
+    fields.map(field).collect()
 }

@@ -1,15 +1,18 @@
 //! The contact elements of an iteration: those of its own fine contact where they are due, else those of the one before.
 
 use super::context::{Context, VibrationKeys, kept};
-use super::static_contact::StaticContact;
+use super::error::NumericsError;
+use super::state::Committed;
+use super::static_contact::{StaticContact, stiffnesses};
 use super::vibrating::{Model, Vibrating, linearise, springs};
-use super::{RunError, Stage};
+use super::{Inputs, RunError, Stage};
 use crate::dynamics::ElementState;
-use crate::model_update::{Compliance, DueTo, ElementParameters, UpdateState};
+use crate::model_update::{Compliance, Criterion, DueTo, ElementParameters, UpdateState};
 use crate::scene::plan::Layout;
 use crate::scene::{Plan, Stiffness};
 use crate::store::{Draft, StageKey};
 use crate::tables::{Table, TableName};
+use crate::wear::FrettingJoint;
 
 /// Decides whether the contact elements are due, and makes them if so; or takes them from the draft.
 pub fn model_update(
@@ -46,14 +49,9 @@ pub fn renewed(
     before: Option<&Model>,
 ) -> Result<Model, RunError> {
     let inputs = context.inputs;
-    let total = Compliance::of(contact.kn, contact.kt);
-    let compliance = match vibrating.smooth {
-        Some(smooth) => total.without(smooth),
-        None => total,
-    };
     let now = UpdateState {
         iteration: context.clock.wear_iteration,
-        compliance,
+        compliance: compliance(vibrating, contact.kn, contact.kt),
         wear_volume,
     };
     let criterion = Plan::criterion(inputs.scene.update);
@@ -84,6 +82,76 @@ pub fn renewed(
         updates: before.map_or(0, |before| before.updates + 1),
         reference: now,
     })
+}
+
+/// Compliance of the springs of a joint of kn and kt together.
+fn compliance(vibrating: &Vibrating, kn: f64, kt: f64) -> Compliance {
+    let total = Compliance::of(kn, kt);
+    match vibrating.smooth {
+        Some(smooth) => total.without(smooth),
+        None => total,
+    }
+}
+
+/// The next update, seen from the beginning of a step that may pass it.
+pub struct Coming<'a> {
+    vibrating: &'a Vibrating,
+    criterion: Criterion,
+    reference: UpdateState,
+    /// How far on its way the beginning of the step is.
+    pub begin: f64,
+}
+
+impl<'a> Coming<'a> {
+    /// `None` where the length of a step has no influence on an update.
+    pub fn of(
+        inputs: &Inputs,
+        vibrating: Option<&'a Vibrating>,
+        before: &Committed,
+    ) -> Result<Option<Self>, RunError> {
+        let criterion = Plan::criterion(inputs.scene.update);
+        let (Some(vibrating), Some(driven)) = (vibrating, &before.driven) else {
+            return Ok(None);
+        };
+        if matches!(criterion, Criterion::Never | Criterion::Iterations(_)) {
+            return Ok(None);
+        }
+        let mut coming = Coming {
+            vibrating,
+            criterion,
+            reference: driven.model.reference,
+            begin: 0.0,
+        };
+        let stiffness = |name| Ok::<f64, RunError>(before.summary.f64(name)?[0]);
+        coming.begin = coming.at(stiffness("kn")?, stiffness("kt")?, before.volume);
+        Ok(Some(coming))
+    }
+
+    fn at(&self, kn: f64, kt: f64, wear_volume: f64) -> f64 {
+        let now = UpdateState {
+            iteration: self.reference.iteration,
+            compliance: compliance(self.vibrating, kn, kt),
+            wear_volume,
+        };
+        self.criterion.progress(&self.reference, &now)
+    }
+
+    /// How far on its way a joint under `pressure` is, with so much volume worn away in all: 1 where the update is due.
+    pub fn reached(
+        &self,
+        joint: &mut FrettingJoint,
+        plan: &Plan,
+        pressure: &[f64],
+        wear_volume: f64,
+    ) -> Result<f64, NumericsError> {
+        let (kn, kt) = match self.criterion {
+            Criterion::StiffnessChange(_) => {
+                stiffnesses(joint, pressure, plan.shear, plan.coupling)?
+            }
+            _ => (f64::INFINITY, f64::INFINITY),
+        };
+        Ok(self.at(kn, kt, wear_volume))
+    }
 }
 
 /// Parameters of the contact elements as the fine contact of this iteration gives them.

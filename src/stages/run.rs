@@ -321,7 +321,7 @@ fn iterate(
     let scene = &context.inputs.scene;
     let mut worn = match (&keys.wear, &scene.wear, before) {
         (Some(key), Some(wear), Some(before)) => {
-            wear::wear(context, draft, keys, key, wear, before)?
+            wear::wear(context, draft, keys, key, wear, vibrating, before)?
         }
         _ => wear::unworn(context, draft, keys)?,
     };

@@ -1,17 +1,20 @@
 //! The wear step from one committed iteration to the next.
 
 use super::context::{Context, Keys, gather, kept, kept_cells};
+use super::error::NumericsError;
+use super::model_update::Coming;
 use super::state::Committed;
 use super::static_contact::Predicted;
+use super::vibrating::Vibrating;
 use super::{RunError, Stage, static_contact};
 use crate::grid::ByAxis;
 use crate::scene::{Scheme, Wear};
 use crate::store::{Draft, StageKey};
 use crate::tables::{Table, TableName};
-use crate::wear::explicit;
-use crate::wear::implicit::{self, Limits};
+use crate::wear::implicit::{self, Limits, Step};
 use crate::wear::joint::WornState;
-use crate::wear::semi_implicit;
+use crate::wear::landing::Landing;
+use crate::wear::{FrettingJoint, explicit, semi_implicit};
 
 /// Proposals are written to a table, which holds no infinity: a joint that does not wear proposes this.
 const LONGEST_PROPOSAL: f64 = 1e18;
@@ -61,6 +64,7 @@ pub fn wear(
     keys: &Keys,
     key: &StageKey,
     wear: &Wear,
+    vibrating: Option<&Vibrating>,
     before: &Committed,
 ) -> Result<Worn, RunError> {
     if let Some(worn) = resume(context, draft, keys, key, before)? {
@@ -80,6 +84,8 @@ pub fn wear(
     let remaining = landing(context, wear, before.cycles) - before.cycles;
     let until_volume = (volume_left / rate * VOLUME_MARGIN).ceil().max(1.0);
     let coefficient = wear.coefficient;
+    let inputs = context.inputs;
+    let coming = Coming::of(inputs, vibrating, before)?;
     let (step, fft_pairs) = context.timed(Stage::Wear, |joint| match wear.scheme {
         Scheme::Implicit => {
             let first = || implicit::first_proposal(joint, &before.worn, coefficient);
@@ -89,7 +95,21 @@ pub fn wear(
                 depth_step: wear.depth_step,
                 remaining,
             };
-            let step = implicit::advance(joint, &before.worn, coefficient, proposal, limits)?;
+            let step = match &coming {
+                None => implicit::advance(joint, &before.worn, coefficient, proposal, limits)?,
+                Some(coming) => {
+                    // As the next stage will find the contact, whatever the step's own lacks of it.
+                    let reached = |joint: &mut FrettingJoint, step: &mut Step| {
+                        let (volume, load) = (joint.volume(&step.wear), joint.motion.mean_load());
+                        let start = Some(&step.contact.pressure[..]);
+                        step.contact = joint.contact(&step.wear, None, load, start)?;
+                        coming.reached(joint, &inputs.plan, &step.contact.pressure, volume)
+                    };
+                    let landing = Landing::new(coming.begin, wear.tolerance);
+                    let worn = &before.worn;
+                    land(joint, worn, coefficient, proposal, limits, landing, reached)?
+                }
+            };
             Ok(Outcome {
                 wear: step.wear,
                 cycles: step.cycles,
@@ -146,6 +166,35 @@ pub fn wear(
         fft_pairs,
         predicted: Some(predicted),
     })
+}
+
+/// An implicit step that ends where `reached` says that an update is due, if it would pass that.
+fn land(
+    joint: &mut FrettingJoint,
+    before: &WornState,
+    coefficient: f64,
+    proposal: f64,
+    limits: Limits,
+    mut landing: Landing,
+    mut reached: impl FnMut(&mut FrettingJoint, &mut Step) -> Result<f64, NumericsError>,
+) -> Result<Step, NumericsError> {
+    let mut step = implicit::advance(joint, before, coefficient, proposal, limits)?;
+    let (uncut, mut rejected) = (step.cycles, step.rejected);
+    loop {
+        let reached = reached(joint, &mut step)?;
+        let Some(cycles) = landing.next(step.cycles, reached) else {
+            step.rejected = rejected;
+            // Accuracy did not ask for less than the step before it was cut.
+            step.proposal = step.proposal.max(uncut as f64);
+            return Ok(step);
+        };
+        let limits = Limits {
+            remaining: cycles,
+            ..limits
+        };
+        step = implicit::advance(joint, before, coefficient, cycles as f64, limits)?;
+        rejected += 1 + step.rejected;
+    }
 }
 
 /// The cycles that a step from `cycles` must not pass: the end, or where a response is asked for.

@@ -5,6 +5,7 @@ pub mod error_bar;
 pub mod explicit;
 pub mod implicit;
 pub mod joint;
+pub mod landing;
 pub mod motion;
 pub mod semi_implicit;
 pub mod superposition;

@@ -2,6 +2,7 @@
 
 mod cycle;
 mod drives;
+mod landing;
 mod motion;
 mod step;
 mod superposition;

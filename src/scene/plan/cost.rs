@@ -8,10 +8,10 @@ use super::disk::Files;
 use super::memory::{self, Sizes};
 use super::solves::{Marched, Solves};
 use super::stability::Wearing;
-use super::vibration_cost::{Vibrations, vibrations};
+use super::vibration_cost::{Vibrations, updates, vibrations};
 use super::{Cost, Coupling, rough};
 use crate::contact::Shear;
-use crate::scene::{CycleMode, Keep, Rotation, RoughJoint, Scene, Scheme};
+use crate::scene::{CycleMode, Keep, Rotation, RoughJoint, Scene, Scheme, Update};
 use crate::wear::Motion;
 use crate::wear::cycle::March;
 
@@ -21,6 +21,10 @@ const DIGITS: i32 = 3;
 const SOLVES_WITHIN: f64 = 1.2;
 /// The same of iterations that hang on a motion which is not known yet.
 const MOTION_WITHIN: f64 = 1.2;
+/// Other lengths that a step is tried with which ends at an update of the model, and the steps that each of those is more.
+const TRIES: f64 = 2.5;
+/// See [`TRIES`].
+const MORE_STEPS: f64 = 0.7;
 /// A run of one iteration.
 const SINGLE: f64 = 1.0;
 
@@ -154,8 +158,20 @@ fn solves(
             Coupling::None | Coupling::Frictionless => None,
         },
     };
-    let iterations = course.map_or(0.0, |course| course.iterations);
+    let steps = course.map_or(0.0, |course| course.iterations);
     let end = course.map_or(before.area, |course| course.area);
+    // Steps that end at an update, and whether those are seen by a stiffness.
+    let scheme = scene.wear.as_ref().map(|wear| wear.scheme);
+    let (cut, watched) = match (scheme, scene.update) {
+        (Some(Scheme::Implicit), Some(Update::StiffnessChange(_))) => {
+            (updates(scene, Some(before), steps, end), true)
+        }
+        (Some(Scheme::Implicit), Some(Update::WearVolume(_))) => {
+            (updates(scene, Some(before), steps, end), false)
+        }
+        _ => (0.0, false),
+    };
+    let iterations = steps + MORE_STEPS * cut;
     // Contact grows by about the same factor in every step: the middle one stands for all.
     let middle = (before.area * end).sqrt();
     let every = scene.output.curves_every as f64;
@@ -175,7 +191,6 @@ fn solves(
         .is_none_or(|x| x.moves())
         || scene.dynamics.is_some();
     let hysteresis = if slides_along_x { curves } else { 0.0 };
-    let scheme = scene.wear.as_ref().map(|wear| wear.scheme);
     let predicted = matches!(scheme, Some(Scheme::Implicit | Scheme::SemiImplicit));
     // The first iteration and the last have their own area, and curves.
     let worn_curves = (curves - 1.0).max(0.0);
@@ -206,7 +221,15 @@ fn solves(
             + (iterations - worn_loops).max(0.0) * solves.cycle(middle, false),
     );
     match scheme {
-        Some(Scheme::Implicit) => add("wear", iterations * solves.step(middle)),
+        Some(Scheme::Implicit) => {
+            let seen = if watched {
+                solves.stiffness(middle)
+            } else {
+                0.0
+            };
+            let tried = iterations + TRIES * cut;
+            add("wear", tried * (solves.step(middle) + seen));
+        }
         Some(Scheme::SemiImplicit) => add("wear", iterations * solves.single_step(middle)),
         Some(Scheme::Explicit) | None => {}
     }

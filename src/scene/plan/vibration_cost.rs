@@ -20,8 +20,6 @@ const LEAST: f64 = 7e7;
 const ALL_SLIDE: f64 = 1.6;
 const SHARE: f64 = 3.5;
 const LEAST_SHARE: f64 = 0.05;
-/// Part of the updates that a changing stiffness allows: steps overshoot the change that is asked for.
-const OVERSHOOT: f64 = 0.75;
 /// Power of the part that does not bear yet, by which the compliance of roughness falls as it is worn.
 const WORN_COMPLIANCE: i32 = 4;
 
@@ -48,7 +46,7 @@ pub(super) fn vibrations(
     let (Some(structure), Some(dynamics)) = (&scene.structure, &scene.dynamics) else {
         return Vibrations::default();
     };
-    let updates = updates(scene, before, iterations, area).min(iterations);
+    let updates = updates(scene, before, iterations, area);
     let worn = if scene.wear.is_some() { 1.0 } else { 0.0 };
     let forced = 1.0 + worn * (1.0 + scene.output.response_at.len() as f64);
     let points = dynamics.points.map_or(POINTS, |points| points as f64);
@@ -78,11 +76,11 @@ pub(super) fn vibrations(
 }
 
 /// Updates of the model, after the first elements.
-fn updates(scene: &Scene, before: Option<&Before>, iterations: f64, area: f64) -> f64 {
+pub(super) fn updates(scene: &Scene, before: Option<&Before>, iterations: f64, area: f64) -> f64 {
     let (Some(update), Some(before)) = (scene.update, before) else {
         return 0.0;
     };
-    match update {
+    let updates = match update {
         Update::Iterations(every) => (iterations / every as f64).floor(),
         Update::WearVolume(volume) => scene
             .wear
@@ -92,7 +90,8 @@ fn updates(scene: &Scene, before: Option<&Before>, iterations: f64, area: f64) -
         Update::StiffnessChange(change) => {
             let worn = before.bulk + before.roughness * (1.0 - area).powi(WORN_COMPLIANCE);
             let stiffer = (before.bulk + before.roughness) / worn.max(f64::MIN_POSITIVE);
-            (OVERSHOOT * stiffer.ln() / change.ln_1p()).floor()
+            (stiffer.ln() / change.ln_1p()).floor()
         }
-    }
+    };
+    updates.min(iterations)
 }

@@ -1,0 +1,86 @@
+//! Steps cut to end at an event.
+
+use fretwear::wear::landing::Landing;
+
+const TOLERANCE: f64 = 0.1;
+/// How far beyond an event a step then ends.
+const BAND: f64 = 0.01;
+/// Steps made for one event, the first included, where the way to it is a power of the cycles.
+const STEPS: usize = 4;
+
+/// The same on any way.
+const MOST: usize = 9;
+
+/// Makes steps of a run that would go on for `cycles`, and gives the lengths tried.
+fn land(begin: f64, cycles: u64, reached: impl Fn(u64) -> f64) -> Vec<u64> {
+    let mut landing = Landing::new(begin, TOLERANCE);
+    let mut lengths = vec![cycles];
+    while let Some(next) = landing.next(
+        lengths[lengths.len() - 1],
+        reached(lengths[lengths.len() - 1]),
+    ) {
+        lengths.push(next);
+    }
+    lengths
+}
+
+#[test]
+fn a_power_of_the_cycles_is_met_in_a_few_steps() {
+    for power in [0.3, 0.5, 0.7, 1.0, 1.6] {
+        for begin in [0.0, 0.4, 0.97] {
+            for event in [1e4, 3e5, 9.9e5] {
+                let reached = |n: u64| begin + (1.0 - begin) * (n as f64 / event).powf(power);
+                let lengths = land(begin, (5.0 * event) as u64, reached);
+                let end = reached(lengths[lengths.len() - 1]);
+                assert!(
+                    (1.0..=1.0 + BAND).contains(&end),
+                    "{power} {begin} {event}: {end}"
+                );
+                assert!(
+                    lengths.len() <= STEPS,
+                    "{power} {begin} {event}: {lengths:?}"
+                );
+            }
+        }
+    }
+}
+
+/// Stiffness that rises and levels off, as that of a joint in running-in.
+#[test]
+fn a_curve_that_levels_off_is_met() {
+    for event in [2e4, 8e4, 4e5] {
+        let level = |n: f64| n / (n + 1e5);
+        let reached = |n: u64| level(n as f64) / level(event);
+        let lengths = land(0.0, 2_000_000, reached);
+        let end = reached(lengths[lengths.len() - 1]);
+        assert!((1.0..=1.0 + BAND).contains(&end), "{event}: {lengths:?}");
+    }
+}
+
+#[test]
+fn a_step_that_does_not_pass_the_event_stands() {
+    assert_eq!(land(0.2, 500, |n| 0.2 + 0.001 * n as f64), [500]);
+    assert_eq!(land(0.0, 500, |_| 1.0), [500]);
+    // An event behind the beginning is not in the step.
+    assert_eq!(land(1.3, 500, |n| 1.3 + n as f64), [500]);
+}
+
+/// A jump has no end within the band: a step that passes it stands in the end, and none that is known to be longer than needed.
+#[test]
+fn a_jump_is_passed() {
+    for jump in [1, 2, 17, 30, 700_000] {
+        let cycles = if jump < 31 { 30 } else { 1_000_000 };
+        let lengths = land(0.0, cycles, |n| if n < jump { 0.5 } else { 1.5 });
+        let (last, others) = lengths.split_last().expect("a step");
+        assert!(*last >= jump, "{lengths:?}");
+        assert!(others.iter().all(|n| *n < jump || n >= last), "{lengths:?}");
+        assert!(lengths.len() <= MOST, "{lengths:?}");
+    }
+}
+
+/// Events that a step would pass by the dozen are finer than the steps.
+#[test]
+fn dozens_of_events_do_not_cut_a_step() {
+    assert_eq!(land(0.0, 900, |n| n as f64), [900]);
+    assert!(land(0.0, 9, |n| n as f64).len() > 1);
+}
