@@ -79,13 +79,15 @@ fn space(fs: &dyn FileSystem, asked: &Path, there: &Path) -> Check {
     };
     let found = format!("{:.1} GB in {place}", free as f64 / 1e9);
     let check = Check::ok(NAME, found).number("bytes", free as f64);
-    match free {
-        ..NO_SPACE => check.but(State::Failed, "make room, or name another folder"),
-        ..LITTLE_SPACE => check.but(
+    if free < NO_SPACE {
+        check.but(State::Failed, "make room, or name another folder")
+    } else if free < LITTLE_SPACE {
+        check.but(
             State::Warning,
             "enough for some runs; `fretwear plan SCENE` says what one takes, and output.keep makes it less",
-        ),
-        _ => check,
+        )
+    } else {
+        check
     }
 }
 

@@ -85,7 +85,7 @@ pub enum ReportError {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
-        source: TableError,
+        source: Box<TableError>,
     },
     /// A CSV file that cannot be written.
     #[error("cannot write {}: {source}", path.display())]

@@ -11,6 +11,7 @@ mod evidence;
 mod plasticity;
 mod roughness;
 mod sets;
+mod setting;
 mod steps;
 mod updates;
 mod vibration;
@@ -22,7 +23,8 @@ use serde::Serialize;
 use super::{ReportError, RunTables};
 
 pub use catalogue::{CLAIMS, Claim};
-pub use evidence::{Columns, Evidence, Loop, Moment, Setting, Worn};
+pub use evidence::{Columns, Evidence, Loop, Moment, Worn};
+pub use setting::Setting;
 pub use write::{markdown, section, table, write};
 
 /// What a measurement says of a claim.

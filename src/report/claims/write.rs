@@ -72,7 +72,7 @@ pub fn write(findings: &[Finding], runs: &[RunTables], folder: &Path) -> Result<
         .and_then(|table| to_parquet(&table, &provenance))
         .map_err(|source| ReportError::Table {
             path: path.clone(),
-            source,
+            source: Box::new(source),
         })?;
     for (path, bytes) in [
         (path, bytes),
