@@ -5,6 +5,7 @@
 //! [`scene`] is what the user writes, [`tables`] and [`store`] are what a run leaves on disk, and [`stages`] joins them.
 
 pub mod contact;
+pub mod doctor;
 pub mod dynamics;
 pub mod fft;
 pub mod grid;

@@ -1,6 +1,7 @@
 //! What a person sees of a run: a bar of cycles in a terminal, one line an iteration elsewhere. All on stderr.
 
-use std::cell::Cell;
+use std::cell::RefCell;
+use std::collections::VecDeque;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -20,10 +21,20 @@ pub struct Watcher {
     bar: Option<ProgressBar>,
     cycles: Option<u64>,
     volume: Option<f64>,
-    begin: Instant,
-    /// Part done when the run was opened, and now.
-    first: Cell<Option<f64>>,
+    /// The last iterations: when each was committed, and what was behind it.
+    recent: RefCell<VecDeque<Mark>>,
 }
+
+/// Where a run was at a time.
+#[derive(Debug, Clone, Copy)]
+struct Mark {
+    time: Instant,
+    part: f64,
+    cycles: u64,
+}
+
+/// Iterations whose pace is that of late.
+const OF_LATE: usize = 3;
 
 impl Watcher {
     pub fn new(scene: &Scene, root: &Path, quiet: bool) -> Self {
@@ -47,8 +58,7 @@ impl Watcher {
             bar,
             cycles,
             volume,
-            begin: Instant::now(),
-            first: Cell::new(None),
+            recent: RefCell::default(),
         }
     }
 
@@ -91,14 +101,26 @@ impl Watcher {
         if progress.error > 0.0 {
             line += &format!(" ±{:.2} %", progress.error * 100.0);
         }
-        let part = self.part(progress);
-        let first = self.first.get().unwrap_or(part);
-        if self.first.get().is_none() {
-            self.first.set(Some(part));
+        let now = Mark {
+            time: Instant::now(),
+            part: self.part(progress),
+            cycles: progress.cycles,
+        };
+        let mut recent = self.recent.borrow_mut();
+        recent.push_back(now);
+        if recent.len() > OF_LATE + 1 {
+            recent.pop_front();
         }
-        if part > first && part < 1.0 {
-            let left = self.begin.elapsed().as_secs_f64() * (1.0 - part) / (part - first);
-            line += &format!(", {} left", duration(left));
+        let first = recent[0];
+        if first.part < now.part && now.part < 1.0 {
+            let seconds = (now.time - first.time).as_secs_f64();
+            let left = seconds * (1.0 - now.part) / (now.part - first.part);
+            let rate = (now.cycles - first.cycles) as f64 / seconds;
+            line += &format!(
+                ", {} cycles/s, {} left",
+                grouped(rate as u64),
+                duration(left)
+            );
         }
         line
     }
@@ -155,7 +177,7 @@ fn write_line(text: &str) {
 }
 
 /// 10000000 as 10 000 000.
-fn grouped(number: u64) -> String {
+pub fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
     for (k, digit) in digits.chars().enumerate() {
@@ -168,7 +190,7 @@ fn grouped(number: u64) -> String {
 }
 
 /// Four significant digits.
-fn significant(value: f64) -> String {
+pub fn significant(value: f64) -> String {
     match value {
         0.0 => "0".to_owned(),
         v if (0.01..1000.0).contains(&v) => {
@@ -178,7 +200,7 @@ fn significant(value: f64) -> String {
     }
 }
 
-fn duration(seconds: f64) -> String {
+pub fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 1.0 => "< 1 s".to_owned(),
         s if s < 100.0 => format!("{s:.0} s"),

@@ -73,9 +73,10 @@ fn names(code: &str, path: &str) -> bool {
 
 /// The modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
 fn modules(source: &Source) -> Vec<String> {
-    const MODULES: [&str; 19] = [
+    const MODULES: [&str; 20] = [
         "cli",
         "contact",
+        "doctor",
         "fft",
         "grid",
         "linalg",
@@ -183,6 +184,12 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         &["grid", "contact", "reference", "surface", "wear"],
     ),
     (
+        "doctor/",
+        &[
+            "grid", "contact", "fft", "linalg", "tables", "store", "doctor",
+        ],
+    ),
+    (
         "stages/",
         &[
             "grid",
@@ -252,7 +259,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
     (&["polars"], &["report/"]),
     (&["plotters"], &["report/"]),
     (&["png", "base64"], &["report/plot/"]),
-    (&["clap", "signal_hook"], &["cli/"]),
+    (&["clap", "clap_complete", "signal_hook"], &["cli/"]),
     (&["indicatif"], &["progress.rs"]),
     (&["blake3"], &["store/", "stages/inputs.rs"]),
     (&["fs4"], &["store/file_system.rs"]),
@@ -294,6 +301,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "store/file_system.rs",
             // Two processes must not write into one draft.
             "store/cache.rs",
+            "doctor/disk.rs",
         ],
     ),
     // The clock influences no number.
@@ -305,6 +313,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "stages/context.rs",
             "stages/surface.rs",
             "store/file_system.rs",
+            "doctor/machine.rs",
         ],
     ),
 ];

@@ -1,19 +1,13 @@
 //! What a run is expected to cost on this machine, and what it has cost.
 
 use std::io::{Result, Write};
-use std::time::Instant;
 
 use fretwear::contact::HalfSpace;
-use fretwear::linalg::Matrix;
+use fretwear::doctor;
 use fretwear::scene::plan::{Cost, Rates};
 use fretwear::scene::{Plan, RoughJoint, Scene};
 use fretwear::stages::{Inputs, Spent, Stage};
 use serde_json::{Value, json};
-
-/// Repetitions of a measurement, of which the median counts.
-const REPEATS: usize = 9;
-/// Order of the dense matrices whose product is measured.
-const ORDER: usize = 256;
 
 /// How fast this machine is, as far as the cost asks.
 fn rates(scene: &Scene, cost: &Cost) -> Rates {
@@ -21,40 +15,21 @@ fn rates(scene: &Scene, cost: &Cost) -> Rates {
     Rates {
         pair: scene.rough().map_or(0.0, |rough| seconds_of_pair(&rough)),
         operation: if dense > 0.0 {
-            seconds_of_operation()
+            doctor::seconds_of_operation()
         } else {
             0.0
         },
     }
 }
 
-fn median(mut work: impl FnMut()) -> f64 {
-    let mut times: Vec<f64> = (0..REPEATS)
-        .map(|_| {
-            let begin = Instant::now();
-            work();
-            begin.elapsed().as_secs_f64()
-        })
-        .collect();
-    times.sort_by(f64::total_cmp);
-    times[REPEATS / 2]
-}
-
 /// A pair of transforms on this scene's plane \[s\].
 fn seconds_of_pair(rough: &RoughJoint) -> f64 {
-    let grid = rough.grid;
-    let mut half_space = HalfSpace::new(grid, Plan::pair(rough.material), rough.contact.boundary);
-    let (pressure, mut displacement) = (vec![1.0; grid.len()], vec![0.0; grid.len()]);
-    median(|| half_space.normal(&pressure, &mut displacement))
-}
-
-/// An operation of a dense product \[s\].
-fn seconds_of_operation() -> f64 {
-    let matrix = Matrix::from_fn(ORDER, ORDER, |i, j| 1.0 / (1.0 + i as f64 + j as f64));
-    let product = median(|| {
-        std::hint::black_box(matrix.times(&matrix));
-    });
-    product / (2.0 * (ORDER as f64).powi(3))
+    let (grid, boundary) = (rough.grid, rough.contact.boundary);
+    doctor::seconds_of_pair(&mut HalfSpace::new(
+        grid,
+        Plan::pair(rough.material),
+        boundary,
+    ))
 }
 
 /// Prints what a scene is expected to cost here.

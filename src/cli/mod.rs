@@ -3,18 +3,26 @@
 #[cfg(feature = "polars")]
 mod compare;
 mod cost;
+mod doctor;
 mod export;
+mod many;
 mod report;
 #[cfg(feature = "polars")]
 mod report_command;
+#[cfg(feature = "polars")]
+mod reproduce;
 mod run;
+mod schema;
 mod show;
+mod status;
 mod trade;
 
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap_complete::Shell;
 use fretwear::report::trade::TradeError;
 use fretwear::scene::SceneError;
 use fretwear::stages::RunError;
@@ -82,10 +90,42 @@ enum Command {
     /// Every variant is a run of its own under the folder, against the preset `reference`. The same command goes on where it was
     /// stopped. Writes trade.parquet, trade.md, trade.svg and trade.html, and prints the table.
     Trade(TradeArguments),
+    /// Run the paper's study, and hold its claims against it
+    ///
+    /// The lap joint at four roughnesses, with a hardness limit, and with the dynamic model updated more often, less often, never:
+    /// eight runs in the folder, their scenes in its `scenes`. The same command goes on where it was stopped. Writes claims.md and
+    /// claims.parquet, and prints the claims with what was measured.
+    #[cfg(feature = "polars")]
+    Reproduce(ReproduceArguments),
     /// Explain the tables of a run and their columns
     Schema {
         /// Name of a table; all of them without
         table: Option<String>,
+        /// As Markdown, for a documentation
+        #[arg(long)]
+        markdown: bool,
+        /// Print one JSON object, by the names of tables
+        #[arg(long, conflicts_with = "markdown")]
+        json: bool,
+    },
+    /// Check whether this machine can compute runs and keep them
+    ///
+    /// Space, commits, locks and tables in the folder; processor, transforms and factors; the cache of structures. Nothing is left
+    /// behind. Ends with 1 if something fails.
+    Doctor {
+        /// Where runs go
+        #[arg(default_value = "runs")]
+        dir: PathBuf,
+        /// Print one JSON object
+        #[arg(long)]
+        json: bool,
+    },
+    /// Print the completions of the command line for a shell
+    ///
+    /// As in `fretwear completions bash > ~/.local/share/bash-completion/completions/fretwear`.
+    Completions {
+        /// The shell
+        shell: Shell,
     },
     /// Write the resonator as an input deck of CalculiX and Abaqus
     ///
@@ -170,6 +210,25 @@ struct TradeArguments {
     #[command(flatten)]
     execution: Execution,
     /// Print one JSON object: the rows of the table, and what follows from them
+    #[arg(long)]
+    json: bool,
+}
+
+#[cfg(feature = "polars")]
+#[derive(Args)]
+struct ReproduceArguments {
+    /// Folder of the runs and of what is written
+    #[arg(long, value_name = "DIR", default_value = "runs/reproduce")]
+    dir: PathBuf,
+    /// Every scene of this folder, in place of the paper's
+    #[arg(long, value_name = "FOLDER")]
+    scenes: Option<PathBuf>,
+    /// Change a key in all scenes, as in `--set dynamics.damping_ratio=0.01`
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    #[command(flatten)]
+    execution: Execution,
+    /// Print one JSON object: the claims, and what was found
     #[arg(long)]
     json: bool,
 }
@@ -292,6 +351,15 @@ enum CliError {
     },
     #[error(transparent)]
     Structure(#[from] StructureError),
+    #[cfg(feature = "polars")]
+    #[error("there is no scene (*.toml) in {}", path.display())]
+    NoScenes { path: PathBuf },
+    #[cfg(feature = "polars")]
+    #[error("{}: {source}", path.display())]
+    Scenes {
+        path: PathBuf,
+        source: std::io::Error,
+    },
     #[error("validation: {0}")]
     Validate(#[from] fretwear::contact::ContactError),
     #[error(transparent)]
@@ -342,10 +410,21 @@ impl CliError {
             #[cfg(feature = "polars")]
             CliError::Report(error) if error.is_nothing_to_read() => Exit::Scene,
             #[cfg(feature = "polars")]
+            CliError::NoScenes { .. } => Exit::Scene,
+            #[cfg(feature = "polars")]
             CliError::Report(error) if error.is_damage_or_mismatch() => Exit::Damaged,
             _ => Exit::Failure,
         }
     }
+}
+
+/// Prints the completions for a shell.
+fn completions(shell: Shell) -> Result<Exit, CliError> {
+    // The generator writes without telling of a reader that has gone, so that it writes into memory.
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "fretwear", &mut script);
+    std::io::stdout().lock().write_all(&script)?;
+    Ok(Exit::Done)
 }
 
 /// Runs the command that the arguments name.
@@ -353,11 +432,19 @@ pub fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Run(arguments) => run::run(arguments),
         Command::Plan { scene, json } => show::plan(&scene.scene, &scene.sets, json),
-        Command::Status { run, json } => show::status(&run, json),
+        Command::Status { run, json } => status::status(&run, json),
         Command::Verify { run } => show::verify(&run),
         Command::Validate { json } => show::validate(json),
         Command::Trade(arguments) => trade::trade(&arguments),
-        Command::Schema { table } => show::schema(table.as_deref()),
+        #[cfg(feature = "polars")]
+        Command::Reproduce(arguments) => reproduce::reproduce(&arguments),
+        Command::Schema {
+            table,
+            markdown,
+            json,
+        } => schema::schema(table.as_deref(), schema::Form::of(markdown, json)),
+        Command::Doctor { dir, json } => doctor::doctor(&dir, json),
+        Command::Completions { shell } => completions(shell),
         Command::Export(arguments) => export::export(&arguments),
         #[cfg(feature = "polars")]
         Command::Compare(arguments) => compare::compare(&arguments),

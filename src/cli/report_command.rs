@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use fretwear::report::{Report, ReportError, RunTables};
+use fretwear::report::{Report, ReportError, RunTables, claims};
 
 use super::{CliError, Exit, ReportArguments};
 
@@ -12,7 +12,8 @@ pub fn report(arguments: &ReportArguments) -> Result<Exit, CliError> {
     let open = |run: &PathBuf| RunTables::open(run);
     let runs: Result<Vec<RunTables>, ReportError> = arguments.runs.iter().map(open).collect();
     let runs = runs?;
-    let report = Report::of(&runs)?;
+    let mut report = Report::of(&runs)?;
+    report.add(claims::section(&claims::evaluate(&runs)?));
     let page = match (&arguments.output, &arguments.runs[..]) {
         (Some(page), _) => page.clone(),
         (None, [run]) => run.join("report.html"),

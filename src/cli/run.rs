@@ -68,10 +68,7 @@ pub fn run(arguments: RunArguments) -> Result<Exit, CliError> {
         cost::write_compared(&mut std::io::stderr(), &inputs, &outcome.spent)?;
     }
     if outcome.ending == Ending::Stopped {
-        eprintln!(
-            "stopped; continue with: fretwear run --run {}",
-            quoted(&root)
-        );
+        eprintln!("stopped; continue with: {}", continuation(&root));
         return Ok(Exit::Stopped);
     }
     Ok(Exit::Done)
@@ -129,11 +126,12 @@ pub fn stop_flag() -> Result<Arc<AtomicBool>, CliError> {
     Ok(stop)
 }
 
-fn quoted(path: &Path) -> String {
-    let text = path.display().to_string();
+/// The command that continues a run.
+pub fn continuation(root: &Path) -> String {
+    let text = root.display().to_string();
     if text.contains(char::is_whitespace) {
-        format!("'{text}'")
+        format!("fretwear run --run '{text}'")
     } else {
-        text
+        format!("fretwear run --run {text}")
     }
 }

@@ -1,17 +1,15 @@
-//! The commands that compute nothing of a run: `plan`, `status`, `verify`, `validate`, `schema`.
+//! The commands that compute nothing of a run: `plan`, `verify`, `validate`.
 
 use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
 use fretwear::scene;
-use fretwear::stages::{Inputs, Spent};
-use fretwear::store::{LockHolder, RealFileSystem, RunReader};
-use fretwear::tables::TableName;
+use fretwear::stages::Inputs;
+use fretwear::store::{RealFileSystem, RunReader};
 use fretwear::validate;
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::report::{row, write_summary};
 use super::{CliError, Exit, cost};
 
 /// Prints what a scene needs, and what it is expected to cost here.
@@ -36,55 +34,6 @@ pub fn plan(path: &Path, sets: &[String], as_json: bool) -> Result<Exit, CliErro
     writeln!(out, "\nestimated cost")?;
     cost::write_expected(&mut out, &inputs.scene, &plan.cost)?;
     Ok(Exit::Done)
-}
-
-/// Prints how far a run is, also while another process computes it.
-pub fn status(root: &Path, as_json: bool) -> Result<Exit, CliError> {
-    let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
-    let latest = reader.latest();
-    let summary = latest
-        .map(|k| reader.read(k, TableName::Summary))
-        .transpose()?;
-    let running = RealFileSystem.lock_holder(&root.join("lock"))?;
-    let damaged: Vec<String> = reader
-        .reports()
-        .iter()
-        .flat_map(|report| &report.damage)
-        .map(ToString::to_string)
-        .collect();
-    let mut out = std::io::stdout().lock();
-    if as_json {
-        let mut object = summary.as_ref().map(row).unwrap_or_default();
-        object.insert("wear_iteration".to_owned(), json!(latest));
-        object.insert("running".to_owned(), json!(running.is_some()));
-        if let (Some(_), Some(plan)) = (latest, reader.plan()?) {
-            let spent = Spent::of(&reader)?;
-            object.insert("cost".to_owned(), cost::compared(&plan["cost"], &spent));
-        }
-        object.insert("damage".to_owned(), json!(damaged));
-        writeln!(out, "{}", Value::Object(object))?;
-    } else {
-        let state = match running {
-            Some(LockHolder { pid: Some(pid) }) => format!("running (process {pid})"),
-            Some(LockHolder { pid: None }) => "running".to_owned(),
-            None => "not running".to_owned(),
-        };
-        match latest {
-            Some(latest) => writeln!(out, "{}: iteration {latest}, {state}", root.display())?,
-            None => writeln!(out, "{}: nothing committed yet, {state}", root.display())?,
-        }
-        if let Some(summary) = &summary {
-            write_summary(&mut out, summary)?;
-        }
-        for damage in &damaged {
-            writeln!(out, "damaged: {damage}")?;
-        }
-    }
-    Ok(if damaged.is_empty() {
-        Exit::Done
-    } else {
-        Exit::Damaged
-    })
 }
 
 /// Prints what verifies and what does not.
@@ -129,43 +78,6 @@ pub fn verify(root: &Path) -> Result<Exit, CliError> {
         "{damaged} files do not verify; `run` continues from the last iteration before them"
     )?;
     Ok(Exit::Damaged)
-}
-
-/// Prints the schemas.
-pub fn schema(table: Option<&str>) -> Result<Exit, CliError> {
-    let known = || TableName::ALL.map(TableName::as_str).join(", ");
-    let tables = match table {
-        None => TableName::ALL.to_vec(),
-        Some(name) => vec![
-            TableName::from_name(name).ok_or_else(|| CliError::UnknownTable {
-                table: name.to_owned(),
-                known: known(),
-            })?,
-        ],
-    };
-    let mut out = std::io::stdout().lock();
-    for table in tables {
-        let schema = table.schema();
-        writeln!(
-            out,
-            "{} (version {}): {}",
-            schema.name, schema.version, schema.description
-        )?;
-        for column in &schema.columns {
-            let optional = if column.optional {
-                ", where the scene has it"
-            } else {
-                ""
-            };
-            writeln!(
-                out,
-                "    {:<24} [{}] {}{optional}",
-                column.name, column.unit, column.description
-            )?;
-        }
-        writeln!(out)?;
-    }
-    Ok(Exit::Done)
 }
 
 /// Prints the closed forms against the program, from the coarsest grid of each to the finest.

@@ -2,20 +2,15 @@
 
 use std::io::Write;
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::Ordering;
-use std::time::Instant;
 
 use fretwear::report::trade::{self, Trade, Trial};
 use fretwear::scene::variants::{self, BALANCED, Choice, LeftOut, REFERENCE, Variant, Variants};
 use fretwear::scene::{self, Scene};
-use fretwear::stages::{self, Ending, Inputs, RunError, RunOptions};
-use fretwear::store::{Cache, RealFileSystem, RunReader};
+use fretwear::stages::{Inputs, RunError};
 use serde_json::{Value, json};
 
-use super::run::{cache_folder, stop_flag};
+use super::many;
 use super::{CliError, Exit, TradeArguments, report};
-use crate::progress::Watcher;
 
 /// A variant with what its run needs.
 struct Job {
@@ -113,71 +108,30 @@ fn run_all(
     jobs: &[Job],
     folder: &Path,
 ) -> Result<(Vec<Trial>, Option<RunError>, bool), CliError> {
-    let stop = stop_flag()?;
-    let begin = Instant::now();
-    let late = || {
-        arguments
-            .execution
-            .max_wall
-            .is_some_and(|limit| begin.elapsed().as_secs_f64() >= limit)
-    };
-    let (mut trials, mut reference) = (Vec::new(), None);
-    let mut worked = false;
-    let latest = |root: &Path| {
-        let reader = RunReader::open(Arc::new(RealFileSystem), root);
-        reader.ok().and_then(|reader| reader.latest())
-    };
-    for (k, Job { variant, inputs }) in jobs.iter().enumerate() {
-        // A start computes something in any case, so that one with little time after another gets through.
-        if stop.load(Ordering::Relaxed) || (worked && late()) {
-            return Ok((trials, reference, true));
-        }
-        if !arguments.execution.quiet {
-            eprintln!("variant {} of {}: {}", k + 1, jobs.len(), variant.name);
-        }
-        let root = folder.join(&variant.name);
-        let options = RunOptions {
+    let runs: Vec<many::Job> = jobs
+        .iter()
+        .map(|Job { variant, inputs }| many::Job {
+            name: &variant.name,
+            root: folder.join(&variant.name),
             inputs,
-            root: root.clone(),
-            source: None,
-            until: None,
-            threads: arguments.execution.threads,
-            cache: cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder)),
-            file_system: Arc::new(RealFileSystem),
-            stop: &|commits| stop.load(Ordering::Relaxed) || (commits > 0 && late()),
-        };
-        let before = latest(&root);
-        let watcher = Watcher::new(&inputs.scene, &root, arguments.execution.quiet);
-        let result = stages::run(&options, &watcher);
-        watcher.finish();
-        worked |= latest(&root) != before;
-        let failure = match result {
-            Ok(outcome) if outcome.ending == Ending::Stopped => {
-                return Ok((trials, reference, true));
-            }
-            Ok(_) => None,
-            // A run that belongs to another scene, is damaged or in use is no property of the variant.
-            Err(error @ RunError::Store(_)) => return Err(error.into()),
-            Err(error) => {
-                let message = error.to_string();
-                if !arguments.execution.quiet {
-                    eprintln!("{} failed: {message}", variant.name);
-                }
-                if variant.name == REFERENCE {
-                    reference = Some(error);
-                }
-                Some(message)
-            }
-        };
-        let cost = &inputs.plan.cost;
+        })
+        .collect();
+    let ran = many::run_all(&arguments.execution, "variant", &runs)?;
+    let mut reference = None;
+    let mut trials = Vec::new();
+    for ((job, run), failure) in jobs.iter().zip(&runs).zip(ran.ended) {
+        let cost = &job.inputs.plan.cost;
         trials.push(Trial {
-            variant: variant.clone(),
-            root,
+            variant: job.variant.clone(),
+            root: run.root.clone(),
             memory: cost.memory_cached.unwrap_or(cost.memory),
-            failure,
+            failure: failure.as_ref().map(ToString::to_string),
         });
+        if job.variant.name == REFERENCE {
+            reference = failure;
+        }
     }
-    Ok((trials, reference, false))
+    Ok((trials, reference, ran.stopped))
 }
 
 fn print(

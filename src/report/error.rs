@@ -7,7 +7,7 @@ use polars::error::PolarsError;
 use super::plot::PlotError;
 use crate::scene::SceneError;
 use crate::store::StoreError;
-use crate::tables::TableName;
+use crate::tables::{TableError, TableName};
 
 /// Runs that cannot be read, or do not go into one table, or a file that cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -78,6 +78,14 @@ pub enum ReportError {
         path: PathBuf,
         /// The error of the table library.
         source: PolarsError,
+    },
+    /// A table of this program that cannot be made.
+    #[error("cannot make {}: {source}", path.display())]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: Box<TableError>,
     },
     /// A CSV file that cannot be written.
     #[error("cannot write {}: {source}", path.display())]

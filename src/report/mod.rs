@@ -2,6 +2,8 @@
 //! `polars`, which is named in this folder only.
 
 #[cfg(feature = "polars")]
+pub mod claims;
+#[cfg(feature = "polars")]
 mod compare;
 #[cfg(feature = "polars")]
 mod error;

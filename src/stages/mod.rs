@@ -17,6 +17,7 @@ mod ledger;
 mod model_update;
 mod run;
 mod spent;
+mod standing;
 mod state;
 mod static_contact;
 mod structure;
@@ -33,6 +34,7 @@ pub use error::RunError;
 pub use inputs::Inputs;
 pub use run::{Ending, Observer, Outcome, Progress, RunOptions, Source, run};
 pub use spent::Spent;
+pub use standing::{LastUpdate, Standing};
 pub use summary::FREE_KEYS;
 
 /// A stage, in the order in which an iteration passes through them.

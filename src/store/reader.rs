@@ -10,6 +10,7 @@ use super::record::{RUN_FORMAT, RunRecord};
 use crate::tables::{Table, TableName, provenance_of};
 use serde_json::Value;
 use std::collections::BTreeMap;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -142,6 +143,24 @@ impl RunReader {
                 path,
                 source: Box::new(source),
             })
+    }
+
+    /// The tables that are drafted of an iteration, in no order that means anything; nothing of them is verified.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`], but for a draft that is committed meanwhile.
+    pub fn drafted(&self, wear_iteration: u64) -> Result<Vec<TableName>, StoreError> {
+        // A table whose key is not written yet counts for nothing.
+        match self.files.list(&self.layout.draft_keys(wear_iteration)) {
+            Ok(entries) => Ok(entries
+                .iter()
+                .filter_map(|entry| TableName::from_name(entry.name.strip_suffix(".json")?))
+                .collect()),
+            Err(StoreError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => {
+                Ok(Vec::new())
+            }
+            Err(error) => Err(error),
+        }
     }
 
     /// A table of `once/`, verified, whatever it was computed from; `None` if it is not there.

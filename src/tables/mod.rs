@@ -13,5 +13,5 @@ mod table;
 
 pub use error::TableError;
 pub use parquet_file::{METADATA_KEY, Provenance, from_parquet, provenance_of, to_parquet};
-pub use schema::{ColumnSchema, ColumnType, Schema, TableName};
+pub use schema::{ColumnSchema, ColumnType, Place, Schema, TableName};
 pub use table::{Column, Table, TableBuilder};

@@ -1,12 +1,12 @@
 //! Schemas: what a table's columns are called and mean.
 
 use super::TableError;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::LazyLock;
 
 /// Type of a column's values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ColumnType {
     /// 64-bit floating point.
@@ -37,8 +37,20 @@ impl fmt::Display for ColumnType {
     }
 }
 
+/// Where the file of a table is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Place {
+    /// In `once/` of a run.
+    Once,
+    /// In the folder of an iteration.
+    Iteration,
+    /// Beside runs, of which it compares several.
+    Beside,
+}
+
 /// One column of a [`Schema`].
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnSchema {
     /// Name.
@@ -64,7 +76,7 @@ pub struct ColumnSchema {
 }
 
 /// The columns of one table, as one file of `schemas/` gives them.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Schema {
     /// Name of the table and stem of its file.
@@ -73,13 +85,17 @@ pub struct Schema {
     pub version: u32,
     /// What a row is.
     pub description: String,
+    /// Where its file is.
+    pub place: Place,
+    /// When it is written, and when there is none.
+    pub written: String,
     /// Number of rows, where it is always the same.
     pub rows: Option<usize>,
     /// False where equal runs write different values: the table then stays out of the hash chain of the commits.
     #[serde(default = "yes")]
     pub chained: bool,
     /// The columns, in the order of the file.
-    #[serde(rename = "column")]
+    #[serde(rename(deserialize = "column"))]
     pub columns: Vec<ColumnSchema>,
 }
 
@@ -177,6 +193,8 @@ pub enum TableName {
     Summary,
     /// Cost and error of the variants of a scene; beside runs rather than in one.
     Trade,
+    /// Claims of the paper and what runs say of them; beside runs rather than in one.
+    Claims,
 }
 
 /// The embedded schema files, parsed once, in the order of [`TableName::ALL`].
@@ -189,7 +207,7 @@ static SCHEMAS: LazyLock<Vec<Schema>> = LazyLock::new(|| {
 
 impl TableName {
     /// All tables.
-    pub const ALL: [TableName; 23] = [
+    pub const ALL: [TableName; 24] = [
         TableName::Surface,
         TableName::ContactField,
         TableName::StaticContact,
@@ -213,6 +231,7 @@ impl TableName {
         TableName::Timing,
         TableName::Summary,
         TableName::Trade,
+        TableName::Claims,
     ];
 
     /// The text of the table's schema file.
@@ -241,6 +260,7 @@ impl TableName {
             TableName::Timing => include_str!("../../schemas/timing.toml"),
             TableName::Summary => include_str!("../../schemas/summary.toml"),
             TableName::Trade => include_str!("../../schemas/trade.toml"),
+            TableName::Claims => include_str!("../../schemas/claims.toml"),
         }
     }
 

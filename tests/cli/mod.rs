@@ -1,7 +1,11 @@
 //! The command line: exit codes, messages, and what stdout holds for a program.
 
 mod codes;
+mod completions;
 mod export;
 mod outputs;
+#[cfg(feature = "polars")]
+mod reproduce;
 mod sets;
+mod status;
 mod trade;

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use fretwear::tables::TableName;
+use fretwear::tables::{Place, TableName};
 use serde_json::Value;
 
-use crate::support::{Bench, flip, latest, summary, table};
+use crate::support::{Bench, SMALL, flip, latest, summary, table};
 
 fn run_in(bench: &Bench, more: &[&str]) -> crate::support::Did {
     let short = [
@@ -74,7 +74,7 @@ fn json_is_the_last_summary() {
     let status = bench.done(&["status", "a", "--json"]).json();
     expected.remove("timing");
     expected.remove("timing_fft_pairs");
-    expected.extend(["running", "damage"].map(str::to_owned));
+    expected.extend(super::status::KEYS.map(str::to_owned));
     assert_eq!(keys(&status), expected);
     assert_eq!(status["running"], false);
     assert_eq!(status["damage"], Value::Array(Vec::new()));
@@ -88,7 +88,10 @@ fn json_of_a_run_without_an_iteration() {
     let status = bench.done(&["status", "a", "--json"]).json();
     assert_eq!(status["wear_iteration"], Value::Null);
     let words = bench.done(&["status", "a"]).stdout();
-    assert_eq!(words, "a: nothing committed yet, not running\n");
+    assert_eq!(
+        words,
+        "a: nothing committed yet, stopped\n  continue     fretwear run --run a\n"
+    );
 }
 
 #[test]
@@ -123,7 +126,7 @@ fn status_and_verify_say_what_there_is() {
     let last = latest(&bench.path("a"));
     let status = bench.done(&["status", "a"]).stdout();
     assert!(
-        status.starts_with(&format!("a: iteration {last}, not running\n")),
+        status.starts_with(&format!("a: iteration {last}, done\n")),
         "{status}"
     );
     assert!(status.contains("m^3"), "no units: {status}");
@@ -166,12 +169,77 @@ fn schema_explains_every_column() {
         for column in &schema.columns {
             assert!(one.contains(&column.description), "{table}.{}", column.name);
             assert!(
-                one.contains(&format!("[{}]", column.unit)),
+                one.contains(&format!("[{}] {}", column.unit, column.kind)),
                 "{table}.{}",
                 column.name
             );
         }
+        assert!(one.contains(&schema.written), "{one}");
         assert!(all.contains(&one));
+    }
+    let forms = [["schema", "--markdown"], ["schema", "--json"]];
+    let [markdown, json] = forms.map(|form| bench.done(&form));
+    for table in TableName::ALL {
+        let schema = table.schema();
+        let object = &json.json()[table.as_str()];
+        assert_eq!(object["written"], schema.written.as_str());
+        let markdown = markdown.stdout();
+        assert!(markdown.contains(&format!("## `{table}`\n")));
+        for (column, found) in schema
+            .columns
+            .iter()
+            .zip(object["columns"].as_array().expect("columns"))
+        {
+            for (key, value) in [
+                ("name", &column.name),
+                ("unit", &column.unit),
+                ("dimension", &column.dimension),
+                ("description", &column.description),
+                ("type", &column.kind.to_string()),
+            ] {
+                assert_eq!(&found[key], value.as_str(), "{table}");
+            }
+            assert_eq!(found["optional"], column.optional);
+            let row = format!("| `{}` | {} | {} |", column.name, column.unit, column.kind);
+            assert!(markdown.contains(&row), "{row}");
+        }
+    }
+}
+
+/// Files are where the schemas say, and a table that every such run has is there.
+#[test]
+fn tables_are_where_their_schemas_say() {
+    let bench = Bench::new();
+    bench.done(&["run", "small.toml", "--run", "a"]);
+    bench.done(&[
+        "run",
+        "resonator.toml",
+        "--run",
+        "b",
+        "--set",
+        "output.curves_every=1",
+    ]);
+    let mut found = BTreeSet::new();
+    for run in ["a", "b"] {
+        let object = bench.done(&["schema", "--json"]).json();
+        for table in TableName::ALL {
+            let file = object[table.as_str()]["file"].as_str().expect("a path");
+            if bench.path(run).join(file.replace("=K", "=0")).is_file() {
+                found.insert(table);
+            }
+        }
+    }
+    let expected = TableName::ALL
+        .into_iter()
+        .filter(|table| table.schema().place != Place::Beside);
+    assert!(expected.eq(found));
+    // A single pass does not wear, and has no tables that say so.
+    let end = SMALL.find("[wear]").expect("a section");
+    bench.write("once.toml", &SMALL[..end]);
+    bench.done(&["run", "once.toml", "--run", "c"]);
+    for name in ["wear_field", "wear_step", "model_update", "frf"] {
+        let file = format!("c/iterations/wear_iteration=0/{name}.parquet");
+        assert!(!bench.path(&file).exists(), "{name}");
     }
 }
 

@@ -1,6 +1,8 @@
 //! What is read from finished runs.
 
 #[cfg(feature = "polars")]
+mod claims;
+#[cfg(feature = "polars")]
 mod compare;
 #[cfg(feature = "polars")]
 mod page;

@@ -5,6 +5,8 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
+use serde_json::Value;
+
 use crate::support::{Bench, assert_same, content, latest, verified};
 
 /// Resumable, as the command line says.
@@ -133,12 +135,25 @@ fn one_writer() {
     let message = format!("a is being written by process {id}; wait for it or stop it");
     assert!(second.stderr().contains(&message), "{}", second.stderr());
     assert_eq!(status["running"], true);
+    assert_eq!(
+        (&status["state"], &status["process"]),
+        (&"running".into(), &id.into())
+    );
+    assert!(
+        status["stage"].is_string() && status["continue"].is_null(),
+        "{status}"
+    );
     assert!(
         words.contains(&format!("running (process {id})")),
         "{words}"
     );
     let status = bench.done(&["status", "a", "--json"]).json();
     assert_eq!(status["running"], false);
+    assert_eq!(
+        (&status["state"], &status["process"]),
+        (&"stopped".into(), &Value::Null)
+    );
+    assert_eq!(status["continue"], "fretwear run --run a");
     let lock = std::fs::read_to_string(bench.path("a/lock")).expect("a lock");
     assert_eq!(lock, id.to_string(), "a reader wrote into the lock");
 }

@@ -1,0 +1,88 @@
+//! Many runs, one after another: each goes on where it was stopped.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use fretwear::stages::{self, Ending, Inputs, RunError, RunOptions};
+use fretwear::store::{Cache, RealFileSystem, RunReader};
+
+use super::run::{cache_folder, stop_flag};
+use super::{CliError, Execution};
+use crate::progress::Watcher;
+
+/// One of the runs.
+pub struct Job<'a> {
+    pub name: &'a str,
+    pub root: PathBuf,
+    pub inputs: &'a Inputs,
+}
+
+/// What came of them.
+pub struct Ran {
+    /// Of each run that came to an end, in order, why it failed if it did.
+    pub ended: Vec<Option<RunError>>,
+    /// True if it was asked to stop before the end.
+    pub stopped: bool,
+}
+
+/// Runs them all. One that fails does not keep the others from running, but for a run that belongs to another scene, is damaged,
+/// or is in use.
+pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<Ran, CliError> {
+    let stop = stop_flag()?;
+    let begin = Instant::now();
+    let late = || {
+        execution
+            .max_wall
+            .is_some_and(|limit| begin.elapsed().as_secs_f64() >= limit)
+    };
+    let latest = |root: &Path| {
+        let reader = RunReader::open(Arc::new(RealFileSystem), root);
+        reader.ok().and_then(|reader| reader.latest())
+    };
+    let mut ran = Ran {
+        ended: Vec::new(),
+        stopped: true,
+    };
+    let mut worked = false;
+    for (k, Job { name, root, inputs }) in jobs.iter().enumerate() {
+        // A start computes something in any case, so that one with little time after another gets through.
+        if stop.load(Ordering::Relaxed) || (worked && late()) {
+            return Ok(ran);
+        }
+        if !execution.quiet {
+            eprintln!("{what} {} of {}: {name}", k + 1, jobs.len());
+        }
+        let options = RunOptions {
+            inputs,
+            root: root.clone(),
+            source: None,
+            until: None,
+            threads: execution.threads,
+            cache: cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder)),
+            file_system: Arc::new(RealFileSystem),
+            stop: &|commits| stop.load(Ordering::Relaxed) || (commits > 0 && late()),
+        };
+        let before = latest(root);
+        let watcher = Watcher::new(&inputs.scene, root, execution.quiet);
+        let result = stages::run(&options, &watcher);
+        watcher.finish();
+        worked |= latest(root) != before;
+        let failure = match result {
+            Ok(outcome) if outcome.ending == Ending::Stopped => return Ok(ran),
+            Ok(_) => None,
+            // No property of this scene.
+            Err(error @ RunError::Store(_)) => return Err(error.into()),
+            Err(error) => {
+                if !execution.quiet {
+                    eprintln!("{name} failed: {error}");
+                }
+                Some(error)
+            }
+        };
+        ran.ended.push(failure);
+    }
+    ran.stopped = false;
+    Ok(ran)
+}

@@ -1,0 +1,153 @@
+//! `fretwear reproduce`.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use fretwear::report::claims::{self, Finding};
+use fretwear::report::{Report, RunTables};
+use fretwear::scene;
+use fretwear::stages::{Inputs, RunError};
+use fretwear::store::{FileSystem, RealFileSystem};
+use serde_json::json;
+
+use super::many::{self, Job};
+use super::{CliError, Exit, ReproduceArguments};
+
+/// The scenes of the paper's study, as shipped: roughness, plasticity, updates. The first is the base of the others.
+const SCENES: [(&str, &str); 8] = [
+    ("lap_joint", include_str!("../../pipelines/lap_joint.toml")),
+    (
+        "lap_joint_rq05",
+        include_str!("../../pipelines/lap_joint_rq05.toml"),
+    ),
+    (
+        "lap_joint_rq1",
+        include_str!("../../pipelines/lap_joint_rq1.toml"),
+    ),
+    (
+        "lap_joint_rq10",
+        include_str!("../../pipelines/lap_joint_rq10.toml"),
+    ),
+    (
+        "lap_joint_plastic",
+        include_str!("../../pipelines/lap_joint_plastic.toml"),
+    ),
+    (
+        "lap_joint_update05",
+        include_str!("../../pipelines/lap_joint_update05.toml"),
+    ),
+    (
+        "lap_joint_update20",
+        include_str!("../../pipelines/lap_joint_update20.toml"),
+    ),
+    (
+        "lap_joint_no_update",
+        include_str!("../../pipelines/lap_joint_no_update.toml"),
+    ),
+];
+
+/// Runs the paper's study, or the scenes of a folder, and holds the paper's claims against it.
+pub fn reproduce(arguments: &ReproduceArguments) -> Result<Exit, CliError> {
+    let folder = &arguments.dir;
+    let scenes = match &arguments.scenes {
+        Some(scenes) => found(scenes)?,
+        None => shipped(&folder.join("scenes"))?,
+    };
+    let inputs = scenes
+        .iter()
+        .map(|path| Inputs::of(scene::load(path, &arguments.sets)?))
+        .collect::<Result<Vec<_>, RunError>>()?;
+    let jobs: Vec<Job> = inputs
+        .iter()
+        .map(|inputs| Job {
+            name: &inputs.scene.name,
+            root: folder.join(&inputs.scene.name),
+            inputs,
+        })
+        .collect();
+    let ran = many::run_all(&arguments.execution, "scene", &jobs)?;
+    if ran.stopped {
+        eprintln!(
+            "stopped after {} of {} scenes; the same command goes on",
+            ran.ended.len(),
+            jobs.len()
+        );
+        return Ok(Exit::Stopped);
+    }
+    let runs = jobs
+        .iter()
+        .zip(&ran.ended)
+        .filter(|(_, failure)| failure.is_none())
+        .map(|(job, _)| RunTables::open(&job.root))
+        .collect::<Result<Vec<_>, _>>()?;
+    let findings = claims::evaluate(&runs)?;
+    claims::write(&findings, &runs, folder)?;
+    let page = folder.join("report.html");
+    let mut report = Report::of(&runs)?;
+    report.add(claims::section(&findings));
+    report.write(&page)?;
+    print(&findings, arguments.json)?;
+    if !arguments.execution.quiet {
+        let page = page.display();
+        eprintln!("written: {page}, and beside it claims.md and claims.parquet");
+    }
+    match ran.ended.into_iter().flatten().next() {
+        Some(error) => Err(error.into()),
+        None => Ok(Exit::Done),
+    }
+}
+
+fn print(findings: &[Finding], as_json: bool) -> Result<(), CliError> {
+    let mut out = std::io::stdout().lock();
+    if as_json {
+        writeln!(
+            out,
+            "{}",
+            json!({ "claims": claims::CLAIMS.to_vec(), "findings": findings })
+        )?;
+    } else {
+        write!(out, "{}", claims::markdown(findings))?;
+    }
+    Ok(())
+}
+
+/// The shipped scenes, put where they can be read and changed. Those that are there already stay as they are.
+fn shipped(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
+    let fs = RealFileSystem;
+    fs.create_dir_all(folder).map_err(failed(folder))?;
+    SCENES
+        .iter()
+        .map(|(name, text)| {
+            let path = folder.join(format!("{name}.toml"));
+            if fs.metadata(&path).map_err(failed(&path))?.is_none() {
+                // A file that is there is whole.
+                let draft = folder.join(format!("{name}.toml.{}", std::process::id()));
+                fs.write_new(&draft, text.as_bytes())
+                    .map_err(failed(&draft))?;
+                fs.rename(&draft, &path).map_err(failed(&path))?;
+            }
+            Ok(path)
+        })
+        .collect()
+}
+
+/// The scenes in a folder, by name.
+fn found(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
+    let entries = RealFileSystem.list(folder).map_err(failed(folder))?;
+    let scenes: Vec<PathBuf> = entries
+        .iter()
+        .filter(|entry| !entry.is_dir && entry.name.ends_with(".toml"))
+        .map(|entry| folder.join(&entry.name))
+        .collect();
+    if scenes.is_empty() {
+        return Err(CliError::NoScenes {
+            path: folder.to_owned(),
+        });
+    }
+    Ok(scenes)
+}
+
+fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> CliError {
+    let path = path.to_owned();
+    move |source| CliError::Scenes { path, source }
+}

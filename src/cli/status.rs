@@ -1,0 +1,181 @@
+//! `fretwear status`.
+
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+
+use fretwear::report::percent;
+use fretwear::scene;
+use fretwear::stages::{Spent, Standing};
+use fretwear::store::{LockHolder, RealFileSystem, RunReader};
+use fretwear::tables::{Table, TableName};
+use serde_json::{Map, Value, json};
+
+use super::report::{row, write_summary};
+use super::run::continuation;
+use super::{CliError, Exit, cost};
+use crate::progress::{duration, grouped, significant};
+
+/// Prints how far a run is, also while another process computes it.
+pub fn status(root: &Path, as_json: bool) -> Result<Exit, CliError> {
+    let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
+    let scene = scene::load(&root.join("scene.toml"), &[])?;
+    let standing = Standing::of(&reader, &scene)?;
+    let summary = standing
+        .wear_iteration
+        .map(|k| reader.read(k, TableName::Summary))
+        .transpose()?;
+    let holder = RealFileSystem.lock_holder(&root.join("lock"))?;
+    let damaged: Vec<String> = reader
+        .reports()
+        .iter()
+        .flat_map(|report| &report.damage)
+        .map(ToString::to_string)
+        .collect();
+    let mut out = std::io::stdout().lock();
+    if as_json {
+        let mut object = summary.as_ref().map(row).unwrap_or_default();
+        describe(&mut object, root, &standing, holder);
+        if let (Some(_), Some(plan)) = (standing.wear_iteration, reader.plan()?) {
+            let spent = Spent::of(&reader)?;
+            object.insert("cost".to_owned(), cost::compared(&plan["cost"], &spent));
+        }
+        object.insert("damage".to_owned(), json!(damaged));
+        writeln!(out, "{}", Value::Object(object))?;
+    } else {
+        write(&mut out, root, &standing, holder, summary.as_ref())?;
+        for damage in &damaged {
+            writeln!(out, "damaged: {damage}")?;
+        }
+    }
+    Ok(if damaged.is_empty() {
+        Exit::Done
+    } else {
+        Exit::Damaged
+    })
+}
+
+/// Whether a run is being computed, is at its end, or waits to be continued.
+fn state(standing: &Standing, holder: Option<LockHolder>) -> &'static str {
+    match (holder, standing.done) {
+        (Some(_), _) => "running",
+        (None, true) => "done",
+        (None, false) => "stopped",
+    }
+}
+
+fn describe(
+    object: &mut Map<String, Value>,
+    root: &Path,
+    standing: &Standing,
+    holder: Option<LockHolder>,
+) {
+    let state = state(standing, holder);
+    let update = standing.last_update.map(|update| {
+        json!({
+            "wear_iteration": update.wear_iteration,
+            "cycles": update.cycles,
+            "updates": update.updates,
+        })
+    });
+    let drafted: Vec<&str> = standing.draft.iter().map(|table| table.as_str()).collect();
+    let values = [
+        ("wear_iteration", json!(standing.wear_iteration)),
+        ("state", json!(state)),
+        ("running", json!(holder.is_some())),
+        ("process", json!(holder.and_then(|holder| holder.pid))),
+        ("stage", json!(standing.stage.map(|stage| stage.name()))),
+        ("drafted", json!(drafted)),
+        ("cycles_goal", json!(standing.cycles_goal)),
+        ("cycles_left", json!(standing.cycles_left())),
+        ("wear_volume_goal", json!(standing.volume_goal)),
+        ("part_done", json!(standing.part)),
+        ("last_update", json!(update)),
+        ("cycles_per_second", json!(standing.cycles_per_second)),
+        ("seconds_left", json!(standing.seconds_left)),
+        (
+            "continue",
+            json!((state == "stopped").then(|| continuation(root))),
+        ),
+    ];
+    object.extend(values.map(|(name, value)| (name.to_owned(), value)));
+}
+
+fn write(
+    out: &mut impl Write,
+    root: &Path,
+    standing: &Standing,
+    holder: Option<LockHolder>,
+    summary: Option<&Table>,
+) -> std::io::Result<()> {
+    let mut first = match standing.wear_iteration {
+        Some(latest) => format!("{}: iteration {latest}, ", root.display()),
+        None => format!("{}: nothing committed yet, ", root.display()),
+    };
+    first += state(standing, holder);
+    if let Some(pid) = holder.and_then(|holder| holder.pid) {
+        first += &format!(" (process {pid})");
+    }
+    let next = standing.wear_iteration.map_or(0, |k| k + 1);
+    match standing.stage {
+        Some(stage) if holder.is_some() => first += &format!(", {stage} of iteration {next}"),
+        Some(stage) if !standing.draft.is_empty() => {
+            first += &format!(" within iteration {next}, before {stage}");
+        }
+        _ => (),
+    }
+    writeln!(out, "{first}")?;
+    let mut line = |name: &str, text: String| writeln!(out, "  {name:<12} {text}");
+    if let (Some(summary), Some(cycles)) = (summary, standing.cycles) {
+        let goal = standing
+            .cycles_goal
+            .map_or_else(String::new, |goal| format!(" of {}", grouped(goal)));
+        let number = |column| summary.f64(column).map_or(0.0, |values| values[0]);
+        let bar = number("error_wear_volume");
+        let bar = if bar > 0.0 {
+            format!(" ± {}", percent(bar))
+        } else {
+            String::new()
+        };
+        line(
+            "progress",
+            format!(
+                "{}{goal} cycles, worn {} mm³{bar}, {:.0} % done",
+                grouped(cycles),
+                significant(1e9 * number("wear_volume")),
+                100.0 * standing.part
+            ),
+        )?;
+    }
+    if let Some(update) = standing.last_update {
+        let at = update.cycles.map_or_else(String::new, |cycles| {
+            format!(", at {} cycles", grouped(cycles))
+        });
+        line(
+            "last update",
+            format!(
+                "iteration {}{at}; {} so far",
+                update.wear_iteration, update.updates
+            ),
+        )?;
+    }
+    if let (false, Some(rate)) = (standing.done, standing.cycles_per_second) {
+        let left = standing.cycles_left().map_or_else(String::new, |cycles| {
+            format!(", {} cycles to go", grouped(cycles))
+        });
+        let time = standing.seconds_left.map_or_else(String::new, |seconds| {
+            format!(", about {}", duration(seconds))
+        });
+        line(
+            "pace",
+            format!("{} cycles/s of late{left}{time}", grouped(rate as u64)),
+        )?;
+    }
+    if holder.is_none() && !standing.done {
+        line("continue", continuation(root))?;
+    }
+    match summary {
+        Some(summary) => write_summary(out, summary),
+        None => Ok(()),
+    }
+}

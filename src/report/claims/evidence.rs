@@ -1,0 +1,373 @@
+//! What the claims are judged by: numbers of a run, read from its tables once.
+
+use std::collections::BTreeMap;
+
+use super::super::{ReportError, RunTables, numbers, texts};
+use super::setting::Setting;
+use crate::scene::Scene;
+use crate::tables::TableName;
+
+/// Columns of a table over the iterations that have it.
+pub type Columns = BTreeMap<String, Vec<f64>>;
+
+/// Tangential load over relative displacement, a cycle.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Loop {
+    /// \[m\]
+    pub displacement: Vec<f64>,
+    /// \[N\]
+    pub load: Vec<f64>,
+}
+
+/// What the fields and curves of one iteration say.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Moment {
+    /// Pressure that 99 % of the cells in contact do not reach \[Pa\].
+    pub high_pressure: f64,
+    /// Share of the cells in contact at the pressure cap.
+    pub share_at_cap: f64,
+    /// Σ p dA \[N\].
+    pub load: f64,
+    /// Dissipation of the cell under the largest pressure, over the largest of all cells.
+    pub peak_dissipation: f64,
+    /// The loop, where it is written.
+    pub hysteresis: Option<Loop>,
+    /// Mean and half range of the normal load over a cycle \[N\].
+    pub normal_load: Option<[f64; 2]>,
+    /// Mean and half range of the relative displacement over a cycle \[m\].
+    pub displacement: Option<[f64; 2]>,
+    /// Fine contact over contact elements of the structure, by quantity.
+    pub fine_over_elements: BTreeMap<String, f64>,
+    /// Normal stiffness of the contact elements under load \[N/m\].
+    pub element_kn: Vec<f64>,
+}
+
+/// What all wear fields together say.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Worn {
+    /// Least growth of the depth of a cell in a step \[m\]; below 0 if material came back.
+    pub least_growth: f64,
+    /// Deepest wear in the end \[m\].
+    pub deepest: f64,
+    /// Σ depth dA in the end \[m³\].
+    pub volume: f64,
+    /// Cells that are in contact at no committed iteration.
+    pub never_touched: usize,
+    /// Deepest wear among them \[m\].
+    pub never_touched_depth: f64,
+    /// Largest deviation of an explicit step from N α q·v, over the deepest wear.
+    pub rule_error: f64,
+}
+
+/// The numbers of a run that claims are judged by. Series have one value for each committed iteration.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Evidence {
+    /// Name of the run.
+    pub name: String,
+    /// Its part.
+    pub scene: Setting,
+    /// True if the scene is computed to its end.
+    pub done: bool,
+    /// `summary`
+    pub summary: Columns,
+    /// Area of the joint, where it has a surface \[m²\].
+    pub area: Option<f64>,
+    /// `dynamic_response`
+    pub response: Columns,
+    /// `worn_response`, with the cycles at which it was computed.
+    pub worn_response: Columns,
+    /// Deepest wear per cycle, α times the largest dissipation of a cell \[m\].
+    pub depth_rate: Vec<f64>,
+    /// The wear fields, in a run that wears.
+    pub worn: Option<Worn>,
+    /// The unworn state.
+    pub first: Moment,
+    /// The last state.
+    pub last: Moment,
+    /// Largest tangential force of each iteration's cycle \[N\].
+    pub force: Vec<f64>,
+    /// Wall time of all stages \[s\].
+    pub seconds: f64,
+    /// Kept modes of the reduced structure, if it is there once and verifies.
+    pub modes: Option<usize>,
+}
+
+impl Evidence {
+    /// Reads a run.
+    ///
+    /// # Errors
+    /// [`ReportError`] for a table that cannot be read.
+    pub fn of(run: &RunTables) -> Result<Evidence, ReportError> {
+        let scene = run.scene();
+        let setting = Setting::of(scene);
+        let summary = columns(run, TableName::Summary)?;
+        let last = |name: &str| summary.get(name).and_then(|values| values.last()).copied();
+        let done = scene.wear.as_ref().is_none_or(|wear| {
+            let (cycles, volume) = (last("cycles"), last("wear_volume"));
+            wear.is_reached(cycles.unwrap_or(0.0) as u64, volume.unwrap_or(0.0))
+        });
+        let mut worn_response = Columns::new();
+        if let Some(frame) = run.series(TableName::WornResponse)? {
+            worn_response = of_frame(&frame, TableName::WornResponse);
+            let at = numbers(&frame, super::super::WEAR_ITERATION).unwrap_or_default();
+            let cycles = at.iter().map(|k| {
+                let place = run
+                    .iterations()
+                    .iter()
+                    .position(|known| *known as f64 == *k);
+                place
+                    .and_then(|place| Some(summary.get("cycles")?[place]))
+                    .unwrap_or(0.0)
+            });
+            let cycles = cycles.collect();
+            worn_response.insert("cycles".to_owned(), cycles);
+        }
+        let cell_area = cell_area(scene);
+        let fields = Fields::of(run, &setting, &summary, cell_area)?;
+        let timing = run.series(TableName::Timing)?;
+        let seconds = timing.and_then(|frame| numbers(&frame, "seconds"));
+        Ok(Evidence {
+            name: run.name().to_owned(),
+            done,
+            area: area(&summary),
+            response: columns(run, TableName::DynamicResponse)?,
+            worn_response,
+            depth_rate: fields.depth_rate,
+            worn: fields.worn,
+            first: moment(run, run.iterations()[0], scene, cell_area)?,
+            last: moment(run, run.latest(), scene, cell_area)?,
+            force: fields.force,
+            seconds: seconds.map_or(0.0, |seconds| seconds.iter().sum()),
+            modes: modes(run)?,
+            summary,
+            scene: setting,
+        })
+    }
+
+    /// A column of the summary.
+    pub fn column(&self, name: &str) -> Option<&[f64]> {
+        self.summary.get(name).map(Vec::as_slice)
+    }
+
+    /// Cycles behind each iteration, in a run that wears.
+    pub fn cycles(&self) -> Option<&[f64]> {
+        self.column("cycles")
+    }
+
+    /// First and last value of a column of the summary.
+    pub fn ends(&self, name: &str) -> Option<[f64; 2]> {
+        let values = self.column(name)?;
+        Some([*values.first()?, *values.last()?])
+    }
+
+    /// First and last value of a column of the responses of worn states.
+    pub fn worn_ends(&self, name: &str) -> Option<[f64; 2]> {
+        let values = self.worn_response.get(name)?;
+        Some([*values.first()?, *values.last()?])
+    }
+
+    /// Renewals of the contact elements after the first.
+    pub fn updates(&self) -> usize {
+        let updated = self.column("updated").unwrap_or_default();
+        updated.iter().skip(1).filter(|flag| **flag > 0.0).count()
+    }
+}
+
+fn area(summary: &Columns) -> Option<f64> {
+    let first = |name: &str| summary.get(name)?.first().copied();
+    Some(first("contact_area")? / first("contact_area_fraction")?)
+}
+
+fn cell_area(scene: &Scene) -> f64 {
+    scene.rough().map_or(0.0, |rough| rough.grid.cell_area())
+}
+
+fn of_frame(frame: &polars::prelude::DataFrame, table: TableName) -> Columns {
+    let names = table.schema().columns.iter().map(|column| &column.name);
+    names
+        .filter_map(|name| Some((name.clone(), numbers(frame, name)?)))
+        .filter(|(_, values)| values.iter().any(|value| !value.is_nan()))
+        .collect()
+}
+
+fn columns(run: &RunTables, table: TableName) -> Result<Columns, ReportError> {
+    let frame = run.series(table)?;
+    Ok(frame.map_or_else(Columns::new, |frame| of_frame(&frame, table)))
+}
+
+/// What is read from the fields of all iterations.
+struct Fields {
+    depth_rate: Vec<f64>,
+    worn: Option<Worn>,
+    force: Vec<f64>,
+}
+
+impl Fields {
+    fn of(
+        run: &RunTables,
+        scene: &Setting,
+        summary: &Columns,
+        cell_area: f64,
+    ) -> Result<Fields, ReportError> {
+        let mut found = Fields {
+            depth_rate: Vec::new(),
+            worn: None,
+            force: Vec::new(),
+        };
+        let Some(coefficient) = scene.coefficient else {
+            return Ok(found);
+        };
+        let steps = summary.get("n_cycles").cloned().unwrap_or_default();
+        let mut worn = Worn {
+            least_growth: f64::INFINITY,
+            ..Worn::default()
+        };
+        let (mut touched, mut before, mut rates) = (Vec::new(), Vec::new(), Vec::new());
+        for (place, &k) in run.iterations().iter().enumerate() {
+            let field = run.at(k, TableName::ContactField)?;
+            let column = |name| {
+                field
+                    .as_ref()
+                    .and_then(|field| numbers(field, name))
+                    .unwrap_or_default()
+            };
+            let (pressure, dissipation) = (column("pressure"), column("dissipation"));
+            let depth = run.at(k, TableName::WearField)?;
+            let depth = depth
+                .and_then(|field| numbers(&field, "wear_depth"))
+                .unwrap_or_default();
+            if touched.is_empty() {
+                touched = vec![false; pressure.len()];
+                before = vec![0.0; depth.len()];
+            }
+            for (cell, pressure) in touched.iter_mut().zip(&pressure) {
+                *cell |= *pressure > 0.0;
+            }
+            let n_cycles = steps.get(place).copied().unwrap_or(0.0);
+            for (cell, (now, then)) in depth.iter().zip(&before).enumerate() {
+                worn.least_growth = worn.least_growth.min(now - then);
+                let rate: f64 = rates.get(cell).copied().unwrap_or(0.0);
+                worn.rule_error = worn.rule_error.max((now - then - n_cycles * rate).abs());
+            }
+            let most = dissipation.iter().copied().fold(0.0, f64::max);
+            found.depth_rate.push(coefficient * most);
+            let cycle = run.at(k, TableName::Cycle)?;
+            let force = cycle
+                .and_then(|cycle| numbers(&cycle, "force_x"))
+                .unwrap_or_default();
+            found
+                .force
+                .push(force.iter().fold(0.0, |most, force| force.abs().max(most)));
+            rates = dissipation
+                .iter()
+                .map(|energy| coefficient * energy)
+                .collect();
+            before = depth;
+        }
+        worn.deepest = before.iter().copied().fold(0.0, f64::max);
+        worn.volume = before.iter().sum::<f64>() * cell_area;
+        worn.rule_error /= worn.deepest.max(f64::MIN_POSITIVE);
+        for (depth, _) in before
+            .iter()
+            .zip(&touched)
+            .filter(|(_, touched)| !**touched)
+        {
+            worn.never_touched += 1;
+            worn.never_touched_depth = worn.never_touched_depth.max(*depth);
+        }
+        found.worn = Some(worn);
+        Ok(found)
+    }
+}
+
+/// Cells with this share of the cap are at it.
+const AT_CAP: f64 = 1.0 - 1e-12;
+
+fn moment(run: &RunTables, k: u64, scene: &Scene, cell_area: f64) -> Result<Moment, ReportError> {
+    let mut found = Moment::default();
+    if let Some(field) = run.at(k, TableName::ContactField)? {
+        let pressure = numbers(&field, "pressure").unwrap_or_default();
+        let dissipation = numbers(&field, "dissipation").unwrap_or_default();
+        found.load = pressure.iter().sum::<f64>() * cell_area;
+        let mut loaded: Vec<f64> = pressure.iter().copied().filter(|p| *p > 0.0).collect();
+        loaded.sort_by(f64::total_cmp);
+        if !loaded.is_empty() {
+            found.high_pressure = loaded[(0.99 * (loaded.len() - 1) as f64) as usize];
+            let cap = scene
+                .contact
+                .as_ref()
+                .and_then(|contact| contact.pressure_cap);
+            let at_cap = loaded
+                .iter()
+                .filter(|p| cap.is_some_and(|cap| **p >= AT_CAP * cap))
+                .count();
+            found.share_at_cap = at_cap as f64 / loaded.len() as f64;
+        }
+        let most = dissipation.iter().copied().fold(0.0, f64::max);
+        let peak = pressure
+            .iter()
+            .enumerate()
+            .max_by(|a, b| a.1.total_cmp(b.1));
+        if let (Some((cell, _)), true) = (peak, most > 0.0) {
+            found.peak_dissipation = dissipation[cell] / most;
+        }
+    }
+    if let Some(frame) = run.at(k, TableName::Hysteresis)? {
+        let column = |name| numbers(&frame, name).unwrap_or_default();
+        found.hysteresis = Some(Loop {
+            displacement: column("displacement"),
+            load: column("load"),
+        });
+    }
+    if let Some(frame) = run.at(k, TableName::JointCycle)? {
+        found.normal_load = numbers(&frame, "normal_load").map(|v| mean_and_half_range(&v));
+        found.displacement = numbers(&frame, "displacement_x").map(|v| mean_and_half_range(&v));
+    }
+    if let Some(frame) = run.at(k, TableName::Ledger)? {
+        let column = |name| numbers(&frame, name).unwrap_or_default();
+        let ratios = column("fine")
+            .into_iter()
+            .zip(column("dynamic"))
+            .map(|(fine, dynamic)| fine / dynamic);
+        found.fine_over_elements = texts(&frame, "quantity")
+            .unwrap_or_default()
+            .into_iter()
+            .zip(ratios)
+            .collect();
+    }
+    if let Some(frame) = run.at(k, TableName::ContactElement)? {
+        let column = |name| numbers(&frame, name).unwrap_or_default();
+        let loaded = column("kn").into_iter().zip(column("normal_load"));
+        found.element_kn = loaded
+            .filter(|(_, load)| *load > 0.0)
+            .map(|(kn, _)| kn)
+            .collect();
+    }
+    Ok(found)
+}
+
+fn mean_and_half_range(values: &[f64]) -> [f64; 2] {
+    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    [
+        values.iter().sum::<f64>() / values.len() as f64,
+        0.5 * (most - least),
+    ]
+}
+
+/// Modes of a reduction whose tables are all there and verify.
+fn modes(run: &RunTables) -> Result<Option<usize>, ReportError> {
+    let tables = [
+        TableName::Structure,
+        TableName::StructurePort,
+        TableName::StructureResidual,
+    ];
+    for table in tables {
+        if run.once(table)?.is_none() {
+            return Ok(None);
+        }
+    }
+    let modes = run.once(TableName::StructureMode)?;
+    let numbers = modes.and_then(|frame| numbers(&frame, "mode"));
+    Ok(numbers.map(|modes| modes.iter().fold(0.0, |most, mode| mode.max(most)) as usize + 1))
+}

@@ -1,0 +1,80 @@
+//! Numbers in findings, and the arithmetic of curves.
+
+/// Four significant digits, without an exponent where a person reads it better without.
+pub fn short(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 {
+        "0".to_owned()
+    } else if (1e-3..1e6).contains(&size) {
+        let decimals = (3 - size.log10().floor() as i32).max(0);
+        format!("{value:.*}", decimals as usize)
+    } else {
+        format!("{value:.3e}")
+    }
+}
+
+/// A share as a percentage with three digits.
+pub fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    let size = percent.abs();
+    if percent == 0.0 {
+        return "0 %".to_owned();
+    }
+    if !(1e-4..1e5).contains(&size) {
+        return format!("{percent:.1e} %");
+    }
+    let decimals = (2 - size.log10().floor() as i32).clamp(0, 6);
+    format!("{percent:.*} %", decimals as usize)
+}
+
+/// A length in µm.
+pub fn micrometres(metres: f64) -> String {
+    format!("{} µm", short(1e6 * metres))
+}
+
+/// Values, one after another.
+pub fn list(values: impl IntoIterator<Item = f64>) -> String {
+    let texts: Vec<String> = values.into_iter().map(short).collect();
+    texts.join(", ")
+}
+
+/// The value at `at` of a curve through points with rising `x`: straight between them, constant beyond.
+pub fn interpolated(x: &[f64], y: &[f64], at: f64) -> f64 {
+    let next = x.partition_point(|x| *x <= at);
+    if next == 0 {
+        return y.first().copied().unwrap_or(f64::NAN);
+    }
+    if next == x.len() {
+        return y[y.len() - 1];
+    }
+    let part = (at - x[next - 1]) / (x[next] - x[next - 1]);
+    y[next - 1] + part * (y[next] - y[next - 1])
+}
+
+/// Running integral by the trapezoidal rule.
+pub fn integral(x: &[f64], y: &[f64]) -> Vec<f64> {
+    let mut sum = 0.0;
+    let mut sums = vec![0.0];
+    for k in 1..x.len() {
+        sum += 0.5 * (x[k] - x[k - 1]) * (y[k] + y[k - 1]);
+        sums.push(sum);
+    }
+    sums
+}
+
+/// (largest − smallest) / mean.
+pub fn spread(values: &[f64]) -> f64 {
+    let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
+    (largest - smallest) / (values.iter().sum::<f64>() / values.len() as f64)
+}
+
+/// True if every value is above the one before.
+pub fn rises(values: &[f64]) -> bool {
+    values.windows(2).all(|pair| pair[1] > pair[0])
+}
+
+/// True if no value is below the one before by more than `tolerance`.
+pub fn never_falls(values: &[f64], tolerance: f64) -> bool {
+    values.windows(2).all(|pair| pair[1] >= pair[0] - tolerance)
+}

@@ -1,0 +1,197 @@
+//! How far a run is, read from what it has committed and drafted: the same for who computes it and for who only looks.
+
+use super::{RunError, Stage};
+use crate::scene::Scene;
+use crate::store::{RunReader, StoreError};
+use crate::tables::{Table, TableName};
+
+/// Wear steps whose pace counts as that of late.
+const OF_LATE: usize = 3;
+
+/// The last renewal of the contact elements.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LastUpdate {
+    /// The iteration.
+    pub wear_iteration: u64,
+    /// Cycles behind it; none where that iteration is pruned.
+    pub cycles: Option<u64>,
+    /// Renewals so far, the first elements not counted.
+    pub updates: u64,
+}
+
+/// How far a run is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Standing {
+    /// The last committed iteration; none before the first.
+    pub wear_iteration: Option<u64>,
+    /// True if the scene is computed.
+    pub done: bool,
+    /// The stage that comes next, or is being computed; none of a run that is done, or before its surface.
+    pub stage: Option<Stage>,
+    /// What is computed already of the iteration after the last.
+    pub draft: Vec<TableName>,
+    /// Cycles behind the last iteration; none without wear.
+    pub cycles: Option<u64>,
+    /// Cycles that end the run.
+    pub cycles_goal: Option<u64>,
+    /// Worn volume that ends the run \[m³\].
+    pub volume_goal: Option<f64>,
+    /// Part done of the cycles or of the volume, whichever is further.
+    pub part: f64,
+    /// When the contact elements became those of a worn joint, in a run that has them.
+    pub last_update: Option<LastUpdate>,
+    /// Cycles a second of computing, over the last steps.
+    pub cycles_per_second: Option<f64>,
+    /// Seconds of computing to the end at that pace.
+    pub seconds_left: Option<f64>,
+}
+
+impl Standing {
+    /// Looks at a run of a scene.
+    ///
+    /// # Errors
+    /// Those of reading it.
+    pub fn of(reader: &RunReader, scene: &Scene) -> Result<Standing, RunError> {
+        let latest = reader.latest();
+        let draft = reader.drafted(latest.map_or(0, |k| k + 1))?;
+        let summary = latest
+            .map(|k| reader.read(k, TableName::Summary))
+            .transpose()?;
+        let wear = scene.wear.as_ref();
+        let worn = summary.as_ref().filter(|_| wear.is_some());
+        let cycles = worn.map(cycles_of).transpose()?;
+        let volume = worn.map(|row| number(row, "wear_volume")).transpose()?;
+        let goals = (
+            wear.and_then(|wear| wear.cycles),
+            wear.and_then(|wear| wear.volume),
+        );
+        let done = match (wear, cycles, volume) {
+            (Some(wear), Some(cycles), Some(volume)) => wear.is_reached(cycles, volume),
+            (Some(_), ..) => false,
+            (None, ..) => latest.is_some(),
+        };
+        let mut standing = Standing {
+            wear_iteration: latest,
+            done,
+            stage: (!done)
+                .then(|| stage(scene, latest.is_some(), &draft))
+                .flatten(),
+            draft,
+            cycles,
+            cycles_goal: goals.0,
+            volume_goal: goals.1,
+            part: 0.0,
+            last_update: latest
+                .map(|k| last_update(reader, k))
+                .transpose()?
+                .flatten(),
+            cycles_per_second: None,
+            seconds_left: None,
+        };
+        let of_cycles = |cycles: f64| goals.0.map_or(0.0, |goal| cycles / goal as f64);
+        let of_volume = |volume: f64| goals.1.map_or(0.0, |goal| volume / goal);
+        let (cycles, volume) = (cycles.unwrap_or(0) as f64, volume.unwrap_or(0.0));
+        standing.part = if done {
+            1.0
+        } else {
+            of_cycles(cycles).max(of_volume(volume)).min(1.0)
+        };
+        if let Some(pace) = Pace::of(reader)? {
+            standing.cycles_per_second = Some(pace.cycles / pace.seconds);
+            let part = of_cycles(pace.cycles).max(of_volume(pace.volume));
+            if part > 0.0 {
+                standing.seconds_left = Some((1.0 - standing.part) * pace.seconds / part);
+            }
+        }
+        Ok(standing)
+    }
+
+    /// Cycles that are left, where cycles end the run.
+    pub fn cycles_left(&self) -> Option<u64> {
+        Some(self.cycles_goal?.saturating_sub(self.cycles?))
+    }
+}
+
+fn number(row: &Table, column: &str) -> Result<f64, RunError> {
+    Ok(row.f64(column)?[0])
+}
+
+fn cycles_of(row: &Table) -> Result<u64, RunError> {
+    Ok(row.i64("cycles")?[0] as u64)
+}
+
+/// The stage after those whose tables are drafted. Of a scene without surface there is only one beside its structure.
+fn stage(scene: &Scene, follows: bool, draft: &[TableName]) -> Option<Stage> {
+    let vibrates = scene.structure.is_some();
+    if scene.surface.is_none() {
+        return Some(Stage::DynamicResponse);
+    }
+    let has = |table| draft.contains(&table);
+    Some(if has(TableName::DynamicResponse) {
+        Stage::FrettingCycle
+    } else if has(TableName::ModelUpdate) {
+        Stage::DynamicResponse
+    } else if has(TableName::StaticContact) && vibrates {
+        Stage::ModelUpdate
+    } else if has(TableName::StaticContact) {
+        Stage::FrettingCycle
+    } else if has(TableName::WearStep) || !follows {
+        Stage::StaticContact
+    } else {
+        Stage::Wear
+    })
+}
+
+fn last_update(reader: &RunReader, latest: u64) -> Result<Option<LastUpdate>, RunError> {
+    let row = match reader.read(latest, TableName::ModelUpdate) {
+        Ok(row) => row,
+        Err(StoreError::NoTable { .. }) => return Ok(None),
+        Err(error) => return Err(error.into()),
+    };
+    let wear_iteration = row.i64("update_iteration")?[0] as u64;
+    let cycles = match reader.read(wear_iteration, TableName::Summary) {
+        Ok(summary) if summary.has("cycles") => Some(cycles_of(&summary)?),
+        Ok(_) | Err(StoreError::NoIteration { .. }) => None,
+        Err(error) => return Err(error.into()),
+    };
+    Ok(Some(LastUpdate {
+        wear_iteration,
+        cycles,
+        updates: row.i64("updates")?[0] as u64,
+    }))
+}
+
+/// What the last wear steps did, and the time that their iterations took.
+struct Pace {
+    cycles: f64,
+    volume: f64,
+    seconds: f64,
+}
+
+impl Pace {
+    /// None before the first step.
+    fn of(reader: &RunReader) -> Result<Option<Pace>, RunError> {
+        let mut pace = Pace {
+            cycles: 0.0,
+            volume: 0.0,
+            seconds: 0.0,
+        };
+        let iterations: Vec<u64> = reader.iterations().filter(|k| *k > 0).collect();
+        for &k in iterations.iter().rev().take(OF_LATE) {
+            let step = match reader.read(k, TableName::WearStep) {
+                Ok(step) => step,
+                Err(StoreError::NoTable { .. }) => return Ok(None),
+                Err(error) => return Err(error.into()),
+            };
+            pace.cycles += step.i64("n_cycles")?[0] as f64;
+            pace.volume += number(&step, "volume")?;
+            match reader.read(k, TableName::Timing) {
+                Ok(timing) => pace.seconds += timing.f64("seconds")?.iter().sum::<f64>(),
+                // No result depends on it: then there is no pace.
+                Err(StoreError::Damaged(_)) => return Ok(None),
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Ok((pace.seconds > 0.0 && pace.cycles > 0.0).then_some(pace))
+    }
+}

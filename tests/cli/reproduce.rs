@@ -1,0 +1,170 @@
+//! `fretwear reproduce`: the paper's scenes, made small by `--set`; what it writes, and that it goes on where it was stopped.
+
+use std::fs;
+use std::path::Path;
+
+use fretwear::tables::{Table, TableName, from_parquet};
+
+use crate::support::{Bench, Did, RESONATOR, content, verified};
+
+/// The paper's resonator with a coarse mesh, a coarse surface and a short life: seconds in place of minutes.
+const SMALL: [&str; 21] = [
+    "joint.grid=[27, 27]",
+    "joint.elements=[9, 9]",
+    "joint.hole.diameter=22.98 mm",
+    "surface.correlation_length=[\"5 mm\", \"5 mm\"]",
+    "structure.half_depth_cells=2",
+    "structure.block_cells=3",
+    "structure.stub_cells=1",
+    "structure.gap_cells=1",
+    "structure.leaf_cells=1",
+    "structure.window_cells=3",
+    "structure.wall_cells=2",
+    "structure.inner_cells=2",
+    "structure.rim_cells=1",
+    "structure.head_cells=1",
+    "dynamics.modes=10",
+    "dynamics.harmonics=[0, 1]",
+    "dynamics.frequency=[\"850 Hz\", \"1150 Hz\"]",
+    "dynamics.points=3",
+    "dynamics.force.amplitude=300 N",
+    "fidelity.aft_samples=32",
+    "wear.cycles=100_000",
+];
+
+const NAMES: [&str; 8] = [
+    "lap_joint",
+    "lap_joint_rq05",
+    "lap_joint_rq1",
+    "lap_joint_rq10",
+    "lap_joint_plastic",
+    "lap_joint_update05",
+    "lap_joint_update20",
+    "lap_joint_no_update",
+];
+
+fn reproduce(bench: &Bench, folder: &str, more: &[&str]) -> Did {
+    let mut arguments = vec!["reproduce", "--dir", folder];
+    for set in SMALL {
+        arguments.extend(["--set", set]);
+    }
+    arguments.extend(more);
+    bench.fretwear(&arguments)
+}
+
+fn claims(folder: &Path) -> Table {
+    let bytes = fs::read(folder.join("claims.parquet")).expect("a table");
+    from_parquet(&bytes, TableName::Claims.schema()).expect("the table")
+}
+
+/// All rows but those on wall time.
+fn rows(table: &Table) -> Vec<String> {
+    let column = |name| table.text(name).expect("texts");
+    let (verdicts, runs, measured) = (column("verdict"), column("runs"), column("measured"));
+    let claims = table.i32("claim").expect("numbers");
+    (0..table.rows())
+        .filter(|&k| claims[k] != 6)
+        .map(|k| format!("{} {} {} {}", claims[k], runs[k], verdicts[k], measured[k]))
+        .collect()
+}
+
+/// The whole study without scenes at hand, in one go and in many: the same runs to the bit, and the same claims.
+#[test]
+fn the_papers_study_goes_on_where_it_was_stopped() {
+    let bench = Bench::new().sharing();
+    let did = reproduce(&bench, "direct", &[]);
+    assert_eq!(did.code(), 0, "{}", did.stderr());
+    assert!(
+        did.stderr().contains("scene 8 of 8: lap_joint_no_update"),
+        "{}",
+        did.stderr()
+    );
+    let direct = bench.path("direct");
+    assert_eq!(
+        did.stdout(),
+        fs::read_to_string(direct.join("claims.md")).expect("text")
+    );
+    let table = claims(&direct);
+    let found = table.i32("claim").expect("numbers");
+    assert!((1..=46).all(|claim| found.contains(&claim)));
+    // The sets are found: four roughnesses, an elastic and a plastic joint, three criteria.
+    let all = rows(&table).join("\n");
+    for part in [
+        "17 lap_joint_rq05 lap_joint_rq1 lap_joint lap_joint_rq10 ",
+        "40 lap_joint lap_joint_plastic ",
+        "32 lap_joint_update05 lap_joint lap_joint_update20 ",
+        "33 lap_joint_update05 lap_joint_no_update ",
+    ] {
+        assert!(all.contains(part), "{part} in {all}");
+    }
+
+    let mut starts = 0;
+    loop {
+        starts += 1;
+        let did = reproduce(&bench, "stopped", &["--max-wall", "1 ms"]);
+        if did.code() == 0 {
+            break;
+        }
+        assert_eq!(did.code(), 75, "{}", did.stderr());
+        assert!(
+            did.stderr()
+                .contains("of 8 scenes; the same command goes on"),
+            "{}",
+            did.stderr()
+        );
+        assert_eq!(did.stdout(), "");
+        assert!(!bench.path("stopped/claims.md").exists());
+        assert!(starts < 200, "a start computes something in any case");
+    }
+    assert!(starts > 8, "it was stopped {starts} times only");
+    for name in NAMES {
+        verified(&direct.join(name));
+        let run = |folder: &str| content(&bench.path(folder).join(name));
+        assert!(run("direct").chain == run("stopped").chain, "{name}");
+    }
+    assert_eq!(rows(&claims(&bench.path("stopped"))), rows(&table));
+
+    // The same command again computes nothing, and says the same.
+    let before = content(&direct.join("lap_joint"));
+    let again = reproduce(&bench, "direct", &["--quiet"]);
+    assert_eq!((again.code(), again.stderr().as_str()), (0, ""));
+    assert_eq!(again.stdout(), did.stdout());
+    assert!(before == content(&direct.join("lap_joint")));
+    let json = reproduce(&bench, "direct", &["--json"]).json();
+    assert_eq!(
+        json["findings"].as_array().map(Vec::len),
+        Some(table.rows())
+    );
+    assert_eq!(json["claims"][45]["number"], 46);
+}
+
+/// Scenes of one's own; a scene that fails is told, and the others are judged.
+#[test]
+fn scenes_of_a_folder() {
+    let bench = Bench::new().sharing();
+    fs::create_dir(bench.path("scenes")).expect("a folder");
+    bench.write("scenes/smooth.toml", RESONATOR);
+    bench.write(
+        "scenes/still.toml",
+        RESONATOR.replace("[\"900 Hz\", \"1100 Hz\"]", "[\"10 Hz\", \"20 Hz\"]"),
+    );
+    bench.write("scenes/notes.txt", "no scene");
+    let did = bench.fretwear(&["reproduce", "--scenes", "scenes", "--dir", "a"]);
+    assert_ne!(did.code(), 0);
+    assert!(did.stderr().contains("still failed: "), "{}", did.stderr());
+    assert!(did.stderr().contains("scene 2 of 2"), "{}", did.stderr());
+    let judged = rows(&claims(&bench.path("a"))).join("\n");
+    assert!(
+        judged.contains("smooth") && !judged.contains("still"),
+        "{judged}"
+    );
+    let empty = bench.fretwear(&["reproduce", "--scenes", "a/smooth/once", "--dir", "b"]);
+    assert_eq!(empty.code(), 2);
+    assert!(
+        empty
+            .stderr()
+            .contains("no scene (*.toml) in a/smooth/once"),
+        "{}",
+        empty.stderr()
+    );
+}

@@ -1,0 +1,168 @@
+//! `fretwear status`: what it says of runs that are stopped, killed within an iteration, and done.
+
+use serde_json::Value;
+
+use crate::support::{Bench, Did, latest, summary};
+
+/// What `status --json` has beside the row of the summary.
+pub const KEYS: [&str; 14] = [
+    "state",
+    "running",
+    "process",
+    "stage",
+    "drafted",
+    "cycles_goal",
+    "cycles_left",
+    "wear_volume_goal",
+    "part_done",
+    "last_update",
+    "cycles_per_second",
+    "seconds_left",
+    "continue",
+    "damage",
+];
+
+fn status(bench: &Bench, run: &str) -> Value {
+    bench.done(&["status", run, "--json"]).json()
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+/// Runs an iteration.
+fn step(bench: &Bench, scene: &str, run: &str) -> Did {
+    bench.fretwear(&["run", scene, "--run", run, "--max-wall", "1 ms"])
+}
+
+#[test]
+fn a_stopped_run_says_how_far_it_is_and_how_to_go_on() {
+    let bench = Bench::new();
+    for _ in 0..3 {
+        assert_eq!(step(&bench, "small.toml", "a").code(), 75);
+    }
+    let root = bench.path("a");
+    let (k, found) = (latest(&root), status(&bench, "a"));
+    let cycles = summary(&root, k, "cycles");
+    assert!(k >= 2 && cycles > 0.0, "{found}");
+    assert_eq!(
+        (&found["state"], &found["running"]),
+        (&"stopped".into(), &false.into())
+    );
+    assert_eq!(
+        (&found["stage"], &found["drafted"]),
+        (&"wear".into(), &Value::Array(Vec::new()))
+    );
+    assert_eq!(number(&found["cycles_goal"]), 600_000.0);
+    assert_eq!(number(&found["cycles_left"]), 600_000.0 - cycles);
+    assert_eq!(found["wear_volume_goal"], Value::Null);
+    assert!((number(&found["part_done"]) - cycles / 600_000.0).abs() < 1e-12);
+    // The pace is that of the last three steps, by the time that their stages took.
+    let rate = number(&found["cycles_per_second"]);
+    assert!(rate > 0.0);
+    let left = number(&found["seconds_left"]);
+    assert!(
+        (left * rate / (600_000.0 - cycles) - 1.0).abs() < 1e-9,
+        "{found}"
+    );
+    assert_eq!(found["continue"], "fretwear run --run a");
+    let words = bench.done(&["status", "a"]).stdout();
+    for part in [
+        &format!("a: iteration {k}, stopped\n"),
+        " of 600 000 cycles, worn ",
+        " cycles/s of late, ",
+        " cycles to go, about ",
+        "  continue     fretwear run --run a\n",
+    ] {
+        assert!(words.contains(part), "{part:?} in {words}");
+    }
+
+    // What a killed iteration has left counts, and where it goes on is told.
+    bench.done(&["run", "--run", "a", "--until", "static_contact"]);
+    let found = status(&bench, "a");
+    assert_eq!(found["stage"], "fretting_cycle");
+    let drafted = found["drafted"].to_string();
+    for table in ["wear_step", "static_contact"] {
+        assert!(drafted.contains(table), "{drafted}");
+    }
+    let words = bench.done(&["status", "a"]).stdout();
+    let within = format!(
+        "stopped within iteration {}, before fretting_cycle\n",
+        k + 1
+    );
+    assert!(words.contains(&within), "{words}");
+
+    bench.done(&["run", "--run", "a"]);
+    let found = status(&bench, "a");
+    assert_eq!(found["state"], "done");
+    assert_eq!(
+        (number(&found["part_done"]), number(&found["cycles_left"])),
+        (1.0, 0.0)
+    );
+    assert!(
+        found["continue"].is_null() && found["stage"].is_null(),
+        "{found}"
+    );
+    // Further than before: it is stopped again, once the scene says so.
+    assert_eq!(
+        bench
+            .fretwear(&[
+                "run",
+                "--run",
+                "a",
+                "--set",
+                "wear.cycles=9e9",
+                "--max-wall",
+                "1 ms"
+            ])
+            .code(),
+        75
+    );
+    let found = status(&bench, "a");
+    assert_eq!(
+        (&found["state"], number(&found["cycles_goal"])),
+        (&"stopped".into(), 9e9)
+    );
+}
+
+#[test]
+fn the_last_update_is_told() {
+    let bench = Bench::new();
+    bench.done(&["run", "resonator.toml", "--run", "a"]);
+    let root = bench.path("a");
+    let update = &status(&bench, "a")["last_update"];
+    let k = update["wear_iteration"].as_u64().expect("an iteration");
+    assert!(0 < k && k <= latest(&root), "{update}");
+    assert_eq!(number(&update["cycles"]), summary(&root, k, "cycles"));
+    assert!(number(&update["updates"]) >= 1.0);
+    let words = bench.done(&["status", "a"]).stdout();
+    assert!(
+        words.contains(&format!("  last update  iteration {k}, at ")),
+        "{words}"
+    );
+    assert!(words.contains("resonance_frequency"), "{words}");
+    // A prescribed motion has no contact elements to renew.
+    step(&bench, "small.toml", "b");
+    assert_eq!(status(&bench, "b")["last_update"], Value::Null);
+}
+
+/// A run may end by volume: then the way to go is that.
+#[test]
+fn a_run_to_a_volume() {
+    let bench = Bench::new();
+    let sets = [
+        "--set",
+        "wear.cycles=9e9",
+        "--set",
+        "wear.volume=\"1 mm^3\"",
+    ];
+    let start = ["run", "small.toml", "--run", "a", "--max-wall", "1 ms"];
+    for _ in 0..2 {
+        bench.fretwear(&[&start[..], &sets[..]].concat());
+    }
+    let found = status(&bench, "a");
+    assert!((number(&found["wear_volume_goal"]) / 1e-9 - 1.0).abs() < 1e-12);
+    let volume = summary(&bench.path("a"), latest(&bench.path("a")), "wear_volume");
+    let part = number(&found["part_done"]);
+    assert!((part / (volume / 1e-9) - 1.0).abs() < 1e-9, "{found}");
+}

@@ -1,0 +1,129 @@
+//! Claims on real runs, small ones.
+
+use fretwear::report::RunTables;
+use fretwear::report::claims::{Evidence, Finding, Verdict, evaluate};
+use fretwear::tables::TableName;
+
+use crate::support::{Bench, RESONATOR, SMALL, latest, summary, table};
+
+fn open(bench: &Bench, run: &str) -> RunTables {
+    RunTables::open(&bench.path(run)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn finding<'a>(findings: &'a [Finding], claim: u32, run: &str) -> &'a Finding {
+    let of_run =
+        |finding: &&Finding| finding.claim == claim && finding.runs.iter().any(|name| name == run);
+    findings
+        .iter()
+        .find(of_run)
+        .unwrap_or_else(|| panic!("no claim {claim} on {run}"))
+}
+
+/// Bookkeeping of an explicit run is exact, and evidence is what its tables say.
+#[test]
+fn an_explicit_run() {
+    let bench = Bench::new();
+    let scene = SMALL.replace(
+        "tolerance = 1e-3",
+        "scheme = \"explicit\"\ndepth_step = \"0.015 um\"",
+    );
+    bench.write("explicit.toml", scene);
+    bench.done(&["run", "explicit.toml", "--run", "explicit"]);
+    let run = open(&bench, "explicit");
+    let evidence = Evidence::of(&run).expect("readable");
+    let root = bench.path("explicit");
+    assert!(evidence.done && !evidence.scene.vibrates);
+    assert_eq!(evidence.scene.explicit, Some(0.015e-6));
+    let steps = latest(&root) as usize;
+    assert!(steps >= 20, "{steps}");
+    assert_eq!(evidence.depth_rate.len(), steps + 1);
+    let worn = evidence.worn.as_ref().expect("it wears");
+    let field = table(&root, latest(&root), TableName::WearField);
+    let deepest = field
+        .f64("wear_depth")
+        .expect("depths")
+        .iter()
+        .copied()
+        .fold(0.0, f64::max);
+    assert_eq!(worn.deepest, deepest);
+    let volume = summary(&root, latest(&root), "wear_volume");
+    assert!((worn.volume / volume - 1.0).abs() < 1e-12);
+    let findings = evaluate(&[run]).expect("readable");
+    for claim in [2, 3, 4, 5, 10, 28, 44] {
+        let found = finding(&findings, claim, "explicit");
+        assert_eq!(found.verdict, Verdict::Holds, "{found:?}");
+    }
+    // A motion that is given knows no structure.
+    let no_structure = findings
+        .iter()
+        .find(|f| f.claim == 45)
+        .expect("every claim");
+    assert_eq!(no_structure.verdict, Verdict::NotApplicable);
+}
+
+/// Two roughnesses, and one with a cap, are found to belong together by their scenes.
+#[test]
+fn vibrating_runs_of_one_study() {
+    let bench = Bench::new().sharing();
+    let capped = RESONATOR.replace(
+        "normal_load = \"30 kN\"",
+        "normal_load = \"30 kN\"\npressure_cap = \"150 MPa\"",
+    );
+    bench.write(
+        "rough.toml",
+        RESONATOR.replace("rq = \"2 um\"", "rq = \"4 um\""),
+    );
+    bench.write("capped.toml", capped);
+    for scene in ["resonator", "rough", "capped"] {
+        bench.done(&["run", &format!("{scene}.toml"), "--run", scene]);
+    }
+    let runs: Vec<RunTables> = ["capped", "rough", "resonator"]
+        .map(|run| open(&bench, run))
+        .into();
+    let findings = evaluate(&runs).expect("readable");
+    assert!((1..=46).all(|claim| findings.iter().any(|f| f.claim == claim)));
+    let areas = finding(&findings, 17, "rough");
+    assert_eq!(areas.runs, ["resonator", "rough"]);
+    assert_eq!(areas.verdict, Verdict::Holds, "{areas:?}");
+    let pair = finding(&findings, 40, "capped");
+    assert_eq!(pair.runs, ["resonator", "capped"]);
+    let evidence = Evidence::of(&runs[0]).expect("readable");
+    let pressure = summary(&bench.path("capped"), 0, "max_pressure");
+    assert_eq!(
+        evidence.ends("max_pressure").expect("pressures")[0],
+        pressure
+    );
+    assert_eq!(pair.verdict, Verdict::Holds, "{pair:?}");
+    for run in ["resonator", "rough"] {
+        for claim in [4, 10, 24, 44, 45] {
+            let found = finding(&findings, claim, run);
+            assert_eq!(found.verdict, Verdict::Holds, "{found:?}");
+        }
+        // No curves are kept.
+        assert!(
+            finding(&findings, 36, run)
+                .measured
+                .contains("curves_every")
+        );
+    }
+    let modes = finding(&findings, 45, "rough");
+    assert!(modes.measured.starts_with("16 modes"), "{modes:?}");
+    let jumps = finding(&findings, 29, "resonator");
+    assert!(jumps.measured.contains(" cycles"), "{jumps:?}");
+}
+
+/// A run that another process still computes cannot be judged as if it were done.
+#[test]
+fn a_run_that_is_not_finished() {
+    let bench = Bench::new();
+    bench.fretwear(&["run", "small.toml", "--run", "a", "--max-wall", "1 ms"]);
+    let run = open(&bench, "a");
+    assert!(!Evidence::of(&run).expect("readable").done);
+    let findings = evaluate(&[run]).expect("readable");
+    assert!(findings.iter().all(|f| f.verdict == Verdict::NotApplicable));
+    assert!(
+        findings[0].measured.ends_with("; not finished: a"),
+        "{:?}",
+        findings[0]
+    );
+}
