@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::super::quantity::escaped;
+use super::super::escaped::escaped;
 use super::super::{ReportError, RunTables, Section};
 use super::{Finding, Verdict};
 use crate::tables::{Provenance, Table, TableError, TableName, to_parquet};
