@@ -113,18 +113,24 @@ pub fn summary(
         let bar = before.map_or(0.0, |b| b.bar)
             + error_bar::of_step(estimate, worn.volume, cycle.solution.error);
         let relative = |error: f64| if volume > 0.0 { error / volume } else { 0.0 };
+        // Each with the volume that was worn while it changed: the vibration in force stays from one update to the next.
+        let last = before.and_then(|b| b.driven.as_ref());
+        let since = volume - last.map_or(0.0, |last| last.model.reference.wear_volume);
+        let jumps = driven.is_some_and(|driven| driven.model.updated);
         let mut figures = vec![
             (
                 "loaded_area_fraction",
                 "error_loaded_area",
                 fraction(LOADED * largest),
+                worn.volume,
             ),
-            ("kn", "error_kn", contact.kn),
-            ("kt", "error_kt", contact.kt),
+            ("kn", "error_kn", contact.kn, worn.volume),
+            ("kt", "error_kt", contact.kt, worn.volume),
             (
                 "dissipated_energy",
                 "error_dissipated_energy",
                 cycle.solution.dissipation,
+                if jumps { since } else { worn.volume },
             ),
         ];
         if let Some(driven) = driven {
@@ -134,19 +140,21 @@ pub fn summary(
                     "resonance_frequency",
                     "error_resonance_frequency",
                     shaken.resonance_frequency,
+                    since,
                 ),
                 (
                     "peak_amplitude",
                     "error_peak_amplitude",
                     shaken.peak_amplitude,
+                    since,
                 ),
             ]);
         }
-        for (figure, name, value) in figures {
+        for (figure, name, value, meanwhile) in figures {
             // What was inherited may not have had it.
             let earlier = before.and_then(|b| b.summary.f64(figure).ok());
             let ends = [earlier.map_or(value, |earlier| earlier[0]), value];
-            let error = error_bar::of_figure(ends, bar, worn.volume, volume);
+            let error = error_bar::of_figure(ends, bar, meanwhile, volume);
             table = table.column(name, vec![error]);
         }
         table = table

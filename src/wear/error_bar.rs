@@ -2,7 +2,7 @@
 //!
 //! The worn volume is in error by what the wear steps estimate of themselves, times a factor of safety, and by the duality gaps
 //! of the cycles, which bound what friction dissipates. Every other figure follows the volume: its error is what the last step
-//! changed it by, in proportion. Where wear dies out the energy of a cycle falls by a large part while little volume is worn, so
+//! changed it by, in proportion (a vibration in force: the last update). Where wear dies out the energy of a cycle falls by a large part while little volume is worn, so
 //! that a small error of volume is a large one of the energy; the bar says so.
 
 /// Of an error estimated from two results alone, as in [Roache 1994]: what a step does wrong goes on to change the later ones.
@@ -19,8 +19,8 @@ pub fn of_step(estimate: f64, volume: f64, gap: f64) -> f64 {
     SAFETY * estimate + gap * volume
 }
 
-/// Relative error of a figure that was `before` a step and is `after` it, under an `error` of the volume worn in `all` steps, where
-/// this one wore `volume` (all three \[m³\]). 0 where nothing wears.
+/// Relative error of a figure that changed from `before` to `after` while `volume` was worn, under an `error` of the volume worn in
+/// `all` steps (all three \[m³\]). 0 where nothing wears.
 pub fn of_figure([before, after]: [f64; 2], error: f64, volume: f64, all: f64) -> f64 {
     if volume <= 0.0 || all <= 0.0 {
         return 0.0;

@@ -145,7 +145,7 @@ impl Drawing {
         }
     }
 
-    /// The drawing as a part of a page that has [`style_sheet`]; `id` is its own in the page.
+    /// The drawing as a part of a page that has the report's style sheet; `id` is its own in the page.
     pub fn inline(&self, id: &str) -> String {
         let (width, height) = self.size;
         let title = escaped(&self.title);

@@ -22,9 +22,9 @@ const SOLVES_WITHIN: f64 = 1.2;
 /// The same of iterations that hang on a motion which is not known yet.
 const MOTION_WITHIN: f64 = 1.2;
 /// Other lengths that a step is tried with which ends at an update of the model, and the steps that each of those is more.
-const TRIES: f64 = 2.5;
+const TRIES: f64 = 2.0;
 /// See [`TRIES`].
-const MORE_STEPS: f64 = 0.7;
+const MORE_STEPS: f64 = 0.5;
 /// A run of one iteration.
 const SINGLE: f64 = 1.0;
 
