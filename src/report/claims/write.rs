@@ -183,7 +183,7 @@ pub fn section(findings: &[Finding]) -> Section {
         id: "claims",
         title: "What the paper claims".to_owned(),
         html: format!(
-            "<p>{}. Thresholds marked * are this program's, not the paper's.</p>\n<table>\n<tr>{}</tr>\n{rows}</table>\n",
+            "<p>{}. Thresholds marked * are this program's, not the paper's.</p>\n<div class=\"wide\"><table>\n<tr>{}</tr>\n{rows}</table></div>\n",
             escaped(&counts(findings)),
             cells(&head, "th")
         ),
