@@ -8,9 +8,9 @@ mod compare;
 #[cfg(feature = "polars")]
 mod error;
 mod error_bars;
-mod escaped;
 #[cfg(feature = "polars")]
 mod figures;
+mod html;
 #[cfg(feature = "polars")]
 mod page;
 #[cfg(feature = "polars")]
@@ -34,8 +34,9 @@ pub use error::ReportError;
 pub use error_bars::{ERROR_BARS, error_bar_of, percent};
 #[cfg(feature = "polars")]
 pub use figures::Figure;
+pub use html::Section;
 #[cfg(feature = "polars")]
-pub use page::{Report, Section};
+pub use page::Report;
 #[cfg(feature = "polars")]
 pub use plot::{Drawing, PlotError};
 #[cfg(feature = "polars")]

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::escaped::escaped;
 use super::figures::{Figure, figures};
+use super::html::{Section, escaped};
 use super::plot::{standalone, style_sheet};
 use super::quantity::{self, CYCLES, shown};
 use super::{ReportError, RunTables, numbers};
@@ -12,17 +12,6 @@ use crate::store::RealFileSystem;
 use crate::tables::TableName;
 
 const STYLE: &str = include_str!("page.css");
-
-/// A part of the page.
-#[derive(Debug, Clone)]
-pub struct Section {
-    /// Its anchor.
-    pub id: &'static str,
-    /// Heading.
-    pub title: String,
-    /// What stands below the heading, as HTML.
-    pub html: String,
-}
 
 /// What there is to say of some runs.
 pub struct Report {

@@ -1,9 +1,8 @@
 //! The results of runs as a table.
 
-use super::page::Section;
+use super::html::{NONE, Section, table};
 use super::quantity::{self, Units, number};
 use super::run_tables::numbers;
-use super::sections::{NONE, table};
 use super::{ERROR_BARS, ReportError, RunTables, error_bar_of, percent};
 use crate::tables::TableName;
 

@@ -2,37 +2,11 @@
 
 use serde_json::Value;
 
-use super::escaped::escaped;
-use super::page::Section;
+use super::html::{NONE, Section, escaped, table};
 use super::quantity::{self, number};
 use super::run_tables::{numbers, texts};
 use super::{ReportError, RunTables};
 use crate::tables::TableName;
-
-/// Nothing to show.
-pub(super) const NONE: &str = "–";
-
-/// A table: heads, and rows whose cells are numbers from the second on.
-pub(super) fn table(heads: &[String], rows: &[Vec<String>], numbers: bool) -> String {
-    let cell = |tag: &str, column: usize, text: &str| {
-        let class = if numbers && column > 0 {
-            " class=\"n\""
-        } else {
-            ""
-        };
-        format!("<{tag}{class}>{}</{tag}>", escaped(text))
-    };
-    let line = |tag: &str, cells: &[String]| {
-        let each = cells.iter().enumerate();
-        let cells: String = each.map(|(k, text)| cell(tag, k, text)).collect();
-        format!("<tr>{cells}</tr>\n")
-    };
-    let body: String = rows.iter().map(|row| line("td", row)).collect();
-    format!(
-        "<div class=\"wide\"><table>\n<thead>{}</thead>\n<tbody>\n{body}</tbody>\n</table></div>\n",
-        line("th", heads)
-    )
-}
 
 fn words<const N: usize>(words: [&str; N]) -> Vec<String> {
     words.map(str::to_owned).to_vec()

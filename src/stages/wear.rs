@@ -1,7 +1,6 @@
 //! The wear step from one committed iteration to the next.
 
 use super::context::{Context, Keys, gather, kept, kept_cells};
-use super::error::NumericsError;
 use super::model_update::Coming;
 use super::state::Committed;
 use super::static_contact::Predicted;
@@ -98,16 +97,13 @@ pub fn wear(
             let step = match &coming {
                 None => implicit::advance(joint, &before.worn, coefficient, proposal, limits)?,
                 Some(coming) => {
-                    // As the next stage will find the contact, whatever the step's own lacks of it.
-                    let reached = |joint: &mut FrettingJoint, step: &mut Step| {
-                        let (volume, load) = (joint.volume(&step.wear), joint.motion.mean_load());
-                        let start = Some(&step.contact.pressure[..]);
-                        step.contact = joint.contact(&step.wear, None, load, start)?;
+                    let landing = Landing::new(coming.begin, wear.tolerance);
+                    let reached = |joint: &mut FrettingJoint, step: &Step| {
+                        let volume = joint.volume(&step.wear);
                         coming.reached(joint, &inputs.plan, &step.contact.pressure, volume)
                     };
-                    let landing = Landing::new(coming.begin, wear.tolerance);
-                    let worn = &before.worn;
-                    land(joint, worn, coefficient, proposal, limits, landing, reached)?
+                    let state = &before.worn;
+                    landing.advance(joint, state, coefficient, proposal, limits, reached)?
                 }
             };
             Ok(Outcome {
@@ -166,35 +162,6 @@ pub fn wear(
         fft_pairs,
         predicted: Some(predicted),
     })
-}
-
-/// An implicit step that ends where `reached` says that an update is due, if it would pass that.
-fn land(
-    joint: &mut FrettingJoint,
-    before: &WornState,
-    coefficient: f64,
-    proposal: f64,
-    limits: Limits,
-    mut landing: Landing,
-    mut reached: impl FnMut(&mut FrettingJoint, &mut Step) -> Result<f64, NumericsError>,
-) -> Result<Step, NumericsError> {
-    let mut step = implicit::advance(joint, before, coefficient, proposal, limits)?;
-    let (uncut, mut rejected) = (step.cycles, step.rejected);
-    loop {
-        let reached = reached(joint, &mut step)?;
-        let Some(cycles) = landing.next(step.cycles, reached) else {
-            step.rejected = rejected;
-            // Accuracy did not ask for less than the step before it was cut.
-            step.proposal = step.proposal.max(uncut as f64);
-            return Ok(step);
-        };
-        let limits = Limits {
-            remaining: cycles,
-            ..limits
-        };
-        step = implicit::advance(joint, before, coefficient, cycles as f64, limits)?;
-        rejected += 1 + step.rejected;
-    }
 }
 
 /// The cycles that a step from `cycles` must not pass: the end, or where a response is asked for.

@@ -3,6 +3,9 @@
 //! What is computed up to the end of the step that meets a condition, an update of the contact elements say, would otherwise
 //! depend on the steps that happened to be taken.
 
+use super::implicit::{self, Limits, Step};
+use super::joint::{FrettingJoint, WearError, WornState};
+
 /// Lengths tried for one event, after which the shortest that passes it stands.
 const MOST: usize = 8;
 
@@ -47,6 +50,58 @@ impl Landing {
             last: None,
             tried: 0,
         }
+    }
+
+    /// An implicit step as [`implicit::advance`] makes it, but shorter where it would pass the event. `reached` says how far on its way
+    /// a step ends, whose contact is then that of its wear. Steps tried before count as rejected.
+    ///
+    /// # Errors
+    /// Those of the steps, of the contact after them, and of `reached`.
+    pub fn advance<E: From<WearError>>(
+        mut self,
+        joint: &mut FrettingJoint,
+        state: &WornState,
+        coefficient: f64,
+        proposal: f64,
+        limits: Limits,
+        mut reached: impl FnMut(&mut FrettingJoint, &Step) -> Result<f64, E>,
+    ) -> Result<Step, E> {
+        let load = joint.motion.mean_load();
+        let mut attempt = |proposal, limits| -> Result<(Step, f64), E> {
+            let mut step = implicit::advance(joint, state, coefficient, proposal, limits)?;
+            // The step's own contact is that of its last stage; an update sees the one that is found on the worn surface.
+            let start = Some(&step.contact.pressure[..]);
+            step.contact = joint.contact(&step.wear, None, load, start)?;
+            let reached = reached(joint, &step)?;
+            Ok((step, reached))
+        };
+        let (mut step, mut far) = attempt(proposal, limits)?;
+        // What accuracy would allow to the next step, had this one not been cut.
+        let uncut = step.proposal.min(step.cycles as f64);
+        let (mut rejected, mut beyond) = (step.rejected, None);
+        while let Some(cycles) = self.next(step.cycles, far) {
+            if self.above == Some(step.cycles) {
+                beyond = Some(step);
+            }
+            match beyond.take_if(|beyond| beyond.cycles == cycles) {
+                Some(shortest) => {
+                    // It counted as rejected, which the other one is now.
+                    step = shortest;
+                    break;
+                }
+                None => {
+                    let limits = Limits {
+                        remaining: cycles,
+                        ..limits
+                    };
+                    (step, far) = attempt(cycles as f64, limits)?;
+                    rejected += 1 + step.rejected;
+                }
+            }
+        }
+        step.rejected = rejected;
+        step.proposal = step.proposal.max(uncut);
+        Ok(step)
     }
 
     /// The length to try after a step of `cycles` that got as far as `reached`; `None` if that may stand: it ends at the event, or

@@ -1,7 +1,8 @@
 //! Area, pressure and stiffness of the contact (claims 15–22).
 
+use super::super::quantity::number;
 use super::steps::{STUDY, reaches};
-use super::words::{interpolated, list, never_falls, percent, short, spread};
+use super::words::{interpolated, list, never_falls, percent, spread};
 use super::{Evidence, Finding};
 
 /// * Fall of the area that counts as none, of the area.
@@ -53,10 +54,10 @@ fn pressure(run: &Evidence) -> Option<Finding> {
     let [high, low] = [run.first.high_pressure, run.last.high_pressure];
     let measured = format!(
         "largest {} → {} MPa, 99 % of the cells in contact below {} → {} MPa",
-        short(1e-6 * first),
-        short(1e-6 * last),
-        short(1e-6 * high),
-        short(1e-6 * low)
+        number(1e-6 * first),
+        number(1e-6 * last),
+        number(1e-6 * high),
+        number(1e-6 * low)
     );
     let finding = Finding::judged(16, &[run], last < first && low < high, measured);
     Some(finding.because(|| {
@@ -80,10 +81,10 @@ fn running_in(run: &Evidence, cycles: &[f64], claim: u32, name: &str) -> Option<
     let holds = early > FAST * late.max(0.0) && late >= -rounding;
     let measured = format!(
         "{} → {} N/µm, slope {} N/µm per 10⁶ cycles to 10⁵ cycles, {} after 5 × 10⁶",
-        short(1e-6 * values[0]),
-        short(1e-6 * values[values.len() - 1]),
-        short(early),
-        short(late)
+        number(1e-6 * values[0]),
+        number(1e-6 * values[values.len() - 1]),
+        number(early),
+        number(late)
     );
     Some(Finding::judged(claim, &[run], holds, measured))
 }
@@ -92,10 +93,10 @@ fn tangential(run: &Evidence, cycles: &[f64]) -> Option<Finding> {
     let mut finding = running_in(run, cycles, 21, "kt")?;
     let (kn, kt) = (run.ends("kn")?, run.ends("kt")?);
     let ratio = kt[1] / kn[1];
-    finding.measured += &format!("; kt/kn {} → {}", short(kt[0] / kn[0]), short(ratio));
+    finding.measured += &format!("; kt/kn {} → {}", number(kt[0] / kn[0]), number(ratio));
     if let Some(nu) = run.scene.poisson_ratio {
         let stuck = 2.0 * (1.0 - nu) / (2.0 - nu);
-        finding.measured += &format!(", sticking and smooth {}", short(stuck));
+        finding.measured += &format!(", sticking and smooth {}", number(stuck));
         if (ratio / stuck - 1.0).abs() > RATIO {
             finding.verdict = super::Verdict::Fails;
         }
@@ -119,10 +120,10 @@ fn local(run: &Evidence) -> Option<Finding> {
     let [before, after] = run.ends("kn")?;
     let measured = format!(
         "median of the loaded elements {} → {} N/µm, joint {} → {} N/µm",
-        short(1e-6 * first),
-        short(1e-6 * last),
-        short(1e-6 * before),
-        short(1e-6 * after)
+        number(1e-6 * first),
+        number(1e-6 * last),
+        number(1e-6 * before),
+        number(1e-6 * after)
     );
     Some(Finding::judged(
         22,
@@ -192,7 +193,7 @@ fn shapes(set: &[&Evidence]) -> Option<Finding> {
         "smoothest: slope {} of the joint per 10 % of the cycles at first, {} at last; roughest: R² {} of a line",
         percent(early * tenth as f64),
         percent(late * tenth as f64),
-        short(fit)
+        number(fit)
     );
     Some(Finding::judged(
         18,

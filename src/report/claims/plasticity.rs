@@ -1,6 +1,7 @@
 //! The hardness limit (claims 39–43).
 
-use super::words::{interpolated, percent, rises, short};
+use super::super::quantity::number;
+use super::words::{interpolated, percent, rises};
 use super::{Evidence, Finding};
 
 /// * Of the cap: rounding.
@@ -41,10 +42,10 @@ fn peaks(set: [&Evidence; 2]) -> Option<Finding> {
     let share = set[1].first.share_at_cap;
     let measured = format!(
         "largest pressure {} MPa elastic, {} MPa plastic; {} of the cells in contact at the cap of {} MPa",
-        short(1e-6 * elastic),
-        short(1e-6 * plastic),
+        number(1e-6 * elastic),
+        number(1e-6 * plastic),
         percent(share),
-        short(1e-6 * cap)
+        number(1e-6 * cap)
     );
     let holds = elastic > cap && (plastic / cap - 1.0).abs() <= CAP && share > PLATEAU;
     Some(Finding::judged(40, &set, holds, measured))
@@ -60,8 +61,8 @@ fn start(set: [&Evidence; 2]) -> Option<Finding> {
         "area {} elastic, {} plastic; kn {} and {} N/µm",
         percent(area),
         percent(larger),
-        short(1e-6 * kn),
-        short(1e-6 * lower)
+        number(1e-6 * kn),
+        number(1e-6 * lower)
     );
     Some(Finding::judged(
         41,
@@ -97,8 +98,8 @@ fn later(set: [&Evidence; 2]) -> Option<Finding> {
     let found = ratios(set, "kn", [LATER, end])?;
     let measured = format!(
         "plastic over elastic {} to {}",
-        short(found[0]),
-        short(found[1])
+        number(found[0]),
+        number(found[1])
     );
     Some(Finding::judged(
         42,
@@ -113,10 +114,10 @@ fn energies(set: [&Evidence; 2]) -> Option<Finding> {
     let meet = ratios(set, "dissipated_energy", MEET)?;
     let measured = format!(
         "plastic over elastic {} to {} before 10⁵ cycles, {} to {} from 1.5 to 4 × 10⁶",
-        short(early[0]),
-        short(early[1]),
-        short(meet[0]),
-        short(meet[1])
+        number(early[0]),
+        number(early[1]),
+        number(meet[0]),
+        number(meet[1])
     );
     let holds = deviation(early) > SAME && deviation(meet) <= SAME;
     Some(Finding::judged(43, &set, holds, measured).because(|| {
@@ -157,7 +158,7 @@ pub fn spheres(set: &[&Evidence]) -> Finding {
     let areas: Vec<f64> = found.iter().map(|[_, area]| *area).collect();
     let texts: Vec<String> = found
         .iter()
-        .map(|[pressure, area]| format!("{} MPa on {}", short(1e-6 * pressure), percent(*area)))
+        .map(|[pressure, area]| format!("{} MPa on {}", number(1e-6 * pressure), percent(*area)))
         .collect();
     Finding::judged(39, set, at_cap && borne && rises(&areas), texts.join(", "))
 }

@@ -2,8 +2,9 @@
 
 use std::f64::consts::PI;
 
+use super::super::quantity::number;
 use super::steps::explicit_steps;
-use super::words::{interpolated, never_falls, percent, short};
+use super::words::{interpolated, never_falls, percent};
 use super::{Evidence, Finding};
 
 /// * Rise of Rq that counts as none, of Rq.
@@ -59,8 +60,8 @@ fn valleys(run: &Evidence) -> Option<Finding> {
     let measured = format!(
         "{} cells never touched, worn by {} µm at most; deepest wear {} µm",
         worn.never_touched,
-        short(1e6 * worn.never_touched_depth),
-        short(1e6 * worn.deepest)
+        number(1e6 * worn.never_touched_depth),
+        number(1e6 * worn.deepest)
     );
     if worn.never_touched == 0 {
         return Some(Finding::not_applicable(
@@ -89,13 +90,13 @@ fn form(run: &Evidence) -> String {
     if removed > 1.0 {
         format!(
             "{} Rq are worn away on average, deepest where the rigid patch carries most: what the statistics see in the end is the worn form, not the roughness",
-            short(removed)
+            number(removed)
         )
     } else if removed < 0.13 {
         // Clipping a Gaussian surface: Ku is back at 3 where 0.13 Rq are removed on average.
         format!(
             "only {} Rq are worn away on average; flat clipping of a Gaussian surface first lowers Ku",
-            short(removed)
+            number(removed)
         )
     } else {
         String::new()
@@ -108,9 +109,9 @@ fn falls(run: &Evidence, rq: &[f64]) -> Finding {
     let least = rq.iter().copied().fold(f64::INFINITY, f64::min);
     let measured = format!(
         "{} µm → {} µm, least {} µm",
-        short(1e6 * first),
-        short(1e6 * last),
-        short(1e6 * least)
+        number(1e6 * first),
+        number(1e6 * last),
+        number(1e6 * least)
     );
     let holds = never_falls(&falling, RISE) && last < first;
     Finding::judged(9, &[run], holds, measured).because(|| form(run))
@@ -128,7 +129,7 @@ fn mean(run: &Evidence) -> Option<Finding> {
     let falling: Vec<f64> = heights.iter().map(|height| -height).collect();
     let measured = format!(
         "fell by {} µm, {worst:.1e} off volume / area",
-        short(1e6 * removed)
+        number(1e6 * removed)
     );
     let holds = worst <= MEAN && never_falls(&falling, 0.0);
     Some(Finding::judged(10, &[run], holds, measured))
@@ -137,7 +138,12 @@ fn mean(run: &Evidence) -> Option<Finding> {
 fn skewness(run: &Evidence, sk: &[f64]) -> Finding {
     let [first, last] = [sk[0], sk[sk.len() - 1]];
     let least = sk.iter().copied().fold(f64::INFINITY, f64::min);
-    let measured = format!("{} → {}, least {}", short(first), short(last), short(least));
+    let measured = format!(
+        "{} → {}, least {}",
+        number(first),
+        number(last),
+        number(least)
+    );
     let holds = first.abs() < SYMMETRIC && last < -SYMMETRIC;
     Finding::judged(11, &[run], holds, measured).because(|| form(run))
 }
@@ -148,10 +154,10 @@ fn kurtosis(run: &Evidence, ku: &[f64]) -> Finding {
     let most = ku.iter().copied().fold(0.0, f64::max);
     let measured = format!(
         "{} → {}, on the way {} to {}; the dip is no part of the claim",
-        short(first),
-        short(last),
-        short(least),
-        short(most)
+        number(first),
+        number(last),
+        number(least),
+        number(most)
     );
     let holds = (first - GAUSSIAN).abs() < NORMAL && last > GAUSSIAN;
     Finding::judged(12, &[run], holds, measured).because(|| form(run))
@@ -177,9 +183,9 @@ fn few(run: &Evidence, cycles: &[f64], sk: &[f64]) -> Option<Finding> {
     let found = interpolated(cycles, sk, at);
     let measured = format!(
         "Sk {} at {} cycles, where ten steps end; σ of surfaces of this size {}",
-        short(found),
-        short(at),
-        short(sigma)
+        number(found),
+        number(at),
+        number(sigma)
     );
     let holds = found.abs() > SIGNIFICANT * sigma;
     Some(Finding::judged(13, &[run], holds, measured).because(|| {
@@ -203,8 +209,8 @@ fn strong(run: &Evidence, rq: &[f64], sk: &[f64], ku: &[f64]) -> Finding {
     let measured = format!(
         "Rq {}, Sk {}, Ku {}",
         percent(changes[0]),
-        short(changes[1]),
-        short(changes[2])
+        number(changes[1]),
+        number(changes[2])
     );
     let holds = changes
         .iter()

@@ -1,6 +1,7 @@
 //! Wear steps and what they add up to (claims 1–7).
 
-use super::words::{integral, interpolated, percent, short};
+use super::super::quantity::number;
+use super::words::{integral, interpolated, percent};
 use super::{Evidence, Finding};
 
 /// Wear iterations at Rq 5 µm [A §4b].
@@ -71,13 +72,13 @@ fn count(run: &Evidence, cycles: &[f64]) -> Option<Finding> {
         ),
     };
     let holds = (ITERATIONS / FACTOR..=ITERATIONS * FACTOR).contains(&steps);
-    let measured = format!("{steps:.0} {how}, at Rq {} µm", short(1e6 * rq));
+    let measured = format!("{steps:.0} {how}, at Rq {} µm", number(1e6 * rq));
     Some(Finding::judged(1, &[run], holds, measured).because(|| {
         let [first, last] = [run.depth_rate[0], run.depth_rate[run.depth_rate.len() - 1]];
         format!(
             "dimensions and damping of the rig are not published, and set the slip: here the deepest wear goes from {} to {} cycles for 0.1 µm, {} updates on the way",
-            short(DEPTH_STEP / first),
-            short(DEPTH_STEP / last),
+            number(DEPTH_STEP / first),
+            number(DEPTH_STEP / last),
             run.updates()
         )
     }))
@@ -110,8 +111,8 @@ fn lengths(run: &Evidence) -> Finding {
     let measured = format!(
         "{wrong} of {} steps are not floor(Δh_max / max Δh); {} cycles a step at first, {} at last",
         steps.len(),
-        short(early),
-        short(late)
+        number(early),
+        number(late)
     );
     Finding::judged(2, &[run], wrong == 0 && late > early, measured)
 }
@@ -123,7 +124,7 @@ fn removal(run: &Evidence) -> Finding {
     let mut holds = worn.least_growth >= 0.0;
     let mut measured = format!(
         "least growth of a cell in a step {} µm",
-        short(1e6 * worn.least_growth)
+        number(1e6 * worn.least_growth)
     );
     if run.scene.explicit.is_some() {
         holds &= worn.rule_error <= EXACT;
@@ -168,8 +169,8 @@ fn depth(run: &Evidence, cycles: &[f64]) -> Finding {
     };
     let measured = format!(
         "deepest wear {} µm, bound {} µm",
-        short(1e6 * worn.deepest),
-        short(1e6 * bound)
+        number(1e6 * worn.deepest),
+        number(1e6 * bound)
     );
     Finding::judged(5, &[run], worn.deepest <= bound * (1.0 + EXACT), measured)
 }

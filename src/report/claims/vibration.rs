@@ -1,7 +1,8 @@
 //! The vibration, and the solvers behind it (claims 23–28, 34–38, 44–46).
 
+use super::super::quantity::number;
 use super::contact::{CONVERGED, roughnesses};
-use super::words::{list, micrometres, never_falls, percent, rises, short, spread};
+use super::words::{list, micrometres, never_falls, percent, rises, spread};
 use super::{Evidence, Finding, Loop};
 
 /// * Deviation of the mean normal load, and its half range, of the bolt load.
@@ -50,8 +51,8 @@ fn load(run: &Evidence) -> Option<Finding> {
     let bolt = run.scene.normal_load;
     let measured = format!(
         "unworn: mean {} N, half range {} N",
-        short(mean),
-        short(half)
+        number(mean),
+        number(half)
     );
     let holds = (mean / bolt - 1.0).abs() <= LOAD[0] && half <= LOAD[1] * bolt;
     Some(Finding::judged(24, &[run], holds, measured))
@@ -98,7 +99,7 @@ fn reduction(run: &Evidence) -> Option<Finding> {
 
 fn uncoupled(run: &Evidence) -> Finding {
     let beta = run.scene.dundurs_beta;
-    Finding::judged(28, &[run], beta == 0.0, format!("β = {}", short(beta)))
+    Finding::judged(28, &[run], beta == 0.0, format!("β = {}", number(beta)))
 }
 
 fn residuals(run: &Evidence) -> Finding {
@@ -132,8 +133,8 @@ fn resonance(run: &Evidence) -> Option<Finding> {
     let change = last / first - 1.0;
     let measured = format!(
         "{} → {} Hz, {}, of {} worn states",
-        short(first),
-        short(last),
+        number(first),
+        number(last),
         percent(change),
         values.len()
     );
@@ -188,10 +189,10 @@ fn peak(run: &Evidence) -> Option<Finding> {
         "peak {} → {}, fine contact {} → {} J a cycle; of the worn states' input, {} → {} J, friction takes {} → {}",
         micrometres(first),
         micrometres(last),
-        short(before),
-        short(after),
-        short(input[0]),
-        short(input[1]),
+        number(before),
+        number(after),
+        number(input[0]),
+        number(input[1]),
         percent(friction[0] / input[0]),
         percent(friction[1] / input[1])
     );
@@ -237,10 +238,10 @@ fn loops(run: &Evidence) -> Option<Finding> {
     let ([slope, area], [steeper, smaller]) = (slope_and_area(first)?, slope_and_area(last)?);
     let measured = format!(
         "slope after the reversal {} → {} N/µm, area {} → {} J",
-        short(1e-6 * slope),
-        short(1e-6 * steeper),
-        short(area),
-        short(smaller)
+        number(1e-6 * slope),
+        number(1e-6 * steeper),
+        number(area),
+        number(smaller)
     );
     let finding = Finding::judged(36, &[run], steeper > slope && smaller < area, measured);
     Some(finding.because(|| driven_on(run)))

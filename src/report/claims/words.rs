@@ -1,40 +1,20 @@
 //! Numbers in findings, and the arithmetic of curves.
 
-/// Four significant digits, without an exponent where a person reads it better without.
-pub fn short(value: f64) -> String {
-    let size = value.abs();
-    if value == 0.0 {
-        "0".to_owned()
-    } else if (1e-3..1e6).contains(&size) {
-        let decimals = (3 - size.log10().floor() as i32).max(0);
-        format!("{value:.*}", decimals as usize)
-    } else {
-        format!("{value:.3e}")
-    }
-}
+use super::super::quantity::{SHARE, number, shown};
 
-/// A share as a percentage with three digits.
+/// A share as a percentage.
 pub fn percent(share: f64) -> String {
-    let percent = 100.0 * share;
-    let size = percent.abs();
-    if percent == 0.0 {
-        return "0 %".to_owned();
-    }
-    if !(1e-4..1e5).contains(&size) {
-        return format!("{percent:.1e} %");
-    }
-    let decimals = (2 - size.log10().floor() as i32).clamp(0, 6);
-    format!("{percent:.*} %", decimals as usize)
+    shown(share, SHARE)
 }
 
 /// A length in µm.
 pub fn micrometres(metres: f64) -> String {
-    format!("{} µm", short(1e6 * metres))
+    format!("{} µm", number(1e6 * metres))
 }
 
 /// Values, one after another.
 pub fn list(values: impl IntoIterator<Item = f64>) -> String {
-    let texts: Vec<String> = values.into_iter().map(short).collect();
+    let texts: Vec<String> = values.into_iter().map(number).collect();
     texts.join(", ")
 }
 

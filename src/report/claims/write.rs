@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::super::escaped::escaped;
+use super::super::html::{escaped, table_of_markup};
 use super::super::{ReportError, RunTables, Section};
 use super::{Finding, Verdict};
 use crate::tables::{Provenance, Table, TableError, TableName, to_parquet};
@@ -156,36 +156,28 @@ pub fn markdown(findings: &[Finding]) -> String {
 
 /// The findings as a part of a page, the same rows as [`markdown`].
 pub fn section(findings: &[Finding]) -> Section {
-    let cells = |cells: &[String], tag: &str| -> String {
-        cells
-            .iter()
-            .map(|cell| format!("<{tag}>{cell}</{tag}>"))
-            .collect()
-    };
-    let head = HEAD.map(str::to_owned);
-    let rows: String = rows(findings)
+    let rows: Vec<Vec<String>> = rows(findings)
         .into_iter()
         .map(|row| {
             let [claim, place, statement, verdict] = row.head.each_ref().map(|text| escaped(text));
             let criterion = escaped(row.criterion);
             let lines: Vec<String> = row.lines.iter().map(|line| escaped(line)).collect();
-            let row = [
+            vec![
                 claim,
                 place,
                 format!("{statement} <small>({criterion})</small>"),
                 verdict,
                 lines.join("<br>"),
-            ];
-            format!("<tr>{}</tr>\n", cells(&row, "td"))
+            ]
         })
         .collect();
     Section {
         id: "claims",
         title: "What the paper claims".to_owned(),
         html: format!(
-            "<p>{}. Thresholds marked * are this program's, not the paper's.</p>\n<div class=\"wide\"><table>\n<tr>{}</tr>\n{rows}</table></div>\n",
+            "<p>{}. Thresholds marked * are this program's, not the paper's.</p>\n{}",
             escaped(&counts(findings)),
-            cells(&head, "th")
+            table_of_markup(&HEAD.map(str::to_owned), &rows, false)
         ),
     }
 }

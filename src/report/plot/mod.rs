@@ -11,7 +11,7 @@ use plotters::style::RGBColor;
 pub use chart::{Axis, Chart, Curve, Mark};
 pub use map::{Map, Scale};
 
-use super::escaped::escaped;
+use super::html::escaped;
 
 /// Styles of curves; after the last they begin again.
 pub const STYLES: usize = 8;

@@ -1,6 +1,6 @@
 //! The table of a trade and what follows from it, for a person: as Markdown, and as one HTML file.
 
-use super::super::escaped::escaped;
+use super::super::html::{NONE, escaped, table};
 use super::findings::CONVERGED;
 use super::{Buy, Cost, FIGURES, Findings, Row, Trade};
 use crate::scene::variants::KnobKind;
@@ -12,9 +12,6 @@ struct Page {
     rows: Vec<Vec<String>>,
     lists: Vec<(&'static str, Vec<String>)>,
 }
-
-/// What is not known.
-const NONE: &str = "–";
 
 /// The trade as Markdown: its table, then what it says. `left_out` is what was not tried, and why.
 pub fn markdown(trade: &Trade, found: &Findings, left_out: &[(String, String)]) -> String {
@@ -47,13 +44,6 @@ th:first-child,td:first-child{text-align:left}div{overflow-x:auto}svg{max-width:
 pub fn html(trade: &Trade, found: &Findings, left_out: &[(String, String)], svg: &str) -> String {
     let page = page(trade, found, left_out);
     let name = escaped(&trade.name);
-    let cells = |tag: &str, cells: &[String]| -> String {
-        let cells = cells
-            .iter()
-            .map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell)));
-        format!("<tr>{}</tr>\n", cells.collect::<String>())
-    };
-    let rows: String = page.rows.iter().map(|row| cells("td", row)).collect();
     let lists: String = page
         .lists
         .iter()
@@ -68,9 +58,9 @@ pub fn html(trade: &Trade, found: &Findings, left_out: &[(String, String)], svg:
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>Speed against accuracy: {name}</title>\n\
          <style>{STYLE}</style>\n</head>\n<body>\n<h1>Speed against accuracy: {name}</h1>\n<p>{}</p>\n{svg}\n\
-         <div><table>\n{}{rows}</table></div>\n{lists}</body>\n</html>\n",
+         {}{lists}</body>\n</html>\n",
         escaped(&page.intro),
-        cells("th", &page.head),
+        table(&page.head, &page.rows, true),
     )
 }
 
