@@ -71,6 +71,27 @@ impl Harmonics {
             })
     }
 
+    /// All up to one more than twice the highest.
+    pub fn beyond(&self) -> Harmonics {
+        Harmonics::up_to(2 * self.highest() + 1)
+    }
+
+    /// Rows of coefficients in those of `other`: 0 where this set lacks an order, and without those that the other lacks.
+    pub fn transfer(&self, rows: &[f64], other: &Harmonics) -> Vec<f64> {
+        let (from, to) = (self.coefficients(), other.coefficients());
+        let mut out = vec![0.0; rows.len() / from * to];
+        for (row, out) in rows.chunks(from).zip(out.chunks_mut(to)) {
+            for (index, &order) in self.orders.iter().enumerate() {
+                if let Some(place) = other.slot_of(order) {
+                    let width = if order == 0 { 1 } else { 2 };
+                    let slot = self.slot(index);
+                    out[place..place + width].copy_from_slice(&row[slot..slot + width]);
+                }
+            }
+        }
+        out
+    }
+
     /// Values of the basis functions at the phase `theta` = ωt: `[1, cos k₁θ, sin k₁θ, …]`, length [`Self::coefficients`].
     pub fn basis(&self, theta: f64) -> Vec<f64> {
         let mut row = vec![1.0];

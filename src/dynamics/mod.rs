@@ -11,6 +11,7 @@
 
 pub mod aft;
 mod closed_model;
+pub mod closure;
 pub mod contact_element;
 pub mod continuation;
 pub mod cycle;
@@ -28,6 +29,7 @@ pub mod reduced;
 pub mod resonance;
 pub mod response;
 mod slider;
+pub mod truncation;
 pub mod vibration;
 
 pub use aft::{InterfaceElement, Sampling};
@@ -42,4 +44,5 @@ pub use linear_model::{LinearModel, Receptance, SecondOrder};
 pub use oscillator::Oscillator;
 pub use reduced::{Damping, reduced_model, reference_springs};
 pub use response::{Energy, Response, Start};
+pub use truncation::{Resolved, Truncation};
 pub use vibration::{ForcedPoint, Resonance, Vibration};

@@ -3,7 +3,7 @@
 use super::aft::{InterfaceElement, Workspace};
 use super::closed_model::ClosedModel;
 use super::newton_step::State;
-use super::{DynamicsError, HarmonicBalance};
+use super::{DynamicsError, HarmonicBalance, Harmonics};
 
 /// Mean force on an unsupported motion, relative to the forces it is the balance of, that is rounding.
 const UNSUPPORTED: f64 = 1e-7;
@@ -70,6 +70,16 @@ pub struct Start {
     /// Displacement of the ports \[m\], `ports × coefficients`, as in [`Response::displacement`]. Those of the contact degrees of
     /// freedom, which come first, are enough: the rest is not read.
     pub displacement: Vec<f64>,
+}
+
+impl Start {
+    /// The same in other harmonics.
+    pub fn transferred(&self, of: &Harmonics, to: &Harmonics) -> Start {
+        Start {
+            displacement: of.transfer(&self.displacement, to),
+            ..self.clone()
+        }
+    }
 }
 
 impl Response {

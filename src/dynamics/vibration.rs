@@ -62,13 +62,24 @@ impl Vibration {
         &self,
         elements: Vec<ContactElement>,
     ) -> Result<HarmonicBalance<ContactElement>, DynamicsError> {
-        HarmonicBalance::new(
-            &self.model,
-            elements,
-            self.harmonics.clone(),
-            self.loads.clone(),
-            self.settings,
-        )
+        self.balance_of(elements, self.harmonics.clone())
+    }
+
+    /// The same in other harmonics, with the samples that more of them need.
+    ///
+    /// # Errors
+    /// Those of [`HarmonicBalance::new`].
+    pub fn balance_of(
+        &self,
+        elements: Vec<ContactElement>,
+        harmonics: Harmonics,
+    ) -> Result<HarmonicBalance<ContactElement>, DynamicsError> {
+        let mut settings = self.settings;
+        if harmonics.highest() > self.harmonics.highest() {
+            settings.samples = settings.samples.max(4 * harmonics.highest() as usize + 2);
+        }
+        let loads = self.loads.clone();
+        HarmonicBalance::new(&self.model, elements, harmonics, loads, settings)
     }
 
     /// Phase resonance and peak, from `start` if there is one. The peak is the highest in the range if the unknowns of all elements

@@ -111,6 +111,7 @@ pub(super) const KEYS: &[&str] = &[
     "fidelity.load_steps",
     "fidelity.wear_tolerance",
     "fidelity.aft_samples",
+    "fidelity.harmonic_tolerance",
     "output.keep",
     "output.keep.every",
     "output.keep.last",

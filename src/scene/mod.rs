@@ -274,7 +274,7 @@ pub struct Dynamics {
     pub forces: Vec<Force>,
     /// Whose displacement is the response.
     pub response: Port,
-    /// Orders of the harmonics, 0 among them.
+    /// Orders of the harmonics, 0 among them: all, or those to begin with if there is a [`Fidelity::harmonic_tolerance`].
     pub harmonics: Vec<u32>,
     /// Elastic modes of the reduced structure.
     pub modes: usize,
@@ -395,6 +395,9 @@ pub struct Fidelity {
     pub load_steps: Option<usize>,
     /// Samples of a vibration cycle at which contact elements are evaluated.
     pub aft_samples: usize,
+    /// Relative error by harmonics left out, up to which they are extended; none where the scene says which there are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub harmonic_tolerance: Option<f64>,
 }
 
 /// A set of defaults.

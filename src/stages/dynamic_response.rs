@@ -4,11 +4,12 @@ use super::context::{Clock, VibrationKeys, kept};
 use super::model_update::element_table;
 use super::vibrating::{Driven, Model, Shaken, Vibrating};
 use super::{Inputs, RunError, Stage};
+use crate::dynamics::closure::ClosureEnergy;
 use crate::dynamics::cycle::{JointCycle, JointSummary, joint_cycle};
 use crate::dynamics::vibration::ForcedPoint;
 use crate::dynamics::{
-    ContactElement, DynamicsError, ElementState, HarmonicBalance, LinearModel, Resonance, Start,
-    Vibration,
+    ContactElement, DynamicsError, ElementState, HarmonicBalance, Harmonics, Resolved, Resonance,
+    Start, Truncation, Vibration,
 };
 use crate::model_update::ElementParameters;
 use crate::scene::Plan;
@@ -45,7 +46,7 @@ pub fn dynamic_response(
     before: Option<&Driven>,
 ) -> Result<Driven, RunError> {
     if let Some(tables) = all_kept(draft, keys)? {
-        return Driven::of(vibrating, model, tables);
+        return Driven::of(model, tables);
     }
     let driven = match before {
         Some(before) if !model.updated => Driven {
@@ -54,7 +55,7 @@ pub fn dynamic_response(
             tables: before.tables.clone(),
         },
         _ => {
-            let start = before.map(|before| &before.shaken.start);
+            let start = before.map(|before| &before.shaken);
             shake(inputs, vibrating, clock, model, start)?
         }
     };
@@ -81,32 +82,33 @@ pub fn shake(
     vibrating: &Vibrating,
     clock: &mut Clock,
     model: Model,
-    start: Option<&Start>,
+    before: Option<&Shaken>,
 ) -> Result<Driven, RunError> {
     let wear_iteration = clock.wear_iteration;
     clock.timed(Stage::DynamicResponse, || {
-        let vibration = &vibrating.vibration;
         let elements = vibrating.contact_elements(inputs, &model.parameters);
-        let balance = vibration.balance(elements).map_err(fail(wear_iteration))?;
-        let resonance = vibration
-            .resonance(&balance, start)
+        let start = before.map(|before| (&before.harmonics, &before.start));
+        let tolerance = inputs.scene.fidelity.harmonic_tolerance;
+        let resolved = vibrating
+            .vibration
+            .resolve(elements, start, tolerance)
             .map_err(fail(wear_iteration))?;
-        let (layout, parameters) = (&vibrating.layout, &model.parameters);
-        let tables = in_force(inputs, vibration, layout, &balance, &resonance, parameters)?;
+        let tables = in_force(inputs, &vibrating.layout, &resolved, &model.parameters)?;
         // As a later start will find it in the tables, to the last bit.
-        Driven::of(vibrating, model, tables)
+        Driven::of(model, tables)
     })
 }
 
 /// The tables of a resonance, in the order of [`IN_FORCE`].
 pub fn in_force(
     inputs: &Inputs,
-    vibration: &Vibration,
     layout: &Layout,
-    balance: &HarmonicBalance<ContactElement>,
-    resonance: &Resonance,
+    resolved: &Resolved,
     parameters: &ElementParameters,
 ) -> Result<[Table; 4], RunError> {
+    let Resolved {
+        balance, resonance, ..
+    } = resolved;
     let cycle = joint_cycle(
         balance.elements(),
         &resonance.phase.displacement,
@@ -115,8 +117,8 @@ pub fn in_force(
     )?;
     let summary = balance.joint_summary(&resonance.phase);
     Ok([
-        response_table(inputs, vibration, balance, resonance)?,
-        row(layout, balance, resonance, &cycle, &summary)?,
+        response_table(inputs, balance, resonance)?,
+        row(layout, resolved, &cycle, &summary)?,
         cycle_table(&cycle)?,
         element_table(layout, parameters, Some(&summary.states))?,
     ])
@@ -147,7 +149,7 @@ pub fn worn_response(
     draft: &mut Draft,
     keys: &VibrationKeys,
     parameters: &ElementParameters,
-    start: &Start,
+    shaken: &Shaken,
 ) -> Result<(), RunError> {
     let key = &keys.dynamic_response;
     if kept(draft, TableName::WornResponse, key)?.is_some()
@@ -159,9 +161,11 @@ pub fn worn_response(
     let (row, frf) = clock.timed(Stage::DynamicResponse, || {
         let vibration = &vibrating.vibration;
         let elements = vibrating.contact_elements(inputs, parameters);
-        let balance = vibration.balance(elements).map_err(fail(wear_iteration))?;
+        let balance = vibration
+            .balance_of(elements, shaken.harmonics.clone())
+            .map_err(fail(wear_iteration))?;
         let resonance = vibration
-            .resonance(&balance, Some(start))
+            .resonance(&balance, Some(&shaken.start))
             .map_err(fail(wear_iteration))?;
         let row = figures(Table::builder(TableName::WornResponse), &resonance).build()?;
         let frf = forced_response(inputs, vibration, &balance, wear_iteration)?;
@@ -219,12 +223,18 @@ fn figures(table: TableBuilder, resonance: &Resonance) -> TableBuilder {
 
 fn row(
     layout: &Layout,
-    balance: &HarmonicBalance<ContactElement>,
-    resonance: &Resonance,
+    resolved: &Resolved,
     cycle: &JointCycle,
     summary: &JointSummary,
 ) -> Result<Table, RunError> {
+    let Resolved {
+        balance,
+        resonance,
+        truncation,
+        ..
+    } = resolved;
     let phase = &resonance.phase;
+    let closure = ClosureEnergy::new(balance.elements(), &phase.displacement, balance.sampling());
     let count = |state| vec![summary.count(state) as i64];
     let load: f64 = balance.elements().iter().map(|e| e.normal_load).sum();
     let [about_x, about_y, about_n] = cycle.moment_variation(load * layout.lever);
@@ -234,6 +244,15 @@ fn row(
     Ok(
         figures(Table::builder(TableName::DynamicResponse), resonance)
             .column("error_energy", vec![phase.energy.imbalance()])
+            .column(
+                "highest_harmonic",
+                vec![i64::from(balance.harmonics().highest())],
+            )
+            .column("error_resonance_frequency", vec![truncation.frequency])
+            .column("error_peak_amplitude", vec![truncation.amplitude])
+            .column("error_friction_energy", vec![truncation.friction_energy])
+            .column("mean_motion_energy", vec![closure.mean_motion])
+            .column("closure_energy", vec![closure.error])
             .column("iterations", vec![resonance.iterations as i64])
             .column("active_elements", vec![phase.active_elements() as i64])
             .column("sticking_elements", count(ElementState::Stick))
@@ -274,17 +293,16 @@ fn cycle_table(cycle: &JointCycle) -> Result<Table, RunError> {
 /// One row for each port and harmonic, ports slow: the harmonic coefficients are stored so that [`shaken_of`] finds them again.
 fn response_table(
     inputs: &Inputs,
-    vibration: &Vibration,
     balance: &HarmonicBalance<ContactElement>,
     resonance: &Resonance,
 ) -> Result<Table, RunError> {
     let phase = &resonance.phase;
-    let harmonics = &vibration.harmonics;
+    let harmonics = balance.harmonics();
     let n = harmonics.coefficients();
     let contact = 3 * balance.elements().len();
     let points = Plan::points(&inputs.scene);
     let mut table = Columns::default();
-    for port in 0..vibration.model.ports() {
+    for port in 0..phase.displacement.len() / n {
         let displacement = &phase.displacement[port * n..][..n];
         let force = phase
             .force
@@ -332,22 +350,29 @@ struct Columns {
 }
 
 /// The response in force from its tables.
-pub fn shaken_of(vibration: &Vibration, response: &Table, row: &Table) -> Result<Shaken, RunError> {
+pub fn shaken_of(response: &Table, row: &Table) -> Result<Shaken, RunError> {
     let (cosine, sine) = (
         response.f64("displacement_cosine")?,
         response.f64("displacement_sine")?,
     );
-    let mut displacement =
-        Vec::with_capacity(vibration.model.ports() * vibration.harmonics.coefficients());
-    for ((harmonic, cosine), sine) in response.i32("harmonic")?.iter().zip(cosine).zip(sine) {
+    let orders = response.i32("harmonic")?;
+    let mut displacement = Vec::with_capacity(2 * orders.len());
+    for ((order, cosine), sine) in orders.iter().zip(cosine).zip(sine) {
         displacement.push(*cosine);
-        if *harmonic > 0 {
+        if *order > 0 {
             displacement.push(*sine);
         }
     }
+    let mut of_a_port = orders
+        .iter()
+        .map(|order| *order as u32)
+        .collect::<Vec<u32>>();
+    of_a_port.sort_unstable();
+    of_a_port.dedup();
     let number = |column: &str| row.f64(column).map(|values| values[0]);
     let resonance_frequency = number("resonance_frequency")?;
     Ok(Shaken {
+        harmonics: Harmonics::new(&of_a_port)?,
         start: Start {
             omega: resonance_frequency * std::f64::consts::TAU,
             load_factor: 1.0,
@@ -357,5 +382,11 @@ pub fn shaken_of(vibration: &Vibration, response: &Table, row: &Table) -> Result
         peak_frequency: number("peak_frequency")?,
         peak_amplitude: number("peak_amplitude")?,
         friction_energy: number("friction_energy")?,
+        closure_energy: number("closure_energy")?,
+        truncation: Truncation {
+            frequency: number("error_resonance_frequency")?,
+            amplitude: number("error_peak_amplitude")?,
+            friction_energy: number("error_friction_energy")?,
+        },
     })
 }

@@ -10,6 +10,7 @@ mod context;
 mod curves;
 mod dynamic_response;
 mod error;
+mod error_bars;
 mod fretting_cycle;
 mod indentation;
 mod inputs;

@@ -199,11 +199,11 @@ fn run_rough(
         {
             if let Some(asked) = fidelity
                 .tolerance
-                .filter(|asked| before.bar > asked * before.volume)
+                .filter(|asked| before.bar.steps > asked * before.volume)
             {
                 observer.notice(&format!(
-                    "fidelity.tolerance = {asked}: the error bar of wear_volume is {:.2e}; give a smaller fidelity.tolerance or wear.tolerance",
-                    before.bar / before.volume
+                    "fidelity.tolerance = {asked}: the wear steps' part of the error bar of wear_volume is {:.2e}; give a smaller fidelity.tolerance or wear.tolerance",
+                    before.bar.steps / before.volume
                 ));
             }
             return outcome(&store, Ending::Done);
@@ -358,8 +358,8 @@ fn iterate(
                 } else {
                     parameters(context, vibrating, &contact)?
                 };
-                let (clock, start) = (&mut context.clock, &driven.shaken.start);
-                worn_response(inputs, vibrating, clock, draft, own, &parameters, start)?;
+                let (clock, shaken) = (&mut context.clock, &driven.shaken);
+                worn_response(inputs, vibrating, clock, draft, own, &parameters, shaken)?;
             }
             if until == Some(Stage::DynamicResponse) {
                 return Ok(until);

@@ -9,6 +9,7 @@ use crate::scene::Plan;
 use crate::store::RunStore;
 use crate::tables::{Table, TableName};
 use crate::wear::cycle::CycleSolution;
+use crate::wear::error_bar::VolumeError;
 use crate::wear::joint::WornState;
 
 /// A committed iteration, as far as the next one depends on it.
@@ -22,9 +23,10 @@ pub struct Committed {
     pub volume: f64,
     /// Energy dissipated \[J\].
     pub energy: f64,
-    /// Sum of the errors of all steps, and the error bar of the volume \[m³\].
+    /// Sum of what all steps estimate of their errors \[m³\].
     pub error: f64,
-    pub bar: f64,
+    /// The error bar of the volume, by source.
+    pub bar: VolumeError,
     /// Its summary: what the next step changes.
     pub summary: Table,
     /// Cycles proposed to the next step; `None` before the first.
@@ -55,7 +57,7 @@ pub fn read(
         context.bear(row.f64("normal_load")?[0]);
     }
     if let Some(vibrating) = vibrating {
-        let driven = Driven::committed(vibrating, store, wear_iteration)?;
+        let driven = Driven::committed(store, wear_iteration)?;
         follow(context, vibrating, &driven)?;
         committed.driven = Some(driven);
     }
@@ -146,6 +148,9 @@ fn as_committed(
         error: summary.f64("error_tangential")?[0],
     };
     let volume = summary.f64("wear_volume")?[0];
+    // A motion that is prescribed has neither.
+    let of_vibration = ["error_harmonics", "error_closure"]
+        .map(|column| summary.f64(column).map_or(0.0, |values| values[0]));
     Ok(Committed {
         worn: WornState {
             wear,
@@ -157,7 +162,12 @@ fn as_committed(
         volume,
         energy: summary.f64("dissipated_energy_total")?[0],
         error: summary.f64("error_wear")?[0] * volume,
-        bar: summary.f64("error_wear_volume")?[0] * volume,
+        bar: VolumeError {
+            steps: (summary.f64("error_wear_volume")?[0] - of_vibration[0] - of_vibration[1])
+                * volume,
+            harmonics: of_vibration[0] * volume,
+            closure: of_vibration[1] * volume,
+        },
         proposal: (wear_iteration > 0)
             .then(|| step.f64("next_n_cycles").map(|v| v[0]))
             .transpose()?,

@@ -2,6 +2,7 @@
 
 use super::RunError;
 use super::context::Context;
+use super::error_bars::{Sources, error_bars};
 use super::fretting_cycle::Cycle;
 use super::state::Committed;
 use super::static_contact::StaticContact;
@@ -9,7 +10,6 @@ use super::vibrating::Driven;
 use super::wear::Worn;
 use crate::surface::statistics::roughness;
 use crate::tables::{Table, TableName};
-use crate::wear::error_bar;
 
 /// Keys that cannot alter what is already computed: where a run stops and what it keeps.
 pub const FREE_KEYS: [&str; 4] = [
@@ -101,64 +101,15 @@ pub fn summary(
         let volume = before.map_or(0.0, |b| b.volume) + worn.volume;
         // A run that began from another may wear at another coefficient than it.
         let energy = before.map_or(0.0, |b| b.energy) + worn.volume / wear.coefficient;
-        let estimate = match before {
-            Some(before) if !wear.scheme.estimates_error() => {
-                let energies = [&before.worn.cycle.energy[..], &cycle.solution.energy];
-                let (coefficient, cell_area) = (wear.coefficient, joint.patch.grid.cell_area());
-                error_bar::of_constant_rate(energies, coefficient, worn.n_cycles, cell_area)
-            }
-            _ => worn.error,
+        let sources = Sources {
+            before,
+            worn,
+            driven,
+            cycle,
+            volume,
         };
-        let error = before.map_or(0.0, |b| b.error) + estimate;
-        let bar = before.map_or(0.0, |b| b.bar)
-            + error_bar::of_step(estimate, worn.volume, cycle.solution.error);
-        let relative = |error: f64| if volume > 0.0 { error / volume } else { 0.0 };
-        // Each with the volume that was worn while it changed: the vibration in force stays from one update to the next.
-        let last = before.and_then(|b| b.driven.as_ref());
-        let since = volume - last.map_or(0.0, |last| last.model.reference.wear_volume);
-        let jumps = driven.is_some_and(|driven| driven.model.updated);
-        let mut figures = vec![
-            (
-                "loaded_area_fraction",
-                "error_loaded_area",
-                fraction(LOADED * largest),
-                worn.volume,
-            ),
-            ("kn", "error_kn", contact.kn, worn.volume),
-            ("kt", "error_kt", contact.kt, worn.volume),
-            (
-                "dissipated_energy",
-                "error_dissipated_energy",
-                cycle.solution.dissipation,
-                if jumps { since } else { worn.volume },
-            ),
-        ];
-        if let Some(driven) = driven {
-            let shaken = &driven.shaken;
-            figures.extend([
-                (
-                    "resonance_frequency",
-                    "error_resonance_frequency",
-                    shaken.resonance_frequency,
-                    since,
-                ),
-                (
-                    "peak_amplitude",
-                    "error_peak_amplitude",
-                    shaken.peak_amplitude,
-                    since,
-                ),
-            ]);
-        }
-        for (figure, name, value, meanwhile) in figures {
-            // What was inherited may not have had it.
-            let earlier = before.and_then(|b| b.summary.f64(figure).ok());
-            let ends = [earlier.map_or(value, |earlier| earlier[0]), value];
-            let error = error_bar::of_figure(ends, bar, meanwhile, volume);
-            table = table.column(name, vec![error]);
-        }
-        table = table
-            .column("error_wear_volume", vec![relative(bar)])
+        let of_contact = [fraction(LOADED * largest), contact.kn, contact.kt];
+        table = error_bars(context, table, wear, &sources, of_contact)
             .column(
                 "cycles",
                 vec![(before.map_or(0, |b| b.cycles) + worn.n_cycles) as i64],
@@ -169,8 +120,7 @@ pub fn summary(
                 "wear_rate",
                 vec![wear.coefficient * cycle.solution.dissipation],
             )
-            .column("dissipated_energy_total", vec![energy])
-            .column("error_wear", vec![relative(error)]);
+            .column("dissipated_energy_total", vec![energy]);
     }
     Ok(table.column("fft_pairs", vec![fft_pairs]).build()?)
 }

@@ -6,7 +6,7 @@ use super::structure::Stored;
 use super::{Inputs, RunError};
 use crate::contact::{ContactError, Shear};
 use crate::dynamics::cycle::joint_cycle;
-use crate::dynamics::{ContactElement, Sampling, Start, Vibration};
+use crate::dynamics::{ContactElement, Harmonics, Sampling, Start, Truncation, Vibration};
 use crate::model_update::{
     Compliance, ContactElements, ElementParameters, Linearisation, Springs, UpdateState,
     fine_displacement,
@@ -49,12 +49,17 @@ pub struct Model {
 /// The response in force, as far as a later one and the fretting cycle depend on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shaken {
+    pub harmonics: Harmonics,
     pub start: Start,
     pub resonance_frequency: f64,
     pub peak_frequency: f64,
     pub peak_amplitude: f64,
     /// Work of the contact forces per cycle \[J\].
     pub friction_energy: f64,
+    /// Energy of a cycle that the closures of the fine contact, mean displacement and total load, make wrong \[J\].
+    pub closure_energy: f64,
+    /// Errors by the harmonics left out.
+    pub truncation: Truncation,
 }
 
 /// What moves the joint at an iteration.
@@ -67,25 +72,21 @@ pub struct Driven {
 }
 
 impl Driven {
-    pub fn of(vibrating: &Vibrating, model: Model, tables: [Table; 4]) -> Result<Driven, RunError> {
+    pub fn of(model: Model, tables: [Table; 4]) -> Result<Driven, RunError> {
         Ok(Driven {
-            shaken: shaken_of(&vibrating.vibration, &tables[0], &tables[1])?,
+            shaken: shaken_of(&tables[0], &tables[1])?,
             model,
             tables,
         })
     }
 
     /// What moved the joint at a committed iteration.
-    pub fn committed(
-        vibrating: &Vibrating,
-        store: &RunStore,
-        wear_iteration: u64,
-    ) -> Result<Driven, RunError> {
+    pub fn committed(store: &RunStore, wear_iteration: u64) -> Result<Driven, RunError> {
         let read = |name| store.read(wear_iteration, name);
         let [response, row, cycle, elements] = IN_FORCE;
         let tables = [read(response)?, read(row)?, read(cycle)?, read(elements)?];
         let model = model_of(&read(TableName::ModelUpdate)?, &tables[3])?;
-        Driven::of(vibrating, model, tables)
+        Driven::of(model, tables)
     }
 }
 
@@ -143,7 +144,7 @@ impl Vibrating {
     pub fn motion(&self, inputs: &Inputs, driven: &Driven, load: f64) -> Result<Motion, RunError> {
         let steps = inputs.scene.fidelity.steps_per_cycle;
         let samples = steps * FINE_SAMPLES.div_ceil(steps);
-        let sampling = Sampling::new(self.vibration.harmonics.clone(), samples)?;
+        let sampling = Sampling::new(driven.shaken.harmonics.clone(), samples)?;
         let elements = self.contact_elements(inputs, &driven.model.parameters);
         let cycle = joint_cycle(
             &elements,

@@ -87,16 +87,17 @@ fn respond(
     layout: &Layout,
     parameters: &ElementParameters,
 ) -> Result<(), RunError> {
-    let elements = Plan::contact_elements(&inputs.scene, layout, parameters);
-    let vibration = Plan::vibration(&inputs.scene, stored.reduced.as_ref(), &elements)?;
+    let scene = &inputs.scene;
+    let elements = Plan::contact_elements(scene, layout, parameters);
+    let vibration = Plan::vibration(scene, stored.reduced.as_ref(), &elements)?;
     let fail = |source| RunError::Dynamics {
         wear_iteration: 0,
         source,
     };
     let has_contact = !elements.is_empty();
-    let balance = vibration.balance(elements).map_err(fail)?;
-    let resonance = match vibration.resonance(&balance, None) {
-        Ok(resonance) => Some(resonance),
+    let tolerance = scene.fidelity.harmonic_tolerance;
+    let resolved = match vibration.resolve(elements.clone(), None, tolerance) {
+        Ok(resolved) => Some(resolved),
         // The forced response has an answer all the same.
         Err(error @ DynamicsError::NoResonance { .. }) => {
             observer.notice(&format!("dynamics.frequency: {error}"));
@@ -105,8 +106,9 @@ fn respond(
         Err(error) => return Err(fail(error)),
     };
     let mut summary = Table::builder(TableName::Summary);
-    if let Some(resonance) = &resonance {
-        let tables = in_force(inputs, &vibration, layout, &balance, resonance, parameters)?;
+    if let Some(resolved) = &resolved {
+        let tables = in_force(inputs, layout, resolved, parameters)?;
+        let (resonance, truncation) = (&resolved.resonance, &resolved.truncation);
         let written: Vec<TableName> = self::tables(has_contact, true).collect();
         for (name, table) in IN_FORCE.iter().zip(&tables) {
             if written.contains(name) {
@@ -117,7 +119,10 @@ fn respond(
             .column("dissipated_energy", vec![resonance.phase.energy.friction])
             .column("resonance_frequency", vec![resonance.phase.frequency()])
             .column("peak_frequency", vec![resonance.peak_frequency])
-            .column("peak_amplitude", vec![resonance.peak_amplitude]);
+            .column("peak_amplitude", vec![resonance.peak_amplitude])
+            .column("error_dissipated_energy", vec![truncation.friction_energy])
+            .column("error_resonance_frequency", vec![truncation.frequency])
+            .column("error_peak_amplitude", vec![truncation.amplitude]);
     } else if has_contact {
         let table = element_table(layout, parameters, None)?;
         draft.put(TableName::ContactElement, key, &table)?;
@@ -127,7 +132,15 @@ fn respond(
             .column("kn", vec![parameters.kn.iter().sum::<f64>()])
             .column("kt", vec![parameters.kt.iter().sum::<f64>()]);
     }
-    let frf = forced_response(inputs, &vibration, &balance, 0)?;
+    let bare;
+    let balance = match &resolved {
+        Some(resolved) => &resolved.balance,
+        None => {
+            bare = vibration.balance(elements).map_err(fail)?;
+            &bare
+        }
+    };
+    let frf = forced_response(inputs, &vibration, balance, 0)?;
     draft.put(TableName::Frf, key, &frf)?;
     draft.put(
         TableName::Summary,

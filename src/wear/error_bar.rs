@@ -1,9 +1,43 @@
-//! Error bars: how far a worn state's figures may be from those of exact wear steps and exact contact solves of the same model.
+//! Error bars: how far a worn state's figures may be from those of exact wear steps and exact contact solves of the same model,
+//! and of a vibration with all harmonics whose elements each move and are loaded by themselves.
 //!
-//! The worn volume is in error by what the wear steps estimate of themselves, times a factor of safety, and by the duality gaps
-//! of the cycles, which bound what friction dissipates. Every other figure follows the volume: its error is what the last step
-//! changed it by, in proportion (a vibration in force: the last update). Where wear dies out the energy of a cycle falls by a large part while little volume is worn, so
-//! that a small error of volume is a large one of the energy; the bar says so.
+//! The worn volume is in error by what the wear steps estimate of themselves, times a factor of safety; by the duality gaps
+//! of the cycles, which bound what friction dissipates; and by what the vibration makes wrong in the energy of every cycle. Every
+//! other figure follows the volume: its error is what the last step changed it by, in proportion (a vibration in force: the last
+//! update), and what the vibration makes wrong in it directly. Where wear dies out the energy of a cycle falls by a large part
+//! while little volume is worn, so that a small error of volume is a large one of the energy; the bar says so.
+
+use std::ops::Add;
+
+/// Error of a worn volume, by source \[m³\].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct VolumeError {
+    /// Wear steps and contact solves.
+    pub steps: f64,
+    /// Harmonics left out of the vibration.
+    pub harmonics: f64,
+    /// Mean displacement and total load, by which a vibration drives the contact.
+    pub closure: f64,
+}
+
+impl VolumeError {
+    /// Errors need not cancel.
+    pub fn total(self) -> f64 {
+        self.steps + self.harmonics + self.closure
+    }
+}
+
+impl Add for VolumeError {
+    type Output = VolumeError;
+
+    fn add(self, other: VolumeError) -> VolumeError {
+        VolumeError {
+            steps: self.steps + other.steps,
+            harmonics: self.harmonics + other.harmonics,
+            closure: self.closure + other.closure,
+        }
+    }
+}
 
 /// Of an error estimated from two results alone, as in [Roache 1994]: what a step does wrong goes on to change the later ones.
 /// Measured, true errors are 0.3 to 2.8 times the estimate.
@@ -21,14 +55,15 @@ pub fn of_step(estimate: f64, volume: f64, gap: f64) -> f64 {
 
 /// Relative error of a figure that changed from `before` to `after` while `volume` was worn, under an `error` of the volume worn in
 /// `all` steps (all three \[m³\]). 0 where nothing wears.
-pub fn of_figure([before, after]: [f64; 2], error: f64, volume: f64, all: f64) -> f64 {
+pub fn of_figure([before, after]: [f64; 2], error: VolumeError, volume: f64, all: f64) -> f64 {
     if volume <= 0.0 || all <= 0.0 {
         return 0.0;
     }
-    let least = LEAST * error / all;
+    let least = LEAST * error.steps / all;
     let change = ((after - before) / after).abs();
     if change.is_finite() {
-        least.max(change * error / volume)
+        let by_vibration = change * (error.harmonics + error.closure) / volume;
+        least.max(change * error.steps / volume) + by_vibration
     } else {
         least
     }

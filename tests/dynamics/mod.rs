@@ -1,6 +1,7 @@
 //! Steady vibration: harmonics, contact elements, harmonic balance against time integration, continuation, resonance.
 
 mod balance;
+mod closure;
 mod condensation;
 mod continuation;
 mod element;
@@ -10,6 +11,7 @@ mod harmonics;
 mod resonance;
 mod resonator;
 mod time_integration;
+mod truncation;
 
 use fretwear::dynamics::aft::{Closure, Derivative};
 use fretwear::dynamics::{

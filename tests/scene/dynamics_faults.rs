@@ -81,8 +81,8 @@ const OF_DYNAMICS: &[(&str, &str, &str)] = &[
     ),
     (
         r#"force = { amplitude = "1000 N", at = "far_wall", direction = "x" }"#,
-        r#"force = [{ amplitude = "1000 N" }, { amplitude = "5 N", harmonic = 5 }]"#,
-        r#"case.toml, line 19: dynamics.force = [{ amplitude = "1000 N" }, { amplitude = "5 N", harmonic = 5 }]: harmonic 5 is not in dynamics.harmonics = [0, 1, 2, 3]; add it there"#,
+        "force = [{ amplitude = \"1000 N\" }, { amplitude = \"5 N\", harmonic = 5 }]\nharmonics = [0, 1, 2]",
+        r#"case.toml, line 19: dynamics.force = [{ amplitude = "1000 N" }, { amplitude = "5 N", harmonic = 5 }]: harmonic 5 is not in dynamics.harmonics = [0, 1, 2]; add it there"#,
     ),
     (
         r#"force = { amplitude = "1000 N", at = "far_wall", direction = "x" }"#,

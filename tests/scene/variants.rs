@@ -104,6 +104,7 @@ fn knobs_are_those_of_the_scene() {
         "steps_per_cycle",
         "load_steps",
         "aft_samples",
+        "harmonic_tolerance",
         "harmonics",
         "modes",
         "elements",
@@ -150,6 +151,16 @@ fn knobs_are_those_of_the_scene() {
             "[0, 1, 2, 3, 4, 5]",
             "[0, 1, 2, 3, 4, 5, 6, 7]"
         ]
+    );
+    let resonator = Bench::new();
+    let text = crate::support::RESONATOR.replace("harmonics = [0, 1]\n", "");
+    assert!(!text.contains("harmonics"));
+    resonator.write("grown.toml", text);
+    let grown = variants_of(&resonator.path("grown.toml"), &[], &[]);
+    assert_eq!(of(&grown, "harmonics"), [""; 0]);
+    assert_eq!(
+        of(&grown, "harmonic_tolerance"),
+        ["5e-2", "1.5e-2", "1.5e-3"]
     );
     let oscillator = variants_of(&pipeline("oscillator.toml"), &[], &["harmonics", "preset"]);
     assert_eq!(of(&oscillator, "harmonics")[1], "[0, 1, 3]");

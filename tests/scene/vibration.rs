@@ -410,6 +410,31 @@ fn samples_of_a_cycle_follow_the_preset_and_the_harmonics() {
 }
 
 #[test]
+fn harmonics_that_are_not_given_are_extended() {
+    let tolerance = |sets: &[&str]| of(ROUGH, sets).fidelity.harmonic_tolerance;
+    for (preset, expected) in [
+        ("paper", None),
+        ("fast", Some(0.025)),
+        ("balanced", Some(0.005)),
+        ("reference", Some(0.002)),
+    ] {
+        let set = format!("fidelity.preset={preset}");
+        assert_eq!(tolerance(&[&set]), expected);
+        assert_eq!(tolerance(&[&set, "dynamics.harmonics=[0, 1]"]), None);
+        let own = [&set[..], "fidelity.harmonic_tolerance=0.01"];
+        assert_eq!(tolerance(&own), Some(0.01));
+    }
+    assert_eq!(tolerance(&["fidelity.tolerance=0.01"]), Some(0.005));
+    // Those that are driven are among them from the beginning.
+    let forces = r#"dynamics.force=[{ amplitude = "9 N" }, { amplitude = "5 N", harmonic = 5 }]"#;
+    let harmonics = of(OSCILLATOR, &[forces])
+        .dynamics
+        .expect("dynamics")
+        .harmonics;
+    assert_eq!(harmonics, [0, 1, 2, 3, 5]);
+}
+
+#[test]
 fn a_set_kind_drops_the_keys_of_other_structures() {
     let text = ROUGH.replace(
         "kind = \"resonator\"",

@@ -3,8 +3,14 @@
 
 use std::path::PathBuf;
 
+use fretwear::stages::{Ending, Stage};
+use fretwear::tables::TableName;
+
 use super::Start;
-use crate::support::{Bench, SMALL, latest, summary};
+use crate::support::{Bench, RESONATOR, SMALL, assert_same, content, latest, summary, table};
+
+/// Wear coefficient of the small resonator [m^3/J].
+const COEFFICIENT: f64 = 2e-13;
 
 /// Figures and their bars.
 const FIGURES: [(&str, &str); 6] = [
@@ -138,4 +144,81 @@ fn a_tolerance_is_kept() {
             );
         }
     }
+}
+
+/// The parts of a vibrating joint's bar add up from one step to the next: each wears under the vibration of the state before it.
+#[test]
+fn what_the_vibration_makes_wrong_adds_up() {
+    let bench = Bench::new();
+    let root = bench.path("run");
+    Start::new(bench.scene("resonator.toml", &[]), &root).done();
+    let [mut harmonics, mut closure] = [0.0; 2];
+    for k in 1..=latest(&root) {
+        let before = table(&root, k - 1, TableName::DynamicResponse);
+        let of = |column: &str| before.f64(column).expect("a number")[0];
+        let figure = |column: &str| summary(&root, k, column);
+        let volume = figure("wear_volume");
+        let worn = volume - summary(&root, k - 1, "wear_volume");
+        harmonics += worn * of("error_friction_energy");
+        let cycles = table(&root, k, TableName::Summary)
+            .i64("n_cycles")
+            .expect("cycles")[0];
+        closure += COEFFICIENT * cycles as f64 * of("closure_energy");
+        for (column, expected) in [("error_harmonics", harmonics), ("error_closure", closure)] {
+            let found = figure(column) * volume;
+            assert!(
+                (found - expected).abs() <= 1e-9 * expected,
+                "{column} of {k}: {found:e} m^3 instead of {expected:e} m^3"
+            );
+        }
+        let steps =
+            figure("error_wear_volume") - figure("error_harmonics") - figure("error_closure");
+        assert!(steps > 0.0 && steps < 0.1, "{steps}");
+        // What is wrong in a vibration is in its own figures.
+        let now = table(&root, k, TableName::DynamicResponse);
+        for (bar, own) in [
+            ("error_resonance_frequency", "error_resonance_frequency"),
+            ("error_peak_amplitude", "error_peak_amplitude"),
+            ("error_dissipated_energy", "error_friction_energy"),
+        ] {
+            assert!(figure(bar) >= now.f64(own).expect("a number")[0], "{bar}");
+        }
+    }
+    assert!(harmonics > 0.0 && closure > 0.0);
+}
+
+/// Without `dynamics.harmonics` there are as many as leave out little, in every iteration, and a run that is continued at any stage
+/// has the same.
+#[test]
+fn harmonics_that_suffice() {
+    const ASKED: f64 = 2e-3;
+    let bench = Bench::new();
+    bench.write("grown.toml", RESONATOR.replace("harmonics = [0, 1]\n", ""));
+    let set = format!("fidelity.harmonic_tolerance={ASKED}");
+    let scene = || bench.scene("grown.toml", &[&set, "wear.cycles=300_000"]);
+    let root = bench.path("whole");
+    Start::new(scene(), &root).done();
+    let mut highest = 3;
+    for k in 0..=latest(&root) {
+        let row = table(&root, k, TableName::DynamicResponse);
+        let now = row.i64("highest_harmonic").expect("an order")[0];
+        assert!(now >= highest, "{now} after {highest}");
+        highest = now;
+        for column in ["error_peak_amplitude", "error_friction_energy"] {
+            let error = row.f64(column).expect("an error")[0];
+            assert!(error <= ASKED, "{column} of {k}: {error:e}");
+        }
+        let response = table(&root, k, TableName::Response);
+        let orders = response.i32("harmonic").expect("orders");
+        assert_eq!(orders.iter().max().map(|o| i64::from(*o)), Some(highest));
+    }
+    assert!(highest > 3, "nothing was extended");
+    let parts = bench.path("parts");
+    for stage in Stage::ALL.into_iter().cycle() {
+        let (outcome, _) = Start::new(scene(), &parts).until(stage).done();
+        if outcome.ending == Ending::Done {
+            break;
+        }
+    }
+    assert_same(&content(&parts), &content(&root), "stage by stage");
 }

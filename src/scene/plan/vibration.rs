@@ -83,6 +83,21 @@ pub(super) fn decide(scene: &Scene, decisions: &mut Decisions) -> Result<(), Pla
             "the others follow their springs, which is checked over the whole cycle",
         );
     }
+    match scene.fidelity.harmonic_tolerance.filter(|_| elements > 0) {
+        Some(tolerance) => decisions.add(
+            "harmonics",
+            format!(
+                "after dynamic_response: from {:?} on, until those left out change amplitude and dissipation by less than {tolerance}",
+                dynamics.harmonics
+            ),
+            "no dynamics.harmonics; dynamic_response has the highest, and the errors",
+        ),
+        None => decisions.add(
+            "harmonics",
+            format!("{:?}", dynamics.harmonics),
+            "dynamics.harmonics; what those left out would change is in dynamic_response",
+        ),
+    }
     if dynamics.damping_ratio > 0.0 {
         decisions.add(
             "damping",

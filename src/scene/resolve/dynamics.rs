@@ -200,7 +200,13 @@ fn harmonics(reader: &Reader<'_>, forces: &[Force]) -> Result<Vec<u32>> {
         "a list of different integers of 0 to {LARGEST_HARMONIC}, 0 and 1 among them, such as [0, 1, 2, 3]"
     );
     let mut orders = match reader.integers(KEY, &expected)? {
-        None => HARMONICS.to_vec(),
+        None => {
+            let driven = forces.iter().map(|force| force.harmonic);
+            let mut orders: Vec<u32> = HARMONICS.into_iter().chain(driven).collect();
+            orders.sort_unstable();
+            orders.dedup();
+            orders
+        }
         Some(orders) => orders
             .into_iter()
             .map(|order| {

@@ -112,6 +112,7 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
         cycle_tolerance: tolerance("fidelity.cycle_tolerance", default.cycle)?,
         load_steps: load_steps(reader)?,
         aft_samples: target.map_or_else(|| samples(preset), samples_for),
+        harmonic_tolerance: None,
     })
 }
 
@@ -145,8 +146,57 @@ fn samples_for(error: f64) -> usize {
 /// An oscillator has one element: as many times the samples cost nothing.
 const OSCILLATOR_SAMPLES: usize = 8;
 
-/// The samples of a vibration cycle, of which the highest harmonic needs some.
-pub(super) fn with_samples(
+/// Part of an asked error that harmonics left out may take of amplitude and dissipation.
+const HARMONICS: f64 = 0.5;
+
+/// The same of the promise of a preset; the published one does not extend its harmonics.
+fn harmonic_tolerance(preset: Preset) -> Option<f64> {
+    match preset {
+        Preset::Paper => None,
+        Preset::Fast => Some(HARMONICS * 0.05),
+        Preset::Balanced => Some(HARMONICS * 0.01),
+        Preset::Reference => Some(2e-3),
+    }
+}
+
+/// What a vibration needs: whether its harmonics are extended, and the samples of a cycle, of which the highest needs some.
+pub(super) fn with_vibration(
+    reader: &Reader<'_>,
+    fidelity: Fidelity,
+    structure: Option<&Structure>,
+    dynamics: Option<&Dynamics>,
+) -> Result<Fidelity> {
+    const KEY: &str = "fidelity.harmonic_tolerance";
+    let given = reader.quantity(KEY, Dimension::NONE, TOLERANCE, "0.005")?;
+    let harmonic_tolerance = match dynamics {
+        None if given.is_some() => {
+            return Err(reader.conflict(
+                KEY,
+                "it is about [dynamics], and there is none; leave it out",
+            ));
+        }
+        Some(_) if given.is_some() && reader.has("dynamics.harmonics") => {
+            return Err(reader.conflict(
+                KEY,
+                "dynamics.harmonics says which there are; give one of them",
+            ));
+        }
+        Some(_) if !reader.has("dynamics.harmonics") => {
+            given.or_else(|| match fidelity.tolerance {
+                Some(error) => Some(HARMONICS * error),
+                None => harmonic_tolerance(fidelity.preset),
+            })
+        }
+        _ => None,
+    };
+    let fidelity = with_samples(reader, fidelity, structure, dynamics)?;
+    Ok(Fidelity {
+        harmonic_tolerance,
+        ..fidelity
+    })
+}
+
+fn with_samples(
     reader: &Reader<'_>,
     fidelity: Fidelity,
     structure: Option<&Structure>,

@@ -59,7 +59,12 @@ pub(super) fn scene(tree: &Node, name: String) -> Result<Scene> {
         name,
         update: cycles::update(&reader, wear.as_ref(), dynamics.as_ref())?,
         output: output::output(&reader, wear.as_ref(), dynamics.as_ref())?,
-        fidelity: fidelity::with_samples(&reader, fidelity, structure.as_ref(), dynamics.as_ref())?,
+        fidelity: fidelity::with_vibration(
+            &reader,
+            fidelity,
+            structure.as_ref(),
+            dynamics.as_ref(),
+        )?,
         joint,
         material,
         surface,

@@ -51,7 +51,7 @@ const fn knob(name: &'static str, key: &'static str, kind: KnobKind) -> Knob {
 }
 
 /// All knobs, in the order in which they are tried.
-pub const KNOBS: [Knob; 15] = [
+pub const KNOBS: [Knob; 16] = [
     knob("preset", "fidelity.preset", KnobKind::Preset),
     knob("tolerance", "fidelity.tolerance", KnobKind::Solver),
     knob(
@@ -83,6 +83,11 @@ pub const KNOBS: [Knob; 15] = [
     ),
     knob("scheme", "wear.scheme", KnobKind::Solver),
     knob("aft_samples", "fidelity.aft_samples", KnobKind::Solver),
+    knob(
+        "harmonic_tolerance",
+        "fidelity.harmonic_tolerance",
+        KnobKind::Solver,
+    ),
     knob("harmonics", "dynamics.harmonics", KnobKind::Discretisation),
     knob("modes", "dynamics.modes", KnobKind::Discretisation),
     knob("elements", "joint.elements", KnobKind::Discretisation),

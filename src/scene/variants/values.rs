@@ -79,8 +79,10 @@ pub(super) fn values(
             Ok(parts(tolerance, [10.0, 3.0, 0.3, 0.1]))
         }
         "scheme" => Ok(schemes(scene, written)),
-        "aft_samples" | "harmonics" if scene.dynamics.is_none() => Err("there is no [dynamics]"),
-        "aft_samples" | "harmonics" if scene.contact.is_none() => {
+        "aft_samples" | "harmonics" | "harmonic_tolerance" if scene.dynamics.is_none() => {
+            Err("there is no [dynamics]")
+        }
+        "aft_samples" | "harmonics" | "harmonic_tolerance" if scene.contact.is_none() => {
             Err("without a contact the vibration is linear")
         }
         "aft_samples" => Ok(counts(
@@ -88,6 +90,13 @@ pub(super) fn values(
             [1.0 / 4.0, 1.0 / 2.0, 2.0],
             even,
         )),
+        "harmonic_tolerance" => match fidelity.harmonic_tolerance {
+            Some(tolerance) => Ok(parts(tolerance, [10.0, 3.0, 0.3])),
+            None => Err("dynamics.harmonics says which there are"),
+        },
+        "harmonics" if fidelity.harmonic_tolerance.is_some() => {
+            Err("fidelity.harmonic_tolerance extends them as far as needed")
+        }
         "harmonics" => Ok(scene.dynamics.as_ref().map(harmonics).unwrap_or_default()),
         "modes" | "elements" | "stiffness"
             if !matches!(scene.structure, Some(Structure::Resonator { .. })) =>

@@ -1,0 +1,96 @@
+//! What is lost where one mean displacement and the total load stand for those of many elements: the closures under which a
+//! vibration drives a rough contact.
+
+use super::Sampling;
+use super::contact_element::{ContactElement, ElementState};
+use super::cycle::element_cycles;
+
+/// Energies of a cycle of the joint with and without the closures.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ClosureEnergy {
+    /// What friction would dissipate in one element with the stiffness of all loaded ones, under their mean displacement and total
+    /// load \[J\].
+    pub mean_motion: f64,
+    /// What the closures may make wrong \[J\]: the larger of two differences. One is of the energy that the elements dissipate as
+    /// they are to that of the mean motion. It is without meaning where elastic displacement is shared by the elements, as in a half
+    /// space, rather than their own; so the other is of the work of friction if every element that slips anywhere slid by
+    /// all of its own displacement, to that by the mean one under its part of the total load.
+    pub error: f64,
+}
+
+impl ClosureEnergy {
+    /// Of `elements` under the coefficients of their displacement, as [`element_cycles`] takes them.
+    pub fn new(elements: &[ContactElement], displacement: &[f64], sampling: &Sampling) -> Self {
+        let cycles = element_cycles(elements, displacement, sampling);
+        let width = 3 * sampling.harmonics().coefficients();
+        let moved: Vec<Vec<[f64; 3]>> = displacement
+            .chunks(width)
+            .take(elements.len())
+            .map(|row| sampling.synthesise(row))
+            .collect();
+        let loaded: Vec<usize> = (0..elements.len())
+            .filter(|&e| elements[e].normal_load > 0.0)
+            .collect();
+        let sum = |of: fn(&ContactElement) -> f64| loaded.iter().map(|&e| of(&elements[e])).sum();
+        let Some(first) = loaded.first() else {
+            return ClosureEnergy::default();
+        };
+        let area: f64 = elements.iter().map(|e| e.area).sum();
+        let share = |e: usize| match area {
+            0.0 => 1.0 / elements.len() as f64,
+            area => elements[e].area / area,
+        };
+        let whole = ContactElement {
+            area,
+            normal_load: sum(|e| e.normal_load),
+            tangential_stiffness: sum(|e| e.tangential_stiffness),
+            normal_stiffness: sum(|e| e.normal_stiffness),
+            ..elements[*first]
+        };
+        let samples = sampling.samples();
+        // The normal displacement that gives the total load: its mean over the area is that of elements which open, too.
+        let mean: Vec<[f64; 3]> = (0..samples)
+            .map(|j| {
+                let along = |d: usize| -> f64 {
+                    let parts = moved.iter().enumerate();
+                    parts.map(|(e, u)| share(e) * u[j][d]).sum()
+                };
+                let load: f64 = cycles.iter().map(|c| c.force[j][2]).sum();
+                let normal = match whole.normal_stiffness {
+                    0.0 => 0.0,
+                    kn => (load - whole.normal_load) / kn,
+                };
+                [along(0), along(1), normal]
+            })
+            .collect();
+        let together = whole.cycle(&mean);
+        let apart: f64 = cycles.iter().map(|c| c.dissipated_energy).sum();
+        let slid: f64 = loaded
+            .iter()
+            .filter(|&&e| cycles[e].state != ElementState::Stick)
+            .map(|&e| {
+                let part = elements[e].normal_load / whole.normal_load;
+                let own = friction_work(&moved[e], |j| cycles[e].force[j][2]);
+                let closed = friction_work(&mean, |j| part * together.force[j][2]);
+                elements[e].friction_coefficient * (own - closed)
+            })
+            .sum();
+        ClosureEnergy {
+            mean_motion: together.dissipated_energy,
+            error: (apart - together.dissipated_energy).abs().max(slid.abs()),
+        }
+    }
+}
+
+/// ∮ N |du| over the samples of a cycle \[J\].
+fn friction_work(displacement: &[[f64; 3]], load: impl Fn(usize) -> f64) -> f64 {
+    let samples = displacement.len();
+    (0..samples)
+        .map(|j| {
+            let before = (j + samples - 1) % samples;
+            let path = (displacement[j][0] - displacement[before][0])
+                .hypot(displacement[j][1] - displacement[before][1]);
+            0.5 * (load(j) + load(before)) * path
+        })
+        .sum()
+}

@@ -1,0 +1,172 @@
+//! The harmonics that are left out: what they would change, and as many as leave little.
+
+use super::contact_element::ContactElement;
+use super::vibration::{Resonance, Vibration};
+use super::{DynamicsError, HarmonicBalance, Harmonics, Response, Start};
+
+/// The change from the harmonics of a balance to about twice as many, times this, is taken for their error: at least a third of it
+/// is left out by these, too, as what friction leaves out falls about like the square of the first order that is missing.
+const TAIL: f64 = 2.0;
+/// Error where no response was found with more harmonics: nothing is known.
+const UNKNOWN: f64 = 1.0;
+/// Harmonics up to this order are not extended further: 340 elements have 64 000 unknowns then.
+const MOST: u32 = 31;
+/// Highest order of the harmonics with which a response of many is looked for first.
+const FEW: u32 = 3;
+
+/// Estimated errors of a resonance by the harmonics that are left out, relative.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Truncation {
+    /// Of the frequency of the phase resonance.
+    pub frequency: f64,
+    /// Of the amplitude there, and of the peak beside it.
+    pub amplitude: f64,
+    /// Of the energy that friction dissipates in a cycle.
+    pub friction_energy: f64,
+}
+
+/// A resonance, the balance that it solves, and what that leaves out.
+pub struct Resolved<'a> {
+    pub balance: HarmonicBalance<ContactElement>,
+    pub resonance: Resonance,
+    pub truncation: Truncation,
+    vibration: &'a Vibration,
+}
+
+impl Vibration {
+    /// The resonance with these contact elements, from a response in some harmonics if there is one; with the harmonics of the
+    /// vibration, or those of the start if they are more. With a `tolerance` they are extended until the estimated errors of
+    /// amplitude and dissipation are within it.
+    ///
+    /// # Errors
+    /// Those of [`Vibration::resonance`].
+    pub fn resolve(
+        &self,
+        elements: Vec<ContactElement>,
+        start: Option<(&Harmonics, &Start)>,
+        tolerance: Option<f64>,
+    ) -> Result<Resolved<'_>, DynamicsError> {
+        let harmonics = match start {
+            Some((of_start, _)) if of_start.highest() > self.harmonics.highest() => of_start,
+            _ => &self.harmonics,
+        };
+        let balance = self.balance_of(elements, harmonics.clone())?;
+        let start = match start {
+            Some((of_start, start)) => Some(start.transferred(of_start, harmonics)),
+            None => self.few(&balance),
+        };
+        let mut resolved = Resolved {
+            resonance: self.resonance(&balance, start.as_ref())?,
+            balance,
+            truncation: Truncation::default(),
+            vibration: self,
+        };
+        while let Some((balance, response)) = resolved.estimate() {
+            let errors = [
+                resolved.truncation.amplitude,
+                resolved.truncation.friction_energy,
+            ];
+            let within = |tolerance| errors.iter().all(|error| *error <= tolerance);
+            if tolerance.is_none_or(within) || resolved.balance.harmonics().highest() >= MOST {
+                break;
+            }
+            resolved.resonance = self.resonance(&balance, Some(&response.start()))?;
+            resolved.balance = balance;
+        }
+        Ok(resolved)
+    }
+
+    /// A start for many harmonics: the phase resonance in the lowest, which is found at a small part of the cost. None where all
+    /// cost little, and several vibrations at one frequency are told apart by searching among all of them.
+    fn few(&self, balance: &HarmonicBalance<ContactElement>) -> Option<Start> {
+        let orders = balance.harmonics().orders();
+        let driven = |order: &u32| self.loads.iter().any(|load| load.harmonic == *order);
+        let few = orders.iter().filter(|o| **o <= FEW || driven(o)).copied();
+        let few = Harmonics::new(&few.collect::<Vec<u32>>()).ok()?;
+        if few.orders() == orders || balance.is_small() {
+            return None;
+        }
+        let first = self.balance_of(balance.elements().to_vec(), few).ok()?;
+        let response = first.phase_resonance(self.range, None).ok()?;
+        Some(
+            response
+                .start()
+                .transferred(first.harmonics(), balance.harmonics()),
+        )
+    }
+}
+
+impl Resolved<'_> {
+    /// Estimates the errors by solving the resonance again, from itself, with all harmonics up to one more than twice the highest;
+    /// that balance and its response. None where the response is linear, as harmonics other than those of the loads stay 0, or
+    /// where it is not found.
+    ///
+    /// One figure may change by little only because two larger changes of it cancel. Those of amplitude and dissipation are
+    /// therefore taken to be at least what the coefficients of the contact displacements change by on the whole.
+    fn estimate(&mut self) -> Option<(HarmonicBalance<ContactElement>, Response)> {
+        let coarse = &self.resonance.phase;
+        self.truncation = Truncation::default();
+        if coarse.active_elements() == 0 {
+            return None;
+        }
+        let port = self.vibration.response_port;
+        let harmonics = self.balance.harmonics();
+        let solve = || -> Result<_, DynamicsError> {
+            let elements = self.balance.elements().to_vec();
+            let finer = self.vibration.balance_of(elements, harmonics.beyond())?;
+            let start = coarse.start().transferred(harmonics, finer.harmonics());
+            let fine = finer.phase_resonance(self.vibration.range, Some(&start))?;
+            let amplitude = finer.amplitude(&fine, port)?.0;
+            Ok((finer, start, fine, amplitude))
+        };
+        let Ok((finer, start, fine, amplitude)) = solve() else {
+            self.truncation = Truncation {
+                frequency: UNKNOWN,
+                amplitude: UNKNOWN,
+                friction_energy: UNKNOWN,
+            };
+            return None;
+        };
+        let contact = 3 * finer.elements().len() * finer.harmonics().coefficients();
+        let whole = distance(
+            &start.displacement[..contact],
+            &fine.displacement[..contact],
+            harmonics,
+            finer.harmonics(),
+        );
+        let change = |coarse: f64, fine: f64| match fine {
+            0.0 => 0.0,
+            _ => (coarse / fine - 1.0).abs(),
+        };
+        let energy = change(coarse.energy.friction, fine.energy.friction);
+        self.truncation = Truncation {
+            frequency: TAIL * change(coarse.omega, fine.omega),
+            amplitude: TAIL * change(self.resonance.amplitude, amplitude).max(whole),
+            friction_energy: TAIL * energy.max(if energy > 0.0 { whole } else { 0.0 }),
+        };
+        Some((finer, fine))
+    }
+}
+
+/// Euclidean distance of two rows of coefficients in the orders of `kept` but the mean, relative to the second; rows of those of
+/// `all`.
+fn distance(a: &[f64], b: &[f64], kept: &Harmonics, all: &Harmonics) -> f64 {
+    let n = all.coefficients();
+    let slots: Vec<usize> = kept.orders()[1..]
+        .iter()
+        .filter_map(|order| all.slot_of(*order))
+        .flat_map(|slot| [slot, slot + 1])
+        .collect();
+    let (mut change, mut size) = (0.0, 0.0);
+    for (a, b) in a.chunks(n).zip(b.chunks(n)) {
+        for &slot in &slots {
+            change += (a[slot] - b[slot]).powi(2);
+            size += b[slot].powi(2);
+        }
+    }
+    if size > 0.0 {
+        (change / size).sqrt()
+    } else {
+        0.0
+    }
+}

@@ -1,0 +1,138 @@
+//! The estimated errors of harmonics left out against a balance with many, and harmonics that are extended until they suffice.
+
+use fretwear::dynamics::{
+    ContactElement, FrictionLaw, Harmonics, Oscillator, SecondOrder, Settings, Truncation,
+    Vibration,
+};
+
+use super::{drive, oscillator};
+
+/// From below the sliding resonance along x to above the stuck one.
+const RANGE: (f64, f64) = (4000.0, 7500.0);
+/// Samples enough that only harmonics matter.
+const SAMPLES: usize = 1024;
+/// As good as all: what is left out then is below a thousandth of what is measured.
+const ALL: u32 = 63;
+/// What the truth itself may be off by.
+const OWN: f64 = 1e-6;
+
+fn vibration(oscillator: &Oscillator, force: f64, harmonics: Harmonics) -> Vibration {
+    let model: SecondOrder = oscillator.model().expect("a right oscillator");
+    Vibration {
+        model,
+        loads: drive(force),
+        response_port: 0,
+        harmonics,
+        settings: Settings {
+            samples: SAMPLES,
+            ..Settings::default()
+        },
+        range: RANGE,
+    }
+}
+
+/// Frequency, amplitude and dissipation of a resonance, their estimated errors, and the highest harmonic.
+fn resolved(
+    elements: &[ContactElement],
+    vibration: &Vibration,
+    tolerance: Option<f64>,
+) -> ([f64; 3], Truncation, u32) {
+    let resolved = vibration
+        .resolve(elements.to_vec(), None, tolerance)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let resonance = &resolved.resonance;
+    let figures = [
+        resonance.phase.omega,
+        resonance.amplitude,
+        resonance.phase.energy.friction,
+    ];
+    let highest = resolved.balance.harmonics().highest();
+    (figures, resolved.truncation, highest)
+}
+
+fn off(found: [f64; 3], truth: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|k| (found[k] / truth[k] - 1.0).abs())
+}
+
+#[test]
+fn estimates_hold_the_truth() {
+    let sets = [&[0, 1][..], &[0, 1, 3], &[0, 1, 2, 3], &[0, 1, 3, 5]];
+    for law in [FrictionLaw::Cone, FrictionLaw::Box] {
+        let oscillator = oscillator(law);
+        let elements = [oscillator.element];
+        // Slip here and there, most of the time, nearly always.
+        for force in [60.0, 150.0, 400.0] {
+            let all = vibration(&oscillator, force, Harmonics::up_to(ALL));
+            let (truth, own, _) = resolved(&elements, &all, None);
+            assert!(own.amplitude < OWN, "{own:?}");
+            for orders in sets {
+                let harmonics = Harmonics::new(orders).expect("harmonics");
+                let few = vibration(&oscillator, force, harmonics);
+                let (found, errors, _) = resolved(&elements, &few, None);
+                let [frequency, amplitude, energy] = off(found, truth);
+                let bars = [errors.frequency, errors.amplitude, errors.friction_energy];
+                println!(
+                    "{law:?} {force} N {orders:?}: {:?} of {bars:?}",
+                    off(found, truth)
+                );
+                for (error, bar) in [frequency, amplitude, energy].into_iter().zip(bars) {
+                    assert!(
+                        error <= bar + OWN,
+                        "{law:?}, {force} N, {orders:?}: off by {error:e}, estimated {bar:e}"
+                    );
+                }
+                // A bar that holds anything says nothing.
+                let largest = frequency.max(amplitude).max(energy);
+                assert!(errors.amplitude < 20.0 * largest + OWN, "{errors:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_joint_that_sticks_leaves_nothing_out() {
+    let oscillator = oscillator(FrictionLaw::Cone);
+    let stuck = vibration(&oscillator, 0.5, Harmonics::up_to(1));
+    let (_, errors, _) = resolved(&[oscillator.element], &stuck, None);
+    assert_eq!(errors, Truncation::default());
+}
+
+#[test]
+fn harmonics_are_extended_until_they_suffice() {
+    let oscillator = oscillator(FrictionLaw::Cone);
+    let elements = [oscillator.element];
+    let vibration_of = |harmonics| vibration(&oscillator, 150.0, harmonics);
+    let (truth, ..) = resolved(&elements, &vibration_of(Harmonics::up_to(ALL)), None);
+    let mut before = 0;
+    for tolerance in [0.1, 1e-3, 1e-5] {
+        let begin = vibration_of(Harmonics::up_to(1));
+        let (found, errors, highest) = resolved(&elements, &begin, Some(tolerance));
+        println!("{tolerance:e}: harmonics 0 to {highest}, {errors:?}");
+        assert!(highest >= before, "{highest} after {before}");
+        assert!(errors.amplitude <= tolerance && errors.friction_energy <= tolerance);
+        let [_, amplitude, energy] = off(found, truth);
+        assert!(amplitude <= tolerance && energy <= tolerance);
+        before = highest;
+    }
+    assert!(before > 3);
+    // More than there is room for is told by the estimate.
+    let begin = vibration_of(Harmonics::up_to(3));
+    let (_, errors, highest) = resolved(&elements, &begin, Some(1e-14));
+    assert_eq!(highest, 31);
+    assert!(errors.amplitude > 1e-14);
+}
+
+/// A start in other harmonics is that start where both have an order, and 0 elsewhere.
+#[test]
+fn rows_in_other_harmonics() {
+    let (from, to) = (Harmonics::new(&[0, 1, 3]), Harmonics::up_to(2));
+    let (from, to) = (from.expect("harmonics"), to);
+    let rows = [1.0, 2.0, 3.0, 4.0, 5.0, -1.0, -2.0, -3.0, -4.0, -5.0];
+    assert_eq!(
+        from.transfer(&rows, &to),
+        [1.0, 2.0, 3.0, 0.0, 0.0, -1.0, -2.0, -3.0, 0.0, 0.0]
+    );
+    let there = from.transfer(&rows, &from.beyond());
+    assert_eq!(from.beyond().highest(), 7);
+    assert_eq!(from.beyond().transfer(&there, &from), rows);
+}
