@@ -168,7 +168,7 @@ pub fn worn_response(
             .resonance(&balance, Some(&shaken.start))
             .map_err(fail(wear_iteration))?;
         let row = figures(Table::builder(TableName::WornResponse), &resonance).build()?;
-        let frf = forced_response(inputs, vibration, &balance, wear_iteration)?;
+        let frf = forced_response(inputs, vibration, balance, wear_iteration)?;
         Ok((row, frf))
     })?;
     draft.put(TableName::WornResponse, key, &row)?;
@@ -180,16 +180,16 @@ pub fn worn_response(
 pub fn forced_response(
     inputs: &Inputs,
     vibration: &Vibration,
-    balance: &HarmonicBalance<ContactElement>,
+    balance: HarmonicBalance<ContactElement>,
     wear_iteration: u64,
 ) -> Result<Table, RunError> {
     let dynamics = inputs.scene.dynamics.as_ref();
-    let points = vibration
-        .forced_response(balance, dynamics.and_then(|d| d.points))
-        .map_err(fail(wear_iteration))?;
     let force = balance
         .drive()
         .map_or(0.0, |load| load.cosine.hypot(load.sine));
+    let points = vibration
+        .forced_response(balance, dynamics.and_then(|d| d.points))
+        .map_err(fail(wear_iteration))?;
     let series = |value: fn(&ForcedPoint) -> f64| points.iter().map(value).collect::<Vec<f64>>();
     Ok(Table::builder(TableName::Frf)
         .column("force", vec![force; points.len()])

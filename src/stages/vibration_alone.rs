@@ -132,13 +132,9 @@ fn respond(
             .column("kn", vec![parameters.kn.iter().sum::<f64>()])
             .column("kt", vec![parameters.kt.iter().sum::<f64>()]);
     }
-    let bare;
-    let balance = match &resolved {
-        Some(resolved) => &resolved.balance,
-        None => {
-            bare = vibration.balance(elements).map_err(fail)?;
-            &bare
-        }
+    let balance = match resolved {
+        Some(resolved) => resolved.balance,
+        None => vibration.balance(elements).map_err(fail)?,
     };
     let frf = forced_response(inputs, &vibration, balance, 0)?;
     draft.put(TableName::Frf, key, &frf)?;

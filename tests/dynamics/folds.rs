@@ -170,7 +170,7 @@ fn the_highest_of_several_peaks() {
         .resonance(&balance, None)
         .unwrap_or_else(|error| panic!("{error}"));
     let points = vibration
-        .forced_response(&balance, Some(61))
+        .forced_response(balance, Some(61))
         .unwrap_or_else(|error| panic!("{error}"));
     let top = points.iter().map(|p| p.amplitude).fold(0.0, f64::max);
     assert!(
