@@ -143,8 +143,14 @@ pub fn in_unit(value: f64, unit: Unit) -> String {
     {
         return format!("0\u{a0}{plain}");
     }
-    // "10·10⁶ cycles", not "10 10⁶ cycles".
-    let space = if unit.symbol.starts_with("10") {
+    // "2.5·10⁶ cycles", not "2.5 10⁶ cycles"; "10⁷ cycles", not "10·10⁶ cycles".
+    let space = if let Some((_, plain)) = unit.symbol.split_once(' ')
+        && unit.symbol.starts_with("10")
+    {
+        let power = value.abs().log10().round();
+        if value == 10f64.powf(power) {
+            return format!("10{}\u{a0}{plain}", raised(power as i32));
+        }
         "·"
     } else {
         space

@@ -204,6 +204,9 @@ fn a_run_that_is_not_at_its_end_says_so_on_top() {
         .unwrap();
     assert!(banner < html.find("<nav").unwrap());
     assert!(html.contains("of 400·10³ cycles"));
+    let million = WORN.replace("cycles = 400_000", "cycles = 1_000_000");
+    let million = Report::of(&[open(&begin(&folder, "million", &million, 2))]).unwrap();
+    assert!(million.html().contains("of 10⁶\u{a0}cycles"));
     let done = Report::of(&[open(&compute(&folder, "done", WORN, None))]).unwrap();
     assert!(!done.html().contains("In progress"));
 }
