@@ -10,12 +10,15 @@ const FILL: f64 = 4.0 / 3.0;
 const AT_PORTS: f64 = 5.7e4;
 /// Points that continuation places in a range of a resonance.
 const POINTS: f64 = 97.0;
-/// A resonance, in points of a forced response: its search, its peak, and what the worn joint is stiffer.
+/// A resonance, in points of a forced response: its search, its peak, what the worn joint is stiffer, and the same with more
+/// harmonics for the error of those left out.
 const RESONANCE: f64 = 25.0;
+/// What the first one takes more, which has no other to start from.
+const FIRST: f64 = 35.0;
 /// Operations of a point by the square of the unknowns where all of them slide: Newton steps, and Krylov ones in them.
-const POINT: f64 = 300.0;
+const POINT: f64 = 240.0;
 /// And at least.
-const LEAST: f64 = 7e7;
+const LEAST: f64 = 6e7;
 /// Reach of the motion at which nearly all elements slide, how their share falls below, and the least that is active.
 const ALL_SLIDE: f64 = 1.6;
 const SHARE: f64 = 3.5;
@@ -71,7 +74,7 @@ pub(super) fn vibrations(
                 FACTOR * (cells as f64).powf(FILL) + AT_PORTS * ports * ports
             }
         },
-        response_operations: point * (forced * points + resonances * RESONANCE),
+        response_operations: point * (forced * points + FIRST + resonances * RESONANCE),
     }
 }
 
