@@ -3,24 +3,29 @@
 
 use super::Sampling;
 use super::contact_element::{ContactElement, ElementState};
-use super::cycle::element_cycles;
+use super::cycle::{JointCycle, element_cycles};
 
 /// Energies of a cycle of the joint with and without the closures.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ClosureEnergy {
-    /// What friction would dissipate in one element with the stiffness of all loaded ones, under their mean displacement and total
-    /// load \[J\].
+    /// What friction would dissipate in one element with the stiffness of all loaded ones, under the mean displacement of all and
+    /// the total load \[J\].
     pub mean_motion: f64,
     /// What the closures may make wrong \[J\]: the larger of two differences. One is of the energy that the elements dissipate as
     /// they are to that of the mean motion. It is without meaning where elastic displacement is shared by the elements, as in a half
-    /// space, rather than their own; so the other is of the work of friction if every element that slips anywhere slid by
+    /// space, rather than their own; so the other is of the work of friction if every element that slips or opens slid by
     /// all of its own displacement, to that by the mean one under its part of the total load.
     pub error: f64,
 }
 
 impl ClosureEnergy {
-    /// Of `elements` under the coefficients of their displacement, as [`element_cycles`] takes them.
-    pub fn new(elements: &[ContactElement], displacement: &[f64], sampling: &Sampling) -> Self {
+    /// Of `elements` under the coefficients of their displacement, as [`element_cycles`] takes them; `joint` is their cycle.
+    pub fn new(
+        elements: &[ContactElement],
+        displacement: &[f64],
+        sampling: &Sampling,
+        joint: &JointCycle,
+    ) -> Self {
         let cycles = element_cycles(elements, displacement, sampling);
         let width = 3 * sampling.harmonics().coefficients();
         let moved: Vec<Vec<[f64; 3]>> = displacement
@@ -35,32 +40,24 @@ impl ClosureEnergy {
         let Some(first) = loaded.first() else {
             return ClosureEnergy::default();
         };
-        let area: f64 = elements.iter().map(|e| e.area).sum();
-        let share = |e: usize| match area {
-            0.0 => 1.0 / elements.len() as f64,
-            area => elements[e].area / area,
-        };
         let whole = ContactElement {
-            area,
+            area: sum(|e| e.area),
             normal_load: sum(|e| e.normal_load),
             tangential_stiffness: sum(|e| e.tangential_stiffness),
             normal_stiffness: sum(|e| e.normal_stiffness),
             ..elements[*first]
         };
-        let samples = sampling.samples();
         // The normal displacement that gives the total load: its mean over the area is that of elements which open, too.
-        let mean: Vec<[f64; 3]> = (0..samples)
-            .map(|j| {
-                let along = |d: usize| -> f64 {
-                    let parts = moved.iter().enumerate();
-                    parts.map(|(e, u)| share(e) * u[j][d]).sum()
-                };
-                let load: f64 = cycles.iter().map(|c| c.force[j][2]).sum();
+        let mean: Vec<[f64; 3]> = joint
+            .displacement
+            .iter()
+            .zip(&joint.force)
+            .map(|(u, force)| {
                 let normal = match whole.normal_stiffness {
                     0.0 => 0.0,
-                    kn => (load - whole.normal_load) / kn,
+                    kn => (force[2] - whole.normal_load) / kn,
                 };
-                [along(0), along(1), normal]
+                [u[0], u[1], normal]
             })
             .collect();
         let together = whole.cycle(&mean);

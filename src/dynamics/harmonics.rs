@@ -2,6 +2,9 @@
 
 use super::DynamicsError;
 
+/// Order up to which [`Harmonics::beyond`] doubles: what is left out above is small, and unknowns are many.
+const MOST_BEYOND: u32 = 63;
+
 /// A set of harmonics that contains 0, sorted.
 ///
 /// A periodic quantity is `a₀ + Σ (a_k cos kωt + b_k sin kωt)` with half-range amplitudes (a_k is half the range of its term,
@@ -71,9 +74,16 @@ impl Harmonics {
             })
     }
 
-    /// All up to one more than twice the highest.
+    /// These and all up to one more than twice the highest; where they are few of high order, or very many, only the next ones.
     pub fn beyond(&self) -> Harmonics {
-        Harmonics::up_to(2 * self.highest() + 1)
+        let count = self.orders.len() as u32;
+        let top = (2 * self.highest() + 1)
+            .min(4 * count)
+            .min((self.highest() + 8).max(MOST_BEYOND));
+        let mut orders: Vec<u32> = (0..=top).chain(self.orders.iter().copied()).collect();
+        orders.sort_unstable();
+        orders.dedup();
+        Harmonics { orders }
     }
 
     /// Rows of coefficients in those of `other`: 0 where this set lacks an order, and without those that the other lacks.

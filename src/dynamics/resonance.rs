@@ -40,13 +40,10 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     ) -> Result<Response, DynamicsError> {
         let condition = self.phase_lag()?;
         let inside = |response: &Response| range.0 <= response.omega && response.omega <= range.1;
-        if let Some(guess) = guess {
-            let start = self.start_from(guess, guess.omega, 1.0)?;
-            if let Ok(response) = self.newton(start, 1.0, &condition)
-                && inside(&response)
-            {
-                return Ok(response);
-            }
+        if let Some(guess) = guess
+            && let Ok(response) = self.phase_resonance_near(range, guess)
+        {
+            return Ok(response);
         }
         if let Some(omega) = self.linear_resonance(range)?
             && let Ok(response) = self.raise_resonance(omega, &condition)
@@ -55,6 +52,24 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             return Ok(response);
         }
         self.scan_resonance(range, &condition)
+    }
+
+    /// The same from `guess` alone: the resonance that it is near.
+    ///
+    /// # Errors
+    /// That of Newton's method, or [`DynamicsError::NoResonance`] if it leads out of the range.
+    pub fn phase_resonance_near(
+        &self,
+        range: (f64, f64),
+        guess: &Start,
+    ) -> Result<Response, DynamicsError> {
+        let start = self.start_from(guess, guess.omega, 1.0)?;
+        let response = self.newton(start, 1.0, &self.phase_lag()?)?;
+        if range.0 <= response.omega && response.omega <= range.1 {
+            Ok(response)
+        } else {
+            Err(no_resonance("phase resonance", range))
+        }
     }
 
     /// Re(û F̂*) = 0, as a condition.

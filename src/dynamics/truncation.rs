@@ -9,8 +9,8 @@ use super::{DynamicsError, HarmonicBalance, Harmonics, Response, Start};
 const TAIL: f64 = 2.0;
 /// Error where no response was found with more harmonics: nothing is known.
 const UNKNOWN: f64 = 1.0;
-/// Harmonics up to this order are not extended further: 340 elements have 64 000 unknowns then.
-const MOST: u32 = 31;
+/// The highest order to which harmonics are extended: 340 elements have 64 000 unknowns then.
+const HIGHEST: u32 = 31;
 /// Highest order of the harmonics with which a response of many is looked for first.
 const FEW: u32 = 3;
 
@@ -25,6 +25,20 @@ pub struct Truncation {
     pub friction_energy: f64,
 }
 
+impl Truncation {
+    /// Where no response was found with more harmonics.
+    const UNKNOWN: Truncation = Truncation {
+        frequency: UNKNOWN,
+        amplitude: UNKNOWN,
+        friction_energy: UNKNOWN,
+    };
+
+    /// The larger of the errors of amplitude and dissipation, to which harmonics are extended.
+    pub fn largest(&self) -> f64 {
+        self.amplitude.max(self.friction_energy)
+    }
+}
+
 /// A resonance, the balance that it solves, and what that leaves out.
 pub struct Resolved<'a> {
     pub balance: HarmonicBalance<ContactElement>,
@@ -36,7 +50,7 @@ pub struct Resolved<'a> {
 impl Vibration {
     /// The resonance with these contact elements, from a response in some harmonics if there is one; with the harmonics of the
     /// vibration, or those of the start if they are more. With a `tolerance` they are extended until the estimated errors of
-    /// amplitude and dissipation are within it.
+    /// amplitude and dissipation are within it, up to order 31.
     ///
     /// # Errors
     /// Those of [`Vibration::resonance`].
@@ -53,32 +67,31 @@ impl Vibration {
         let balance = self.balance_of(elements, harmonics.clone())?;
         let start = match start {
             Some((of_start, start)) => Some(start.transferred(of_start, harmonics)),
-            None => self.few(&balance),
+            None => self.start_in_few(&balance),
         };
         let mut resolved = Resolved {
             resonance: self.resonance(&balance, start.as_ref())?,
             balance,
-            truncation: Truncation::default(),
+            truncation: Truncation::UNKNOWN,
             vibration: self,
         };
         while let Some((balance, response)) = resolved.estimate() {
-            let errors = [
-                resolved.truncation.amplitude,
-                resolved.truncation.friction_energy,
-            ];
-            let within = |tolerance| errors.iter().all(|error| *error <= tolerance);
-            if tolerance.is_none_or(within) || resolved.balance.harmonics().highest() >= MOST {
+            let within = |tolerance| resolved.truncation.largest() <= tolerance;
+            if tolerance.is_none_or(within) || resolved.balance.harmonics().highest() >= HIGHEST {
                 break;
             }
-            resolved.resonance = self.resonance(&balance, Some(&response.start()))?;
-            resolved.balance = balance;
+            // A peak that more harmonics move out of the range leaves what there is.
+            let Ok(resonance) = self.resonance(&balance, Some(&response.start())) else {
+                break;
+            };
+            (resolved.resonance, resolved.balance) = (resonance, balance);
         }
         Ok(resolved)
     }
 
     /// A start for many harmonics: the phase resonance in the lowest, which is found at a small part of the cost. None where all
     /// cost little, and several vibrations at one frequency are told apart by searching among all of them.
-    fn few(&self, balance: &HarmonicBalance<ContactElement>) -> Option<Start> {
+    fn start_in_few(&self, balance: &HarmonicBalance<ContactElement>) -> Option<Start> {
         let orders = balance.harmonics().orders();
         let driven = |order: &u32| self.loads.iter().any(|load| load.harmonic == *order);
         let few = orders.iter().filter(|o| **o <= FEW || driven(o)).copied();
@@ -97,16 +110,16 @@ impl Vibration {
 }
 
 impl Resolved<'_> {
-    /// Estimates the errors by solving the resonance again, from itself, with all harmonics up to one more than twice the highest;
-    /// that balance and its response. None where the response is linear, as harmonics other than those of the loads stay 0, or
-    /// where it is not found.
+    /// Estimates the errors by solving the resonance again, from itself, with the harmonics [`Harmonics::beyond`]; that balance and
+    /// its response. None where the response is linear, as harmonics other than those of the loads stay 0, or where none is found
+    /// from there; the errors are then those known before.
     ///
     /// One figure may change by little only because two larger changes of it cancel. Those of amplitude and dissipation are
     /// therefore taken to be at least what the coefficients of the contact displacements change by on the whole.
     fn estimate(&mut self) -> Option<(HarmonicBalance<ContactElement>, Response)> {
         let coarse = &self.resonance.phase;
-        self.truncation = Truncation::default();
         if coarse.active_elements() == 0 {
+            self.truncation = Truncation::default();
             return None;
         }
         let port = self.vibration.response_port;
@@ -115,18 +128,11 @@ impl Resolved<'_> {
             let elements = self.balance.elements().to_vec();
             let finer = self.vibration.balance_of(elements, harmonics.beyond())?;
             let start = coarse.start().transferred(harmonics, finer.harmonics());
-            let fine = finer.phase_resonance(self.vibration.range, Some(&start))?;
+            let fine = finer.phase_resonance_near(self.vibration.range, &start)?;
             let amplitude = finer.amplitude(&fine, port)?.0;
             Ok((finer, start, fine, amplitude))
         };
-        let Ok((finer, start, fine, amplitude)) = solve() else {
-            self.truncation = Truncation {
-                frequency: UNKNOWN,
-                amplitude: UNKNOWN,
-                friction_energy: UNKNOWN,
-            };
-            return None;
-        };
+        let (finer, start, fine, amplitude) = solve().ok()?;
         let contact = 3 * finer.elements().len() * finer.harmonics().coefficients();
         let whole = distance(
             &start.displacement[..contact],
@@ -134,15 +140,22 @@ impl Resolved<'_> {
             harmonics,
             finer.harmonics(),
         );
-        let change = |coarse: f64, fine: f64| match fine {
-            0.0 => 0.0,
-            _ => (coarse / fine - 1.0).abs(),
+        let change = |coarse: f64, fine: f64| (coarse / fine - 1.0).abs();
+        // Of the sliders: the work of the contact forces is sampling error where there is no friction.
+        let dissipated = |balance: &HarmonicBalance<ContactElement>, response: &Response| -> f64 {
+            let cycles = balance.element_cycles(response, balance.sampling());
+            cycles.iter().map(|cycle| cycle.dissipated_energy).sum()
         };
-        let energy = change(coarse.energy.friction, fine.energy.friction);
+        let [before, after] = [dissipated(&self.balance, coarse), dissipated(&finer, &fine)];
+        let energy = if before.max(after) > 0.0 {
+            change(before, after).min(UNKNOWN).max(whole)
+        } else {
+            0.0
+        };
         self.truncation = Truncation {
             frequency: TAIL * change(coarse.omega, fine.omega),
             amplitude: TAIL * change(self.resonance.amplitude, amplitude).max(whole),
-            friction_energy: TAIL * energy.max(if energy > 0.0 { whole } else { 0.0 }),
+            friction_energy: TAIL * energy,
         };
         Some((finer, fine))
     }

@@ -7,7 +7,7 @@ use super::{
 };
 
 /// Newton correction that a point of a forced response is left with at most; its energies are then in balance to 1e-10.
-const LOOKED_AT: f64 = 1e-7;
+const FRF_TOLERANCE: f64 = 1e-7;
 
 /// A structure, how it is driven and what of its response is wanted: all but the contact elements, which change as they wear.
 #[derive(Debug, Clone)]
@@ -126,7 +126,7 @@ impl Vibration {
         points: Option<usize>,
     ) -> Result<Vec<ForcedPoint>, DynamicsError> {
         if !balance.is_small() {
-            balance.settings.tolerance = balance.settings.tolerance.max(LOOKED_AT);
+            balance.settings.tolerance = balance.settings.tolerance.max(FRF_TOLERANCE);
         }
         let (from, to) = self.range;
         let responses = match points {

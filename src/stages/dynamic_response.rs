@@ -3,7 +3,7 @@
 use super::context::{Clock, VibrationKeys, kept};
 use super::model_update::element_table;
 use super::vibrating::{Driven, Model, Shaken, Vibrating};
-use super::{Inputs, RunError, Stage};
+use super::{Inputs, Observer, RunError, Stage};
 use crate::dynamics::closure::ClosureEnergy;
 use crate::dynamics::cycle::{JointCycle, JointSummary, joint_cycle};
 use crate::dynamics::vibration::ForcedPoint;
@@ -84,7 +84,7 @@ pub fn shake(
     model: Model,
     before: Option<&Shaken>,
 ) -> Result<Driven, RunError> {
-    let wear_iteration = clock.wear_iteration;
+    let (wear_iteration, observer) = (clock.wear_iteration, clock.observer);
     clock.timed(Stage::DynamicResponse, || {
         let elements = vibrating.contact_elements(inputs, &model.parameters);
         let start = before.map(|before| (&before.harmonics, &before.start));
@@ -93,10 +93,22 @@ pub fn shake(
             .vibration
             .resolve(elements, start, tolerance)
             .map_err(fail(wear_iteration))?;
+        tell_missed(observer, tolerance, &resolved);
         let tables = in_force(inputs, &vibrating.layout, &resolved, &model.parameters)?;
         // As a later start will find it in the tables, to the last bit.
         Driven::of(model, tables)
     })
+}
+
+/// Says so where harmonics could not be extended until they suffice.
+pub fn tell_missed(observer: &dyn Observer, tolerance: Option<f64>, resolved: &Resolved) {
+    let error = resolved.truncation.largest();
+    if let Some(tolerance) = tolerance.filter(|tolerance| error > *tolerance) {
+        observer.notice(&format!(
+            "fidelity.harmonic_tolerance = {tolerance}: harmonics up to {} leave an error of {error:.1e}",
+            resolved.balance.harmonics().highest()
+        ));
+    }
 }
 
 /// The tables of a resonance, in the order of [`IN_FORCE`].
@@ -161,12 +173,22 @@ pub fn worn_response(
     let (row, frf) = clock.timed(Stage::DynamicResponse, || {
         let vibration = &vibrating.vibration;
         let elements = vibrating.contact_elements(inputs, parameters);
-        let balance = vibration
-            .balance_of(elements, shaken.harmonics.clone())
-            .map_err(fail(wear_iteration))?;
-        let resonance = vibration
-            .resonance(&balance, Some(&shaken.start))
-            .map_err(fail(wear_iteration))?;
+        let tolerance = inputs.scene.fidelity.harmonic_tolerance;
+        let (balance, resonance) = match tolerance {
+            Some(_) => vibration
+                .resolve(
+                    elements,
+                    Some((&shaken.harmonics, &shaken.start)),
+                    tolerance,
+                )
+                .map(|resolved| (resolved.balance, resolved.resonance)),
+            // Their errors are in no table.
+            None => vibration.balance(elements).and_then(|balance| {
+                let resonance = vibration.resonance(&balance, Some(&shaken.start))?;
+                Ok((balance, resonance))
+            }),
+        }
+        .map_err(fail(wear_iteration))?;
         let row = figures(Table::builder(TableName::WornResponse), &resonance).build()?;
         let frf = forced_response(inputs, vibration, balance, wear_iteration)?;
         Ok((row, frf))
@@ -234,7 +256,12 @@ fn row(
         ..
     } = resolved;
     let phase = &resonance.phase;
-    let closure = ClosureEnergy::new(balance.elements(), &phase.displacement, balance.sampling());
+    let closure = ClosureEnergy::new(
+        balance.elements(),
+        &phase.displacement,
+        balance.sampling(),
+        cycle,
+    );
     let count = |state| vec![summary.count(state) as i64];
     let load: f64 = balance.elements().iter().map(|e| e.normal_load).sum();
     let [about_x, about_y, about_n] = cycle.moment_variation(load * layout.lever);

@@ -49,7 +49,11 @@ pub fn error_bars(
         cycle,
         volume,
     } = sources;
-    let relative = |error: f64| if volume > 0.0 { error / volume } else { 0.0 };
+    let relative = |error: f64| match volume {
+        volume if volume > 0.0 => error / volume,
+        _ if error > 0.0 => ALL,
+        _ => 0.0,
+    };
     let estimate = estimate(context, wear, sources);
     // The vibration that the step was worn under is that of the iteration before.
     let last = before.and_then(|b| b.driven.as_ref());

@@ -1,7 +1,7 @@
 //! A vibration without a rough contact: one response, nothing wears.
 
 use super::context::{Clock, VibrationKeys, kept};
-use super::dynamic_response::{IN_FORCE, forced_response, in_force};
+use super::dynamic_response::{IN_FORCE, forced_response, in_force, tell_missed};
 use super::model_update::element_table;
 use super::structure::Stored;
 use super::{Inputs, Observer, RunError, Stage};
@@ -97,7 +97,10 @@ fn respond(
     let has_contact = !elements.is_empty();
     let tolerance = scene.fidelity.harmonic_tolerance;
     let resolved = match vibration.resolve(elements.clone(), None, tolerance) {
-        Ok(resolved) => Some(resolved),
+        Ok(resolved) => {
+            tell_missed(observer, tolerance, &resolved);
+            Some(resolved)
+        }
         // The forced response has an answer all the same.
         Err(error @ DynamicsError::NoResonance { .. }) => {
             observer.notice(&format!("dynamics.frequency: {error}"));

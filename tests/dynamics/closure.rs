@@ -1,6 +1,7 @@
 //! The joint as one element against its elements as they are.
 
 use fretwear::dynamics::closure::ClosureEnergy;
+use fretwear::dynamics::cycle::joint_cycle;
 use fretwear::dynamics::{ContactElement, FrictionLaw, Harmonics, Sampling};
 use fretwear::reference::Jenkins;
 
@@ -20,7 +21,9 @@ fn closure(elements: &[ContactElement], amplitudes: &[f64]) -> ClosureEnergy {
         row[1] = *amplitude;
     }
     let sampling = Sampling::new(harmonics, 512).expect("samples");
-    ClosureEnergy::new(elements, &displacement, &sampling)
+    let positions = vec![[0.0; 2]; elements.len()];
+    let joint = joint_cycle(elements, &displacement, &sampling, &positions).expect("a cycle");
+    ClosureEnergy::new(elements, &displacement, &sampling, &joint)
 }
 
 /// Closed form.

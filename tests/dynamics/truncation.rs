@@ -136,3 +136,34 @@ fn rows_in_other_harmonics() {
     assert_eq!(from.beyond().highest(), 7);
     assert_eq!(from.beyond().transfer(&there, &from), rows);
 }
+
+/// Twice as many, but few more of a few of high order, and not many more of very many.
+#[test]
+fn orders_beyond() {
+    let beyond = |orders: &[u32]| Harmonics::new(orders).expect("harmonics").beyond();
+    assert_eq!(beyond(&[0, 1]), Harmonics::up_to(3));
+    assert_eq!(beyond(&[0, 1, 3, 5]), Harmonics::up_to(11));
+    assert_eq!(beyond(&[0, 1, 1000]).orders().len(), 14);
+    let many: Vec<u32> = (0..=100).collect();
+    assert_eq!(beyond(&many), Harmonics::up_to(108));
+}
+
+/// An element without friction that opens is active, and its energy of friction rounding, of which nothing can be left out.
+#[test]
+fn no_friction_has_no_error() {
+    let mut opening = oscillator(FrictionLaw::Cone);
+    opening.element.friction_coefficient = 0.0;
+    opening.element.tangential_stiffness = 0.0;
+    opening.element.normal_load = 10.0;
+    let mut vibration = vibration(&opening, 100.0, Harmonics::up_to(5));
+    vibration.loads = vec![Oscillator::load(2, 100.0, 0.0)];
+    vibration.response_port = 2;
+    vibration.range = (3000.0, 9000.0);
+    let (_, errors, _) = resolved(&[opening.element], &vibration, None);
+    println!("{errors:?}");
+    assert!(
+        errors.amplitude > 0.0 && errors.amplitude < 0.1,
+        "{errors:?}"
+    );
+    assert!(errors.friction_energy < 1e-3, "{errors:?}");
+}

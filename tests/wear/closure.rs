@@ -3,6 +3,7 @@
 
 use fretwear::contact::Shear;
 use fretwear::dynamics::closure::ClosureEnergy;
+use fretwear::dynamics::cycle::joint_cycle;
 use fretwear::dynamics::{ContactElement, FrictionLaw, Harmonics, Sampling};
 use fretwear::model_update::Linearisation;
 use fretwear::wear::cycle::March;
@@ -81,7 +82,8 @@ fn the_estimate_holds_what_a_mean_displacement_makes_wrong() {
             row[1] = AMPLITUDE - angle * y;
             row[4] = angle * x;
         }
-        let bar = ClosureEnergy::new(&elements, &displacement, &sampling).error;
+        let moved = joint_cycle(&elements, &displacement, &sampling, &positions).expect("a cycle");
+        let bar = ClosureEnergy::new(&elements, &displacement, &sampling, &moved).error;
         let wrong = (truth - mean).abs();
         println!(
             "{share}: {truth:e} J, by the mean {mean:e} J: off by {wrong:e}, estimated {bar:e}"

@@ -11,6 +11,7 @@ use super::stability::Wearing;
 use super::vibration_cost::{Vibrations, updates, vibrations};
 use super::{Cost, Coupling, rough};
 use crate::contact::Shear;
+use crate::dynamics::Harmonics;
 use crate::scene::{CycleMode, Keep, Rotation, RoughJoint, Scene, Scheme, Update};
 use crate::wear::Motion;
 use crate::wear::cycle::March;
@@ -335,6 +336,9 @@ fn sizes<'a>(
         implicit: false,
         structure: scene.structure.as_ref(),
         contact_elements,
+        coefficients: scene.dynamics.as_ref().map_or(0, |dynamics| {
+            Harmonics::new(&dynamics.harmonics).map_or(0, |own| own.beyond().coefficients())
+        }),
     };
     let Some(rough) = rough else {
         return sizes;

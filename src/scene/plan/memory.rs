@@ -20,6 +20,9 @@ const REDUCTION: f64 = 15e6;
 /// slide: that with more harmonics, for the error of those left out; and those of the structure and its closed model, which stay.
 const RESPONSE: f64 = 10.5;
 const MODEL: f64 = 3.0;
+/// Coefficients of the responses that these were measured with, and sets of the elements' Jacobians at once.
+const USUAL_COEFFICIENTS: usize = 15;
+const SETS: f64 = 2.0;
 /// Fields of one normal solve: the solver's own with its lists of cells, the worn heights, and the gap that it leaves.
 const NORMAL_SOLVE: f64 = 12.0;
 /// Part of the cells in contact, by which the arrays of a tangential solve count.
@@ -38,6 +41,8 @@ pub(super) struct Sizes<'a> {
     pub implicit: bool,
     pub structure: Option<&'a Structure>,
     pub contact_elements: usize,
+    /// Harmonic coefficients of a displacement, those tried for the error of what is left out among them.
+    pub coefficients: usize,
 }
 
 /// Bytes at the fullest moment, of a run that reduces its structure and of one that finds it reduced; the latter where there is
@@ -47,7 +52,10 @@ pub(super) fn peak(sizes: &Sizes) -> (u64, Option<u64>) {
     let ports = 3.0 * sizes.contact_elements as f64;
     let reduction = reduction(sizes.structure, ports);
     // A vibration is computed while the contact's kernels and fields are kept, and the other way round.
-    let response = DOUBLE * ports * ports * RESPONSE;
+    // The Jacobians of the elements with the most harmonics that are tried.
+    let square = |n: usize| (n * n) as f64;
+    let jacobians = 3.0 * ports * (square(sizes.coefficients) - square(USUAL_COEFFICIENTS));
+    let response = DOUBLE * (ports * ports * RESPONSE + SETS * jacobians.max(0.0));
     let model = DOUBLE * ports * ports * MODEL;
     let cached = (held + response).max(fullest + model);
     // The reduction is over, and its memory given back, before anything else is there.

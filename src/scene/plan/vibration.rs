@@ -87,15 +87,19 @@ pub(super) fn decide(scene: &Scene, decisions: &mut Decisions) -> Result<(), Pla
         Some(tolerance) => decisions.add(
             "harmonics",
             format!(
-                "after dynamic_response: from {:?} on, until those left out change amplitude and dissipation by less than {tolerance}",
+                "after dynamic_response: from {:?} up to 31, until those left out change amplitude and dissipation by less than {tolerance}",
                 dynamics.harmonics
             ),
-            "no dynamics.harmonics; dynamic_response has the highest, and the errors",
+            "no dynamics.harmonics; the expected cost is that of those to begin with, each extension takes some three times as long",
         ),
         None => decisions.add(
             "harmonics",
             format!("{:?}", dynamics.harmonics),
-            "dynamics.harmonics; what those left out would change is in dynamic_response",
+            if elements > 0 {
+                "not extended; what those left out would change is in dynamic_response"
+            } else {
+                "a linear response has no others than its forces"
+            },
         ),
     }
     if dynamics.damping_ratio > 0.0 {

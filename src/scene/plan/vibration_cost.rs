@@ -15,8 +15,9 @@ const POINTS: f64 = 97.0;
 const RESONANCE: f64 = 25.0;
 /// What the first one takes more, which has no other to start from.
 const FIRST: f64 = 35.0;
-/// Operations of a point by the square of the unknowns where all of them slide: Newton steps, and Krylov ones in them.
-const POINT: f64 = 240.0;
+/// Operations of a point by the contact's degrees of freedom squared and the coefficients of each where all of them slide: Newton
+/// steps, and Krylov ones in them.
+const POINT: f64 = 1680.0;
 /// And at least.
 const LEAST: f64 = 6e7;
 /// Reach of the motion at which nearly all elements slide, how their share falls below, and the least that is active.
@@ -57,7 +58,9 @@ pub(super) fn vibrations(
         contact.friction_coefficient.unwrap_or(0.0) * contact.normal_load
     });
     let share = (reach_at_resonance(scene, friction) / ALL_SLIDE).powf(SHARE);
-    let point = POINT * (unknowns as f64).powi(2) * share.clamp(LEAST_SHARE, 1.0) + LEAST;
+    let point =
+        POINT * 3.0 * contact_elements as f64 * unknowns as f64 * share.clamp(LEAST_SHARE, 1.0)
+            + LEAST;
     let resonances = if scene.wear.is_some() {
         updates + forced
     } else {

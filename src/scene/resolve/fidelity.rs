@@ -33,7 +33,7 @@ pub(super) fn tolerances(fidelity: &Fidelity) -> Tolerances {
     }
 }
 
-/// Knobs that keep the error bar of the worn volume within `error`, each by how its own error enters it: the bar is three times what
+/// Knobs that keep the part of wear steps and solves in the error bar of the worn volume within `error`, each by how its own error enters it: the bar is three times what
 /// the steps estimate of themselves, which is up to seven tenths of what they are allowed, and the duality gap of the cycles, to which a
 /// tenth is left. A pressure is in error by its tolerance times the peak, which is some hundred times the mean.
 fn for_error(error: f64) -> Tolerances {
