@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::machine::median;
+use super::machine::quartile;
 use super::{Check, State};
 use crate::store::{FileSystem, LockAttempt};
 use crate::tables::{Provenance, Table, TableName, from_parquet, to_parquet};
@@ -114,7 +114,7 @@ fn commit(fs: &dyn FileSystem, work: &Path) -> Check {
         Ok(())
     };
     let mut result = Ok(());
-    let seconds = median(|| {
+    let seconds = quartile(|| {
         if result.is_ok() {
             result = one();
         }

@@ -14,12 +14,12 @@ const POINTS: f64 = 97.0;
 /// harmonics for the error of those left out.
 const RESONANCE: f64 = 25.0;
 /// What the first one takes more, which has no other to start from.
-const FIRST: f64 = 35.0;
+const FIRST: f64 = 60.0;
 /// Operations of a point by the contact's degrees of freedom squared and the coefficients of each where all of them slide: Newton
 /// steps, and Krylov ones in them.
-const POINT: f64 = 1680.0;
+const POINT: f64 = 1430.0;
 /// And at least.
-const LEAST: f64 = 6e7;
+const LEAST: f64 = 5e7;
 /// Reach of the motion at which nearly all elements slide, how their share falls below, and the least that is active.
 const ALL_SLIDE: f64 = 1.6;
 const SHARE: f64 = 3.5;
