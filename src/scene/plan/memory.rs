@@ -16,13 +16,11 @@ const FACTOR: f64 = 850.0;
 const FILL: f64 = 4.0 / 3.0;
 const AT_PORTS: f64 = 115.0;
 const REDUCTION: f64 = 15e6;
-/// Squares of the contact's degrees of freedom at the fullest moment of a harmonic balance, measured as 6.5 to 11.7, the more
-/// slide: that with more harmonics, for the error of those left out; and those of the structure and its closed model, which stay.
-const RESPONSE: f64 = 10.5;
+/// Squares of the contact's degrees of freedom at the fullest moment of a harmonic balance beside the Jacobians of its elements,
+/// the more the more slide; those of the structure and its closed model, which stay; and sets of the Jacobians at once.
+const RESPONSE: f64 = 8.0;
 const MODEL: f64 = 3.0;
-/// Coefficients of the responses that these were measured with, and sets of the elements' Jacobians at once.
-const USUAL_COEFFICIENTS: usize = 15;
-const SETS: f64 = 2.0;
+const SETS: f64 = 3.5;
 /// Fields of one normal solve: the solver's own with its lists of cells, the worn heights, and the gap that it leaves.
 const NORMAL_SOLVE: f64 = 12.0;
 /// Part of the cells in contact, by which the arrays of a tangential solve count.
@@ -53,9 +51,8 @@ pub(super) fn peak(sizes: &Sizes) -> (u64, Option<u64>) {
     let reduction = reduction(sizes.structure, ports);
     // A vibration is computed while the contact's kernels and fields are kept, and the other way round.
     // The Jacobians of the elements with the most harmonics that are tried.
-    let square = |n: usize| (n * n) as f64;
-    let jacobians = 3.0 * ports * (square(sizes.coefficients) - square(USUAL_COEFFICIENTS));
-    let response = DOUBLE * (ports * ports * RESPONSE + SETS * jacobians.max(0.0));
+    let jacobians = 3.0 * ports * (sizes.coefficients as f64).powi(2);
+    let response = DOUBLE * (ports * ports * RESPONSE + SETS * jacobians);
     let model = DOUBLE * ports * ports * MODEL;
     let cached = (held + response).max(fullest + model);
     // The reduction is over, and its memory given back, before anything else is there.
