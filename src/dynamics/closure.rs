@@ -2,8 +2,8 @@
 //! vibration drives a rough contact.
 
 use super::Sampling;
-use super::contact_element::{ContactElement, ElementState};
-use super::cycle::{JointCycle, element_cycles};
+use super::contact_element::{ContactElement, ElementCycle, ElementState};
+use super::cycle::JointCycle;
 
 /// Energies of a cycle of the joint with and without the closures.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -19,20 +19,21 @@ pub struct ClosureEnergy {
 }
 
 impl ClosureEnergy {
-    /// Of `elements` under the coefficients of their displacement, as [`element_cycles`] takes them; `joint` is their cycle.
+    /// Of `elements` under the coefficients of their displacement, as [`super::cycle::element_cycles`] takes them; `joint` is their cycle.
     pub fn new(
         elements: &[ContactElement],
         displacement: &[f64],
         sampling: &Sampling,
         joint: &JointCycle,
     ) -> Self {
-        let cycles = element_cycles(elements, displacement, sampling);
         let width = 3 * sampling.harmonics().coefficients();
         let moved: Vec<Vec<[f64; 3]>> = displacement
             .chunks(width)
             .take(elements.len())
             .map(|row| sampling.synthesise(row))
             .collect();
+        let pairs = elements.iter().zip(&moved);
+        let cycles: Vec<ElementCycle> = pairs.map(|(e, u)| e.cycle(u)).collect();
         let loaded: Vec<usize> = (0..elements.len())
             .filter(|&e| elements[e].normal_load > 0.0)
             .collect();

@@ -39,15 +39,18 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         guess: Option<&Start>,
     ) -> Result<Response, DynamicsError> {
         let condition = self.phase_lag()?;
-        let inside = |response: &Response| range.0 <= response.omega && response.omega <= range.1;
-        if let Some(guess) = guess
-            && let Ok(response) = self.phase_resonance_near(range, guess)
-        {
-            return Ok(response);
+        if let Some(guess) = guess {
+            // A guess of the wrong length is a mistake, and no reason to look elsewhere.
+            let start = self.start_from(guess, guess.omega, 1.0)?;
+            if let Ok(response) = self.newton(start, 1.0, &condition)
+                && inside(range, &response)
+            {
+                return Ok(response);
+            }
         }
         if let Some(omega) = self.linear_resonance(range)?
             && let Ok(response) = self.raise_resonance(omega, &condition)
-            && inside(&response)
+            && inside(range, &response)
         {
             return Ok(response);
         }
@@ -65,7 +68,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     ) -> Result<Response, DynamicsError> {
         let start = self.start_from(guess, guess.omega, 1.0)?;
         let response = self.newton(start, 1.0, &self.phase_lag()?)?;
-        if range.0 <= response.omega && response.omega <= range.1 {
+        if inside(range, &response) {
             Ok(response)
         } else {
             Err(no_resonance("phase resonance", range))
@@ -241,7 +244,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 continue;
             }
             match self.resonance_between(before, after, range, condition) {
-                Ok(response) if range.0 <= response.omega && response.omega <= range.1 => {
+                Ok(response) if inside(range, &response) => {
                     let size = self.in_phase(condition, &response.displacement).1;
                     if best.as_ref().is_none_or(|(s, _)| size > *s) {
                         best = Some((size, response));
@@ -384,6 +387,10 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let higher = self.amplitude(&far, port)?.0 > self.amplitude(&near, port)?.0;
         Ok(if higher { far } else { near })
     }
+}
+
+fn inside(range: (f64, f64), response: &Response) -> bool {
+    range.0 <= response.omega && response.omega <= range.1
 }
 
 fn no_resonance(what: &'static str, range: (f64, f64)) -> DynamicsError {

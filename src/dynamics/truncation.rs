@@ -140,7 +140,12 @@ impl Resolved<'_> {
             harmonics,
             finer.harmonics(),
         );
-        let change = |coarse: f64, fine: f64| (coarse / fine - 1.0).abs();
+        // Of a figure that is 0 with more harmonics nothing is known, and nothing where both are.
+        let change = |coarse: f64, fine: f64| match (coarse / fine - 1.0).abs() {
+            change if change <= UNKNOWN => change,
+            _ if coarse == fine => 0.0,
+            _ => UNKNOWN,
+        };
         // Of the sliders: the work of the contact forces is sampling error where there is no friction.
         let dissipated = |balance: &HarmonicBalance<ContactElement>, response: &Response| -> f64 {
             let cycles = balance.element_cycles(response, balance.sampling());
@@ -148,7 +153,7 @@ impl Resolved<'_> {
         };
         let [before, after] = [dissipated(&self.balance, coarse), dissipated(&finer, &fine)];
         let energy = if before.max(after) > 0.0 {
-            change(before, after).min(UNKNOWN).max(whole)
+            change(before, after).max(whole)
         } else {
             0.0
         };

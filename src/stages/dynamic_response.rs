@@ -169,7 +169,7 @@ pub fn worn_response(
     {
         return Ok(());
     }
-    let wear_iteration = clock.wear_iteration;
+    let (wear_iteration, observer) = (clock.wear_iteration, clock.observer);
     let (row, frf) = clock.timed(Stage::DynamicResponse, || {
         let vibration = &vibrating.vibration;
         let elements = vibrating.contact_elements(inputs, parameters);
@@ -181,7 +181,10 @@ pub fn worn_response(
                     Some((&shaken.harmonics, &shaken.start)),
                     tolerance,
                 )
-                .map(|resolved| (resolved.balance, resolved.resonance)),
+                .map(|resolved| {
+                    tell_missed(observer, tolerance, &resolved);
+                    (resolved.balance, resolved.resonance)
+                }),
             // Their errors are in no table.
             None => vibration.balance(elements).and_then(|balance| {
                 let resonance = vibration.resonance(&balance, Some(&shaken.start))?;

@@ -48,6 +48,27 @@ fn phase_resonance_lags_by_a_quarter_at_every_load() {
     assert!((last - (4.0e7_f64 / 1.5).sqrt()).abs() < 1.0, "{last}");
 }
 
+/// A guess of the wrong length is told, and not another resonance found in its place.
+#[test]
+fn a_guess_in_other_harmonics_is_refused() {
+    let [few, many] = [3, 5].map(|highest| {
+        balance(
+            &oscillator(FrictionLaw::Cone),
+            highest,
+            &drive(150.0),
+            Settings::default(),
+        )
+    });
+    let found = few.phase_resonance(RANGE, None).expect("a resonance");
+    let refused = many.phase_resonance(RANGE, Some(&found.start()));
+    assert!(
+        matches!(refused, Err(DynamicsError::Length { .. })),
+        "{refused:?}"
+    );
+    let start = found.start().transferred(few.harmonics(), many.harmonics());
+    assert!(many.phase_resonance(RANGE, Some(&start)).is_ok());
+}
+
 #[test]
 fn warm_tracking_needs_few_iterations() {
     let track = |load: f64, guess: Option<Start>| {

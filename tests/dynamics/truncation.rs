@@ -167,3 +167,23 @@ fn no_friction_has_no_error() {
     );
     assert!(errors.friction_energy < 1e-3, "{errors:?}");
 }
+
+/// Across the motion nothing moves: 0 over 0 is no error, and never a NaN.
+#[test]
+fn a_response_that_is_zero() {
+    let oscillator = oscillator(FrictionLaw::Cone);
+    let mut vibration = vibration(&oscillator, 150.0, Harmonics::up_to(3));
+    vibration.response_port = 1;
+    let elements = vec![oscillator.element];
+    let balance = vibration.balance(elements.clone()).expect("a balance");
+    let along = balance
+        .phase_resonance(RANGE, None)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let (across, _) = balance.amplitude(&along, 1).expect("a port");
+    assert_eq!(across, 0.0);
+    // The peak of nothing may not be found; if it is, its errors are numbers.
+    if let Ok(resolved) = vibration.resolve(elements, None, None) {
+        let errors = resolved.truncation;
+        assert!(errors.amplitude.is_finite() && errors.friction_energy.is_finite());
+    }
+}

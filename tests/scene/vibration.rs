@@ -425,6 +425,12 @@ fn harmonics_that_are_not_given_are_extended() {
         assert_eq!(tolerance(&own), Some(0.01));
     }
     assert_eq!(tolerance(&["fidelity.tolerance=0.01"]), Some(0.005));
+    // A linear vibration has nothing to extend.
+    let bonded = Folder::new().with("case.toml", crate::support::OSCILLATOR);
+    assert_eq!(
+        bonded.message("case.toml", &["fidelity.harmonic_tolerance=0.01"]),
+        "--set fidelity.harmonic_tolerance=0.01: fidelity.harmonic_tolerance = 0.01: without a [contact] the vibration is linear and has no more harmonics; leave it out"
+    );
     // Those that are driven are among them from the beginning.
     let forces = r#"dynamics.force=[{ amplitude = "9 N" }, { amplitude = "5 N", harmonic = 5 }]"#;
     let harmonics = of(OSCILLATOR, &[forces])

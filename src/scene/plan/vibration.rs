@@ -83,7 +83,7 @@ pub(super) fn decide(scene: &Scene, decisions: &mut Decisions) -> Result<(), Pla
             "the others follow their springs, which is checked over the whole cycle",
         );
     }
-    match scene.fidelity.harmonic_tolerance.filter(|_| elements > 0) {
+    match scene.fidelity.harmonic_tolerance {
         Some(tolerance) => decisions.add(
             "harmonics",
             format!(

@@ -146,6 +146,8 @@ fn samples_for(error: f64) -> usize {
 /// An oscillator has one element: as many times the samples cost nothing.
 const OSCILLATOR_SAMPLES: usize = 8;
 
+const WITHOUT_DYNAMICS: &str = "it is about [dynamics], and there is none; leave it out";
+
 /// Part of an asked error that harmonics left out may take of amplitude and dissipation.
 const HARMONICS: f64 = 0.5;
 
@@ -165,14 +167,16 @@ pub(super) fn with_vibration(
     fidelity: Fidelity,
     structure: Option<&Structure>,
     dynamics: Option<&Dynamics>,
+    has_contact: bool,
 ) -> Result<Fidelity> {
     const KEY: &str = "fidelity.harmonic_tolerance";
     let given = reader.quantity(KEY, Dimension::NONE, TOLERANCE, "0.005")?;
     let harmonic_tolerance = match dynamics {
-        None if given.is_some() => {
+        None if given.is_some() => return Err(reader.conflict(KEY, WITHOUT_DYNAMICS)),
+        Some(_) if given.is_some() && !has_contact => {
             return Err(reader.conflict(
                 KEY,
-                "it is about [dynamics], and there is none; leave it out",
+                "without a [contact] the vibration is linear and has no more harmonics; leave it out",
             ));
         }
         Some(_) if given.is_some() && reader.has("dynamics.harmonics") => {
@@ -181,7 +185,7 @@ pub(super) fn with_vibration(
                 "dynamics.harmonics says which there are; give one of them",
             ));
         }
-        Some(_) if !reader.has("dynamics.harmonics") => {
+        Some(_) if has_contact && !reader.has("dynamics.harmonics") => {
             given.or_else(|| match fidelity.tolerance {
                 Some(error) => Some(HARMONICS * error),
                 None => harmonic_tolerance(fidelity.preset),
@@ -205,10 +209,7 @@ fn with_samples(
     const KEY: &str = "fidelity.aft_samples";
     let Some(dynamics) = dynamics else {
         return if reader.has(KEY) {
-            Err(reader.conflict(
-                KEY,
-                "it is about [dynamics], and there is none; leave it out",
-            ))
+            Err(reader.conflict(KEY, WITHOUT_DYNAMICS))
         } else {
             Ok(fidelity)
         };

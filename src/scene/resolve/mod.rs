@@ -64,6 +64,7 @@ pub(super) fn scene(tree: &Node, name: String) -> Result<Scene> {
             fidelity,
             structure.as_ref(),
             dynamics.as_ref(),
+            contact.is_some(),
         )?,
         joint,
         material,
