@@ -108,6 +108,7 @@ pub(super) const KEYS: &[&str] = &[
     "fidelity.normal_tolerance",
     "fidelity.tangential_tolerance",
     "fidelity.cycle_tolerance",
+    "fidelity.cycle_extrapolation",
     "fidelity.load_steps",
     "fidelity.wear_tolerance",
     "fidelity.aft_samples",

@@ -30,8 +30,8 @@ struct Figure {
     value: f64,
     /// Volume worn while it changed \[m³\].
     meanwhile: f64,
-    /// Relative error that the vibration makes in it, not through wear.
-    of_vibration: f64,
+    /// Relative error that is in it by itself, not through wear: by the vibration, or the cycle's solves and samples.
+    own: f64,
 }
 
 /// Adds the error bars to a summary: of the volume, of figures of the contact (`loaded area, kn, kt`), and of those of the vibration.
@@ -60,7 +60,7 @@ pub fn error_bars(
     let wrong = |of: fn(&Shaken) -> f64| last.map_or(0.0, |last| of(&last.shaken));
     let bar = before.map_or(VolumeError::default(), |b| b.bar)
         + VolumeError {
-            steps: error_bar::of_step(estimate, worn.volume, cycle.solution.error),
+            steps: error_bar::of_step(estimate, worn.volume, cycle.solution.relative_error()),
             harmonics: worn.volume * wrong(|s| s.truncation.friction_energy),
             closure: wear.coefficient * worn.n_cycles as f64 * wrong(|s| s.closure_energy),
         };
@@ -69,13 +69,16 @@ pub fn error_bars(
         bar,
         value,
         meanwhile: worn.volume,
-        of_vibration: 0.0,
+        own: 0.0,
     };
-    let energy = of_contact(
-        "dissipated_energy",
-        "error_dissipated_energy",
-        cycle.solution.dissipation,
-    );
+    let energy = Figure {
+        own: cycle.solution.relative_error(),
+        ..of_contact(
+            "dissipated_energy",
+            "error_dissipated_energy",
+            cycle.solution.dissipation,
+        )
+    };
     let mut figures = vec![
         of_contact("loaded_area_fraction", "error_loaded_area", loaded_area),
         of_contact("kn", "error_kn", kn),
@@ -88,7 +91,7 @@ pub fn error_bars(
         let since = volume - last.map_or(0.0, |last| last.model.reference.wear_volume);
         let of_vibration = |column, bar, value, error| Figure {
             meanwhile: since,
-            of_vibration: error,
+            own: error,
             ..of_contact(column, bar, value)
         };
         figures.extend([
@@ -98,7 +101,7 @@ pub fn error_bars(
                 } else {
                     worn.volume
                 },
-                of_vibration: errors.friction_energy + closure(shaken, energy.value),
+                own: energy.own + errors.friction_energy + closure(shaken, energy.value),
                 ..energy
             },
             of_vibration(
@@ -128,7 +131,7 @@ pub fn error_bars(
             figure.value,
         ];
         let followed = error_bar::of_figure(ends, bar, figure.meanwhile, volume);
-        table = table.column(figure.bar, vec![followed + figure.of_vibration]);
+        table = table.column(figure.bar, vec![followed + figure.own]);
     }
     let steps = before.map_or(0.0, |b| b.error) + estimate;
     table

@@ -4,6 +4,7 @@ use super::context::{Context, Keys, gather, kept, kept_cells};
 use super::static_contact::{SHEAR, StaticContact};
 use super::{RunError, Stage, curves};
 use crate::grid::ByAxis;
+use crate::scene::Motion;
 use crate::store::Draft;
 use crate::tables::{Table, TableError, TableName};
 use crate::wear::cycle::{CycleSolution, Instant};
@@ -42,7 +43,7 @@ pub fn fretting_cycle(
     draft.put(
         TableName::Cycle,
         &keys.fretting_cycle,
-        &instants(&solution.instants)?,
+        &instants(&recorded(context, &solution.instants))?,
     )?;
     Ok(Cycle {
         solution,
@@ -103,9 +104,22 @@ fn fields(
     table.build()
 }
 
-fn instants(instants: &[Instant]) -> Result<Table, TableError> {
-    let series =
-        |value: &dyn Fn(&Instant) -> f64| -> Vec<f64> { instants.iter().map(value).collect() };
+/// The instants that are written: a history's own, not those between them at which it is marched too. So the cycle of a run is a
+/// history with the same result.
+fn recorded<'a>(context: &Context, instants: &'a [Instant]) -> Vec<&'a Instant> {
+    let scene = &context.inputs.scene;
+    let halved =
+        matches!(scene.motion, Some(Motion::History { .. })) && scene.fidelity.cycle_extrapolation;
+    instants
+        .iter()
+        .step_by(if halved { 2 } else { 1 })
+        .collect()
+}
+
+fn instants(instants: &[&Instant]) -> Result<Table, TableError> {
+    let series = |value: &dyn Fn(&Instant) -> f64| -> Vec<f64> {
+        instants.iter().map(|i| value(i)).collect()
+    };
     let in_plane = instants
         .first()
         .is_some_and(|instant| instant.displacement.len() > 1);

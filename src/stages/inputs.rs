@@ -49,7 +49,12 @@ impl Inputs {
                 };
                 let bytes = std::fs::read(path).map_err(|e| wrong(e.into()))?;
                 canonical["motion"]["content"] = json!(blake3::hash(&bytes).to_hex().as_str());
-                history(contact, path, &bytes).map_err(wrong)?
+                let motion = history(contact, path, &bytes).map_err(wrong)?;
+                if scene.fidelity.cycle_extrapolation {
+                    motion.halved()
+                } else {
+                    motion
+                }
             }
             (Some(contact), _) => motion_of(&scene, contact),
             (None, _) => Motion::none(0.0),

@@ -146,6 +146,8 @@ fn as_committed(
         instants: Vec::new(),
         steps: 0,
         error: summary.f64("error_tangential")?[0],
+        // That of a state that is left goes into nothing.
+        dissipation_error: 0.0,
     };
     let volume = summary.f64("wear_volume")?[0];
     // A motion that is prescribed has neither.

@@ -95,7 +95,8 @@ pub fn summary(
         table = table
             .column("dissipated_energy", vec![cycle.solution.dissipation])
             .column("tangential_iterations", vec![cycle.solution.steps as i64])
-            .column("error_tangential", vec![cycle.solution.error]);
+            .column("error_tangential", vec![cycle.solution.error])
+            .column("error_cycle", vec![cycle.solution.relative_error()]);
     }
     if let (Some(wear), Some(cycle)) = (&context.inputs.scene.wear, cycle) {
         let volume = before.map_or(0.0, |b| b.volume) + worn.volume;

@@ -2,7 +2,8 @@
 //!
 //! Slip is the kinematic δ − u everywhere, also on cells just outside the contact, so that cells which wear brings into
 //! contact begin to slip as their neighbours do. On stick cells it is zero. The energy of a step is q·s with the shear at
-//! its end, and wear depth per cycle is α times the sum of it over the cycle [A eq. 2.6].
+//! its end, and wear depth per cycle is α times the sum of it over the cycle [A eq. 2.6]; where the load varies the size of that
+//! shear is the mean of the limits at both ends.
 
 use super::joint::{FrettingJoint, WearError};
 use super::motion::{Channel, StraightMotion};
@@ -12,16 +13,13 @@ use crate::contact::tangential::{
 };
 use crate::grid::{ByAxis, Grid};
 
-/// Cycles after which a motion that has not closed is given up.
-const MAX_CYCLES: usize = 60;
-
 /// How the cycle is marched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum March {
     /// One exact solve a branch between the two reversals of a straight motion at constant load.
     Reversal,
-    /// One exact solve at every sample of the motion.
+    /// One exact solve at every sample of the motion, see [`super::sampled`].
     Stepped,
     /// As `Reversal`, with the shear of Ciavarella and Jäger in place of the exact one: a fast mode and an approximation, see
     /// [`super::superposition`]. [`CycleSolution::error`] says how good.
@@ -61,33 +59,56 @@ pub struct CycleSolution {
     pub steps: usize,
     /// Largest relative duality gap of all tangential solves.
     pub error: f64,
+    /// Estimated error of `dissipation`: the duality gaps of the solves, and of a cycle of samples what these and its closing
+    /// leave \[J\].
+    pub dissipation_error: f64,
+}
+
+impl CycleSolution {
+    /// Estimated relative error of `dissipation`, at most 1; 0 where nothing is dissipated.
+    pub fn relative_error(&self) -> f64 {
+        if self.dissipation > 0.0 {
+            (self.dissipation_error / self.dissipation).min(1.0)
+        } else {
+            0.0
+        }
+    }
 }
 
 /// Slip and energy gathered over a cycle.
-struct Tally {
-    slip_path: Vec<f64>,
-    energy: Vec<f64>,
-    steps: usize,
-    error: f64,
+pub(super) struct Tally {
+    pub(super) slip_path: Vec<f64>,
+    pub(super) energy: Vec<f64>,
+    pub(super) steps: usize,
+    pub(super) error: f64,
+    /// Error of the dissipation \[J\].
+    pub(super) dissipation_error: f64,
 }
 
 impl Tally {
-    fn new(cells: usize) -> Self {
+    pub(super) fn new(cells: usize) -> Self {
         Tally {
             slip_path: vec![0.0; cells],
             energy: vec![0.0; cells],
             steps: 0,
             error: 0.0,
+            dissipation_error: 0.0,
         }
     }
 
-    /// Adds a step, `times` over.
-    fn add(&mut self, step: &TangentialSolution, times: f64) {
+    /// Adds a step, `times` over, under a friction limit that is `limit_ratio` of that at its end in the mean.
+    pub(super) fn add(
+        &mut self,
+        step: &TangentialSolution,
+        times: f64,
+        limit_ratio: impl Fn(usize) -> f64,
+    ) {
         for c in 0..self.energy.len() {
             let slip = step.slip.iter().map(|s| s[c] * s[c]).sum::<f64>().sqrt();
             self.slip_path[c] += times * slip;
             if step.state[c] == CellState::Slip {
                 self.energy[c] += times
+                    * limit_ratio(c)
                     * step
                         .shear
                         .iter()
@@ -96,6 +117,7 @@ impl Tally {
                         .sum::<f64>();
             }
         }
+        self.dissipation_error += times * step.dissipation_error;
         self.count(step);
     }
 
@@ -104,7 +126,7 @@ impl Tally {
         self.error = self.error.max(step.error);
     }
 
-    fn finish(
+    pub(super) fn finish(
         self,
         cell_area: f64,
         shear: ByAxis<Vec<f64>>,
@@ -116,6 +138,7 @@ impl Tally {
             energy,
             steps,
             error,
+            dissipation_error,
         } = self;
         CycleSolution {
             shear,
@@ -125,6 +148,7 @@ impl Tally {
             instants,
             steps,
             error,
+            dissipation_error,
         }
     }
 }
@@ -166,7 +190,7 @@ impl FrettingJoint {
             self.step(&limit, None, [&zero, &motion.end], start)?
         };
         let mut tally = Tally::new(limit.len());
-        tally.add(&half, 4.0);
+        tally.add(&half, 4.0, |_| 1.0);
         let load = self.motion.mean_load();
         let torsion = |place: &[f64], step: &TangentialSolution, sign: f64| {
             self.motion
@@ -244,129 +268,6 @@ impl FrettingJoint {
         Ok(tally.finish(self.patch.grid.cell_area(), first.shear, instants))
     }
 
-    /// Marches sample by sample until the cycle closes.
-    fn by_samples(
-        &mut self,
-        wear: &[f64],
-        contact: &NormalSolution,
-        start: Option<&ByAxis<Vec<f64>>>,
-    ) -> Result<CycleSolution, WearError> {
-        let limits = self.limits_over_cycle(wear, contact)?;
-        let samples = self.motion.samples();
-        let limit = |k: usize| &limits[k % limits.len()];
-        let mut shear = match start {
-            Some(shear) => within(shear, limit(0)),
-            None => {
-                let first = self.motion.at(0);
-                let zero = vec![0.0; first.len()];
-                self.step(limit(0), None, [&zero, &first], None)?.shear
-            }
-        };
-        let largest = limits.iter().flatten().fold(0.0f64, |m, v| m.max(*v));
-        for _ in 0..MAX_CYCLES {
-            let mut tally = Tally::new(wear.len());
-            let begin = shear.clone();
-            let mut instants = Vec::with_capacity(samples + 1);
-            // Where force or moment is given, the place is the sum of what was found.
-            let mut place = self.motion.at(0);
-            for (place, channel) in place.iter_mut().zip(self.motion.channels()) {
-                if channel.is_force() {
-                    *place = 0.0;
-                }
-            }
-            for k in 0..samples {
-                let (from, to) = (self.motion.at(k), self.motion.at(k + 1));
-                let step = self.step(limit(k + 1), Some(&shear), [&from, &to], None)?;
-                tally.add(&step, 1.0);
-                let moves = to.iter().zip(found(&step)).zip(self.motion.channels());
-                for (place, ((to, change), channel)) in place.iter_mut().zip(moves) {
-                    *place = match channel {
-                        Channel::Displacement(_) => *to,
-                        Channel::Force(_) => *place + change,
-                    };
-                }
-                let axes = step.force.len();
-                instants.push(Instant {
-                    time: self.motion.time_of(k + 1),
-                    displacement: place[..axes].to_vec(),
-                    normal_load: self.motion.normal_load[(k + 1) % samples],
-                    force: step.force,
-                    torsion: self
-                        .motion
-                        .rotation
-                        .as_ref()
-                        .map(|_| [place[axes], step.moment]),
-                });
-                shear = step.shear;
-            }
-            let moved = shear
-                .iter()
-                .zip(&begin)
-                .flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs()));
-            if moved.fold(0.0, f64::max) <= self.options.cycle_tolerance * largest {
-                let last = instants
-                    .last()
-                    .cloned()
-                    .map(|last| Instant { time: 0.0, ..last });
-                instants.splice(0..0, last);
-                self.about_their_middle(&mut instants);
-                return Ok(tally.finish(self.patch.grid.cell_area(), shear, instants));
-            }
-        }
-        Err(WearError::NotSteady {
-            cycles: MAX_CYCLES,
-            tolerance: self.options.cycle_tolerance,
-        })
-    }
-
-    /// Shifts displacements that were found, and are known up to a constant, to the middle of their range.
-    fn about_their_middle(&self, instants: &mut [Instant]) {
-        let shift = |instants: &mut [Instant], value: fn(&mut Instant, usize) -> &mut f64, k| {
-            let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-            for instant in instants.iter_mut() {
-                let value = *value(instant, k);
-                (least, most) = (least.min(value), most.max(value));
-            }
-            for instant in instants.iter_mut() {
-                *value(instant, k) -= 0.5 * (least + most);
-            }
-        };
-        for (axis, channel) in self.motion.drive.iter().enumerate() {
-            if channel.is_force() {
-                shift(
-                    instants,
-                    |instant, axis| &mut instant.displacement[axis],
-                    axis,
-                );
-            }
-        }
-        if self.motion.rotation.as_ref().is_some_and(Channel::is_force) {
-            let rotation: fn(&mut Instant, usize) -> &mut f64 =
-                |instant, _| &mut instant.torsion.as_mut().expect("a rotation is driven")[0];
-            shift(instants, rotation, 0);
-        }
-    }
-
-    /// Friction limits at every sample, or one for all where the load is constant.
-    fn limits_over_cycle(
-        &mut self,
-        wear: &[f64],
-        contact: &NormalSolution,
-    ) -> Result<Vec<Vec<f64>>, WearError> {
-        if self.motion.constant_load() {
-            return Ok(vec![self.limit(&contact.pressure)]);
-        }
-        let mut limits = Vec::with_capacity(self.motion.samples());
-        let mut pressure = contact.pressure.clone();
-        for k in 0..self.motion.samples() {
-            pressure = self
-                .contact(wear, None, self.motion.normal_load[k], Some(&pressure))?
-                .pressure;
-            limits.push(self.limit(&pressure));
-        }
-        Ok(limits)
-    }
-
     /// µp on every cell \[Pa\].
     pub fn limit(&self, pressure: &[f64]) -> Vec<f64> {
         pressure
@@ -418,7 +319,7 @@ impl FrettingJoint {
 }
 
 /// What the channels moved by in a step: along the axes, then about z.
-fn found(step: &TangentialSolution) -> Vec<f64> {
+pub(super) fn found(step: &TangentialSolution) -> Vec<f64> {
     let axes = step.displacement.iter().copied();
     axes.chain([step.rotation]).collect()
 }
@@ -437,18 +338,4 @@ fn twice(
         *force = q.iter().sum::<f64>() * grid.cell_area();
     }
     step
-}
-
-/// Shears cut back to their limits, direction kept.
-fn within(shear: &ByAxis<Vec<f64>>, limit: &[f64]) -> ByAxis<Vec<f64>> {
-    let mut cut = shear.clone();
-    for (c, &limit) in limit.iter().enumerate() {
-        let size = cut.iter().map(|q| q[c] * q[c]).sum::<f64>().sqrt();
-        if size > limit {
-            for q in &mut cut {
-                q[c] *= limit / size;
-            }
-        }
-    }
-    cut
 }

@@ -2,7 +2,8 @@
 //! and of a vibration with all harmonics whose elements each move and are loaded by themselves.
 //!
 //! The worn volume is in error by what the wear steps estimate of themselves, times a factor of safety; by the duality gaps
-//! of the cycles, which bound what friction dissipates; and by what the vibration makes wrong in the energy of every cycle. Every
+//! of the cycles, which bound what friction dissipates, and what their samples leave; and by what the vibration makes wrong in
+//! the energy of every cycle. Every
 //! other figure follows the volume: its error is what the last step changed it by, in proportion (a vibration in force: the last
 //! update), and what the vibration makes wrong in it directly. Where wear dies out the energy of a cycle falls by a large part
 //! while little volume is worn, so that a small error of volume is a large one of the energy; the bar says so.
@@ -47,10 +48,10 @@ const SAFETY: f64 = 3.0;
 /// that.
 const LEAST: f64 = 0.1;
 
-/// Error of the volume worn in a step of `volume` \[m³\], the step's own estimate being `estimate` \[m³\] and `gap` the largest
-/// relative duality gap of its cycle.
-pub fn of_step(estimate: f64, volume: f64, gap: f64) -> f64 {
-    SAFETY * estimate + gap * volume
+/// Error of the volume worn in a step of `volume` \[m³\], the step's own estimate being `estimate` \[m³\] and `cycle` the relative
+/// error of the energy that its cycle dissipates.
+pub fn of_step(estimate: f64, volume: f64, cycle: f64) -> f64 {
+    SAFETY * estimate + cycle * volume
 }
 
 /// Relative error of a figure that changed from `before` to `after` while `volume` was worn, under an `error` of the volume worn in

@@ -60,6 +60,8 @@ pub struct FrettingOptions {
     pub tangential: TangentialOptions,
     /// Closure of the steady cycle: largest change of shear over a cycle, in parts of the largest µp.
     pub cycle_tolerance: f64,
+    /// Whether a cycle of samples is marched over every other one of them too, and extrapolated to steps of no length.
+    pub extrapolate: bool,
 }
 
 /// Part of the closure of a cycle that the gap of each of its steps may have: with more, a cycle of many would not close.

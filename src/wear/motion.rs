@@ -96,7 +96,8 @@ pub struct StraightMotion {
 
 impl Motion {
     /// Harmonic displacement `amplitude · cos(2πt/T + phase)` along each axis, under `load + load_amplitude · cos(2πt/T)`: equally
-    /// spaced samples, and the two ends of a motion whose axes turn together.
+    /// spaced samples, and the two ends of a motion whose axes turn together. Every other sample is one of a motion of half as
+    /// many, with its ends.
     pub fn harmonic(axes: &[(f64, f64)], load: f64, load_amplitude: f64, samples: usize) -> Self {
         let axes: Vec<Harmonic> = axes
             .iter()
@@ -117,7 +118,8 @@ impl Motion {
         load_amplitude: f64,
         samples: usize,
     ) -> Self {
-        let mut time: Vec<f64> = (0..samples).map(|k| k as f64 / samples as f64).collect();
+        let half = samples.div_ceil(2);
+        let mut time: Vec<f64> = (0..half).map(|k| k as f64 / half as f64).collect();
         let moving: Vec<f64> = axes
             .iter()
             .chain(&rotation)
@@ -137,6 +139,7 @@ impl Motion {
             }
             time.sort_by(f64::total_cmp);
         }
+        let time = with_middles(&time, 1.0);
         let channel = |harmonic: &Harmonic| {
             let values = time
                 .iter()
@@ -174,6 +177,17 @@ impl Motion {
         let shift = load - self.mean_load();
         self.normal_load.iter_mut().for_each(|n| *n += shift);
         self
+    }
+
+    /// The same motion with a sample in the middle between any two, on the straight line between them.
+    pub fn halved(&self) -> Motion {
+        let halve = |series: &Vec<f64>| with_middles(series, series[0]);
+        Motion {
+            time: with_middles(&self.time, 1.0),
+            drive: self.drive.iter().map(|c| c.map(halve)).collect(),
+            rotation: self.rotation.as_ref().map(|c| c.map(halve)),
+            normal_load: halve(&self.normal_load),
+        }
     }
 
     /// Every `step`-th sample, from the first on.
@@ -316,6 +330,34 @@ impl Motion {
         self.normal_load.iter().sum::<f64>() / self.samples() as f64
     }
 
+    /// True unless all channels move in proportion, so that slip keeps its line.
+    pub fn turns(&self) -> bool {
+        let channels: Vec<Vec<f64>> = self
+            .channels()
+            .map(|channel| {
+                let (least, most) = range(channel.values());
+                let size = if most > least { most - least } else { 1.0 };
+                let begin = channel.values()[0];
+                let scaled = |v: &f64| (v - begin) / size;
+                channel.values().iter().map(scaled).collect()
+            })
+            .collect();
+        let at = |k: usize| channels.iter().map(move |channel| channel[k]);
+        let square = |k: usize| at(k).map(|v| v * v).sum::<f64>();
+        let samples = 0..self.samples();
+        let Some(farthest) = samples
+            .clone()
+            .max_by(|a, b| square(*a).total_cmp(&square(*b)))
+        else {
+            return false;
+        };
+        let reach = square(farthest);
+        samples.into_iter().any(|k| {
+            let along = at(k).zip(at(farthest)).map(|(a, b)| a * b).sum::<f64>();
+            reach * square(k) - along * along > SAME * reach * reach
+        })
+    }
+
     /// True if the normal load never changes.
     pub fn constant_load(&self) -> bool {
         let mean = self.mean_load();
@@ -395,4 +437,14 @@ fn range(series: &[f64]) -> (f64, f64) {
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), &d| {
             (least.min(d), most.max(d))
         })
+}
+
+/// A series with the middle of any two of its values between them; that of the last is towards `next`.
+fn with_middles(series: &[f64], next: f64) -> Vec<f64> {
+    let after = series.iter().skip(1).chain([&next]);
+    series
+        .iter()
+        .zip(after)
+        .flat_map(|(a, b)| [*a, 0.5 * (a + b)])
+        .collect()
 }

@@ -123,6 +123,7 @@ fn every_single_change_is_seen() {
         "fidelity.cycle=stepped",
         "fidelity.steps_per_cycle=34",
         "fidelity.cycle_tolerance=2e-3",
+        "fidelity.cycle_extrapolation=false",
         "fidelity.load_steps=3",
         "output.keep.last=2",
         "output.curves_every=0",

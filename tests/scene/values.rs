@@ -57,7 +57,8 @@ fn a_case_with_its_defaults() {
     assert_eq!(wear.tolerance, 0.015);
     assert_eq!(scene.fidelity.preset, Preset::Balanced);
     assert_eq!(scene.fidelity.cycle, None);
-    assert_eq!(scene.fidelity.steps_per_cycle, 32);
+    assert_eq!(scene.fidelity.steps_per_cycle, 64);
+    assert!(scene.fidelity.cycle_extrapolation);
     assert_eq!(scene.output.keep, Keep::All);
     assert!(!scene.output.cycle_fields);
     assert_eq!(scene.output.curves_every, 10);
@@ -199,11 +200,11 @@ fn motions() {
 #[test]
 fn presets_set_the_tolerances() {
     let expected = [
-        ("fast", [1e-5, 1e-3, 1e-2, 0.05]),
-        ("balanced", [1e-6, 1e-3, 1e-3, 0.015]),
-        ("reference", [1e-8, 1e-6, 1e-5, 1e-3]),
+        ("fast", [1e-5, 1e-3, 1e-2, 0.05], 32),
+        ("balanced", [1e-6, 1e-3, 1e-3, 0.015], 64),
+        ("reference", [1e-8, 1e-6, 1e-5, 1e-3], 128),
     ];
-    for (preset, tolerances) in expected {
+    for (preset, tolerances, steps) in expected {
         let scene = case_with(&[&format!("fidelity.preset={preset}")]);
         let fidelity = scene.fidelity;
         let wear = scene.wear.expect("a [wear] section");
@@ -218,6 +219,8 @@ fn presets_set_the_tolerances() {
             "{preset}"
         );
         assert_eq!((fidelity.cycle, wear.scheme), (None, Scheme::Implicit));
+        assert_eq!(fidelity.steps_per_cycle, steps, "{preset}");
+        assert!(fidelity.cycle_extrapolation);
     }
 }
 
@@ -243,6 +246,8 @@ fn the_paper_preset_is_explicit_and_stepped_unless_told_otherwise() {
     let paper = case_with(&["fidelity.preset=paper"]);
     let wear = paper.wear.expect("a [wear] section");
     assert_eq!(paper.fidelity.cycle, Some(CycleMode::Stepped));
+    assert_eq!(paper.fidelity.steps_per_cycle, 32);
+    assert!(!paper.fidelity.cycle_extrapolation);
     assert_eq!(
         (wear.scheme, wear.depth_step),
         (Scheme::Explicit, Some(1e-7))

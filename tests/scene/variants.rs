@@ -134,7 +134,7 @@ fn knobs_are_those_of_the_scene() {
         &orbit,
         &["steps_per_cycle"],
     );
-    assert_eq!(of(&orbit, "steps_per_cycle"), ["8", "16", "64"]);
+    assert_eq!(of(&orbit, "steps_per_cycle"), ["16", "32", "128"]);
 
     let joint = variants_of(&pipeline("lap_joint.toml"), &[], &[]);
     assert_eq!(

@@ -72,8 +72,9 @@ const STATIC_SUMMARY: [&str; 17] = [
     "error_normal",
     "fft_pairs",
 ];
-const CYCLE_SUMMARY: [&str; 3] = [
+const CYCLE_SUMMARY: [&str; 4] = [
     "dissipated_energy",
+    "error_cycle",
     "tangential_iterations",
     "error_tangential",
 ];

@@ -159,8 +159,8 @@ fn gross_sliding_does_the_work_of_its_path() {
         let bench = Bench::new();
         let root = run(&bench, "run", &[sets, &["wear.cycles=1"]].concat());
         let work = summary(&root, 0, "dissipated_energy") / (FRICTION * path);
-        // 32 chords of a circle are shorter by 0.2 %, and the elastic displacement is some percent of the amplitude.
-        assert!((0.9..1.0).contains(&work), "{sets:?}: {work}");
+        // The elastic displacement is some percent of the amplitude, and the samples of the circle leave a thousandth.
+        assert!((0.9..1.001).contains(&work), "{sets:?}: {work}");
     }
 }
 

@@ -5,6 +5,7 @@ mod cycle;
 mod drives;
 mod landing;
 mod motion;
+mod sampled;
 mod step;
 mod superposition;
 
@@ -38,6 +39,7 @@ pub const EXACT: FrettingOptions = FrettingOptions {
         max_iterations: 20_000,
     },
     cycle_tolerance: 1e-6,
+    extrapolate: true,
 };
 
 /// A rough joint of 4 × 4 mm on 40 × 32 cells, its heights a fixed sum of waves with an amplitude near 1 µm.

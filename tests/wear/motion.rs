@@ -250,3 +250,47 @@ fn every_so_many_samples() {
     }
     assert_eq!(motion.every(1), motion);
 }
+
+/// A cycle is marched over every other sample too, which has to be a motion of its own, with the ends of this one.
+#[test]
+fn every_other_sample_is_half_the_motion() {
+    for phase in [0.0, 0.9] {
+        let motion = Motion::harmonic(&[(5e-6, phase)], 30e3, 0.0, 32);
+        let half = motion.every(2);
+        let ends = half.straight().expect("straight");
+        assert_eq!(ends.end, motion.straight().expect("straight").end);
+        assert_eq!(half.samples(), if phase == 0.0 { 16 } else { 18 });
+        assert!(motion.time.windows(2).all(|pair| pair[0] < pair[1]));
+    }
+}
+
+#[test]
+fn a_halved_motion_passes_its_samples_and_their_middles() {
+    let motion = sampled(5, |t| (t, 1.0 - t, 100.0 * t));
+    let halved = motion.halved();
+    assert_eq!(halved.every(2), motion);
+    let middles = [0.1, 0.3, 0.5, 0.7, 0.9];
+    for (k, middle) in middles.into_iter().enumerate() {
+        assert!((halved.time[2 * k + 1] - middle).abs() < 1e-15);
+        // The last one is on the way back to the first.
+        let along = if k == 4 { 0.4 } else { middle };
+        assert!((halved.at(2 * k + 1)[0] - along).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn a_motion_turns_unless_its_channels_move_in_proportion() {
+    let along =
+        |phases: [f64; 2]| Motion::harmonic(&[(5e-6, phases[0]), (2e-6, phases[1])], 30e3, 3e3, 16);
+    assert!(!along([0.4, 0.4]).turns());
+    assert!(!along([0.4, 0.4 + std::f64::consts::PI]).turns());
+    assert!(along([0.4, 0.401]).turns());
+    assert!(!Motion::harmonic(&[(5e-6, 1.0), (0.0, 0.0)], 30e3, 0.0, 16).turns());
+    assert!(!Motion::none(30e3).turns());
+    // A line that does not pass zero is one as well.
+    let offset = sampled(9, |t| {
+        (1.0 + (7.0 * t).sin(), 2.0 - 3.0 * (7.0 * t).sin(), 1.0)
+    });
+    assert!(!offset.turns());
+    assert!(sampled(9, |t| (t, t * t, 1.0)).turns());
+}

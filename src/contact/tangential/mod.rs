@@ -122,6 +122,8 @@ pub struct TangentialSolution {
     pub iterations: usize,
     /// Relative duality gap, with all that stick cells would still dissipate counted as error.
     pub error: f64,
+    /// The same as an energy, which bounds the error of the dissipation \[J\].
+    pub dissipation_error: f64,
     /// Largest difference between a force asked for and found, as a part of Σ µp dA (of a moment: times half the grid's
     /// diagonal); 0 where none was asked for.
     pub force_error: f64,
@@ -213,7 +215,7 @@ fn solve_axes<const A: usize>(
     if nothing_carried && !nothing_asked {
         return Err(solver.beyond());
     }
-    let (error, force_error) = match options {
+    let (gap, force_error) = match options {
         Some(_) => solver.run(start)?,
         None => solver.evaluate(start)?,
     };
@@ -276,7 +278,8 @@ fn solve_axes<const A: usize>(
         state,
         steps: solver.steps,
         iterations: solver.iterations,
-        error,
+        error: gap.error,
+        dissipation_error: gap.error * gap.scale * grid.cell_area(),
         force_error,
     })
 }

@@ -150,11 +150,11 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         }
     }
 
-    /// Solves; the first error is that of a slip computed anew from the shear found, the second that of the resultants.
+    /// Solves; the gap is that of a slip computed anew from the shear found, the second that of the resultants.
     pub(super) fn run(
         &mut self,
         start: Option<&Vec<Vec<f64>>>,
-    ) -> Result<(f64, f64), ContactError> {
+    ) -> Result<(Gap, f64), ContactError> {
         self.begin(start)?;
         self.renew_slip();
         let mut fresh = true;
@@ -165,7 +165,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
             let gap = self.gap();
             if gap.error <= self.options.tolerance {
                 if fresh {
-                    return Ok((gap.error, self.resultants.error(&self.shear, &self.limit)));
+                    return Ok((gap, self.resultants.error(&self.shear, &self.limit)));
                 }
                 self.renew_slip();
                 fresh = true;
@@ -215,12 +215,12 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
     pub(super) fn evaluate(
         &mut self,
         start: Option<&Vec<Vec<f64>>>,
-    ) -> Result<(f64, f64), ContactError> {
+    ) -> Result<(Gap, f64), ContactError> {
         self.begin(start)?;
         self.renew_slip();
         self.improve_multipliers();
-        let error = self.gap().error;
-        Ok((error, self.resultants.error(&self.shear, &self.limit)))
+        let gap = self.gap();
+        Ok((gap, self.resultants.error(&self.shear, &self.limit)))
     }
 
     fn not_converged(&self, error: f64) -> ContactError {

@@ -206,10 +206,7 @@ fn decide_cycle(
     if scene.dynamics.is_some() {
         match scene.fidelity.cycle {
             Some(CycleMode::Stepped) => decide(
-                format!(
-                    "stepped: {} exact solves a cycle, until it closes",
-                    scene.fidelity.steps_per_cycle
-                ),
+                stepped(&scene.fidelity, scene.fidelity.steps_per_cycle),
                 "fidelity.cycle or the preset asks for it",
             ),
             Some(mode @ (CycleMode::Reversal | CycleMode::Superposition)) => decide(
@@ -271,10 +268,7 @@ fn decide_cycle(
             "fidelity.cycle asks for it",
         ),
         March::Stepped => decide(
-            format!(
-                "stepped: {} exact solves a cycle, until it closes",
-                motion.samples()
-            ),
+            stepped(&scene.fidelity, motion.samples()),
             match scene.fidelity.cycle {
                 Some(_) => "fidelity.cycle or the preset asks for it",
                 None => "the load varies, or the motion is not straight about zero",
@@ -282,6 +276,15 @@ fn decide_cycle(
         ),
     }
     Ok(Some(march))
+}
+
+fn stepped(fidelity: &Fidelity, samples: usize) -> String {
+    let extrapolated = if fidelity.cycle_extrapolation {
+        "; with half of them too, for its error and, where the motion turns, to extrapolate"
+    } else {
+        ""
+    };
+    format!("stepped: {samples} exact solves a cycle, until it closes{extrapolated}")
 }
 
 fn decide_wear(scene: &Scene, decisions: &mut Decisions) {
@@ -358,6 +361,7 @@ impl Plan {
                     ..TangentialOptions::default()
                 },
                 cycle_tolerance: fidelity.cycle_tolerance,
+                extrapolate: fidelity.cycle_extrapolation,
             },
         }
     }

@@ -111,6 +111,8 @@ const CHECK: f64 = 1.2;
 const TRIES: f64 = 1.05;
 /// A sample of a stepped cycle, until the cycle closes, over a cycle between reversals.
 const SAMPLE: f64 = 2.1;
+/// The same where half of the samples are marched too, with which the cycle closes.
+const SAMPLE_AND_HALF: f64 = 3.1;
 /// A superposed cycle: two normal contacts and a check of the shear.
 const SUPERPOSED: f64 = 2.2;
 /// Part of the stiffness solves that is kn's, over the axes of all.
@@ -231,7 +233,12 @@ impl Solves<'_> {
                 }
             }
             Marched::Stepped { samples, varies } => {
-                let sample = SAMPLE * self.tangential(&CYCLE, area)
+                let marched = if self.fidelity.cycle_extrapolation {
+                    SAMPLE_AND_HALF
+                } else {
+                    SAMPLE
+                };
+                let sample = marched * self.tangential(&CYCLE, area)
                     + if varies {
                         WARM * self.normal(&COLD, area)
                     } else {

@@ -5,8 +5,21 @@ use crate::scene::reader::{Reader, TOLERANCE};
 use crate::scene::{CycleMode, Dynamics, Fidelity, Preset, Structure};
 use crate::units::Dimension;
 
-/// Time steps a cycle: what the harmonics of a steady response need, with room to spare.
-const STEPS_PER_CYCLE: u64 = 32;
+/// Time steps a cycle of a preset. An orbit and a load that varies are solved to within some 1.1 % of dissipation with 32 steps,
+/// when extrapolated, and the error falls with the square of their number; the published 32 are not.
+fn steps_per_cycle(preset: Preset) -> u64 {
+    match preset {
+        Preset::Paper | Preset::Fast => 32,
+        Preset::Balanced => 64,
+        Preset::Reference => 128,
+    }
+}
+
+/// As many as leave a third of `error`, by what 32 leave.
+fn steps_for(error: f64) -> u64 {
+    let steps = 32.0 * (0.011 / (error / 3.0)).sqrt();
+    ((steps / 16.0).ceil() as u64 * 16).clamp(32, 1024)
+}
 
 /// Fewer do not make a loop with an inside; an odd number misses the reversal at half a cycle.
 const SMALLEST_STEPS: usize = 4;
@@ -81,15 +94,15 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
             ("stepped", CycleMode::Stepped),
         ],
     )?;
+    let target = reader.quantity("fidelity.tolerance", Dimension::NONE, TOLERANCE, "0.01")?;
     let expected = format!("an even integer of {SMALLEST_STEPS} to {LARGEST_STEPS}");
     let steps = reader
         .integer("fidelity.steps_per_cycle", 0)?
-        .unwrap_or(STEPS_PER_CYCLE);
+        .unwrap_or_else(|| target.map_or_else(|| steps_per_cycle(preset), steps_for));
     let steps_per_cycle = usize::try_from(steps)
         .ok()
         .filter(|steps| steps % 2 == 0 && (SMALLEST_STEPS..=LARGEST_STEPS).contains(steps))
         .ok_or_else(|| reader.out_of_range("fidelity.steps_per_cycle", expected))?;
-    let target = reader.quantity("fidelity.tolerance", Dimension::NONE, TOLERANCE, "0.01")?;
     if target.is_some() && reader.has("fidelity.preset") {
         return Err(reader.conflict(
             "fidelity.tolerance",
@@ -110,6 +123,9 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
         normal_tolerance: tolerance("fidelity.normal_tolerance", default.normal)?,
         tangential_tolerance: tolerance("fidelity.tangential_tolerance", default.tangential)?,
         cycle_tolerance: tolerance("fidelity.cycle_tolerance", default.cycle)?,
+        cycle_extrapolation: reader
+            .boolean("fidelity.cycle_extrapolation")?
+            .unwrap_or(preset != Preset::Paper),
         load_steps: load_steps(reader)?,
         aft_samples: target.map_or_else(|| samples(preset), samples_for),
         harmonic_tolerance: None,

@@ -1,0 +1,240 @@
+//! The steady cycle of any motion, sample by sample.
+//!
+//! A cycle is marched twice, over every other sample until it closes and from there over all of them: the change between the two
+//! estimates what the samples leave. A step takes the slip along the shear at its end. Where the motion stays on a line that is of
+//! second order in the step, as is the mean of the limits where these vary. Where the motion turns it is of first order, and slip
+//! path and energy of each cell are extrapolated to steps of no length, which makes it second.
+
+use super::cycle::{CycleSolution, Instant, Tally, found};
+use super::joint::{FrettingJoint, WearError};
+use super::motion::Channel;
+use crate::contact::normal::NormalSolution;
+use crate::grid::ByAxis;
+
+/// Cycles after which a motion that has not closed is given up.
+const MAX_CYCLES: usize = 60;
+
+/// What the samples leave, in parts of what half of them change. After extrapolation of orbits with 16 to 128 samples it was measured
+/// as 0.02 to 0.17 of it, or half of that change where 16 are too few; along a line, under loads that vary, as 0.3 to 1.0, since
+/// cells come into contact and begin to slide between samples.
+const LEFT_EXTRAPOLATED: f64 = 0.25;
+const LEFT: f64 = 1.0;
+
+/// A cycle that closed.
+struct Closed {
+    tally: Tally,
+    shear: ByAxis<Vec<f64>>,
+    instants: Vec<Instant>,
+}
+
+impl FrettingJoint {
+    /// Marches sample by sample until the cycle closes. An odd number of samples, or one without
+    /// [`FrettingOptions::extrapolate`](super::joint::FrettingOptions::extrapolate), is marched once.
+    pub(super) fn by_samples(
+        &mut self,
+        wear: &[f64],
+        contact: &NormalSolution,
+        start: Option<&ByAxis<Vec<f64>>>,
+    ) -> Result<CycleSolution, WearError> {
+        let limits = self.limits_over_cycle(wear, contact)?;
+        let cell_area = self.patch.grid.cell_area();
+        let mut closed;
+        if self.options.extrapolate && self.motion.samples().is_multiple_of(2) {
+            let coarse = self.closed(&limits, 2, start)?;
+            closed = self.closed(&limits, 1, Some(&coarse.shear))?;
+            compare(
+                &mut closed.tally,
+                &coarse.tally,
+                self.motion.turns(),
+                cell_area,
+            );
+        } else {
+            closed = self.closed(&limits, 1, start)?;
+        }
+        self.about_their_middle(&mut closed.instants);
+        Ok(closed
+            .tally
+            .finish(cell_area, closed.shear, closed.instants))
+    }
+
+    /// Marches every `stride`-th sample, cycle after cycle, until one closes.
+    fn closed(
+        &mut self,
+        limits: &[Vec<f64>],
+        stride: usize,
+        start: Option<&ByAxis<Vec<f64>>>,
+    ) -> Result<Closed, WearError> {
+        let samples = self.motion.samples();
+        let limit = |k: usize| &limits[k % limits.len()];
+        let mut shear = match start {
+            Some(shear) => within(shear, limit(0)),
+            None => {
+                let first = self.motion.at(0);
+                let zero = vec![0.0; first.len()];
+                self.step(limit(0), None, [&zero, &first], None)?.shear
+            }
+        };
+        let largest = limits.iter().flatten().fold(0.0f64, |m, v| m.max(*v));
+        for _ in 0..MAX_CYCLES {
+            let mut tally = Tally::new(self.patch.grid.len());
+            let begin = shear.clone();
+            let mut instants = Vec::with_capacity(samples / stride + 1);
+            // Where force or moment is given, the place is the sum of what was found.
+            let mut place = self.motion.at(0);
+            for (place, channel) in place.iter_mut().zip(self.motion.channels()) {
+                if channel.is_force() {
+                    *place = 0.0;
+                }
+            }
+            for k in (0..samples).step_by(stride) {
+                let next = k + stride;
+                let (from, to) = (self.motion.at(k), self.motion.at(next));
+                let step = self.step(limit(next), Some(&shear), [&from, &to], None)?;
+                let [before, after] = [limit(k), limit(next)];
+                tally.add(&step, 1.0, |c| match before[c] {
+                    same if same == after[c] => 1.0,
+                    before => 0.5 * (before / after[c] + 1.0),
+                });
+                let moves = to.iter().zip(found(&step)).zip(self.motion.channels());
+                for (place, ((to, change), channel)) in place.iter_mut().zip(moves) {
+                    *place = match channel {
+                        Channel::Displacement(_) => *to,
+                        Channel::Force(_) => *place + change,
+                    };
+                }
+                let axes = step.force.len();
+                instants.push(Instant {
+                    time: self.motion.time_of(next),
+                    displacement: place[..axes].to_vec(),
+                    normal_load: self.motion.normal_load[next % samples],
+                    force: step.force,
+                    torsion: self
+                        .motion
+                        .rotation
+                        .as_ref()
+                        .map(|_| [place[axes], step.moment]),
+                });
+                shear = step.shear;
+            }
+            let moved = change(&shear, &begin);
+            if moved.iter().fold(0.0, |m: f64, v| m.max(*v))
+                <= self.options.cycle_tolerance * largest
+            {
+                let last = instants
+                    .last()
+                    .cloned()
+                    .map(|last| Instant { time: 0.0, ..last });
+                instants.splice(0..0, last);
+                // What slips in the cycle slips under a shear that is not yet steady.
+                let unsteady = moved.iter().zip(&tally.slip_path).map(|(q, s)| q * s);
+                tally.dissipation_error += unsteady.sum::<f64>() * self.patch.grid.cell_area();
+                return Ok(Closed {
+                    tally,
+                    shear,
+                    instants,
+                });
+            }
+        }
+        Err(WearError::NotSteady {
+            cycles: MAX_CYCLES,
+            tolerance: self.options.cycle_tolerance,
+        })
+    }
+
+    /// Shifts displacements that were found, and are known up to a constant, to the middle of their range.
+    fn about_their_middle(&self, instants: &mut [Instant]) {
+        let shift = |instants: &mut [Instant], value: fn(&mut Instant, usize) -> &mut f64, k| {
+            let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+            for instant in instants.iter_mut() {
+                let value = *value(instant, k);
+                (least, most) = (least.min(value), most.max(value));
+            }
+            for instant in instants.iter_mut() {
+                *value(instant, k) -= 0.5 * (least + most);
+            }
+        };
+        for (axis, channel) in self.motion.drive.iter().enumerate() {
+            if channel.is_force() {
+                shift(
+                    instants,
+                    |instant, axis| &mut instant.displacement[axis],
+                    axis,
+                );
+            }
+        }
+        if self.motion.rotation.as_ref().is_some_and(Channel::is_force) {
+            let rotation: fn(&mut Instant, usize) -> &mut f64 =
+                |instant, _| &mut instant.torsion.as_mut().expect("a rotation is driven")[0];
+            shift(instants, rotation, 0);
+        }
+    }
+
+    /// Friction limits at every sample, or one for all where the load is constant.
+    fn limits_over_cycle(
+        &mut self,
+        wear: &[f64],
+        contact: &NormalSolution,
+    ) -> Result<Vec<Vec<f64>>, WearError> {
+        if self.motion.constant_load() {
+            return Ok(vec![self.limit(&contact.pressure)]);
+        }
+        let mut limits = Vec::with_capacity(self.motion.samples());
+        let mut pressure = contact.pressure.clone();
+        for k in 0..self.motion.samples() {
+            pressure = self
+                .contact(wear, None, self.motion.normal_load[k], Some(&pressure))?
+                .pressure;
+            limits.push(self.limit(&pressure));
+        }
+        Ok(limits)
+    }
+}
+
+/// Estimates what the samples leave by what half of them change, and takes slip path and energy of a motion that turns to steps of
+/// no length.
+fn compare(tally: &mut Tally, coarse: &Tally, turns: bool, cell_area: f64) {
+    let changes = tally.energy.iter().zip(&coarse.energy);
+    let change = changes.map(|(fine, coarse)| (fine - coarse).abs());
+    let part = if turns { LEFT_EXTRAPOLATED } else { LEFT };
+    let left = part * change.sum::<f64>() * cell_area;
+    tally.steps += coarse.steps;
+    tally.error = tally.error.max(coarse.error);
+    if turns {
+        // The errors of the solves are amplified as the energies are.
+        tally.dissipation_error = 2.0 * tally.dissipation_error + coarse.dissipation_error;
+        for (fine, coarse) in [
+            (&mut tally.energy, &coarse.energy),
+            (&mut tally.slip_path, &coarse.slip_path),
+        ] {
+            for (fine, coarse) in fine.iter_mut().zip(coarse) {
+                *fine = (2.0 * *fine - coarse).max(0.0);
+            }
+        }
+    }
+    tally.dissipation_error += left;
+}
+
+/// Size of the change of shear on every cell \[Pa\].
+fn change(shear: &ByAxis<Vec<f64>>, before: &ByAxis<Vec<f64>>) -> Vec<f64> {
+    let cells = shear.first().map_or(0, Vec::len);
+    (0..cells)
+        .map(|c| {
+            let axes = shear.iter().zip(before);
+            axes.map(|(a, b)| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
+        })
+        .collect()
+}
+
+/// Shears cut back to their limits, direction kept.
+fn within(shear: &ByAxis<Vec<f64>>, limit: &[f64]) -> ByAxis<Vec<f64>> {
+    let mut cut = shear.clone();
+    for (c, &limit) in limit.iter().enumerate() {
+        let size = cut.iter().map(|q| q[c] * q[c]).sum::<f64>().sqrt();
+        if size > limit {
+            for q in &mut cut {
+                q[c] *= limit / size;
+            }
+        }
+    }
+    cut
+}
