@@ -7,7 +7,7 @@ use crate::grid::ByAxis;
 use crate::scene::Motion;
 use crate::store::Draft;
 use crate::tables::{Table, TableError, TableName};
-use crate::wear::cycle::{CycleSolution, Instant};
+use crate::wear::cycle::{CycleSolution, Instant, March};
 
 /// The cycle of an iteration and what it cost.
 pub struct Cycle {
@@ -104,12 +104,13 @@ fn fields(
     table.build()
 }
 
-/// The instants that are written: a history's own, not those between them at which it is marched too. So the cycle of a run is a
-/// history with the same result.
+/// The instants that are written: a history's own, not those between them at which it is marched too. So the cycle of a run with
+/// a history is a history with the same result.
 fn recorded<'a>(context: &Context, instants: &'a [Instant]) -> Vec<&'a Instant> {
     let scene = &context.inputs.scene;
-    let halved =
-        matches!(scene.motion, Some(Motion::History { .. })) && scene.fidelity.cycle_extrapolation;
+    let halved = matches!(scene.motion, Some(Motion::History { .. }))
+        && scene.fidelity.cycle_extrapolation
+        && context.joint.march == March::Stepped;
     instants
         .iter()
         .step_by(if halved { 2 } else { 1 })

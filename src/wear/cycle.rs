@@ -2,8 +2,8 @@
 //!
 //! Slip is the kinematic δ − u everywhere, also on cells just outside the contact, so that cells which wear brings into
 //! contact begin to slip as their neighbours do. On stick cells it is zero. The energy of a step is q·s with the shear at
-//! its end, and wear depth per cycle is α times the sum of it over the cycle [A eq. 2.6]; where the load varies the size of that
-//! shear is the mean of the limits at both ends.
+//! its end, and wear depth per cycle is α times the sum of it over the cycle [A eq. 2.6]; where the load varies it is |s| times the
+//! mean of the limits at both ends, on cells that come into contact or leave it too.
 
 use super::joint::{FrettingJoint, WearError};
 use super::motion::{Channel, StraightMotion};
@@ -59,8 +59,8 @@ pub struct CycleSolution {
     pub steps: usize,
     /// Largest relative duality gap of all tangential solves.
     pub error: f64,
-    /// Estimated error of `dissipation`: the duality gaps of the solves, and of a cycle of samples what these and its closing
-    /// leave \[J\].
+    /// Estimated error of `dissipation`: the duality gaps of the solves, what the closing of a cycle of samples leaves, and, if
+    /// half of them were marched too, what the samples do \[J\].
     pub dissipation_error: f64,
 }
 
@@ -96,26 +96,25 @@ impl Tally {
         }
     }
 
-    /// Adds a step, `times` over, under a friction limit that is `limit_ratio` of that at its end in the mean.
+    /// Adds a step, `times` over. `varying` are the limits at its ends \[Pa\] where these differ.
     pub(super) fn add(
         &mut self,
         step: &TangentialSolution,
         times: f64,
-        limit_ratio: impl Fn(usize) -> f64,
+        varying: Option<[&[f64]; 2]>,
     ) {
         for c in 0..self.energy.len() {
             let slip = step.slip.iter().map(|s| s[c] * s[c]).sum::<f64>().sqrt();
             self.slip_path[c] += times * slip;
-            if step.state[c] == CellState::Slip {
-                self.energy[c] += times
-                    * limit_ratio(c)
-                    * step
-                        .shear
-                        .iter()
-                        .zip(&step.slip)
-                        .map(|(q, s)| q[c] * s[c])
-                        .sum::<f64>();
-            }
+            self.energy[c] += times
+                * match (varying, step.state[c]) {
+                    (_, CellState::Stick) | (None, CellState::Open) => 0.0,
+                    (Some([before, after]), _) => 0.5 * (before[c] + after[c]) * slip,
+                    (None, CellState::Slip) => {
+                        let axes = step.shear.iter().zip(&step.slip);
+                        axes.map(|(q, s)| q[c] * s[c]).sum()
+                    }
+                };
         }
         self.dissipation_error += times * step.dissipation_error;
         self.count(step);
@@ -190,7 +189,7 @@ impl FrettingJoint {
             self.step(&limit, None, [&zero, &motion.end], start)?
         };
         let mut tally = Tally::new(limit.len());
-        tally.add(&half, 4.0, |_| 1.0);
+        tally.add(&half, 4.0, None);
         let load = self.motion.mean_load();
         let torsion = |place: &[f64], step: &TangentialSolution, sign: f64| {
             self.motion

@@ -7,7 +7,7 @@ pub mod implicit;
 pub mod joint;
 pub mod landing;
 pub mod motion;
-mod sampled;
+pub mod sampled;
 pub mod semi_implicit;
 pub mod superposition;
 

@@ -8,6 +8,9 @@ use crate::grid::ByAxis;
 /// Two loads or displacements this close, relative to the largest, are the same: rounding of cosines.
 const SAME: f64 = 1e-12;
 
+/// Distance from a line, over its length, from which on a motion turns.
+const TURNING: f64 = 0.01;
+
 /// One closed cycle, by samples: sample 0 is at t = 0, and the cycle returns to it at t = T.
 ///
 /// A joint that does not move has no axis and one sample of the load.
@@ -95,9 +98,9 @@ pub struct StraightMotion {
 }
 
 impl Motion {
-    /// Harmonic displacement `amplitude · cos(2πt/T + phase)` along each axis, under `load + load_amplitude · cos(2πt/T)`: equally
-    /// spaced samples, and the two ends of a motion whose axes turn together. Every other sample is one of a motion of half as
-    /// many, with its ends.
+    /// Harmonic displacement `amplitude · cos(2πt/T + phase)` along each axis, under `load + load_amplitude · cos(2πt/T)`: half of the
+    /// samples equally spaced, with the two ends of a motion whose axes turn together, and one in the middle between any two of
+    /// these. So every other one is a motion of its own.
     pub fn harmonic(axes: &[(f64, f64)], load: f64, load_amplitude: f64, samples: usize) -> Self {
         let axes: Vec<Harmonic> = axes
             .iter()
@@ -330,18 +333,24 @@ impl Motion {
         self.normal_load.iter().sum::<f64>() / self.samples() as f64
     }
 
-    /// True unless all channels move in proportion, so that slip keeps its line.
+    /// True unless all that moves does so in proportion, within a hundredth, so that slip keeps its line. Where force is given along
+    /// one axis and displacement along another, what is found is not in proportion.
     pub fn turns(&self) -> bool {
-        let channels: Vec<Vec<f64>> = self
-            .channels()
-            .map(|channel| {
-                let (least, most) = range(channel.values());
-                let size = if most > least { most - least } else { 1.0 };
-                let begin = channel.values()[0];
-                let scaled = |v: &f64| (v - begin) / size;
-                channel.values().iter().map(scaled).collect()
-            })
-            .collect();
+        let sizes = [true, false].map(|force| {
+            let axes = self.drive.iter().filter(|axis| axis.is_force() == force);
+            axes.map(|axis| extent(axis.values())).fold(0.0, f64::max)
+        });
+        if sizes.iter().all(|size| *size > 0.0) {
+            return true;
+        }
+        let along = sizes[0].max(sizes[1]);
+        let scaled = |channel: &Channel, size: f64| -> Vec<f64> {
+            let begin = channel.values()[0];
+            let part = |v: &f64| if size > 0.0 { (v - begin) / size } else { 0.0 };
+            channel.values().iter().map(part).collect()
+        };
+        let mut channels: Vec<_> = self.drive.iter().map(|axis| scaled(axis, along)).collect();
+        channels.extend(self.rotation.iter().map(|r| scaled(r, extent(r.values()))));
         let at = |k: usize| channels.iter().map(move |channel| channel[k]);
         let square = |k: usize| at(k).map(|v| v * v).sum::<f64>();
         let samples = 0..self.samples();
@@ -354,7 +363,7 @@ impl Motion {
         let reach = square(farthest);
         samples.into_iter().any(|k| {
             let along = at(k).zip(at(farthest)).map(|(a, b)| a * b).sum::<f64>();
-            reach * square(k) - along * along > SAME * reach * reach
+            reach * square(k) - along * along > (TURNING * reach).powi(2)
         })
     }
 
@@ -437,6 +446,11 @@ fn range(series: &[f64]) -> (f64, f64) {
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), &d| {
             (least.min(d), most.max(d))
         })
+}
+
+fn extent(series: &[f64]) -> f64 {
+    let (least, most) = range(series);
+    most - least
 }
 
 /// A series with the middle of any two of its values between them; that of the last is towards `next`.

@@ -358,3 +358,21 @@ fn a_hole_is_in_no_table() {
     let field = table(&root, latest(&root), TableName::WearField);
     assert_eq!(field.rows(), kept);
 }
+
+/// Between two reversals there are no middles to leave out of the cycle that is written.
+#[test]
+fn a_history_that_is_straight_is_written_with_its_reversals() {
+    let bench = Bench::new();
+    let rows = "time, displacement_x\n0, 1e-6\n0.25, 0\n0.5, -1e-6\n0.75, 0\n";
+    bench.write("straight.csv", rows);
+    let (head, tail) = SMALL
+        .split_once("amplitude = \"1 um\"")
+        .expect("an amplitude");
+    let scene = format!("{head}history = \"straight.csv\"{tail}");
+    bench.write("straight.toml", scene);
+    let root = run(&bench, "straight.toml", &[SHORT]);
+    let cycle = table(&root, 0, TableName::Cycle);
+    assert_eq!(cycle.f64("time").expect("a column"), [0.0, 0.5, 1.0]);
+    let place = cycle.f64("displacement_x").expect("a column");
+    assert_eq!(place, [1e-6, -1e-6, 1e-6]);
+}

@@ -284,7 +284,8 @@ fn a_motion_turns_unless_its_channels_move_in_proportion() {
         |phases: [f64; 2]| Motion::harmonic(&[(5e-6, phases[0]), (2e-6, phases[1])], 30e3, 3e3, 16);
     assert!(!along([0.4, 0.4]).turns());
     assert!(!along([0.4, 0.4 + std::f64::consts::PI]).turns());
-    assert!(along([0.4, 0.401]).turns());
+    assert!(along([0.4, 0.5]).turns());
+    assert!(!along([0.4, 0.401]).turns(), "a thousandth is none");
     assert!(!Motion::harmonic(&[(5e-6, 1.0), (0.0, 0.0)], 30e3, 0.0, 16).turns());
     assert!(!Motion::none(30e3).turns());
     // A line that does not pass zero is one as well.
@@ -293,4 +294,7 @@ fn a_motion_turns_unless_its_channels_move_in_proportion() {
     });
     assert!(!offset.turns());
     assert!(sampled(9, |t| (t, t * t, 1.0)).turns());
+    let mut mixed = along([0.4, 0.4]);
+    mixed.drive[1] = Channel::Force(mixed.drive[1].values().clone());
+    assert!(mixed.turns(), "what a force moves is not in proportion");
 }

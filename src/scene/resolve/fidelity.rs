@@ -15,9 +15,9 @@ fn steps_per_cycle(preset: Preset) -> u64 {
     }
 }
 
-/// As many as leave a third of `error`, by what 32 leave.
+/// As many as make an error bar of a tenth of `error`, by the 2 % that 32 make on an orbit.
 fn steps_for(error: f64) -> u64 {
-    let steps = 32.0 * (0.011 / (error / 3.0)).sqrt();
+    let steps = 32.0 * (0.02 / (0.1 * error)).sqrt();
     ((steps / 16.0).ceil() as u64 * 16).clamp(32, 1024)
 }
 

@@ -155,7 +155,8 @@ pub struct Variants {
     pub left_out: Vec<LeftOut>,
 }
 
-/// Keys of a scene that say how exact it is, beside those of the preset; the grids of time and space stay as they are.
+/// Keys of a scene that say how exact it is, beside those of the preset; grids of space stay as they are, and a
+/// grid of time that the scene gives.
 fn accuracy_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
     let fidelity = keys::children("fidelity")
         .into_iter()
