@@ -14,6 +14,9 @@ use crate::grid::ByAxis;
 /// Cycles after which a motion that has not closed is given up.
 const MAX_CYCLES: usize = 60;
 
+/// Cycles without a halved change of shear, after which it is what the solves' own errors make of it, and the energy decides.
+const PATIENCE: usize = 10;
+
 /// What extrapolation leaves, of second order, in parts of what half of the samples change, of first order: this over the samples.
 /// Measured on orbits with 16 to 128 samples, it is 4 to 8 over them.
 const LEFT_EXTRAPOLATED: f64 = 10.0;
@@ -64,7 +67,8 @@ impl FrettingJoint {
             .finish(cell_area, closed.shear, closed.instants))
     }
 
-    /// Marches every `stride`-th sample, cycle after cycle, until one closes.
+    /// Marches every `stride`-th sample, cycle after cycle, until one closes: in its shear, or, where that does not get on any more, in
+    /// the energy that the change of shear would dissipate.
     fn closed(
         &mut self,
         limits: &[Vec<f64>],
@@ -82,6 +86,7 @@ impl FrettingJoint {
             }
         };
         let largest = limits.iter().flatten().fold(0.0f64, |m, v| m.max(*v));
+        let (mut best, mut since) = (f64::INFINITY, 0);
         for _ in 0..MAX_CYCLES {
             let mut tally = Tally::new(self.patch.grid.len());
             let begin = shear.clone();
@@ -122,17 +127,24 @@ impl FrettingJoint {
                 shear = step.shear;
             }
             let moved = change(&shear, &begin);
-            if moved.iter().fold(0.0, |m: f64, v| m.max(*v))
-                <= self.options.cycle_tolerance * largest
-            {
+            let most = moved.iter().fold(0.0, |m: f64, v| m.max(*v));
+            since += 1;
+            if most <= 0.5 * best {
+                (best, since) = (most, 0);
+            }
+            // What slips in the cycle slips under a shear that is not yet steady.
+            let unsteady = moved.iter().zip(&tally.slip_path).map(|(q, s)| q * s);
+            let unsteady = unsteady.sum::<f64>();
+            let tolerance = self.options.cycle_tolerance;
+            let settled =
+                since >= PATIENCE && unsteady <= tolerance * tally.energy.iter().sum::<f64>();
+            if most <= tolerance * largest || settled {
                 let last = instants
                     .last()
                     .cloned()
                     .map(|last| Instant { time: 0.0, ..last });
                 instants.splice(0..0, last);
-                // What slips in the cycle slips under a shear that is not yet steady.
-                let unsteady = moved.iter().zip(&tally.slip_path).map(|(q, s)| q * s);
-                tally.dissipation_error += unsteady.sum::<f64>() * self.patch.grid.cell_area();
+                tally.dissipation_error += unsteady * self.patch.grid.cell_area();
                 return Ok(Closed {
                     tally,
                     shear,
