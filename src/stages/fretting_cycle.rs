@@ -4,7 +4,6 @@ use super::context::{Context, Keys, gather, kept, kept_cells};
 use super::static_contact::{SHEAR, StaticContact};
 use super::{RunError, Stage, curves};
 use crate::grid::ByAxis;
-use crate::scene::Motion;
 use crate::store::Draft;
 use crate::tables::{Table, TableError, TableName};
 use crate::wear::cycle::{CycleSolution, Instant, March};
@@ -107,14 +106,9 @@ fn fields(
 /// The instants that are written: a history's own, not those between them at which it is marched too. So the cycle of a run with
 /// a history is a history with the same result.
 fn recorded<'a>(context: &Context, instants: &'a [Instant]) -> Vec<&'a Instant> {
-    let scene = &context.inputs.scene;
-    let halved = matches!(scene.motion, Some(Motion::History { .. }))
-        && scene.fidelity.cycle_extrapolation
-        && context.joint.march == March::Stepped;
-    instants
-        .iter()
-        .step_by(if halved { 2 } else { 1 })
-        .collect()
+    let middles = context.inputs.halved && context.joint.march == March::Stepped;
+    let every = if middles { 2 } else { 1 };
+    instants.iter().step_by(every).collect()
 }
 
 fn instants(instants: &[&Instant]) -> Result<Table, TableError> {

@@ -22,6 +22,8 @@ pub struct Inputs {
     pub scene: Scene,
     /// Its motion over a cycle; of no axis without `[motion]`.
     pub motion: Motion,
+    /// Whether every other of its samples is one in the middle between those of a history.
+    pub halved: bool,
     /// What is decided.
     pub plan: Plan,
     /// [`Scene::canonical`] with the hashes of the files.
@@ -41,6 +43,7 @@ impl Inputs {
             canonical["surface"]["content"] = json!(blake3::hash(&bytes).to_hex().as_str());
         }
         let contact = scene.contact.as_ref();
+        let mut halved = false;
         let motion = match (contact, &scene.motion) {
             (Some(contact), Some(SceneMotion::History { path })) => {
                 let wrong = |problem: HistoryProblem| RunError::History {
@@ -49,12 +52,9 @@ impl Inputs {
                 };
                 let bytes = std::fs::read(path).map_err(|e| wrong(e.into()))?;
                 canonical["motion"]["content"] = json!(blake3::hash(&bytes).to_hex().as_str());
+                halved = scene.fidelity.cycle_extrapolation;
                 let motion = history(contact, path, &bytes).map_err(wrong)?;
-                if scene.fidelity.cycle_extrapolation {
-                    motion.halved()
-                } else {
-                    motion
-                }
+                if halved { motion.halved() } else { motion }
             }
             (Some(contact), _) => motion_of(&scene, contact),
             (None, _) => Motion::none(0.0),
@@ -63,6 +63,7 @@ impl Inputs {
         Ok(Inputs {
             scene,
             motion,
+            halved,
             plan,
             canonical,
         })

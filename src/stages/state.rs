@@ -138,16 +138,16 @@ fn as_committed(
         true => context.field(&fields, name),
         false => Ok(vec![0.0; context.joint.patch.grid.len()]),
     });
+    let dissipation = summary.f64("dissipated_energy")?[0];
     let cycle = CycleSolution {
         shear: shear.collect::<Result<_, _>>()?,
         slip_path: context.field(&fields, "slip_path")?,
         energy: context.field(&fields, "dissipation")?,
-        dissipation: summary.f64("dissipated_energy")?[0],
+        dissipation,
         instants: Vec::new(),
         steps: 0,
         error: summary.f64("error_tangential")?[0],
-        // That of a state that is left goes into nothing.
-        dissipation_error: 0.0,
+        dissipation_error: summary.f64("error_cycle")?[0] * dissipation,
     };
     let volume = summary.f64("wear_volume")?[0];
     // A motion that is prescribed has neither.

@@ -4,8 +4,9 @@
 //! The worn volume is in error by what the wear steps estimate of themselves, times a factor of safety; by the duality gaps
 //! of the cycles, which bound what friction dissipates, and what their samples leave; and by what the vibration makes wrong in
 //! the energy of every cycle. Every other figure follows the volume: its error is what the last step changed it by, in proportion
-//! (a vibration in force: the last update), and what vibration and cycle make wrong in it directly. Where wear dies out the energy of a cycle falls by a large part
-//! while little volume is worn, so that a small error of volume is a large one of the energy; the bar says so.
+//! (a vibration in force: the last update), and what vibration and cycle make wrong in it directly. Where wear dies out the energy
+//! of a cycle falls by a large part while little volume is worn, so that a small error of volume is a large one of the energy; the
+//! bar says so.
 
 use std::ops::Add;
 

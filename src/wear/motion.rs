@@ -8,7 +8,8 @@ use crate::grid::ByAxis;
 /// Two loads or displacements this close, relative to the largest, are the same: rounding of cosines.
 const SAME: f64 = 1e-12;
 
-/// Distance from a line, over its length, from which on a motion turns.
+/// Distance from a line, over its length, from which on a motion turns. Extrapolation would double the error of second order of one
+/// that does not, and gains that of first order, which is some hundredth of that of an orbit below this.
 const TURNING: f64 = 0.01;
 
 /// One closed cycle, by samples: sample 0 is at t = 0, and the cycle returns to it at t = T.

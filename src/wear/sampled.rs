@@ -25,6 +25,10 @@ const LEAST: f64 = 0.25;
 /// Along a line, in the same parts. Measured as 0.3 to 1.0.
 const LEFT: f64 = 1.0;
 
+/// Part of what a cell slips and dissipates that extrapolation leaves it at least: where half of the samples change it by more, it is
+/// not yet of first order, and to take all of it would be to say that the cell sticks.
+const LEAST_EXTRAPOLATED: f64 = 0.5;
+
 /// Half of fewer samples has no inside.
 const FEWEST: usize = 8;
 
@@ -136,15 +140,19 @@ impl FrettingJoint {
             let unsteady = moved.iter().zip(&tally.slip_path).map(|(q, s)| q * s);
             let unsteady = unsteady.sum::<f64>();
             let tolerance = self.options.cycle_tolerance;
-            let settled =
-                since >= PATIENCE && unsteady <= tolerance * tally.energy.iter().sum::<f64>();
-            if most <= tolerance * largest || settled {
+            let closed = most <= tolerance * largest;
+            let settled = !closed
+                && since >= PATIENCE
+                && unsteady <= tolerance * tally.energy.iter().sum::<f64>();
+            if closed || settled {
                 let last = instants
                     .last()
                     .cloned()
                     .map(|last| Instant { time: 0.0, ..last });
                 instants.splice(0..0, last);
-                tally.dissipation_error += unsteady * self.patch.grid.cell_area();
+                // A change that has not halved in so many cycles may go on for as many.
+                let cycles = if settled { PATIENCE as f64 } else { 1.0 };
+                tally.dissipation_error += cycles * unsteady * self.patch.grid.cell_area();
                 return Ok(Closed {
                     tally,
                     shear,
@@ -223,7 +231,7 @@ fn compare(tally: &mut Tally, coarse: &Tally, turns: bool, left: f64) {
             (&mut tally.slip_path, &coarse.slip_path),
         ] {
             for (fine, coarse) in fine.iter_mut().zip(coarse) {
-                *fine = (2.0 * *fine - coarse).max(0.0);
+                *fine = (2.0 * *fine - coarse).max(LEAST_EXTRAPOLATED * *fine);
             }
         }
     }

@@ -181,6 +181,12 @@ fn an_orbit() {
     }
     let force = cycle.f64("force_y").expect("a force");
     assert!(force.iter().any(|f| f.abs() > 1.0));
+    // What the samples leave is in the bars.
+    let at_end = |column| summary(&root, latest(&root), column);
+    let of_cycle = at_end("error_cycle");
+    assert!((1e-3..0.1).contains(&of_cycle), "{of_cycle:e}");
+    assert!(at_end("error_dissipated_energy") > of_cycle);
+    assert!(at_end("error_wear_volume") > 0.5 * of_cycle);
     assert_same_columns(&root);
     // The work of the forces over the steady cycle is what friction takes, but for the length of the steps.
     let fx = cycle.f64("force_x").expect("a force");

@@ -150,7 +150,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         }
     }
 
-    /// Solves; the gap is that of a slip computed anew from the shear found, the second that of the resultants.
+    /// Solves: the gap, of a slip computed anew from the shear found, and the error of the resultants.
     pub(super) fn run(
         &mut self,
         start: Option<&Vec<Vec<f64>>>,
