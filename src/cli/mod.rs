@@ -330,6 +330,11 @@ fn parse_stiffness(text: &str) -> Result<f64, String> {
 enum CliError {
     #[error(transparent)]
     Run(#[from] RunError),
+    #[error(
+        "{source}\n{} is not as the run wrote it: remove it, and the run goes on with the scene that run.json keeps",
+        path.display()
+    )]
+    EditedScene { path: PathBuf, source: SceneError },
     #[error("there is no run at {}; name the scene to begin it with", path.display())]
     NothingToRun { path: PathBuf },
     #[error("{table} is no table; the tables are {known}")]
@@ -395,6 +400,7 @@ impl CliError {
             CliError::Run(RunError::Store(
                 StoreError::NoRun { .. } | StoreError::NoIteration { .. },
             ))
+            | CliError::EditedScene { .. }
             | CliError::NothingToRun { .. }
             | CliError::UnknownTable { .. }
             | CliError::NothingToExport { .. }

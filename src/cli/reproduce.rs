@@ -7,7 +7,7 @@ use fretwear::report::claims::{self, Finding};
 use fretwear::report::{Report, RunTables};
 use fretwear::scene;
 use fretwear::stages::{Inputs, RunError};
-use fretwear::store::{FileSystem, RealFileSystem};
+use fretwear::store::{EntryKind, FileSystem, RealFileSystem};
 use serde_json::json;
 
 use super::many::{self, Job};
@@ -136,7 +136,7 @@ fn found(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
     let entries = RealFileSystem.list(folder).map_err(failed(folder))?;
     let scenes: Vec<PathBuf> = entries
         .iter()
-        .filter(|entry| !entry.is_dir && entry.name.ends_with(".toml"))
+        .filter(|entry| entry.kind != EntryKind::Folder && entry.name.ends_with(".toml"))
         .map(|entry| folder.join(&entry.name))
         .collect();
     if scenes.is_empty() {

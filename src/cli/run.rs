@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use fretwear::scene::{self, Scene};
 use fretwear::stages::{self, Ending, Inputs, RunOptions, Source};
-use fretwear::store::{Cache, RealFileSystem, StoreError};
+use fretwear::store::{Cache, RealFileSystem, SceneOfRun, StoreError};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
@@ -87,21 +87,24 @@ pub fn cache_folder() -> Option<PathBuf> {
 
 /// The scene, and the folder of its run.
 fn scene_and_root(arguments: &RunArguments) -> Result<(Scene, PathBuf), CliError> {
-    let stored = |run: &Path| run.join("scene.toml");
     let source = arguments.from.as_ref().map(|source| &source.run);
-    let path = match (&arguments.scene, &arguments.run, source) {
-        (Some(scene), _, _) => scene.clone(),
-        (None, Some(run), _) if stored(run).is_file() => stored(run),
-        (None, _, Some(run)) if stored(run).is_file() => stored(run),
-        (None, _, Some(run)) => {
-            return Err(StoreError::NoRun { path: run.clone() }.into());
+    let mut own = None;
+    for run in [arguments.run.as_ref(), source].into_iter().flatten() {
+        if arguments.scene.is_none() && own.is_none() {
+            own = scene_of_run(run, &arguments.sets)?;
         }
-        (None, Some(run), None) => {
+    }
+    let scene = match (&arguments.scene, own, source, &arguments.run) {
+        (Some(scene), ..) => scene::load(scene, &arguments.sets)?,
+        (None, Some(own), ..) => own,
+        (None, None, Some(run), _) => return Err(StoreError::NoRun { path: run.clone() }.into()),
+        (None, None, None, Some(run)) => {
             return Err(CliError::NothingToRun { path: run.clone() });
         }
-        (None, None, None) => unreachable!("the arguments require a scene, a run or a source"),
+        (None, None, None, None) => {
+            unreachable!("the arguments require a scene, a run or a source")
+        }
     };
-    let scene = scene::load(&path, &arguments.sets)?;
     let root = match (&arguments.run, &arguments.from) {
         (Some(root), _) => root.clone(),
         (None, Some(source)) => {
@@ -113,6 +116,19 @@ fn scene_and_root(arguments: &RunArguments) -> Result<(Scene, PathBuf), CliError
         (None, None) => Path::new("runs").join(&scene.name),
     };
     Ok((scene, root))
+}
+
+/// The scene that a run goes on with: its user may have edited `scene.toml`, or lost it.
+fn scene_of_run(run: &Path, sets: &[String]) -> Result<Option<Scene>, CliError> {
+    let path = run.join("scene.toml");
+    let Some(found) = SceneOfRun::read(Arc::new(RealFileSystem), run)? else {
+        return Ok(None);
+    };
+    match scene::load_text(&path, &found.text, sets) {
+        Ok(scene) => Ok(Some(scene)),
+        Err(source) if found.edited => Err(CliError::EditedScene { path, source }),
+        Err(error) => Err(error.into()),
+    }
 }
 
 /// Set by the first Ctrl-C or SIGTERM; the second ends the process at once, which costs no commit.

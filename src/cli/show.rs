@@ -54,6 +54,12 @@ pub fn verify(root: &Path) -> Result<Exit, CliError> {
         };
         writeln!(out, "iteration {}: {state}", commit.wear_iteration)?;
     }
+    for damage in &report.metadata {
+        writeln!(out, "{damage}")?;
+    }
+    if report.metadata.is_empty() {
+        writeln!(out, "run.json, scene.toml, plan.json: ok")?;
+    }
     for once in &report.once {
         let state = once
             .damage

@@ -19,13 +19,13 @@ use crate::progress::{duration, grouped, significant};
 /// Prints how far a run is, also while another process computes it.
 pub fn status(root: &Path, as_json: bool) -> Result<Exit, CliError> {
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
-    let scene = scene::load(&root.join("scene.toml"), &[])?;
+    let scene = scene::load_text(&root.join("scene.toml"), &reader.scene_toml()?, &[])?;
     let standing = Standing::of(&reader, &scene)?;
     let summary = standing
         .wear_iteration
         .map(|k| reader.read(k, TableName::Summary))
         .transpose()?;
-    let holder = RealFileSystem.lock_holder(&root.join("lock"))?;
+    let holder = reader.holder()?;
     let damaged: Vec<String> = reader
         .reports()
         .iter()

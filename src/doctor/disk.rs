@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::machine::quartile;
 use super::{Check, State};
-use crate::store::{FileSystem, LockAttempt};
+use crate::store::{EntryKind, FileSystem, LockAttempt};
 use crate::tables::{Provenance, Table, TableName, from_parquet, to_parquet};
 
 /// A run of the published case takes some 20 MB, a study of it ten times that.
@@ -52,7 +52,11 @@ fn nearest(fs: &dyn FileSystem, folder: &Path) -> io::Result<PathBuf> {
             level
         };
         match fs.metadata(level)? {
-            Some(found) if found.is_dir => return Ok(level.to_owned()),
+            Some(found) if found.kind == EntryKind::Folder => return Ok(level.to_owned()),
+            // Where runs go may itself be a link to another disk.
+            Some(found) if found.kind == EntryKind::Link && fs.list(level).is_ok() => {
+                return Ok(level.to_owned());
+            }
             Some(_) => {
                 let message = format!("{} is a file, not a folder", level.display());
                 return Err(io::Error::other(message));
@@ -108,7 +112,9 @@ fn commit(fs: &dyn FileSystem, work: &Path) -> Check {
         fs.sync_dir(&draft)?;
         fs.rename(&draft, &done)?;
         fs.sync_dir(work)?;
-        if fs.metadata(&draft)?.is_some() || fs.read(&done.join("table"))? != bytes {
+        if fs.metadata(&draft)?.is_some()
+            || fs.read(&done.join("table"), bytes.len() as u64)? != bytes
+        {
             return Err(io::Error::other("a renamed folder is not whole"));
         }
         Ok(())
@@ -179,9 +185,11 @@ fn tables(fs: &dyn FileSystem, work: &Path) -> Check {
             scene_hash: String::new(),
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
         };
-        fs.write_new(&path, &to_parquet(&table, &provenance)?)?;
+        let bytes = to_parquet(&table, &provenance)?;
+        fs.write_new(&path, &bytes)?;
         fs.sync_file(&path)?;
-        let read = from_parquet(&fs.read(&path)?, TableName::Hysteresis.schema())?;
+        let read = fs.read(&path, bytes.len() as u64)?;
+        let read = from_parquet(&read, TableName::Hysteresis.schema())?;
         let bits = |table: &Table, column: &str| -> Result<Vec<u64>, crate::tables::TableError> {
             Ok(table.f64(column)?.iter().map(|v| v.to_bits()).collect())
         };
@@ -213,7 +221,9 @@ pub(super) fn cache(fs: &dyn FileSystem, root: Option<&Path>) -> Check {
         }
         let mut results = 0;
         let mut bytes = 0;
-        for entry in fs.list(root)?.iter().filter(|entry| entry.is_dir) {
+        let entries = fs.list(root)?;
+        let folders = entries.iter().filter(|e| e.kind == EntryKind::Folder);
+        for entry in folders {
             results += 1;
             let folder = root.join(&entry.name);
             for file in fs.list(&folder)? {

@@ -8,7 +8,6 @@ use super::plot::{standalone, style_sheet};
 use super::quantity::{self, CYCLES, shown};
 use super::{ReportError, RunTables, numbers};
 use super::{results, sections};
-use crate::store::RealFileSystem;
 use crate::tables::TableName;
 
 const STYLE: &str = include_str!("page.css");
@@ -162,9 +161,11 @@ fn progress(
     if wear.is_reached(cycles as u64, volume) {
         return Ok(None);
     }
-    let lock = run.root().join("lock");
-    let holder = RealFileSystem.lock_holder(&lock);
-    let running = holder.map_err(|source| ReportError::Io { path: lock, source })?;
+    let holder = run.reader().holder();
+    let running = holder.map_err(|source| ReportError::Run {
+        run: run.root().to_owned(),
+        source,
+    })?;
     let state = match running {
         Some(_) => "is running".to_owned(),
         None => format!(

@@ -32,15 +32,18 @@ impl RunTables {
     /// [`ReportError::Scene`].
     pub fn open(root: &Path) -> Result<RunTables, ReportError> {
         let reader = open(root)?;
-        let scene =
-            scene::load(&root.join("scene.toml"), &[]).map_err(|source| ReportError::Scene {
-                run: root.to_owned(),
-                source: Box::new(source),
-            })?;
-        let plan = reader.plan().map_err(|source| ReportError::Run {
+        let of_run = |source| ReportError::Run {
             run: root.to_owned(),
             source,
+        };
+        let text = reader.scene_toml().map_err(of_run)?;
+        let scene = scene::load_text(&root.join("scene.toml"), &text, &[]).map_err(|source| {
+            ReportError::Scene {
+                run: root.to_owned(),
+                source: Box::new(source),
+            }
         })?;
+        let plan = reader.plan().map_err(of_run)?;
         let iterations: Vec<u64> = reader.iterations().collect();
         Ok(RunTables {
             name: name_of(root),

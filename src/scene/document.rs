@@ -241,7 +241,12 @@ fn absolute(path: &Path) -> PathBuf {
 pub(super) fn read(path: &Path, sets: &[String]) -> Result<Node, SceneError> {
     let text =
         fs::read_to_string(path).map_err(|e| SceneError::new(&file(path), Problem::Read(e)))?;
-    let mut tree = read_layers(path, &text, &mut Vec::new())?;
+    read_text(path, &text, sets)
+}
+
+/// As [`read`], from the text of a file that stands at `path`.
+pub(super) fn read_text(path: &Path, text: &str, sets: &[String]) -> Result<Node, SceneError> {
+    let mut tree = read_layers(path, text, &mut Vec::new())?;
     if sets.is_empty() {
         return Ok(tree);
     }

@@ -467,11 +467,20 @@ pub enum Keep {
 /// [`SceneError`] for the first fault found: a file that cannot be read, an unknown, missing or contradictory key, a value of the
 /// wrong type, dimension or range.
 pub fn load(path: &Path, sets: &[String]) -> Result<Scene, SceneError> {
-    let tree = document::read(path, sets)?;
-    let name = path
-        .file_stem()
-        .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    resolve::scene(&tree, name)
+    resolve::scene(&document::read(path, sets)?, name_of(path))
+}
+
+/// As [`load`], from the text of a file that stands, or stood, at `path`.
+///
+/// # Errors
+/// As for [`load`].
+pub fn load_text(path: &Path, text: &str, sets: &[String]) -> Result<Scene, SceneError> {
+    resolve::scene(&document::read_text(path, text, sets)?, name_of(path))
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_stem()
+        .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned())
 }
 
 impl Scene {

@@ -25,7 +25,7 @@ impl Spent {
     /// Sums up a run.
     ///
     /// # Errors
-    /// Those of reading it; a damaged `timing` table, on which no result depends, counts nothing.
+    /// Those of reading it; a `timing` table that is damaged, or was and is gone, counts nothing: no result depends on it.
     pub fn of(reader: &RunReader) -> Result<Spent, RunError> {
         let mut spent = Spent {
             wear_iterations: reader.latest().unwrap_or(0),
@@ -36,7 +36,7 @@ impl Spent {
             spent.disk += reader.commit_of(wear_iteration)?.bytes();
             let table = match reader.read(wear_iteration, TableName::Timing) {
                 Ok(table) => table,
-                Err(StoreError::Damaged(_)) => continue,
+                Err(StoreError::Damaged(_) | StoreError::NoTable { .. }) => continue,
                 Err(error) => return Err(error.into()),
             };
             for (column, sums) in [

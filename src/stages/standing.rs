@@ -188,7 +188,7 @@ impl Pace {
             match reader.read(k, TableName::Timing) {
                 Ok(timing) => pace.seconds += timing.f64("seconds")?.iter().sum::<f64>(),
                 // No result depends on it: then there is no pace.
-                Err(StoreError::Damaged(_)) => return Ok(None),
+                Err(StoreError::Damaged(_) | StoreError::NoTable { .. }) => return Ok(None),
                 Err(error) => return Err(error.into()),
             }
         }

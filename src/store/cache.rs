@@ -3,8 +3,9 @@
 use super::draft::{Kept, encode, read_keyed};
 use super::error::StoreError;
 use super::file_system::FileSystem;
-use super::files::{Files, json};
+use super::files::Files;
 use super::key::StageKey;
+use super::sealed::sealed;
 use crate::tables::{Provenance, Table, TableName};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -53,18 +54,17 @@ impl Cache {
     /// Adds a result, in place of one that does not verify.
     ///
     /// # Errors
-    /// [`StoreError::NoSpace`] before anything is written, [`StoreError::Io`].
+    /// [`StoreError::Locked`] while another process adds one, [`StoreError::NoSpace`] before anything is written, [`StoreError::Io`].
     pub fn put(
         &self,
         key: &StageKey,
         tables: &[(TableName, &Table)],
         provenance: &Provenance,
     ) -> Result<(), StoreError> {
-        // Two runs that add the same result at once must not write into the same draft.
-        let draft = self
-            .root
-            .join(format!("draft-{}-{}", std::process::id(), key.hash()));
         self.files.make_dir(&self.root)?;
+        // One writer at a time: names by the number of the process would not tell two containers apart that share a cache.
+        let _guard = self.files.lock(&self.root.join("lock"), &self.root)?;
+        let draft = self.root.join("draft");
         self.files.remove_dir_if_there(&draft)?;
         let added = self.add(key, tables, provenance, &draft);
         if added.is_err() {
@@ -89,7 +89,8 @@ impl Cache {
             self.files.require_space(&self.root, keyed.entry.bytes)?;
             self.files.write_new(&path, &bytes)?;
             let key_path = draft.join(format!("{table}.json"));
-            self.files.write_new(&key_path, &json(&key_path, &keyed)?)?;
+            self.files
+                .write_new(&key_path, &sealed(&key_path, &keyed)?)?;
         }
         self.files.remove_dir_if_there(&folder)?;
         self.files.rename(draft, &folder)?;

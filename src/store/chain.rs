@@ -3,8 +3,11 @@
 use super::commit::{Commit, TableEntry};
 use super::draft::KeyedEntry;
 use super::error::{Damage, DamageKind, StoreError};
+use super::file_system::EntryKind;
 use super::files::{Files, Layout, iteration_of};
 use super::record::RunRecord;
+use super::sealed::read_sealed;
+use crate::tables::TableName;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -22,8 +25,8 @@ pub struct CommitReport {
 /// What verification found of one table of `once/`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OnceReport {
-    /// Name of the table.
-    pub table: String,
+    /// The table.
+    pub table: TableName,
     /// What is wrong with it; it is then computed again.
     pub damage: Option<Damage>,
 }
@@ -31,6 +34,8 @@ pub struct OnceReport {
 /// What verification found of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VerifyReport {
+    /// What is wrong with `run.json`, its copy, `scene.toml` and `plan.json`; a start mends it.
+    pub metadata: Vec<Damage>,
     /// The iterations, ascending, those missing without having been pruned among them.
     pub commits: Vec<CommitReport>,
     /// The iterations that were pruned, ascending; the chain passes over them by their recorded hashes.
@@ -50,6 +55,7 @@ impl VerifyReport {
         self.commits
             .iter()
             .flat_map(|commit| commit.damage.iter().chain(&commit.unchained_damage))
+            .chain(&self.metadata)
             .chain(self.once.iter().filter_map(|once| once.damage.as_ref()))
     }
 }
@@ -67,7 +73,7 @@ pub(super) fn folders(files: &Files, layout: &Layout) -> Result<BTreeSet<u64>, S
     Ok(files
         .list(&layout.iterations())?
         .iter()
-        .filter(|entry| entry.is_dir)
+        .filter(|entry| entry.kind == EntryKind::Folder)
         .filter_map(|entry| iteration_of(&entry.name))
         .collect())
 }
@@ -75,7 +81,7 @@ pub(super) fn folders(files: &Files, layout: &Layout) -> Result<BTreeSet<u64>, S
 /// Verifies every iteration, and that each follows the one before it.
 ///
 /// A pruned iteration stands in the chain with the hashes that `run.json` keeps of it. An iteration that is absent and was not
-/// pruned breaks the chain.
+/// pruned breaks the chain; of several in a row the first stands for all, since a stray folder may have any number.
 pub(super) fn walk(
     files: &Files,
     layout: &Layout,
@@ -92,7 +98,18 @@ pub(super) fn walk(
     };
     let mut before: Option<String> = None;
     let mut broken_at: Option<u64> = None;
-    for wear_iteration in 0..=highest {
+    let mut expected = 0;
+    let mut numbers: BTreeSet<u64> = present.clone();
+    numbers.extend(record.pruned.keys().filter(|k| **k < highest));
+    let mut in_order = Vec::with_capacity(2 * numbers.len());
+    for number in numbers {
+        if number > expected {
+            in_order.push(expected);
+        }
+        in_order.push(number);
+        expected = number.saturating_add(1);
+    }
+    for wear_iteration in in_order {
         let mut report = CommitReport {
             wear_iteration,
             damage: Vec::new(),
@@ -108,7 +125,7 @@ pub(super) fn walk(
             });
             None
         } else {
-            match Commit::read(files, layout, wear_iteration)? {
+            match Commit::read(files, layout, wear_iteration, record.seal())? {
                 Err(damage) => {
                     report.damage.push(damage);
                     None
@@ -166,39 +183,48 @@ fn check_files<'a>(
     let mut damage = Vec::new();
     for entry in entries {
         let path = folder.join(&entry.file);
-        damage.extend(
-            files
-                .read_verified(&path, entry.bytes, &entry.blake3)?
-                .err(),
-        );
+        damage.extend(files.verify(&path, entry.bytes, &entry.blake3)?.err());
     }
     Ok(damage)
 }
 
 /// Verifies the tables of `once/`.
-pub(super) fn check_once(files: &Files, layout: &Layout) -> Result<Vec<OnceReport>, StoreError> {
+pub(super) fn check_once(
+    files: &Files,
+    layout: &Layout,
+    record: &RunRecord,
+) -> Result<Vec<OnceReport>, StoreError> {
     let folder = layout.once();
     let entries = files.list(&folder)?;
-    let stems: BTreeSet<&str> = entries
+    // A table without its key file is as damaged as a key file without its table.
+    let tables: BTreeSet<TableName> = entries
         .iter()
-        .filter_map(|entry| entry.name.strip_suffix(".parquet"))
+        .filter_map(|entry| entry.name.rsplit_once('.'))
+        .filter(|(_, extension)| ["parquet", "json"].contains(extension))
+        .filter_map(|(stem, _)| TableName::from_name(stem))
         .collect();
     let mut reports = Vec::new();
-    for stem in stems {
-        let damage = match files.read_json::<KeyedEntry>(&folder.join(format!("{stem}.json")))? {
+    for table in tables {
+        let key_path = folder.join(format!("{table}.json"));
+        let damage = match read_sealed::<KeyedEntry>(files, &key_path, record.seal())? {
             Err(damage) => Some(damage),
-            Ok(keyed) => files
-                .read_verified(
-                    &folder.join(&keyed.entry.file),
-                    keyed.entry.bytes,
-                    &keyed.entry.blake3,
-                )?
-                .err(),
+            Ok(keyed) => check_keyed(files, &folder, table, &keyed.entry)?,
         };
-        reports.push(OnceReport {
-            table: stem.to_owned(),
-            damage,
-        });
+        reports.push(OnceReport { table, damage });
     }
     Ok(reports)
+}
+
+fn check_keyed(
+    files: &Files,
+    folder: &Path,
+    table: TableName,
+    entry: &TableEntry,
+) -> Result<Option<Damage>, StoreError> {
+    let path = folder.join(table.file_name());
+    if let Err(reason) = entry.check_name(table) {
+        let kind = DamageKind::Unreadable { reason };
+        return Ok(Some(Damage { path, kind }));
+    }
+    Ok(files.verify(&path, entry.bytes, &entry.blake3)?.err())
 }

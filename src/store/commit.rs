@@ -3,6 +3,8 @@
 use super::canonical::{canonical, hash};
 use super::error::{Damage, DamageKind, StoreError};
 use super::files::{Files, Layout};
+use super::sealed::{Seal, read_sealed};
+use crate::tables::TableName;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::collections::BTreeMap;
@@ -25,6 +27,20 @@ pub struct TableEntry {
     pub blake3: String,
     /// Hash of the key of the stage that wrote it.
     pub stage_key: String,
+}
+
+impl TableEntry {
+    /// Whether the file is that of the table.
+    pub(super) fn check_name(&self, table: TableName) -> Result<(), String> {
+        let expected = table.file_name();
+        if self.file == expected {
+            return Ok(());
+        }
+        Err(format!(
+            "`{table}` names the file {:?}; its file is {expected:?}",
+            self.file
+        ))
+    }
 }
 
 /// The manifest of an iteration.
@@ -101,9 +117,10 @@ impl Commit {
         files: &Files,
         layout: &Layout,
         wear_iteration: u64,
+        seal: Seal,
     ) -> Result<Result<Commit, Damage>, StoreError> {
         let path = layout.commit(wear_iteration);
-        let commit: Commit = match files.read_json(&path)? {
+        let commit: Commit = match read_sealed(files, &path, seal)? {
             Ok(commit) => commit,
             Err(damage) => return Ok(Err(damage)),
         };
@@ -125,9 +142,26 @@ impl Commit {
                 expected: wear_iteration,
                 found: commit.wear_iteration,
             }
+        } else if let Err(reason) = commit.check_names() {
+            DamageKind::Unreadable { reason }
         } else {
             return Ok(Ok(commit));
         };
         Ok(Err(Damage { path, kind }))
+    }
+
+    /// Tables stand where they belong, and each names the file that it has in every run: no path of anybody's choosing.
+    fn check_names(&self) -> Result<(), String> {
+        let chained = self.tables.iter().map(|entry| (entry, true));
+        let unchained = self.unchained.iter().map(|entry| (entry, false));
+        for ((name, entry), chained) in chained.chain(unchained) {
+            let table =
+                TableName::from_name(name).ok_or_else(|| format!("`{name}` is no table"))?;
+            if table.schema().chained != chained {
+                return Err(format!("`{name}` stands among the wrong tables"));
+            }
+            entry.check_name(table)?;
+        }
+        Ok(())
     }
 }

@@ -2,10 +2,12 @@
 
 use super::canonical::hash;
 use super::commit::{Commit, TableEntry};
-use super::error::{Damage, StoreError};
-use super::files::{Files, Layout, json};
+use super::error::{Damage, DamageKind, StoreError};
+use super::file_system::EntryKind;
+use super::files::{Files, Layout};
 use super::key::StageKey;
 use super::run::RunStore;
+use super::sealed::{Seal, read_sealed, sealed};
 use crate::tables::{Provenance, Table, TableError, TableName, from_parquet, to_parquet};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -115,7 +117,7 @@ impl Draft {
         // The commit waits for the disk, once for all. Until then the hash tells a cut file.
         self.files.write_unsynced(&path, &bytes)?;
         self.files
-            .write_unsynced(&key_path, &json(&key_path, &keyed)?)?;
+            .write_unsynced(&key_path, &sealed(&key_path, &keyed)?)?;
         self.entries.insert(table, keyed.entry);
         Ok(())
     }
@@ -185,7 +187,7 @@ pub(super) fn read_keyed(
     if !files.is_there(key_path)? {
         return stale(Recompute::NotThere);
     }
-    let keyed: KeyedEntry = match files.read_json(key_path)? {
+    let keyed: KeyedEntry = match read_sealed(files, key_path, Seal::IfThere)? {
         Ok(keyed) => keyed,
         Err(damage) => return stale(Recompute::Damaged(damage)),
     };
@@ -207,7 +209,11 @@ pub(super) fn read_entry(
     table: TableName,
     entry: &TableEntry,
 ) -> Result<Result<Table, Damage>, StoreError> {
-    let path = folder.join(&entry.file);
+    let path = folder.join(table.file_name());
+    if let Err(reason) = entry.check_name(table) {
+        let kind = DamageKind::Unreadable { reason };
+        return Ok(Err(Damage { path, kind }));
+    }
     let bytes = match files.read_verified(&path, entry.bytes, &entry.blake3)? {
         Ok(bytes) => bytes,
         Err(damage) => return Ok(Err(damage)),
@@ -233,7 +239,7 @@ pub(super) fn clean_staging(
         if path == draft || path == keys {
             continue;
         }
-        if entry.is_dir {
+        if entry.kind == EntryKind::Folder {
             files.remove_dir_if_there(&path)?;
         } else {
             files.remove_file_if_there(&path)?;
@@ -245,9 +251,9 @@ pub(super) fn clean_staging(
         let path = draft.join(&entry.name);
         let stem = entry.name.strip_suffix(".parquet").unwrap_or_default();
         let key_path = keys.join(format!("{stem}.json"));
-        if let Ok(keyed) = files.read_json::<KeyedEntry>(&key_path)?
+        if let Ok(keyed) = read_sealed::<KeyedEntry>(files, &key_path, Seal::IfThere)?
             && files
-                .read_verified(&path, keyed.entry.bytes, &keyed.entry.blake3)?
+                .verify(&path, keyed.entry.bytes, &keyed.entry.blake3)?
                 .is_ok()
         {
             kept.push(stem.to_owned());

@@ -1,6 +1,7 @@
 //! What can go wrong with a run on disk.
 
 use super::canonical::KeyChange;
+use super::file_system::EntryKind;
 use crate::tables::TableError;
 use std::fmt::{self, Display};
 use std::io;
@@ -57,6 +58,19 @@ pub enum StoreError {
         /// An entry that no run has there.
         found: String,
     },
+    /// A link, a pipe or a device where a run has a file or a folder.
+    #[error(
+        "{} is {}; a run has {} there and follows no link, so that nothing outside of it is touched: remove it, or copy there what belongs there (to keep a run on another disk, link its whole folder)",
+        path.display(), kind(*found), kind(*expected)
+    )]
+    NotPlain {
+        /// Where.
+        path: PathBuf,
+        /// What stands there.
+        found: EntryKind,
+        /// What a run has there.
+        expected: EntryKind,
+    },
     /// A folder to be read that holds no run, or does not exist.
     #[error("there is no run at {}: run.json is missing", path.display())]
     NoRun {
@@ -67,13 +81,13 @@ pub enum StoreError {
     #[error("damaged run: {0}")]
     Damaged(Damage),
     /// A run of another version of the folder's layout.
-    #[error("{} has layout version {found}; this program reads version {expected}", path.display())]
+    #[error("{} has layout version {found}; this program reads versions up to {expected}", path.display())]
     Format {
         /// The file that says so.
         path: PathBuf,
         /// Version found.
         found: u32,
-        /// Version of this program.
+        /// Latest version that this program reads.
         expected: u32,
     },
     /// An iteration that is not, or no longer, there.
@@ -179,6 +193,7 @@ impl StoreError {
             StoreError::SceneChanged { .. }
             | StoreError::NotInherited { .. }
             | StoreError::NotARun { .. }
+            | StoreError::NotPlain { .. }
             | StoreError::Damaged(_)
             | StoreError::Format { .. }
             | StoreError::UnfinishedSibling { .. }
@@ -256,6 +271,15 @@ pub enum DamageKind {
     /// Sound in itself, but after one that is not.
     #[error("follows the damaged iteration {0}")]
     After(u64),
+}
+
+fn kind(kind: EntryKind) -> &'static str {
+    match kind {
+        EntryKind::File => "a file",
+        EntryKind::Folder => "a folder",
+        EntryKind::Link => "a link",
+        EntryKind::Other => "a pipe, a socket or a device",
+    }
 }
 
 fn process(pid: Option<u32>) -> String {

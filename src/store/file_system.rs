@@ -6,13 +6,40 @@ use std::path::Path;
 use std::thread::sleep;
 use std::time::Duration;
 
+/// What stands at a path: itself, not what a link leads to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum EntryKind {
+    /// A file that holds bytes.
+    File,
+    /// A folder.
+    Folder,
+    /// A symbolic link, whatever it leads to.
+    Link,
+    /// A pipe, a socket or a device.
+    Other,
+}
+
+impl From<fs::FileType> for EntryKind {
+    fn from(found: fs::FileType) -> Self {
+        if found.is_symlink() {
+            EntryKind::Link
+        } else if found.is_dir() {
+            EntryKind::Folder
+        } else if found.is_file() {
+            EntryKind::File
+        } else {
+            EntryKind::Other
+        }
+    }
+}
+
 /// One entry of a folder.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Entry {
     /// Name within the folder.
     pub name: String,
-    /// True for a folder.
-    pub is_dir: bool,
+    /// What it is.
+    pub kind: EntryKind,
 }
 
 /// What the store asks of a path that exists.
@@ -20,8 +47,8 @@ pub struct Entry {
 pub struct Metadata {
     /// Length in bytes.
     pub len: u64,
-    /// True for a folder.
-    pub is_dir: bool,
+    /// What it is.
+    pub kind: EntryKind,
 }
 
 /// Held as long as the lock is.
@@ -49,8 +76,10 @@ pub trait FileSystem: Send + Sync {
     fn write_new(&self, path: &Path, bytes: &[u8]) -> io::Result<()>;
     /// Returns when the content of a file is on the disk.
     fn sync_file(&self, path: &Path) -> io::Result<()>;
-    /// The content of a file.
-    fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
+    /// The content of a file of at most `most` bytes; a longer one, a link and what is no file are refused before anything is read.
+    fn read(&self, path: &Path, most: u64) -> io::Result<Vec<u8>>;
+    /// The blake3 hash of a file's content, in the memory of one block; a link and what is no file are refused.
+    fn hash(&self, path: &Path) -> io::Result<blake3::Hash>;
     /// Renames a file, replacing one at the target, or a folder.
     fn rename(&self, from: &Path, to: &Path) -> io::Result<()>;
     /// Returns when the names in a folder are on the disk.
@@ -61,7 +90,7 @@ pub trait FileSystem: Send + Sync {
     fn remove_dir_all(&self, path: &Path) -> io::Result<()>;
     /// The entries of a folder, sorted by name.
     fn list(&self, path: &Path) -> io::Result<Vec<Entry>>;
-    /// What there is at a path, `None` if nothing.
+    /// What there is at a path, `None` if nothing. A link is a link, and not what it leads to.
     fn metadata(&self, path: &Path) -> io::Result<Option<Metadata>>;
     /// Bytes that this user may still write where the path is.
     fn free_space(&self, path: &Path) -> io::Result<u64>;
@@ -84,13 +113,16 @@ pub struct LockHolder {
 const TRIES: usize = 5;
 const BETWEEN_TRIES: Duration = Duration::from_millis(20);
 
+/// A lock file holds the number of a process, and nothing longer.
+const LONGEST_HOLDER: u64 = 20;
+
 impl RealFileSystem {
     /// Who holds the lock of a file, without changing anything; `None` if nobody does.
     ///
     /// # Errors
     /// Those of the system, but for a file that is not there.
     pub fn lock_holder(&self, path: &Path) -> io::Result<Option<LockHolder>> {
-        let mut file = match File::open(path) {
+        let mut file = match open_plain(OpenOptions::new().read(true), path) {
             Ok(file) => file,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(error),
@@ -106,9 +138,35 @@ impl RealFileSystem {
 }
 
 fn holder_in(file: &mut File) -> io::Result<Option<u32>> {
-    let mut holder = String::new();
-    file.read_to_string(&mut holder)?;
-    Ok(holder.trim().parse().ok())
+    let mut holder = Vec::new();
+    file.take(LONGEST_HOLDER + 1).read_to_end(&mut holder)?;
+    let holder = str::from_utf8(&holder).ok();
+    Ok(holder.and_then(|holder| holder.trim().parse().ok()))
+}
+
+/// Opens a file that holds bytes. Neither a link at the path nor a pipe, which would keep the opening waiting, is followed.
+fn open_plain(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::OpenOptionsExt;
+        options.custom_flags(libc::O_NOFOLLOW | libc::O_NONBLOCK);
+    }
+    // What the flags refuse has an error of the system that says little of it.
+    let refuse = |kind| {
+        let what = match kind {
+            EntryKind::File => return Ok(()),
+            EntryKind::Folder => "it is a folder, not a file",
+            EntryKind::Link => "it is a link, and none is followed",
+            EntryKind::Other => "it is a pipe, a socket or a device, not a file",
+        };
+        Err(io::Error::new(io::ErrorKind::InvalidInput, what))
+    };
+    if let Ok(found) = fs::symlink_metadata(path) {
+        refuse(found.file_type().into())?;
+    }
+    let file = options.open(path)?;
+    refuse(file.metadata()?.file_type().into())?;
+    Ok(file)
 }
 
 impl FileSystem for RealFileSystem {
@@ -125,8 +183,30 @@ impl FileSystem for RealFileSystem {
         OpenOptions::new().write(true).open(path)?.sync_all()
     }
 
-    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        fs::read(path)
+    fn read(&self, path: &Path, most: u64) -> io::Result<Vec<u8>> {
+        let file = open_plain(OpenOptions::new().read(true), path)?;
+        let length = file.metadata()?.len();
+        let too_long = || {
+            let text = format!("it is longer than {most} bytes, the most that is read of it");
+            io::Error::new(io::ErrorKind::FileTooLarge, text)
+        };
+        if length > most {
+            return Err(too_long());
+        }
+        // It may grow meanwhile.
+        let mut bytes = Vec::with_capacity(length as usize);
+        file.take(most + 1).read_to_end(&mut bytes)?;
+        if bytes.len() as u64 > most {
+            return Err(too_long());
+        }
+        Ok(bytes)
+    }
+
+    fn hash(&self, path: &Path) -> io::Result<blake3::Hash> {
+        let file = open_plain(OpenOptions::new().read(true), path)?;
+        let mut hasher = blake3::Hasher::new();
+        hasher.update_reader(file)?;
+        Ok(hasher.finalize())
     }
 
     fn rename(&self, from: &Path, to: &Path) -> io::Result<()> {
@@ -158,7 +238,7 @@ impl FileSystem for RealFileSystem {
                 let entry = entry?;
                 Ok(Entry {
                     name: entry.file_name().to_string_lossy().into_owned(),
-                    is_dir: entry.file_type()?.is_dir(),
+                    kind: entry.file_type()?.into(),
                 })
             })
             .collect::<io::Result<Vec<Entry>>>()?;
@@ -167,10 +247,10 @@ impl FileSystem for RealFileSystem {
     }
 
     fn metadata(&self, path: &Path) -> io::Result<Option<Metadata>> {
-        match fs::metadata(path) {
+        match fs::symlink_metadata(path) {
             Ok(found) => Ok(Some(Metadata {
                 len: found.len(),
-                is_dir: found.is_dir(),
+                kind: found.file_type().into(),
             })),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
             Err(error) => Err(error),
@@ -182,12 +262,13 @@ impl FileSystem for RealFileSystem {
     }
 
     fn try_lock(&self, path: &Path) -> io::Result<LockAttempt> {
-        let mut file = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(path)?;
+        let mut options = OpenOptions::new();
+        options.read(true).write(true).create(true).truncate(false);
+        let mut file = open_plain(&mut options, path)?;
+        if file.metadata()?.len() > LONGEST_HOLDER {
+            let text = "it holds more than the number of a process, so that it is no lock of a run; remove it";
+            return Err(io::Error::new(io::ErrorKind::InvalidData, text));
+        }
         let mut attempt = file.try_lock();
         for _ in 1..TRIES {
             if !matches!(attempt, Err(TryLockError::WouldBlock)) {

@@ -2,15 +2,17 @@
 
 use super::canonical::hash;
 use super::error::{Damage, DamageKind, StoreError};
-use super::file_system::{Entry, FileSystem, LockAttempt, LockGuard};
+use super::file_system::{Entry, EntryKind, FileSystem, LockAttempt, LockGuard, Metadata};
 use serde::Serialize;
-use serde::de::DeserializeOwned;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// What must stay free beside the bytes to be written: the manifest, the folder entries and the journal of the system.
 const SPARE_BYTES: u64 = 1 << 20;
+
+/// Most bytes of a JSON or TOML file of a run: `run.json` of a run with 300 000 pruned iterations has as many.
+pub(super) const LONGEST_METADATA: u64 = 64 << 20;
 
 const ITERATION_PREFIX: &str = "wear_iteration=";
 
@@ -29,6 +31,10 @@ impl Layout {
     }
     pub fn record(&self) -> PathBuf {
         self.root.join("run.json")
+    }
+    /// What `run.json` says, a second time.
+    pub fn record_copy(&self) -> PathBuf {
+        self.root.join("run.copy.json")
     }
     /// There while the beginning of a sibling is being copied.
     pub fn copying(&self) -> PathBuf {
@@ -138,13 +144,9 @@ impl Files {
             .map_err(io_error("create the folder", path))
     }
 
-    pub fn read(&self, path: &Path) -> Result<Vec<u8>, StoreError> {
-        self.0.read(path).map_err(io_error("read", path))
-    }
-
-    /// The content of a file, `None` if there is none.
-    pub fn read_if_there(&self, path: &Path) -> Result<Option<Vec<u8>>, StoreError> {
-        match self.0.read(path) {
+    /// The content of a file of at most `most` bytes, `None` if there is none.
+    pub fn read_if_there(&self, path: &Path, most: u64) -> Result<Option<Vec<u8>>, StoreError> {
+        match self.0.read(path, most) {
             Ok(bytes) => Ok(Some(bytes)),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
             Err(error) => Err(io_error("read", path)(error)),
@@ -183,19 +185,36 @@ impl Files {
         Ok(())
     }
 
-    /// The entries of a folder, none if it is not there.
+    /// The entries of a folder, none if it is not there. A link to a folder is none.
     pub fn list(&self, path: &Path) -> Result<Vec<Entry>, StoreError> {
-        if !self.is_there(path)? {
+        match self.look(path)? {
+            None => Ok(Vec::new()),
+            Some(found) if found.kind == EntryKind::Folder => {
+                self.0.list(path).map_err(io_error("list", path))
+            }
+            Some(found) => Err(StoreError::NotPlain {
+                path: path.to_owned(),
+                found: found.kind,
+                expected: EntryKind::Folder,
+            }),
+        }
+    }
+
+    /// The entries of the folder of a run, which may itself be a link to where its user keeps it.
+    pub fn list_root(&self, layout: &Layout) -> Result<Vec<Entry>, StoreError> {
+        let root = &layout.root;
+        if !self.is_there(root)? {
             return Ok(Vec::new());
         }
-        self.0.list(path).map_err(io_error("list", path))
+        self.0.list(root).map_err(io_error("list", root))
+    }
+
+    fn look(&self, path: &Path) -> Result<Option<Metadata>, StoreError> {
+        self.0.metadata(path).map_err(io_error("look at", path))
     }
 
     pub fn is_there(&self, path: &Path) -> Result<bool, StoreError> {
-        self.0
-            .metadata(path)
-            .map(|found| found.is_some())
-            .map_err(io_error("look at", path))
+        Ok(self.look(path)?.is_some())
     }
 
     /// Refuses if fewer bytes are free than are to be written, with some to spare.
@@ -215,12 +234,12 @@ impl Files {
         Ok(())
     }
 
-    pub fn lock(&self, layout: &Layout) -> Result<Box<dyn LockGuard>, StoreError> {
-        let path = layout.lock();
-        match self.0.try_lock(&path).map_err(io_error("lock", &path))? {
+    /// Takes the lock of a folder by a file in it.
+    pub fn lock(&self, path: &Path, folder: &Path) -> Result<Box<dyn LockGuard>, StoreError> {
+        match self.0.try_lock(path).map_err(io_error("lock", path))? {
             LockAttempt::Taken(guard) => Ok(guard),
             LockAttempt::Held { pid } => Err(StoreError::Locked {
-                path: layout.root.clone(),
+                path: folder.to_owned(),
                 pid,
             }),
         }
@@ -239,29 +258,10 @@ impl Files {
 
     /// [`Files::replace`], unless the file has this content already.
     pub fn replace_if_different(&self, path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-        if self.read_if_there(path)?.as_deref() == Some(bytes) {
+        if self.read_if_there(path, LONGEST_METADATA)?.as_deref() == Some(bytes) {
             return Ok(());
         }
         self.replace(path, bytes)
-    }
-
-    /// The value in a JSON file; what is there but cannot be understood is damage.
-    pub fn read_json<T: DeserializeOwned>(
-        &self,
-        path: &Path,
-    ) -> Result<Result<T, Damage>, StoreError> {
-        let damage = |kind| Damage {
-            path: path.to_owned(),
-            kind,
-        };
-        Ok(match self.read_if_there(path)? {
-            None => Err(damage(DamageKind::Missing)),
-            Some(bytes) => serde_json::from_slice(&bytes).map_err(|error| {
-                damage(DamageKind::Unreadable {
-                    reason: error.to_string(),
-                })
-            }),
-        })
     }
 
     /// The content of a file if it is as long as it was and has the hash it had.
@@ -271,30 +271,64 @@ impl Files {
         length: u64,
         expected: &str,
     ) -> Result<Result<Vec<u8>, Damage>, StoreError> {
-        let damage = |kind| {
-            Ok(Err(Damage {
-                path: path.to_owned(),
-                kind,
-            }))
-        };
-        let Some(bytes) = self.read_if_there(path)? else {
-            return damage(DamageKind::Missing);
-        };
-        if bytes.len() as u64 != length {
-            return damage(DamageKind::Size {
-                expected: length,
-                found: bytes.len() as u64,
-            });
+        if let Err(damage) = self.check_length(path, length)? {
+            return Ok(Err(damage));
         }
-        let found = hash(&bytes);
-        if found != expected {
-            return damage(DamageKind::Hash {
-                expected: expected.to_owned(),
-                found,
-            });
-        }
-        Ok(Ok(bytes))
+        let Some(bytes) = self.read_if_there(path, length)? else {
+            return Ok(Err(missing(path)));
+        };
+        Ok(check_hash(path, expected, hash(&bytes)).map(|()| bytes))
     }
+
+    /// Whether a file is as long as it was and has the hash it had, in the memory of one block.
+    pub fn verify(
+        &self,
+        path: &Path,
+        length: u64,
+        expected: &str,
+    ) -> Result<Result<(), Damage>, StoreError> {
+        if let Err(damage) = self.check_length(path, length)? {
+            return Ok(Err(damage));
+        }
+        let found = self.0.hash(path).map_err(io_error("read", path))?;
+        Ok(check_hash(path, expected, found.to_hex().to_string()))
+    }
+
+    /// Before anything is read: a stranger's file may be of any length, and a device has no end.
+    fn check_length(&self, path: &Path, expected: u64) -> Result<Result<(), Damage>, StoreError> {
+        let kind = match self.look(path)? {
+            None => DamageKind::Missing,
+            Some(found) if found.len != expected => DamageKind::Size {
+                expected,
+                found: found.len,
+            },
+            Some(_) => return Ok(Ok(())),
+        };
+        Ok(Err(Damage {
+            path: path.to_owned(),
+            kind,
+        }))
+    }
+}
+
+fn missing(path: &Path) -> Damage {
+    Damage {
+        path: path.to_owned(),
+        kind: DamageKind::Missing,
+    }
+}
+
+fn check_hash(path: &Path, expected: &str, found: String) -> Result<(), Damage> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(Damage {
+        path: path.to_owned(),
+        kind: DamageKind::Hash {
+            expected: expected.to_owned(),
+            found,
+        },
+    })
 }
 
 /// Readable JSON text of a value, with a newline at its end.

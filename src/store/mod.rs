@@ -3,6 +3,7 @@
 //! ```text
 //! runs/<name>/
 //!   scene.toml plan.json run.json lock     the scene as resolved, what was decided, who computes; one writer
+//!   run.copy.json                          `run.json` again: nothing else could stand in for it
 //!   once/          surface.parquet surface.json …               written once a run, each with the key of its stage
 //!   iterations/    wear_iteration=0/ …/ commit.json             one folder a committed state
 //!   staging/       the draft; never scanned by readers
@@ -13,6 +14,11 @@
 //! `commit.json` is written and synced last, and the folder is renamed into `iterations/`. A commit names the hash of every file
 //! and of its parent, so the latest state is the highest commit whose chain verifies, never the newest file. `run.json` is
 //! written last when a run is created: a folder without it is no run yet and is completed by the next start.
+//!
+//! A run folder may come from anywhere. No link in it is followed, names of files come from the list of tables and not from what
+//! a file says, lengths are looked at before anything is read, and iterations are counted by the folders that are there. Every file
+//! is under a hash: tables under that of their commit, a JSON file under the one at its own end (`sealed.rs`), `scene.toml` and
+//! `plan.json` under those in `run.json`.
 //!
 //! All access goes through [`FileSystem`], so that tests can make any call fail.
 
@@ -29,7 +35,9 @@ mod open;
 mod reader;
 mod record;
 mod run;
+mod sealed;
 mod sibling;
+mod survey;
 
 pub use cache::Cache;
 pub use canonical::KeyChange;
@@ -38,10 +46,10 @@ pub use commit::{Commit, TableEntry};
 pub use draft::{Draft, Kept, Recompute};
 pub use error::{Damage, DamageKind, StoreError};
 pub use file_system::{
-    Entry, FileSystem, LockAttempt, LockGuard, LockHolder, Metadata, RealFileSystem,
+    Entry, EntryKind, FileSystem, LockAttempt, LockGuard, LockHolder, Metadata, RealFileSystem,
 };
 pub use key::StageKey;
 pub use open::{Opening, SetAside};
-pub use reader::RunReader;
+pub use reader::{RunReader, SceneOfRun};
 pub use record::{Continuation, Machine, Origin, Pruned, RunIdentity, RunRecord};
 pub use run::{Keep, RunStore};

@@ -1,13 +1,16 @@
 //! Starting: a new run is created, an existing one is checked and put in order.
 
-use super::canonical::{KeyChange, as_read, differences, matches};
+use super::canonical::{KeyChange, as_read, differences, hash, matches};
 use super::chain;
+use super::commit::Commit;
 use super::draft::clean_staging;
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::{FileSystem, LockGuard};
-use super::files::{Files, Layout, iteration_name, json};
-use super::reader::{RunReader, read_record};
+use super::files::{Files, LONGEST_METADATA, Layout, iteration_name, json};
+use super::reader::{FoundRecord, RunReader, read_record};
 use super::record::{Continuation, Machine, Origin, Pruned, RunIdentity, RunRecord};
+use super::sealed::sealed;
+use super::survey::survey;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,8 +24,9 @@ pub struct Opening {
     pub latest: Option<u64>,
     /// Iterations that cannot be continued from and were moved to `damaged/`, ascending.
     pub set_aside: Vec<SetAside>,
-    /// Damage that nothing computed depends on.
-    pub harmless_damage: Vec<Damage>,
+    /// Damage that no result depends on. It is mended: `run.json` from its copy; a table without which the run is complete was moved to
+    /// `damaged/` and is in no commit any more.
+    pub mended: Vec<Damage>,
     /// Tables of an unfinished iteration that are used again if their inputs are the same.
     pub drafts_kept: Vec<String>,
     /// Leftovers removed from staging.
@@ -60,8 +64,10 @@ impl Opening {
                 aside.moved_to.display()
             ));
         }
-        for damage in &self.harmless_damage {
-            notices.push(format!("damaged, but nothing depends on it: {damage}"));
+        for damage in &self.mended {
+            notices.push(format!(
+                "damaged, and mended, since no result depends on it: {damage}"
+            ));
         }
         for change in &self.changed_keys {
             notices.push(format!("changed since the last start: {change}"));
@@ -101,16 +107,17 @@ pub(super) struct Locked {
     pub layout: Layout,
     pub guard: Box<dyn LockGuard>,
     /// `None` if the folder is new, or its creation was not completed.
-    pub record: Option<RunRecord>,
+    pub record: Option<FoundRecord>,
     /// The sibling whose copy was not completed.
     pub unfinished: Option<Origin>,
 }
 
 /// Entries that a folder may have whose creation was not completed.
-const BEFORE_THE_RECORD: [&str; 7] = [
+const BEFORE_THE_RECORD: [&str; 8] = [
     "scene.toml",
     "plan.json",
     "run.json",
+    "run.copy.json",
     "copying.json",
     "once",
     "iterations",
@@ -123,16 +130,18 @@ pub(super) fn lock(fs: Arc<dyn FileSystem>, root: &Path) -> Result<Locked, Store
     let layout = Layout {
         root: root.to_owned(),
     };
-    if !files.is_there(&layout.record())? {
+    survey(&files, &layout)?;
+    if !files.is_there(&layout.record())? && !files.is_there(&layout.record_copy())? {
         refuse_foreign(&files, &layout)?;
     }
     files.make_dir(root)?;
-    let guard = files.lock(&layout)?;
+    let guard = files.lock(&layout.lock(), root)?;
     let record = read_record(&files, &layout)?;
     let mut unfinished = None;
     if record.is_none() {
         // A marker that was being written when the process ended says nothing: nothing was copied yet.
-        unfinished = files.read_json::<Origin>(&layout.copying())?.ok();
+        let marker = files.read_if_there(&layout.copying(), LONGEST_METADATA)?;
+        unfinished = marker.and_then(|bytes| serde_json::from_slice(&bytes).ok());
         if unfinished.is_none() && !chain::folders(&files, &layout)?.is_empty() {
             return Err(StoreError::Damaged(Damage {
                 path: layout.record(),
@@ -151,7 +160,7 @@ pub(super) fn lock(fs: Arc<dyn FileSystem>, root: &Path) -> Result<Locked, Store
 
 /// Refuses a folder without `run.json` that holds what the creation of a run does not put there.
 fn refuse_foreign(files: &Files, layout: &Layout) -> Result<(), StoreError> {
-    for entry in files.list(&layout.root)? {
+    for entry in files.list_root(layout)? {
         let name = entry.name.strip_suffix(".new").unwrap_or(&entry.name);
         if name != "lock" && !BEFORE_THE_RECORD.contains(&name) {
             return Err(StoreError::NotARun {
@@ -174,32 +183,41 @@ pub(super) fn create(
     for folder in [layout.once(), layout.iterations(), layout.staging()] {
         files.make_dir(&folder)?;
     }
-    write_identity(files, layout, identity)?;
-    write_record(files, layout, &RunRecord::new(identity, origin, pruned))?;
+    let mut record = RunRecord::new(identity, origin, pruned);
+    write_identity(files, layout, identity, &mut record)?;
+    write_record(files, layout, &record)?;
     // As any later start finds it.
-    read_record(files, layout)?.ok_or_else(|| StoreError::NoRun {
+    let found = read_record(files, layout)?.ok_or_else(|| StoreError::NoRun {
         path: layout.root.clone(),
-    })
+    })?;
+    Ok(found.record)
 }
 
-/// Brings `scene.toml` and `plan.json` up to date.
+/// Brings `scene.toml` and `plan.json` up to date, and what the record says of them.
 fn write_identity(
     files: &Files,
     layout: &Layout,
     identity: &RunIdentity,
+    record: &mut RunRecord,
 ) -> Result<(), StoreError> {
     files.replace_if_different(&layout.scene(), identity.scene_toml.as_bytes())?;
+    record.scene_toml = Some(identity.scene_toml.clone());
     let plan = layout.plan();
-    files.replace_if_different(&plan, &json(&plan, &identity.plan)?)
+    let bytes = json(&plan, &identity.plan)?;
+    record.plan_hash = Some(hash(&bytes));
+    files.replace_if_different(&plan, &bytes)
 }
 
+/// Writes `run.json`, then its copy: at any instant one of them is whole, and the copy is at most one step behind.
 pub(super) fn write_record(
     files: &Files,
     layout: &Layout,
     record: &RunRecord,
 ) -> Result<(), StoreError> {
     let path = layout.record();
-    files.replace_if_different(&path, &json(&path, record)?)
+    let bytes = sealed(&path, record)?;
+    files.replace_if_different(&path, &bytes)?;
+    files.replace_if_different(&layout.record_copy(), &bytes)
 }
 
 /// Checks an existing run against its identity and puts it in order: what does not verify is set aside, pruning that was
@@ -207,10 +225,14 @@ pub(super) fn write_record(
 pub(super) fn resume(
     files: Files,
     layout: Layout,
-    mut record: RunRecord,
+    found: FoundRecord,
     identity: &RunIdentity,
 ) -> Result<(RunReader, Opening), StoreError> {
-    let mut opening = Opening::default();
+    let mut record = found.record;
+    let mut opening = Opening {
+        mended: found.damage.into_iter().collect(),
+        ..Opening::default()
+    };
     let (changed, refused): (Vec<_>, Vec<_>) =
         differences(&record.scene, &as_read(&identity.scene))
             .into_iter()
@@ -240,14 +262,17 @@ pub(super) fn resume(
     }
     discard(&files, &layout, record.pruned.keys().copied())?;
 
-    let chain = chain::walk(&files, &layout, &record)?;
+    let mut chain = chain::walk(&files, &layout, &record)?;
     opening.latest = chain.sound.keys().next_back().copied();
     let mut reports = chain.reports;
-    opening.harmless_damage = reports
-        .iter()
-        .filter(|report| report.damage.is_empty())
-        .flat_map(|report| report.unchained_damage.iter().cloned())
-        .collect();
+    for report in &mut reports {
+        if let Some(commit) = chain.sound.get_mut(&report.wear_iteration)
+            && !report.unchained_damage.is_empty()
+        {
+            drop_damaged(&files, &layout, commit, &report.unchained_damage)?;
+            opening.mended.append(&mut report.unchained_damage);
+        }
+    }
     // The highest first: a crash in between leaves the lower ones to be found damaged again.
     for report in reports.iter().rev() {
         let beyond = opening
@@ -272,7 +297,7 @@ pub(super) fn resume(
     let next = opening.latest.map_or(0, |latest| latest + 1);
     (opening.drafts_kept, opening.drafts_removed) = clean_staging(&files, &layout, next)?;
     note_circumstances(&mut record, &mut opening, identity);
-    write_identity(&files, &layout, identity)?;
+    write_identity(&files, &layout, identity, &mut record)?;
     write_record(&files, &layout, &record)?;
     Ok((
         RunReader {
@@ -318,21 +343,55 @@ fn note_circumstances(record: &mut RunRecord, opening: &mut Opening, identity: &
     }
 }
 
-/// Moves an iteration to `damaged/`, beside what an earlier start may have put there.
+/// Moves an iteration to `damaged/`.
 fn set_aside(files: &Files, layout: &Layout, wear_iteration: u64) -> Result<PathBuf, StoreError> {
+    let name = iteration_name(wear_iteration);
+    let target = move_to_damaged(files, layout, &layout.iteration(wear_iteration), &name)?;
+    files.sync_dir(&layout.iterations())?;
+    Ok(target)
+}
+
+/// Moves a file or folder to `damaged/`, beside what an earlier start may have put there.
+fn move_to_damaged(
+    files: &Files,
+    layout: &Layout,
+    path: &Path,
+    name: &str,
+) -> Result<PathBuf, StoreError> {
     let folder = layout.damaged();
     files.make_dir(&folder)?;
-    let name = iteration_name(wear_iteration);
-    let mut target = folder.join(&name);
+    let mut target = folder.join(name);
     let mut count = 1;
     while files.is_there(&target)? {
         count += 1;
         target = folder.join(format!("{name}.{count}"));
     }
-    files.rename(&layout.iteration(wear_iteration), &target)?;
+    files.rename(path, &target)?;
     files.sync_dir(&folder)?;
-    files.sync_dir(&layout.iterations())?;
     Ok(target)
+}
+
+/// Takes damaged tables outside of the chain out of a commit, whose hash does not count them.
+fn drop_damaged(
+    files: &Files,
+    layout: &Layout,
+    commit: &mut Commit,
+    damage: &[Damage],
+) -> Result<(), StoreError> {
+    let folder = layout.iteration(commit.wear_iteration);
+    for Damage { path, .. } in damage {
+        // The file goes first: one that a commit names and that is missing is found again, one that no commit names is not.
+        if files.is_there(path)? {
+            let file = path.file_name().unwrap_or_default().to_string_lossy();
+            let name = format!("{}-{file}", iteration_name(commit.wear_iteration));
+            move_to_damaged(files, layout, path, &name)?;
+        }
+        commit
+            .unchained
+            .retain(|_, entry| folder.join(&entry.file) != *path);
+    }
+    let manifest = layout.commit(commit.wear_iteration);
+    files.replace(&manifest, &sealed(&manifest, commit)?)
 }
 
 /// Removes iterations that `run.json` lists as pruned. Each leaves the readers' sight in one step.

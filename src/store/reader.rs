@@ -1,12 +1,15 @@
 //! A run as a reader sees it.
 
+use super::canonical::hash;
 use super::chain::{self, Chain, CommitReport, VerifyReport};
 use super::commit::Commit;
 use super::draft::{KeyedEntry, read_entry};
 use super::error::{Damage, DamageKind, StoreError};
-use super::file_system::FileSystem;
-use super::files::{Files, Layout};
-use super::record::{RUN_FORMAT, RunRecord};
+use super::file_system::{FileSystem, LockHolder, RealFileSystem};
+use super::files::{Files, LONGEST_METADATA, Layout};
+use super::record::{RUN_FORMAT, RunRecord, seal_of};
+use super::sealed::{Seal, read_sealed, read_to_judge};
+use super::survey::survey;
 use crate::tables::{Table, TableName, provenance_of};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -27,13 +30,14 @@ impl RunReader {
     /// Opens a run and verifies its iterations. Those after the first that is damaged do not count.
     ///
     /// # Errors
-    /// [`StoreError::NoRun`], [`StoreError::Damaged`] for an unreadable `run.json`, [`StoreError::Format`],
-    /// [`StoreError::Io`].
+    /// [`StoreError::NoRun`], [`StoreError::NotPlain`] for a folder with links in it, [`StoreError::Damaged`] for a `run.json` that
+    /// neither reads nor has a copy that does, [`StoreError::Format`], [`StoreError::Io`].
     pub fn open(fs: Arc<dyn FileSystem>, root: &Path) -> Result<RunReader, StoreError> {
         let files = Files(fs);
         let layout = Layout {
             root: root.to_owned(),
         };
+        survey(&files, &layout)?;
         let (record, chain) = walk_beside_a_writer(&files, &layout)?;
         Ok(RunReader {
             files,
@@ -60,10 +64,34 @@ impl RunReader {
     /// [`StoreError::Io`].
     pub fn plan(&self) -> Result<Option<Value>, StoreError> {
         let path = self.layout.plan();
-        if !self.files.is_there(&path)? {
-            return Ok(None);
+        let bytes = self.files.read_if_there(&path, LONGEST_METADATA)?;
+        Ok(bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok()))
+    }
+
+    /// The scene that the run was last started with, as the text of a scene file: what `run.json` keeps of it, else `scene.toml`.
+    ///
+    /// # Errors
+    /// [`StoreError::Damaged`] if neither has it, [`StoreError::Io`].
+    pub fn scene_toml(&self) -> Result<String, StoreError> {
+        match &self.record.scene_toml {
+            Some(text) => Ok(text.clone()),
+            None => written_scene(&self.files, &self.layout)?.map_err(StoreError::Damaged),
         }
-        Ok(self.files.read_json(&path)?.ok())
+    }
+
+    /// Who writes the run at the moment; `None` if nobody does.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`].
+    pub fn holder(&self) -> Result<Option<LockHolder>, StoreError> {
+        let path = self.layout.lock();
+        RealFileSystem
+            .lock_holder(&path)
+            .map_err(|source| StoreError::Io {
+                action: "look at",
+                path,
+                source,
+            })
     }
 
     /// The highest iteration whose whole chain verifies.
@@ -132,7 +160,7 @@ impl RunReader {
                 table: table.as_str().to_owned(),
                 known: commit.names(),
             })?;
-        let path = folder.join(&entry.file);
+        let path = folder.join(table.file_name());
         let bytes = self
             .files
             .read_verified(&path, entry.bytes, &entry.blake3)?
@@ -173,9 +201,7 @@ impl RunReader {
         if !self.files.is_there(&key_path)? {
             return Ok(None);
         }
-        let keyed: KeyedEntry = self
-            .files
-            .read_json(&key_path)?
+        let keyed: KeyedEntry = read_sealed(&self.files, &key_path, self.record.seal())?
             .map_err(StoreError::Damaged)?;
         read_entry(&self.files, &folder, table, &keyed.entry)?
             .map(Some)
@@ -194,11 +220,97 @@ impl RunReader {
     pub fn verify(&self) -> Result<VerifyReport, StoreError> {
         let (record, chain) = walk_beside_a_writer(&self.files, &self.layout)?;
         Ok(VerifyReport {
+            metadata: check_metadata(&self.files, &self.layout, &record)?,
+            once: chain::check_once(&self.files, &self.layout, &record)?,
             commits: chain.reports,
             pruned: record.pruned.keys().copied().collect(),
-            once: chain::check_once(&self.files, &self.layout)?,
         })
     }
+}
+
+/// The scene of a run as its user goes on with it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SceneOfRun {
+    /// The text of `scene.toml`, which may be edited; what `run.json` keeps of it where that file is gone.
+    pub text: String,
+    /// True if it is not what the run wrote.
+    pub edited: bool,
+}
+
+impl SceneOfRun {
+    /// Reads it, and nothing else of the run; `None` where there is neither `scene.toml` nor a run.
+    ///
+    /// # Errors
+    /// Those of [`RunReader::open`]; [`StoreError::Damaged`] for a `scene.toml` that is no text.
+    pub fn read(fs: Arc<dyn FileSystem>, root: &Path) -> Result<Option<SceneOfRun>, StoreError> {
+        let files = Files(fs);
+        let layout = Layout {
+            root: root.to_owned(),
+        };
+        survey(&files, &layout)?;
+        let found = read_record(&files, &layout)?;
+        let kept = found.and_then(|found| found.record.scene_toml);
+        match written_scene(&files, &layout)? {
+            Ok(text) => {
+                let edited = kept.is_some_and(|kept| kept != text);
+                Ok(Some(SceneOfRun { text, edited }))
+            }
+            Err(damage) if damage.kind != DamageKind::Missing => Err(StoreError::Damaged(damage)),
+            Err(_) => Ok(kept.map(|text| SceneOfRun {
+                text,
+                edited: false,
+            })),
+        }
+    }
+}
+
+fn written_scene(files: &Files, layout: &Layout) -> Result<Result<String, Damage>, StoreError> {
+    let path = layout.scene();
+    let kind = match files.read_if_there(&path, LONGEST_METADATA)? {
+        None => DamageKind::Missing,
+        Some(bytes) => match String::from_utf8(bytes) {
+            Ok(text) => return Ok(Ok(text)),
+            Err(error) => DamageKind::Unreadable {
+                reason: error.to_string(),
+            },
+        },
+    };
+    Ok(Err(Damage { path, kind }))
+}
+
+/// What is wrong with the files of a run that stand beside its tables.
+///
+/// Of `run.json` and its copy one may be missing: a process that was killed between the two writes them at its next start.
+fn check_metadata(
+    files: &Files,
+    layout: &Layout,
+    record: &RunRecord,
+) -> Result<Vec<Damage>, StoreError> {
+    let mut damage = Vec::new();
+    for path in [layout.record(), layout.record_copy()] {
+        if let Err(RecordFault::Damaged(found)) = read_one_record(files, &path)?
+            && (found.kind != DamageKind::Missing || path == layout.record())
+        {
+            damage.push(found);
+        }
+    }
+    let scene_hash = record.scene_toml.as_ref().map(|text| hash(text.as_bytes()));
+    let expected = [
+        (layout.scene(), scene_hash),
+        (layout.plan(), record.plan_hash.clone()),
+    ];
+    for (path, expected) in expected {
+        let Some(expected) = expected else { continue };
+        let kind = match files.read_if_there(&path, LONGEST_METADATA)? {
+            None => DamageKind::Missing,
+            Some(bytes) => match hash(&bytes) {
+                found if found == expected => continue,
+                found => DamageKind::Hash { expected, found },
+            },
+        };
+        damage.push(Damage { path, kind });
+    }
+    Ok(damage)
 }
 
 /// Times that a run is looked at while its writer prunes.
@@ -207,9 +319,10 @@ const LOOKS: usize = 8;
 /// Verifies the iterations. What a writer prunes meanwhile looks like damage to whoever read `run.json` before.
 fn walk_beside_a_writer(files: &Files, layout: &Layout) -> Result<(RunRecord, Chain), StoreError> {
     let read = || {
-        read_record(files, layout)?.ok_or_else(|| StoreError::NoRun {
+        let found = read_record(files, layout)?.ok_or_else(|| StoreError::NoRun {
             path: layout.root.clone(),
-        })
+        })?;
+        Ok::<RunRecord, StoreError>(found.record)
     };
     let mut record = read()?;
     let mut looks = 1;
@@ -228,32 +341,81 @@ fn walk_beside_a_writer(files: &Files, layout: &Layout) -> Result<(RunRecord, Ch
     }
 }
 
-/// The content of `run.json`, `None` if there is none.
-pub(super) fn read_record(files: &Files, layout: &Layout) -> Result<Option<RunRecord>, StoreError> {
-    let path = layout.record();
-    if !files.is_there(&path)? {
-        return Ok(None);
-    }
-    let damaged = |reason: String| {
-        StoreError::Damaged(Damage {
-            path: path.clone(),
-            kind: DamageKind::Unreadable { reason },
-        })
+/// What `run.json` says, from itself or from its copy.
+pub(super) struct FoundRecord {
+    pub record: RunRecord,
+    /// What is wrong with `run.json` where the copy stands in for it.
+    pub damage: Option<Damage>,
+}
+
+/// Why a file does not say what a run is.
+enum RecordFault {
+    Damaged(Damage),
+    Format { path: PathBuf, found: u32 },
+}
+
+/// What `run.json` says, `None` if neither it nor its copy is there.
+pub(super) fn read_record(
+    files: &Files,
+    layout: &Layout,
+) -> Result<Option<FoundRecord>, StoreError> {
+    let fault = match read_one_record(files, &layout.record())? {
+        Ok(record) => {
+            let damage = None;
+            return Ok(Some(FoundRecord { record, damage }));
+        }
+        Err(fault) => fault,
     };
-    let value: Value = files.read_json(&path)?.map_err(StoreError::Damaged)?;
-    // The version is looked at first: another one may lack what this one needs.
-    let format = value["format"]
-        .as_u64()
-        .and_then(|format| u32::try_from(format).ok())
-        .ok_or_else(|| damaged("no `format`".to_owned()))?;
-    if format != RUN_FORMAT {
-        return Err(StoreError::Format {
+    match (read_one_record(files, &layout.record_copy())?, fault) {
+        (Ok(record), RecordFault::Damaged(damage)) => {
+            let damage = Some(damage);
+            Ok(Some(FoundRecord { record, damage }))
+        }
+        (
+            Err(RecordFault::Damaged(copy)),
+            RecordFault::Damaged(Damage {
+                kind: DamageKind::Missing,
+                ..
+            }),
+        ) if copy.kind == DamageKind::Missing => Ok(None),
+        (_, RecordFault::Damaged(damage)) => Err(StoreError::Damaged(damage)),
+        (_, RecordFault::Format { path, found }) => Err(StoreError::Format {
             path,
-            found: format,
+            found,
             expected: RUN_FORMAT,
-        });
+        }),
     }
-    serde_json::from_value(value)
-        .map(Some)
-        .map_err(|error| damaged(error.to_string()))
+}
+
+fn read_one_record(
+    files: &Files,
+    path: &Path,
+) -> Result<Result<RunRecord, RecordFault>, StoreError> {
+    let damaged = |reason: String| {
+        let (path, kind) = (path.to_owned(), DamageKind::Unreadable { reason });
+        Ok(Err(RecordFault::Damaged(Damage { path, kind })))
+    };
+    // Another version may lack what this one needs, its hash too: the version is looked at first.
+    let format_of = |value: &Value| value["format"].as_u64().and_then(|f| u32::try_from(f).ok());
+    let readable = |format: u32| (1..=RUN_FORMAT).contains(&format);
+    let value = read_to_judge(files, path, |value| match format_of(value) {
+        Some(format) if readable(format) => seal_of(format),
+        _ => Seal::IfThere,
+    })?;
+    let value: Value = match value {
+        Ok(value) => value,
+        Err(damage) => return Ok(Err(RecordFault::Damaged(damage))),
+    };
+    match format_of(&value) {
+        None => return damaged("no `format`".to_owned()),
+        Some(found) if !readable(found) => {
+            let path = path.to_owned();
+            return Ok(Err(RecordFault::Format { path, found }));
+        }
+        Some(_) => (),
+    }
+    match serde_json::from_value(value) {
+        Ok(record) => Ok(Ok(record)),
+        Err(error) => damaged(error.to_string()),
+    }
 }

@@ -1,12 +1,23 @@
 //! `run.json`: what a run is and how it came about.
 
 use super::canonical::{canonical, flatten, hash, matches};
+use super::sealed::Seal;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// Version of the layout of the run folder and of `run.json`.
-pub(super) const RUN_FORMAT: u32 = 1;
+/// Version of the layout of the run folder and of `run.json`. A run keeps the version that it was begun with.
+pub(super) const RUN_FORMAT: u32 = 2;
+/// Runs of this version have JSON files without a hash at their end.
+const UNSEALED_FORMAT: u32 = 1;
+
+/// Whether the JSON files of a run of this version must have a hash at their end.
+pub(super) fn seal_of(format: u32) -> Seal {
+    match format {
+        UNSEALED_FORMAT => Seal::IfThere,
+        _ => Seal::Required,
+    }
+}
 
 /// What the caller says a run is.
 #[derive(Debug, Clone, PartialEq)]
@@ -144,6 +155,13 @@ pub struct RunRecord {
     pub pruned: BTreeMap<u64, Pruned>,
     /// The scene as resolved.
     pub scene: Value,
+    /// The text of `scene.toml`, which has the paths of the scene's files too; `None` in a run that was last started before there
+    /// was any.
+    #[serde(default)]
+    pub scene_toml: Option<String>,
+    /// Hash of `plan.json`, `None` likewise.
+    #[serde(default)]
+    pub plan_hash: Option<String>,
 }
 
 impl RunRecord {
@@ -163,7 +181,14 @@ impl RunRecord {
             continued: Vec::new(),
             pruned,
             scene: identity.scene.clone(),
+            scene_toml: None,
+            plan_hash: None,
         }
+    }
+
+    /// Whether the JSON files of the run must have a hash at their end.
+    pub(super) fn seal(&self) -> Seal {
+        seal_of(self.format)
     }
 
     /// Version, threads and machine of the last start that is on record.

@@ -5,11 +5,12 @@ use super::commit::{Commit, TableEntry};
 use super::draft::{Draft, Kept, clean_staging, encode, read_keyed};
 use super::error::StoreError;
 use super::file_system::{FileSystem, LockGuard};
-use super::files::{COMMIT_FILE, Files, Layout, json};
+use super::files::{COMMIT_FILE, Files, Layout};
 use super::key::StageKey;
 use super::open::{self, Locked, Opening};
-use super::reader::RunReader;
+use super::reader::{FoundRecord, RunReader};
 use super::record::{Pruned, RunIdentity};
+use super::sealed::sealed;
 use crate::tables::{Provenance, Table, TableName};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -79,7 +80,10 @@ impl RunStore {
         let created = record.is_none();
         let record = match record {
             Some(record) => record,
-            None => open::create(&files, &layout, identity, None, BTreeMap::new())?,
+            None => FoundRecord {
+                record: open::create(&files, &layout, identity, None, BTreeMap::new())?,
+                damage: None,
+            },
         };
         let (reader, mut opening) = open::resume(files, layout, record, identity)?;
         opening.created = created;
@@ -156,7 +160,7 @@ impl RunStore {
         files.make_dir_unsynced(&staged)?;
         files.write_new(&staged.join(&file), &bytes)?;
         let key_path = staged.join(&key_file);
-        files.write_new(&key_path, &json(&key_path, &keyed)?)?;
+        files.write_new(&key_path, &sealed(&key_path, &keyed)?)?;
         // Between the two the hash in the old key file refuses the new table.
         files.rename(&staged.join(&file), &folder.join(&file))?;
         files.rename(&key_path, &folder.join(&key_file))?;
@@ -222,7 +226,7 @@ impl RunStore {
             files.sync_file(&draft.join(&table.file))?;
         }
         let manifest = draft.join(COMMIT_FILE);
-        let bytes = json(&manifest, &commit)?;
+        let bytes = sealed(&manifest, &commit)?;
         files.require_space(&draft, bytes.len() as u64)?;
         files.write_new(&manifest, &bytes)?;
         files.sync_dir(&draft)?;

@@ -7,9 +7,10 @@ use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::FileSystem;
 use super::files::{COMMIT_FILE, Files, Layout, json};
 use super::open::{self, Opening};
-use super::reader::RunReader;
+use super::reader::{FoundRecord, RunReader};
 use super::record::{Origin, RunIdentity};
 use super::run::RunStore;
+use super::sealed::{read_sealed, sealed};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -37,7 +38,7 @@ impl RunStore {
             Some(open_source(fs.clone(), identity, source, wear_iteration)?)
         };
         let mut locked = open::lock(fs, root)?;
-        if let Some(record) = &locked.record {
+        if let Some(FoundRecord { record, .. }) = &locked.record {
             let same = record
                 .origin
                 .as_ref()
@@ -80,7 +81,10 @@ impl RunStore {
             .filter(|(k, _)| **k < wear_iteration)
             .map(|(k, pruned)| (*k, pruned.clone()))
             .collect();
-        locked.record = Some(open::create(files, layout, identity, Some(origin), pruned)?);
+        locked.record = Some(FoundRecord {
+            record: open::create(files, layout, identity, Some(origin), pruned)?,
+            damage: None,
+        });
         let (store, mut opening) = RunStore::over(locked, identity)?;
         opening.created = true;
         Ok((store, opening))
@@ -161,17 +165,17 @@ fn copy(
     files.make_dir(&layout.once())?;
     files.make_dir(&layout.iterations())?;
 
-    for report in super::chain::check_once(files, &source.layout)? {
+    for report in super::chain::check_once(files, &source.layout, &source.record)? {
         // A damaged one is computed again.
         if report.damage.is_none() {
             let key_file = format!("{}.json", report.table);
             let (from, to) = (source.layout.once(), layout.once());
-            let key_bytes = files.read(&from.join(&key_file))?;
-            let keyed: KeyedEntry = files
-                .read_json(&from.join(&key_file))?
-                .map_err(StoreError::Damaged)?;
+            let seal = source.record.seal();
+            let keyed: KeyedEntry =
+                read_sealed(files, &from.join(&key_file), seal)?.map_err(StoreError::Damaged)?;
             copy_table(files, &from, &to, &keyed.entry)?;
-            files.write_new(&to.join(&key_file), &key_bytes)?;
+            let key_path = to.join(&key_file);
+            files.write_new(&key_path, &sealed(&key_path, &keyed)?)?;
         }
     }
     files.sync_dir(&layout.once())?;
@@ -183,15 +187,17 @@ fn copy(
         for entry in commit.tables.values() {
             copy_table(files, &from, &to, entry)?;
         }
-        for entry in commit.unchained.values() {
-            match copy_table(files, &from, &to, entry) {
-                // Nothing depends on it.
+        // As it is, but for what no result depends on and its hash does not count: damaged tables outside of the chain.
+        let mut commit = commit.clone();
+        for (name, entry) in std::mem::take(&mut commit.unchained) {
+            match copy_table(files, &from, &to, &entry) {
+                Ok(()) => drop(commit.unchained.insert(name, entry)),
                 Err(StoreError::Damaged(_)) => {}
-                other => other?,
+                Err(error) => return Err(error),
             }
         }
-        let manifest = files.read(&from.join(COMMIT_FILE))?;
-        files.write_new(&to.join(COMMIT_FILE), &manifest)?;
+        let manifest = to.join(COMMIT_FILE);
+        files.write_new(&manifest, &sealed(&manifest, &commit)?)?;
         files.sync_dir(&to)?;
     }
     files.sync_dir(&layout.iterations())

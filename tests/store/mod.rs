@@ -6,6 +6,7 @@ mod faults;
 mod keys;
 mod lifecycle;
 mod sibling;
+mod untrusted;
 
 use crate::support::faulty::FaultyFileSystem;
 use fretwear::store::{

@@ -146,7 +146,9 @@ fn an_unfinished_copy_says_how_to_finish_it() {
     // As if it had been killed before the record.
     let origin = json!({ "run": "source", "wear_iteration": 2, "commit": "" });
     fs::write(root.join("copying.json"), origin.to_string()).expect("written");
-    fs::remove_file(root.join("run.json")).expect("removed");
+    for record in ["run.json", "run.copy.json"] {
+        fs::remove_file(root.join(record)).expect("removed");
+    }
     let error = open(quick(), &root).err().expect("unfinished");
     assert!(error.to_string().contains("--from source@2"), "{error}");
     sibling(&root, &identity(), &source, 2).expect("finished");

@@ -1,0 +1,279 @@
+//! A run folder of a stranger: nothing outside of it is read, written or removed, and nothing in it takes more than its share.
+
+use super::*;
+use fretwear::store::{DamageKind, EntryKind, RealFileSystem, RunReader};
+use std::time::{Duration, Instant};
+
+/// A run, and a folder outside of it with a file that must stay as it is.
+struct Trap {
+    folder: tempfile::TempDir,
+}
+
+const PRECIOUS: &str = "a month of measurements";
+
+impl Trap {
+    fn new() -> Trap {
+        let folder = tempfile::tempdir().expect("a folder");
+        let trap = Trap { folder };
+        drop(finished(&trap.root(), 2));
+        fs::create_dir(trap.victim()).expect("a folder");
+        fs::write(trap.victim().join("results.csv"), PRECIOUS).expect("written");
+        trap
+    }
+
+    fn root(&self) -> PathBuf {
+        self.folder.path().join("run")
+    }
+
+    fn victim(&self) -> PathBuf {
+        self.folder.path().join("victim")
+    }
+
+    fn assert_untouched(&self, at: &str) {
+        let text = fs::read_to_string(self.victim().join("results.csv"));
+        assert_eq!(text.expect("still there"), PRECIOUS, "{at}");
+        let files = fs::read_dir(self.victim()).expect("a folder").count();
+        assert_eq!(files, 1, "{at}: something was written beside it");
+    }
+}
+
+/// Opens on the file system of the machine, whose locks and links are real.
+fn start(root: &Path) -> Result<(RunStore, Opening), StoreError> {
+    open(Arc::new(RealFileSystem), root)
+}
+
+fn look(root: &Path) -> Result<RunReader, StoreError> {
+    RunReader::open(Arc::new(RealFileSystem), root)
+}
+
+#[cfg(unix)]
+fn link(target: &Path, at: &Path) {
+    if at.is_dir() {
+        fs::remove_dir_all(at).expect("removed");
+    } else if at.exists() {
+        fs::remove_file(at).expect("removed");
+    }
+    std::os::unix::fs::symlink(target, at).expect("a link");
+}
+
+/// A link wherever the store has a file or a folder.
+#[cfg(unix)]
+#[test]
+fn no_link_is_followed() {
+    let folders = [
+        "staging",
+        "staging/wear_iteration=3",
+        "staging/keys-3",
+        "staging/discarded",
+        "staging/once",
+        "once",
+        "iterations",
+        "iterations/wear_iteration=1",
+        "iterations/wear_iteration=3",
+        "damaged",
+    ];
+    let files = [
+        "lock",
+        "run.json",
+        "run.copy.json",
+        "scene.toml",
+        "plan.json",
+        "copying.json",
+        "once/surface.json",
+        "once/surface.parquet",
+        "iterations/wear_iteration=1/commit.json",
+        "iterations/wear_iteration=1/cycle.parquet",
+        "iterations/wear_iteration=2/timing.parquet",
+    ];
+    let targets = |trap: &Trap| [trap.victim(), trap.victim().join("results.csv")];
+    for (names, which) in [(&folders[..], 0), (&files[..], 1)] {
+        for name in names {
+            let trap = Trap::new();
+            let at = trap.root().join(name);
+            link(&targets(&trap)[which], &at);
+            let refused = |error: StoreError| {
+                assert!(error.is_damage_or_mismatch(), "{name}: {error}");
+                assert!(
+                    matches!(&error, StoreError::NotPlain { path, found: EntryKind::Link, .. } if *path == at),
+                    "{name}: {error}"
+                );
+            };
+            refused(start(&trap.root()).err().expect("refused"));
+            refused(look(&trap.root()).err().expect("refused"));
+            let root = trap.folder.path().join("sibling");
+            let fs = Arc::new(RealFileSystem);
+            refused(
+                RunStore::create_sibling(fs, &root, &identity(), &trap.root(), 1)
+                    .err()
+                    .expect("refused"),
+            );
+            assert!(!root.exists());
+            trap.assert_untouched(name);
+        }
+    }
+}
+
+/// A run may lie on another disk as a whole.
+#[cfg(unix)]
+#[test]
+fn the_folder_of_a_run_may_be_a_link() {
+    let trap = Trap::new();
+    let linked = trap.folder.path().join("linked");
+    link(&trap.root(), &linked);
+    let (store, _) = start(&linked).expect("a run");
+    assert_eq!(store.latest(), Some(2));
+    assert!(
+        look(&linked)
+            .expect("a run")
+            .verify()
+            .expect("readable")
+            .is_sound()
+    );
+}
+
+/// The names of files in manifests are those of the tables, whatever a manifest says; it is hashed as its writer would.
+#[test]
+fn no_name_leads_out_of_a_run() {
+    let outside = [
+        "../../../victim/results.csv",
+        "/dev/zero",
+        "cycle.parquet/.",
+        "",
+    ];
+    for name in outside {
+        for (list, table) in [("unchained", "timing"), ("tables", "cycle")] {
+            let trap = Trap::new();
+            let path = trap.root().join("iterations/wear_iteration=2/commit.json");
+            let mut commit = unsealed(&path);
+            commit[list][table]["file"] = json!(name);
+            forge(&trap.root(), &path, commit);
+            let reader = look(&trap.root()).expect("readable");
+            assert_eq!(reader.latest(), Some(1), "{name}");
+            let report = reader.verify().expect("readable");
+            let damage = &report.commits[2].damage[0];
+            assert_eq!(damage.path, path, "{name}");
+
+            let sibling = trap.folder.path().join("sibling");
+            let (fs, source) = (Arc::new(RealFileSystem), trap.root());
+            let error = RunStore::create_sibling(fs, &sibling, &identity(), &source, 2)
+                .err()
+                .expect("refused");
+            assert!(matches!(error, StoreError::Damaged(_)), "{error}");
+            trap.assert_untouched(name);
+        }
+        let trap = Trap::new();
+        let path = trap.root().join("once/surface.json");
+        let mut keyed = unsealed(&path);
+        keyed["entry"]["file"] = json!(name);
+        forge(&trap.root(), &path, keyed);
+        let report = look(&trap.root()).expect("readable").verify();
+        assert!(report.expect("readable").once[0].damage.is_some());
+        let (mut store, _) = start(&trap.root()).expect("a run");
+        let mut seen = Seen::default();
+        run(&mut store, 5e-6, 2, false, &mut seen).expect("a run");
+        assert_eq!(seen.computed, ["surface"], "computed again");
+        trap.assert_untouched(name);
+    }
+    let trap = Trap::new();
+    let path = trap.root().join("iterations/wear_iteration=2/commit.json");
+    let mut commit = unsealed(&path);
+    commit["tables"]["../victim"] = commit["tables"]["cycle"].clone();
+    forge(&trap.root(), &path, commit);
+    assert_eq!(look(&trap.root()).expect("readable").latest(), Some(1));
+}
+
+/// The object in a JSON file of a run, without the hash at its end.
+fn unsealed(path: &Path) -> Value {
+    let text = fs::read_to_string(path).expect("a file");
+    let mut value: Value = serde_json::from_str(&text).expect("an object");
+    value.as_object_mut().expect("an object").remove("seal");
+    value
+}
+
+/// Writes an object where no hash is asked for: into a run that says it is older than they are.
+fn forge(root: &Path, path: &Path, value: Value) {
+    fs::write(path, value.to_string()).expect("written");
+    let mut record = unsealed(&root.join("run.json"));
+    record["format"] = json!(1);
+    fs::write(root.join("run.json"), record.to_string()).expect("written");
+}
+
+/// Lengths are compared before anything is read: what has no end is not read to its end.
+#[cfg(unix)]
+#[test]
+fn what_is_no_file_is_not_read() {
+    let trap = Trap::new();
+    for name in ["run.json", "once/surface.json", "lock"] {
+        let path = trap.root().join(name);
+        let sound = fs::read(&path).expect("a file");
+        fs::remove_file(&path).expect("removed");
+        let made = std::process::Command::new("mkfifo").arg(&path).status();
+        assert!(made.expect("mkfifo").success());
+        let error = start(&trap.root()).err().expect("a pipe");
+        assert!(
+            matches!(
+                &error,
+                StoreError::NotPlain {
+                    found: EntryKind::Other,
+                    ..
+                }
+            ),
+            "{error}"
+        );
+        fs::remove_file(&path).expect("removed");
+        fs::write(&path, sound).expect("written");
+    }
+    // Longer than any, and without a block on the disk.
+    let path = trap
+        .root()
+        .join("iterations/wear_iteration=2/cycle.parquet");
+    let file = fs::File::options().write(true).open(&path).expect("a file");
+    file.set_len(1 << 40).expect("a sparse file");
+    let reader = look(&trap.root()).expect("readable");
+    let report = reader.verify().expect("readable");
+    assert!(matches!(
+        report.commits[2].damage[0].kind,
+        DamageKind::Size { .. }
+    ));
+    let record = trap.root().join("run.json");
+    let file = fs::File::options()
+        .write(true)
+        .open(&record)
+        .expect("a file");
+    file.set_len(1 << 40).expect("a sparse file");
+    let error = look(&trap.root()).err().expect("too long");
+    assert!(error.to_string().contains("longer than"), "{error}");
+}
+
+/// A lock holds the number of a process; a file with anything else is not emptied.
+#[test]
+fn a_file_that_is_no_lock_is_left_alone() {
+    let trap = Trap::new();
+    let lock = trap.root().join("lock");
+    fs::write(&lock, "a letter that somebody keeps under this name").expect("written");
+    let error = start(&trap.root()).err().expect("no lock");
+    assert!(error.to_string().contains("no lock of a run"), "{error}");
+    let text = fs::read_to_string(&lock).expect("a file");
+    assert!(text.starts_with("a letter"));
+}
+
+/// Iterations are counted by their folders, not by the number of the highest.
+#[test]
+fn a_stray_folder_of_any_number_costs_nothing() {
+    for number in ["99999999999", "18446744073709551615", "9223372036854775808"] {
+        let trap = Trap::new();
+        let stray = trap
+            .root()
+            .join(format!("iterations/wear_iteration={number}"));
+        fs::create_dir(&stray).expect("a folder");
+        let begin = Instant::now();
+        let reader = look(&trap.root()).expect("readable");
+        assert_eq!(reader.latest(), Some(2));
+        assert_eq!(reader.verify().expect("readable").commits.len(), 5);
+        let (mut store, opening) = start(&trap.root()).expect("a run");
+        assert_eq!(opening.set_aside.len(), 1);
+        assert!(!stray.exists());
+        run(&mut store, 5e-6, 3, false, &mut Seen::default()).expect("goes on");
+        assert!(begin.elapsed() < Duration::from_secs(20), "{number}");
+    }
+}
