@@ -30,14 +30,16 @@ pub enum StoreError {
     },
     /// The scene differs from the one of the run in keys that alter what is already computed.
     #[error(
-        "{} was computed from another scene: {}; begin another run, or a sibling with --from",
-        path.display(), list(keys)
+        "{} was computed from another scene: {}; {}begin another run, or a sibling with --from",
+        path.display(), list(keys), if *edited { EDITED } else { "" }
     )]
     SceneChanged {
         /// The run.
         path: PathBuf,
         /// What differs.
         keys: Vec<KeyChange>,
+        /// True if `scene.toml` in the run is not as the run wrote it.
+        edited: bool,
     },
     /// A scene that cannot go on from the state of another run.
     #[error(
@@ -272,6 +274,8 @@ pub enum DamageKind {
     #[error("follows the damaged iteration {0}")]
     After(u64),
 }
+
+const EDITED: &str = "the scene.toml in it is not as the run wrote it: remove it, and `--run` alone goes on with the scene that run.json keeps; or ";
 
 fn kind(kind: EntryKind) -> &'static str {
     match kind {

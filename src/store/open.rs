@@ -7,7 +7,7 @@ use super::draft::clean_staging;
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::{FileSystem, LockGuard};
 use super::files::{Files, LONGEST_METADATA, Layout, iteration_name, json};
-use super::reader::{FoundRecord, RunReader, read_record};
+use super::reader::{FoundRecord, RunReader, read_record, written_scene};
 use super::record::{Continuation, Machine, Origin, Pruned, RunIdentity, RunRecord};
 use super::sealed::sealed;
 use super::survey::survey;
@@ -245,9 +245,12 @@ pub(super) fn resume(
             || record.origin.is_some()
             || files.is_there(&layout.damaged())?;
         if committed {
+            let written = written_scene(&files, &layout)?.ok();
             return Err(StoreError::SceneChanged {
                 path: layout.root,
                 keys: refused,
+                edited: written.is_some()
+                    && record.scene_toml.is_some_and(|kept| written != Some(kept)),
             });
         }
         record = RunRecord::new(identity, None, BTreeMap::new());

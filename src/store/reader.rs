@@ -264,7 +264,11 @@ impl SceneOfRun {
     }
 }
 
-fn written_scene(files: &Files, layout: &Layout) -> Result<Result<String, Damage>, StoreError> {
+/// The text of `scene.toml`.
+pub(super) fn written_scene(
+    files: &Files,
+    layout: &Layout,
+) -> Result<Result<String, Damage>, StoreError> {
     let path = layout.scene();
     let kind = match files.read_if_there(&path, LONGEST_METADATA)? {
         None => DamageKind::Missing,

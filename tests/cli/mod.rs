@@ -8,4 +8,5 @@ mod outputs;
 mod reproduce;
 mod sets;
 mod status;
+mod stranger;
 mod trade;
