@@ -5,6 +5,7 @@ mod damage;
 mod faults;
 mod keys;
 mod lifecycle;
+mod old_formats;
 mod sibling;
 mod untrusted;
 

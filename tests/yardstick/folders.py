@@ -1,0 +1,47 @@
+"""Run folders as tables, whatever their layout.
+
+A comparison asks a folder for the tables there are and for one of them, by the wear iteration it belongs to and its name. How a
+format lays them out is the business of one class. A format that gathers, say, the one-row tables of all iterations in one
+history file needs another class here, which hands out the rows of one iteration under the name of their table, and a line in
+FORMATS; nothing else changes.
+"""
+
+import json
+
+import pyarrow.parquet as pq
+
+# The iteration of a table that is written once a run.
+ONCE = None
+
+
+class FolderPerIteration:
+    """`once/TABLE.parquet`, `iterations/wear_iteration=N/TABLE.parquet`: run format 1."""
+
+    def __init__(self, root):
+        self.files = {(ONCE, path.stem): path for path in (root / "once").glob("*.parquet")}
+        for path in (root / "iterations").glob("wear_iteration=*/*.parquet"):
+            self.files[int(path.parent.name.partition("=")[2]), path.stem] = path
+
+    def tables(self):
+        """(iteration, name) of every table."""
+        return set(self.files)
+
+    def read(self, iteration, name):
+        """One of them."""
+        # Not `read_table`, which takes the `wear_iteration=N` of the path for a column.
+        return pq.ParquetFile(self.files[iteration, name]).read()
+
+
+# By the `format` of run.json.
+FORMATS = {1: FolderPerIteration}
+
+
+def open_run(root):
+    """The tables of a run; of none where there is no run."""
+    record = root / "run.json"
+    if not record.exists():
+        return None
+    number = json.loads(record.read_text(encoding="utf-8"))["format"]
+    if number not in FORMATS:
+        raise SystemExit(f"{record}: run format {number}; tests/yardstick/folders.py knows {sorted(FORMATS)}")
+    return FORMATS[number](root)

@@ -1,0 +1,460 @@
+"""The scenes that both programs run: those shipped, made smaller unless asked otherwise, and drawn ones of every kind."""
+
+import math
+import random
+import shutil
+from dataclasses import dataclass, field
+from fnmatch import fnmatch
+from pathlib import Path
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+# Another one is another yardstick: drawn numbers change, kinds do not.
+SEED = 2019
+
+# The coarsest mesh of the resonator, beside its contact elements.
+CELLS = {"half_depth": 2, "block": 3, "stub": 1, "gap": 1, "leaf": 1, "window": 3, "wall": 2, "inner": 2, "rim": 1, "head": 1}
+COARSE = [f"structure.{name}_cells={cells}" for name, cells in CELLS.items()]
+# A vibration of few unknowns, in the range that the coarse resonator has its resonance in.
+VIBRATION = [
+    "dynamics.harmonics=[0, 1]",
+    "dynamics.modes=10",
+    "dynamics.points=3",
+    'dynamics.frequency=["900 Hz", "1100 Hz"]',
+    "fidelity.aft_samples=32",
+]
+# What makes a shipped scene small: the first pattern that its name matches counts. A scene that matches none runs as shipped.
+SHRINK = [
+    ("lap_joint", [*COARSE, *VIBRATION, "joint.grid=[57, 57]", "wear.cycles=300_000"]),
+    (
+        "lap_joint_*",
+        [
+            *COARSE,
+            *VIBRATION,
+            # With 9 x 9 elements, the hole that 21 of them make is this wide.
+            "joint.elements=[9, 9]",
+            'joint.hole.diameter="23 mm"',
+            "joint.grid=[45, 45]",
+            "wear.cycles=300_000",
+        ],
+    ),
+    ("prescribed_fretting*", ["joint.grid=[96, 96]", "wear.cycles=2_000_000"]),
+    ("measured_surface", ["joint.grid=[64, 48]", "wear.cycles=300_000"]),
+    ("resonator_springs", [*COARSE, *VIBRATION]),
+    ("hertz_fretting", ["joint.grid=[80, 60]"]),
+    ("static_contact", ["joint.grid=[128, 128]"]),
+]
+
+
+@dataclass
+class Case:
+    """Starts of the program in a folder of their own, and the files that they find there."""
+
+    name: str
+    starts: list
+    files: dict = field(default_factory=dict)
+    # Of the repository, by their paths in it.
+    copied: tuple = ()
+
+    def prepare(self, folder):
+        folder.mkdir(parents=True)
+        for path in self.copied:
+            source, target = REPOSITORY / path, folder / path
+            target.parent.mkdir(parents=True, exist_ok=True)
+            (shutil.copytree if source.is_dir() else shutil.copy)(source, target)
+        for name, content in self.files.items():
+            (folder / name).write_text(content, encoding="utf-8")
+
+
+def run(scene, *more, run="a", sets=()):
+    """The arguments of one start. Every run lies in `runs`, where it is looked for."""
+    arguments = ["run", scene] if scene else ["run"]
+    arguments += ["--run", f"runs/{run}", "--json", "--quiet", *more]
+    return arguments + [word for key in sets for word in ("--set", key)]
+
+
+def shipped(full):
+    """Every scene of `pipelines`."""
+    for path in sorted((REPOSITORY / "pipelines").glob("*.toml")):
+        sets = [] if full else next((sets for pattern, sets in SHRINK if fnmatch(path.stem, pattern)), [])
+        yield Case(
+            f"pipelines/{path.stem}",
+            [run(f"pipelines/{path.name}", sets=sets)],
+            copied=("pipelines", "data/ground_face.x3p"),
+        )
+
+
+def toml(value):
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return f'"{value}"'
+    if isinstance(value, list):
+        return f"[{', '.join(map(toml, value))}]"
+    if isinstance(value, dict):
+        return f"{{ {', '.join(f'{key} = {toml(each)}' for key, each in value.items())} }}"
+    return repr(value)
+
+
+def text(keys):
+    """A scene from its dotted keys; a key that is None is left out."""
+    return "".join(f"{key} = {toml(value)}\n" for key, value in keys.items() if value is not None)
+
+
+class Draw(random.Random):
+    """The numbers of one case. They depend on its name alone, so that a new case changes no other."""
+
+    def __init__(self, name):
+        super().__init__(f"{SEED} {name}")
+
+    def between(self, least, most):
+        """Evenly over the orders of magnitude."""
+        return float(f"{least * (most / least) ** self.random():.4g}")
+
+    def rough(self):
+        """A rough joint of some hundred cells that slips in part and wears in a few iterations."""
+        self.size = [self.between(2.5, 5.0), self.between(2.5, 5.0)]  # mm
+        self.load = float(f"{self.between(10.0, 30.0) * math.prod(self.size):.4g}")  # N
+        self.friction = self.between(0.3, 0.8)
+        return {
+            "title": "Drawn",
+            "joint.size": [f"{side} mm" for side in self.size],
+            "joint.grid": [self.randint(18, 28), self.randint(18, 28)],
+            "material.youngs_modulus": f"{self.between(70, 210)} GPa",
+            "material.poisson_ratio": self.between(0.2, 0.4),
+            "surface.kind": "gaussian",
+            "surface.rq": f"{self.between(0.3, 2.0)} um",
+            "surface.correlation_length": [f"{self.between(0.3, 0.8)} mm", f"{self.between(0.3, 0.8)} mm"],
+            "surface.seed": self.randint(1, 1000),
+            "contact.friction_coefficient": self.friction,
+            "contact.normal_load": f"{self.load} N",
+            "motion.amplitude": f"{self.between(0.6, 2.0)} um",
+            "wear.coefficient": "2e3 um^3/J",
+            "wear.cycles": self.randint(200_000, 500_000),
+            "wear.tolerance": self.between(2e-3, 1e-2),
+            "output.curves_every": 2,
+        }
+
+    def amplitudes(self):
+        """Along x and y."""
+        return [f"{self.between(0.5, 1.5)} um", f"{self.between(0.3, 1.0)} um"]
+
+    def force(self):
+        """Friction carries it: there is partial slip."""
+        return f"{self.between(0.4, 0.7) * self.friction * self.load:.4g} N"
+
+    def moment(self):
+        """Friction carries it too: a moment of all friction is a third of force times length, and more."""
+        return f"{self.between(0.05, 0.1) * self.friction * self.load * max(self.size) * 1e-3:.4g} N m"
+
+    def history(self):
+        """One cycle of motion along both axes under a load that varies."""
+        rows = ["# drawn", "time, displacement_x, displacement_y, normal_load"]
+        x, y, load, lead = self.between(0.5, 1.5), self.between(0.2, 0.8), self.between(0.05, 0.2), self.between(0.1, 1.0)
+        for k in range(13):
+            turn = 2.0 * math.pi * k / 12
+            # The last row is the first, to the bit.
+            turn = turn if k < 12 else 0.0
+            rows.append(
+                f"{k / 12!r}, {1e-6 * x * math.cos(turn)!r}, {1e-6 * y * math.sin(turn + lead)!r}, "
+                f"{self.load * (1.0 + load * math.cos(turn))!r}"
+            )
+        return "\n".join(rows) + "\n"
+
+    def heights(self):
+        """A map in micrometres as CSV, with one point that was not measured."""
+        nx, ny = 30, 26
+        waves = [(self.randint(1, 6), self.randint(1, 6), self.between(0.1, 0.8), self.random()) for _ in range(12)]
+        rows = []
+        for i in range(nx):
+            row = [
+                sum(h * math.cos(2.0 * math.pi * (a * i / nx + b * j / ny + lead)) for a, b, h, lead in waves)
+                for j in range(ny)
+            ]
+            rows.append(["nan" if (i, j) == (4, 7) else f"{height:.6f}" for j, height in enumerate(row)])
+        return "\n".join(",".join(row) for row in rows) + "\n"
+
+    def resonator(self):
+        """A resonator of few cells whose vibration wears its joint in some iterations."""
+        return {
+            "title": "Drawn resonator",
+            "joint.size": ["40 mm", "36 mm"],
+            "joint.grid": [27, 27],
+            "joint.elements": [9, 9],
+            "material.youngs_modulus": "198.4 GPa",
+            "material.poisson_ratio": 0.3,
+            "material.density": "7949 kg/m^3",
+            "surface.kind": "gaussian",
+            "surface.rq": f"{self.between(1.0, 4.0)} um",
+            "surface.correlation_length": ["5 mm", "4 mm"],
+            "surface.seed": self.randint(1, 1000),
+            "contact.friction_coefficient": 0.6,
+            "contact.normal_load": f"{self.between(20.0, 40.0)} kN",
+            "structure.kind": "resonator",
+            **{f"structure.{name}_cells": cells for name, cells in CELLS.items()},
+            "dynamics.force": {"amplitude": f"{self.between(200.0, 400.0)} N", "at": "far_wall", "direction": "x"},
+            "dynamics.harmonics": [0, 1],
+            "dynamics.modes": 10,
+            "dynamics.damping_ratio": 0.01,
+            "dynamics.frequency": ["900 Hz", "1100 Hz"],
+            "dynamics.points": 3,
+            "wear.coefficient": "2e5 um^3/J",
+            "wear.cycles": 200_000,
+            "wear.tolerance": 0.05,
+            "update.stiffness_change": 0.01,
+            "fidelity.aft_samples": 32,
+            "output.curves_every": 0,
+        }
+
+    def oscillator(self):
+        """A mass on springs, without contact."""
+        return {
+            "title": "Drawn oscillator",
+            "structure.kind": "oscillator",
+            "structure.mass": "1 kg",
+            "structure.damping": f"{self.between(10.0, 40.0)} N s/m",
+            "structure.stiffness": "4 N/um",
+            "dynamics.force": {"amplitude": f"{self.between(50.0, 120.0)} N", "at": "mass", "direction": "x"},
+            "dynamics.harmonics": [0, 1, 3],
+            "dynamics.frequency": ["160 Hz", "750 Hz"],
+            "dynamics.points": 9,
+        }
+
+    def slider(self):
+        """The same on a friction contact."""
+        return self.oscillator() | {
+            "contact.kn": f"{self.between(6.0, 10.0)} N/um",
+            "contact.kt": f"{self.between(4.0, 8.0)} N/um",
+            "contact.friction_coefficient": 0.3,
+            "contact.normal_load": "1000 N",
+        }
+
+
+def without(keys, *sections):
+    """A scene without some of its sections."""
+    return {key: value for key, value in keys.items() if key.partition(".")[0] not in sections}
+
+
+# Changes of a drawn rough joint, one case each; a function is given what was drawn.
+ROUGH = {
+    "straight": {},
+    "exponential": {"surface.kind": "exponential"},
+    "self_affine_periodic": {
+        "surface.kind": "self_affine",
+        "surface.correlation_length": None,
+        "surface.hurst": 0.8,
+        "surface.rolloff_wavelength": "1.5 mm",
+        "surface.cutoff_wavelength": "0.4 mm",
+        "contact.boundary": "periodic",
+    },
+    "flat": {"surface.kind": "flat", "surface.rq": None, "surface.correlation_length": None, "surface.seed": None},
+    "sphere_transverse_absent": {
+        "surface.kind": "sphere",
+        "surface.radius": "60 mm",
+        "surface.rq": None,
+        "surface.correlation_length": None,
+        "surface.seed": None,
+        "contact.transverse": "absent",
+    },
+    "transverse_free": {"contact.transverse": "free"},
+    "capped": {"contact.pressure_cap": "300 MPa"},
+    "hole_stepped": lambda d: {
+        "joint.hole.diameter": f"{0.3 * min(d.size):.3g} mm",
+        "fidelity.cycle": "stepped",
+        "fidelity.steps_per_cycle": 16,
+    },
+    "orbit": lambda d: {"motion.amplitude": d.amplitudes(), "motion.phase": ["0 deg", "90 deg"], "fidelity.steps_per_cycle": 24},
+    "varying_load": lambda d: {
+        "motion.normal_load_amplitude": f"{0.3 * d.load:.4g} N",
+        "motion.phase": f"{d.randint(10, 80)} deg",
+        "fidelity.steps_per_cycle": 24,
+    },
+    "not_extrapolated": lambda d: {
+        "motion.amplitude": d.amplitudes(),
+        "motion.phase": ["0 deg", "60 deg"],
+        "fidelity.steps_per_cycle": 16,
+        "fidelity.cycle_extrapolation": False,
+    },
+    "superposition": {"fidelity.cycle": "superposition"},
+    "force": lambda d: {"motion.amplitude": None, "motion.force": d.force()},
+    "force_transverse_free": lambda d: {
+        "motion.amplitude": None,
+        "motion.force": d.force(),
+        "contact.transverse": "free",
+        "fidelity.cycle": "stepped",
+        "fidelity.steps_per_cycle": 16,
+    },
+    "rotation": lambda d: {"motion.amplitude": "0 um", "motion.rotation": f"{d.between(0.2, 0.5)} mrad"},
+    "moment": lambda d: {
+        "motion.amplitude": "0 um",
+        "motion.moment": d.moment(),
+        "fidelity.cycle": "stepped",
+        "fidelity.steps_per_cycle": 16,
+    },
+    "shift_and_rotation": lambda d: {"motion.rotation": f"{d.between(0.1, 0.3)} mrad", "fidelity.steps_per_cycle": 16},
+    "tilting": {"contact.rotation": "free"},
+    "tilting_under_moments": lambda d: {
+        "contact.rotation": "free",
+        "contact.moment": [f"{2e-5 * d.load:.3g} N m", f"{-3e-5 * d.load:.3g} N m"],
+    },
+    "explicit": {"wear.scheme": "explicit", "wear.depth_step": "0.02 um", "wear.tolerance": None},
+    "semi_implicit": {"wear.scheme": "semi_implicit", "wear.depth_step": "0.03 um", "wear.tolerance": None},
+    "preset_paper": {"fidelity.preset": "paper", "wear.tolerance": None, "wear.cycles": 100_000},
+    "preset_fast": {"fidelity.preset": "fast", "wear.tolerance": None},
+    "preset_reference": {"fidelity.preset": "reference", "wear.tolerance": None, "wear.cycles": 150_000},
+    "tolerance": {"fidelity.tolerance": 0.02, "wear.tolerance": None},
+    "tight_solvers": {"fidelity.normal_tolerance": 1e-9, "fidelity.tangential_tolerance": 1e-6},
+    "frictionless": {"contact.friction_coefficient": 0},
+    "to_a_volume": {"wear.cycles": None, "wear.volume": "3e-5 mm^3"},
+    "bolt": {"contact.bolt_stiffness": "200 N/um"},
+    "pruned": {"output.keep": {"every": 4, "last": 2}, "output.curves_every": 3, "wear.tolerance": 1e-3},
+}
+
+# The same of a resonator.
+RESONATOR = {
+    "resonator": {},
+    "resonator_every_second": {"update.stiffness_change": None, "update.iterations": 2},
+    "resonator_by_volume": {"update.stiffness_change": None, "update.wear_volume": "0.02 mm^3"},
+    "resonator_never": {"update.stiffness_change": None, "update": "never"},
+    "resonator_roughness": {"contact.stiffness": "roughness", "wear.cycles": 100_000},
+    "resonator_tangent": {"contact.stiffness": "tangent", "wear.cycles": 100_000},
+    "resonator_by_load": {"contact.distribution": "by_load", "wear.cycles": 100_000},
+    "resonator_bolt": {"contact.bolt_stiffness": "500 N/um"},
+    "resonator_responses_kept": {
+        "output.response_at": [60_000, 120_000],
+        "output.keep": {"every": 5, "last": 1, "updates": True},
+        "output.curves_every": 2,
+    },
+    "resonator_fast_grown_harmonics": {"fidelity.preset": "fast", "dynamics.harmonics": None, "wear.cycles": 100_000},
+    "resonator_stepped": {"fidelity.cycle": "stepped", "fidelity.steps_per_cycle": 16, "wear.cycles": 100_000},
+}
+
+GIVEN = {"kn": "4000 N/um", "kt": "3300 N/um", "friction_coefficient": 0.6, "normal_load": "30 kN"}
+
+
+def alone(draw, contact):
+    """A resonator without a rough surface."""
+    keys = without(draw.resonator(), "surface", "contact", "wear", "update", "output") | {"joint.grid": None}
+    return keys | {f"contact.{key}": value for key, value in contact.items()}
+
+
+# Whole scenes, from what is drawn.
+WHOLE = {
+    "static_approach": lambda d: without(d.rough(), "motion", "wear")
+    | {"contact.normal_load": None, "contact.friction_coefficient": None, "contact.approach": "0.5 um"},
+    "static_unlike_bodies": lambda d: without(d.rough(), "motion", "wear")
+    | {"material.upper.youngs_modulus": "50 GPa", "contact.friction_coefficient": 0.2, "fidelity.load_steps": 6},
+    "single_pass": lambda d: without(d.rough(), "wear"),
+    "resonator_on_springs": lambda d: alone(d, GIVEN),
+    "resonator_bonded": lambda d: alone(d, {}),
+    "oscillator_alone": Draw.oscillator,
+    "oscillator_slider": lambda d: d.slider() | {"dynamics.points": None, "fidelity.aft_samples": 128},
+    "oscillator_box_orbit": lambda d: d.slider()
+    | {
+        "dynamics.force": [
+            {"amplitude": "90 N", "at": "mass", "direction": "x"},
+            {"amplitude": "60 N", "at": "mass", "direction": "y", "phase": "90 deg"},
+            {"amplitude": "20 N", "at": "mass", "direction": "z", "harmonic": 0},
+        ],
+        "dynamics.friction_law": "box",
+        "dynamics.damping_ratio": 0.01,
+        "dynamics.damping_basis": "free",
+    },
+    "oscillator_gap": lambda d: d.slider()
+    | {"contact.normal_load": None, "contact.gap": "10 um", "dynamics.force": {"amplitude": "80 N", "at": "mass", "direction": "z"}},
+}
+
+# What is wrong with a drawn rough joint: both programs must refuse it alike.
+WRONG = {
+    "wrong_key": {"contact.nomal_load": "3 N"},
+    "wrong_unit": {"contact.normal_load": "3 um"},
+    "wrong_file": {
+        "surface.kind": "file",
+        "surface.path": "none.csv",
+        "surface.rq": None,
+        "surface.correlation_length": None,
+        "surface.seed": None,
+    },
+    "beyond_friction": lambda d: {"motion.amplitude": None, "motion.force": f"{2.0 * d.friction * d.load:.4g} N"},
+    "not_computed": {"output.cycle_fields": True},
+    "worn_in_a_cycle": {"wear.coefficient": "2e9 um^3/J"},
+    "moved_unlike_bodies": {"material.upper.youngs_modulus": "50 GPa"},
+}
+
+
+def changed(draw, keys, change):
+    return keys | (change(draw) if callable(change) else change)
+
+
+def drawn():
+    """Every kind of surface, motion, wear, vibration and start, with drawn numbers."""
+    for changes, base in ((ROUGH, Draw.rough), (RESONATOR, Draw.resonator), (WRONG, Draw.rough)):
+        for name, change in changes.items():
+            draw = Draw(name)
+            yield Case(name, [run("scene.toml")], {"scene.toml": text(changed(draw, base(draw), change))})
+    for name, scene in WHOLE.items():
+        yield Case(name, [run("scene.toml")], {"scene.toml": text(scene(Draw(name)))})
+
+    draw = Draw("history")
+    keys = draw.rough() | {"motion.amplitude": None, "motion.history": "history.csv"}
+    yield Case("history", [run("scene.toml")], {"scene.toml": text(keys), "history.csv": draw.history()})
+
+    draw = Draw("map")
+    keys = without(draw.rough(), "surface") | {
+        "surface.kind": "file",
+        "surface.path": "heights.csv",
+        "surface.unit": "um",
+        "surface.detrend": "plane",
+        "surface.fill": "mask",
+    }
+    yield Case("map", [run("scene.toml")], {"scene.toml": text(keys), "heights.csv": draw.heights()})
+
+    yield from several_starts()
+
+
+def several_starts():
+    """Runs that stop and go on, that others begin from, and that are asked for what they are not."""
+    scene = {"scene.toml": text(Draw("starts").rough() | {"wear.cycles": 600_000, "wear.tolerance": 2e-4})}
+    instant = ["--max-wall", "1 us"]
+    yield Case("stopped", [run("scene.toml", *instant), run(None, *instant), run("scene.toml")], scene)
+    yield Case(
+        "until",
+        [
+            run("scene.toml", "--until", "static_contact"),
+            run("scene.toml", "--until", "fretting_cycle"),
+            run("scene.toml", "--until", "wear"),
+            run("scene.toml"),
+        ],
+        scene,
+    )
+    yield Case("extended", [run("scene.toml"), run("scene.toml", sets=["wear.cycles=900_000"])], scene)
+    yield Case(
+        "sibling",
+        [
+            run("scene.toml"),
+            run(None, "--from", "runs/a@1", run="b", sets=["wear.tolerance=0.01", "contact.friction_coefficient=0.5"]),
+            # The iteration is not there.
+            run(None, "--from", "runs/a@99", run="c"),
+        ],
+        scene,
+    )
+    yield Case(
+        "changed",
+        [
+            run("scene.toml", *instant),
+            # Refused: the run is another one's.
+            run("scene.toml", sets=["surface.rq=3 um"]),
+            run("scene.toml", "--until", "polish"),
+        ],
+        scene,
+    )
+    resonator = {"scene.toml": text(Draw("resonator_starts").resonator())}
+    yield Case(
+        "resonator_stopped_and_sibling",
+        [
+            run("scene.toml", "--until", "dynamic_response"),
+            run("scene.toml", *instant),
+            run("scene.toml"),
+            run(None, "--from", "runs/a@1", run="b", sets=["dynamics.force.amplitude=240 N"]),
+        ],
+        resonator,
+    )

@@ -1,0 +1,161 @@
+"""Does the yardstick find what it is for? Runs of data/old_runs are doctored, one way at a time."""
+
+import json
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from compare import Findings, compare_column, compare_runs, compare_starts
+from folders import open_run
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+# A run with several iterations, and tables of one row and of many.
+RUN = REPOSITORY / "data/old_runs/0.1.0/prescribed_fretting"
+ITERATION = 1
+LAST_BIT, SIGN_BIT = 0, 63
+
+
+@dataclass
+class Said:
+    code: int
+    printed: str
+    error: str
+
+
+def rewrite(root, table, change):
+    """Replaces a table of ITERATION by what `change` makes of it."""
+    path = root / f"iterations/wear_iteration={ITERATION}/{table}.parquet"
+    pq.write_table(change(pq.ParquetFile(path).read()), path)
+
+
+def with_column(table, name, values):
+    at = table.column_names.index(name)
+    return table.set_column(at, table.schema.field(at), pa.array(values, table.schema.field(at).type))
+
+
+def flipped(name, row, bit):
+    def change(table):
+        values = table[name].to_numpy().copy()
+        values.view(np.uint64)[row] ^= np.uint64(1 << bit)
+        return with_column(table, name, values)
+
+    return change
+
+
+def put(name, row, value):
+    def change(table):
+        values = table[name].to_pylist()
+        values[row] = value
+        return with_column(table, name, values)
+
+    return change
+
+
+def exchanged(table):
+    names = table.column_names
+    return table.select([names[1], names[0], *names[2:]])
+
+
+def narrowed(table):
+    at = table.column_names.index("pressure")
+    return table.set_column(at, "pressure", table["pressure"].cast(pa.float32()))
+
+
+# What is done to a table, and a part of each finding that must come of it, and of no other.
+TABLES = [
+    ("contact_field", lambda table: table, []),
+    ("contact_field", flipped("pressure", 7, LAST_BIT), ["a/contact_field.pressure: 1 values"]),
+    ("summary", flipped("kn", 0, LAST_BIT), ["a/summary.kn: 1 values"]),
+    ("summary", flipped("kn", 0, SIGN_BIT), ["a/summary.kn: 1 values"]),
+    ("cycle", put("force_x", 0, float("nan")), ["a/cycle.force_x: 1 values"]),
+    ("wear_field", put("i", 0, 99), ["a/wear_field.i: 1 values"]),
+    ("contact_field", exchanged, ["in another order"]),
+    ("contact_field", lambda table: table.drop_columns(["gap"]), ["without ['gap']"]),
+    ("contact_field", lambda table: table.slice(1), ["rows: "]),
+    ("contact_field", narrowed, ["type: double and float"]),
+    ("timing", lambda table: table.slice(1), []),
+]
+
+
+def remove_table(root):
+    (root / f"iterations/wear_iteration={ITERATION}/hysteresis.parquet").unlink(missing_ok=True)
+    (root / f"iterations/wear_iteration={ITERATION}/cycle.parquet").unlink()
+
+
+# What is done to a folder, and a part of what must be found.
+FOLDERS = [
+    (lambda root: shutil.rmtree(root / f"iterations/wear_iteration={ITERATION}"), f"iterations [{ITERATION}] with the old"),
+    (remove_table, f"cycle, iteration {ITERATION}: the table is there with the old"),
+    (lambda root: (root / "once/surface.parquet").unlink(), "surface: the table is there with the old"),
+    (lambda root: (root / "run.json").unlink(), "the run is there with the old"),
+]
+
+ROW = {"kn": 2.5e9, "cycles": 1000, "updated": False, "ku": None, "timing": {"wear": 0.1}}
+# A start, another, and what must be found, if anything.
+STARTS = [
+    (Said(0, json.dumps(ROW), ""), Said(0, json.dumps(ROW | {"timing": {"wear": 0.2}}), "chatter"), None),
+    (Said(0, json.dumps(ROW), ""), Said(0, json.dumps(ROW | {"kn": np.nextafter(2.5e9, 3e9)}), ""), "printed.kn: 1 values"),
+    (Said(0, json.dumps(ROW), ""), Said(0, json.dumps(ROW | {"updated": True}), ""), "printed False and True"),
+    (Said(0, json.dumps(ROW), ""), Said(0, json.dumps(ROW | {"ku": 3.0}), ""), "printed None and 3.0"),
+    (Said(0, json.dumps(ROW), ""), Said(0, json.dumps(ROW | {"kt": 1.0}), ""), "by the new program alone"),
+    (Said(2, "", "error: a"), Said(2, "", "error: a"), None),
+    (Said(2, "", "error: a"), Said(2, "", "error: b"), "said 'error: a' and 'error: b'"),
+    (Said(2, "", "error: a"), Said(3, "", "error: a"), "exit code 2 and 3"),
+]
+
+
+def compared(doctor):
+    """What is found of RUN and of a doctored copy."""
+    findings = Findings()
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "run"
+        shutil.copytree(RUN, copy)
+        doctor(copy)
+        compare_runs(findings, "a", open_run(RUN), open_run(copy))
+    return findings
+
+
+def check(found, parts):
+    lines = [finding.line() for finding in found]
+    assert len(lines) == len(parts), f"{lines} found for {parts}"
+    for line, part in zip(lines, parts):
+        assert part in line, f"{line!r} found for {part!r}"
+
+
+def main():
+    for table, change, parts in TABLES:
+        findings = compared(lambda root: rewrite(root, table, change))
+        check(findings.found, parts)
+        assert all(f.iteration in (None, ITERATION) for f in findings.found)
+    for doctor, part in FOLDERS:
+        # What lacks a table may lack others too.
+        found = compared(doctor).found
+        assert any(part in finding.line() for finding in found), f"{[f.line() for f in found]} found for {part!r}"
+    for old, new, part in STARTS:
+        findings = Findings()
+        compare_starts(findings, "start 1", old, new)
+        check(findings.found, [] if part is None else [part])
+
+    # NaN is NaN, whatever its bits; zeros of either sign are not the same, and off by nothing.
+    nan = np.array([np.nan])
+    other = (nan.view(np.uint64) | np.uint64(1)).view(np.float64)
+    findings = Findings()
+    compare_column(findings, "nan", None, pa.array(nan), pa.array(other))
+    compare_column(findings, "zero", None, pa.array([0.0]), pa.array([-0.0]))
+    check(findings.found, ["zero: 1 values, by 0, relative 0,"])
+
+    # What is allowed is allowed for one column, up to a part, and for values only.
+    (last_bit,) = compared(lambda root: rewrite(root, "summary", flipped("kn", 0, LAST_BIT))).found
+    (sign,) = compared(lambda root: rewrite(root, "summary", flipped("kn", 0, SIGN_BIT))).found
+    (rows,) = compared(lambda root: rewrite(root, "contact_field", lambda table: table.slice(1))).found
+    assert all(last_bit.is_allowed({name: 1e-15}) for name in ("kn", "summary.kn", "a/summary.kn", "*"))
+    assert not last_bit.is_allowed({"kt": 1.0}) and not last_bit.is_allowed({"kn": 1e-17})
+    assert not sign.is_allowed({"kn": 1e-3}) and abs(sign.of_largest - 2.0) < 1e-15
+    assert not rows.is_allowed({"*": 1.0, "a/contact_field, iteration 1": 1.0})
+    print(f"{len(TABLES) + len(FOLDERS) + len(STARTS)} doctored pairs are told apart")
+    return 0
