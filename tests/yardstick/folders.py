@@ -33,7 +33,7 @@ class FolderPerIteration:
 
 
 # By the `format` of run.json.
-FORMATS = {1: FolderPerIteration}
+FORMATS = {1: FolderPerIteration, 2: FolderPerIteration}
 
 
 def open_run(root):
