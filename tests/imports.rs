@@ -257,6 +257,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
         &["tables/", "surface/readers/parquet.rs"],
     ),
     (&["polars"], &["report/"]),
+    (&["shlex"], &["report/text.rs"]),
     (&["plotters"], &["report/"]),
     (&["png", "base64"], &["report/plot/"]),
     (&["clap", "clap_complete", "signal_hook"], &["cli/"]),

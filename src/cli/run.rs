@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use fretwear::report::continuation;
 use fretwear::scene::{self, Scene};
 use fretwear::stages::{self, Ending, Inputs, RunOptions, Source};
 use fretwear::store::{Cache, RealFileSystem, StoreError};
@@ -124,14 +125,4 @@ pub fn stop_flag() -> Result<Arc<AtomicBool>, CliError> {
         flag::register(signal, stop.clone()).map_err(CliError::Signals)?;
     }
     Ok(stop)
-}
-
-/// The command that continues a run.
-pub fn continuation(root: &Path) -> String {
-    let text = root.display().to_string();
-    if text.contains(char::is_whitespace) {
-        format!("fretwear run --run '{text}'")
-    } else {
-        format!("fretwear run --run {text}")
-    }
 }

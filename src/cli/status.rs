@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-use fretwear::report::percent;
+use fretwear::report::{continuation, percent};
 use fretwear::scene;
 use fretwear::stages::{Spent, Standing};
 use fretwear::store::{LockHolder, RealFileSystem, RunReader};
@@ -12,7 +12,6 @@ use fretwear::tables::{Table, TableName};
 use serde_json::{Map, Value, json};
 
 use super::report::{row, write_summary};
-use super::run::continuation;
 use super::{CliError, Exit, cost};
 use crate::progress::{duration, grouped, significant};
 

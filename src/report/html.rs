@@ -20,6 +20,7 @@ pub fn escaped(text: &str) -> String {
         .replace('<', "&lt;")
         .replace('>', "&gt;")
         .replace('"', "&quot;")
+        .replace('\'', "&#39;")
 }
 
 /// A table of texts: heads, and rows whose cells are numbers from the second on, if `numbers`.

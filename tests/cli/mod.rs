@@ -4,6 +4,7 @@ mod codes;
 mod completions;
 mod export;
 mod outputs;
+mod pasted;
 #[cfg(feature = "polars")]
 mod reproduce;
 mod sets;
