@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use fretwear::report::visible;
 use fretwear::scene::Scene;
 use fretwear::stages::{Observer, Progress, Stage};
 use fretwear::store::Opening;
@@ -165,7 +166,7 @@ impl Observer for Watcher {
         let line = self.line(progress);
         if let Some(bar) = &self.bar {
             bar.set_position((1000.0 * self.part(progress)) as u64);
-            bar.set_message(line);
+            bar.set_message(visible(&line));
         } else if !self.quiet {
             say(&line);
         }

@@ -1,13 +1,16 @@
 //! All text of the program for its user: results go to stdout, everything else to stderr.
+//!
+//! Titles, keys, names of files and what files say of themselves come from others. What a terminal would obey is shown in its place.
 
 use std::fmt::Arguments;
 use std::io::{self, ErrorKind, IsTerminal, Write};
 
+use fretwear::report::{is_obeyed, visible};
 use serde_json::Value;
 
 /// One line on stderr. A command does its work where nobody listens any more, or where the disk of its log is full.
 pub fn say(text: &str) {
-    let _ = io::stderr().write_all(format!("{text}\n").as_bytes());
+    let _ = io::stderr().write_all(format!("{}\n", visible(text)).as_bytes());
 }
 
 /// True if a person sees what is said.
@@ -25,12 +28,20 @@ pub struct Results {
 impl Results {
     /// What `write!` and `writeln!` call.
     pub fn write_fmt(&mut self, text: Arguments) {
-        self.put(&text.to_string());
+        self.put(&visible(&text.to_string()));
     }
 
     /// One line of JSON.
     pub fn json(&mut self, value: &Value) {
-        self.put(&format!("{value}\n"));
+        let mut line = String::new();
+        for c in value.to_string().chars() {
+            match c {
+                // All that JSON lets stand of them is in texts, and below 0x10000.
+                c if is_obeyed(c) => line += &format!("\\u{:04x}", c as u32),
+                c => line.push(c),
+            }
+        }
+        self.put(&(line + "\n"));
     }
 
     fn put(&mut self, text: &str) {

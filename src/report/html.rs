@@ -1,5 +1,7 @@
 //! Pieces of a page.
 
+use super::text::visible;
+
 /// What is not there, or not known.
 pub const NONE: &str = "–";
 
@@ -16,7 +18,8 @@ pub struct Section {
 
 /// Text as it stands in HTML and SVG, between tags and in attributes.
 pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
+    visible(text)
+        .replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")
         .replace('"', "&quot;")

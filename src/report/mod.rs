@@ -44,4 +44,4 @@ pub use plot::{Drawing, PlotError};
 pub use run_tables::{RunTables, numbers, scan_runs, texts};
 #[cfg(feature = "polars")]
 pub use scan::{ORDER, RUN, WEAR_ITERATION};
-pub use text::continuation;
+pub use text::{continuation, is_obeyed, visible};

@@ -9,4 +9,5 @@ mod pasted;
 mod reproduce;
 mod sets;
 mod status;
+mod terminal;
 mod trade;
