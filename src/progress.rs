@@ -2,14 +2,16 @@
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
-use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use fretwear::report::visible;
 use fretwear::scene::Scene;
 use fretwear::stages::{Observer, Progress, Stage};
 use fretwear::store::Opening;
 use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::terminal::{is_watched, say};
 
 /// Redraws of the bar between iterations, so that a long stage is seen to be alive.
 const TICK: Duration = Duration::from_millis(200);
@@ -40,7 +42,7 @@ impl Watcher {
     pub fn new(scene: &Scene, root: &Path, quiet: bool) -> Self {
         let wear = scene.wear.as_ref();
         let (cycles, volume) = (wear.and_then(|w| w.cycles), wear.and_then(|w| w.volume));
-        let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
+        let bar = (!quiet && is_watched()).then(|| {
             let bar = ProgressBar::new(1000);
             // What is cut where the terminal is narrow is the end of a line, never the stage.
             let template = "{spinner} {wide_msg}\n  [{elapsed_precise}] [{bar:32}] {prefix}";
@@ -71,8 +73,8 @@ impl Watcher {
     fn say(&self, text: &str) {
         match &self.bar {
             _ if self.quiet => (),
-            Some(bar) => bar.suspend(|| write_line(text)),
-            None => write_line(text),
+            Some(bar) => bar.suspend(|| say(text)),
+            None => say(text),
         }
     }
 
@@ -164,16 +166,11 @@ impl Observer for Watcher {
         let line = self.line(progress);
         if let Some(bar) = &self.bar {
             bar.set_position((1000.0 * self.part(progress)) as u64);
-            bar.set_message(line);
+            bar.set_message(visible(&line));
         } else if !self.quiet {
-            write_line(&line);
+            say(&line);
         }
     }
-}
-
-/// One line on stderr. A run goes on where nobody listens any more.
-fn write_line(text: &str) {
-    let _ = writeln!(std::io::stderr(), "{text}");
 }
 
 /// 10000000 as 10 000 000.

@@ -1,14 +1,13 @@
 //! `fretwear compare`.
 
-use std::io::Write;
-
 use fretwear::report::{self, Cell, Comparison, Rows};
 
 use super::report::readable;
 use super::{CliError, CompareArguments, Exit};
+use crate::terminal::{Results, say};
 
 /// Prints the runs as one table, and writes it where asked.
-pub fn compare(arguments: &CompareArguments) -> Result<Exit, CliError> {
+pub fn compare(arguments: &CompareArguments, out: &mut Results) -> Result<Exit, CliError> {
     let rows = if arguments.all { Rows::All } else { Rows::Last };
     let comparison = report::compare(&arguments.runs, rows)?;
     if let Some(path) = &arguments.parquet {
@@ -17,9 +16,11 @@ pub fn compare(arguments: &CompareArguments) -> Result<Exit, CliError> {
     if let Some(path) = &arguments.csv {
         comparison.write_csv(path)?;
     }
-    write_aligned(&mut std::io::stdout().lock(), &comparison)?;
+    write_aligned(out, &comparison);
     for damage in comparison.damage() {
-        eprintln!("damaged: {damage}; the iterations from there on are left out");
+        say(&format!(
+            "damaged: {damage}; the iterations from there on are left out"
+        ));
     }
     Ok(if comparison.damage().is_empty() {
         Exit::Done
@@ -29,7 +30,7 @@ pub fn compare(arguments: &CompareArguments) -> Result<Exit, CliError> {
 }
 
 /// One line of names, one of units, then one a row; names to the left, numbers to the right.
-fn write_aligned(out: &mut impl Write, comparison: &Comparison) -> std::io::Result<()> {
+fn write_aligned(out: &mut Results, comparison: &Comparison) {
     let columns = comparison.columns();
     let names = columns.iter().map(|column| column.name.clone()).collect();
     let units = columns
@@ -67,7 +68,6 @@ fn write_aligned(out: &mut impl Write, comparison: &Comparison) -> std::io::Resu
                 text += &format!("  {cell:>width$}");
             }
         }
-        writeln!(out, "{}", text.trim_end())?;
+        writeln!(out, "{}", text.trim_end());
     }
-    Ok(())
 }

@@ -1,13 +1,13 @@
 //! What a run is expected to cost on this machine, and what it has cost.
 
-use std::io::{Result, Write};
-
 use fretwear::contact::HalfSpace;
 use fretwear::doctor;
 use fretwear::scene::plan::{Cost, Rates};
 use fretwear::scene::{Plan, RoughJoint, Scene};
 use fretwear::stages::{Inputs, Spent, Stage};
 use serde_json::{Value, json};
+
+use crate::terminal::Results;
 
 /// How fast this machine is, as far as the cost asks.
 fn rates(scene: &Scene, cost: &Cost) -> Rates {
@@ -33,18 +33,18 @@ fn seconds_of_pair(rough: &RoughJoint) -> f64 {
 }
 
 /// Prints what a scene is expected to cost here.
-pub fn write_expected(out: &mut impl Write, scene: &Scene, cost: &Cost) -> Result<()> {
+pub fn write_expected(out: &mut Results, scene: &Scene, cost: &Cost) {
     let mut line = |name: &str, text: String| writeln!(out, "    {name:<13} {text}");
     let cached = cost.memory_cached.map_or_else(String::new, |cached| {
         format!("; {} with the structure in the cache", megabytes(cached))
     });
-    line("memory", format!("{}{cached}", megabytes(cost.memory)))?;
+    line("memory", format!("{}{cached}", megabytes(cost.memory)));
     if cost.unknowns > 0 {
         let unknowns = cost.unknowns;
         line(
             "unknowns",
             format!("{unknowns} of the harmonic balance at most"),
-        )?;
+        );
     }
     if cost.iterations > 0.0 {
         let [least, most] = cost.iterations_range;
@@ -54,15 +54,15 @@ pub fn write_expected(out: &mut impl Write, scene: &Scene, cost: &Cost) -> Resul
                 "about {:.0} ({least:.0} to {most:.0}); decided step by step, by the error of each",
                 cost.iterations
             ),
-        )?;
+        );
     }
-    line("disk", megabytes(cost.disk))?;
+    line("disk", megabytes(cost.disk));
     if cost.fft_pairs > 0.0 {
         let [least, most] = cost.fft_pairs_range;
         line(
             "FFT pairs",
             format!("about {:.0} ({least:.0} to {most:.0})", cost.fft_pairs),
-        )?;
+        );
     }
     let rates = rates(scene, cost);
     let seconds = cost.seconds(rates);
@@ -85,11 +85,11 @@ pub fn write_expected(out: &mut impl Write, scene: &Scene, cost: &Cost) -> Resul
     line(
         "time",
         format!("about {:.1} s here, one thread{parts}", seconds.total()),
-    )
+    );
 }
 
-/// Prints what a finished run was expected to cost, and what it did.
-pub fn write_compared(out: &mut impl Write, inputs: &Inputs, spent: &Spent) -> Result<()> {
+/// What a finished run was expected to cost, and what it did, as one line.
+pub fn compared_in_words(inputs: &Inputs, spent: &Spent) -> String {
     let cost = &inputs.plan.cost;
     let reduced = spent.seconds.contains_key(Stage::Structure.name());
     let mut parts = Vec::new();
@@ -130,7 +130,7 @@ pub fn write_compared(out: &mut impl Write, inputs: &Inputs, spent: &Spent) -> R
     if spent.pruned > 0 {
         parts.push(format!("{} pruned iterations not counted", spent.pruned));
     }
-    writeln!(out, "  {:<24} {}", "cost", parts.join(", "))
+    format!("  {:<24} {}", "cost", parts.join(", "))
 }
 
 /// Seconds that the stages of a run are expected to take here.

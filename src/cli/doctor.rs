@@ -1,6 +1,5 @@
 //! `fretwear doctor`.
 
-use std::io::Write;
 use std::path::Path;
 
 use fretwear::doctor::{self, State};
@@ -9,15 +8,14 @@ use serde_json::json;
 
 use super::run::cache_folder;
 use super::{CliError, Exit};
+use crate::terminal::Results;
 
 /// Prints what this machine and this folder are good for.
-pub fn doctor(folder: &Path, as_json: bool) -> Result<Exit, CliError> {
+pub fn doctor(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
     let checks = doctor::examine(&RealFileSystem, folder, cache_folder().as_deref());
     let failed = checks.iter().any(|check| check.state == State::Failed);
-    let mut out = std::io::stdout().lock();
     if as_json {
-        let object = json!({ "folder": folder, "sound": !failed, "checks": checks });
-        writeln!(out, "{object}")?;
+        out.json(&json!({ "folder": folder, "sound": !failed, "checks": checks }));
     } else {
         for check in &checks {
             let state = match check.state {
@@ -29,7 +27,7 @@ pub fn doctor(folder: &Path, as_json: bool) -> Result<Exit, CliError> {
                 .advice
                 .as_ref()
                 .map_or_else(String::new, |advice| format!(" – {advice}"));
-            writeln!(out, "{state:<8} {:<15} {}{advice}", check.name, check.found)?;
+            writeln!(out, "{state:<8} {:<15} {}{advice}", check.name, check.found);
         }
     }
     Ok(if failed { Exit::Failure } else { Exit::Done })

@@ -9,9 +9,10 @@ use fretwear::structure::resonator::Resonator;
 use serde_json::json;
 
 use super::{CliError, Exit, ExportArguments};
+use crate::terminal::Results;
 
 /// Writes the resonator's input deck, and says on demand what its frequencies are here.
-pub fn export(arguments: &ExportArguments) -> Result<Exit, CliError> {
+pub fn export(arguments: &ExportArguments, out: &mut Results) -> Result<Exit, CliError> {
     let (geometry, contact) = match &arguments.scene {
         None => (Resonator::default(), None),
         Some(path) => {
@@ -37,7 +38,7 @@ pub fn export(arguments: &ExportArguments) -> Result<Exit, CliError> {
         stiffness,
         arguments.modes,
         &arguments.output,
-        arguments.frequencies,
+        arguments.frequencies.then_some(out),
     )
 }
 
@@ -51,13 +52,13 @@ fn at_rest(contact: &Contact) -> Option<(f64, f64)> {
     })
 }
 
-/// `stiffness`: kt and kn \[N/m\] of the whole joint, shared by area.
+/// `stiffness`: kt and kn \[N/m\] of the whole joint, shared by area; `frequencies`: where they are printed.
 fn write(
     resonator: &Resonator,
     stiffness: Option<(f64, f64)>,
     modes: usize,
     path: &Path,
-    frequencies: bool,
+    frequencies: Option<&mut Results>,
 ) -> Result<Exit, CliError> {
     let mesh = resonator.mesh()?;
     // All cells of the lap have one area.
@@ -74,14 +75,13 @@ fn write(
     write!(file, "{deck}").map_err(cannot)?;
     file.into_inner()
         .map_err(|error| cannot(error.into_error()))?;
-    if frequencies {
+    if let Some(out) = frequencies {
         let found = deck.frequencies()?;
-        let object = json!({
+        out.json(&json!({
             "rigid_modes": found.rigid,
             "elastic_frequencies": found.elastic,
             "mass": found.mass,
-        });
-        writeln!(std::io::stdout().lock(), "{object}")?;
+        }));
     }
     Ok(Exit::Done)
 }

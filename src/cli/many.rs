@@ -11,6 +11,7 @@ use fretwear::store::{Cache, RealFileSystem, RunReader};
 use super::run::{cache_folder, stop_flag};
 use super::{CliError, Execution};
 use crate::progress::Watcher;
+use crate::terminal::say;
 
 /// One of the runs.
 pub struct Job<'a> {
@@ -52,7 +53,7 @@ pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<Ran, C
             return Ok(ran);
         }
         if !execution.quiet {
-            eprintln!("{what} {} of {}: {name}", k + 1, jobs.len());
+            say(&format!("{what} {} of {}: {name}", k + 1, jobs.len()));
         }
         let options = RunOptions {
             inputs,
@@ -76,7 +77,7 @@ pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<Ran, C
             Err(error @ RunError::Store(_)) => return Err(error.into()),
             Err(error) => {
                 if !execution.quiet {
-                    eprintln!("{name} failed: {error}");
+                    say(&format!("{name} failed: {error}"));
                 }
                 Some(error)
             }

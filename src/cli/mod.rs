@@ -17,7 +17,7 @@ mod show;
 mod status;
 mod trade;
 
-use std::io::Write;
+use std::io::ErrorKind;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -30,6 +30,8 @@ use fretwear::store::StoreError;
 use fretwear::structure::StructureError;
 use fretwear::units::{self, Dimension};
 
+use crate::terminal::{Results, say};
+
 /// How a command ends, as its exit code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Exit {
@@ -39,6 +41,12 @@ enum Exit {
     NotConverged = 3,
     Damaged = 4,
     Stopped = 75,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> ExitCode {
+        ExitCode::from(exit as u8)
+    }
 }
 
 /// Fretting wear of rough bolted joints over millions of vibration cycles.
@@ -341,8 +349,6 @@ enum CliError {
     UnknownTable { table: String, known: String },
     #[error("cannot watch for signals: {0}")]
     Signals(std::io::Error),
-    #[error("cannot write the result: {0}")]
-    Output(#[from] std::io::Error),
     #[error("{} has no [structure] of kind \"resonator\" to export", path.display())]
     NothingToExport { path: PathBuf },
     #[error(
@@ -394,9 +400,6 @@ impl CliError {
             CliError::Run(error) if error.is_scene() => Exit::Scene,
             CliError::Run(error) if error.is_not_converged() => Exit::NotConverged,
             CliError::Run(RunError::Store(error)) if error.is_damage_or_mismatch() => Exit::Damaged,
-            CliError::Output(source) if source.kind() == std::io::ErrorKind::BrokenPipe => {
-                Exit::Done
-            }
             CliError::Run(RunError::Store(
                 StoreError::NoRun { .. } | StoreError::NoIteration { .. },
             ))
@@ -425,44 +428,73 @@ impl CliError {
 }
 
 /// Prints the completions for a shell.
-fn completions(shell: Shell) -> Result<Exit, CliError> {
-    // The generator writes without telling of a reader that has gone, so that it writes into memory.
+fn completions(shell: Shell, out: &mut Results) -> Exit {
+    // The generator panics where it cannot write, so that it writes into memory.
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "fretwear", &mut script);
-    std::io::stdout().lock().write_all(&script)?;
-    Ok(Exit::Done)
+    write!(out, "{}", String::from_utf8_lossy(&script));
+    Exit::Done
 }
 
 /// Runs the command that the arguments name.
 pub fn main() -> ExitCode {
-    let result = match Cli::parse().command {
-        Command::Run(arguments) => run::run(arguments),
-        Command::Plan { scene, json } => show::plan(&scene.scene, &scene.sets, json),
-        Command::Status { run, json } => status::status(&run, json),
-        Command::Verify { run } => show::verify(&run),
-        Command::Validate { json } => show::validate(json),
-        Command::Trade(arguments) => trade::trade(&arguments),
+    let command = match Cli::try_parse() {
+        Ok(cli) => cli.command,
+        Err(answer) => return answered(&answer),
+    };
+    let mut out = Results::default();
+    let exit = perform(command, &mut out).unwrap_or_else(|error| {
+        say(&format!("error: {error}"));
+        error.exit()
+    });
+    match out.end() {
+        Ok(()) => exit.into(),
+        Err(error) => unprinted(&error, exit).into(),
+    }
+}
+
+fn perform(command: Command, out: &mut Results) -> Result<Exit, CliError> {
+    match command {
+        Command::Run(arguments) => run::run(arguments, out),
+        Command::Plan { scene, json } => show::plan(&scene.scene, &scene.sets, json, out),
+        Command::Status { run, json } => status::status(&run, json, out),
+        Command::Verify { run } => show::verify(&run, out),
+        Command::Validate { json } => show::validate(json, out),
+        Command::Trade(arguments) => trade::trade(&arguments, out),
         #[cfg(feature = "polars")]
-        Command::Reproduce(arguments) => reproduce::reproduce(&arguments),
+        Command::Reproduce(arguments) => reproduce::reproduce(&arguments, out),
         Command::Schema {
             table,
             markdown,
             json,
-        } => schema::schema(table.as_deref(), schema::Form::of(markdown, json)),
-        Command::Doctor { dir, json } => doctor::doctor(&dir, json),
-        Command::Completions { shell } => completions(shell),
-        Command::Export(arguments) => export::export(&arguments),
+        } => schema::schema(table.as_deref(), schema::Form::of(markdown, json), out),
+        Command::Doctor { dir, json } => doctor::doctor(&dir, json, out),
+        Command::Completions { shell } => Ok(completions(shell, out)),
+        Command::Export(arguments) => export::export(&arguments, out),
         #[cfg(feature = "polars")]
-        Command::Compare(arguments) => compare::compare(&arguments),
+        Command::Compare(arguments) => compare::compare(&arguments, out),
         #[cfg(feature = "polars")]
-        Command::Report(arguments) => report_command::report(&arguments),
-    };
-    let exit = result.unwrap_or_else(|error| {
-        // A reader that has seen enough (`| head`) is no failure of ours.
-        if !matches!(&error, CliError::Output(source) if source.kind() == std::io::ErrorKind::BrokenPipe) {
-            eprintln!("error: {error}");
+        Command::Report(arguments) => report_command::report(&arguments, out),
+    }
+}
+
+/// How a command ends whose result could not be printed: what became of a run counts for more.
+fn unprinted(error: &std::io::Error, exit: Exit) -> Exit {
+    say(&format!("error: cannot write the result: {error}"));
+    match exit {
+        Exit::Done => Exit::Failure,
+        other => other,
+    }
+}
+
+/// Says what is wrong with the arguments, or what was asked of the command line itself: help, and the version.
+fn answered(answer: &clap::Error) -> ExitCode {
+    let exit = ExitCode::from(answer.exit_code() as u8);
+    match answer.print() {
+        // A result like any other.
+        Err(error) if !answer.use_stderr() && error.kind() != ErrorKind::BrokenPipe => {
+            unprinted(&error, Exit::Done).into()
         }
-        error.exit()
-    });
-    ExitCode::from(exit as u8)
+        _ => exit,
+    }
 }

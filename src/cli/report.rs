@@ -1,6 +1,5 @@
 //! The summary of a run as a person and as a program reads it.
 
-use std::io::Write;
 use std::path::Path;
 
 use fretwear::report::{ERROR_BARS, error_bar_of, percent};
@@ -9,15 +8,10 @@ use fretwear::tables::{Column, Table};
 use serde_json::{Map, Value, json};
 
 use super::cost;
+use crate::terminal::Results;
 
 /// Prints what a run left.
-pub fn outcome(
-    outcome: &Outcome,
-    inputs: &Inputs,
-    root: &Path,
-    as_json: bool,
-) -> std::io::Result<()> {
-    let mut out = std::io::stdout().lock();
+pub fn outcome(outcome: &Outcome, inputs: &Inputs, root: &Path, as_json: bool, out: &mut Results) {
     if as_json {
         let mut object = outcome.summary.as_ref().map(row).unwrap_or_default();
         object.insert("wear_iteration".to_owned(), json!(outcome.wear_iteration));
@@ -31,25 +25,25 @@ pub fn outcome(
             let compared = cost::compared(&expected, spent);
             object.insert("cost".to_owned(), compared);
         }
-        return writeln!(out, "{}", Value::Object(object));
+        return out.json(&Value::Object(object));
     }
     if let Ending::Until(stage) = outcome.ending {
         writeln!(
             out,
             "ended after {stage}, as asked; the same command without --until goes on"
-        )?;
+        );
     }
     let Some(summary) = &outcome.summary else {
-        return Ok(());
+        return;
     };
-    writeln!(out)?;
+    writeln!(out);
     if let Some(title) = &inputs.scene.title {
-        writeln!(out, "{title}")?;
+        writeln!(out, "{title}");
     }
     if let Some(wear_iteration) = outcome.wear_iteration {
-        writeln!(out, "iteration {wear_iteration} of {}", root.display())?;
+        writeln!(out, "iteration {wear_iteration} of {}", root.display());
     }
-    write_summary(&mut out, summary)?;
+    write_summary(out, summary);
     let total: f64 = outcome.spent.total_seconds();
     let stages: Vec<String> = outcome
         .spent
@@ -62,11 +56,11 @@ pub fn outcome(
         "  {:<24} {total:.2} s: {}",
         "computed in",
         stages.join(", ")
-    )
+    );
 }
 
 /// One line a column: name, value, unit, and its error bar.
-pub fn write_summary(out: &mut impl Write, summary: &Table) -> std::io::Result<()> {
+pub fn write_summary(out: &mut Results, summary: &Table) {
     for (schema, column) in summary.columns() {
         if ERROR_BARS.iter().any(|(bar, _)| *bar == schema.name) {
             continue;
@@ -86,12 +80,11 @@ pub fn write_summary(out: &mut impl Write, summary: &Table) -> std::io::Result<(
             .map_or(0.0, |bar| bar[0]);
         let line = line.trim_end();
         if bar > 0.0 {
-            writeln!(out, "{line} ± {}", percent(bar))?;
+            writeln!(out, "{line} ± {}", percent(bar));
         } else {
-            writeln!(out, "{line}")?;
+            writeln!(out, "{line}");
         }
     }
-    Ok(())
 }
 
 /// Six significant digits, as a person reads them.

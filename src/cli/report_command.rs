@@ -1,14 +1,14 @@
 //! `fretwear report`.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use fretwear::report::{Report, ReportError, RunTables, claims};
 
 use super::{CliError, Exit, ReportArguments};
+use crate::terminal::{Results, say};
 
 /// Writes the page on the runs, and prints where it is.
-pub fn report(arguments: &ReportArguments) -> Result<Exit, CliError> {
+pub fn report(arguments: &ReportArguments, out: &mut Results) -> Result<Exit, CliError> {
     let open = |run: &PathBuf| RunTables::open(run);
     let runs: Result<Vec<RunTables>, ReportError> = arguments.runs.iter().map(open).collect();
     let runs = runs?;
@@ -23,10 +23,12 @@ pub fn report(arguments: &ReportArguments) -> Result<Exit, CliError> {
     if let Some(folder) = &arguments.svg {
         report.write_svgs(folder)?;
     }
-    writeln!(std::io::stdout(), "{}", page.display())?;
+    writeln!(out, "{}", page.display());
     let mut exit = Exit::Done;
     for damage in runs.iter().flat_map(RunTables::damage) {
-        eprintln!("damaged: {damage}; the iterations from there on are left out");
+        say(&format!(
+            "damaged: {damage}; the iterations from there on are left out"
+        ));
         exit = Exit::Damaged;
     }
     Ok(exit)

@@ -1,6 +1,5 @@
 //! `fretwear reproduce`.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use fretwear::report::claims::{self, Finding};
@@ -12,6 +11,7 @@ use serde_json::json;
 
 use super::many::{self, Job};
 use super::{CliError, Exit, ReproduceArguments};
+use crate::terminal::{Results, say};
 
 /// The scenes of the paper's study, as shipped: roughness, plasticity, updates. The first is the base of the others.
 const SCENES: [(&str, &str); 8] = [
@@ -47,7 +47,7 @@ const SCENES: [(&str, &str); 8] = [
 ];
 
 /// Runs the paper's study, or the scenes of a folder, and holds the paper's claims against it.
-pub fn reproduce(arguments: &ReproduceArguments) -> Result<Exit, CliError> {
+pub fn reproduce(arguments: &ReproduceArguments, out: &mut Results) -> Result<Exit, CliError> {
     let folder = &arguments.dir;
     let scenes = match &arguments.scenes {
         Some(scenes) => found(scenes)?,
@@ -67,11 +67,11 @@ pub fn reproduce(arguments: &ReproduceArguments) -> Result<Exit, CliError> {
         .collect();
     let ran = many::run_all(&arguments.execution, "scene", &jobs)?;
     if ran.stopped {
-        eprintln!(
+        say(&format!(
             "stopped after {} of {} scenes; the same command goes on",
             ran.ended.len(),
             jobs.len()
-        );
+        ));
         return Ok(Exit::Stopped);
     }
     let runs = jobs
@@ -86,10 +86,12 @@ pub fn reproduce(arguments: &ReproduceArguments) -> Result<Exit, CliError> {
     let mut report = Report::of(&runs)?;
     report.add(claims::section(&findings));
     report.write(&page)?;
-    print(&findings, arguments.json)?;
+    print(&findings, arguments.json, out);
     if !arguments.execution.quiet {
         let page = page.display();
-        eprintln!("written: {page}, and beside it claims.md and claims.parquet");
+        say(&format!(
+            "written: {page}, and beside it claims.md and claims.parquet"
+        ));
     }
     match ran.ended.into_iter().flatten().next() {
         Some(error) => Err(error.into()),
@@ -97,18 +99,12 @@ pub fn reproduce(arguments: &ReproduceArguments) -> Result<Exit, CliError> {
     }
 }
 
-fn print(findings: &[Finding], as_json: bool) -> Result<(), CliError> {
-    let mut out = std::io::stdout().lock();
+fn print(findings: &[Finding], as_json: bool, out: &mut Results) {
     if as_json {
-        writeln!(
-            out,
-            "{}",
-            json!({ "claims": claims::CLAIMS.to_vec(), "findings": findings })
-        )?;
+        out.json(&json!({ "claims": claims::CLAIMS.to_vec(), "findings": findings }));
     } else {
-        write!(out, "{}", claims::markdown(findings))?;
+        write!(out, "{}", claims::markdown(findings));
     }
-    Ok(())
 }
 
 /// The shipped scenes, put where they can be read and changed. Those that are there already stay as they are.

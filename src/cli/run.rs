@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use fretwear::report::continuation;
 use fretwear::scene::{self, Scene};
 use fretwear::stages::{self, Ending, Inputs, RunOptions, Source};
 use fretwear::store::{Cache, RealFileSystem, SceneOfRun, StoreError};
@@ -13,6 +14,7 @@ use signal_hook::flag;
 
 use super::{CliError, Exit, RunArguments, cost, report};
 use crate::progress::Watcher;
+use crate::terminal::{Results, say};
 
 /// `RUN@N`.
 pub fn parse_source(text: &str) -> Result<Source, String> {
@@ -28,7 +30,7 @@ pub fn parse_source(text: &str) -> Result<Source, String> {
     })
 }
 
-pub fn run(arguments: RunArguments) -> Result<Exit, CliError> {
+pub fn run(arguments: RunArguments, out: &mut Results) -> Result<Exit, CliError> {
     let (scene, root) = scene_and_root(&arguments)?;
     let stop = stop_flag()?;
     let begin = Instant::now();
@@ -57,18 +59,18 @@ pub fn run(arguments: RunArguments) -> Result<Exit, CliError> {
         Ok(outcome) => outcome,
         Err(error) => {
             if error.is_not_converged() {
-                eprintln!("what {} holds is kept", root.display());
+                say(&format!("what {} holds is kept", root.display()));
             }
             return Err(error.into());
         }
     };
-    report::outcome(&outcome, &inputs, &root, arguments.json)?;
+    report::outcome(&outcome, &inputs, &root, arguments.json, out);
     if outcome.ending == Ending::Done && !arguments.json && !arguments.execution.quiet {
         // About this machine and this moment, and no result.
-        cost::write_compared(&mut std::io::stderr(), &inputs, &outcome.spent)?;
+        say(&cost::compared_in_words(&inputs, &outcome.spent));
     }
     if outcome.ending == Ending::Stopped {
-        eprintln!("stopped; continue with: {}", continuation(&root));
+        say(&format!("stopped; continue with: {}", continuation(&root)));
         return Ok(Exit::Stopped);
     }
     Ok(Exit::Done)
@@ -140,14 +142,4 @@ pub fn stop_flag() -> Result<Arc<AtomicBool>, CliError> {
         flag::register(signal, stop.clone()).map_err(CliError::Signals)?;
     }
     Ok(stop)
-}
-
-/// The command that continues a run.
-pub fn continuation(root: &Path) -> String {
-    let text = root.display().to_string();
-    if text.contains(char::is_whitespace) {
-        format!("fretwear run --run '{text}'")
-    } else {
-        format!("fretwear run --run {text}")
-    }
 }

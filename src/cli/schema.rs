@@ -1,11 +1,10 @@
 //! `fretwear schema`.
 
-use std::io::{self, Write};
-
 use fretwear::tables::{ColumnSchema, ColumnType, Place, Schema, TableName};
 use serde_json::{Map, Value, json};
 
 use super::{CliError, Exit};
+use crate::terminal::Results;
 
 /// In which form the schemas are printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,7 +29,7 @@ impl Form {
 }
 
 /// Prints what a table, or every table, is: its file, when it is written, and its columns.
-pub fn schema(table: Option<&str>, form: Form) -> Result<Exit, CliError> {
+pub fn schema(table: Option<&str>, form: Form, out: &mut Results) -> Result<Exit, CliError> {
     let known = || TableName::ALL.map(TableName::as_str).join(", ");
     let tables = match table {
         None => TableName::ALL.to_vec(),
@@ -41,7 +40,6 @@ pub fn schema(table: Option<&str>, form: Form) -> Result<Exit, CliError> {
             })?,
         ],
     };
-    let mut out = std::io::stdout().lock();
     if form == Form::Json {
         let object: Map<String, Value> = tables
             .iter()
@@ -51,13 +49,13 @@ pub fn schema(table: Option<&str>, form: Form) -> Result<Exit, CliError> {
                 (table.as_str().to_owned(), value)
             })
             .collect();
-        writeln!(out, "{}", Value::Object(object))?;
+        out.json(&Value::Object(object));
         return Ok(Exit::Done);
     }
     for table in tables {
         match form {
-            Form::Markdown => write_markdown(&mut out, table)?,
-            _ => write_text(&mut out, table)?,
+            Form::Markdown => write_markdown(out, table),
+            _ => write_text(out, table),
         }
     }
     Ok(Exit::Done)
@@ -72,12 +70,12 @@ fn file(table: TableName) -> String {
     }
 }
 
-fn write_text(out: &mut impl Write, table: TableName) -> io::Result<()> {
+fn write_text(out: &mut Results, table: TableName) {
     let schema = table.schema();
     let (name, version) = (&schema.name, schema.version);
-    writeln!(out, "{name} (version {version}): {}", schema.description)?;
-    writeln!(out, "    file     {}", file(table))?;
-    writeln!(out, "    written  {}", schema.written)?;
+    writeln!(out, "{name} (version {version}): {}", schema.description);
+    writeln!(out, "    file     {}", file(table));
+    writeln!(out, "    written  {}", schema.written);
     for column in &schema.columns {
         let notes = notes(column);
         let notes = if notes.is_empty() {
@@ -93,21 +91,21 @@ fn write_text(out: &mut impl Write, table: TableName) -> io::Result<()> {
             column.kind,
             quantity(column),
             column.description
-        )?;
+        );
     }
-    writeln!(out)
+    writeln!(out);
 }
 
-fn write_markdown(out: &mut impl Write, table: TableName) -> io::Result<()> {
+fn write_markdown(out: &mut Results, table: TableName) {
     let schema: &Schema = table.schema();
     // A bar would end the cell.
     let cell = |text: &str| text.replace('|', "\\|");
-    writeln!(out, "## `{}`\n", schema.name)?;
-    writeln!(out, "{} Version {}.\n", schema.description, schema.version)?;
-    writeln!(out, "- file: `{}`", file(table))?;
-    writeln!(out, "- written: {}\n", schema.written)?;
-    writeln!(out, "| column | unit | type | quantity | meaning | |")?;
-    writeln!(out, "|---|---|---|---|---|---|")?;
+    writeln!(out, "## `{}`\n", schema.name);
+    writeln!(out, "{} Version {}.\n", schema.description, schema.version);
+    writeln!(out, "- file: `{}`", file(table));
+    writeln!(out, "- written: {}\n", schema.written);
+    writeln!(out, "| column | unit | type | quantity | meaning | |");
+    writeln!(out, "|---|---|---|---|---|---|");
     for column in &schema.columns {
         writeln!(
             out,
@@ -118,9 +116,9 @@ fn write_markdown(out: &mut impl Write, table: TableName) -> io::Result<()> {
             quantity(column),
             cell(&column.description),
             notes(column).join("; ")
-        )?;
+        );
     }
-    writeln!(out)
+    writeln!(out);
 }
 
 /// The dimension in words.

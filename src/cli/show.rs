@@ -1,6 +1,5 @@
 //! The commands that compute nothing of a run: `plan`, `verify`, `validate`.
 
-use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -11,35 +10,39 @@ use fretwear::validate;
 use serde_json::json;
 
 use super::{CliError, Exit, cost};
+use crate::terminal::Results;
 
 /// Prints what a scene needs, and what it is expected to cost here.
-pub fn plan(path: &Path, sets: &[String], as_json: bool) -> Result<Exit, CliError> {
+pub fn plan(
+    path: &Path,
+    sets: &[String],
+    as_json: bool,
+    out: &mut Results,
+) -> Result<Exit, CliError> {
     let inputs = Inputs::of(scene::load(path, sets)?)?;
     let plan = &inputs.plan;
-    let mut out = std::io::stdout().lock();
     if as_json {
-        writeln!(out, "{}", json!(plan))?;
+        out.json(&json!(plan));
         return Ok(Exit::Done);
     }
     if let Some(title) = &inputs.scene.title {
-        writeln!(out, "{title}\n")?;
+        writeln!(out, "{title}\n");
     }
     for decision in &plan.decisions {
-        writeln!(out, "{}: {}", decision.what, decision.choice)?;
-        writeln!(out, "    {}", decision.why)?;
+        writeln!(out, "{}: {}", decision.what, decision.choice);
+        writeln!(out, "    {}", decision.why);
     }
     for warning in &plan.warnings {
-        writeln!(out, "\nwarning: {warning}")?;
+        writeln!(out, "\nwarning: {warning}");
     }
-    writeln!(out, "\nestimated cost")?;
-    cost::write_expected(&mut out, &inputs.scene, &plan.cost)?;
+    writeln!(out, "\nestimated cost");
+    cost::write_expected(out, &inputs.scene, &plan.cost);
     Ok(Exit::Done)
 }
 
 /// Prints what verifies and what does not.
-pub fn verify(root: &Path) -> Result<Exit, CliError> {
+pub fn verify(root: &Path, out: &mut Results) -> Result<Exit, CliError> {
     let report = RunReader::open(Arc::new(RealFileSystem), root)?.verify()?;
-    let mut out = std::io::stdout().lock();
     for commit in &report.commits {
         let damage: Vec<String> = commit
             .damage
@@ -52,43 +55,42 @@ pub fn verify(root: &Path) -> Result<Exit, CliError> {
         } else {
             damage.join("; ")
         };
-        writeln!(out, "iteration {}: {state}", commit.wear_iteration)?;
+        writeln!(out, "iteration {}: {state}", commit.wear_iteration);
     }
     for damage in &report.metadata {
-        writeln!(out, "{damage}")?;
+        writeln!(out, "{damage}");
     }
     if report.metadata.is_empty() {
-        writeln!(out, "run.json, scene.toml, plan.json: ok")?;
+        writeln!(out, "run.json, scene.toml, plan.json: ok");
     }
     for once in &report.once {
         let state = once
             .damage
             .as_ref()
             .map_or("ok".to_owned(), ToString::to_string);
-        writeln!(out, "once/{}: {state}", once.table)?;
+        writeln!(out, "once/{}: {state}", once.table);
     }
     if !report.pruned.is_empty() {
         writeln!(
             out,
             "pruned, as output.keep says: {} iterations",
             report.pruned.len()
-        )?;
+        );
     }
     let damaged = report.damage().count();
     if damaged == 0 {
-        writeln!(out, "all {} iterations verify", report.commits.len())?;
+        writeln!(out, "all {} iterations verify", report.commits.len());
         return Ok(Exit::Done);
     }
     writeln!(
         out,
         "{damaged} files do not verify; `run` continues from the last iteration before them"
-    )?;
+    );
     Ok(Exit::Damaged)
 }
 
 /// Prints the closed forms against the program, from the coarsest grid of each to the finest.
-pub fn validate(as_json: bool) -> Result<Exit, CliError> {
-    let mut out = std::io::stdout().lock();
+pub fn validate(as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
     let rows = validate::run()?;
     if !as_json {
         let head = [
@@ -98,11 +100,11 @@ pub fn validate(as_json: bool) -> Result<Exit, CliError> {
         writeln!(
             out,
             "{case:<20} {quantity:<32} {grid:>9} {computed:>13} {exact:>13}      {error:>8} {order:>6}"
-        )?;
+        );
     }
     for row in &rows {
         if as_json {
-            writeln!(out, "{}", json!(row))?;
+            out.json(&json!(row));
             continue;
         }
         let grid = format!("{}x{}", row.grid[0], row.grid[1]);
@@ -113,7 +115,7 @@ pub fn validate(as_json: bool) -> Result<Exit, CliError> {
             out,
             "{:<20} {:<32} {grid:>9} {:>13.6e} {:>13.6e} {:<4} {:>8.1e} {order:>6}",
             row.case, row.quantity, row.computed, row.exact, row.unit, row.relative_error,
-        )?;
+        );
     }
     Ok(Exit::Done)
 }

@@ -1,10 +1,9 @@
 //! `fretwear status`.
 
-use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-use fretwear::report::percent;
+use fretwear::report::{continuation, percent};
 use fretwear::scene;
 use fretwear::stages::{Spent, Standing};
 use fretwear::store::{LockHolder, RealFileSystem, RunReader};
@@ -12,12 +11,12 @@ use fretwear::tables::{Table, TableName};
 use serde_json::{Map, Value, json};
 
 use super::report::{row, write_summary};
-use super::run::continuation;
 use super::{CliError, Exit, cost};
 use crate::progress::{duration, grouped, significant};
+use crate::terminal::Results;
 
 /// Prints how far a run is, also while another process computes it.
-pub fn status(root: &Path, as_json: bool) -> Result<Exit, CliError> {
+pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
     let scene = scene::load_text(&root.join("scene.toml"), &reader.scene_toml()?, &[])?;
     let standing = Standing::of(&reader, &scene)?;
@@ -32,7 +31,6 @@ pub fn status(root: &Path, as_json: bool) -> Result<Exit, CliError> {
         .flat_map(|report| &report.damage)
         .map(ToString::to_string)
         .collect();
-    let mut out = std::io::stdout().lock();
     if as_json {
         let mut object = summary.as_ref().map(row).unwrap_or_default();
         describe(&mut object, root, &standing, holder);
@@ -41,11 +39,11 @@ pub fn status(root: &Path, as_json: bool) -> Result<Exit, CliError> {
             object.insert("cost".to_owned(), cost::compared(&plan["cost"], &spent));
         }
         object.insert("damage".to_owned(), json!(damaged));
-        writeln!(out, "{}", Value::Object(object))?;
+        out.json(&Value::Object(object));
     } else {
-        write(&mut out, root, &standing, holder, summary.as_ref())?;
+        write(out, root, &standing, holder, summary.as_ref());
         for damage in &damaged {
-            writeln!(out, "damaged: {damage}")?;
+            writeln!(out, "damaged: {damage}");
         }
     }
     Ok(if damaged.is_empty() {
@@ -102,12 +100,12 @@ fn describe(
 }
 
 fn write(
-    out: &mut impl Write,
+    out: &mut Results,
     root: &Path,
     standing: &Standing,
     holder: Option<LockHolder>,
     summary: Option<&Table>,
-) -> std::io::Result<()> {
+) {
     let mut first = match standing.wear_iteration {
         Some(latest) => format!("{}: iteration {latest}, ", root.display()),
         None => format!("{}: nothing committed yet, ", root.display()),
@@ -124,7 +122,7 @@ fn write(
         }
         _ => (),
     }
-    writeln!(out, "{first}")?;
+    writeln!(out, "{first}");
     let mut line = |name: &str, text: String| writeln!(out, "  {name:<12} {text}");
     if let (Some(summary), Some(cycles)) = (summary, standing.cycles) {
         let goal = standing
@@ -145,7 +143,7 @@ fn write(
                 significant(1e9 * number("wear_volume")),
                 100.0 * standing.part
             ),
-        )?;
+        );
     }
     if let Some(update) = standing.last_update {
         let at = update.cycles.map_or_else(String::new, |cycles| {
@@ -157,7 +155,7 @@ fn write(
                 "iteration {}{at}; {} so far",
                 update.wear_iteration, update.updates
             ),
-        )?;
+        );
     }
     if let (false, Some(rate)) = (standing.done, standing.cycles_per_second) {
         let left = standing.cycles_left().map_or_else(String::new, |cycles| {
@@ -169,13 +167,12 @@ fn write(
         line(
             "pace",
             format!("{} cycles/s of late{left}{time}", grouped(rate as u64)),
-        )?;
+        );
     }
     if holder.is_none() && !standing.done {
-        line("continue", continuation(root))?;
+        line("continue", continuation(root));
     }
-    match summary {
-        Some(summary) => write_summary(out, summary),
-        None => Ok(()),
+    if let Some(summary) = summary {
+        write_summary(out, summary);
     }
 }

@@ -1,6 +1,5 @@
 //! `fretwear trade`.
 
-use std::io::Write;
 use std::path::Path;
 
 use fretwear::report::trade::{self, Trade, Trial};
@@ -11,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::many;
 use super::{CliError, Exit, TradeArguments, report};
+use crate::terminal::{Results, say};
 
 /// A variant with what its run needs.
 struct Job {
@@ -19,7 +19,7 @@ struct Job {
 }
 
 /// Runs the variants of a scene, each in its own folder, and compares them.
-pub fn trade(arguments: &TradeArguments) -> Result<Exit, CliError> {
+pub fn trade(arguments: &TradeArguments, out: &mut Results) -> Result<Exit, CliError> {
     let (path, sets) = (&arguments.scene.scene, &arguments.scene.sets);
     let written = scene::load(path, sets)?;
     let balanced = inputs(path, sets, &variants::balanced())?;
@@ -47,20 +47,20 @@ pub fn trade(arguments: &TradeArguments) -> Result<Exit, CliError> {
         trade.write(&folder, &left_out)?;
     }
     if stopped {
-        eprintln!(
+        say(&format!(
             "stopped after {} of {} variants; the same command goes on",
             trade.rows.len(),
             jobs.len()
-        );
+        ));
         return Ok(Exit::Stopped);
     }
-    print(&written, &trade, &left_out, arguments.json)?;
+    print(&written, &trade, &left_out, arguments.json, out)?;
     if !arguments.execution.quiet && has_reference {
         let page = folder.join("trade.html");
-        eprintln!(
+        say(&format!(
             "written: {}, and beside it trade.parquet, .svg and .md",
             page.display()
-        );
+        ));
     }
     match failure {
         // Nothing can be said against a reference that failed.
@@ -139,23 +139,22 @@ fn print(
     trade: &Trade,
     left_out: &[(String, String)],
     as_json: bool,
+    out: &mut Results,
 ) -> Result<(), CliError> {
     let found = trade::findings(trade);
-    let mut out = std::io::stdout().lock();
     if as_json {
         let left_out: Vec<Value> = left_out
             .iter()
             .map(|(what, reason)| json!({ "what": what, "reason": reason }))
             .collect();
-        let object = json!({
+        out.json(&json!({
             "scene": scene.name,
             "rows": report::rows(&trade.table()?),
             "findings": found,
             "left_out": left_out,
-        });
-        writeln!(out, "{object}")?;
+        }));
     } else {
-        write!(out, "{}", trade::markdown(trade, &found, left_out))?;
+        write!(out, "{}", trade::markdown(trade, &found, left_out));
     }
     Ok(())
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use polars::error::PolarsError;
 
 use super::plot::PlotError;
+use super::text::continuation;
 use crate::scene::SceneError;
 use crate::store::StoreError;
 use crate::tables::{TableError, TableName};
@@ -22,8 +23,8 @@ pub enum ReportError {
     },
     /// A run without a committed iteration that verifies.
     #[error(
-        "{}: no iteration that verifies; `fretwear run --run {}` computes the first",
-        run.display(), run.display()
+        "{}: no iteration that verifies; `{}` computes the first",
+        run.display(), continuation(run)
     )]
     Empty {
         /// Folder of the run.

@@ -1,5 +1,7 @@
 //! Pieces of a page.
 
+use super::text::visible;
+
 /// What is not there, or not known.
 pub const NONE: &str = "–";
 
@@ -16,10 +18,12 @@ pub struct Section {
 
 /// Text as it stands in HTML and SVG, between tags and in attributes.
 pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
+    visible(text)
+        .replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")
         .replace('"', "&quot;")
+        .replace('\'', "&#39;")
 }
 
 /// A table of texts: heads, and rows whose cells are numbers from the second on, if `numbers`.

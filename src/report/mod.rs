@@ -25,6 +25,7 @@ mod run_tables;
 mod scan;
 #[cfg(feature = "polars")]
 mod sections;
+mod text;
 pub mod trade;
 
 #[cfg(feature = "polars")]
@@ -43,3 +44,4 @@ pub use plot::{Drawing, PlotError};
 pub use run_tables::{RunTables, numbers, scan_runs, texts};
 #[cfg(feature = "polars")]
 pub use scan::{ORDER, RUN, WEAR_ITERATION};
+pub use text::{continuation, is_obeyed, visible};

@@ -6,6 +6,7 @@ use super::figures::{Figure, figures};
 use super::html::{Section, escaped};
 use super::plot::{standalone, style_sheet};
 use super::quantity::{self, CYCLES, shown};
+use super::text::continuation;
 use super::{ReportError, RunTables, numbers};
 use super::{results, sections};
 use crate::tables::TableName;
@@ -169,8 +170,8 @@ fn progress(
     let state = match running {
         Some(_) => "is running".to_owned(),
         None => format!(
-            "stopped before its end (`fretwear run --run {}` goes on)",
-            run.root().display()
+            "stopped before its end (`{}` goes on)",
+            continuation(run.root())
         ),
     };
     let part = |done: f64, end: f64| shown(done / end, quantity::SHARE);

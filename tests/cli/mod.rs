@@ -4,9 +4,11 @@ mod codes;
 mod completions;
 mod export;
 mod outputs;
+mod pasted;
 #[cfg(feature = "polars")]
 mod reproduce;
 mod sets;
 mod status;
 mod stranger;
+mod terminal;
 mod trade;

@@ -323,3 +323,25 @@ fn the_command_writes_where_it_says() {
     let (exit, _, error) = code(&["report", "worn"]);
     assert!(exit == 4 && error.contains("scene"), "{error}");
 }
+
+/// A title and a folder may be called anything: the page shows it, and does nothing else.
+#[cfg(unix)]
+#[test]
+fn foreign_text_is_only_text() {
+    let folder = TempDir::new().unwrap();
+    let scene = format!("title = \"<script>'\\u001b[2J\\u202e\"\n{STATIC}");
+    let name = "<script>\" '|`\u{1b}[2J\u{202e}";
+    let runs = [name, "b"].map(|name| open(&compute(&folder, name, &scene, None)));
+    let report = Report::of(&runs).unwrap();
+    let page = report.html();
+    let svgs = folder.path().join("svgs");
+    drawings_are_sound(&report, &svgs);
+    let files = std::fs::read_dir(svgs).unwrap();
+    let svgs = files.map(|file| std::fs::read_to_string(file.unwrap().path()).unwrap());
+    for text in svgs.chain([page.clone()]) {
+        assert!(!text.contains(['\u{1b}', '\u{202e}']), "{text}");
+        assert!(!text.contains("<script"), "{text}");
+    }
+    assert!(page.contains("&lt;script&gt;&#39;\\u{1b}[2J\\u{202e}"));
+    assert!(page.contains("&lt;script&gt;&quot; &#39;|`\\u{1b}[2J\\u{202e}"));
+}

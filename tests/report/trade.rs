@@ -204,7 +204,7 @@ fn a_failure_is_shown_and_escaped() {
     let found = findings(&trade);
     let left_out = [("cycle".to_owned(), "it stands still | there".to_owned())];
     let text = markdown(&trade, &found, &left_out);
-    assert!(text.contains("- grid = 256: no <luck>\n"), "{text}");
+    assert!(text.contains("- grid = 256: no \\<luck>\n"), "{text}");
     assert!(
         text.contains("| grid = 256 | 0.000 | 0 | 3 | 1 MB | – |\n"),
         "{text}"
@@ -221,4 +221,25 @@ fn a_failure_is_shown_and_escaped() {
         table.maybe_f64("error_wear_volume").expect("errors")[8],
         None
     );
+}
+
+/// A scene's file may have any name, and a failure quotes whatever a file says.
+#[test]
+fn foreign_text_is_only_text() {
+    let mut trade = example();
+    let hostile = "<script>|`![x](y)\u{1b}[2J\u{202e}";
+    trade.name = hostile.to_owned();
+    trade.rows[8].failure = Some(format!("{hostile}\n| not a row"));
+    let left_out = [("cycle".to_owned(), hostile.to_owned())];
+    let found = findings(&trade);
+    let text = markdown(&trade, &found, &left_out);
+    let shown = "\\<script>|\\`!\\[x](y)\\\\u{1b}\\[2J\\\\u{202e}";
+    assert_eq!(text.matches(shown).count(), 3, "{text}");
+    assert!(!text.contains("\n| not a row"), "{text}");
+    let svg = chart(&trade).expect("a chart");
+    let page = html(&trade, &found, &left_out, &svg);
+    for text in [&text, &svg, &page] {
+        assert!(!text.contains(['\u{1b}', '\u{202e}']), "{text}");
+        assert!(!text.replace("\\<", "").contains("<script"), "{text}");
+    }
 }

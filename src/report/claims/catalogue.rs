@@ -231,7 +231,7 @@ pub const CLAIMS: [Claim; 46] = [
         "3",
         "three harmonics and the static component suffice",
         "with more harmonics the peak changes by less than 1 %* in amplitude, 0.05 %* in frequency",
-        "needs two runs that differ by dynamics.harmonics alone, one with 0 to 3 (`fretwear trade --knob harmonics` makes them)",
+        "needs two runs that differ by dynamics.harmonics alone, one with 0 to 3 (fretwear trade --knob harmonics makes them)",
     ),
     claim(
         28,

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::super::html::{escaped, table_of_markup};
+use super::super::text::{self, cell};
 use super::super::{ReportError, RunTables, Section};
 use super::{Finding, Verdict};
 use crate::tables::{Provenance, Table, TableError, TableName, to_parquet};
@@ -138,13 +139,12 @@ fn counts(findings: &[Finding]) -> String {
 
 /// All findings as one Markdown table, a row for each claim and verdict, with a count, and the criteria under it.
 pub fn markdown(findings: &[Finding]) -> String {
-    // A bar would end the cell.
-    let cell = |text: &str| text.replace('|', "\\|");
     let mut text = format!("{}.\n\n| {} |\n", counts(findings), HEAD.join(" | "));
     text += "|---:|---|---|---|---|\n";
     for row in rows(findings) {
         let mut cells = row.head.map(|text| cell(&text)).to_vec();
-        cells.push(cell(&row.lines.join("<br>")));
+        let lines: Vec<String> = row.lines.iter().map(|line| text::markdown(line)).collect();
+        cells.push(cell(&lines.join("<br>")));
         text += &format!("| {} |\n", cells.join(" | "));
     }
     text += "\nCriteria; thresholds marked * are this program's, not the paper's.\n\n";

@@ -12,6 +12,7 @@ pub use chart::{Axis, Chart, Curve, Mark};
 pub use map::{Map, Scale};
 
 use super::html::escaped;
+use super::text::visible;
 
 /// Styles of curves; after the last they begin again.
 pub const STYLES: usize = 8;
@@ -118,7 +119,8 @@ impl Drawing {
     fn of(title: &str, size: (u32, u32), svg: &str) -> Drawing {
         let begin = svg.find('>').map_or(0, |at| at + 1);
         let end = svg.rfind("</svg>").unwrap_or(svg.len());
-        let mut body = svg[begin..end]
+        // The drawing library escapes labels, but for what XML does not allow at all.
+        let mut body = visible(&svg[begin..end])
             .replace(" opacity=\"1\"", "")
             .replace(" font-family=\"sans-serif\"", "")
             .replace(">\n", ">")

@@ -4,6 +4,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use super::super::text::visible;
 use super::{Row, Trade, TradeError};
 use crate::scene::variants::{BALANCED, FAST, KnobKind, promise};
 
@@ -62,7 +63,8 @@ pub fn chart(trade: &Trade) -> Result<String, TradeError> {
         let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
         draw(&area, trade, &points(trade)).and_then(|()| area.present().map_err(said))
     };
-    drawn.map(|()| svg)
+    // The drawing library escapes labels, but for what XML does not allow at all.
+    drawn.map(|()| visible(&svg))
 }
 
 fn said(error: impl std::fmt::Display) -> TradeError {

@@ -1,6 +1,7 @@
 //! The table of a trade and what follows from it, for a person: as Markdown, and as one HTML file.
 
 use super::super::html::{NONE, escaped, table};
+use super::super::text;
 use super::findings::CONVERGED;
 use super::{Buy, Cost, FIGURES, Findings, Row, Trade};
 use crate::scene::variants::KnobKind;
@@ -15,10 +16,10 @@ struct Page {
 
 /// The trade as Markdown: its table, then what it says. `left_out` is what was not tried, and why.
 pub fn markdown(trade: &Trade, found: &Findings, left_out: &[(String, String)]) -> String {
-    let page = page(trade, found, left_out);
+    let page = page(trade, found, left_out, text::markdown);
     let mut text = format!("{}\n\n", page.intro);
     let line = |cells: &[String]| {
-        let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+        let cells: Vec<String> = cells.iter().map(|cell| text::cell(cell)).collect();
         format!("| {} |\n", cells.join(" | "))
     };
     text += &line(&page.head);
@@ -29,7 +30,7 @@ pub fn markdown(trade: &Trade, found: &Findings, left_out: &[(String, String)]) 
     for (heading, items) in &page.lists {
         text += &format!("\n**{heading}**\n\n");
         for item in items {
-            text += &format!("- {}\n", item.replace('\n', " "));
+            text += &format!("- {item}\n");
         }
     }
     text
@@ -42,7 +43,8 @@ th:first-child,td:first-child{text-align:left}div{overflow-x:auto}svg{max-width:
 
 /// The same as one HTML file that needs no other, with the chart `svg` in it.
 pub fn html(trade: &Trade, found: &Findings, left_out: &[(String, String)], svg: &str) -> String {
-    let page = page(trade, found, left_out);
+    // The page escapes all of its text.
+    let page = page(trade, found, left_out, str::to_owned);
     let name = escaped(&trade.name);
     let lists: String = page
         .lists
@@ -64,7 +66,13 @@ pub fn html(trade: &Trade, found: &Findings, left_out: &[(String, String)], svg:
     )
 }
 
-fn page(trade: &Trade, found: &Findings, left_out: &[(String, String)]) -> Page {
+/// `foreign` is how text stands that is not of this program.
+fn page(
+    trade: &Trade,
+    found: &Findings,
+    left_out: &[(String, String)],
+    foreign: fn(&str) -> String,
+) -> Page {
     let shown: Vec<usize> = (0..FIGURES.len()).filter(|k| trade.has(*k)).collect();
     let head = ["variant", "seconds", "FFT pairs", "iterations", "memory"].map(str::to_owned);
     let titles = shown.iter().map(|k| FIGURES[*k].title.to_owned());
@@ -87,20 +95,28 @@ fn page(trade: &Trade, found: &Findings, left_out: &[(String, String)]) -> Page 
     let mut lists = vec![("Promises of the presets", promises(found))];
     lists.push(("What buys most", buys(found)));
     lists.push(("Convergence with the mesh", convergence(found)));
-    let failed = |row: &Row| Some(format!("{}: {}", called(row), row.failure.as_ref()?));
+    let failed = |row: &Row| {
+        Some(format!(
+            "{}: {}",
+            called(row),
+            foreign(row.failure.as_ref()?)
+        ))
+    };
     lists.push(("Failed", trade.rows.iter().filter_map(failed).collect()));
-    let reasons = left_out.iter().map(|(what, why)| format!("{what}: {why}"));
+    let reasons = left_out
+        .iter()
+        .map(|(what, why)| format!("{what}: {}", foreign(why)));
     lists.push(("Not tried", reasons.collect()));
     lists.retain(|(_, items)| !items.is_empty());
     Page {
-        intro: intro(trade),
+        intro: intro(trade, &foreign(&trade.name)),
         head: head.into_iter().chain(titles).collect(),
         rows: trade.rows.iter().map(row).collect(),
         lists,
     }
 }
 
-fn intro(trade: &Trade) -> String {
+fn intro(trade: &Trade, name: &str) -> String {
     let machine = trade.machine.as_ref().map_or(String::new(), |machine| {
         let features = machine.cpu_features.last();
         format!(
@@ -112,8 +128,7 @@ fn intro(trade: &Trade) -> String {
         )
     });
     format!(
-        "{}: cost, and deviation from the variant reference. A knob is turned alone, from the preset balanced.{machine}",
-        trade.name
+        "{name}: cost, and deviation from the variant reference. A knob is turned alone, from the preset balanced.{machine}"
     )
 }
 

@@ -473,3 +473,20 @@ fn roughnesses_without_updates_are_a_set_of_their_own() {
         ]
     );
 }
+
+/// A folder may have any name; its claims are one row each all the same, and name it as it is.
+#[test]
+fn the_name_of_a_run_is_only_a_name() {
+    let mut study = all();
+    for run in &mut study {
+        run.name += "<script>|`![x](y)\\\n\u{1b}[2J\u{202e}";
+    }
+    let text = markdown(&judge(&study));
+    let shown = "<script>\\|\\`!\\[x](y)\\\\ \\\\u{1b}\\[2J\\\\u{202e}";
+    assert!(text.contains(&format!("rq5\\{shown}")), "{text}");
+    assert!(!text.contains(['\u{1b}', '\u{202e}']), "{text}");
+    for row in text.lines().filter(|line| line.starts_with("| ")) {
+        assert_eq!(row.matches(" | ").count(), 4, "{row}");
+        assert!(!row.replace("\\<", "").contains("<script"), "{row}");
+    }
+}

@@ -1,0 +1,53 @@
+//! Text that others gave, as it may stand where something reads it.
+
+use std::path::Path;
+
+/// True for a character that a terminal obeys rather than shows: controls, and those that turn the direction of what follows.
+pub fn is_obeyed(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// Text in which nothing is obeyed, line ends and tabs aside: a title must not clear the screen, nor a name hide a part of itself.
+pub fn visible(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '\n' | '\t' => shown.push(c),
+            c if is_obeyed(c) => shown.extend(c.escape_unicode()),
+            c => shown.push(c),
+        }
+    }
+    shown
+}
+
+/// Text on one line of Markdown, where it begins no tag, link, picture or code. A cell wants [`cell`] besides.
+pub fn markdown(text: &str) -> String {
+    let mut plain = String::with_capacity(text.len());
+    for c in visible(text).chars() {
+        match c {
+            '\n' => plain.push(' '),
+            '\\' | '`' | '<' | '[' => plain.extend(['\\', c]),
+            c => plain.push(c),
+        }
+    }
+    plain
+}
+
+/// A cell of a table in Markdown, which a bar would end.
+pub fn cell(markdown: &str) -> String {
+    markdown.replace('|', "\\|")
+}
+
+/// The command that continues a run, as a shell takes it.
+pub fn continuation(root: &Path) -> String {
+    let mut folder = root.display().to_string();
+    // It would be read as an option.
+    if folder.starts_with('-') {
+        folder.insert_str(0, "./");
+    }
+    match shlex::try_quote(&folder) {
+        Ok(word) => format!("fretwear run --run {word}"),
+        // No path has a zero byte, which is all that cannot be quoted.
+        Err(_) => format!("fretwear run --run {folder}"),
+    }
+}
