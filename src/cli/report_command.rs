@@ -19,7 +19,10 @@ pub fn report(arguments: &ReportArguments, out: &mut Results) -> Result<Exit, Cl
         (None, [run]) => run.join("report.html"),
         (None, _) => PathBuf::from("report.html"),
     };
-    report.write(&page)?;
+    match arguments.output {
+        Some(_) => report.write(&page)?,
+        None => report.replace(&page)?,
+    }
     if let Some(folder) = &arguments.svg {
         report.write_svgs(folder)?;
     }

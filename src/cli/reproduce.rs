@@ -85,7 +85,7 @@ pub fn reproduce(arguments: &ReproduceArguments, out: &mut Results) -> Result<Ex
     let page = folder.join("report.html");
     let mut report = Report::of(&runs)?;
     report.add(claims::section(&findings));
-    report.write(&page)?;
+    report.replace(&page)?;
     print(&findings, arguments.json, out);
     if !arguments.execution.quiet {
         let page = page.display();

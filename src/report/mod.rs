@@ -11,6 +11,7 @@ mod error_bars;
 #[cfg(feature = "polars")]
 mod figures;
 mod html;
+mod output;
 #[cfg(feature = "polars")]
 mod page;
 #[cfg(feature = "polars")]

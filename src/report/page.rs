@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::figures::{Figure, figures};
 use super::html::{Section, escaped};
+use super::output::replace;
 use super::plot::{standalone, style_sheet};
 use super::quantity::{self, CYCLES, shown};
 use super::text::continuation;
@@ -118,12 +119,20 @@ impl Report {
         )
     }
 
-    /// Writes the page. A file that is there is replaced.
+    /// Writes the page to where its reader wants it, a link or a device too.
     ///
     /// # Errors
     /// [`ReportError::Io`]
     pub fn write(&self, path: &Path) -> Result<(), ReportError> {
-        write(path, &self.html())
+        std::fs::write(path, self.html()).map_err(failed(path))
+    }
+
+    /// Writes the page in place of a file that is there. A link under its name is replaced, not followed.
+    ///
+    /// # Errors
+    /// [`ReportError::Io`]
+    pub fn replace(&self, path: &Path) -> Result<(), ReportError> {
+        replace(path, self.html().as_bytes()).map_err(failed(path))
     }
 
     /// Writes every figure as an SVG of its own, `NAME.svg`, into a folder, which is made. Files that are there are replaced.
@@ -137,17 +146,16 @@ impl Report {
         })?;
         for figure in &self.figures {
             let path = folder.join(format!("{}.svg", figure.id));
-            write(&path, &standalone(&figure.title, &figure.drawings))?;
+            let drawing = standalone(&figure.title, &figure.drawings);
+            replace(&path, drawing.as_bytes()).map_err(failed(&path))?;
         }
         Ok(())
     }
 }
 
-fn write(path: &Path, text: &str) -> Result<(), ReportError> {
-    std::fs::write(path, text).map_err(|source| ReportError::Io {
-        path: path.to_owned(),
-        source,
-    })
+fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> ReportError {
+    let path = path.to_owned();
+    move |source| ReportError::Io { path, source }
 }
 
 /// How far a run is that has not come to its end.

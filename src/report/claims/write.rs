@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::super::html::{escaped, table_of_markup};
+use super::super::output::replace;
 use super::super::text::{self, cell};
 use super::super::{ReportError, RunTables, Section};
 use super::{Finding, Verdict};
@@ -79,7 +80,7 @@ pub fn write(findings: &[Finding], runs: &[RunTables], folder: &Path) -> Result<
         (path, bytes),
         (folder.join("claims.md"), markdown(findings).into_bytes()),
     ] {
-        std::fs::write(&path, bytes).map_err(|source| ReportError::Io { path, source })?;
+        replace(&path, &bytes).map_err(|source| ReportError::Io { path, source })?;
     }
     Ok(())
 }

@@ -10,6 +10,7 @@ mod page;
 
 use std::path::{Path, PathBuf};
 
+use super::output::replace;
 use crate::scene::variants::{KnobKind, REFERENCE, Variant};
 use crate::store::{Machine, StoreError};
 use crate::tables::{Provenance, Table, TableBuilder, TableError, TableName, to_parquet};
@@ -264,7 +265,7 @@ impl Trade {
         ];
         for (name, bytes) in files {
             let path = folder.join(name);
-            std::fs::write(&path, bytes).map_err(|source| TradeError::Io { path, source })?;
+            replace(&path, &bytes).map_err(|source| TradeError::Io { path, source })?;
         }
         Ok(())
     }
