@@ -73,11 +73,12 @@ fn names(code: &str, path: &str) -> bool {
 
 /// The modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
 fn modules(source: &Source) -> Vec<String> {
-    const MODULES: [&str; 20] = [
+    const MODULES: [&str; 21] = [
         "cli",
         "contact",
         "doctor",
         "fft",
+        "files",
         "grid",
         "linalg",
         "model_update",
@@ -148,6 +149,7 @@ fn modules(source: &Source) -> Vec<String> {
 
 /// What a part of the crate may import of the rest, by the first matching prefix of the path.
 const MAY_IMPORT: &[(&str, &[&str])] = &[
+    ("files.rs", &[]),
     ("grid.rs", &[]),
     ("units.rs", &[]),
     ("units/", &[]),
@@ -157,7 +159,10 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("structure/", &["linalg", "structure"]),
     ("dynamics/", &["linalg", "structure", "dynamics"]),
     ("model_update/", &["grid", "contact", "model_update"]),
-    ("surface/readers/", &["grid", "surface", "units"]),
+    (
+        "surface/readers/",
+        &["files", "grid", "surface", "tables", "units"],
+    ),
     ("surface/", &["grid", "fft", "surface"]),
     ("reference/", &["grid", "contact", "reference"]),
     ("wear/", &["grid", "contact", "wear"]),
@@ -166,6 +171,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     (
         "scene/",
         &[
+            "files",
             "grid",
             "units",
             "fft",
@@ -192,6 +198,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     (
         "stages/",
         &[
+            "files",
             "grid",
             "units",
             "linalg",
@@ -274,6 +281,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "File::create_new",
         ],
         &[
+            "files.rs",
             "store/file_system.rs",
             "surface/readers/mod.rs",
             "scene/document.rs",

@@ -226,3 +226,19 @@ fn a_quantity_error_is_the_source_of_a_unit_fault() {
         fretwear::scene::Problem::Quantity { ref key, .. } if key == "contact.normal_load"
     ));
 }
+
+/// A key of so many names is none, and whatever goes through them one below the other would go too deep.
+#[test]
+fn a_key_of_many_names() {
+    let name = |count| vec!["a"; count].join(".");
+    for count in [81, 60_000] {
+        let set = format!("{}=1", name(count));
+        let message = case().message("case.toml", &[&set]);
+        let end = format!(
+            ": has a key of {count} names; a key has at most 80, such as --set joint.hole.diameter=\"11 mm\""
+        );
+        assert!(message.ends_with(&end), "{count}");
+    }
+    let message = case().message("case.toml", &[&format!("{}=1", name(80))]);
+    assert!(message.contains("there is no such key"), "{message}");
+}
