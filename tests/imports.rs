@@ -283,7 +283,6 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
         &[
             "files.rs",
             "store/file_system.rs",
-            "surface/readers/mod.rs",
             "scene/document.rs",
             "stages/inputs.rs",
             "report/",
