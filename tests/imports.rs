@@ -284,7 +284,6 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "files.rs",
             "store/file_system.rs",
             "scene/document.rs",
-            "stages/inputs.rs",
             "report/",
             "cli/cost.rs",
             "cli/export.rs",
