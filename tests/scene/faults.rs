@@ -381,12 +381,12 @@ moment = "2 N m""#,
     (
         "cycles = 10_000_000",
         "cycles = 0",
-        "case.toml, line 21: wear.cycles = 0: must be an integer of 1 or more",
+        "case.toml, line 21: wear.cycles = 0: must be an integer of 1 to 9007199254740992",
     ),
     (
         "cycles = 10_000_000",
         "cycles = 1.5",
-        "case.toml, line 21: wear.cycles = 1.5: must be an integer of 1 or more",
+        "case.toml, line 21: wear.cycles = 1.5: must be an integer of 1 to 9007199254740992",
     ),
     (
         "cycles = 10_000_000",
@@ -413,7 +413,7 @@ tolerance = 2",
     (
         r#"keep = "all""#,
         "keep = { last = 0 }",
-        "case.toml, line 23: output.keep.last = 0: must be an integer of 1 or more",
+        "case.toml, line 23: output.keep.last = 0: must be an integer of 1 to 1000000000",
     ),
     (
         r#"keep = "all""#,

@@ -18,7 +18,7 @@ const IN_SET: &[(&[&str], &str)] = &[
     ),
     (
         &["wear.cycles=1e6.5"],
-        r#"--set wear.cycles=1e6.5: wear.cycles = "1e6.5": must be an integer of 1 or more"#,
+        r#"--set wear.cycles=1e6.5: wear.cycles = "1e6.5": must be an integer of 1 to 9007199254740992"#,
     ),
     (
         &["contact.normal_load=30"],
@@ -117,11 +117,23 @@ const IN_SET: &[(&[&str], &str)] = &[
     ),
     (
         &["wear.cycles=1e19"],
-        "--set wear.cycles=1e19: wear.cycles = 10000000000000000000.0: must be an integer of 1 or more",
+        "--set wear.cycles=1e19: wear.cycles = 10000000000000000000.0: must be an integer of 1 to 9007199254740992",
     ),
     (
         &["wear.cycles=inf"],
-        "--set wear.cycles=inf: wear.cycles = inf: must be an integer of 1 or more",
+        "--set wear.cycles=inf: wear.cycles = inf: must be an integer of 1 to 9007199254740992",
+    ),
+    (
+        &["wear.cycles=1e16"],
+        "--set wear.cycles=1e16: wear.cycles = 10000000000000000.0: must be an integer of 1 to 9007199254740992",
+    ),
+    (
+        &["output.curves_every=1e10"],
+        "--set output.curves_every=1e10: output.curves_every = 10000000000.0: must be an integer of 0 to 1000000000",
+    ),
+    (
+        &["output.keep.every=1e10"],
+        "--set output.keep.every=1e10: output.keep.every = 10000000000.0: must be an integer of 1 to 1000000000",
     ),
     (
         &["title=2020-01-01"],
