@@ -62,6 +62,7 @@ pub mod contact;
 pub mod doctor;
 pub mod dynamics;
 pub mod fft;
+mod files;
 pub mod grid;
 pub mod linalg;
 pub mod model_update;

@@ -78,6 +78,7 @@ fn modules(source: &Source) -> Vec<String> {
         "contact",
         "doctor",
         "fft",
+        "files",
         "grid",
         "linalg",
         "model_update",
@@ -149,6 +150,7 @@ fn modules(source: &Source) -> Vec<String> {
 
 /// What a part of the crate may import of the rest, by the first matching prefix of the path.
 const MAY_IMPORT: &[(&str, &[&str])] = &[
+    ("files.rs", &[]),
     ("grid.rs", &[]),
     ("units.rs", &[]),
     ("units/", &[]),
@@ -158,7 +160,10 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("structure/", &["linalg", "structure"]),
     ("dynamics/", &["linalg", "structure", "dynamics"]),
     ("model_update/", &["grid", "contact", "model_update"]),
-    ("surface/readers/", &["grid", "surface", "units"]),
+    (
+        "surface/readers/",
+        &["files", "grid", "surface", "tables", "units"],
+    ),
     ("surface/", &["grid", "fft", "surface"]),
     ("reference/", &["grid", "contact", "reference"]),
     ("wear/", &["grid", "contact", "wear"]),
@@ -167,6 +172,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     (
         "scene/",
         &[
+            "files",
             "grid",
             "units",
             "fft",
@@ -193,6 +199,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     (
         "stages/",
         &[
+            "files",
             "grid",
             "units",
             "linalg",
@@ -276,10 +283,9 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "File::create_new",
         ],
         &[
+            "files.rs",
             "store/file_system.rs",
-            "surface/readers/mod.rs",
             "scene/document.rs",
-            "stages/inputs.rs",
             "report/",
             "cli/cost.rs",
             "cli/export.rs",

@@ -1,7 +1,7 @@
 //! The document of a scene: a file, the files it is based on, and `--set`, merged into one tree that remembers where every key
 //! was written.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -11,6 +11,13 @@ use toml::{Table, Value};
 
 use super::error::{Place, Problem, SceneError};
 use super::keys::{self, join};
+use crate::files;
+
+/// A scene has some hundred lines; a file of more bytes than this is none.
+const LONGEST_SCENE: u64 = 16 << 20;
+
+/// Names in the key of a `--set`: as many as TOML allows, since what is laid over a tree is gone through name below name.
+const DEEPEST_KEY: usize = 80;
 
 /// A section or a value, and where it was written.
 #[derive(Debug, Clone)]
@@ -50,7 +57,7 @@ impl Node {
         let tables: Option<Vec<Node>> = items
             .iter()
             .map(|item| match item {
-                Value::Table(_) => Some(build("", item.clone(), &|_| Rc::clone(&self.place))),
+                Value::Table(_) => Some(build_at(item.clone(), &self.place)),
                 _ => None,
             })
             .collect();
@@ -239,8 +246,8 @@ fn absolute(path: &Path) -> PathBuf {
 
 /// Reads a scene file and those it is based on, and applies `sets` (`key=value` each).
 pub(super) fn read(path: &Path, sets: &[String]) -> Result<Node, SceneError> {
-    let text =
-        fs::read_to_string(path).map_err(|e| SceneError::new(&file(path), Problem::Read(e)))?;
+    let text = files::read_text(path, LONGEST_SCENE)
+        .map_err(|e| SceneError::new(&file(path), Problem::Read(e)))?;
     read_text(path, &text, sets)
 }
 
@@ -310,7 +317,7 @@ fn open_base(base: &Node, folder: &Path, chain: &[Link]) -> Result<(PathBuf, Str
         }));
     };
     let path = folder.join(written);
-    let text = fs::read_to_string(&path).map_err(|source| {
+    let text = files::read_text(&path, LONGEST_SCENE).map_err(|source| {
         wrong(Problem::Base {
             base: written.clone(),
             path: path.clone(),
@@ -346,56 +353,55 @@ fn parse_file(path: &Path, text: &str) -> Result<Node, SceneError> {
     };
     let table: Table = text.parse().map_err(syntax)?;
     let spans = DeTable::parse(text).map_err(syntax)?;
-    let mut lines = HashMap::new();
-    collect_lines("", spans.get_ref(), text, &mut lines);
-    let place_of = |key: &str| {
+    let ends: Vec<usize> = text.match_indices('\n').map(|(end, _)| end).collect();
+    let place = |line| {
         Rc::new(Place::File {
             path: path.to_owned(),
-            line: lines.get(key).copied(),
+            line,
         })
     };
-    Ok(build("", Value::Table(table), &place_of))
+    let place_at = |start| place(Some(1 + ends.partition_point(|end| *end < start)));
+    let tree = Value::Table(table);
+    Ok(build(tree, Some(spans.get_ref()), &place(None), &place_at))
 }
 
-/// The line of every key of a document.
-fn collect_lines(
-    section: &str,
-    table: &DeTable<'_>,
-    text: &str,
-    lines: &mut HashMap<String, usize>,
-) {
-    for (name, value) in table.iter() {
-        let key = join(section, name.get_ref());
-        let start = name.span().start.min(text.len());
-        let line = 1 + text.as_bytes()[..start]
-            .iter()
-            .filter(|byte| **byte == b'\n')
-            .count();
-        if let DeValue::Table(inner) = value.get_ref() {
-            collect_lines(&key, inner, text, lines);
-        }
-        lines.insert(key, line);
-    }
-}
-
-fn build(key: &str, value: Value, place_of: &impl Fn(&str) -> Rc<Place>) -> Node {
-    let place = place_of(key);
+/// The tree of a value. With `spans`, the same as its file spells it, each key has the place where it begins there; without,
+/// all have the `place` of the value.
+fn build(
+    value: Value,
+    spans: Option<&DeTable<'_>>,
+    place: &Rc<Place>,
+    place_at: &impl Fn(usize) -> Rc<Place>,
+) -> Node {
     match value {
         Value::Table(table) => {
             let entries = table
                 .into_iter()
                 .map(|(name, inner)| {
-                    let node = build(&join(key, &name), inner, place_of);
-                    (name, node)
+                    let spelt = spans.and_then(|spans| spans.get_key_value(name.as_str()));
+                    let below = spelt.and_then(|(_, value)| match value.get_ref() {
+                        DeValue::Table(below) => Some(below),
+                        _ => None,
+                    });
+                    let place = match spelt {
+                        Some((key, _)) => place_at(key.span().start),
+                        None => Rc::clone(place),
+                    };
+                    (name, build(inner, below, &place, place_at))
                 })
                 .collect();
-            Node::section(&place, entries)
+            Node::section(place, entries)
         }
         value => Node {
-            place,
+            place: Rc::clone(place),
             content: Content::Value(value),
         },
     }
+}
+
+/// The tree of a value all of which was written at one place.
+fn build_at(value: Value, place: &Rc<Place>) -> Node {
+    build(value, None, place, &|_| Rc::clone(place))
 }
 
 /// A tree with the one key of `key=value`. The value is TOML if it can be read as such, else a string.
@@ -413,6 +419,13 @@ fn parse_set(text: &str) -> Result<Node, SceneError> {
     if !names.iter().all(is_bare) {
         return Err(malformed());
     }
+    if names.len() > DEEPEST_KEY {
+        let problem = Problem::SetDepth {
+            names: names.len(),
+            limit: DEEPEST_KEY,
+        };
+        return Err(SceneError::new(&place, problem));
+    }
     if names == ["base"] {
         return Err(SceneError::new(&place, Problem::SetBase));
     }
@@ -420,6 +433,6 @@ fn parse_set(text: &str) -> Result<Node, SceneError> {
     let value = value
         .parse()
         .unwrap_or_else(|_| Value::String(value.to_owned()));
-    let leaf = build("", value, &|_| Rc::clone(&place));
+    let leaf = build_at(value, &place);
     Ok(leaf.below(&names))
 }

@@ -79,6 +79,16 @@ pub enum Problem {
     /// A `--set` that is not `key=value`.
     #[error("is not key=value with a dotted key, such as --set wear.cycles=1e6")]
     SetSyntax,
+    /// A `--set` whose key is longer than any.
+    #[error(
+        "has a key of {names} names; a key has at most {limit}, such as --set joint.hole.diameter=\"11 mm\""
+    )]
+    SetDepth {
+        /// Names in the key.
+        names: usize,
+        /// Most names.
+        limit: usize,
+    },
     /// `base` from the command line.
     #[error("base cannot be set; write it in a file: base = \"other.toml\"")]
     SetBase,

@@ -244,13 +244,17 @@ const LIKENESS: f64 = 0.6;
 
 /// The word most like `word`, if any is like it at all.
 pub(super) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let word = word.to_lowercase();
+    let length = word.chars().count();
     known
         .into_iter()
+        // Two words are at least as unlike as their lengths: a long one is not compared letter by letter.
+        .filter(|candidate| {
+            let other = candidate.chars().count();
+            length.min(other) as f64 >= LIKENESS * length.max(other) as f64
+        })
         .map(|candidate| {
-            let likeness = strsim::normalized_damerau_levenshtein(
-                &word.to_lowercase(),
-                &candidate.to_lowercase(),
-            );
+            let likeness = strsim::normalized_damerau_levenshtein(&word, &candidate.to_lowercase());
             (likeness, candidate)
         })
         .filter(|(likeness, _)| *likeness >= LIKENESS)

@@ -52,6 +52,15 @@ pub(super) const TOLERANCE: Check = Check {
 /// 2^63: floats without a fraction below it, such as `1e6`, are integers.
 const INTEGER_END: f64 = 9_223_372_036_854_775_808.0;
 
+/// The largest integer that a scene can spell: where no other bound is, this one is not worth telling.
+pub(super) const LARGEST_INTEGER: u64 = i64::MAX as u64;
+
+/// 2^53: cycles are counted on in floating-point numbers, which hold every integer up to here.
+pub(super) const MOST_CYCLES: u64 = 1 << 53;
+
+/// More wear iterations than any run makes, each of which leaves files.
+pub(super) const MOST_ITERATIONS: u64 = 1_000_000_000;
+
 /// Reads the values of a tree by their dotted keys. Every method gives `None` for a key that is absent.
 pub(super) struct Reader<'a> {
     pub root: &'a Node,
@@ -238,14 +247,30 @@ impl<'a> Reader<'a> {
         Err(self.wrong_type(key, node, expected))
     }
 
-    /// A list of integers of 0 or more that differ from one another.
-    pub fn integers(&self, key: &str, expected: &str) -> Result<Option<Vec<u64>>, SceneError> {
+    /// A list of at most `longest` integers of 0 or more that differ from one another.
+    pub fn integers(
+        &self,
+        key: &str,
+        longest: usize,
+        expected: &str,
+    ) -> Result<Option<Vec<u64>>, SceneError> {
         let Some(node) = self.node(key) else {
             return Ok(None);
         };
         let Content::Value(Value::Array(items)) = &node.content else {
             return Err(self.wrong_type(key, node, expected));
         };
+        if items.len() > longest {
+            let count = items.len();
+            return Err(SceneError::new(
+                &node.place,
+                Problem::Range {
+                    key: key.to_owned(),
+                    value: format!("(a list of {count})"),
+                    expected: format!("a list of at most {longest}"),
+                },
+            ));
+        }
         let numbers: Option<Vec<u64>> = items
             .iter()
             .map(|item| as_integer(item).and_then(|n| u64::try_from(n).ok()))
@@ -291,12 +316,21 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// An integer of at least `smallest`.
-    pub fn integer(&self, key: &str, smallest: u64) -> Result<Option<u64>, SceneError> {
+    /// An integer of `smallest` to `largest`.
+    pub fn integer(
+        &self,
+        key: &str,
+        smallest: u64,
+        largest: u64,
+    ) -> Result<Option<u64>, SceneError> {
         let Some(node) = self.node(key) else {
             return Ok(None);
         };
-        let expected = format!("an integer of {smallest} or more");
+        let expected = if largest == LARGEST_INTEGER {
+            format!("an integer of {smallest} or more")
+        } else {
+            format!("an integer of {smallest} to {largest}")
+        };
         let number = match &node.content {
             Content::Value(value) => as_integer(value),
             Content::Section(_) => None,
@@ -305,9 +339,20 @@ impl<'a> Reader<'a> {
             return Err(self.wrong_type(key, node, expected));
         };
         match u64::try_from(number) {
-            Ok(number) if number >= smallest => Ok(Some(number)),
+            Ok(number) if (smallest..=largest).contains(&number) => Ok(Some(number)),
             _ => Err(self.out_of_range(key, expected)),
         }
+    }
+
+    /// The same of what there are so many of in memory.
+    pub fn count(
+        &self,
+        key: &str,
+        smallest: usize,
+        largest: usize,
+    ) -> Result<Option<usize>, SceneError> {
+        let number = self.integer(key, smallest as u64, largest as u64)?;
+        Ok(number.map(|number| number as usize))
     }
 
     /// True or false.

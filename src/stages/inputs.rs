@@ -1,19 +1,26 @@
 //! The files that a scene names: a surface, a motion history. They enter keys by their content, never by path or time.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use serde_json::{Value, json};
 
 use super::error::{HistoryProblem, RunError};
+use crate::files;
 use crate::scene::{
     Contact, Motion as SceneMotion, Plan, Scene, Surface, Transverse,
     plan::{Texture, motion_of},
 };
+use crate::surface::prepare::Prepared;
+use crate::surface::readers;
 use crate::tables::{self, TableName};
 use crate::wear::{Channel, Motion};
 
 /// Two values this close, relative to the largest, are the same sample.
 const SAME: f64 = 1e-9;
+
+/// Bytes of the longest motion history: a million samples in text.
+const LONGEST_HISTORY: u64 = 64 << 20;
 
 /// A scene with what its files say, and the plan for it.
 #[derive(Debug, Clone)]
@@ -24,6 +31,9 @@ pub struct Inputs {
     pub motion: Motion,
     /// Whether every other of its samples is one in the middle between those of a history.
     pub halved: bool,
+    /// The heights of a surface from a file on the joint's cells; none of another surface. The file is read once: these are the
+    /// heights of the very bytes that `canonical` names.
+    pub measured: Option<Arc<Prepared>>,
     /// What is decided.
     pub plan: Plan,
     /// [`Scene::canonical`] with the hashes of the files.
@@ -31,16 +41,19 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// Reads the files of a scene and plans it.
+    /// Reads the files of a scene, each once, and plans it.
+    ///
+    /// # Errors
+    /// [`RunError`] for a file that cannot be used, and for a scene that cannot be run.
     pub fn of(scene: Scene) -> Result<Inputs, RunError> {
         let mut canonical = scene.canonical();
+        let mut measured = None;
         if let Some(Surface::File { path, .. }) = &scene.surface {
-            let bytes =
-                std::fs::read(path).map_err(|source| crate::surface::readers::ReadError {
-                    path: path.clone(),
-                    problem: crate::surface::readers::ReadProblem::Io { source },
-                })?;
+            let bytes = readers::bytes(path)?;
             canonical["surface"]["content"] = json!(blake3::hash(&bytes).to_hex().as_str());
+            if let Some(rough) = scene.rough() {
+                measured = super::surface::measured(&rough, bytes)?.map(Arc::new);
+            }
         }
         let contact = scene.contact.as_ref();
         let mut halved = false;
@@ -50,7 +63,7 @@ impl Inputs {
                     path: path.clone(),
                     problem: Box::new(problem),
                 };
-                let bytes = std::fs::read(path).map_err(|e| wrong(e.into()))?;
+                let bytes = files::read(path, LONGEST_HISTORY).map_err(|e| wrong(e.into()))?;
                 canonical["motion"]["content"] = json!(blake3::hash(&bytes).to_hex().as_str());
                 halved = scene.fidelity.cycle_extrapolation;
                 let motion = history(contact, path, &bytes).map_err(wrong)?;
@@ -59,11 +72,15 @@ impl Inputs {
             (Some(contact), _) => motion_of(&scene, contact),
             (None, _) => Motion::none(0.0),
         };
-        let plan = Plan::decide(&scene, Some(&motion), texture(&scene))?;
+        let texture = measured
+            .as_deref()
+            .map(|on_joint| Texture::of(&on_joint.patch, &on_joint.heights));
+        let plan = Plan::decide(&scene, Some(&motion), texture)?;
         Ok(Inputs {
             scene,
             motion,
             halved,
+            measured,
             plan,
             canonical,
         })
@@ -82,17 +99,6 @@ impl Inputs {
             .collect::<serde_json::Map<_, _>>()
             .into()
     }
-}
-
-/// The texture of a surface from a file, for what the run is expected to cost; none of one that cannot be used, which the stage
-/// that needs it will refuse.
-fn texture(scene: &Scene) -> Option<Texture> {
-    let rough = scene.rough()?;
-    if !matches!(rough.surface, Surface::File { .. }) {
-        return None;
-    }
-    let (patch, height, _) = super::surface::heights(&rough).ok()?;
-    Some(Texture::of(&patch, &height))
 }
 
 /// The columns of a history: time, displacement_x, and the optional displacement_y and normal_load.

@@ -6,7 +6,7 @@ use crate::grid::Patch;
 use crate::scene::{self, RoughJoint};
 use crate::store::{Kept, RunStore, StageKey};
 use crate::surface::generate::{self, RandomSurface, Spectrum};
-use crate::surface::prepare::{self, PrepareOptions};
+use crate::surface::prepare::{self, PrepareOptions, Prepared};
 use crate::surface::readers::{self, ReadOptions};
 use crate::tables::{Table, TableName};
 
@@ -47,7 +47,7 @@ pub fn surface(
     }
     observer.stage(Stage::Surface, 0);
     let begin = std::time::Instant::now();
-    let (patch, height, notices) = heights(rough)?;
+    let (patch, height, notices) = heights(inputs, rough)?;
     for notice in notices {
         observer.notice(&format!("[surface]: {notice}"));
     }
@@ -77,8 +77,50 @@ pub fn surface(
     })
 }
 
+/// The heights of a surface's file on the joint's cells, from the bytes of the file; none of another surface. Only they are
+/// kept: the map may be many times larger than the joint's grid.
+///
+/// # Errors
+/// [`RunError`] for bytes that are no map of heights, and a map that does not fit the joint.
+pub fn measured(rough: &RoughJoint, bytes: Vec<u8>) -> Result<Option<Prepared>, RunError> {
+    let scene::Surface::File {
+        path,
+        unit,
+        detrend,
+        fill,
+        spacing,
+    } = rough.surface
+    else {
+        return Ok(None);
+    };
+    let options = ReadOptions {
+        height_unit: *unit,
+        lateral_unit: None,
+        spacing: *spacing,
+    };
+    let topography = readers::parse(path, &bytes, &options)?;
+    drop(bytes);
+    let options = PrepareOptions {
+        detrend: *detrend,
+        fill: *fill,
+    };
+    prepare::onto_joint(&topography, &rough.patch(), options)
+        .map(Some)
+        .map_err(|source| RunError::Prepare {
+            path: path.clone(),
+            source,
+        })
+}
+
 /// Cells, unworn heights, and what the user should know of them.
-pub fn heights(rough: &RoughJoint) -> Result<(Patch, Vec<f64>, Vec<String>), RunError> {
+fn heights(
+    inputs: &Inputs,
+    rough: &RoughJoint,
+) -> Result<(Patch, Vec<f64>, Vec<String>), RunError> {
+    if let Some(measured) = &inputs.measured {
+        let notices = measured.notices.iter().map(ToString::to_string).collect();
+        return Ok((measured.patch.clone(), measured.heights.clone(), notices));
+    }
     let patch = rough.patch();
     let mut notices = Vec::new();
     let mut random = |spectrum, rq, seed| -> Result<Vec<f64>, RunError> {
@@ -125,32 +167,7 @@ pub fn heights(rough: &RoughJoint) -> Result<(Patch, Vec<f64>, Vec<String>), Run
             };
             random(spectrum, *rq, *seed)?
         }
-        scene::Surface::File {
-            path,
-            unit,
-            detrend,
-            fill,
-            spacing,
-        } => {
-            let options = ReadOptions {
-                height_unit: *unit,
-                lateral_unit: None,
-                spacing: *spacing,
-            };
-            let topography = readers::read(path, &options)?;
-            let options = PrepareOptions {
-                detrend: *detrend,
-                fill: *fill,
-            };
-            let prepared = prepare::onto_joint(&topography, &patch, options).map_err(|source| {
-                RunError::Prepare {
-                    path: path.clone(),
-                    source,
-                }
-            })?;
-            let notices = prepared.notices.iter().map(ToString::to_string).collect();
-            return Ok((prepared.patch, prepared.heights, notices));
-        }
+        scene::Surface::File { .. } => unreachable!("the inputs hold what a file gives"),
     };
     Ok((patch, height, notices))
 }

@@ -288,6 +288,19 @@ impl Resonator {
         Ok(())
     }
 
+    /// Cells of the box around the mesh: at least as many as the mesh has, known without meshing.
+    pub fn box_cells(&self) -> f64 {
+        let along_x = self.block_cells
+            + 2 * (self.stub_cells + self.gap_cells)
+            + self.lap_cells
+            + self.leaf_cells
+            + self.window_cells
+            + self.wall_cells;
+        let along_y = 2 * (self.rim_cells + self.inner_cells) + self.lap_cells;
+        let along_z = 2 * (self.head_cells + self.half_depth_cells);
+        along_x as f64 * along_y as f64 * along_z as f64
+    }
+
     /// Meshes the resonator.
     ///
     /// # Errors

@@ -76,6 +76,26 @@ pub enum TableError {
         /// Rows of the schema.
         expected: usize,
     },
+    /// A file of more rows than any table has.
+    #[error("the file of the table `{table}` has {found} rows; it may have at most {limit}")]
+    TooManyRows {
+        /// Name of the table.
+        table: String,
+        /// Rows that the file announces, or has.
+        found: i64,
+        /// Most rows.
+        limit: i64,
+    },
+    /// A file in a compression that is not read.
+    #[error("the file of the table `{table}` is compressed as {found}; read are {read}")]
+    Codec {
+        /// Name of the table.
+        table: String,
+        /// The compression.
+        found: String,
+        /// Those that are read.
+        read: String,
+    },
     /// A value that is not a finite number.
     #[error(
         "row {row} of the column `{column}` of the table `{table}` is {value}; it must be {expected}"

@@ -7,11 +7,13 @@
 //! Arrow and Parquet are named in this folder only.
 
 mod error;
+mod foreign;
 mod parquet_file;
 mod schema;
 mod table;
 
 pub use error::TableError;
+pub use foreign::{announced_rows, codecs, decoded, unread_codec};
 pub use parquet_file::{METADATA_KEY, Provenance, from_parquet, provenance_of, to_parquet};
 pub use schema::{ColumnSchema, ColumnType, Place, Schema, TableName};
 pub use table::{Column, Table, TableBuilder};

@@ -1,5 +1,6 @@
 //! Tables as Parquet files, and back.
 
+use super::foreign::{announced_rows, codecs, decoded, unread_codec};
 use super::{Column, ColumnSchema, ColumnType, Schema, Table, TableBuilder, TableError};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type};
@@ -27,6 +28,9 @@ const ZSTD_LEVEL: i32 = 3;
 
 /// Rows decoded at a time: a 256 x 256 field in one piece, and no larger allocation because a damaged footer asks for it.
 const BATCH_ROWS: usize = 1 << 16;
+
+/// Most rows of a table: one for each cell of the largest grid of a joint.
+const MOST_ROWS: i64 = 1 << 28;
 
 /// Where a table comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -101,10 +105,14 @@ pub fn to_parquet(table: &Table, provenance: &Provenance) -> Result<Vec<u8>, Tab
 /// # Errors
 /// A [`TableError`] for bytes that are not Parquet, a file of another program, table or schema version, and a table that
 /// does not hold to the schema.
-///
-/// # Panics
-/// The format library may panic on damaged bytes: verify their hash first, as the run store does.
 pub fn from_parquet(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> {
+    decoded(|| decode(bytes, expected)).map_err(|source| TableError::Parquet {
+        table: expected.name.clone(),
+        source,
+    })?
+}
+
+fn decode(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> {
     let parquet_error = |source| TableError::Parquet {
         table: expected.name.clone(),
         source,
@@ -126,22 +134,44 @@ pub fn from_parquet(bytes: &[u8], expected: &'static Schema) -> Result<Table, Ta
             expected: expected.version,
         });
     }
+    // Before anything is unpacked: a few bytes may announce any number of rows.
+    few_rows(&expected.name, announced_rows(reader.metadata()))?;
+    if let Some(codec) = unread_codec(reader.metadata()) {
+        return Err(TableError::Codec {
+            table: expected.name.clone(),
+            found: codec,
+            read: codecs(),
+        });
+    }
     let arrow_schema = reader.schema().clone();
-    let mut columns = Vec::new();
+    let mut columns: Vec<(&ColumnSchema, Column)> = Vec::new();
     for field in arrow_schema.fields() {
         let described = expected.require(field.name())?;
         same_unit(&expected.name, described, &entry)?;
+        if columns
+            .iter()
+            .any(|(other, _)| other.name == described.name)
+        {
+            return Err(TableError::ColumnTwice {
+                table: expected.name.clone(),
+                column: described.name.clone(),
+            });
+        }
         columns.push((described, empty_column(described.kind)));
     }
     let batches = reader
         .with_batch_size(BATCH_ROWS)
         .build()
         .map_err(parquet_error)?;
+    let mut rows = 0;
     for batch in batches {
         let batch = batch.map_err(|source| TableError::Arrow {
             table: expected.name.clone(),
             source,
         })?;
+        // It may hold more than it announced.
+        rows += batch.num_rows() as i64;
+        few_rows(&expected.name, rows)?;
         for ((described, column), array) in columns.iter_mut().zip(batch.columns()) {
             append(&expected.name, described, column, array)?;
         }
@@ -159,12 +189,13 @@ pub fn from_parquet(bytes: &[u8], expected: &'static Schema) -> Result<Table, Ta
 /// # Errors
 /// [`TableError::Parquet`] for bytes that are not Parquet, [`TableError::NotOurs`] for a file of another program.
 pub fn provenance_of(bytes: &[u8], expected: &Schema) -> Result<Provenance, TableError> {
-    let reader = ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes)).map_err(
-        |source| TableError::Parquet {
-            table: expected.name.clone(),
-            source,
-        },
-    )?;
+    let reader =
+        decoded(|| ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes)))
+            .flatten()
+            .map_err(|source| TableError::Parquet {
+                table: expected.name.clone(),
+                source,
+            })?;
     let entry = file_entry(
         reader.metadata().file_metadata().key_value_metadata(),
         &expected.name,
@@ -172,6 +203,17 @@ pub fn provenance_of(bytes: &[u8], expected: &Schema) -> Result<Provenance, Tabl
     Ok(Provenance {
         scene_hash: entry.scene_hash,
         program_version: entry.program_version,
+    })
+}
+
+fn few_rows(table: &str, rows: i64) -> Result<(), TableError> {
+    if rows <= MOST_ROWS {
+        return Ok(());
+    }
+    Err(TableError::TooManyRows {
+        table: table.to_owned(),
+        found: rows,
+        limit: MOST_ROWS,
     })
 }
 

@@ -67,7 +67,7 @@ const OF_DYNAMICS: &[(&str, &str, &str)] = &[
     (
         r#"force = { amplitude = "1000 N", at = "far_wall", direction = "x" }"#,
         r#"force = { amplitude = "1000 N", harmonic = 1.5 }"#,
-        "case.toml, line 19: dynamics.force.harmonic = 1.5: must be an integer of 0 or more",
+        "case.toml, line 19: dynamics.force.harmonic = 1.5: must be an integer of 0 to 1000",
     ),
     (
         r#"force = { amplitude = "1000 N", at = "far_wall", direction = "x" }"#,
@@ -156,7 +156,13 @@ frequency =",
         "frequency =",
         "modes = 0
 frequency =",
-        "case.toml, line 20: dynamics.modes = 0: must be an integer of 1 or more",
+        "case.toml, line 20: dynamics.modes = 0: must be an integer of 1 to 1000",
+    ),
+    (
+        "frequency =",
+        "modes = 1e9
+frequency =",
+        "case.toml, line 20: dynamics.modes = 1000000000.0: must be an integer of 1 to 1000",
     ),
     (
         "frequency =",
@@ -186,7 +192,13 @@ frequency ="#,
         "frequency =",
         "points = 1
 frequency =",
-        "case.toml, line 20: dynamics.points = 1: must be an integer of 2 or more",
+        "case.toml, line 20: dynamics.points = 1: must be an integer of 2 to 100000",
+    ),
+    (
+        "frequency =",
+        "points = 1e9
+frequency =",
+        "case.toml, line 20: dynamics.points = 1000000000.0: must be an integer of 2 to 100000",
     ),
     (
         r#"frequency = ["900 Hz", "1050 Hz"]"#,
@@ -240,7 +252,12 @@ const OF_WEAR: &[(&str, &str, &str)] = &[
     (
         "stiffness_change = 0.10",
         "iterations = 0",
-        "case.toml, line 25: update.iterations = 0: must be an integer of 1 or more",
+        "case.toml, line 25: update.iterations = 0: must be an integer of 1 to 1000000000",
+    ),
+    (
+        "stiffness_change = 0.10",
+        "iterations = 1e10",
+        "case.toml, line 25: update.iterations = 10000000000.0: must be an integer of 1 to 1000000000",
     ),
     (
         "stiffness_change = 0.10",
@@ -347,5 +364,29 @@ fn an_update_in_one_word() {
     assert_eq!(
         folder.message("case.toml", &["update=no"]),
         r#"--set update=no: update = "no": must be "never" or a table such as { stiffness_change = 0.10 }"#
+    );
+}
+
+#[test]
+fn lists_of_too_many() {
+    let numbers = |count: u64| (0..count).map(|k| format!("{k}, ")).collect::<String>();
+    for (key, count, limit) in [
+        ("dynamics.harmonics", 1002, 1001),
+        ("output.response_at", 10_001, 10_000),
+    ] {
+        let set = format!("{key}=[{}]", numbers(count));
+        let message = Folder::new()
+            .with("case.toml", ROUGH)
+            .message("case.toml", &[&set]);
+        let end = format!(": {key} = (a list of {count}): must be a list of at most {limit}");
+        assert!(message.ends_with(&end), "{message}");
+    }
+    let message = Folder::new().with("case.toml", ROUGH).message(
+        "case.toml",
+        &["wear.volume=1 mm^3", "output.response_at=[0, 1e17]"],
+    );
+    assert!(
+        message.ends_with("must be a list of numbers of cycles up to 9007199254740992"),
+        "{message}"
     );
 }

@@ -381,12 +381,12 @@ moment = "2 N m""#,
     (
         "cycles = 10_000_000",
         "cycles = 0",
-        "case.toml, line 21: wear.cycles = 0: must be an integer of 1 or more",
+        "case.toml, line 21: wear.cycles = 0: must be an integer of 1 to 9007199254740992",
     ),
     (
         "cycles = 10_000_000",
         "cycles = 1.5",
-        "case.toml, line 21: wear.cycles = 1.5: must be an integer of 1 or more",
+        "case.toml, line 21: wear.cycles = 1.5: must be an integer of 1 to 9007199254740992",
     ),
     (
         "cycles = 10_000_000",
@@ -413,7 +413,7 @@ tolerance = 2",
     (
         r#"keep = "all""#,
         "keep = { last = 0 }",
-        "case.toml, line 23: output.keep.last = 0: must be an integer of 1 or more",
+        "case.toml, line 23: output.keep.last = 0: must be an integer of 1 to 1000000000",
     ),
     (
         r#"keep = "all""#,
@@ -458,5 +458,85 @@ fn syntax() {
             message.starts_with("case.toml: is not valid TOML: ") && message.contains(line),
             "{message}"
         );
+    }
+}
+
+/// What no scene is told as such, and is not waited for.
+#[cfg(unix)]
+#[test]
+fn what_is_no_file() {
+    let folder = Folder::new();
+    let pipe = folder.path("pipe.toml");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.expect("mkfifo").success());
+    std::os::unix::fs::symlink("/dev/zero", folder.path("zero.toml")).expect("a link");
+    std::fs::create_dir(folder.path("folder.toml")).expect("a folder");
+    for (name, what) in [
+        ("pipe.toml", "a pipe or a device"),
+        ("zero.toml", "a pipe or a device"),
+        ("folder.toml", "a folder"),
+    ] {
+        assert_eq!(
+            folder.message(name, &[]),
+            format!("{name}: cannot be read: it is {what}, not a regular file")
+        );
+    }
+    let folder = folder.with("based.toml", "base = \"pipe.toml\"");
+    let message = folder.message("based.toml", &[]);
+    assert!(message.contains("it is a pipe or a device"), "{message}");
+    // A link to a file is one.
+    let folder = folder.with("case.toml", super::CASE);
+    std::os::unix::fs::symlink(folder.path("case.toml"), folder.path("link.toml")).expect("a link");
+    folder.scene("link.toml", &[]);
+}
+
+#[test]
+fn a_file_of_too_many_bytes() {
+    let long = format!("{}# {}\n", super::CASE, "x".repeat(16 << 20));
+    let message = Folder::new()
+        .with("case.toml", &long)
+        .message("case.toml", &[]);
+    assert!(
+        message.starts_with("case.toml: cannot be read: it has 167")
+            && message.ends_with("at most 16777216 are read"),
+        "{message}"
+    );
+}
+
+/// Some times what a file of many keys takes on a loaded machine. Counting the lines before each key anew takes ten times this.
+const SECONDS: u64 = 4;
+
+#[test]
+fn a_file_of_many_keys() {
+    let keys: String = (0..60_000).map(|k| format!("k{k} = {k}\n")).collect();
+    let folder = Folder::new().with("case.toml", &format!("{}{keys}", super::CASE));
+    let begin = std::time::Instant::now();
+    let message = folder.message("case.toml", &[]);
+    assert!(begin.elapsed().as_secs() < SECONDS, "{:?}", begin.elapsed());
+    assert_eq!(
+        message,
+        "case.toml, line 24: output.k0 = 0: there is no such key; known here: keep, cycle_fields, curves_every, response_at"
+    );
+    // A name is not compared letter by letter with all that are known.
+    let folder = Folder::new().with("case.toml", &format!("{} = 1", "x".repeat(1 << 20)));
+    let begin = std::time::Instant::now();
+    assert!(folder.message("case.toml", &[]).contains("no such key"));
+    assert!(begin.elapsed().as_secs() < SECONDS, "{:?}", begin.elapsed());
+}
+
+/// The reader of TOML refuses what nests too deep for those that go through it.
+#[test]
+fn deep_nesting() {
+    let deep = 100_000;
+    for text in [
+        format!("{} = 1", vec!["a"; deep].join(".")),
+        format!("[{}]", vec!["a"; deep].join(".")),
+        format!("a = {}{}", "[".repeat(deep), "]".repeat(deep)),
+        format!("a = {}1{}", "{a=".repeat(deep), "}".repeat(deep)),
+    ] {
+        let message = Folder::new()
+            .with("case.toml", &text)
+            .message("case.toml", &[]);
+        assert!(message.starts_with("case.toml: is not valid TOML: "));
     }
 }

@@ -18,7 +18,7 @@ const IN_SET: &[(&[&str], &str)] = &[
     ),
     (
         &["wear.cycles=1e6.5"],
-        r#"--set wear.cycles=1e6.5: wear.cycles = "1e6.5": must be an integer of 1 or more"#,
+        r#"--set wear.cycles=1e6.5: wear.cycles = "1e6.5": must be an integer of 1 to 9007199254740992"#,
     ),
     (
         &["contact.normal_load=30"],
@@ -117,11 +117,23 @@ const IN_SET: &[(&[&str], &str)] = &[
     ),
     (
         &["wear.cycles=1e19"],
-        "--set wear.cycles=1e19: wear.cycles = 10000000000000000000.0: must be an integer of 1 or more",
+        "--set wear.cycles=1e19: wear.cycles = 10000000000000000000.0: must be an integer of 1 to 9007199254740992",
     ),
     (
         &["wear.cycles=inf"],
-        "--set wear.cycles=inf: wear.cycles = inf: must be an integer of 1 or more",
+        "--set wear.cycles=inf: wear.cycles = inf: must be an integer of 1 to 9007199254740992",
+    ),
+    (
+        &["wear.cycles=1e16"],
+        "--set wear.cycles=1e16: wear.cycles = 10000000000000000.0: must be an integer of 1 to 9007199254740992",
+    ),
+    (
+        &["output.curves_every=1e10"],
+        "--set output.curves_every=1e10: output.curves_every = 10000000000.0: must be an integer of 0 to 1000000000",
+    ),
+    (
+        &["output.keep.every=1e10"],
+        "--set output.keep.every=1e10: output.keep.every = 10000000000.0: must be an integer of 1 to 1000000000",
     ),
     (
         &["title=2020-01-01"],
@@ -225,4 +237,20 @@ fn a_quantity_error_is_the_source_of_a_unit_fault() {
         *error.problem,
         fretwear::scene::Problem::Quantity { ref key, .. } if key == "contact.normal_load"
     ));
+}
+
+/// A key of so many names is none, and whatever goes through them one below the other would go too deep.
+#[test]
+fn a_key_of_many_names() {
+    let name = |count| vec!["a"; count].join(".");
+    for count in [81, 60_000] {
+        let set = format!("{}=1", name(count));
+        let message = case().message("case.toml", &[&set]);
+        let end = format!(
+            ": has a key of {count} names; a key has at most 80, such as --set joint.hole.diameter=\"11 mm\""
+        );
+        assert!(message.ends_with(&end), "{count}");
+    }
+    let message = case().message("case.toml", &[&format!("{}=1", name(80))]);
+    assert!(message.contains("there is no such key"), "{message}");
 }

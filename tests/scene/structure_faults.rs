@@ -91,13 +91,21 @@ block_length = "0 mm""#,
         r#"kind = "resonator""#,
         r#"kind = "resonator"
 leaf_cells = 0"#,
-        "case.toml, line 18: structure.leaf_cells = 0: must be an integer of 1 or more",
+        "case.toml, line 18: structure.leaf_cells = 0: must be an integer of 1 to 999",
     ),
     (
         r#"kind = "resonator""#,
         r#"kind = "resonator"
 leaf_cells = 1000"#,
         "case.toml, line 18: structure.leaf_cells = 1000: must be an integer of 1 to 999",
+    ),
+    (
+        r#"kind = "resonator""#,
+        r#"kind = "resonator"
+head_cells = 999
+half_depth_cells = 999
+window_cells = 999"#,
+        "case.toml, line 16: section [structure]: the box around its mesh has 1.97e8 cells; it may have at most 4e6: make joint.elements or the *_cells smaller",
     ),
     (
         r#"kind = "resonator""#,

@@ -3,10 +3,13 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
+use fretwear::stages::{Inputs, RunOptions, Stage};
 use fretwear::tables::TableName;
 
-use super::Start;
+use super::{Seen, Start};
+use crate::support::faulty::FaultyFileSystem;
 use crate::support::{Bench, SMALL, latest, reader, summary, table, verified};
 
 const SHORT: &str = "wear.cycles=60_000";
@@ -297,12 +300,7 @@ fn a_measured_surface() {
         text += &(row.join(",") + "\n");
     }
     bench.write("map.csv", text);
-    let (head, tail) = SMALL.split_once("kind = \"gaussian\"").expect("a kind");
-    let (_, tail) = tail.split_once("[contact]").expect("a contact");
-    bench.write(
-        "measured.toml",
-        format!("{head}kind = \"file\"\npath = \"map.csv\"\nunit = \"um\"\ndetrend = \"none\"\n[contact]{tail}"),
-    );
+    bench.write("measured.toml", measured("map.csv"));
     let root = run(&bench, "measured.toml", &[SHORT]);
     let surface = reader(&root)
         .read_once(TableName::Surface)
@@ -315,6 +313,85 @@ fn a_measured_surface() {
         height[23]
     );
     assert!(latest(&root) >= 1);
+}
+
+/// Its bytes are hashed and its heights taken in one reading: a file that changes while a run begins is not taken for another.
+#[test]
+fn a_measured_surface_is_read_once() {
+    let bench = Bench::new();
+    let map = |height: f64| -> String {
+        let row = |i: u32| {
+            let heights: Vec<String> = (0..22)
+                .map(|j| format!("{}", height * f64::from(7 * i + 3 * j).sin()))
+                .collect();
+            heights.join(",") + "\n"
+        };
+        (0..26).map(row).collect()
+    };
+    bench.write("map.csv", map(0.4));
+    bench.write("measured.toml", measured("map.csv"));
+    let scene = bench.scene("measured.toml", &[SHORT]);
+    let inputs = Inputs::of(scene.clone()).expect("a map");
+    let content = inputs.canonical["surface"]["content"].clone();
+    bench.write("map.csv", map(0.7));
+    let other = Inputs::of(scene).expect("a map");
+    assert_ne!(other.canonical["surface"]["content"], content);
+    std::fs::remove_file(bench.path("map.csv")).expect("removed");
+    for (name, inputs, height) in [("a", inputs, 0.4e-6), ("b", other, 0.7e-6)] {
+        let root = bench.path(name);
+        let options = RunOptions {
+            inputs: &inputs,
+            root: root.clone(),
+            source: None,
+            until: Some(Stage::Surface),
+            threads: 1,
+            cache: None,
+            file_system: Arc::new(FaultyFileSystem::sound()),
+            stop: &|_| false,
+        };
+        fretwear::stages::run(&options, &Seen::default()).expect("a surface");
+        let surface = reader(&root)
+            .read_once(TableName::Surface)
+            .expect("readable")
+            .expect("there");
+        let found = surface.f64("height").expect("a height")[23];
+        assert!((found - height * 10f64.sin()).abs() < 1e-12, "{found:e}");
+    }
+}
+
+#[test]
+fn a_measured_surface_that_is_none() {
+    let bench = Bench::new();
+    bench.write("measured.toml", measured("map.csv"));
+    for (map, said) in [
+        ("1,2\n3,x\n", "map.csv: line 2, value 2: found \"x\""),
+        (
+            "nan,nan\nnan,nan\n",
+            "map.csv: none of the 2 x 2 points has a height",
+        ),
+    ] {
+        bench.write("map.csv", map);
+        for command in ["plan", "run"] {
+            let did = bench.fretwear(&[command, "measured.toml"]);
+            assert_eq!(did.code(), 2, "{}", did.stderr());
+            let stderr = did.stderr();
+            assert!(
+                stderr.contains(said) && stderr.contains("surface.path"),
+                "{stderr}"
+            );
+        }
+    }
+    // Nothing was begun.
+    assert!(!bench.path("runs").exists());
+}
+
+/// The small scene with a surface from a file.
+fn measured(path: &str) -> String {
+    let (head, tail) = SMALL.split_once("kind = \"gaussian\"").expect("a kind");
+    let (_, tail) = tail.split_once("[contact]").expect("a contact");
+    format!(
+        "{head}kind = \"file\"\npath = \"{path}\"\nunit = \"um\"\ndetrend = \"none\"\n[contact]{tail}"
+    )
 }
 
 #[test]

@@ -3,6 +3,7 @@
 mod al3d;
 mod correlation;
 mod generate;
+mod limits;
 mod malformed;
 mod prepare;
 mod readers;

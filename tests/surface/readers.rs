@@ -2,11 +2,14 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use arrow_array::{ArrayRef, Float64Array, Int32Array, RecordBatch, UInt16Array};
+use arrow_array::{ArrayRef, Float64Array, Int32Array, RecordBatch, StringArray, UInt16Array};
 use arrow_schema::{Field, Schema};
 use fretwear::surface::readers::{ReadOptions, read};
 use fretwear::surface::topography::Topography;
 use parquet::arrow::ArrowWriter;
+use parquet::basic::{Compression, CompressionCodec, GzipLevel, ZstdLevel};
+use parquet::file::metadata::{ParquetMetaDataReader, ParquetMetaDataWriter};
+use parquet::file::properties::WriterProperties;
 
 use super::writers::{Sur, file, npy, sur, x3p_description, zip};
 
@@ -337,6 +340,10 @@ fn x3p_of_every_type() {
 }
 
 fn write_table(columns: Vec<(&str, Option<&str>, ArrayRef)>) -> Vec<u8> {
+    compressed(columns, Compression::UNCOMPRESSED)
+}
+
+fn compressed(columns: Vec<(&str, Option<&str>, ArrayRef)>, compression: Compression) -> Vec<u8> {
     let fields: Vec<Field> = columns
         .iter()
         .map(|(name, unit, array)| {
@@ -351,7 +358,10 @@ fn write_table(columns: Vec<(&str, Option<&str>, ArrayRef)>) -> Vec<u8> {
     let arrays = columns.into_iter().map(|(_, _, array)| array).collect();
     let batch = RecordBatch::try_new(schema.clone(), arrays).unwrap();
     let mut bytes = Vec::new();
-    let mut writer = ArrowWriter::try_new(&mut bytes, schema, None).unwrap();
+    let properties = WriterProperties::builder()
+        .set_compression(compression)
+        .build();
+    let mut writer = ArrowWriter::try_new(&mut bytes, schema, Some(properties)).unwrap();
     writer.write(&batch).unwrap();
     writer.close().unwrap();
     bytes
@@ -408,6 +418,109 @@ fn parquet_by_indices_and_by_positions() {
     ]);
     let found = read_file("points.parquet", positions, &AS_STATED);
     assert_is_it(&found, Some([0.5e-3, 0.25e-3]), true);
+}
+
+/// What pandas, pyarrow and DuckDB write unless told otherwise, and what they are often told.
+#[test]
+fn parquet_of_every_compression() {
+    let column = |value: &dyn Fn(usize, usize) -> f64| -> ArrayRef {
+        let values = (0..NX * NY).map(|k| value(k / NY, k % NY));
+        Arc::new(Float64Array::from_iter_values(values))
+    };
+    for compression in [
+        Compression::UNCOMPRESSED,
+        Compression::SNAPPY,
+        Compression::GZIP(GzipLevel::default()),
+        Compression::LZ4,
+        Compression::LZ4_RAW,
+        Compression::ZSTD(ZstdLevel::default()),
+    ] {
+        let columns = vec![
+            ("i", None, column(&|i, _| i as f64)),
+            ("j", None, column(&|_, j| j as f64)),
+            ("height", Some("um"), column(&height)),
+        ];
+        let bytes = compressed(columns, compression);
+        assert_is_it(&read_file("map.parquet", bytes, &AS_STATED), None, true);
+        let columns = vec![
+            // Columns that are not asked for are not looked at.
+            (
+                "name",
+                None,
+                Arc::new(StringArray::from(vec!["a"; NX * NY])) as ArrayRef,
+            ),
+            ("z", Some("um"), column(&height)),
+            ("y", Some("mm"), column(&|_, j| 0.25 * j as f64)),
+            ("x", Some("mm"), column(&|i, _| 0.5 * i as f64)),
+        ];
+        let bytes = compressed(columns, compression);
+        let found = read_file("map.parquet", bytes, &AS_STATED);
+        assert_is_it(&found, Some([0.5e-3, 0.25e-3]), true);
+    }
+}
+
+/// The same file with another description: as many rows, or another compression, than it has.
+fn announcing(bytes: &[u8], rows: Option<i64>, codec: Option<CompressionCodec>) -> Vec<u8> {
+    let source = bytes::Bytes::copy_from_slice(bytes);
+    let metadata = ParquetMetaDataReader::new()
+        .parse_and_finish(&source)
+        .unwrap();
+    let mut groups = Vec::new();
+    for group in metadata.row_groups() {
+        let columns = group.columns().iter().map(|column| {
+            let codec = codec.unwrap_or(column.compression_codec());
+            let builder = column.clone().into_builder();
+            builder.set_compression_codec(codec).build().unwrap()
+        });
+        let columns: Vec<_> = columns.collect();
+        let builder = group.clone().into_builder();
+        let builder = builder
+            .set_num_rows(rows.unwrap_or(group.num_rows()))
+            .set_column_metadata(columns);
+        groups.push(builder.build().unwrap());
+    }
+    let changed = metadata.into_builder().set_row_groups(groups).build();
+    // Before the description: its length and the magic, eight bytes, end a file.
+    let footer = &bytes[bytes.len() - 8..];
+    let length = u32::from_le_bytes(footer[..4].try_into().unwrap()) as usize;
+    let mut found = bytes[..bytes.len() - 8 - length].to_vec();
+    ParquetMetaDataWriter::new(&mut found, &changed)
+        .finish()
+        .unwrap();
+    found
+}
+
+#[test]
+fn parquet_that_announces_what_is_not_read() {
+    let one = || -> ArrayRef { Arc::new(Float64Array::from(vec![0.0])) };
+    let bytes = write_table(vec![
+        ("i", None, one()),
+        ("j", None, one()),
+        ("height", None, one()),
+    ]);
+    let refused = |bytes: &[u8]| {
+        let written = file("map.parquet", bytes);
+        read(&written.path, &MICROMETRES).unwrap_err().to_string()
+    };
+    assert!(
+        read(
+            &file("map.parquet", announcing(&bytes, None, None)).path,
+            &MICROMETRES
+        )
+        .is_ok()
+    );
+    let message = refused(&announcing(&bytes, Some(1 << 40), None));
+    assert!(
+        message.contains("1099511627776 rows; at most 134217728 points"),
+        "{message}"
+    );
+    let message = refused(&announcing(&bytes, None, Some(CompressionCodec::BROTLI)));
+    assert!(
+        message.contains(
+            "compressed as BROTLI is not supported; read are UNCOMPRESSED, SNAPPY, GZIP, LZ4, LZ4_RAW, ZSTD"
+        ),
+        "{message}"
+    );
 }
 
 #[test]

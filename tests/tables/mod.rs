@@ -9,7 +9,9 @@ use fretwear::tables::{
 };
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
-use parquet::basic::{Compression, Encoding};
+use parquet::basic::{Compression, CompressionCodec, Encoding, GzipLevel};
+use parquet::file::metadata::{ParquetMetaDataReader, ParquetMetaDataWriter};
+use parquet::file::properties::WriterProperties;
 use proptest::prelude::*;
 use std::sync::Arc;
 
@@ -481,4 +483,135 @@ fn a_sparse_field_is_small() {
         .expect("a field");
     let bytes = to_parquet(&table, &provenance()).expect("a file");
     assert!(bytes.len() < WEAR_FIELD_BYTES, "{} bytes", bytes.len());
+}
+
+/// A table that another program read and wrote again, with all that stands beside it.
+fn written_again(bytes: &[u8], compression: Compression) -> Vec<u8> {
+    let reader =
+        ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes)).expect("a table");
+    let schema = reader.schema().clone();
+    let beside = reader
+        .metadata()
+        .file_metadata()
+        .key_value_metadata()
+        .cloned();
+    let properties = WriterProperties::builder()
+        .set_compression(compression)
+        .set_key_value_metadata(beside)
+        .build();
+    let mut writer = ArrowWriter::try_new(Vec::new(), schema, Some(properties)).expect("a writer");
+    for batch in reader.build().expect("batches") {
+        writer.write(&batch.expect("a batch")).expect("written");
+    }
+    writer.into_inner().expect("a file")
+}
+
+#[test]
+fn files_of_every_compression() {
+    let table = filled(TableName::Cycle, 7);
+    let bytes = to_parquet(&table, &provenance()).expect("a file");
+    for compression in [
+        Compression::UNCOMPRESSED,
+        Compression::SNAPPY,
+        Compression::GZIP(GzipLevel::default()),
+        Compression::LZ4,
+        Compression::LZ4_RAW,
+    ] {
+        let again = written_again(&bytes, compression);
+        let read = from_parquet(&again, TableName::Cycle.schema()).expect("the table");
+        assert_eq!(read, table, "{compression}");
+    }
+}
+
+#[test]
+fn files_that_announce_what_is_not_read() {
+    let table = filled(TableName::Hysteresis, 7);
+    let bytes = to_parquet(&table, &provenance()).expect("a file");
+    let metadata = ParquetMetaDataReader::new()
+        .parse_and_finish(&Bytes::copy_from_slice(&bytes))
+        .expect("a description");
+    let announcing = |rows: i64, codec: CompressionCodec| {
+        let group = metadata.row_group(0).clone();
+        let columns = group.columns().iter().map(|column| {
+            let builder = column.clone().into_builder();
+            builder
+                .set_compression_codec(codec)
+                .build()
+                .expect("a column")
+        });
+        let columns: Vec<_> = columns.collect();
+        let builder = group.into_builder().set_num_rows(rows);
+        let group = builder.set_column_metadata(columns).build().expect("rows");
+        let changed = metadata.clone().into_builder().set_row_groups(vec![group]);
+        let mut found = bytes[..4].to_vec();
+        ParquetMetaDataWriter::new(&mut found, &changed.build())
+            .finish()
+            .expect("a description");
+        found
+    };
+    let refused =
+        |bytes: &[u8]| from_parquet(bytes, TableName::Hysteresis.schema()).expect_err("not read");
+    let error = refused(&announcing(1 << 40, CompressionCodec::ZSTD));
+    assert!(matches!(error, TableError::TooManyRows { .. }), "{error}");
+    let text = error.to_string();
+    assert!(
+        text.contains("1099511627776 rows") && text.contains("268435456"),
+        "{text}"
+    );
+    let error = refused(&announcing(7, CompressionCodec::LZO));
+    let text = error.to_string();
+    assert!(
+        text.ends_with(
+            "compressed as LZO; read are UNCOMPRESSED, SNAPPY, GZIP, LZ4, LZ4_RAW, ZSTD"
+        ),
+        "{text}"
+    );
+}
+
+/// Bytes with some flipped, or the end cut off: the same of the same number.
+fn damaged(bytes: &[u8], number: u64) -> Vec<u8> {
+    let mut state = number;
+    // Steele, Lea & Flood's generator (SplitMix64).
+    let mut random = |below: usize| {
+        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) % below as u64) as usize
+    };
+    let mut found = bytes.to_vec();
+    if random(8) == 0 {
+        found.truncate(random(bytes.len()));
+        return found;
+    }
+    // The description at the end is where damage does most.
+    let near_end = random(2) == 0;
+    for _ in 0..=random(4) {
+        let end = found.len();
+        let place = if near_end {
+            end - 1 - random(end.min(700))
+        } else {
+            random(end)
+        };
+        found[place] = random(256) as u8;
+    }
+    found
+}
+
+/// Whatever the damage, the answer is a table or an error.
+#[test]
+fn damaged_files() {
+    for name in [TableName::Summary, TableName::Cycle, TableName::Timing] {
+        let whole = to_parquet(&filled(name, 40), &provenance()).expect("a file");
+        let again = written_again(&whole, Compression::SNAPPY);
+        let mut refused = 0;
+        for bytes in [&whole, &again] {
+            for number in 0..700 {
+                let bytes = damaged(bytes, number);
+                refused += usize::from(from_parquet(&bytes, name.schema()).is_err());
+                drop(provenance_of(&bytes, name.schema()));
+            }
+        }
+        assert!(refused > 700, "{name}: {refused}");
+    }
 }

@@ -1,7 +1,9 @@
 //! `[motion]`, `[wear]` and `[update]`: what happens in a cycle, and over many of them.
 
 use super::{Body, Result, fidelity};
-use crate::scene::reader::{ANY, CHANGE, NOT_NEGATIVE, POSITIVE, Reader, TOLERANCE};
+use crate::scene::reader::{
+    ANY, CHANGE, MOST_CYCLES, MOST_ITERATIONS, NOT_NEGATIVE, POSITIVE, Reader, TOLERANCE,
+};
 use crate::scene::{
     Boundary, Contact, Dynamics, Fidelity, Motion, Preset, Scheme, Torsion, Transverse, Update,
     Wear, keys,
@@ -216,7 +218,7 @@ pub(super) fn wear(reader: &Reader<'_>, body: Body, fidelity: &Fidelity) -> Resu
             "\"2e3 um^3/J\"",
         )?
         .ok_or_else(|| reader.missing("wear.coefficient", "coefficient = \"2e3 um^3/J\""))?;
-    let cycles = reader.integer("wear.cycles", 1)?;
+    let cycles = reader.integer("wear.cycles", 1, MOST_CYCLES)?;
     let volume = reader.quantity("wear.volume", Dimension::VOLUME, POSITIVE, "\"1 mm^3\"")?;
     if cycles.is_none() && volume.is_none() {
         return Err(reader.missing(
@@ -302,7 +304,7 @@ pub(super) fn update(
         return Err(reader.misplaced("update", reason));
     }
     let change = reader.quantity(CRITERIA[0], Dimension::NONE, CHANGE, "0.10")?;
-    let iterations = reader.integer(CRITERIA[1], 1)?;
+    let iterations = reader.integer(CRITERIA[1], 1, MOST_ITERATIONS)?;
     let volume = reader.quantity(CRITERIA[2], Dimension::VOLUME, POSITIVE, "\"0.1 mm^3\"")?;
     Ok(change
         .map(Update::StiffnessChange)

@@ -9,13 +9,20 @@ use crate::scene::{Contact, DampingBasis, Dynamics, Force, FrictionLaw, Port, St
 use crate::units::Dimension;
 
 /// Elastic modes of a reduced structure unless the scene says otherwise [A §3].
-const MODES: u64 = 30;
+const MODES: usize = 30;
+/// More modes than any band that is swept has: the matrices of a reduced structure are dense, and the highest modes of a mesh are
+/// not those of the structure.
+const MOST_MODES: usize = 1000;
+/// More frequencies than a forced response can show; each is a solve of its own.
+const MOST_POINTS: usize = 100_000;
 /// Directions of motion of an oscillator, all of which it keeps.
-const OSCILLATOR_MODES: u64 = 3;
+const OSCILLATOR_MODES: usize = 3;
 /// Harmonics unless the scene says otherwise [A §3].
 const HARMONICS: [u32; 4] = [0, 1, 2, 3];
 /// A higher harmonic than any response shows: a slip of the keyboard.
 const LARGEST_HARMONIC: u64 = 1000;
+/// That harmonic and all below it, and the constant part.
+const MOST_HARMONICS: usize = LARGEST_HARMONIC as usize + 1;
 /// Modal damping ratio of a bolted steel structure unless the scene says otherwise. The published case does not state its own.
 const DAMPING_RATIO: f64 = 0.002;
 /// Where the forced response of an oscillator is computed unless the scene says otherwise: from this share of the natural
@@ -64,13 +71,11 @@ pub(super) fn dynamics(
     } else {
         MODES
     };
-    let modes = reader.integer("dynamics.modes", 1)?.unwrap_or(default);
-    let points = reader.integer("dynamics.points", 2)?;
-    let count = |number: u64| usize::try_from(number).unwrap_or(usize::MAX);
+    let modes = reader.count("dynamics.modes", 1, MOST_MODES)?;
     Ok(Dynamics {
         response,
         harmonics,
-        modes: count(modes),
+        modes: modes.unwrap_or(default),
         damping_ratio: reader
             .quantity("dynamics.damping_ratio", Dimension::NONE, RATIO, "0.002")?
             .unwrap_or(if is_oscillator { 0.0 } else { DAMPING_RATIO }),
@@ -87,7 +92,7 @@ pub(super) fn dynamics(
             )?
             .unwrap_or(FrictionLaw::Cone),
         frequency: frequency(reader, structure, contact, drive.port.axis)?,
-        points: points.map(count),
+        points: reader.count("dynamics.points", 2, MOST_POINTS)?,
         forces,
     })
 }
@@ -135,14 +140,9 @@ fn force(reader: &Reader<'_>, section: &str, structure: &Structure) -> Result<Fo
         axis: 0,
     };
     let port = port(reader, section, structure, &first)?;
-    let harmonic = reader.integer(&key("harmonic"), 0)?.unwrap_or(1);
-    let Some(harmonic) = u32::try_from(harmonic)
-        .ok()
-        .filter(|_| harmonic <= LARGEST_HARMONIC)
-    else {
-        let expected = format!("an integer of 0 to {LARGEST_HARMONIC}");
-        return Err(reader.out_of_range(&key("harmonic"), expected));
-    };
+    let harmonic = reader
+        .integer(&key("harmonic"), 0, LARGEST_HARMONIC)?
+        .map_or(1, |order| order as u32);
     let amplitude = reader
         .quantity(&key("amplitude"), Dimension::FORCE, ANY, "\"1000 N\"")?
         .ok_or_else(|| reader.missing(&key("amplitude"), "amplitude = \"1000 N\""))?;
@@ -199,7 +199,7 @@ fn harmonics(reader: &Reader<'_>, forces: &[Force]) -> Result<Vec<u32>> {
     let expected = format!(
         "a list of different integers of 0 to {LARGEST_HARMONIC}, 0 and 1 among them, such as [0, 1, 2, 3]"
     );
-    let mut orders = match reader.integers(KEY, &expected)? {
+    let mut orders = match reader.integers(KEY, MOST_HARMONICS, &expected)? {
         None => {
             let driven = forces.iter().map(|force| force.harmonic);
             let mut orders: Vec<u32> = HARMONICS.into_iter().chain(driven).collect();

@@ -1,7 +1,7 @@
 //! `[fidelity]`: how exactly things are computed.
 
 use super::Result;
-use crate::scene::reader::{Reader, TOLERANCE};
+use crate::scene::reader::{LARGEST_INTEGER, Reader, TOLERANCE};
 use crate::scene::{CycleMode, Dynamics, Fidelity, Preset, Structure};
 use crate::units::Dimension;
 
@@ -18,7 +18,7 @@ fn steps_per_cycle(preset: Preset) -> u64 {
 /// As many as make an error bar of a tenth of `error`, by the 2 % that 32 make on an orbit.
 fn steps_for(error: f64) -> u64 {
     let steps = 32.0 * (0.02 / (0.1 * error)).sqrt();
-    ((steps / 16.0).ceil() as u64 * 16).clamp(32, 1024)
+    ((steps / 16.0).ceil() * 16.0).clamp(32.0, 1024.0) as u64
 }
 
 /// Fewer do not make a loop with an inside; an odd number misses the reversal at half a cycle.
@@ -97,7 +97,7 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
     let target = reader.quantity("fidelity.tolerance", Dimension::NONE, TOLERANCE, "0.01")?;
     let expected = format!("an even integer of {SMALLEST_STEPS} to {LARGEST_STEPS}");
     let steps = reader
-        .integer("fidelity.steps_per_cycle", 0)?
+        .integer("fidelity.steps_per_cycle", 0, LARGEST_INTEGER)?
         .unwrap_or_else(|| target.map_or_else(|| steps_per_cycle(preset), steps_for));
     let steps_per_cycle = usize::try_from(steps)
         .ok()
@@ -134,13 +134,7 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
 
 fn load_steps(reader: &Reader<'_>) -> Result<Option<usize>> {
     const KEY: &str = "fidelity.load_steps";
-    let Some(steps) = reader.integer(KEY, 1)? else {
-        return Ok(None);
-    };
-    match usize::try_from(steps) {
-        Ok(steps) if steps <= LARGEST_STEPS => Ok(Some(steps)),
-        _ => Err(reader.out_of_range(KEY, format!("an integer of 1 to {LARGEST_STEPS}"))),
-    }
+    reader.count(KEY, 1, LARGEST_STEPS)
 }
 
 /// Samples of a vibration cycle of a preset. The friction law is integrated exactly between them, along straight lines: the
@@ -156,7 +150,7 @@ fn samples(preset: Preset) -> usize {
 /// As many as leave a tenth of `error` of amplitude, by what 64 leave.
 fn samples_for(error: f64) -> usize {
     let samples = 64.0 * (1e-3 / (0.1 * error)).sqrt();
-    ((samples / 32.0).ceil() as usize * 32).clamp(32, 1024)
+    ((samples / 32.0).ceil() * 32.0).clamp(32.0, 1024.0) as usize
 }
 
 /// An oscillator has one element: as many times the samples cost nothing.
@@ -232,7 +226,7 @@ fn with_samples(
     };
     let highest = dynamics.harmonics.last().map_or(0, |order| *order as usize);
     let least = 2 * highest + 2;
-    let aft_samples = match reader.integer(KEY, 0)? {
+    let aft_samples = match reader.integer(KEY, 0, LARGEST_INTEGER)? {
         None => {
             let times = match structure {
                 Some(Structure::Oscillator { .. }) => OSCILLATOR_SAMPLES,

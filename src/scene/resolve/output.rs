@@ -1,11 +1,14 @@
 //! `[output]`
 
 use super::Result;
-use crate::scene::reader::Reader;
+use crate::scene::reader::{MOST_CYCLES, MOST_ITERATIONS, Reader};
 use crate::scene::{Dynamics, Keep, Output, Wear, keys};
 
 /// Iterations between two indentation and hysteresis curves.
 const CURVES_EVERY: u64 = 10;
+
+/// Each is a forced response of its own, which takes seconds at least: more of them are no choice of the user's.
+const MOST_RESPONSES: usize = 10_000;
 
 pub(super) fn output(
     reader: &Reader<'_>,
@@ -17,8 +20,10 @@ pub(super) fn output(
         .any(|name| reader.has(&keys::join("output.keep", name)));
     let keep = if is_table {
         Keep::Some {
-            every: reader.integer("output.keep.every", 1)?,
-            last: reader.integer("output.keep.last", 1)?.unwrap_or(1),
+            every: reader.integer("output.keep.every", 1, MOST_ITERATIONS)?,
+            last: reader
+                .integer("output.keep.last", 1, MOST_ITERATIONS)?
+                .unwrap_or(1),
             updates: reader.boolean("output.keep.updates")?.unwrap_or(true),
         }
     } else if reader
@@ -37,7 +42,7 @@ pub(super) fn output(
         cycle_fields: reader.boolean("output.cycle_fields")?.unwrap_or(false),
         response_at: response_at(reader, wear, dynamics)?,
         curves_every: reader
-            .integer("output.curves_every", 0)?
+            .integer("output.curves_every", 0, MOST_ITERATIONS)?
             .unwrap_or(CURVES_EVERY),
     })
 }
@@ -49,12 +54,16 @@ fn response_at(
 ) -> Result<Vec<u64>> {
     const KEY: &str = "output.response_at";
     let expected = "a list of numbers of cycles in ascending order, such as [0, 1e6, 1e7]";
-    let Some(cycles) = reader.integers(KEY, expected)? else {
+    let Some(cycles) = reader.integers(KEY, MOST_RESPONSES, expected)? else {
         return Ok(Vec::new());
     };
     let Some(&last) = cycles.last() else {
         return Ok(cycles);
     };
+    if last > MOST_CYCLES {
+        let expected = format!("a list of numbers of cycles up to {MOST_CYCLES}");
+        return Err(reader.out_of_range(KEY, expected));
+    }
     if !cycles.is_sorted() {
         return Err(reader.out_of_range(KEY, expected));
     }

@@ -8,7 +8,10 @@ use crate::structure::{StructureError, element};
 use crate::units::Dimension;
 
 /// More mesh cells along one part of the resonator than any mesh has: a slip of the keyboard.
-const LARGEST_CELLS: u64 = 999;
+const LARGEST_CELLS: usize = 999;
+
+/// Cells of the box around a mesh: the factors of the matrices of so many take some hundred gigabytes.
+const MOST_CELLS: f64 = 4e6;
 
 /// Without contact the two sides of the joint are one.
 pub(super) fn structure(
@@ -71,15 +74,7 @@ fn resonator(
     let length = |name, default| positive(name, Dimension::LENGTH, default, "\"40 mm\"");
     let cells = |name, default: usize| -> Result<usize> {
         let key = keys::join("structure", name);
-        match reader.integer(&key, 1)? {
-            None => Ok(default),
-            Some(count) => usize::try_from(count)
-                .ok()
-                .filter(|_| count <= LARGEST_CELLS)
-                .ok_or_else(|| {
-                    reader.out_of_range(&key, format!("an integer of 1 to {LARGEST_CELLS}"))
-                }),
-        }
+        Ok(reader.count(&key, 1, LARGEST_CELLS)?.unwrap_or(default))
     };
     let resonator = Resonator {
         lap_length: joint.size[0],
@@ -116,6 +111,15 @@ fn resonator(
         tied,
     };
     resonator.check().map_err(|fault| named(reader, &fault))?;
+    let cells = resonator.box_cells();
+    if cells > MOST_CELLS {
+        return Err(reader.misplaced(
+            "structure",
+            format!(
+                "the box around its mesh has {cells:.2e} cells; it may have at most {MOST_CELLS:e}: make joint.elements or the *_cells smaller"
+            ),
+        ));
+    }
     Ok(resonator)
 }
 

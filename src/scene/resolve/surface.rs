@@ -2,7 +2,7 @@
 
 use super::Result;
 use crate::scene::error::{Problem, SceneError};
-use crate::scene::reader::{HURST, POSITIVE, Reader};
+use crate::scene::reader::{HURST, LARGEST_INTEGER, POSITIVE, Reader};
 use crate::scene::{Detrend, Fill, Joint, Surface};
 use crate::units::{self, Dimension};
 
@@ -26,7 +26,11 @@ pub(super) fn surface(reader: &Reader<'_>, joint: &Joint) -> Result<Surface> {
         length("surface.rq", "\"5 um\"")?
             .ok_or_else(|| reader.missing("surface.rq", "rq = \"5 um\""))
     };
-    let seed = || Ok(reader.integer("surface.seed", 0)?.unwrap_or(SEED));
+    let seed = || {
+        Ok(reader
+            .integer("surface.seed", 0, LARGEST_INTEGER)?
+            .unwrap_or(SEED))
+    };
     let correlation_length = || {
         reader
             .pair(

@@ -4,7 +4,7 @@
 //! multiple of eight points; a colour image may follow, which is not read.
 
 use super::error::ReadProblem;
-use super::{ReadOptions, from_lines, stated_unit};
+use super::{ReadOptions, from_lines, points, stated_unit};
 use crate::surface::topography::Topography;
 
 pub(super) const MAGIC: &[u8] = b"AliconaImaging\0\r\n";
@@ -81,6 +81,7 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
             &format!("at least {end}, where the depth image of {nx} x {ny} points ends"),
         ));
     }
+    points(nx, ny)?;
     let point = |index: usize| {
         let at = WIDTH * (index / nx * line + index % nx);
         let depth = f64::from(f32::from_le_bytes([

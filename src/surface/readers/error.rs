@@ -122,6 +122,14 @@ pub enum ReadProblem {
         /// Points along y.
         ny: usize,
     },
+    /// More points than any topography has.
+    #[error("{found}; at most {limit} points are read: crop the map, or export it more coarsely")]
+    TooMany {
+        /// What there is, or would be.
+        found: String,
+        /// Most points.
+        limit: usize,
+    },
     /// Points of a table that are not those of a regular grid.
     #[error("row {row}: {found}; expected the points of one regular grid, each at most once")]
     NotRegular {

@@ -1,6 +1,7 @@
 //! Scattered x, y, z rows that are the points of a regular grid, in any order and with points missing.
 
 use super::error::ReadProblem;
+use super::points;
 use crate::surface::topography::Topography;
 
 /// A coordinate may be this far off its grid line, in spacings: tables round their coordinates.
@@ -31,8 +32,8 @@ pub(super) fn from_points(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> 
     }
     let x = Lines::of(rows.iter().map(|r| r[0]));
     let y = Lines::of(rows.iter().map(|r| r[1]));
-    let points = x.count as f64 * y.count as f64;
-    if (rows.len() as f64) < FILLED * points {
+    let filled = FILLED * x.count as f64 * y.count as f64;
+    if (rows.len() as f64) < filled {
         return Err(ReadProblem::NotRegular {
             row: 1,
             found: format!(
@@ -43,7 +44,7 @@ pub(super) fn from_points(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> 
             ),
         });
     }
-    let mut heights = vec![f64::NAN; x.count * y.count];
+    let mut heights = vec![f64::NAN; points(x.count, y.count)?];
     let mut seen = vec![false; heights.len()];
     for (row, &[px, py, z]) in rows.iter().enumerate() {
         let fail = |found: String| ReadProblem::NotRegular {

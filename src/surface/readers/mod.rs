@@ -18,6 +18,14 @@ use std::path::Path;
 pub use error::{ReadError, ReadProblem};
 
 use super::topography::Topography;
+use crate::files;
+
+/// Most points of a topography. An instrument gives some 10^8; what a reader holds of so many, some 4 GB at its fullest, fits
+/// into the memory of a usual machine.
+const MOST_POINTS: usize = 1 << 27;
+
+/// Bytes of the longest file: a text of the most points, each a position and a height, is about as long.
+const LONGEST_FILE: u64 = 4 << 30;
 
 /// What the user adds to what the file says. All lengths in metres.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -90,15 +98,32 @@ const FORMATS: [Format; 7] = [
 /// # Errors
 /// [`ReadError`] names the file, what was found, and what would be right.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Topography, ReadError> {
-    let fail = |problem| ReadError {
+    parse(path, &bytes(path)?, options)
+}
+
+/// The bytes of a topography's file, for [`parse`].
+///
+/// # Errors
+/// [`ReadError`] for what cannot be read, is no regular file, or is longer than any topography.
+pub fn bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
+    files::read(path, LONGEST_FILE).map_err(|source| ReadError {
         path: path.to_owned(),
-        problem,
-    };
-    let bytes = std::fs::read(path).map_err(|source| fail(ReadProblem::Io { source }))?;
-    recognise(path, &bytes)
-        .and_then(|format| (format.parse)(&bytes, options))
+        problem: ReadProblem::Io { source },
+    })
+}
+
+/// The topography in the bytes of a file; of its path only the extension counts.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadError> {
+    recognise(path, bytes)
+        .and_then(|format| (format.parse)(bytes, options))
         .and_then(|topography| finish(topography, options))
-        .map_err(fail)
+        .map_err(|problem| ReadError {
+            path: path.to_owned(),
+            problem,
+        })
 }
 
 fn recognise(path: &Path, bytes: &[u8]) -> Result<&'static Format, ReadProblem> {
@@ -192,6 +217,20 @@ fn length_unit(text: &str) -> Option<f64> {
         "pm" => 1e-12,
         _ => return None,
     })
+}
+
+/// The number of points, before anything of that size is allocated.
+fn points(nx: usize, ny: usize) -> Result<usize, ReadProblem> {
+    nx.checked_mul(ny)
+        .filter(|&points| points <= MOST_POINTS)
+        .ok_or_else(|| too_many(format!("{nx} x {ny} points")))
+}
+
+fn too_many(found: String) -> ReadProblem {
+    ReadProblem::TooMany {
+        found,
+        limit: MOST_POINTS,
+    }
 }
 
 /// Lines of constant y, x fastest, turned into our order.

@@ -5,10 +5,18 @@ use std::io::Read;
 use npyz::{DType, NpyFile, Order, TypeChar};
 
 use super::error::ReadProblem;
-use super::{ReadOptions, required_unit};
+use super::{ReadOptions, points, required_unit};
 use crate::surface::topography::Topography;
 
+/// A header of numbers in two axes is some hundred bytes long.
+const LONGEST_HEADER: usize = 4096;
+
+/// A header is a dictionary with a tuple in it, that of a structured array a little deeper. Each level costs the library twice
+/// as long as the one above.
+const DEEPEST_HEADER: usize = 8;
+
 pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
+    let header = check_header(bytes)?;
     let file = NpyFile::new(bytes)
         .map_err(|e| ReadProblem::malformed("the header", e, "an NPY header"))?;
     let &[nx, ny] = file.shape() else {
@@ -34,9 +42,8 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
             "at least one point",
         ));
     }
-    // Before anything of that size is allocated.
     let needed = nx.saturating_mul(ny).saturating_mul(size);
-    let data = (bytes.len() - header_length(bytes)) as u64;
+    let data = (bytes.len() - header) as u64;
     if data < needed {
         return Err(ReadProblem::Size {
             part: "the data".into(),
@@ -45,6 +52,9 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
             reason: format!("{nx} x {ny} numbers of {size} bytes"),
         });
     }
+    // Below usize::MAX: the data of that many numbers is in memory.
+    let (nx, ny) = (nx as usize, ny as usize);
+    points(nx, ny)?;
     let unit = required_unit(options, "NPY")?;
     let order = file.order();
     let values = match (kind, size) {
@@ -60,8 +70,6 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
         (TypeChar::Uint, 8) => numbers::<u64, _>(file, |v| v as f64)?,
         _ => return Err(not_a_number(&description)),
     };
-    // Below usize::MAX: the data of that many numbers is in memory.
-    let (nx, ny) = (nx as usize, ny as usize);
     let at = |index: usize| match order {
         Order::C => values[index],
         Order::Fortran => values[(index % ny) * nx + index / ny],
@@ -74,14 +82,33 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
     })
 }
 
-/// Magic, version and header text: the data follow.
-fn header_length(bytes: &[u8]) -> usize {
+/// The bytes of magic, version and header text, after which the data follow.
+fn check_header(bytes: &[u8]) -> Result<usize, ReadProblem> {
     let at = |k: usize| usize::from(bytes.get(k).copied().unwrap_or(0));
-    let length = match at(6) {
-        1 => 10 + at(8) + (at(9) << 8),
-        _ => 12 + at(8) + (at(9) << 8) + (at(10) << 16) + (at(11) << 24),
+    let (start, length) = match at(6) {
+        1 => (10, at(8) + (at(9) << 8)),
+        _ => (12, at(8) + (at(9) << 8) + (at(10) << 16) + (at(11) << 24)),
     };
-    length.min(bytes.len())
+    let wrong =
+        |found: String, expected: &str| Err(ReadProblem::malformed("the header", found, expected));
+    if length > LONGEST_HEADER {
+        let expected = format!("an NPY header of at most {LONGEST_HEADER} bytes");
+        return wrong(format!("{length} bytes"), &expected);
+    }
+    let text = bytes.get(start..start + length).unwrap_or_default();
+    let mut depth: usize = 0;
+    for byte in text {
+        match byte {
+            b'(' | b'[' | b'{' => depth += 1,
+            b')' | b']' | b'}' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        if depth > DEEPEST_HEADER {
+            let expected = format!("an NPY header, at most {DEEPEST_HEADER} deep");
+            return wrong("brackets within brackets".into(), &expected);
+        }
+    }
+    Ok((start + length).min(bytes.len()))
 }
 
 fn numbers<T: npyz::Deserialize, R: Read>(

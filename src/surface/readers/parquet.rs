@@ -9,20 +9,28 @@ use arrow_array::types::{
 use arrow_array::{Array, ArrowPrimitiveType, RecordBatch};
 use arrow_schema::{DataType, Schema};
 use bytes::Bytes;
+use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::file::metadata::ParquetMetaData;
 
 use super::error::ReadProblem;
 use super::lattice::from_points;
-use super::{ReadOptions, length_unit, required_unit, stated_unit};
+use super::{MOST_POINTS, ReadOptions, length_unit, points, required_unit, stated_unit, too_many};
 use crate::surface::topography::Topography;
+use crate::tables;
 
 /// Fewer rows than this share of the cells that the indices span mean that the indices are not those of a grid.
 const FILLED: f64 = 0.05;
 
 pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
-    let broken = |e: &dyn std::fmt::Display| {
-        ReadProblem::malformed("the table", e, "a readable Parquet file")
-    };
+    tables::decoded(|| decode(bytes, options)).map_err(|e| broken(&e))?
+}
+
+fn broken(found: &dyn std::fmt::Display) -> ReadProblem {
+    ReadProblem::malformed("the table", found, "a readable Parquet file")
+}
+
+fn decode(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
     let builder = ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes))
         .map_err(|e| broken(&e))?;
     let schema = builder.schema().clone();
@@ -49,6 +57,11 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
         Some(stated) => stated_unit(options, stated)?,
         None => required_unit(options, "Parquet")?,
     };
+    check(builder.metadata())?;
+    // Other columns may be of any kind and size.
+    let places = names.iter().filter_map(|name| schema.index_of(name).ok());
+    let mask = ProjectionMask::roots(builder.parquet_schema(), places);
+    let builder = builder.with_projection(mask);
     let mut rows: Vec<[f64; 3]> = Vec::new();
     for batch in builder.build().map_err(|e| broken(&e))? {
         let batch = batch.map_err(|e| broken(&e))?;
@@ -58,6 +71,10 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
             column(&batch, names[2])?,
         ];
         rows.extend((0..batch.num_rows()).map(|k| [a[k], b[k], c[k] * height_unit]));
+        // More than it announced.
+        if rows.len() > MOST_POINTS {
+            return Err(too_many(format!("{} rows or more", rows.len())));
+        }
     }
     if indexed {
         return from_indices(&rows);
@@ -72,6 +89,21 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
         row[1] *= uy;
     }
     from_points(&rows)
+}
+
+/// What the file announces, before anything of it is unpacked.
+fn check(metadata: &ParquetMetaData) -> Result<(), ReadProblem> {
+    let rows = tables::announced_rows(metadata);
+    if rows > MOST_POINTS as i64 {
+        return Err(too_many(format!("{rows} rows")));
+    }
+    match tables::unread_codec(metadata) {
+        Some(codec) => Err(ReadProblem::Unsupported {
+            found: format!("a Parquet file compressed as {codec}"),
+            advice: format!("read are {}", tables::codecs()),
+        }),
+        None => Ok(()),
+    }
 }
 
 /// Cells that are absent from the table (the bolt hole) are holes.
@@ -98,8 +130,9 @@ fn from_indices(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> {
             "a row for each cell of a grid",
         ));
     }
-    let mut heights = vec![f64::NAN; nx * ny];
-    let mut seen = vec![false; nx * ny];
+    let count = points(nx, ny)?;
+    let mut heights = vec![f64::NAN; count];
+    let mut seen = vec![false; count];
     for (row, point) in rows.iter().enumerate() {
         let index = point[0] as usize * ny + point[1] as usize;
         if std::mem::replace(&mut seen[index], true) {

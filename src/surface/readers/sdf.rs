@@ -1,8 +1,11 @@
 //! SDF (ISO 25178-71), as text or binary: a header, then heights in units of `Zscale`, line by line, x fastest, then remarks
 //! that are not read. Lengths are in metres.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
 use super::error::ReadProblem;
-use super::{ReadOptions, from_lines, stated_unit};
+use super::{ReadOptions, from_lines, points, stated_unit};
 use crate::surface::topography::Topography;
 
 /// The versions: `a` is text, `b` binary. BCR and NIST are the older names of what became ISO 1.0; ISO 2.0 counts points with
@@ -28,7 +31,7 @@ const LONGER_HEADER: [u8; 8] = [5, 0, 0, 0, 1, 0, 0, 0];
 
 pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
     stated_unit(options, 1.0)?;
-    let (header, points) = if bytes[0] == b'a' {
+    let (header, heights) = if bytes[0] == b'a' {
         text(bytes)?
     } else {
         binary(bytes)?
@@ -38,7 +41,7 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
         ny: header.ny,
         spacing: Some([header.scale[0], header.scale[1]]),
         heights: from_lines(header.nx, header.ny, |index| {
-            points[index] * header.scale[2]
+            heights[index] * header.scale[2]
         }),
     })
 }
@@ -169,7 +172,7 @@ fn text(bytes: &[u8]) -> Result<(Header, Vec<f64>), ReadProblem> {
     // Remarks may be in any code page; numbers are ASCII.
     let text = String::from_utf8_lossy(bytes);
     let mut lines = text.lines().zip(1..).skip(1);
-    let mut pairs: Vec<(&str, &str)> = Vec::new();
+    let mut pairs: HashMap<&str, &str> = HashMap::new();
     let mut ended = false;
     for (line, number) in lines.by_ref() {
         let line = line.trim();
@@ -194,10 +197,12 @@ fn text(bytes: &[u8]) -> Result<(Header, Vec<f64>), ReadProblem> {
             );
         };
         let key = key.trim();
-        if pairs.iter().any(|(k, _)| *k == key) {
-            return fail(format!("a second {key}"), "each key once");
-        }
-        pairs.push((key, value.trim()));
+        match pairs.entry(key) {
+            Entry::Vacant(entry) => entry.insert(value.trim()),
+            Entry::Occupied(_) => {
+                return fail(format!("a second {}", start_of(key)), "each key once");
+            }
+        };
     }
     if !ended {
         return Err(ReadProblem::malformed(
@@ -207,8 +212,8 @@ fn text(bytes: &[u8]) -> Result<(Header, Vec<f64>), ReadProblem> {
         ));
     }
     let header = header(|key| {
-        match pairs.iter().find(|(k, _)| *k == key) {
-            Some((_, value)) => value.parse().map_err(|_| {
+        match pairs.get(key) {
+            Some(value) => value.parse().map_err(|_| {
                 ReadProblem::malformed(
                     &place(key),
                     format!("\"{}\"", start_of(value)),
@@ -224,13 +229,14 @@ fn text(bytes: &[u8]) -> Result<(Header, Vec<f64>), ReadProblem> {
             )),
         }
     })?;
-    let mut points = Vec::new();
+    let expected = points(header.nx, header.ny)?;
+    let mut heights = Vec::new();
     'heights: for (line, number) in lines {
         for word in line.split_whitespace() {
             if word.starts_with(END) {
                 break 'heights;
             }
-            let point = if word.eq_ignore_ascii_case(HOLE) {
+            let height = if word.eq_ignore_ascii_case(HOLE) {
                 f64::NAN
             } else {
                 word.parse().map(|v| header.kind.measured(v)).map_err(|_| {
@@ -241,21 +247,20 @@ fn text(bytes: &[u8]) -> Result<(Header, Vec<f64>), ReadProblem> {
                     )
                 })?
             };
-            points.push(point);
+            heights.push(height);
         }
     }
-    let expected = header.nx.saturating_mul(header.ny);
-    if points.len() != expected {
+    if heights.len() != expected {
         return Err(ReadProblem::malformed(
             "the heights",
-            format!("{} values", points.len()),
+            format!("{} values", heights.len()),
             &format!(
                 "{expected}, as NumPoints = {} and NumProfiles = {} say",
                 header.nx, header.ny
             ),
         ));
     }
-    Ok((header, points))
+    Ok((header, heights))
 }
 
 /// Enough of a text to recognise it by.
@@ -318,11 +323,12 @@ fn binary(bytes: &[u8]) -> Result<(Header, Vec<f64>), ReadProblem> {
         );
         size(end, reason)
     })?;
-    let points = data
+    points(header.nx, header.ny)?;
+    let heights = data
         .chunks_exact(width)
         .map(|raw| header.kind.measured((header.kind.value)(raw)))
         .collect();
-    Ok((header, points))
+    Ok((header, heights))
 }
 
 /// The first `N` bytes.

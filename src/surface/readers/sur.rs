@@ -1,7 +1,7 @@
 //! Digital Surf's SUR: a header of 512 bytes, a comment, a private zone, then integers, line by line, x fastest.
 
 use super::error::ReadProblem;
-use super::{ReadOptions, from_lines, length_unit, stated_unit};
+use super::{ReadOptions, from_lines, length_unit, points, stated_unit};
 use crate::surface::topography::Topography;
 
 pub(super) const MAGICS: &[&[u8]] = &[b"DIGITAL SURF", COMPRESSED];
@@ -59,6 +59,7 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
     let data = bytes
         .get(start..end)
         .ok_or_else(|| size(bytes, end, &reason))?;
+    points(nx, ny)?;
 
     let unit = |at: usize, axis: &str| {
         let text = header.text(at);

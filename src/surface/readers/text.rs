@@ -8,7 +8,7 @@ use csv::{ReaderBuilder, Trim};
 
 use super::error::ReadProblem;
 use super::lattice::from_points;
-use super::{ReadOptions, required_unit};
+use super::{MOST_POINTS, ReadOptions, required_unit, too_many};
 use crate::surface::topography::Topography;
 
 pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
@@ -18,44 +18,41 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
         found: "bytes that are not UTF-8 text".into(),
         expected: "numbers in plain text".into(),
     })?;
-    let lines = numbers(text.trim_start_matches('\u{feff}'))?;
-    let Some((_, first)) = lines.first() else {
+    let Numbers {
+        columns,
+        mut values,
+    } = numbers(text.trim_start_matches('\u{feff}'))?;
+    if columns == 0 {
         return Err(ReadProblem::Malformed {
             place: "the text".into(),
             found: "no numbers".into(),
             expected: "a matrix of heights, or lines of x, y, z".into(),
         });
-    };
-    let columns = first.len();
-    if let Some((line, found)) = lines.iter().find(|(_, v)| v.len() != columns) {
-        return Err(ReadProblem::Malformed {
-            place: format!("line {line}"),
-            found: format!("{} values", found.len()),
-            expected: format!("{columns}, as in the first line of numbers"),
-        });
     }
     if columns == 3 {
         let lateral = options.lateral_unit.unwrap_or(unit);
-        let rows: Vec<[f64; 3]> = lines
-            .iter()
-            .map(|(_, v)| [v[0] * lateral, v[1] * lateral, v[2] * unit])
-            .collect();
-        return from_points(&rows);
+        let (rows, _) = values.as_chunks_mut::<3>();
+        for row in &mut *rows {
+            *row = [row[0] * lateral, row[1] * lateral, row[2] * unit];
+        }
+        return from_points(rows);
     }
     Ok(Topography {
-        nx: lines.len(),
+        nx: values.len() / columns,
         ny: columns,
         spacing: None,
-        heights: lines
-            .iter()
-            .flat_map(|(_, v)| v)
-            .map(|h| h * unit)
-            .collect(),
+        heights: values.into_iter().map(|h| h * unit).collect(),
     })
 }
 
-/// The numbers of each line, with the line's number in the file.
-fn numbers(text: &str) -> Result<Vec<(u64, Vec<f64>)>, ReadProblem> {
+/// Lines of as many numbers each.
+struct Numbers {
+    /// 0 without any.
+    columns: usize,
+    values: Vec<f64>,
+}
+
+fn numbers(text: &str) -> Result<Numbers, ReadProblem> {
     let first = text
         .lines()
         .find(|line| !line.trim().is_empty() && !line.trim_start().starts_with('#'))
@@ -63,45 +60,73 @@ fn numbers(text: &str) -> Result<Vec<(u64, Vec<f64>)>, ReadProblem> {
     let separator = [';', '\t', ',']
         .into_iter()
         .find(|&s| first.trim().contains(s));
-    let lines = match separator {
-        Some(separator) => separated(text, separator)?,
-        None => text
-            .lines()
-            .zip(1..)
-            .filter(|(line, _)| !line.trim().is_empty() && !line.trim_start().starts_with('#'))
-            .map(|(line, number)| (number, line.split_whitespace().map(String::from).collect()))
-            .collect(),
-    };
     // A separator at the end of every line ends a field, it does not start one.
-    let ended = lines.iter().all(|(_, fields): &(u64, Vec<String>)| {
-        fields.len() > 1 && fields[fields.len() - 1].is_empty()
-    });
-    let mut found = Vec::with_capacity(lines.len());
-    for (position, (line, mut fields)) in lines.into_iter().enumerate() {
-        if ended {
-            fields.pop();
-        }
-        let names = position == 0 && fields.iter().all(|field| is_name(field));
-        if names {
-            continue;
-        }
-        let values = fields
-            .iter()
-            .enumerate()
-            .map(|(column, field)| {
-                number(field).ok_or_else(|| ReadProblem::Malformed {
-                    place: format!("line {line}, value {}", column + 1),
-                    found: format!("\"{field}\""),
-                    expected: "a number with a decimal point, or nothing or nan for a hole".into(),
-                })
-            })
-            .collect::<Result<Vec<f64>, _>>()?;
-        found.push((line, values));
+    let mut ended = separator.is_some();
+    if ended {
+        each_line(text, separator, |_, fields| {
+            ended &= fields.len() > 1 && fields[fields.len() - 1].is_empty();
+            Ok(())
+        })?;
     }
+    let mut found = Numbers {
+        columns: 0,
+        values: Vec::new(),
+    };
+    let mut is_first = true;
+    each_line(text, separator, |line, mut fields| {
+        if ended {
+            fields = &fields[..fields.len() - 1];
+        }
+        let names = std::mem::take(&mut is_first) && fields.iter().all(|field| is_name(field));
+        if names {
+            return Ok(());
+        }
+        for (column, field) in fields.iter().enumerate() {
+            let value = number(field).ok_or_else(|| ReadProblem::Malformed {
+                place: format!("line {line}, value {}", column + 1),
+                found: format!("\"{field}\""),
+                expected: "a number with a decimal point, or nothing or nan for a hole".into(),
+            })?;
+            found.values.push(value);
+        }
+        if found.columns == 0 {
+            found.columns = fields.len();
+        }
+        if fields.len() != found.columns {
+            return Err(ReadProblem::Malformed {
+                place: format!("line {line}"),
+                found: format!("{} values", fields.len()),
+                expected: format!("{}, as in the first line of numbers", found.columns),
+            });
+        }
+        // A line of three is one point.
+        let points = found.values.len() / if found.columns == 3 { 3 } else { 1 };
+        if points > MOST_POINTS {
+            return Err(too_many(format!("{points} points up to line {line}")));
+        }
+        Ok(())
+    })?;
     Ok(found)
 }
 
-fn separated(text: &str, separator: char) -> Result<Vec<(u64, Vec<String>)>, ReadProblem> {
+/// Hands on the number of each line in the file, and its fields.
+fn each_line(
+    text: &str,
+    separator: Option<char>,
+    mut each: impl FnMut(u64, &[&str]) -> Result<(), ReadProblem>,
+) -> Result<(), ReadProblem> {
+    let mut fields: Vec<&str> = Vec::new();
+    let Some(separator) = separator else {
+        for (line, number) in text.lines().zip(1..) {
+            if line.trim().is_empty() || line.trim_start().starts_with('#') {
+                continue;
+            }
+            fields.clear();
+            fields.extend(line.split_whitespace());
+            each(number, &fields)?;
+        }
+        return Ok(());
+    };
     let mut reader = ReaderBuilder::new()
         .delimiter(separator as u8)
         .comment(Some(b'#'))
@@ -109,7 +134,6 @@ fn separated(text: &str, separator: char) -> Result<Vec<(u64, Vec<String>)>, Rea
         .flexible(true)
         .trim(Trim::All)
         .from_reader(text.as_bytes());
-    let mut lines = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|e| ReadProblem::Malformed {
             place: format!("line {}", e.position().map_or(0, |p| p.line())),
@@ -117,13 +141,13 @@ fn separated(text: &str, separator: char) -> Result<Vec<(u64, Vec<String>)>, Rea
             expected: format!("values separated by {separator:?}"),
         })?;
         let line = record.position().map_or(0, |p| p.line());
-        let fields: Vec<String> = record.iter().map(String::from).collect();
-        if fields.iter().all(String::is_empty) && fields.len() == 1 {
+        let fields: Vec<&str> = record.iter().collect();
+        if fields.iter().all(|field| field.is_empty()) && fields.len() == 1 {
             continue;
         }
-        lines.push((line, fields));
+        each(line, &fields)?;
     }
-    Ok(lines)
+    Ok(())
 }
 
 /// A name, as against a number that is misspelt.

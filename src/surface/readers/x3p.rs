@@ -9,11 +9,31 @@ use quick_xml::events::Event;
 use zip::ZipArchive;
 
 use super::error::ReadProblem;
-use super::{ReadOptions, from_lines, stated_unit};
+use super::{ReadOptions, from_lines, points, stated_unit};
 use crate::surface::topography::Topography;
 
 /// A description is a few kilobytes; one of more than this is none.
 const LONGEST_DESCRIPTION: u64 = 16 << 20;
+
+/// The elements of the standard are less than ten deep; what nests deeper than this is none of its descriptions.
+const DEEPEST_ELEMENT: usize = 64;
+
+/// The elements that are read, by their path below the root. No other text is kept.
+const ELEMENTS: [&str; 13] = [
+    "Record1/FeatureType",
+    "Record1/Axes/CX/AxisType",
+    "Record1/Axes/CX/Increment",
+    "Record1/Axes/CY/AxisType",
+    "Record1/Axes/CY/Increment",
+    "Record1/Axes/CZ/DataType",
+    "Record1/Axes/CZ/Increment",
+    "Record1/Axes/CZ/Offset",
+    "Record3/MatrixDimension/SizeX",
+    "Record3/MatrixDimension/SizeY",
+    "Record3/MatrixDimension/SizeZ",
+    "Record3/DataLink/PointDataLink",
+    "Record3/DataLink/ValidPointsLink",
+];
 
 type Archive<'a> = ZipArchive<Cursor<&'a [u8]>>;
 
@@ -68,15 +88,10 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
             ));
         }
     };
-    let points = nx.saturating_mul(ny);
+    let points = points(nx, ny)?;
     let part = description.text("Record3/DataLink/PointDataLink")?;
     let reason = format!("{nx} x {ny} points of type {kind}");
-    let data = member(
-        &mut archive,
-        part,
-        points.saturating_mul(width) as u64,
-        &reason,
-    )?;
+    let data = member(&mut archive, part, (points * width) as u64, &reason)?;
     let valid = match description.optional("Record3/DataLink/ValidPointsLink") {
         Some(part) => {
             let reason = format!("one bit for each of {nx} x {ny} points");
@@ -116,8 +131,8 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
     })
 }
 
-/// The texts of `main.xml` by the path of their element below the root, without namespace prefixes.
-struct Description(HashMap<String, String>);
+/// The texts of [`ELEMENTS`] in `main.xml`, which may have namespace prefixes there.
+struct Description(HashMap<&'static str, String>);
 
 impl Description {
     fn of(archive: &mut Archive) -> Result<Self, ReadProblem> {
@@ -128,8 +143,10 @@ impl Description {
             .take(LONGEST_DESCRIPTION)
             .read_to_string(&mut text)
             .map_err(|e| ReadProblem::malformed("main.xml", e, "UTF-8 text"))?;
-        let mut texts: HashMap<String, String> = HashMap::new();
-        let mut path: Vec<String> = Vec::new();
+        let mut texts: HashMap<&'static str, String> = HashMap::new();
+        // Where the reader is, and how long that was at each element above.
+        let mut path = String::new();
+        let mut above: Vec<usize> = Vec::new();
         let mut reader = Reader::from_str(&text);
         loop {
             match reader.read_event() {
@@ -138,17 +155,35 @@ impl Description {
                     return Err(ReadProblem::malformed(&place, e, "well-formed XML"));
                 }
                 Ok(Event::Eof) => break,
-                Ok(Event::Start(tag)) => path.push(tag.local_name().into_inner().to_owned()),
-                Ok(Event::End(_)) => {
-                    path.pop();
+                Ok(Event::Start(tag)) => {
+                    if above.len() == DEEPEST_ELEMENT {
+                        let place = format!("main.xml, byte {}", reader.buffer_position());
+                        let expected = format!("at most {DEEPEST_ELEMENT}, one in another");
+                        return Err(ReadProblem::malformed(
+                            &place,
+                            "one more element",
+                            &expected,
+                        ));
+                    }
+                    // The root is in no path.
+                    if !above.is_empty() {
+                        if !path.is_empty() {
+                            path.push('/');
+                        }
+                        path.push_str(tag.local_name().into_inner());
+                    }
+                    above.push(path.len());
                 }
-                Ok(Event::Text(piece)) if path.len() > 1 => {
-                    let piece = piece.xml10_content();
-                    if !piece.trim().is_empty() {
-                        texts
-                            .entry(path[1..].join("/"))
-                            .or_default()
-                            .push_str(piece.trim());
+                Ok(Event::End(_)) => {
+                    above.pop();
+                    path.truncate(above.last().copied().unwrap_or(0));
+                }
+                Ok(Event::Text(piece)) => {
+                    if let Some(element) = ELEMENTS.iter().find(|element| **element == path) {
+                        let piece = piece.xml10_content();
+                        if !piece.trim().is_empty() {
+                            texts.entry(element).or_default().push_str(piece.trim());
+                        }
                     }
                 }
                 Ok(_) => {}
