@@ -2,6 +2,7 @@
 
 use fretwear::contact::HalfSpace;
 use fretwear::doctor;
+use fretwear::grid::Grid;
 use fretwear::scene::plan::{Cost, Rates};
 use fretwear::scene::{Plan, RoughJoint, Scene};
 use fretwear::stages::{Inputs, Spent, Stage};
@@ -22,14 +23,27 @@ fn rates(scene: &Scene, cost: &Cost) -> Rates {
     }
 }
 
-/// A pair of transforms on this scene's plane \[s\].
+/// Cells along a side of the largest plane that is measured, which takes a tenth of a second. What is asked of a plan may be more
+/// than the machine holds.
+const LARGEST_MEASURED: usize = 1024;
+
+/// A pair of transforms on this scene's plane \[s\]. That of a larger plane than is measured follows as n log n.
 fn seconds_of_pair(rough: &RoughJoint) -> f64 {
-    let (grid, boundary) = (rough.grid, rough.contact.boundary);
-    doctor::seconds_of_pair(&mut HalfSpace::new(
-        grid,
-        Plan::pair(rough.material),
-        boundary,
-    ))
+    let asked = rough.grid;
+    let counts = [asked.nx, asked.ny].map(|n| n.min(LARGEST_MEASURED));
+    let measured = Grid::over(
+        [asked.nx as f64 * asked.dx, asked.ny as f64 * asked.dy],
+        counts,
+    );
+    let mut half_space =
+        HalfSpace::new(measured, Plan::pair(rough.material), rough.contact.boundary);
+    let operations = |grid: Grid| grid.len() as f64 * (grid.len() as f64).log2();
+    let ratio = if counts == [asked.nx, asked.ny] {
+        1.0
+    } else {
+        operations(asked) / operations(measured)
+    };
+    doctor::seconds_of_pair(&mut half_space) * ratio
 }
 
 /// Prints what a scene is expected to cost here.
