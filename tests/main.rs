@@ -6,6 +6,7 @@ mod doctor;
 mod dynamics;
 mod imports;
 mod linalg;
+mod manifest;
 mod model_update;
 mod plan;
 mod quadrature;

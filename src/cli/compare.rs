@@ -1,6 +1,6 @@
 //! `fretwear compare`.
 
-use fretwear::report::{self, Cell, Comparison, Rows};
+use fretwear::report::{self, Cell, Comparison, PassedOver, Rows};
 
 use super::report::readable;
 use super::{CliError, CompareArguments, Exit};
@@ -10,6 +10,7 @@ use crate::terminal::{Results, say};
 pub fn compare(arguments: &CompareArguments, out: &mut Results) -> Result<Exit, CliError> {
     let rows = if arguments.all { Rows::All } else { Rows::Last };
     let comparison = report::compare(&arguments.runs, rows)?;
+    let mut exit = notices(comparison.passed_over());
     if let Some(path) = &arguments.parquet {
         comparison.write_parquet(path)?;
     }
@@ -21,12 +22,21 @@ pub fn compare(arguments: &CompareArguments, out: &mut Results) -> Result<Exit, 
         say(&format!(
             "damaged: {damage}; the iterations from there on are left out"
         ));
+        exit = Exit::Damaged;
     }
-    Ok(if comparison.damage().is_empty() {
-        Exit::Done
-    } else {
+    Ok(exit)
+}
+
+/// Says what is passed over, and how the command ends for it.
+pub fn notices(passed_over: &[PassedOver]) -> Exit {
+    for each in passed_over {
+        say(&format!("note: {each}"));
+    }
+    if passed_over.iter().any(PassedOver::is_damage_or_mismatch) {
         Exit::Damaged
-    })
+    } else {
+        Exit::Done
+    }
 }
 
 /// One line of names, one of units, then one a row; names to the left, numbers to the right.

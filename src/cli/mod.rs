@@ -271,7 +271,7 @@ struct ExportArguments {
 #[cfg(feature = "polars")]
 #[derive(Args)]
 struct CompareArguments {
-    /// Folders of the runs
+    /// Folders of the runs; among several, what is no run is passed over
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
     /// One row for every iteration of every run
@@ -288,7 +288,7 @@ struct CompareArguments {
 #[cfg(feature = "polars")]
 #[derive(Args)]
 struct ReportArguments {
-    /// Folders of the runs
+    /// Folders of the runs; among several, what is no run is passed over
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
     /// Where the page goes [default: report.html in the run's folder; of several runs, here]

@@ -2,16 +2,16 @@
 
 use std::path::PathBuf;
 
-use fretwear::report::{Report, ReportError, RunTables, claims};
+use fretwear::report::{Report, RunTables, claims};
 
+use super::compare::notices;
 use super::{CliError, Exit, ReportArguments};
 use crate::terminal::{Results, say};
 
 /// Writes the page on the runs, and prints where it is.
 pub fn report(arguments: &ReportArguments, out: &mut Results) -> Result<Exit, CliError> {
-    let open = |run: &PathBuf| RunTables::open(run);
-    let runs: Result<Vec<RunTables>, ReportError> = arguments.runs.iter().map(open).collect();
-    let runs = runs?;
+    let (runs, passed_over) = RunTables::open_all(&arguments.runs)?;
+    let mut exit = notices(&passed_over);
     let mut report = Report::of(&runs)?;
     report.add(claims::section(&claims::evaluate(&runs)?));
     let page = match (&arguments.output, &arguments.runs[..]) {
@@ -27,7 +27,6 @@ pub fn report(arguments: &ReportArguments, out: &mut Results) -> Result<Exit, Cl
         report.write_svgs(folder)?;
     }
     writeln!(out, "{}", page.display());
-    let mut exit = Exit::Done;
     for damage in runs.iter().flat_map(RunTables::damage) {
         say(&format!(
             "damaged: {damage}; the iterations from there on are left out"

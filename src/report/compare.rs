@@ -1,17 +1,16 @@
 //! The summaries of several runs as one table.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use polars::io::parquet::write::KeyValueMetadata;
 use polars::prelude::*;
 use serde_json::json;
 
 use super::ReportError;
+use super::passed_over::{PassedOver, open_each};
 use super::run_tables::{damage_of, open};
 use super::scan::{ORDER, RUN, Scan, WEAR_ITERATION};
 use crate::store::Damage;
-use crate::tables::{ColumnSchema, ColumnType, METADATA_KEY, TableName};
+use crate::tables::{ColumnSchema, ColumnType, Nullable, TableName, nullable_to_parquet};
 
 /// The columns of `summary` that a comparison shows, in this order, after `run` and `wear_iteration`.
 const FIGURES: [&str; 13] = [
@@ -32,6 +31,9 @@ const FIGURES: [&str; 13] = [
 
 /// A cost rather than a state: the row of a whole run has the sum over its iterations.
 const FFT_PAIRS: &str = "fft_pairs";
+
+/// What the table of a comparison is called in its file.
+const COMPARISON: &str = "comparison";
 
 /// Which rows a comparison has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,30 +57,59 @@ pub enum Cell {
     Text(String),
 }
 
+impl Cell {
+    fn integer(self) -> Option<i64> {
+        match self {
+            Cell::Integer(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    fn number(self) -> Option<f64> {
+        match self {
+            Cell::Number(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    fn text(self) -> Option<String> {
+        match self {
+            Cell::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+}
+
 /// Runs side by side: rows in the order of the runs asked for, then of the iterations.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Comparison {
     columns: Vec<ColumnSchema>,
     frame: DataFrame,
     damage: Vec<Damage>,
+    passed_over: Vec<PassedOver>,
 }
 
 /// Puts the summaries of runs into one table. A run that lacks a column, as a static contact lacks wear, has it
 /// [`Cell::Absent`].
 ///
-/// Iterations count as far as their chain of commits verifies; what does not is listed by [`Comparison::damage`].
+/// Iterations count as far as their chain of commits verifies; what does not is listed by [`Comparison::damage`], and folders
+/// that are no runs, among others that are, by [`Comparison::passed_over`].
 ///
 /// # Errors
-/// [`ReportError::Run`] for a folder that is no readable run, [`ReportError::Empty`] for a run without an iteration,
-/// [`ReportError::Name`], and [`ReportError::Scan`] if the table library fails.
+/// [`ReportError::NoneLeft`] if none of several folders is a run. For a path given alone, one that nothing has, and what the system does
+/// not let be read: [`ReportError::Run`] for a folder that is no readable run, [`ReportError::Empty`] for a run without an iteration.
+/// [`ReportError::Scan`] if the table library fails.
 pub fn compare(runs: &[PathBuf], rows: Rows) -> Result<Comparison, ReportError> {
     let mut scan = Scan::of(TableName::Summary);
     let mut damage = Vec::new();
-    for (order, run) in runs.iter().enumerate() {
+    let mut order = 0;
+    let (_, passed_over) = open_each(runs, |run| {
         let reader = open(run)?;
         scan.add(order, &run.display().to_string(), &reader)?;
         damage.extend(damage_of(&reader));
-    }
+        order += 1;
+        Ok(())
+    })?;
     let frame = figures(&scan, rows).map_err(|source| ReportError::Scan {
         table: TableName::Summary,
         runs: runs
@@ -92,6 +123,7 @@ pub fn compare(runs: &[PathBuf], rows: Rows) -> Result<Comparison, ReportError> 
         columns: columns(),
         frame,
         damage,
+        passed_over,
     })
 }
 
@@ -171,7 +203,7 @@ impl Comparison {
     /// If there is no such row.
     pub fn row(&self, row: usize) -> Vec<Cell> {
         self.frame
-            .columns()
+            .get_columns()
             .iter()
             .map(|column| {
                 match column
@@ -194,11 +226,16 @@ impl Comparison {
         &self.damage
     }
 
-    /// Writes the table as Parquet, with the meaning of its columns under [`METADATA_KEY`]. A file that is there is
+    /// The folders that are no runs and have no row.
+    pub fn passed_over(&self) -> &[PassedOver] {
+        &self.passed_over
+    }
+
+    /// Writes the table as Parquet, with the meaning of its columns under [`crate::tables::METADATA_KEY`]. A file that is there is
     /// replaced.
     ///
     /// # Errors
-    /// [`ReportError::Io`], [`ReportError::Parquet`].
+    /// [`ReportError::Table`], [`ReportError::Io`].
     pub fn write_parquet(&self, path: &Path) -> Result<(), ReportError> {
         let columns: serde_json::Map<_, _> = self
             .columns
@@ -215,25 +252,43 @@ impl Comparison {
             })
             .collect();
         let entry = json!({
-            "schema": "comparison",
+            "schema": COMPARISON,
             "program_version": env!("CARGO_PKG_VERSION"),
             "columns": columns,
         });
-        let file = File::create(path).map_err(|source| ReportError::Io {
+        let mut cells = vec![Vec::new(); self.columns.len()];
+        for row in 0..self.height() {
+            for (column, cell) in cells.iter_mut().zip(self.row(row)) {
+                column.push(cell);
+            }
+        }
+        let columns: Vec<_> = self
+            .columns
+            .iter()
+            .zip(cells)
+            .map(|(column, cells)| {
+                let cells = cells.into_iter();
+                let values = match column.kind {
+                    ColumnType::I32 | ColumnType::I64 => {
+                        Nullable::I64(cells.map(Cell::integer).collect())
+                    }
+                    ColumnType::Text => Nullable::Text(cells.map(Cell::text).collect()),
+                    _ => Nullable::F64(cells.map(Cell::number).collect()),
+                };
+                (column, values)
+            })
+            .collect();
+        let bytes =
+            nullable_to_parquet(COMPARISON, &columns, entry.to_string()).map_err(|source| {
+                ReportError::Table {
+                    path: path.to_owned(),
+                    source: Box::new(source),
+                }
+            })?;
+        std::fs::write(path, bytes).map_err(|source| ReportError::Io {
             path: path.to_owned(),
             source,
-        })?;
-        ParquetWriter::new(file)
-            .with_key_value_metadata(Some(KeyValueMetadata::from_static(vec![(
-                METADATA_KEY.to_owned(),
-                entry.to_string(),
-            )])))
-            .finish(&mut self.frame.clone())
-            .map_err(|source| ReportError::Parquet {
-                path: path.to_owned(),
-                source,
-            })?;
-        Ok(())
+        })
     }
 
     /// Writes the table as CSV: names of the columns, then every number in full, SI units, nothing where a run has no such

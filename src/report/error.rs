@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use polars::error::PolarsError;
 
+use super::passed_over::PassedOver;
 use super::plot::PlotError;
 use super::text::continuation;
 use crate::scene::SceneError;
-use crate::store::StoreError;
+use crate::store::{Damage, StoreError};
 use crate::tables::{TableError, TableName};
 
 /// Runs that cannot be read, or do not go into one table, or a file that cannot be written.
@@ -29,14 +30,14 @@ pub enum ReportError {
     Empty {
         /// Folder of the run.
         run: PathBuf,
+        /// Why those that are there do not verify.
+        damage: Vec<Damage>,
     },
-    /// A folder whose name is not UTF-8, which the table reader requires.
-    #[error("{}: the name must be UTF-8 for its tables to be scanned", run.display())]
-    Name {
-        /// Folder of the run.
-        run: PathBuf,
-        /// The error of the table library.
-        source: PolarsError,
+    /// Several folders, none of which is a run that can be read.
+    #[error("no run to read among {} folders: {}", passed_over.len(), reasons(passed_over))]
+    NoneLeft {
+        /// The folders, each with the reason.
+        passed_over: Vec<PassedOver>,
     },
     /// The scene that a run keeps.
     #[error("{}: the scene kept in the run cannot be read: {source}", run.display())]
@@ -72,14 +73,6 @@ pub enum ReportError {
         /// The error of the operating system.
         source: std::io::Error,
     },
-    /// A Parquet file that cannot be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Parquet {
-        /// The file.
-        path: PathBuf,
-        /// The error of the table library.
-        source: PolarsError,
-    },
     /// A table of this program that cannot be made.
     #[error("cannot make {}: {source}", path.display())]
     Table {
@@ -101,14 +94,12 @@ pub enum ReportError {
 impl ReportError {
     /// True for a folder that is no run, or a run without an iteration.
     pub fn is_nothing_to_read(&self) -> bool {
-        matches!(
-            self,
-            ReportError::Empty { .. }
-                | ReportError::Run {
-                    source: StoreError::NoRun { .. },
-                    ..
-                }
-        )
+        match self {
+            ReportError::Run { source, .. } => matches!(source, StoreError::NoRun { .. }),
+            ReportError::Empty { damage, .. } => damage.is_empty(),
+            ReportError::NoneLeft { .. } => !self.is_damage_or_mismatch(),
+            _ => false,
+        }
     }
 
     /// True for a run that is damaged or of another format, rather than absent or empty.
@@ -116,7 +107,19 @@ impl ReportError {
         match self {
             ReportError::Run { source, .. } => source.is_damage_or_mismatch(),
             ReportError::Scene { .. } => true,
+            ReportError::Empty { damage, .. } => !damage.is_empty(),
+            ReportError::NoneLeft { passed_over } => {
+                passed_over.iter().any(PassedOver::is_damage_or_mismatch)
+            }
             _ => false,
         }
     }
+}
+
+fn reasons(passed_over: &[PassedOver]) -> String {
+    passed_over
+        .iter()
+        .map(|each| format!("{}: {}", each.path().display(), each.reason()))
+        .collect::<Vec<_>>()
+        .join("; ")
 }

@@ -15,6 +15,8 @@ mod output;
 #[cfg(feature = "polars")]
 mod page;
 #[cfg(feature = "polars")]
+mod passed_over;
+#[cfg(feature = "polars")]
 mod plot;
 #[cfg(feature = "polars")]
 mod quantity;
@@ -39,6 +41,8 @@ pub use figures::Figure;
 pub use html::Section;
 #[cfg(feature = "polars")]
 pub use page::Report;
+#[cfg(feature = "polars")]
+pub use passed_over::PassedOver;
 #[cfg(feature = "polars")]
 pub use plot::{Drawing, PlotError};
 #[cfg(feature = "polars")]

@@ -7,10 +7,11 @@ use polars::prelude::*;
 use serde_json::Value;
 
 use super::ReportError;
-use super::scan::{ORDER, RUN, Scan};
+use super::passed_over::{PassedOver, open_each};
+use super::scan::{ORDER, RUN, Scan, column};
 use crate::scene::{self, Scene};
 use crate::store::{Damage, RealFileSystem, RunReader, RunRecord, StoreError};
-use crate::tables::{self, Table, TableName};
+use crate::tables::{Table, TableName};
 
 /// A run open for reading, also one that another process computes.
 ///
@@ -53,6 +54,15 @@ impl RunTables {
             plan,
             iterations,
         })
+    }
+
+    /// Opens the runs among several folders, as `runs/*` names them, and says what it passes over.
+    ///
+    /// # Errors
+    /// [`ReportError::NoneLeft`] if none is a run; those of [`RunTables::open`] for a path given alone, one that nothing has, and a
+    /// run that the system does not let be read.
+    pub fn open_all(roots: &[PathBuf]) -> Result<(Vec<RunTables>, Vec<PassedOver>), ReportError> {
+        open_each(roots, RunTables::open)
     }
 
     /// Name of the run's folder.
@@ -100,11 +110,11 @@ impl RunTables {
         self.latest
     }
 
-    /// A table of all iterations that have it, as one scan: [`super::WEAR_ITERATION`] first, then the columns of the table, sorted by
+    /// A table of all iterations that have it, as one frame: [`super::WEAR_ITERATION`] first, then the columns of the table, sorted by
     /// iteration; `None` where the run has no such table.
     ///
     /// # Errors
-    /// [`ReportError::Run`] for a table that cannot be read, [`ReportError::Scan`].
+    /// [`ReportError::Run`] for a table that cannot be read, also one damaged since the run was opened, [`ReportError::Scan`].
     pub fn series(&self, table: TableName) -> Result<Option<DataFrame>, ReportError> {
         let mut scan = Scan::of(table);
         scan.add(0, &self.name, &self.reader)?;
@@ -119,7 +129,7 @@ impl RunTables {
         }
         // The schema's columns are all there, null where the run lacks the physics.
         let absent: Vec<PlSmallStr> = frame
-            .columns()
+            .get_columns()
             .iter()
             .filter(|column| !column.is_empty() && column.null_count() == column.len())
             .map(|column| column.name().clone())
@@ -174,7 +184,7 @@ impl RunTables {
     }
 }
 
-/// A table of all iterations of several runs as one lazy scan: [`ORDER`], [`RUN`] (the name), [`super::WEAR_ITERATION`], then the
+/// A table of all iterations of several runs as one lazy frame: [`ORDER`], [`RUN`] (the name), [`super::WEAR_ITERATION`], then the
 /// columns of the table's schema, null where a run lacks them; sorted by run, in the order given, and iteration. `None` where no
 /// run has the table.
 ///
@@ -232,6 +242,7 @@ pub(super) fn open(run: &Path) -> Result<RunReader, ReportError> {
         Some(_) => Ok(reader),
         None => Err(ReportError::Empty {
             run: run.to_owned(),
+            damage: damage_of(&reader),
         }),
     }
 }
@@ -255,17 +266,7 @@ fn name_of(root: &Path) -> String {
 fn frame(table: &Table) -> PolarsResult<DataFrame> {
     let columns = table
         .columns()
-        .map(|(schema, values)| {
-            let name = schema.name.as_str().into();
-            match values {
-                tables::Column::F64(values) => Column::new(name, values),
-                tables::Column::MaybeF64(values) => Column::new(name, values),
-                tables::Column::I32(values) => Column::new(name, values),
-                tables::Column::I64(values) => Column::new(name, values),
-                tables::Column::Bool(values) => Column::new(name, values),
-                tables::Column::Text(values) => Column::new(name, values),
-            }
-        })
+        .map(|(schema, values)| column(&schema.name, values))
         .collect();
-    DataFrame::new(table.rows(), columns)
+    DataFrame::new(columns)
 }

@@ -1,13 +1,12 @@
-//! One lazy scan over a table of many iterations of many runs.
+//! One lazy frame over a table of many iterations of many runs.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 use polars::prelude::*;
 
 use super::ReportError;
-use crate::store::RunReader;
-use crate::tables::{ColumnType, TableName};
+use crate::store::{RunReader, StoreError};
+use crate::tables::{self, ColumnSchema, ColumnType, Table, TableName};
 
 /// The column with the name that a run was given.
 pub const RUN: &str = "run";
@@ -16,19 +15,14 @@ pub const WEAR_ITERATION: &str = "wear_iteration";
 /// The column with the place of the run among those scanned, from 0: tells two runs of one name apart.
 pub const ORDER: &str = "order";
 
-/// Leads to the rows and is not handed on.
-const PATH: &str = "path";
-
-/// The files of a table, and which run and iteration each belongs to.
+/// The rows of a table, with which run and iteration each belongs to.
 ///
-/// The reader could take the iteration from the name of its folder, but would do so with every `name=value` on the way
-/// there, and a run kept in `rq=1um/` would lose its own `rq`.
+/// Each file is read by the store, which verifies it, rather than by Polars: its own reader of Parquet would bring a client for
+/// object stores, with HTTP and TLS, into the program.
 pub struct Scan {
     table: TableName,
-    paths: Vec<PlRefPath>,
-    order: Vec<i64>,
-    run: Vec<String>,
-    wear_iteration: Vec<i64>,
+    /// Of each run that has the table.
+    frames: Vec<DataFrame>,
 }
 
 impl Scan {
@@ -36,10 +30,7 @@ impl Scan {
     pub fn of(table: TableName) -> Scan {
         Scan {
             table,
-            paths: Vec::new(),
-            order: Vec::new(),
-            run: Vec::new(),
-            wear_iteration: Vec::new(),
+            frames: Vec::new(),
         }
     }
 
@@ -47,7 +38,8 @@ impl Scan {
     /// chain of commits, as `timing`, is passed over.
     ///
     /// # Errors
-    /// [`ReportError::Run`] for a table of another version, [`ReportError::Name`].
+    /// [`ReportError::Run`] for a table of another version and for one that was damaged since the run was opened,
+    /// [`ReportError::Scan`].
     pub fn add(&mut self, order: usize, name: &str, reader: &RunReader) -> Result<(), ReportError> {
         let run = reader.path();
         let of_run = |source| ReportError::Run {
@@ -61,84 +53,94 @@ impl Scan {
             .filter(|report| unchained && !report.unchained_damage.is_empty())
             .map(|report| report.wear_iteration)
             .collect();
-        let mut last = None;
+        let mut tables = Vec::new();
         for wear_iteration in reader.iterations() {
-            let commit = reader.commit_of(wear_iteration).map_err(of_run)?;
-            if commit.table(self.table.as_str()).is_none() || damaged.contains(&wear_iteration) {
+            if damaged.contains(&wear_iteration) {
                 continue;
             }
-            let path = reader.table_path(wear_iteration, self.table);
-            let path = PlRefPath::try_from_path(&path).map_err(|source| ReportError::Name {
-                run: run.to_owned(),
+            match reader.read(wear_iteration, self.table) {
+                Ok(rows) => tables.push((wear_iteration, rows)),
+                Err(StoreError::NoTable { .. }) => (),
+                Err(source) => return Err(of_run(source)),
+            }
+        }
+        if tables.is_empty() {
+            return Ok(());
+        }
+        let frame = self
+            .keyed(order, name, &tables)
+            .map_err(|source| ReportError::Scan {
+                table: self.table,
+                runs: run.display().to_string(),
                 source,
             })?;
-            self.paths.push(path);
-            self.order.push(order as i64);
-            self.run.push(name.to_owned());
-            self.wear_iteration.push(wear_iteration as i64);
-            last = Some(wear_iteration);
-        }
-        // A file of another schema version may mean something else by the same names; only the run's reader looks at that.
-        if let Some(last) = last {
-            reader.read(last, self.table).map_err(of_run)?;
-        }
+        self.frames.push(frame);
         Ok(())
     }
 
     /// True if no run has the table.
     pub fn is_empty(&self) -> bool {
-        self.paths.is_empty()
+        self.frames.is_empty()
     }
 
-    /// One lazy scan of all files: [`ORDER`], [`RUN`], [`WEAR_ITERATION`] and the columns of the table's schema, sorted by run
-    /// and iteration; what a run lacks is null. Only the columns that are asked of it are read.
+    /// All rows as one lazy frame: [`ORDER`], [`RUN`], [`WEAR_ITERATION`] and the columns of the table's schema, by run, as they
+    /// were added, and iteration; what a run lacks is null.
     ///
     /// # Errors
     /// Those of the table library.
     pub fn lazy(&self) -> PolarsResult<LazyFrame> {
-        let schema: Schema = self
-            .table
-            .schema()
-            .columns
+        let mut frames: Vec<LazyFrame> = self.frames.iter().map(|f| f.clone().lazy()).collect();
+        if frames.is_empty() {
+            frames.push(self.keyed(0, "", &[])?.lazy());
+        }
+        concat(frames, UnionArgs::default())
+    }
+
+    /// The tables of one run below each other, with their keys.
+    fn keyed(&self, order: usize, name: &str, tables: &[(u64, Table)]) -> PolarsResult<DataFrame> {
+        let rows = tables.iter().map(|(_, table)| table.rows()).sum();
+        let wear_iteration: Vec<i64> = tables
             .iter()
-            .map(|column| Field::new(column.name.as_str().into(), data_type(column.kind)))
+            .flat_map(|(k, table)| vec![*k as i64; table.rows()])
             .collect();
-        // A run that is asked for twice has its files read once; the join gives both their rows.
-        let files: BTreeSet<&str> = self.paths.iter().map(|path| path.as_str()).collect();
-        let rows = LazyFrame::scan_parquet_files(
-            files.into_iter().map(PlRefPath::new).collect(),
-            ScanArgsParquet {
-                schema: Some(Arc::new(schema)),
-                allow_missing_columns: true,
-                include_file_paths: Some(PATH.into()),
-                // The names of the files are exact: a `[` in the name of a run is no pattern.
-                glob: false,
-                hive_options: HiveOptions::new_disabled(),
-                ..Default::default()
-            },
-        )?;
-        let paths: Vec<&str> = self.paths.iter().map(|path| path.as_str()).collect();
-        let keys = df!(
-            PATH => paths,
-            ORDER => &self.order,
-            RUN => &self.run,
-            WEAR_ITERATION => &self.wear_iteration,
-        )?;
-        // Rows of one file stay in their order.
-        let in_order = SortMultipleOptions::default().with_maintain_order(true);
-        Ok(keys
-            .lazy()
-            .join(
-                rows,
-                [col(PATH)],
-                [col(PATH)],
-                JoinArgs {
-                    maintain_order: MaintainOrderJoin::LeftRight,
-                    ..JoinArgs::new(JoinType::Left)
-                },
-            )
-            .sort([ORDER, WEAR_ITERATION], in_order)
-            .drop(cols([PATH])))
+        let mut columns = vec![
+            Column::new(ORDER.into(), vec![order as i64; rows]),
+            Column::new(RUN.into(), vec![name; rows]),
+            Column::new(WEAR_ITERATION.into(), wear_iteration),
+        ];
+        for described in &self.table.schema().columns {
+            columns.push(below_each_other(described, tables)?);
+        }
+        DataFrame::new(columns)
+    }
+}
+
+/// A column of all tables; null where one lacks it.
+fn below_each_other(described: &ColumnSchema, tables: &[(u64, Table)]) -> PolarsResult<Column> {
+    let name = described.name.as_str();
+    let kind = data_type(described.kind);
+    let mut whole = Column::new_empty(name.into(), &kind);
+    for (_, table) in tables {
+        let mut there = table.columns().filter(|(schema, _)| schema.name == name);
+        let part = match there.next() {
+            Some((_, values)) => column(name, values),
+            None => Column::full_null(name.into(), table.rows(), &kind),
+        };
+        whole.append_owned(part)?;
+    }
+    Ok(whole.rechunk())
+}
+
+/// The values of a column of the store.
+pub fn column(name: &str, values: &tables::Column) -> Column {
+    let name = name.into();
+    match values {
+        tables::Column::F64(values) => Column::new(name, values),
+        tables::Column::MaybeF64(values) => Column::new(name, values),
+        tables::Column::I32(values) => Column::new(name, values),
+        tables::Column::I64(values) => Column::new(name, values),
+        tables::Column::Bool(values) => Column::new(name, values),
+        tables::Column::Text(values) => Column::new(name, values),
     }
 }
 

@@ -14,6 +14,9 @@ mod table;
 
 pub use error::TableError;
 pub use foreign::{announced_rows, codecs, decoded, unread_codec};
-pub use parquet_file::{METADATA_KEY, Provenance, from_parquet, provenance_of, to_parquet};
+pub use parquet_file::{
+    METADATA_KEY, Nullable, Provenance, from_parquet, nullable_to_parquet, provenance_of,
+    to_parquet,
+};
 pub use schema::{ColumnSchema, ColumnType, Place, Schema, TableName};
 pub use table::{Column, Table, TableBuilder};

@@ -14,7 +14,7 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::basic::{Compression, Encoding, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
-use parquet::file::properties::WriterProperties;
+use parquet::file::properties::{WriterProperties, WriterPropertiesBuilder};
 use parquet::schema::types::ColumnPath;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -77,27 +77,76 @@ impl From<&ColumnSchema> for ColumnEntry {
 /// [`TableError::Arrow`] or [`TableError::Parquet`] if the format libraries refuse the table.
 pub fn to_parquet(table: &Table, provenance: &Provenance) -> Result<Vec<u8>, TableError> {
     let schema = table.schema();
-    let arrow_error = |source| TableError::Arrow {
-        table: schema.name.clone(),
+    let columns = table
+        .columns()
+        .map(|(described, column)| (field(described), array(column)))
+        .collect();
+    let properties =
+        properties(table, provenance).map_err(|source| parquet_error(&schema.name, source))?;
+    write(&schema.name, columns, properties)
+}
+
+/// Values of a column of which rows may lack one.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Nullable {
+    /// Integers.
+    I64(Vec<Option<i64>>),
+    /// Floating-point values.
+    F64(Vec<Option<f64>>),
+    /// Texts.
+    Text(Vec<Option<String>>),
+}
+
+/// The bytes of a Parquet file of columns that are not those of a schema, as of a comparison of runs; `entry` stands under
+/// [`METADATA_KEY`].
+///
+/// # Errors
+/// As for [`to_parquet`].
+pub fn nullable_to_parquet(
+    table: &str,
+    columns: &[(&ColumnSchema, Nullable)],
+    entry: String,
+) -> Result<Vec<u8>, TableError> {
+    let columns = columns
+        .iter()
+        .map(|(described, values)| {
+            let array: ArrayRef = match values {
+                Nullable::I64(values) => Arc::new(Int64Array::from(values.clone())),
+                Nullable::F64(values) => Arc::new(Float64Array::from(values.clone())),
+                Nullable::Text(values) => Arc::new(StringArray::from(values.clone())),
+            };
+            (field(described).with_nullable(true), array)
+        })
+        .collect();
+    let properties = begin_properties(env!("CARGO_PKG_VERSION"), entry)
+        .map_err(|source| parquet_error(table, source))?;
+    write(table, columns, properties.build())
+}
+
+/// The bytes of a file of columns.
+fn write(
+    table: &str,
+    columns: Vec<(Field, ArrayRef)>,
+    properties: WriterProperties,
+) -> Result<Vec<u8>, TableError> {
+    let failed = |source| parquet_error(table, source);
+    let (fields, arrays): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
+    let schema = Arc::new(arrow_schema::Schema::new(fields));
+    let batch =
+        RecordBatch::try_new(schema.clone(), arrays).map_err(|source| TableError::Arrow {
+            table: table.to_owned(),
+            source,
+        })?;
+    let mut writer = ArrowWriter::try_new(Vec::new(), schema, Some(properties)).map_err(failed)?;
+    writer.write(&batch).map_err(failed)?;
+    writer.into_inner().map_err(failed)
+}
+
+fn parquet_error(table: &str, source: ParquetError) -> TableError {
+    TableError::Parquet {
+        table: table.to_owned(),
         source,
-    };
-    let parquet_error = |source| TableError::Parquet {
-        table: schema.name.clone(),
-        source,
-    };
-    let mut fields = Vec::new();
-    let mut arrays = Vec::new();
-    for (described, column) in table.columns() {
-        fields.push(field(described));
-        arrays.push(array(column));
     }
-    let arrow_schema = Arc::new(arrow_schema::Schema::new(fields));
-    let batch = RecordBatch::try_new(arrow_schema.clone(), arrays).map_err(arrow_error)?;
-    let properties = properties(table, provenance).map_err(parquet_error)?;
-    let mut writer =
-        ArrowWriter::try_new(Vec::new(), arrow_schema, Some(properties)).map_err(parquet_error)?;
-    writer.write(&batch).map_err(parquet_error)?;
-    writer.into_inner().map_err(parquet_error)
 }
 
 /// The table in the bytes of a Parquet file.
@@ -258,10 +307,7 @@ fn properties(table: &Table, provenance: &Provenance) -> Result<WriterProperties
     };
     let text =
         serde_json::to_string(&entry).map_err(|error| ParquetError::External(Box::new(error)))?;
-    let mut properties = WriterProperties::builder()
-        .set_created_by(format!("fretwear version {}", provenance.program_version))
-        .set_compression(Compression::ZSTD(ZstdLevel::try_new(ZSTD_LEVEL)?))
-        .set_key_value_metadata(Some(vec![KeyValue::new(METADATA_KEY.to_owned(), text)]));
+    let mut properties = begin_properties(&provenance.program_version, text)?;
     for (column, _) in table.columns() {
         let path = ColumnPath::from(column.name.as_str());
         let encoding = match column.kind {
@@ -275,6 +321,17 @@ fn properties(table: &Table, provenance: &Provenance) -> Result<WriterProperties
             .set_column_encoding(path, encoding);
     }
     Ok(properties.build())
+}
+
+/// What all files have in common.
+fn begin_properties(
+    program_version: &str,
+    entry: String,
+) -> Result<WriterPropertiesBuilder, ParquetError> {
+    Ok(WriterProperties::builder()
+        .set_created_by(format!("fretwear version {program_version}"))
+        .set_compression(Compression::ZSTD(ZstdLevel::try_new(ZSTD_LEVEL)?))
+        .set_key_value_metadata(Some(vec![KeyValue::new(METADATA_KEY.to_owned(), entry)])))
 }
 
 fn file_entry(metadata: Option<&Vec<KeyValue>>, expected: &str) -> Result<FileEntry, TableError> {

@@ -87,6 +87,28 @@ fn what_does_not_verify_does_not_count() {
     assert_eq!(numbers(&summaries, WEAR_ITERATION).unwrap(), [0.0, 1.0]);
 }
 
+/// Also of a table that was sound when the run was opened.
+#[test]
+fn damage_found_while_reading_is_an_error() {
+    let folder = TempDir::new().unwrap();
+    let root = compute(&folder, "worn", WORN, None);
+    let run = RunTables::open(&root).unwrap();
+    let file = summary_file(&root, 1);
+    damage(&file);
+    let is_damage = |error: ReportError| {
+        assert!(
+            matches!(
+                &error,
+                ReportError::Run { source: StoreError::Damaged(damage), .. } if damage.path == file
+            ),
+            "{error:?}"
+        );
+        assert!(error.is_damage_or_mismatch());
+    };
+    is_damage(run.series(TableName::Summary).unwrap_err());
+    is_damage(scan_runs(&[run], TableName::Summary).err().unwrap());
+}
+
 /// `timing` is outside the chain: damage to it takes its own rows away and nothing else.
 #[test]
 fn damaged_times_are_passed_over() {

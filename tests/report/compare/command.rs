@@ -1,4 +1,5 @@
 use super::{STATIC, WORN, compute, damage, summary_file};
+use fretwear::stages::Stage;
 use std::path::Path;
 use std::process::{Command, Output};
 use tempfile::TempDir;
@@ -85,4 +86,98 @@ fn says_by_its_exit_code_what_is_wrong() {
         text(&damaged.stderr)
     );
     assert_eq!(text(&damaged.stdout).lines().count(), 3);
+}
+
+/// What `runs/*` may name beside runs: one only begun, an empty folder, a file, and what `reproduce` leaves.
+fn foreign(folder: &TempDir) -> [&'static str; 4] {
+    compute(folder, "begun", WORN, Some(Stage::Surface));
+    std::fs::create_dir(folder.path().join("empty")).unwrap();
+    std::fs::write(folder.path().join("letter.txt"), "hello").unwrap();
+    std::fs::create_dir_all(folder.path().join("reproduce/scenes")).unwrap();
+    ["begun", "empty", "letter.txt", "reproduce"]
+}
+
+const REASONS: [&str; 4] = [
+    "it has no iteration yet",
+    "it has no run.json",
+    "it is no folder",
+    "it has no run.json",
+];
+
+#[test]
+fn what_is_no_run_is_passed_over() {
+    let folder = TempDir::new().unwrap();
+    let foreign = foreign(&folder);
+    compute(&folder, "pressed", STATIC, None);
+    let notes: String = foreign
+        .iter()
+        .zip(REASONS)
+        .map(|(path, reason)| format!("note: {path} is passed over: {reason}\n"))
+        .collect();
+    for (command, lines) in [("compare", 3), ("report", 1)] {
+        let output = fretwear(&folder, &[&[command][..], &foreign, &["pressed"]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        assert_eq!(text(&output.stderr), notes);
+        let said = text(&output.stdout);
+        assert_eq!(said.lines().count(), lines, "{said}");
+        assert_eq!(said.contains("\npressed "), command == "compare", "{said}");
+    }
+    // Several were asked for, so that the page is not in the folder of the one that is left.
+    assert!(folder.path().join("report.html").is_file());
+}
+
+#[test]
+fn nothing_left_is_an_error_that_says_why() {
+    let folder = TempDir::new().unwrap();
+    let foreign = foreign(&folder);
+    for command in ["compare", "report"] {
+        let output = fretwear(&folder, &[&[command][..], &foreign].concat());
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.starts_with("error: no run to read among 4 "), "{said}");
+        for (path, reason) in foreign.iter().zip(REASONS) {
+            assert!(said.contains(&format!("{path}: {reason}")), "{said}");
+        }
+        assert_eq!(text(&output.stdout), "");
+    }
+}
+
+#[test]
+fn a_path_that_is_not_there_is_no_folder_to_pass_over() {
+    let folder = TempDir::new().unwrap();
+    compute(&folder, "pressed", STATIC, None);
+    for command in ["compare", "report"] {
+        let output = fretwear(&folder, &[command, "pressed", "presed"]);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(text(&output.stderr).contains("error: there is no run at presed"));
+    }
+}
+
+#[test]
+fn a_run_that_damage_closes_is_passed_over_but_not_forgotten() {
+    let folder = TempDir::new().unwrap();
+    compute(&folder, "pressed", STATIC, None);
+    let torn = compute(&folder, "torn", STATIC, None);
+    std::fs::write(torn.join("run.json"), "{").unwrap();
+    let first = compute(&folder, "first", STATIC, None);
+    damage(&summary_file(&first, 0));
+    for command in ["compare", "report"] {
+        let output = fretwear(&folder, &[command, "torn", "pressed", "first"]);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(4), "{said}");
+        for part in [
+            "note: torn is passed over: damaged run: torn/run.json",
+            "note: first is passed over: none of its iterations verifies: first/iterations/",
+        ] {
+            assert!(said.contains(part), "{said}");
+        }
+        assert_ne!(text(&output.stdout), "");
+
+        // Alone or with nothing left beside it, it is an error.
+        for runs in [&["torn"][..], &["first"], &["torn", "first"]] {
+            let output = fretwear(&folder, &[&[command][..], runs].concat());
+            assert_eq!(output.status.code(), Some(4), "{}", text(&output.stderr));
+            assert!(text(&output.stderr).starts_with("error: "));
+        }
+    }
 }

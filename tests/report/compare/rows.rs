@@ -148,7 +148,7 @@ fn a_run_without_an_iteration_is_named() {
     let begun = compute(&folder, "begun", WORN, Some(Stage::Surface));
     let error = compare(std::slice::from_ref(&begun), Rows::All).unwrap_err();
     assert!(
-        matches!(&error, ReportError::Empty { run } if *run == begun),
+        matches!(&error, ReportError::Empty { run, .. } if *run == begun),
         "{error:?}"
     );
 }
