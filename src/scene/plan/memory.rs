@@ -9,7 +9,7 @@ use crate::scene::Structure;
 /// A number \[B\].
 const DOUBLE: f64 = 8.0;
 /// The program before it computes: its code and tables, as measured of a run without contact \[B\].
-const PROGRAM: f64 = 33.5 * 1024.0 * 1024.0;
+const PROGRAM: f64 = 22.5 * 1024.0 * 1024.0;
 /// The reduction of a resonator, fitted to runs of 930 to 17 740 elements and 60 to 604 of the contact: bytes by the power of
 /// its elements by which a factor of nested dissection grows, by the square of its contact's degrees of freedom, and at least.
 const FACTOR: f64 = 850.0;
