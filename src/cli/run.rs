@@ -126,7 +126,7 @@ fn scene_of_run(run: &Path, sets: &[String]) -> Result<Option<Scene>, CliError> 
     let Some(found) = SceneOfRun::read(Arc::new(RealFileSystem), run)? else {
         return Ok(None);
     };
-    match scene::load_text(&path, &found.text, sets) {
+    match scene::load_kept(&path, &found.text, sets) {
         Ok(scene) => Ok(Some(scene)),
         Err(source) if found.edited => Err(CliError::EditedScene { path, source }),
         Err(error) => Err(error.into()),

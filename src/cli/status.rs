@@ -18,7 +18,7 @@ use crate::terminal::Results;
 /// Prints how far a run is, also while another process computes it.
 pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
-    let scene = scene::load_text(&root.join("scene.toml"), &reader.scene_toml()?, &[])?;
+    let scene = scene::load_kept(&root.join("scene.toml"), &reader.scene_toml()?, &[])?;
     let standing = Standing::of(&reader, &scene)?;
     let summary = standing
         .wear_iteration

@@ -38,7 +38,7 @@ impl RunTables {
             source,
         };
         let text = reader.scene_toml().map_err(of_run)?;
-        let scene = scene::load_text(&root.join("scene.toml"), &text, &[]).map_err(|source| {
+        let scene = scene::load_kept(&root.join("scene.toml"), &text, &[]).map_err(|source| {
             ReportError::Scene {
                 run: root.to_owned(),
                 source: Box::new(source),

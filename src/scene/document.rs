@@ -251,8 +251,19 @@ pub(super) fn read(path: &Path, sets: &[String]) -> Result<Node, SceneError> {
     read_text(path, &text, sets)
 }
 
-/// As [`read`], from the text of a file that stands at `path`.
-pub(super) fn read_text(path: &Path, text: &str, sets: &[String]) -> Result<Node, SceneError> {
+/// As [`read`], from the text of the scene that a run keeps at `path`, which is complete: to follow a base of it would show a
+/// stranger's choice of files.
+pub(super) fn read_kept(path: &Path, text: &str, sets: &[String]) -> Result<Node, SceneError> {
+    let tree = parse_file(path, text)?;
+    if let Content::Section(entries) = &tree.content
+        && let Some(base) = entries.get("base")
+    {
+        return Err(SceneError::new(&base.place, Problem::KeptBase));
+    }
+    read_text(path, text, sets)
+}
+
+fn read_text(path: &Path, text: &str, sets: &[String]) -> Result<Node, SceneError> {
     let mut tree = read_layers(path, text, &mut Vec::new())?;
     if sets.is_empty() {
         return Ok(tree);

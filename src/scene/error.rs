@@ -89,6 +89,11 @@ pub enum Problem {
         /// Most names.
         limit: usize,
     },
+    /// `base` in the scene that a run keeps.
+    #[error(
+        "a scene that a run keeps is complete and has no base; remove the line, or run the scene from its own file"
+    )]
+    KeptBase,
     /// `base` from the command line.
     #[error("base cannot be set; write it in a file: base = \"other.toml\"")]
     SetBase,

@@ -470,12 +470,12 @@ pub fn load(path: &Path, sets: &[String]) -> Result<Scene, SceneError> {
     resolve::scene(&document::read(path, sets)?, name_of(path))
 }
 
-/// As [`load`], from the text of a file that stands, or stood, at `path`.
+/// As [`load`], from the text of the scene that a run keeps, whose file stands, or stood, at `path`. It has no `base`.
 ///
 /// # Errors
 /// As for [`load`].
-pub fn load_text(path: &Path, text: &str, sets: &[String]) -> Result<Scene, SceneError> {
-    resolve::scene(&document::read_text(path, text, sets)?, name_of(path))
+pub fn load_kept(path: &Path, text: &str, sets: &[String]) -> Result<Scene, SceneError> {
+    resolve::scene(&document::read_kept(path, text, sets)?, name_of(path))
 }
 
 fn name_of(path: &Path) -> String {

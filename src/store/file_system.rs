@@ -144,6 +144,17 @@ fn holder_in(file: &mut File) -> io::Result<Option<u32>> {
     Ok(holder.and_then(|holder| holder.trim().parse().ok()))
 }
 
+/// Names that a file has, all but one of them hard links.
+#[cfg(unix)]
+fn names(found: &fs::Metadata) -> u64 {
+    std::os::unix::fs::MetadataExt::nlink(found)
+}
+
+#[cfg(not(unix))]
+fn names(_found: &fs::Metadata) -> u64 {
+    1
+}
+
 /// Opens a file that holds bytes. Neither a link at the path nor a pipe, which would keep the opening waiting, is followed.
 fn open_plain(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     #[cfg(unix)]
@@ -265,7 +276,12 @@ impl FileSystem for RealFileSystem {
         let mut options = OpenOptions::new();
         options.read(true).write(true).create(true).truncate(false);
         let mut file = open_plain(&mut options, path)?;
-        if file.metadata()?.len() > LONGEST_HOLDER {
+        let found = file.metadata()?;
+        let mut content = Vec::new();
+        (&mut file)
+            .take(LONGEST_HOLDER + 1)
+            .read_to_end(&mut content)?;
+        if content.len() as u64 > LONGEST_HOLDER || !content.iter().all(u8::is_ascii_digit) {
             let text = "it holds more than the number of a process, so that it is no lock of a run; remove it";
             return Err(io::Error::new(io::ErrorKind::InvalidData, text));
         }
@@ -279,14 +295,20 @@ impl FileSystem for RealFileSystem {
         }
         match attempt {
             Ok(()) => {
-                file.set_len(0)?;
-                file.rewind()?;
-                write!(file, "{}", std::process::id())?;
+                // Under another name the file may be somebody else's: it locks as well, and only does not tell by whom.
+                if names(&found) == 1 {
+                    file.set_len(0)?;
+                    file.rewind()?;
+                    write!(file, "{}", std::process::id())?;
+                }
                 Ok(LockAttempt::Taken(Box::new(file)))
             }
-            Err(TryLockError::WouldBlock) => Ok(LockAttempt::Held {
-                pid: holder_in(&mut file)?,
-            }),
+            Err(TryLockError::WouldBlock) => {
+                file.rewind()?;
+                Ok(LockAttempt::Held {
+                    pid: holder_in(&mut file)?,
+                })
+            }
             Err(TryLockError::Error(error)) => Err(error),
         }
     }

@@ -12,7 +12,7 @@ use std::sync::Arc;
 const SPARE_BYTES: u64 = 1 << 20;
 
 /// Most bytes of a JSON or TOML file of a run: `run.json` of a run with 300 000 pruned iterations has as many.
-pub(super) const LONGEST_METADATA: u64 = 64 << 20;
+const LONGEST_METADATA: u64 = 64 << 20;
 
 const ITERATION_PREFIX: &str = "wear_iteration=";
 
@@ -145,10 +145,25 @@ impl Files {
     }
 
     /// The content of a file of at most `most` bytes, `None` if there is none.
-    pub fn read_if_there(&self, path: &Path, most: u64) -> Result<Option<Vec<u8>>, StoreError> {
+    fn read_if_there(&self, path: &Path, most: u64) -> Result<Option<Vec<u8>>, StoreError> {
         match self.0.read(path, most) {
             Ok(bytes) => Ok(Some(bytes)),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(io_error("read", path)(error)),
+        }
+    }
+
+    /// The content of a file of JSON or TOML; one that is not there, or longer than any, is damage.
+    pub fn read_metadata(&self, path: &Path) -> Result<Result<Vec<u8>, Damage>, StoreError> {
+        match self.0.read(path, LONGEST_METADATA) {
+            Ok(bytes) => Ok(Ok(bytes)),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Err(missing(path))),
+            Err(error) if error.kind() == io::ErrorKind::FileTooLarge => Ok(Err(Damage {
+                path: path.to_owned(),
+                kind: DamageKind::Unreadable {
+                    reason: error.to_string(),
+                },
+            })),
             Err(error) => Err(io_error("read", path)(error)),
         }
     }
@@ -258,10 +273,10 @@ impl Files {
 
     /// [`Files::replace`], unless the file has this content already.
     pub fn replace_if_different(&self, path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-        if self.read_if_there(path, LONGEST_METADATA)?.as_deref() == Some(bytes) {
-            return Ok(());
+        match self.read_metadata(path)? {
+            Ok(found) if found == bytes => Ok(()),
+            _ => self.replace(path, bytes),
         }
-        self.replace(path, bytes)
     }
 
     /// The content of a file if it is as long as it was and has the hash it had.

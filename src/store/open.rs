@@ -6,7 +6,7 @@ use super::commit::Commit;
 use super::draft::clean_staging;
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::{FileSystem, LockGuard};
-use super::files::{Files, LONGEST_METADATA, Layout, iteration_name, json};
+use super::files::{Files, Layout, iteration_name, json};
 use super::reader::{FoundRecord, RunReader, read_record, written_scene};
 use super::record::{Continuation, Machine, Origin, Pruned, RunIdentity, RunRecord};
 use super::sealed::sealed;
@@ -140,7 +140,7 @@ pub(super) fn lock(fs: Arc<dyn FileSystem>, root: &Path) -> Result<Locked, Store
     let mut unfinished = None;
     if record.is_none() {
         // A marker that was being written when the process ended says nothing: nothing was copied yet.
-        let marker = files.read_if_there(&layout.copying(), LONGEST_METADATA)?;
+        let marker = files.read_metadata(&layout.copying())?.ok();
         unfinished = marker.and_then(|bytes| serde_json::from_slice(&bytes).ok());
         if unfinished.is_none() && !chain::folders(&files, &layout)?.is_empty() {
             return Err(StoreError::Damaged(Damage {

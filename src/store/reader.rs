@@ -6,7 +6,7 @@ use super::commit::Commit;
 use super::draft::{KeyedEntry, read_entry};
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::{FileSystem, LockHolder, RealFileSystem};
-use super::files::{Files, LONGEST_METADATA, Layout};
+use super::files::{Files, Layout};
 use super::record::{RUN_FORMAT, RunRecord, seal_of};
 use super::sealed::{Seal, read_sealed, read_to_judge};
 use super::survey::survey;
@@ -64,7 +64,7 @@ impl RunReader {
     /// [`StoreError::Io`].
     pub fn plan(&self) -> Result<Option<Value>, StoreError> {
         let path = self.layout.plan();
-        let bytes = self.files.read_if_there(&path, LONGEST_METADATA)?;
+        let bytes = self.files.read_metadata(&path)?.ok();
         Ok(bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok()))
     }
 
@@ -270,16 +270,15 @@ pub(super) fn written_scene(
     layout: &Layout,
 ) -> Result<Result<String, Damage>, StoreError> {
     let path = layout.scene();
-    let kind = match files.read_if_there(&path, LONGEST_METADATA)? {
-        None => DamageKind::Missing,
-        Some(bytes) => match String::from_utf8(bytes) {
-            Ok(text) => return Ok(Ok(text)),
-            Err(error) => DamageKind::Unreadable {
-                reason: error.to_string(),
-            },
-        },
+    let bytes = match files.read_metadata(&path)? {
+        Ok(bytes) => bytes,
+        Err(damage) => return Ok(Err(damage)),
     };
-    Ok(Err(Damage { path, kind }))
+    Ok(String::from_utf8(bytes).map_err(|error| {
+        let reason = error.to_string();
+        let kind = DamageKind::Unreadable { reason };
+        Damage { path, kind }
+    }))
 }
 
 /// What is wrong with the files of a run that stand beside its tables.
@@ -305,14 +304,17 @@ fn check_metadata(
     ];
     for (path, expected) in expected {
         let Some(expected) = expected else { continue };
-        let kind = match files.read_if_there(&path, LONGEST_METADATA)? {
-            None => DamageKind::Missing,
-            Some(bytes) => match hash(&bytes) {
-                found if found == expected => continue,
-                found => DamageKind::Hash { expected, found },
-            },
+        let found = match files.read_metadata(&path)? {
+            Ok(bytes) => hash(&bytes),
+            Err(found) => {
+                damage.push(found);
+                continue;
+            }
         };
-        damage.push(Damage { path, kind });
+        if found != expected {
+            let kind = DamageKind::Hash { expected, found };
+            damage.push(Damage { path, kind });
+        }
     }
     Ok(damage)
 }

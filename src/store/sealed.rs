@@ -4,7 +4,7 @@
 
 use super::canonical::hash;
 use super::error::{Damage, DamageKind, StoreError};
-use super::files::{Files, LONGEST_METADATA, json};
+use super::files::{Files, json};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::path::Path;
@@ -53,8 +53,9 @@ pub(super) fn read_to_judge<T: DeserializeOwned>(
         path: path.to_owned(),
         kind,
     };
-    let Some(bytes) = files.read_if_there(path, LONGEST_METADATA)? else {
-        return Ok(Err(damage(DamageKind::Missing)));
+    let bytes = match files.read_metadata(path)? {
+        Ok(bytes) => bytes,
+        Err(damage) => return Ok(Err(damage)),
     };
     Ok(opened(&bytes, seal).map_err(damage))
 }

@@ -59,6 +59,22 @@ fn an_edited_scene_is_gone_on_with_or_told() {
     }
 }
 
+/// What a stranger has a run keep as its scene leads to no file of its reader's.
+#[test]
+fn a_kept_scene_has_no_base() {
+    let bench = finished();
+    bench.write("private.toml", "password = 1\n");
+    let scene = bench.path("a/scene.toml");
+    let text = fs::read_to_string(&scene).expect("a file");
+    fs::write(&scene, format!("base = \"../private.toml\"\n{text}")).expect("written");
+    for command in [&["run", "--run", "a"][..], &["run", "--from", "a@1"]] {
+        let did = bench.fretwear(command);
+        assert_eq!(did.code(), 2, "{}", did.stderr());
+        assert!(did.stderr().contains("has no base"), "{}", did.stderr());
+        assert!(!did.stderr().contains("password"), "{}", did.stderr());
+    }
+}
+
 #[test]
 fn verify_names_every_file_that_was_touched() {
     let bench = finished();
