@@ -23,8 +23,7 @@ fn rates(scene: &Scene, cost: &Cost) -> Rates {
     }
 }
 
-/// Cells along a side of the largest plane that is measured, which takes a tenth of a second. What is asked of a plan may be more
-/// than the machine holds.
+/// Cells along a side of the largest plane that is measured: the scene that is planned may be more than the machine holds.
 const LARGEST_MEASURED: usize = 1024;
 
 /// A pair of transforms on this scene's plane \[s\]. That of a larger plane than is measured follows as n log n.

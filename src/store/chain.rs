@@ -98,10 +98,11 @@ pub(super) fn walk(
     };
     let mut before: Option<String> = None;
     let mut broken_at: Option<u64> = None;
+    // Before each number that does not follow the one before it stands the first that is absent.
     let mut expected = 0;
     let mut numbers: BTreeSet<u64> = present.clone();
     numbers.extend(record.pruned.keys().filter(|k| **k < highest));
-    let mut in_order = Vec::with_capacity(2 * numbers.len());
+    let mut in_order = Vec::new();
     for number in numbers {
         if number > expected {
             in_order.push(expected);

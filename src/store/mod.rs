@@ -16,9 +16,9 @@
 //! written last when a run is created: a folder without it is no run yet and is completed by the next start.
 //!
 //! A run folder may come from anywhere. No link in it is followed, names of files come from the list of tables and not from what
-//! a file says, lengths are looked at before anything is read, and iterations are counted by the folders that are there. Every file
-//! is under a hash: tables under that of their commit, a JSON file under the one at its own end (`sealed.rs`), `scene.toml` and
-//! `plan.json` under those in `run.json`.
+//! a file says, lengths are looked at before anything is read, and iterations are counted by the folders that are there. Whatever
+//! is committed is under a hash: tables under that of their commit, a JSON file under the one at its own end (`sealed.rs`), `scene.toml`
+//! and `plan.json` under what `run.json` says of them. A draft in staging is checked before it is used.
 //!
 //! All access goes through [`FileSystem`], so that tests can make any call fail.
 
