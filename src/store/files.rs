@@ -14,6 +14,10 @@ const SPARE_BYTES: u64 = 1 << 20;
 /// Most bytes of a JSON or TOML file of a run: `run.json` of a run with 300 000 pruned iterations has as many.
 const LONGEST_METADATA: u64 = 64 << 20;
 
+/// Most bytes of a table: some ten columns of numbers on 8192 x 8192 cells, not compressed. Its commit may be a stranger's too, and say
+/// of a file without end that it has as many bytes as it has.
+const LONGEST_TABLE: u64 = 8 << 30;
+
 const ITERATION_PREFIX: &str = "wear_iteration=";
 
 /// The paths of a run.
@@ -316,6 +320,9 @@ impl Files {
             Some(found) if found.len != expected => DamageKind::Size {
                 expected,
                 found: found.len,
+            },
+            Some(_) if expected > LONGEST_TABLE => DamageKind::Unreadable {
+                reason: format!("{expected} bytes long; no table has more than {LONGEST_TABLE}"),
             },
             Some(_) => return Ok(Ok(())),
         };

@@ -136,13 +136,6 @@ impl RunReader {
         read_entry(&self.files, &folder, table, entry)?.map_err(StoreError::Damaged)
     }
 
-    /// The file of a table of an iteration, for readers of many files at once; nothing of it is verified.
-    pub fn table_path(&self, wear_iteration: u64, table: TableName) -> PathBuf {
-        self.layout
-            .iteration(wear_iteration)
-            .join(table.file_name())
-    }
-
     /// Hash of the scene that an iteration was computed from: another than that of the run for what a sibling inherited.
     ///
     /// # Errors

@@ -10,6 +10,8 @@ use fretwear::store::{RealFileSystem, RunReader};
 use fretwear::tables::{Column, TableName};
 use serde_json::Value;
 
+use crate::support::copy;
+
 use super::Seen;
 
 /// The scene solves friction to a duality gap of 1e-4: processors that round otherwise differ by less.
@@ -23,19 +25,6 @@ const EFFORT: [&str; 6] = [
     "normal_iterations",
     "tangential_iterations",
 ];
-
-fn copy(from: &Path, to: &Path) {
-    fs::create_dir_all(to).expect("a folder");
-    for entry in fs::read_dir(from).expect("the checkpoint") {
-        let entry = entry.expect("an entry");
-        let target = to.join(entry.file_name());
-        if entry.path().is_dir() {
-            copy(&entry.path(), &target);
-        } else {
-            fs::copy(entry.path(), target).expect("a copy");
-        }
-    }
-}
 
 #[test]
 fn the_published_case_goes_on_from_its_checkpoint() {

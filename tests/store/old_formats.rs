@@ -1,7 +1,7 @@
 //! Runs of former versions, kept in `data/old_runs`: they are read, verified and continued.
 
 use super::*;
-use crate::support::{Bench, latest, reader, table, verified};
+use crate::support::{Bench, copy, latest, reader, table, verified};
 use fretwear::tables::Column;
 
 /// What a former version gave with its runs.
@@ -38,19 +38,6 @@ fn old_runs() -> Vec<OldRun> {
     }
     assert!(!runs.is_empty());
     runs
-}
-
-fn copy(from: &Path, to: &Path) {
-    fs::create_dir_all(to).expect("a folder");
-    for entry in fs::read_dir(from).expect("an old run") {
-        let entry = entry.expect("an entry");
-        let target = to.join(entry.file_name());
-        if entry.path().is_dir() {
-            copy(&entry.path(), &target);
-        } else {
-            fs::copy(entry.path(), target).expect("a copy");
-        }
-    }
 }
 
 /// Rows and columns are those of the schema that the table is read by.

@@ -146,6 +146,7 @@ fn no_name_leads_out_of_a_run() {
             let path = trap.root().join("iterations/wear_iteration=2/commit.json");
             let mut commit = unsealed(&path);
             commit[list][table]["file"] = json!(name);
+            reseal_chain(&mut commit);
             forge(&trap.root(), &path, commit);
             let reader = look(&trap.root()).expect("readable");
             assert_eq!(reader.latest(), Some(1), "{name}");
@@ -178,6 +179,7 @@ fn no_name_leads_out_of_a_run() {
     let path = trap.root().join("iterations/wear_iteration=2/commit.json");
     let mut commit = unsealed(&path);
     commit["tables"]["../victim"] = commit["tables"]["cycle"].clone();
+    reseal_chain(&mut commit);
     forge(&trap.root(), &path, commit);
     assert_eq!(look(&trap.root()).expect("readable").latest(), Some(1));
 }
@@ -188,6 +190,31 @@ fn unsealed(path: &Path) -> Value {
     let mut value: Value = serde_json::from_str(&text).expect("an object");
     value.as_object_mut().expect("an object").remove("seal");
     value
+}
+
+/// Gives a forged commit the hash that its content has.
+fn reseal_chain(commit: &mut Value) {
+    let counted = json!({
+        "format": commit["format"],
+        "wear_iteration": commit["wear_iteration"],
+        "parent": commit["parent"],
+        "tables": commit["tables"],
+    });
+    let text = in_order(counted).to_string();
+    commit["hash"] = json!(blake3::hash(text.as_bytes()).to_hex().as_str());
+}
+
+/// The same value with the keys of every object in order.
+fn in_order(value: Value) -> Value {
+    match value {
+        Value::Object(object) => {
+            let by_key: BTreeMap<String, Value> =
+                object.into_iter().map(|(k, v)| (k, in_order(v))).collect();
+            Value::Object(by_key.into_iter().collect())
+        }
+        Value::Array(items) => items.into_iter().map(in_order).collect(),
+        other => other,
+    }
 }
 
 /// Writes an object where no hash is asked for: into a run that says it is older than they are.
@@ -235,6 +262,15 @@ fn what_is_no_file_is_not_read() {
         report.commits[2].damage[0].kind,
         DamageKind::Size { .. }
     ));
+    // Its commit agrees.
+    let commit = trap.root().join("iterations/wear_iteration=2/commit.json");
+    let mut forged = unsealed(&commit);
+    forged["tables"]["cycle"]["bytes"] = json!(1_u64 << 40);
+    reseal_chain(&mut forged);
+    forge(&trap.root(), &commit, forged);
+    let report = look(&trap.root()).expect("readable").verify();
+    let damage = &report.expect("readable").commits[2].damage[0];
+    assert!(damage.to_string().contains("no table has more"), "{damage}");
     let record = trap.root().join("run.json");
     let file = fs::File::options()
         .write(true)
