@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::machine::quartile;
 use super::{Check, State};
 use crate::store::{EntryKind, FileSystem, LockAttempt};
-use crate::tables::{Provenance, Table, TableName, from_parquet, to_parquet};
+use crate::tables::{Provenance, TableName, TypedTable, from_parquet, to_parquet, typed};
 
 /// A run of the published case takes some 20 MB, a study of it ten times that.
 const LITTLE_SPACE: u64 = 1 << 30;
@@ -177,24 +177,19 @@ fn tables(fs: &dyn FileSystem, work: &Path) -> Check {
     let around = || -> Result<bool, Box<dyn std::error::Error>> {
         let load: Vec<f64> = (0..1000).map(|k| (0.1 * k as f64).sin() * 1e4).collect();
         let displacement = vec![-0.0; load.len()];
-        let table = Table::builder(TableName::Hysteresis)
-            .column("load", load)
-            .column("displacement", displacement)
-            .build()?;
+        let curve = typed::Hysteresis { load, displacement };
         let provenance = Provenance {
             scene_hash: String::new(),
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
         };
-        let bytes = to_parquet(&table, &provenance)?;
+        let bytes = to_parquet(&curve.to_table()?, &provenance)?;
         fs.write_new(&path, &bytes)?;
         fs.sync_file(&path)?;
         let read = fs.read(&path, bytes.len() as u64)?;
-        let read = from_parquet(&read, TableName::Hysteresis.schema())?;
-        let bits = |table: &Table, column: &str| -> Result<Vec<u64>, crate::tables::TableError> {
-            Ok(table.f64(column)?.iter().map(|v| v.to_bits()).collect())
-        };
-        Ok(bits(&read, "load")? == bits(&table, "load")?
-            && bits(&read, "displacement")? == bits(&table, "displacement")?)
+        let read = typed::Hysteresis::of(&from_parquet(&read, TableName::Hysteresis.schema())?)?;
+        let bits = |values: &[f64]| -> Vec<u64> { values.iter().map(|v| v.to_bits()).collect() };
+        Ok(bits(&read.load) == bits(&curve.load)
+            && bits(&read.displacement) == bits(&curve.displacement))
     };
     match around() {
         Ok(true) => Check::ok(NAME, "a table written and read back, bit for bit"),

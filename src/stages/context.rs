@@ -8,7 +8,7 @@ use crate::contact::normal::{NormalSolution, Rotation};
 use crate::grid::Patch;
 use crate::model_update::Bolt;
 use crate::store::{Draft, Kept, RunStore, StageKey};
-use crate::tables::{Table, TableError, TableName};
+use crate::tables::{TableName, TypedTable, typed};
 use crate::wear::{FrettingJoint, WearError};
 
 /// Who watches, which iteration is in progress, and what its stages have cost so far.
@@ -181,28 +181,17 @@ impl Clock<'_> {
     }
 
     /// The timing table of the iteration.
-    pub fn table(&mut self) -> Result<Table, TableError> {
-        let timing = std::mem::take(&mut self.timing);
-        Table::builder(TableName::Timing)
-            .column(
-                "stage",
-                timing
-                    .iter()
-                    .map(|t| match t.part {
-                        Some(part) => format!("{}.{part}", t.stage.name()),
-                        None => t.stage.name().to_owned(),
-                    })
-                    .collect::<Vec<_>>(),
-            )
-            .column(
-                "seconds",
-                timing.iter().map(|t| t.seconds).collect::<Vec<_>>(),
-            )
-            .column(
-                "fft_pairs",
-                timing.iter().map(|t| t.fft_pairs).collect::<Vec<_>>(),
-            )
-            .build()
+    pub fn table(&mut self) -> typed::Timing {
+        let mut table = typed::Timing::default();
+        for timing in std::mem::take(&mut self.timing) {
+            table.stage.push(match timing.part {
+                Some(part) => format!("{}.{part}", timing.stage.name()),
+                None => timing.stage.name().to_owned(),
+            });
+            table.seconds.push(timing.seconds);
+            table.fft_pairs.push(timing.fft_pairs);
+        }
+        table
     }
 }
 
@@ -292,22 +281,28 @@ impl Context<'_> {
         self.curves_due() && drive.is_none_or(|x| x.moves())
     }
 
-    /// A column of the kept cells, spread over the grid.
-    pub fn field(&self, table: &Table, column: &str) -> Result<Vec<f64>, RunError> {
-        Ok(spread(&self.joint.patch, table.f64(column)?))
+    /// The values of the kept cells, spread over the grid.
+    pub fn field(&self, values: &[f64]) -> Vec<f64> {
+        spread(&self.joint.patch, values)
     }
 }
 
 /// A table of the draft, if an earlier start computed it from the same inputs.
-pub fn kept(
-    draft: &mut Draft,
-    table: TableName,
-    key: &StageKey,
-) -> Result<Option<Table>, RunError> {
-    Ok(match draft.get(table, key)? {
-        Kept::Valid(table) => Some(table),
+pub fn kept<T: TypedTable>(draft: &mut Draft, key: &StageKey) -> Result<Option<T>, RunError> {
+    Ok(match draft.get(T::TABLE, key)? {
+        Kept::Valid(table) => Some(T::of(&table)?),
         Kept::Stale(_) => None,
     })
+}
+
+/// True if an earlier start computed a table of the draft from the same inputs.
+pub fn is_kept(draft: &mut Draft, table: TableName, key: &StageKey) -> Result<bool, RunError> {
+    Ok(matches!(draft.get(table, key)?, Kept::Valid(_)))
+}
+
+/// Writes a table to the draft.
+pub fn put<T: TypedTable>(draft: &mut Draft, key: &StageKey, values: &T) -> Result<(), RunError> {
+    Ok(draft.put(T::TABLE, key, &values.to_table()?)?)
 }
 
 /// The values of a field on the kept cells, in their order.

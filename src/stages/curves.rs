@@ -4,7 +4,6 @@ use crate::contact::ContactError;
 use crate::contact::normal::NormalSolution;
 use crate::contact::tangential::TangentialOptions;
 use crate::grid::ByAxis;
-use crate::tables::{Table, TableError, TableName};
 use crate::wear::cycle::CycleSolution;
 use crate::wear::{FrettingJoint, WearError};
 
@@ -30,13 +29,6 @@ impl Curve {
     pub fn push(&mut self, load: f64, displacement: f64) {
         self.load.push(load);
         self.displacement.push(displacement);
-    }
-
-    pub fn table(self, name: TableName) -> Result<Table, TableError> {
-        Table::builder(name)
-            .column("load", self.load)
-            .column("displacement", self.displacement)
-            .build()
     }
 }
 

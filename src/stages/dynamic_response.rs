@@ -1,8 +1,8 @@
 //! The steady response of the structure to the contact elements in force, and of the worn state where it is asked for.
 
-use super::context::{Clock, VibrationKeys, kept};
+use super::context::{Clock, VibrationKeys, is_kept, kept, put};
 use super::model_update::element_table;
-use super::vibrating::{Driven, Model, Shaken, Vibrating};
+use super::vibrating::{Driven, InForce, Model, Shaken, Vibrating};
 use super::{Inputs, Observer, RunError, Stage};
 use crate::dynamics::closure::ClosureEnergy;
 use crate::dynamics::cycle::{JointCycle, JointSummary, joint_cycle};
@@ -14,8 +14,8 @@ use crate::dynamics::{
 use crate::model_update::ElementParameters;
 use crate::scene::Plan;
 use crate::scene::plan::Layout;
-use crate::store::Draft;
-use crate::tables::{Table, TableBuilder, TableName};
+use crate::store::{Draft, StageKey};
+use crate::tables::{TableName, typed};
 
 /// What the stage writes.
 pub const TABLES: [TableName; 6] = [
@@ -45,7 +45,7 @@ pub fn dynamic_response(
     model: Model,
     before: Option<&Driven>,
 ) -> Result<Driven, RunError> {
-    if let Some(tables) = all_kept(draft, keys)? {
+    if let Some(tables) = InForce::kept(draft, &keys.dynamic_response)? {
         return Driven::of(model, tables);
     }
     let driven = match before {
@@ -59,21 +59,34 @@ pub fn dynamic_response(
             shake(inputs, vibrating, clock, model, start)?
         }
     };
-    for (name, table) in IN_FORCE.iter().zip(&driven.tables) {
-        draft.put(*name, &keys.dynamic_response, table)?;
-    }
+    driven.tables.put(draft, &keys.dynamic_response)?;
     Ok(driven)
 }
 
-fn all_kept(draft: &mut Draft, keys: &VibrationKeys) -> Result<Option<[Table; 4]>, RunError> {
-    let mut tables = Vec::with_capacity(IN_FORCE.len());
-    for name in IN_FORCE {
-        match kept(draft, name, &keys.dynamic_response)? {
-            Some(table) => tables.push(table),
-            None => return Ok(None),
-        }
+impl InForce {
+    /// As an earlier start left them, if all of them are there.
+    fn kept(draft: &mut Draft, key: &StageKey) -> Result<Option<InForce>, RunError> {
+        let (response, row) = (kept(draft, key)?, kept(draft, key)?);
+        let (cycle, elements) = (kept(draft, key)?, kept(draft, key)?);
+        let (Some(response), Some(row), Some(cycle), Some(elements)) =
+            (response, row, cycle, elements)
+        else {
+            return Ok(None);
+        };
+        Ok(Some(InForce {
+            response,
+            row,
+            cycle,
+            elements,
+        }))
     }
-    Ok(tables.try_into().ok())
+
+    fn put(&self, draft: &mut Draft, key: &StageKey) -> Result<(), RunError> {
+        put(draft, key, &self.response)?;
+        put(draft, key, &self.row)?;
+        put(draft, key, &self.cycle)?;
+        put(draft, key, &self.elements)
+    }
 }
 
 /// Computes the resonance with these contact elements.
@@ -111,13 +124,13 @@ pub fn tell_missed(observer: &dyn Observer, tolerance: Option<f64>, resolved: &R
     }
 }
 
-/// The tables of a resonance, in the order of [`IN_FORCE`].
+/// The tables of a resonance.
 pub fn in_force(
     inputs: &Inputs,
     layout: &Layout,
     resolved: &Resolved,
     parameters: &ElementParameters,
-) -> Result<[Table; 4], RunError> {
+) -> Result<InForce, RunError> {
     let Resolved {
         balance, resonance, ..
     } = resolved;
@@ -128,12 +141,12 @@ pub fn in_force(
         &layout.centres,
     )?;
     let summary = balance.joint_summary(&resonance.phase);
-    Ok([
-        response_table(inputs, balance, resonance)?,
-        row(layout, resolved, &cycle, &summary)?,
-        cycle_table(&cycle)?,
-        element_table(layout, parameters, Some(&summary.states))?,
-    ])
+    Ok(InForce {
+        response: response_table(inputs, balance, resonance),
+        row: row(layout, resolved, &cycle, &summary),
+        cycle: cycle_table(&cycle),
+        elements: element_table(layout, parameters, Some(&summary.states)),
+    })
 }
 
 fn fail(wear_iteration: u64) -> impl Fn(DynamicsError) -> RunError {
@@ -164,9 +177,7 @@ pub fn worn_response(
     shaken: &Shaken,
 ) -> Result<(), RunError> {
     let key = &keys.dynamic_response;
-    if kept(draft, TableName::WornResponse, key)?.is_some()
-        && kept(draft, TableName::Frf, key)?.is_some()
-    {
+    if is_kept(draft, TableName::WornResponse, key)? && is_kept(draft, TableName::Frf, key)? {
         return Ok(());
     }
     let (wear_iteration, observer) = (clock.wear_iteration, clock.observer);
@@ -192,13 +203,21 @@ pub fn worn_response(
             }),
         }
         .map_err(fail(wear_iteration))?;
-        let row = figures(Table::builder(TableName::WornResponse), &resonance).build()?;
+        let energy = resonance.phase.energy;
+        let row = typed::WornResponse {
+            resonance_frequency: resonance.phase.frequency(),
+            resonance_amplitude: resonance.amplitude,
+            peak_frequency: resonance.peak_frequency,
+            peak_amplitude: resonance.peak_amplitude,
+            input_energy: energy.input,
+            friction_energy: energy.friction,
+            viscous_energy: energy.viscous,
+        };
         let frf = forced_response(inputs, vibration, balance, wear_iteration)?;
         Ok((row, frf))
     })?;
-    draft.put(TableName::WornResponse, key, &row)?;
-    draft.put(TableName::Frf, key, &frf)?;
-    Ok(())
+    put(draft, key, &row)?;
+    put(draft, key, &frf)
 }
 
 /// The `frf` table.
@@ -207,7 +226,7 @@ pub fn forced_response(
     vibration: &Vibration,
     balance: HarmonicBalance<ContactElement>,
     wear_iteration: u64,
-) -> Result<Table, RunError> {
+) -> Result<typed::Frf, RunError> {
     let dynamics = inputs.scene.dynamics.as_ref();
     let force = balance
         .drive()
@@ -216,34 +235,16 @@ pub fn forced_response(
         .forced_response(balance, dynamics.and_then(|d| d.points))
         .map_err(fail(wear_iteration))?;
     let series = |value: fn(&ForcedPoint) -> f64| points.iter().map(value).collect::<Vec<f64>>();
-    Ok(Table::builder(TableName::Frf)
-        .column("force", vec![force; points.len()])
-        .column("frequency", series(|p| p.frequency))
-        .column("amplitude", series(|p| p.amplitude))
-        .column("phase_lag", series(|p| p.phase_lag))
-        .column("input_energy", series(|p| p.energy.input))
-        .column("friction_energy", series(|p| p.energy.friction))
-        .column("viscous_energy", series(|p| p.energy.viscous))
-        .column(
-            "active_elements",
-            points
-                .iter()
-                .map(|p| p.active_elements as i64)
-                .collect::<Vec<_>>(),
-        )
-        .build()?)
-}
-
-fn figures(table: TableBuilder, resonance: &Resonance) -> TableBuilder {
-    let energy = resonance.phase.energy;
-    table
-        .column("resonance_frequency", vec![resonance.phase.frequency()])
-        .column("resonance_amplitude", vec![resonance.amplitude])
-        .column("peak_frequency", vec![resonance.peak_frequency])
-        .column("peak_amplitude", vec![resonance.peak_amplitude])
-        .column("input_energy", vec![energy.input])
-        .column("friction_energy", vec![energy.friction])
-        .column("viscous_energy", vec![energy.viscous])
+    Ok(typed::Frf {
+        force: vec![force; points.len()],
+        frequency: series(|p| p.frequency),
+        amplitude: series(|p| p.amplitude),
+        phase_lag: series(|p| p.phase_lag),
+        input_energy: series(|p| p.energy.input),
+        friction_energy: series(|p| p.energy.friction),
+        viscous_energy: series(|p| p.energy.viscous),
+        active_elements: points.iter().map(|p| p.active_elements as i64).collect(),
+    })
 }
 
 fn row(
@@ -251,7 +252,7 @@ fn row(
     resolved: &Resolved,
     cycle: &JointCycle,
     summary: &JointSummary,
-) -> Result<Table, RunError> {
+) -> typed::DynamicResponse {
     let Resolved {
         balance,
         resonance,
@@ -265,59 +266,57 @@ fn row(
         balance.sampling(),
         cycle,
     );
-    let count = |state| vec![summary.count(state) as i64];
+    let count = |state| summary.count(state) as i64;
     let load: f64 = balance.elements().iter().map(|e| e.normal_load).sum();
     let [about_x, about_y, about_n] = cycle.moment_variation(load * layout.lever);
     let mean = summary.displacement[0];
     let away = (summary.largest_displacement[0] - mean).max(mean - summary.least_displacement[0]);
     let spread = if mean > 0.0 { away / mean } else { 0.0 };
-    Ok(
-        figures(Table::builder(TableName::DynamicResponse), resonance)
-            .column("error_energy", vec![phase.energy.imbalance()])
-            .column(
-                "highest_harmonic",
-                vec![i64::from(balance.harmonics().highest())],
-            )
-            .column("error_resonance_frequency", vec![truncation.frequency])
-            .column("error_peak_amplitude", vec![truncation.amplitude])
-            .column("error_friction_energy", vec![truncation.friction_energy])
-            .column("mean_motion_energy", vec![closure.mean_motion])
-            .column("closure_energy", vec![closure.error])
-            .column("iterations", vec![resonance.iterations as i64])
-            .column("active_elements", vec![phase.active_elements() as i64])
-            .column("sticking_elements", count(ElementState::Stick))
-            .column("slipping_elements", count(ElementState::Slip))
-            .column("open_elements", count(ElementState::Open))
-            .column("displacement_amplitude", vec![mean])
-            .column("displacement_spread", vec![spread])
-            .column("load_variation", vec![summary.normal_load])
-            .column("element_load_variation", vec![summary.largest_normal_load])
-            .column("moment_variation", vec![about_x.max(about_y)])
-            .column("torsion_variation", vec![about_n])
-            .build()?,
-    )
+    let energy = phase.energy;
+    typed::DynamicResponse {
+        resonance_frequency: phase.frequency(),
+        resonance_amplitude: resonance.amplitude,
+        peak_frequency: resonance.peak_frequency,
+        peak_amplitude: resonance.peak_amplitude,
+        input_energy: energy.input,
+        friction_energy: energy.friction,
+        viscous_energy: energy.viscous,
+        error_energy: energy.imbalance(),
+        highest_harmonic: i64::from(balance.harmonics().highest()),
+        error_resonance_frequency: truncation.frequency,
+        error_peak_amplitude: truncation.amplitude,
+        error_friction_energy: truncation.friction_energy,
+        mean_motion_energy: closure.mean_motion,
+        closure_energy: closure.error,
+        iterations: resonance.iterations as i64,
+        active_elements: phase.active_elements() as i64,
+        sticking_elements: count(ElementState::Stick),
+        slipping_elements: count(ElementState::Slip),
+        open_elements: count(ElementState::Open),
+        displacement_amplitude: mean,
+        displacement_spread: spread,
+        load_variation: summary.normal_load,
+        element_load_variation: summary.largest_normal_load,
+        moment_variation: about_x.max(about_y),
+        torsion_variation: about_n,
+    }
 }
 
-fn cycle_table(cycle: &JointCycle) -> Result<Table, RunError> {
+fn cycle_table(cycle: &JointCycle) -> typed::JointCycle {
     let samples = cycle.force.len();
     let of = |values: &[[f64; 3]], d: usize| values.iter().map(|v| v[d]).collect::<Vec<f64>>();
-    Ok(Table::builder(TableName::JointCycle)
-        .column(
-            "time",
-            (0..samples)
-                .map(|k| k as f64 / samples as f64)
-                .collect::<Vec<_>>(),
-        )
-        .column("displacement_x", of(&cycle.displacement, 0))
-        .column("displacement_y", of(&cycle.displacement, 1))
-        .column("displacement_n", of(&cycle.displacement, 2))
-        .column("force_x", of(&cycle.force, 0))
-        .column("force_y", of(&cycle.force, 1))
-        .column("normal_load", of(&cycle.force, 2))
-        .column("moment_x", of(&cycle.moment, 0))
-        .column("moment_y", of(&cycle.moment, 1))
-        .column("moment_z", of(&cycle.moment, 2))
-        .build()?)
+    typed::JointCycle {
+        time: (0..samples).map(|k| k as f64 / samples as f64).collect(),
+        displacement_x: of(&cycle.displacement, 0),
+        displacement_y: of(&cycle.displacement, 1),
+        displacement_n: of(&cycle.displacement, 2),
+        force_x: of(&cycle.force, 0),
+        force_y: of(&cycle.force, 1),
+        normal_load: of(&cycle.force, 2),
+        moment_x: of(&cycle.moment, 0),
+        moment_y: of(&cycle.moment, 1),
+        moment_z: of(&cycle.moment, 2),
+    }
 }
 
 /// One row for each port and harmonic, ports slow: the harmonic coefficients are stored so that [`shaken_of`] finds them again.
@@ -325,13 +324,13 @@ fn response_table(
     inputs: &Inputs,
     balance: &HarmonicBalance<ContactElement>,
     resonance: &Resonance,
-) -> Result<Table, RunError> {
+) -> typed::Response {
     let phase = &resonance.phase;
     let harmonics = balance.harmonics();
     let n = harmonics.coefficients();
     let contact = 3 * balance.elements().len();
     let points = Plan::points(&inputs.scene);
-    let mut table = Columns::default();
+    let mut table = typed::Response::default();
     for port in 0..phase.displacement.len() / n {
         let displacement = &phase.displacement[port * n..][..n];
         let force = phase
@@ -352,42 +351,29 @@ fn response_table(
                 table.axis.push(["x", "y", "z"][point.axis].to_owned());
             }
             table.harmonic.push(order as i32);
-            table.displacement.push(pair(displacement));
-            table.force.push(force.map_or([0.0; 2], pair));
+            let [cosine, sine] = pair(displacement);
+            table.displacement_cosine.push(cosine);
+            table.displacement_sine.push(sine);
+            let [cosine, sine] = force.map_or([0.0; 2], pair);
+            table.force_cosine.push(cosine);
+            table.force_sine.push(sine);
         }
     }
-    let of = |values: &[[f64; 2]], d: usize| values.iter().map(|v| v[d]).collect::<Vec<f64>>();
-    Ok(Table::builder(TableName::Response)
-        .column("displacement_cosine", of(&table.displacement, 0))
-        .column("displacement_sine", of(&table.displacement, 1))
-        .column("force_cosine", of(&table.force, 0))
-        .column("force_sine", of(&table.force, 1))
-        .column("element", table.element)
-        .column("point", table.point)
-        .column("axis", table.axis)
-        .column("harmonic", table.harmonic)
-        .build()?)
-}
-
-#[derive(Default)]
-struct Columns {
-    element: Vec<i32>,
-    point: Vec<String>,
-    axis: Vec<String>,
-    harmonic: Vec<i32>,
-    displacement: Vec<[f64; 2]>,
-    force: Vec<[f64; 2]>,
+    table
 }
 
 /// The response in force from its tables.
-pub fn shaken_of(response: &Table, row: &Table) -> Result<Shaken, RunError> {
-    let (cosine, sine) = (
-        response.f64("displacement_cosine")?,
-        response.f64("displacement_sine")?,
-    );
-    let orders = response.i32("harmonic")?;
+pub fn shaken_of(
+    response: &typed::Response,
+    row: &typed::DynamicResponse,
+) -> Result<Shaken, RunError> {
+    let orders = &response.harmonic;
     let mut displacement = Vec::with_capacity(2 * orders.len());
-    for ((order, cosine), sine) in orders.iter().zip(cosine).zip(sine) {
+    let of_order = response
+        .displacement_cosine
+        .iter()
+        .zip(&response.displacement_sine);
+    for (order, (cosine, sine)) in orders.iter().zip(of_order) {
         displacement.push(*cosine);
         if *order > 0 {
             displacement.push(*sine);
@@ -399,24 +385,22 @@ pub fn shaken_of(response: &Table, row: &Table) -> Result<Shaken, RunError> {
         .collect::<Vec<u32>>();
     of_a_port.sort_unstable();
     of_a_port.dedup();
-    let number = |column: &str| row.f64(column).map(|values| values[0]);
-    let resonance_frequency = number("resonance_frequency")?;
     Ok(Shaken {
         harmonics: Harmonics::new(&of_a_port)?,
         start: Start {
-            omega: resonance_frequency * std::f64::consts::TAU,
+            omega: row.resonance_frequency * std::f64::consts::TAU,
             load_factor: 1.0,
             displacement,
         },
-        resonance_frequency,
-        peak_frequency: number("peak_frequency")?,
-        peak_amplitude: number("peak_amplitude")?,
-        friction_energy: number("friction_energy")?,
-        closure_energy: number("closure_energy")?,
+        resonance_frequency: row.resonance_frequency,
+        peak_frequency: row.peak_frequency,
+        peak_amplitude: row.peak_amplitude,
+        friction_energy: row.friction_energy,
+        closure_energy: row.closure_energy,
         truncation: Truncation {
-            frequency: number("error_resonance_frequency")?,
-            amplitude: number("error_peak_amplitude")?,
-            friction_energy: number("error_friction_energy")?,
+            frequency: row.error_resonance_frequency,
+            amplitude: row.error_peak_amplitude,
+            friction_energy: row.error_friction_energy,
         },
     })
 }

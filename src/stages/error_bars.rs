@@ -6,7 +6,7 @@ use super::state::Committed;
 use super::vibrating::{Driven, Shaken};
 use super::wear::Worn;
 use crate::scene::Wear;
-use crate::tables::TableBuilder;
+use crate::tables::typed::Summary;
 use crate::wear::error_bar::{self, VolumeError};
 
 /// Relative error of what is 0 and should perhaps not be.
@@ -23,25 +23,8 @@ pub struct Sources<'a> {
     pub volume: f64,
 }
 
-/// A figure of the summary and its bar.
-struct Figure {
-    column: &'static str,
-    bar: &'static str,
-    value: f64,
-    /// Volume worn while it changed \[m³\].
-    meanwhile: f64,
-    /// Relative error that is in it by itself, not through wear: by the vibration, or the cycle's solves and samples.
-    own: f64,
-}
-
-/// Adds the error bars to a summary: of the volume, of figures of the contact (`loaded area, kn, kt`), and of those of the vibration.
-pub fn error_bars(
-    context: &Context,
-    table: TableBuilder,
-    wear: &Wear,
-    sources: &Sources,
-    [loaded_area, kn, kt]: [f64; 3],
-) -> TableBuilder {
+/// Adds the error bars to a summary that has its figures: of the volume, of figures of the contact, and of those of the vibration.
+pub fn error_bars(context: &Context, wear: &Wear, sources: &Sources, summary: &mut Summary) {
     let &Sources {
         before,
         worn,
@@ -64,79 +47,44 @@ pub fn error_bars(
             harmonics: worn.volume * wrong(|s| s.truncation.friction_energy),
             closure: wear.coefficient * worn.n_cycles as f64 * wrong(|s| s.closure_energy),
         };
-    let of_contact = |column, bar, value| Figure {
-        column,
-        bar,
-        value,
-        meanwhile: worn.volume,
-        own: 0.0,
+    // The bar of a figure of this and of the iteration before, which what was inherited may not have had: by the volume worn while the
+    // figure changed, and by an error that is in it by itself, not through wear.
+    let followed = |figure: fn(&Summary) -> Option<f64>, meanwhile: f64, own: f64| {
+        let now = figure(summary).unwrap_or(0.0);
+        let earlier = before.and_then(|b| figure(&b.summary));
+        let ends = [earlier.unwrap_or(now), now];
+        Some(error_bar::of_figure(ends, bar, meanwhile, volume) + own)
     };
-    let energy = Figure {
-        own: cycle.solution.relative_error(),
-        ..of_contact(
-            "dissipated_energy",
-            "error_dissipated_energy",
-            cycle.solution.dissipation,
-        )
-    };
-    let mut figures = vec![
-        of_contact("loaded_area_fraction", "error_loaded_area", loaded_area),
-        of_contact("kn", "error_kn", kn),
-        of_contact("kt", "error_kt", kt),
-    ];
-    let mut table = table;
+    let of_cycle = cycle.solution.relative_error();
+    let (mut meanwhile, mut own) = (worn.volume, of_cycle);
+    let mut of_vibration = [None; 2];
     if let Some(driven) = driven {
         let (shaken, errors) = (&driven.shaken, &driven.shaken.truncation);
         // The vibration in force stays from one update to the next.
         let since = volume - last.map_or(0.0, |last| last.model.reference.wear_volume);
-        let of_vibration = |column, bar, value, error| Figure {
-            meanwhile: since,
-            own: error,
-            ..of_contact(column, bar, value)
-        };
-        figures.extend([
-            Figure {
-                meanwhile: if driven.model.updated {
-                    since
-                } else {
-                    worn.volume
-                },
-                own: energy.own + errors.friction_energy + closure(shaken, energy.value),
-                ..energy
-            },
-            of_vibration(
-                "resonance_frequency",
-                "error_resonance_frequency",
-                shaken.resonance_frequency,
-                errors.frequency,
-            ),
-            of_vibration(
-                "peak_amplitude",
-                "error_peak_amplitude",
-                shaken.peak_amplitude,
-                errors.amplitude,
-            ),
-        ]);
-        table = table
-            .column("error_harmonics", vec![relative(bar.harmonics)])
-            .column("error_closure", vec![relative(bar.closure)]);
-    } else {
-        figures.push(energy);
-    }
-    for figure in figures {
-        // What was inherited may not have had it.
-        let earlier = before.and_then(|b| b.summary.f64(figure.column).ok());
-        let ends = [
-            earlier.map_or(figure.value, |earlier| earlier[0]),
-            figure.value,
+        if driven.model.updated {
+            meanwhile = since;
+        }
+        own = of_cycle + errors.friction_energy + closure(shaken, cycle.solution.dissipation);
+        of_vibration = [
+            followed(|s| s.resonance_frequency, since, errors.frequency),
+            followed(|s| s.peak_amplitude, since, errors.amplitude),
         ];
-        let followed = error_bar::of_figure(ends, bar, figure.meanwhile, volume);
-        table = table.column(figure.bar, vec![followed + figure.own]);
     }
-    let steps = before.map_or(0.0, |b| b.error) + estimate;
-    table
-        .column("error_wear", vec![relative(steps)])
-        .column("error_wear_volume", vec![relative(bar.total())])
+    let bars = Summary {
+        error_loaded_area: followed(|s| s.loaded_area_fraction, worn.volume, 0.0),
+        error_kn: followed(|s| s.kn, worn.volume, 0.0),
+        error_kt: followed(|s| s.kt, worn.volume, 0.0),
+        error_dissipated_energy: followed(|s| s.dissipated_energy, meanwhile, own),
+        error_resonance_frequency: of_vibration[0],
+        error_peak_amplitude: of_vibration[1],
+        error_harmonics: driven.map(|_| relative(bar.harmonics)),
+        error_closure: driven.map(|_| relative(bar.closure)),
+        error_wear: Some(relative(before.map_or(0.0, |b| b.error) + estimate)),
+        error_wear_volume: Some(relative(bar.total())),
+        ..summary.clone()
+    };
+    *summary = bars;
 }
 
 /// What the wear step makes wrong by its own estimate, or by the change of its rates \[m³\].

@@ -1,11 +1,13 @@
 //! The steady fretting cycle of an iteration.
 
-use super::context::{Context, Keys, gather, kept, kept_cells};
-use super::static_contact::{SHEAR, StaticContact};
+use super::context::{Context, Keys, gather, is_kept, put};
+use super::curves::Curve;
+use super::static_contact::{StaticContact, contact_field};
 use super::{RunError, Stage, curves};
+use crate::contact::normal::NormalSolution;
 use crate::grid::ByAxis;
 use crate::store::Draft;
-use crate::tables::{Table, TableError, TableName};
+use crate::tables::{TableName, typed};
 use crate::wear::cycle::{CycleSolution, Instant, March};
 
 /// The cycle of an iteration and what it cost.
@@ -32,17 +34,14 @@ pub fn fretting_cycle(
             .transpose()?;
         Ok((solution, curve))
     })?;
-    if let Some(curve) = curve {
-        draft.put(
-            TableName::Hysteresis,
-            &keys.fretting_cycle,
-            &curve.table(TableName::Hysteresis)?,
-        )?;
+    let key = &keys.fretting_cycle;
+    if let Some(Curve { load, displacement }) = curve {
+        put(draft, key, &typed::Hysteresis { load, displacement })?;
     }
-    draft.put(
-        TableName::Cycle,
-        &keys.fretting_cycle,
-        &instants(&recorded(context, &solution.instants))?,
+    put(
+        draft,
+        key,
+        &instants(&recorded(context, &solution.instants)),
     )?;
     Ok(Cycle {
         solution,
@@ -58,8 +57,14 @@ pub fn put_fields(
     contact: &StaticContact,
     cycle: &Cycle,
 ) -> Result<(), RunError> {
-    let fields = fields(context, contact, &cycle.solution)?;
-    Ok(draft.put(TableName::ContactField, &keys.fretting_cycle, &fields)?)
+    let (patch, solution) = (&context.joint.patch, &cycle.solution);
+    let NormalSolution { gap, pressure, .. } = &contact.solution;
+    let fields = typed::ContactField {
+        slip_path: Some(gather(patch, &solution.slip_path)),
+        dissipation: Some(gather(patch, &solution.energy)),
+        ..contact_field(patch, gap, pressure, &solution.shear)
+    };
+    put(draft, &keys.fretting_cycle, &fields)
 }
 
 /// True if an earlier start completed the tables of the cycle and the summary.
@@ -76,31 +81,11 @@ pub fn is_complete(context: &Context, draft: &mut Draft, keys: &Keys) -> Result<
         tables.push(TableName::Ledger);
     }
     for table in tables {
-        if kept(draft, table, &keys.fretting_cycle)?.is_none() {
+        if !is_kept(draft, table, &keys.fretting_cycle)? {
             return Ok(false);
         }
     }
     Ok(true)
-}
-
-fn fields(
-    context: &Context,
-    contact: &StaticContact,
-    cycle: &CycleSolution,
-) -> Result<Table, TableError> {
-    let patch = &context.joint.patch;
-    let (i, j) = kept_cells(patch);
-    let mut table = Table::builder(TableName::ContactField)
-        .column("i", i)
-        .column("j", j)
-        .column("gap", gather(patch, &contact.solution.gap))
-        .column("pressure", gather(patch, &contact.solution.pressure))
-        .column("slip_path", gather(patch, &cycle.slip_path))
-        .column("dissipation", gather(patch, &cycle.energy));
-    for (name, shear) in SHEAR.iter().zip(&cycle.shear) {
-        table = table.column(name, gather(patch, shear));
-    }
-    table.build()
 }
 
 /// The instants that are written: a history's own, not those between them at which it is marched too. So the cycle of a run with
@@ -111,7 +96,7 @@ fn recorded<'a>(context: &Context, instants: &'a [Instant]) -> Vec<&'a Instant> 
     instants.iter().step_by(every).collect()
 }
 
-fn instants(instants: &[&Instant]) -> Result<Table, TableError> {
+fn instants(instants: &[&Instant]) -> typed::Cycle {
     let series = |value: &dyn Fn(&Instant) -> f64| -> Vec<f64> {
         instants.iter().map(|i| value(i)).collect()
     };
@@ -124,17 +109,14 @@ fn instants(instants: &[&Instant]) -> Result<Table, TableError> {
             .map(|instant| instant.torsion.map(|pair| pair[k]))
             .collect()
     };
-    Table::builder(TableName::Cycle)
-        .column("time", series(&|i| i.time))
-        .column("displacement_x", series(&|i| i.displacement[0]))
-        .maybe(
-            "displacement_y",
-            in_plane.then(|| series(&|i| i.displacement[1])),
-        )
-        .column("normal_load", series(&|i| i.normal_load))
-        .column("force_x", series(&|i| i.force[0]))
-        .maybe("force_y", in_plane.then(|| series(&|i| i.force[1])))
-        .maybe("rotation_z", torsion(0))
-        .maybe("moment_z", torsion(1))
-        .build()
+    typed::Cycle {
+        time: series(&|i| i.time),
+        displacement_x: series(&|i| i.displacement[0]),
+        displacement_y: in_plane.then(|| series(&|i| i.displacement[1])),
+        normal_load: series(&|i| i.normal_load),
+        force_x: series(&|i| i.force[0]),
+        force_y: in_plane.then(|| series(&|i| i.force[1])),
+        rotation_z: torsion(0),
+        moment_z: torsion(1),
+    }
 }

@@ -13,7 +13,7 @@ use crate::scene::{
 };
 use crate::surface::prepare::Prepared;
 use crate::surface::readers;
-use crate::tables::{self, TableName};
+use crate::tables::{self, TableName, TypedTable, typed};
 use crate::wear::{Channel, Motion};
 
 /// Two values this close, relative to the largest, are the same sample.
@@ -188,14 +188,12 @@ impl Columns {
 
 fn from_parquet(bytes: &[u8]) -> Result<Columns, HistoryProblem> {
     let table = tables::from_parquet(bytes, TableName::Cycle.schema())?;
+    let cycle = typed::Cycle::of(&table)?;
     Ok(Columns {
-        time: table.f64("time")?.to_vec(),
-        displacement_x: table.f64("displacement_x")?.to_vec(),
-        displacement_y: table
-            .has("displacement_y")
-            .then(|| table.f64("displacement_y").map(<[f64]>::to_vec))
-            .transpose()?,
-        normal_load: Some(table.f64("normal_load")?.to_vec()),
+        time: cycle.time,
+        displacement_x: cycle.displacement_x,
+        displacement_y: cycle.displacement_y,
+        normal_load: Some(cycle.normal_load),
     })
 }
 

@@ -1,14 +1,14 @@
 //! The fine contact against the contact elements of the structure: what both say of the same quantity.
 
 use super::RunError;
-use super::context::{Context, VibrationKeys, kept};
+use super::context::{Context, VibrationKeys, kept, put};
 use super::fretting_cycle::Cycle;
 use super::static_contact::StaticContact;
 use super::vibrating::{Driven, Vibrating};
 use crate::dynamics::cycle::half_range;
 use crate::model_update::Compliance;
 use crate::store::{Draft, StageKey};
-use crate::tables::{Table, TableName};
+use crate::tables::typed;
 
 /// A difference above this between both is told: the step from one to the other is then no small matter.
 const TOLD: f64 = 0.1;
@@ -23,7 +23,7 @@ pub fn ledger(
     contact: &StaticContact,
     cycle: &Cycle,
 ) -> Result<(), RunError> {
-    let Some(joint) = kept(draft, TableName::JointCycle, &keys.0.dynamic_response)? else {
+    let Some(joint) = kept::<typed::JointCycle>(draft, &keys.0.dynamic_response)? else {
         unreachable!("the response comes before its ledger");
     };
     let patch = &context.joint.patch;
@@ -44,16 +44,16 @@ pub fn ledger(
             .sum::<f64>()
     };
     let rows = [
-        ("normal_load [N]", load, mean(joint.f64("normal_load")?)),
+        ("normal_load [N]", load, mean(&joint.normal_load)),
         (
             "force_x [N]",
             half_range(instants.iter().map(|i| i.force[0])),
-            half_range(joint.f64("force_x")?.iter().copied()),
+            half_range(joint.force_x.iter().copied()),
         ),
         (
             "displacement_x [m]",
             half_range(instants.iter().map(|i| i.displacement[0])),
-            half_range(joint.f64("displacement_x")?.iter().copied()),
+            half_range(joint.displacement_x.iter().copied()),
         ),
         (
             "dissipated_energy [J]",
@@ -81,13 +81,10 @@ pub fn ledger(
             }
         }
     }
-    let table = Table::builder(TableName::Ledger)
-        .column(
-            "quantity",
-            rows.iter().map(|r| r.0.to_owned()).collect::<Vec<_>>(),
-        )
-        .column("fine", rows.iter().map(|r| r.1).collect::<Vec<_>>())
-        .column("dynamic", rows.iter().map(|r| r.2).collect::<Vec<_>>())
-        .build()?;
-    Ok(draft.put(TableName::Ledger, keys.1, &table)?)
+    let table = typed::Ledger {
+        quantity: rows.iter().map(|r| r.0.to_owned()).collect(),
+        fine: rows.iter().map(|r| r.1).collect(),
+        dynamic: rows.iter().map(|r| r.2).collect(),
+    };
+    put(draft, keys.1, &table)
 }

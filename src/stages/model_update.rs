@@ -1,6 +1,6 @@
 //! The contact elements of an iteration: those of its own fine contact where they are due, else those of the one before.
 
-use super::context::{Context, VibrationKeys, kept};
+use super::context::{Context, VibrationKeys, kept, put};
 use super::error::NumericsError;
 use super::state::Committed;
 use super::static_contact::{StaticContact, stiffnesses};
@@ -10,8 +10,8 @@ use crate::dynamics::ElementState;
 use crate::model_update::{Compliance, Criterion, DueTo, ElementParameters, UpdateState};
 use crate::scene::plan::Layout;
 use crate::scene::{Plan, Stiffness};
-use crate::store::{Draft, StageKey};
-use crate::tables::{Table, TableName};
+use crate::store::Draft;
+use crate::tables::typed;
 use crate::wear::FrettingJoint;
 
 /// Decides whether the contact elements are due, and makes them if so; or takes them from the draft.
@@ -25,18 +25,24 @@ pub fn model_update(
     before: Option<&Model>,
 ) -> Result<Model, RunError> {
     let key = &keys.model_update;
-    if let Some(table) = kept(draft, TableName::ModelUpdate, key)? {
+    if let Some(row) = kept(draft, key)? {
         // The response replaces the elements by the same ones with their state.
-        let mut elements = kept(draft, TableName::ContactElement, key)?;
+        let mut elements = kept(draft, key)?;
         if elements.is_none() {
-            elements = kept(draft, TableName::ContactElement, &keys.dynamic_response)?;
+            elements = kept(draft, &keys.dynamic_response)?;
         }
         if let Some(elements) = elements {
-            return model_of(&table, &elements);
+            return Ok(model_of(&row, &elements));
         }
     }
     let model = renewed(context, vibrating, contact, wear_volume, before)?;
-    put(draft, key, vibrating, &model)?;
+    // The elements go last: with both in the draft the stage is complete.
+    put(draft, key, &row_of(&model))?;
+    put(
+        draft,
+        key,
+        &element_table(&vibrating.layout, &model.parameters, None),
+    )?;
     Ok(model)
 }
 
@@ -122,8 +128,9 @@ impl<'a> Coming<'a> {
             reference: driven.model.reference,
             begin: 0.0,
         };
-        let stiffness = |name| Ok::<f64, RunError>(before.summary.f64(name)?[0]);
-        coming.begin = coming.at(stiffness("kn")?, stiffness("kt")?, before.volume);
+        let stiffness = |k: Option<f64>| k.unwrap_or(f64::INFINITY);
+        let (kn, kt) = (before.summary.kn, before.summary.kt);
+        coming.begin = coming.at(stiffness(kn), stiffness(kt), before.volume);
         Ok(Some(coming))
     }
 
@@ -182,30 +189,18 @@ pub fn parameters(
     Ok(ElementParameters::new(elements, pressure, gap, springs)?)
 }
 
-/// Writes both tables; the elements without their state.
-pub fn put(
-    draft: &mut Draft,
-    key: &StageKey,
-    vibrating: &Vibrating,
-    model: &Model,
-) -> Result<(), RunError> {
-    let row = Table::builder(TableName::ModelUpdate)
-        .column("updated", vec![model.updated])
-        .column("reason", vec![model.reason.clone()])
-        .column("updates", vec![model.updates as i64])
-        .column("update_iteration", vec![model.reference.iteration as i64])
-        .column("compliance_normal", vec![model.reference.compliance.normal])
-        .column(
-            "compliance_tangential",
-            vec![model.reference.compliance.tangential],
-        )
-        .column("wear_volume", vec![model.reference.wear_volume])
-        .build()?;
-    let elements = element_table(&vibrating.layout, &model.parameters, None)?;
-    // The elements go last: with both in the draft the stage is complete.
-    draft.put(TableName::ModelUpdate, key, &row)?;
-    draft.put(TableName::ContactElement, key, &elements)?;
-    Ok(())
+/// The row of `model_update`.
+fn row_of(model: &Model) -> typed::ModelUpdate {
+    let reference = &model.reference;
+    typed::ModelUpdate {
+        updated: model.updated,
+        reason: model.reason.clone(),
+        updates: model.updates as i64,
+        update_iteration: reference.iteration as i64,
+        compliance_normal: reference.compliance.normal,
+        compliance_tangential: reference.compliance.tangential,
+        wear_volume: reference.wear_volume,
+    }
 }
 
 /// The contact elements as a table, with the worst state of each over the cycle once it is known.
@@ -213,7 +208,7 @@ pub fn element_table(
     layout: &Layout,
     parameters: &ElementParameters,
     states: Option<&[ElementState]>,
-) -> Result<Table, RunError> {
+) -> typed::ContactElement {
     let count = parameters.normal_load.len();
     let name = |state: &ElementState| {
         match state {
@@ -223,42 +218,38 @@ pub fn element_table(
         }
         .to_owned()
     };
-    Ok(Table::builder(TableName::ContactElement)
-        .column("element", (0..count as i32).collect::<Vec<_>>())
-        .column("x", layout.centres.iter().map(|c| c[0]).collect::<Vec<_>>())
-        .column("y", layout.centres.iter().map(|c| c[1]).collect::<Vec<_>>())
-        .column("area", vec![layout.area; count])
-        .column("normal_load", parameters.normal_load.clone())
-        .column("gap", parameters.gap.clone())
-        .column("kn", parameters.kn.clone())
-        .column("kt", parameters.kt.clone())
-        .maybe(
-            "state",
-            states.map(|states| states.iter().map(name).collect::<Vec<_>>()),
-        )
-        .build()?)
+    typed::ContactElement {
+        element: (0..count as i32).collect(),
+        x: layout.centres.iter().map(|c| c[0]).collect(),
+        y: layout.centres.iter().map(|c| c[1]).collect(),
+        area: vec![layout.area; count],
+        normal_load: parameters.normal_load.clone(),
+        gap: parameters.gap.clone(),
+        kn: parameters.kn.clone(),
+        kt: parameters.kt.clone(),
+        state: states.map(|states| states.iter().map(name).collect()),
+    }
 }
 
-/// From the tables.
-pub fn model_of(row: &Table, elements: &Table) -> Result<Model, RunError> {
-    let values = |column: &str| elements.f64(column).map(<[f64]>::to_vec);
-    Ok(Model {
+/// The model of both tables.
+pub fn model_of(row: &typed::ModelUpdate, elements: &typed::ContactElement) -> Model {
+    Model {
         parameters: ElementParameters {
-            normal_load: values("normal_load")?,
-            gap: values("gap")?,
-            kn: values("kn")?,
-            kt: values("kt")?,
+            normal_load: elements.normal_load.clone(),
+            gap: elements.gap.clone(),
+            kn: elements.kn.clone(),
+            kt: elements.kt.clone(),
         },
-        updated: row.bool("updated")?[0],
-        reason: row.text("reason")?[0].clone(),
-        updates: row.i64("updates")?[0] as u64,
+        updated: row.updated,
+        reason: row.reason.clone(),
+        updates: row.updates as u64,
         reference: UpdateState {
-            iteration: row.i64("update_iteration")?[0] as u64,
+            iteration: row.update_iteration as u64,
             compliance: Compliance {
-                normal: row.f64("compliance_normal")?[0],
-                tangential: row.f64("compliance_tangential")?[0],
+                normal: row.compliance_normal,
+                tangential: row.compliance_tangential,
             },
-            wear_volume: row.f64("wear_volume")?[0],
+            wear_volume: row.wear_volume,
         },
-    })
+    }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::context::{Clock, Context, Keys, kept};
+use super::context::{Clock, Context, Keys, is_kept, put};
 use super::dynamic_response::{dynamic_response, worn_is_due, worn_response};
 use super::ledger::ledger;
 use super::model_update::{model_update, parameters};
@@ -17,7 +17,7 @@ use super::vibration_alone::vibration_alone;
 use super::{Inputs, RunError, Stage, fretting_cycle, static_contact, structure, surface, wear};
 use crate::scene::{self, RoughJoint, Surface};
 use crate::store::{Cache, Draft, FileSystem, Keep, Opening, RunIdentity, RunStore, StageKey};
-use crate::tables::{Table, TableName};
+use crate::tables::{Table, TableName, typed};
 use crate::wear::{FrettingJoint, WearError};
 
 /// Where a sibling run begins.
@@ -230,8 +230,8 @@ fn run_rough(
         )? {
             return outcome(&store, Ending::Until(stage));
         }
-        let timing = context.clock.table()?;
-        draft.put(TableName::Timing, &keys.fretting_cycle, &timing)?;
+        let timing = context.clock.table();
+        put(&mut draft, &keys.fretting_cycle, &timing)?;
         draft.commit(&mut store)?;
         commits += 1;
         committed(&store, inputs, observer)?;
@@ -390,31 +390,26 @@ fn iterate(
     Ok(None)
 }
 
-fn put_summary(draft: &mut Draft, key: &StageKey, row: &Table) -> Result<(), RunError> {
-    if kept(draft, TableName::Summary, key)?.is_none() {
-        draft.put(TableName::Summary, key, row)?;
+fn put_summary(draft: &mut Draft, key: &StageKey, row: &typed::Summary) -> Result<(), RunError> {
+    match is_kept(draft, TableName::Summary, key)? {
+        true => Ok(()),
+        false => put(draft, key, row),
     }
-    Ok(())
 }
 
 fn committed(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Result<(), RunError> {
     let Some(wear_iteration) = store.latest() else {
         return Ok(());
     };
-    let summary = store.read(wear_iteration, TableName::Summary)?;
-    let worn = inputs.scene.wear.is_some();
-    let number = |column: &str| -> Result<f64, RunError> {
-        Ok(if worn { summary.f64(column)?[0] } else { 0.0 })
-    };
+    let mut summary: typed::Summary = store.typed(wear_iteration)?;
+    if inputs.scene.wear.is_none() {
+        summary = typed::Summary::default();
+    }
     observer.committed(&Progress {
         wear_iteration,
-        cycles: if worn {
-            summary.i64("cycles")?[0] as u64
-        } else {
-            0
-        },
-        volume: number("wear_volume")?,
-        error: number("error_wear_volume")?,
+        cycles: summary.cycles.unwrap_or(0) as u64,
+        volume: summary.wear_volume.unwrap_or(0.0),
+        error: summary.error_wear_volume.unwrap_or(0.0),
     });
     Ok(())
 }
@@ -429,8 +424,7 @@ fn prune(store: &mut RunStore, inputs: &Inputs) -> Result<(), RunError> {
         let mut also = BTreeSet::new();
         if updates && inputs.scene.update.is_some() {
             for wear_iteration in store.reader().iterations() {
-                let row = store.read(wear_iteration, TableName::ModelUpdate)?;
-                if row.bool("updated")?[0] {
+                if store.typed::<typed::ModelUpdate>(wear_iteration)?.updated {
                     also.insert(wear_iteration);
                 }
             }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::RunError;
 use crate::store::{RunReader, StoreError};
-use crate::tables::TableName;
+use crate::tables::typed;
 
 /// What a run has cost, over all its starts: sums over the iterations that it keeps.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -34,16 +34,16 @@ impl Spent {
         };
         for wear_iteration in reader.iterations() {
             spent.disk += reader.commit_of(wear_iteration)?.bytes();
-            let table = match reader.read(wear_iteration, TableName::Timing) {
+            let timing: typed::Timing = match reader.typed(wear_iteration) {
                 Ok(table) => table,
                 Err(StoreError::Damaged(_) | StoreError::NoTable { .. }) => continue,
                 Err(error) => return Err(error.into()),
             };
             for (column, sums) in [
-                ("seconds", &mut spent.seconds),
-                ("fft_pairs", &mut spent.fft_pairs),
+                (&timing.seconds, &mut spent.seconds),
+                (&timing.fft_pairs, &mut spent.fft_pairs),
             ] {
-                for (name, value) in table.text("stage")?.iter().zip(table.f64(column)?) {
+                for (name, value) in timing.stage.iter().zip(column) {
                     *sums.entry(name.to_owned()).or_insert(0.0) += value;
                 }
             }

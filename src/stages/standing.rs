@@ -3,7 +3,7 @@
 use super::{RunError, Stage};
 use crate::scene::Scene;
 use crate::store::{RunReader, StoreError};
-use crate::tables::{Table, TableName};
+use crate::tables::{TableName, typed};
 
 /// Wear steps whose pace counts as that of late.
 const OF_LATE: usize = 3;
@@ -54,13 +54,12 @@ impl Standing {
     pub fn of(reader: &RunReader, scene: &Scene) -> Result<Standing, RunError> {
         let latest = reader.latest();
         let draft = reader.drafted(latest.map_or(0, |k| k + 1))?;
-        let summary = latest
-            .map(|k| reader.read(k, TableName::Summary))
-            .transpose()?;
+        let summary = latest.map(|k| reader.typed::<typed::Summary>(k));
+        let summary = summary.transpose()?.unwrap_or_default();
         let wear = scene.wear.as_ref();
-        let worn = summary.as_ref().filter(|_| wear.is_some());
-        let cycles = worn.map(cycles_of).transpose()?;
-        let volume = worn.map(|row| number(row, "wear_volume")).transpose()?;
+        let cycles = summary.cycles.filter(|_| wear.is_some());
+        let cycles = cycles.map(|cycles| cycles as u64);
+        let volume = summary.wear_volume.filter(|_| wear.is_some());
         let goals = (
             wear.and_then(|wear| wear.cycles),
             wear.and_then(|wear| wear.volume),
@@ -112,14 +111,6 @@ impl Standing {
     }
 }
 
-fn number(row: &Table, column: &str) -> Result<f64, RunError> {
-    Ok(row.f64(column)?[0])
-}
-
-fn cycles_of(row: &Table) -> Result<u64, RunError> {
-    Ok(row.i64("cycles")?[0] as u64)
-}
-
 /// The stage after those whose tables are drafted. Of a scene without surface there is only one beside its structure.
 fn stage(scene: &Scene, follows: bool, draft: &[TableName]) -> Option<Stage> {
     let vibrates = scene.structure.is_some();
@@ -143,21 +134,21 @@ fn stage(scene: &Scene, follows: bool, draft: &[TableName]) -> Option<Stage> {
 }
 
 fn last_update(reader: &RunReader, latest: u64) -> Result<Option<LastUpdate>, RunError> {
-    let row = match reader.read(latest, TableName::ModelUpdate) {
+    let row: typed::ModelUpdate = match reader.typed(latest) {
         Ok(row) => row,
         Err(StoreError::NoTable { .. }) => return Ok(None),
         Err(error) => return Err(error.into()),
     };
-    let wear_iteration = row.i64("update_iteration")?[0] as u64;
-    let cycles = match reader.read(wear_iteration, TableName::Summary) {
-        Ok(summary) if summary.has("cycles") => Some(cycles_of(&summary)?),
-        Ok(_) | Err(StoreError::NoIteration { .. }) => None,
+    let wear_iteration = row.update_iteration as u64;
+    let cycles = match reader.typed::<typed::Summary>(wear_iteration) {
+        Ok(summary) => summary.cycles,
+        Err(StoreError::NoIteration { .. }) => None,
         Err(error) => return Err(error.into()),
     };
     Ok(Some(LastUpdate {
         wear_iteration,
-        cycles,
-        updates: row.i64("updates")?[0] as u64,
+        cycles: cycles.map(|cycles| cycles as u64),
+        updates: row.updates as u64,
     }))
 }
 
@@ -178,15 +169,15 @@ impl Pace {
         };
         let iterations: Vec<u64> = reader.iterations().filter(|k| *k > 0).collect();
         for &k in iterations.iter().rev().take(OF_LATE) {
-            let step = match reader.read(k, TableName::WearStep) {
+            let step: typed::WearStep = match reader.typed(k) {
                 Ok(step) => step,
                 Err(StoreError::NoTable { .. }) => return Ok(None),
                 Err(error) => return Err(error.into()),
             };
-            pace.cycles += step.i64("n_cycles")?[0] as f64;
-            pace.volume += number(&step, "volume")?;
-            match reader.read(k, TableName::Timing) {
-                Ok(timing) => pace.seconds += timing.f64("seconds")?.iter().sum::<f64>(),
+            pace.cycles += step.n_cycles as f64;
+            pace.volume += step.volume;
+            match reader.typed::<typed::Timing>(k) {
+                Ok(timing) => pace.seconds += timing.seconds.iter().sum::<f64>(),
                 // No result depends on it: then there is no pace.
                 Err(StoreError::Damaged(_) | StoreError::NoTable { .. }) => return Ok(None),
                 Err(error) => return Err(error.into()),

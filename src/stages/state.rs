@@ -1,13 +1,13 @@
 //! The state that a run continues from: what is committed, read back.
 
 use super::context::Context;
-use super::static_contact::{SHEAR, StaticContact, borne, stiffnesses};
+use super::static_contact::{StaticContact, borne, stiffnesses};
 use super::vibrating::{Driven, Vibrating};
 use super::{RunError, Stage, dynamic_response, model_update};
 use crate::contact::Shear;
 use crate::scene::Plan;
 use crate::store::RunStore;
-use crate::tables::{Table, TableName};
+use crate::tables::{TableError, TableName, typed};
 use crate::wear::cycle::CycleSolution;
 use crate::wear::error_bar::VolumeError;
 use crate::wear::joint::WornState;
@@ -28,7 +28,7 @@ pub struct Committed {
     /// The error bar of the volume, by source.
     pub bar: VolumeError,
     /// Its summary: what the next step changes.
-    pub summary: Table,
+    pub summary: typed::Summary,
     /// Cycles proposed to the next step; `None` before the first.
     pub proposal: Option<f64>,
 }
@@ -53,8 +53,8 @@ pub fn read(
         return Ok(committed);
     }
     if context.unworn_approach.is_some() {
-        let row = store.read(wear_iteration, TableName::StaticContact)?;
-        context.bear(row.f64("normal_load")?[0]);
+        let row: typed::StaticContact = store.typed(wear_iteration)?;
+        context.bear(row.normal_load);
     }
     if let Some(vibrating) = vibrating {
         let driven = Driven::committed(store, wear_iteration)?;
@@ -122,57 +122,66 @@ fn as_committed(
     store: &RunStore,
     wear_iteration: u64,
 ) -> Result<Committed, RunError> {
-    let wear = context.field(
-        &store.read(wear_iteration, TableName::WearField)?,
-        "wear_depth",
-    )?;
-    let fields = store.read(wear_iteration, TableName::ContactField)?;
-    let summary = store.read(wear_iteration, TableName::Summary)?;
-    let step = store.read(wear_iteration, TableName::WearStep)?;
+    let wear: typed::WearField = store.typed(wear_iteration)?;
+    let fields: typed::ContactField = store.typed(wear_iteration)?;
+    let summary: typed::Summary = store.typed(wear_iteration)?;
+    let step: typed::WearStep = store.typed(wear_iteration)?;
+    let field = |values: &Option<Vec<f64>>, column| -> Result<Vec<f64>, TableError> {
+        Ok(context.field(there(TableName::ContactField, values, column)?))
+    };
     let axes = match context.inputs.plan.shear {
         Shear::AlongX => 1,
         Shear::InPlane => 2,
     };
     // What was inherited may have another axis less, or more.
-    let shear = SHEAR[..axes].iter().map(|name| match fields.has(name) {
-        true => context.field(&fields, name),
-        false => Ok(vec![0.0; context.joint.patch.grid.len()]),
+    let none = || vec![0.0; context.joint.patch.grid.len()];
+    let shear = [&fields.shear_x, &fields.shear_y];
+    let shear = shear[..axes].iter().map(|shear| match shear {
+        Some(shear) => context.field(shear),
+        None => none(),
     });
-    let dissipation = summary.f64("dissipated_energy")?[0];
+    let of_cycle = |value: Option<f64>, column| there(TableName::Summary, &value, column).copied();
+    let dissipation = of_cycle(summary.dissipated_energy, "dissipated_energy")?;
     let cycle = CycleSolution {
-        shear: shear.collect::<Result<_, _>>()?,
-        slip_path: context.field(&fields, "slip_path")?,
-        energy: context.field(&fields, "dissipation")?,
+        shear: shear.collect(),
+        slip_path: field(&fields.slip_path, "slip_path")?,
+        energy: field(&fields.dissipation, "dissipation")?,
         dissipation,
         instants: Vec::new(),
         steps: 0,
-        error: summary.f64("error_tangential")?[0],
-        dissipation_error: summary.f64("error_cycle")?[0] * dissipation,
+        error: of_cycle(summary.error_tangential, "error_tangential")?,
+        dissipation_error: of_cycle(summary.error_cycle, "error_cycle")? * dissipation,
     };
-    let volume = summary.f64("wear_volume")?[0];
+    let volume = of_cycle(summary.wear_volume, "wear_volume")?;
     // A motion that is prescribed has neither.
-    let of_vibration = ["error_harmonics", "error_closure"]
-        .map(|column| summary.f64(column).map_or(0.0, |values| values[0]));
+    let harmonics = summary.error_harmonics.unwrap_or(0.0);
+    let closure = summary.error_closure.unwrap_or(0.0);
+    let whole = of_cycle(summary.error_wear_volume, "error_wear_volume")?;
     Ok(Committed {
         worn: WornState {
-            wear,
-            pressure: context.field(&fields, "pressure")?,
+            wear: context.field(&wear.wear_depth),
+            pressure: context.field(&fields.pressure),
             cycle,
         },
         driven: None,
-        cycles: summary.i64("cycles")?[0] as u64,
+        cycles: *there(TableName::Summary, &summary.cycles, "cycles")? as u64,
         volume,
-        energy: summary.f64("dissipated_energy_total")?[0],
-        error: summary.f64("error_wear")?[0] * volume,
+        energy: of_cycle(summary.dissipated_energy_total, "dissipated_energy_total")?,
+        error: of_cycle(summary.error_wear, "error_wear")? * volume,
         bar: VolumeError {
-            steps: (summary.f64("error_wear_volume")?[0] - of_vibration[0] - of_vibration[1])
-                * volume,
-            harmonics: of_vibration[0] * volume,
-            closure: of_vibration[1] * volume,
+            steps: (whole - harmonics - closure) * volume,
+            harmonics: harmonics * volume,
+            closure: closure * volume,
         },
-        proposal: (wear_iteration > 0)
-            .then(|| step.f64("next_n_cycles").map(|v| v[0]))
-            .transpose()?,
+        proposal: (wear_iteration > 0).then_some(step.next_n_cycles),
         summary,
+    })
+}
+
+/// A column that every state of wear has.
+fn there<'a, T>(table: TableName, value: &'a Option<T>, column: &str) -> Result<&'a T, TableError> {
+    value.as_ref().ok_or_else(|| TableError::MissingColumn {
+        table: table.as_str().to_owned(),
+        column: column.to_owned(),
     })
 }

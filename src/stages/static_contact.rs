@@ -1,17 +1,18 @@
 //! Pressure and gap under the mean load, and the stiffness of the contact.
 
-use super::context::{Context, Keys, gather, kept, kept_cells};
+use super::context::{Context, Keys, gather, is_kept, kept, kept_cells, put};
+use super::curves::Curve;
 use super::error::NumericsError;
 use super::indentation::{Friction, indent};
 use super::{RunError, Stage, curves, fretting_cycle};
 use crate::contact::normal::{Control, NormalSolution, Rotation};
 use crate::contact::stiffness::Direction;
 use crate::contact::{Shear, stiffness};
-use crate::grid::ByAxis;
+use crate::grid::{ByAxis, Patch};
 use crate::model_update::{Approach, Bolt, preload};
 use crate::scene::plan::Coupling;
 use crate::store::Draft;
-use crate::tables::{Table, TableBuilder, TableError, TableName};
+use crate::tables::{TableName, typed};
 use crate::wear::FrettingJoint;
 
 /// The static contact of an iteration.
@@ -36,40 +37,41 @@ pub struct Predicted {
     pub shear: ByAxis<Vec<f64>>,
 }
 
-/// The names of the shear columns, by axis.
-pub const SHEAR: [&str; 2] = ["shear_x", "shear_y"];
-
 impl Predicted {
     /// As a `contact_field` that is not complete yet.
-    pub fn table(&self, context: &Context) -> Result<Table, TableError> {
-        self.columns(context).build()
-    }
-
-    fn columns(&self, context: &Context) -> TableBuilder {
-        let patch = &context.joint.patch;
-        let (i, j) = kept_cells(patch);
-        let mut table = Table::builder(TableName::ContactField)
-            .column("i", i)
-            .column("j", j)
-            .column("gap", gather(patch, &self.gap))
-            .column("pressure", gather(patch, &self.pressure));
-        for (name, shear) in SHEAR.iter().zip(&self.shear) {
-            table = table.column(name, gather(patch, shear));
-        }
-        table
+    pub fn table(&self, patch: &Patch) -> typed::ContactField {
+        contact_field(patch, &self.gap, &self.pressure, &self.shear)
     }
 
     /// From such a table.
-    pub fn of(context: &Context, table: &Table) -> Result<Predicted, RunError> {
-        let shear = SHEAR
-            .iter()
-            .filter(|name| table.has(name))
-            .map(|name| context.field(table, name));
-        Ok(Predicted {
-            gap: context.field(table, "gap")?,
-            pressure: context.field(table, "pressure")?,
-            shear: shear.collect::<Result<_, _>>()?,
-        })
+    pub fn of(context: &Context, table: &typed::ContactField) -> Predicted {
+        let shear = [&table.shear_x, &table.shear_y].into_iter().flatten();
+        Predicted {
+            gap: context.field(&table.gap),
+            pressure: context.field(&table.pressure),
+            shear: shear.map(|shear| context.field(shear)).collect(),
+        }
+    }
+}
+
+/// The fields of a contact on the kept cells, without those of its cycle.
+pub fn contact_field(
+    patch: &Patch,
+    gap: &[f64],
+    pressure: &[f64],
+    shear: &ByAxis<Vec<f64>>,
+) -> typed::ContactField {
+    let (i, j) = kept_cells(patch);
+    let mut shear = shear.iter().map(|shear| gather(patch, shear));
+    typed::ContactField {
+        i,
+        j,
+        gap: gather(patch, gap),
+        pressure: gather(patch, pressure),
+        shear_x: shear.next(),
+        shear_y: shear.next(),
+        slip_path: None,
+        dissipation: None,
     }
 }
 
@@ -127,34 +129,28 @@ pub fn static_contact(
         }
     };
     let fft_pairs = solve_pairs + stiffness_pairs + curve_pairs;
-    if let Some(curve) = curve {
-        draft.put(
-            TableName::Indentation,
-            &keys.static_contact,
-            &curve.table(TableName::Indentation)?,
-        )?;
+    if let Some(Curve { load, displacement }) = curve {
+        let curve = typed::Indentation { load, displacement };
+        put(draft, &keys.static_contact, &curve)?;
     }
     context.bear(load);
     let rotation = context.rotation(&solution);
-    let row = Table::builder(TableName::StaticContact)
-        .column("normal_load", vec![load])
-        .column("approach", vec![solution.approach])
-        .maybe("rotation_x", rotation.map(|r| vec![r[0]]))
-        .maybe("rotation_y", rotation.map(|r| vec![r[1]]))
-        .column("moment_x", vec![solution.moment[0]])
-        .column("moment_y", vec![solution.moment[1]])
-        .column("kn", vec![kn])
-        .column("kt", vec![kt])
-        .column("error", vec![solution.error])
-        .column("iterations", vec![solution.iterations as i64])
-        .column("fft_pairs", vec![fft_pairs])
-        .maybe(
-            "tangential_iterations",
-            friction.as_ref().map(|f| vec![f.steps as i64]),
-        )
-        .maybe("error_tangential", friction.as_ref().map(|f| vec![f.error]))
-        .build()?;
-    draft.put(TableName::StaticContact, &keys.static_contact, &row)?;
+    let row = typed::StaticContact {
+        normal_load: load,
+        approach: solution.approach,
+        rotation_x: rotation.map(|r| r[0]),
+        rotation_y: rotation.map(|r| r[1]),
+        moment_x: Some(solution.moment[0]),
+        moment_y: Some(solution.moment[1]),
+        kn,
+        kt,
+        error: solution.error,
+        iterations: solution.iterations as i64,
+        fft_pairs,
+        tangential_iterations: friction.as_ref().map(|f| f.steps as i64),
+        error_tangential: friction.as_ref().map(|f| f.error),
+    };
+    put(draft, &keys.static_contact, &row)?;
     let predicted = predicted.map(|p| p.shear);
     let shear = indented.or(predicted).unwrap_or_default();
     let fields = Predicted {
@@ -162,10 +158,10 @@ pub fn static_contact(
         pressure: solution.pressure.clone(),
         shear,
     };
-    draft.put(
-        TableName::ContactField,
+    put(
+        draft,
         &keys.static_contact,
-        &fields.table(context)?,
+        &fields.table(&context.joint.patch),
     )?;
     Ok((
         StaticContact {
@@ -265,15 +261,15 @@ pub fn resume(
     draft: &mut Draft,
     keys: &Keys,
 ) -> Result<Option<WithShear>, RunError> {
-    let mut fields = kept(draft, TableName::ContactField, &keys.static_contact)?;
+    let mut fields = kept::<typed::ContactField>(draft, &keys.static_contact)?;
     // The cycle replaces the fields by its own, with the same gap and pressure, but another shear than the one that it started
     // from: they serve only where it will not be computed again.
     if fields.is_none() && fretting_cycle::is_complete(context, draft, keys)? {
-        fields = kept(draft, TableName::ContactField, &keys.fretting_cycle)?;
+        fields = kept(draft, &keys.fretting_cycle)?;
     }
-    let row = kept(draft, TableName::StaticContact, &keys.static_contact)?;
-    let curve_done = !context.curves_due()
-        || kept(draft, TableName::Indentation, &keys.static_contact)?.is_some();
+    let row = kept::<typed::StaticContact>(draft, &keys.static_contact)?;
+    let curve_done =
+        !context.curves_due() || is_kept(draft, TableName::Indentation, &keys.static_contact)?;
     let (Some(fields), Some(row), true) = (fields, row, curve_done) else {
         return Ok(None);
     };
@@ -281,44 +277,32 @@ pub fn resume(
         gap,
         pressure,
         shear,
-    } = Predicted::of(context, &fields)?;
-    let load = row.f64("normal_load")?[0];
+    } = Predicted::of(context, &fields);
+    let load = row.normal_load;
     context.bear(load);
+    let or_zero = |pair: [Option<f64>; 2]| pair.map(|value| value.unwrap_or(0.0));
     let contact = StaticContact {
         load,
         solution: NormalSolution {
             pressure,
             gap,
-            approach: row.f64("approach")?[0],
-            iterations: row.i64("iterations")?[0] as usize,
-            rotation: pair(&row, ["rotation_x", "rotation_y"])?,
+            approach: row.approach,
+            iterations: row.iterations as usize,
+            rotation: or_zero([row.rotation_x, row.rotation_y]),
             load,
-            moment: pair(&row, ["moment_x", "moment_y"])?,
-            error: row.f64("error")?[0],
+            moment: or_zero([row.moment_x, row.moment_y]),
+            error: row.error,
         },
-        kn: row.f64("kn")?[0],
-        kt: row.f64("kt")?[0],
-        fft_pairs: row.f64("fft_pairs")?[0],
+        kn: row.kn,
+        kt: row.kt,
+        fft_pairs: row.fft_pairs,
         friction: row
-            .has("tangential_iterations")
-            .then(|| -> Result<Friction, TableError> {
-                Ok(Friction {
-                    steps: row.i64("tangential_iterations")?[0] as usize,
-                    error: row.f64("error_tangential")?[0],
-                })
-            })
-            .transpose()?,
+            .tangential_iterations
+            .zip(row.error_tangential)
+            .map(|(steps, error)| Friction {
+                steps: steps as usize,
+                error,
+            }),
     };
     Ok(Some((contact, shear)))
-}
-
-/// Two columns of a row, zero where they are absent.
-fn pair(row: &Table, names: [&str; 2]) -> Result<[f64; 2], TableError> {
-    let mut pair = [0.0; 2];
-    for (value, name) in pair.iter_mut().zip(names) {
-        if row.has(name) {
-            *value = row.f64(name)?[0];
-        }
-    }
-    Ok(pair)
 }

@@ -6,7 +6,7 @@ use crate::linalg::Matrix;
 use crate::scene::{Resonator, Structure};
 use crate::store::{Cache, Kept, RunStore, StageKey};
 use crate::structure::reduction::{Ports, Reduced};
-use crate::tables::{Table, TableName};
+use crate::tables::{Table, TableName, TypedTable, typed};
 
 const TABLES: [TableName; 4] = [
     TableName::Structure,
@@ -117,100 +117,61 @@ fn tables_of(reduced: &Reduced, geometry: &Resonator) -> Result<Vec<Table>, RunE
     let contact = ports.contact_ports();
     let centres = geometry.contact_centres();
     let element = |port: usize| (port < contact).then_some(port / 3);
-    let range = 0..count;
-    let port = Table::builder(TableName::StructurePort)
-        .column("port", range.clone().map(|p| p as i32).collect::<Vec<_>>())
-        .column(
-            "element",
-            range
-                .clone()
-                .map(|p| element(p).map_or(-1, |e| e as i32))
-                .collect::<Vec<_>>(),
-        )
-        .column(
-            "point",
-            range
-                .clone()
-                .map(|p| match element(p) {
-                    Some(_) => String::new(),
-                    None => ports.points[(p - contact) / 3].clone(),
-                })
-                .collect::<Vec<_>>(),
-        )
-        .column(
-            "axis",
-            range
-                .clone()
-                .map(|p| AXES[p % 3].to_owned())
-                .collect::<Vec<_>>(),
-        )
-        .column(
-            "x",
-            range
-                .clone()
-                .map(|p| element(p).map_or(0.0, |e| centres[e][0]))
-                .collect::<Vec<_>>(),
-        )
-        .column(
-            "y",
-            range
-                .clone()
-                .map(|p| element(p).map_or(0.0, |e| centres[e][1]))
-                .collect::<Vec<_>>(),
-        )
-        .column(
-            "area",
-            range
-                .map(|p| element(p).map_or(0.0, |_| geometry.contact_area()))
-                .collect::<Vec<_>>(),
-        )
-        .build()?;
+    let mut port = typed::StructurePort::default();
+    for p in 0..count {
+        let [x, y] = element(p).map_or([0.0; 2], |e| centres[e]);
+        port.port.push(p as i32);
+        port.element.push(element(p).map_or(-1, |e| e as i32));
+        port.point.push(match element(p) {
+            Some(_) => String::new(),
+            None => ports.points[(p - contact) / 3].clone(),
+        });
+        port.axis.push(AXES[p % 3].to_owned());
+        port.x.push(x);
+        port.y.push(y);
+        port.area
+            .push(element(p).map_or(0.0, |_| geometry.contact_area()));
+    }
     let rigid = reduced.rigid.columns();
-    let modes = rigid + reduced.omega.len();
-    let mut columns = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for mode in 0..modes {
+    let mut mode = typed::StructureMode::default();
+    for m in 0..rigid + reduced.omega.len() {
         for p in 0..count {
-            columns.0.push(mode as i32);
-            columns.1.push(p as i32);
-            if mode < rigid {
-                columns.2.push(0.0);
-                columns.3.push(reduced.rigid[(p, mode)]);
-            } else {
-                columns
-                    .2
-                    .push(reduced.omega[mode - rigid] / std::f64::consts::TAU);
-                columns.3.push(reduced.shapes[(p, mode - rigid)]);
-            }
+            let (frequency, shape) = match m.checked_sub(rigid) {
+                None => (0.0, reduced.rigid[(p, m)]),
+                Some(elastic) => (
+                    reduced.omega[elastic] / std::f64::consts::TAU,
+                    reduced.shapes[(p, elastic)],
+                ),
+            };
+            mode.mode.push(m as i32);
+            mode.port.push(p as i32);
+            mode.frequency.push(frequency);
+            mode.shape.push(shape);
         }
     }
-    let mode = Table::builder(TableName::StructureMode)
-        .column("mode", columns.0)
-        .column("port", columns.1)
-        .column("frequency", columns.2)
-        .column("shape", columns.3)
-        .build()?;
-    let mut columns = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut residual = typed::StructureResidual::default();
     for row in 0..count {
         for column in 0..=row {
-            columns.0.push(row as i32);
-            columns.1.push(column as i32);
-            columns.2.push(reduced.residual[(row, column)]);
-            columns.3.push(reduced.residual_slope[(row, column)]);
+            residual.row.push(row as i32);
+            residual.column.push(column as i32);
+            residual.residual.push(reduced.residual[(row, column)]);
+            residual
+                .residual_slope
+                .push(reduced.residual_slope[(row, column)]);
         }
     }
-    let residual = Table::builder(TableName::StructureResidual)
-        .column("row", columns.0)
-        .column("column", columns.1)
-        .column("residual", columns.2)
-        .column("residual_slope", columns.3)
-        .build()?;
-    let structure = Table::builder(TableName::Structure)
-        .column("mass", vec![reduced.mass])
-        .column("contact_elements", vec![ports.contacts as i64])
-        .column("error_modes", vec![reduced.mode_residual])
-        .column("factor_entries", vec![reduced.factor_entries as i64])
-        .build()?;
-    Ok(vec![structure, port, mode, residual])
+    let structure = typed::Structure {
+        mass: reduced.mass,
+        contact_elements: ports.contacts as i64,
+        error_modes: reduced.mode_residual,
+        factor_entries: reduced.factor_entries as i64,
+    };
+    Ok(vec![
+        structure.to_table()?,
+        port.to_table()?,
+        mode.to_table()?,
+        residual.to_table()?,
+    ])
 }
 
 /// The reduced structure as its tables hold it, also right after it was computed: every run starts from the same numbers.
@@ -218,11 +179,14 @@ fn reduced_of(tables: &[Table]) -> Result<Reduced, RunError> {
     let [structure, port, mode, residual] = tables else {
         unreachable!("a structure has four tables");
     };
-    let element = port.i32("element")?;
-    let count = element.len();
-    let contacts = element.iter().filter(|e| **e >= 0).count() / 3;
-    let frequency = mode.f64("frequency")?;
-    let shape = mode.f64("shape")?;
+    let structure = typed::Structure::of(structure)?;
+    let port = typed::StructurePort::of(port)?;
+    let typed::StructureMode {
+        frequency, shape, ..
+    } = typed::StructureMode::of(mode)?;
+    let residual = typed::StructureResidual::of(residual)?;
+    let count = port.element.len();
+    let contacts = port.element.iter().filter(|e| **e >= 0).count() / 3;
     let of_mode: Vec<f64> = frequency.iter().copied().step_by(count).collect();
     let rigid = of_mode.iter().filter(|f| **f == 0.0).count();
     let part = |first: usize, modes: usize| {
@@ -239,7 +203,7 @@ fn reduced_of(tables: &[Table]) -> Result<Reduced, RunError> {
             // What a port is a combination of matters to the reduction alone.
             combinations: vec![Vec::new(); count],
             contacts,
-            points: port.text("point")?[3 * contacts..]
+            points: port.point[3 * contacts..]
                 .iter()
                 .step_by(3)
                 .cloned()
@@ -251,10 +215,10 @@ fn reduced_of(tables: &[Table]) -> Result<Reduced, RunError> {
             .map(|f| f * std::f64::consts::TAU)
             .collect(),
         shapes: part(rigid, of_mode.len() - rigid),
-        residual: symmetric(residual.f64("residual")?),
-        residual_slope: symmetric(residual.f64("residual_slope")?),
-        mass: structure.f64("mass")?[0],
-        mode_residual: structure.f64("error_modes")?[0],
-        factor_entries: structure.i64("factor_entries")?[0] as usize,
+        residual: symmetric(&residual.residual),
+        residual_slope: symmetric(&residual.residual_slope),
+        mass: structure.mass,
+        mode_residual: structure.error_modes,
+        factor_entries: structure.factor_entries as usize,
     })
 }

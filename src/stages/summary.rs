@@ -9,7 +9,7 @@ use super::static_contact::StaticContact;
 use super::vibrating::Driven;
 use super::wear::Worn;
 use crate::surface::statistics::roughness;
-use crate::tables::{Table, TableName};
+use crate::tables::typed;
 
 /// Keys that cannot alter what is already computed: where a run stops and what it keeps.
 pub const FREE_KEYS: [&str; 4] = [
@@ -34,7 +34,7 @@ pub fn summary(
     contact: &StaticContact,
     driven: Option<&Driven>,
     cycle: Option<&Cycle>,
-) -> Result<Table, RunError> {
+) -> Result<typed::Summary, RunError> {
     let joint = &context.joint;
     let pressure = &contact.solution.pressure;
     let kept = joint.patch.cells() as f64;
@@ -48,60 +48,58 @@ pub fn summary(
         .map(|(h, w)| h - w)
         .collect();
     let shape = roughness(&joint.patch, &height)?;
-    let mut fft_pairs = contact.fft_pairs + worn.fft_pairs;
     let rotation = context.rotation(&contact.solution);
-    let mut table = Table::builder(TableName::Summary)
-        .column(
-            "contact_area",
-            vec![count(0.0) * joint.patch.grid.cell_area()],
-        )
-        .column("contact_area_fraction", vec![fraction(0.0)])
-        .column("loaded_area_fraction", vec![fraction(LOADED * largest)])
-        .column("max_pressure", vec![largest])
-        .column("normal_load", vec![contact.load])
-        .column("approach", vec![contact.solution.approach])
-        .maybe("rotation_x", rotation.map(|r| vec![r[0]]))
-        .maybe("rotation_y", rotation.map(|r| vec![r[1]]))
-        .column("moment_x", vec![contact.solution.moment[0]])
-        .column("moment_y", vec![contact.solution.moment[1]])
-        .column("kn", vec![contact.kn])
-        .column("kt", vec![contact.kt])
-        .column("mean_height", vec![shape.mean])
-        .column("rq", vec![shape.rq])
-        .column("sk", vec![shape.sk])
-        .column("ku", vec![shape.ku])
-        .column(
-            "normal_iterations",
-            vec![contact.solution.iterations as i64],
-        )
-        .column("error_normal", vec![contact.solution.error]);
+    let moment = contact.solution.moment;
+    let mut summary = typed::Summary {
+        contact_area: Some(count(0.0) * joint.patch.grid.cell_area()),
+        contact_area_fraction: Some(fraction(0.0)),
+        loaded_area_fraction: Some(fraction(LOADED * largest)),
+        max_pressure: Some(largest),
+        normal_load: Some(contact.load),
+        approach: Some(contact.solution.approach),
+        rotation_x: rotation.map(|r| r[0]),
+        rotation_y: rotation.map(|r| r[1]),
+        moment_x: Some(moment[0]),
+        moment_y: Some(moment[1]),
+        kn: Some(contact.kn),
+        kt: Some(contact.kt),
+        mean_height: Some(shape.mean),
+        rq: Some(shape.rq),
+        sk: Some(shape.sk),
+        ku: Some(shape.ku),
+        normal_iterations: Some(contact.solution.iterations as i64),
+        error_normal: Some(contact.solution.error),
+        fft_pairs: contact.fft_pairs + worn.fft_pairs,
+        ..typed::Summary::default()
+    };
     if let Some(driven) = driven {
-        table = table
-            .column("updated", vec![driven.model.updated])
-            .column(
-                "resonance_frequency",
-                vec![driven.shaken.resonance_frequency],
-            )
-            .column("peak_frequency", vec![driven.shaken.peak_frequency])
-            .column("peak_amplitude", vec![driven.shaken.peak_amplitude]);
+        summary.updated = Some(driven.model.updated);
+        summary.resonance_frequency = Some(driven.shaken.resonance_frequency);
+        summary.peak_frequency = Some(driven.shaken.peak_frequency);
+        summary.peak_amplitude = Some(driven.shaken.peak_amplitude);
     }
     if let Some(friction) = &contact.friction {
-        table = table
-            .column("tangential_iterations", vec![friction.steps as i64])
-            .column("error_tangential", vec![friction.error]);
+        summary.tangential_iterations = Some(friction.steps as i64);
+        summary.error_tangential = Some(friction.error);
     }
-    if let Some(cycle) = cycle {
-        fft_pairs += cycle.fft_pairs;
-        table = table
-            .column("dissipated_energy", vec![cycle.solution.dissipation])
-            .column("tangential_iterations", vec![cycle.solution.steps as i64])
-            .column("error_tangential", vec![cycle.solution.error])
-            .column("error_cycle", vec![cycle.solution.relative_error()]);
-    }
-    if let (Some(wear), Some(cycle)) = (&context.inputs.scene.wear, cycle) {
+    let Some(cycle) = cycle else {
+        return Ok(summary);
+    };
+    summary.fft_pairs += cycle.fft_pairs;
+    summary.dissipated_energy = Some(cycle.solution.dissipation);
+    summary.tangential_iterations = Some(cycle.solution.steps as i64);
+    summary.error_tangential = Some(cycle.solution.error);
+    summary.error_cycle = Some(cycle.solution.relative_error());
+    if let Some(wear) = &context.inputs.scene.wear {
         let volume = before.map_or(0.0, |b| b.volume) + worn.volume;
         // A run that began from another may wear at another coefficient than it.
         let energy = before.map_or(0.0, |b| b.energy) + worn.volume / wear.coefficient;
+        let cycles = before.map_or(0, |b| b.cycles) + worn.n_cycles;
+        summary.cycles = Some(cycles as i64);
+        summary.n_cycles = Some(worn.n_cycles as i64);
+        summary.wear_volume = Some(volume);
+        summary.wear_rate = Some(wear.coefficient * cycle.solution.dissipation);
+        summary.dissipated_energy_total = Some(energy);
         let sources = Sources {
             before,
             worn,
@@ -109,19 +107,7 @@ pub fn summary(
             cycle,
             volume,
         };
-        let of_contact = [fraction(LOADED * largest), contact.kn, contact.kt];
-        table = error_bars(context, table, wear, &sources, of_contact)
-            .column(
-                "cycles",
-                vec![(before.map_or(0, |b| b.cycles) + worn.n_cycles) as i64],
-            )
-            .column("n_cycles", vec![worn.n_cycles as i64])
-            .column("wear_volume", vec![volume])
-            .column(
-                "wear_rate",
-                vec![wear.coefficient * cycle.solution.dissipation],
-            )
-            .column("dissipated_energy_total", vec![energy]);
+        error_bars(context, wear, &sources, &mut summary);
     }
-    Ok(table.column("fft_pairs", vec![fft_pairs]).build()?)
+    Ok(summary)
 }

@@ -8,7 +8,7 @@ use crate::store::{Kept, RunStore, StageKey};
 use crate::surface::generate::{self, RandomSurface, Spectrum};
 use crate::surface::prepare::{self, PrepareOptions, Prepared};
 use crate::surface::readers::{self, ReadOptions};
-use crate::tables::{Table, TableName};
+use crate::tables::{TableName, TypedTable, typed};
 
 /// The joint's cells and their unworn heights.
 pub struct Unworn {
@@ -34,13 +34,10 @@ pub fn surface(
     );
     let grid = rough.grid;
     if let Kept::Valid(table) = store.once(TableName::Surface, &key)? {
-        let patch = Patch {
-            grid,
-            kept: table.bool("kept")?.to_vec(),
-        };
+        let typed::Surface { height, kept, .. } = typed::Surface::of(&table)?;
         return Ok(Unworn {
-            patch,
-            height: table.f64("height")?.to_vec(),
+            patch: Patch { grid, kept },
+            height,
             key,
             timing: None,
         });
@@ -51,18 +48,15 @@ pub fn surface(
     for notice in notices {
         observer.notice(&format!("[surface]: {notice}"));
     }
-    let cells = |value: fn((usize, usize)) -> usize| -> Vec<i32> {
-        (0..grid.len())
-            .map(|c| value(grid.cell(c)) as i32)
-            .collect()
+    let cells = (0..grid.len()).map(|c| grid.cell(c));
+    let (i, j) = cells.map(|(i, j)| (i as i32, j as i32)).unzip();
+    let table = typed::Surface {
+        i,
+        j,
+        height: height.clone(),
+        kept: patch.kept.clone(),
     };
-    let table = Table::builder(TableName::Surface)
-        .column("i", cells(|c| c.0))
-        .column("j", cells(|c| c.1))
-        .column("height", height.clone())
-        .column("kept", patch.kept.clone())
-        .build()?;
-    store.put_once(TableName::Surface, &key, &table)?;
+    store.put_once(TableName::Surface, &key, &table.to_table()?)?;
     let timing = Timing {
         stage: Stage::Surface,
         part: None,

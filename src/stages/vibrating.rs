@@ -1,6 +1,6 @@
 //! What moves the joint of a run: its vibrating structure, the contact elements in force, and the response to them.
 
-use super::dynamic_response::{IN_FORCE, shaken_of};
+use super::dynamic_response::shaken_of;
 use super::model_update::model_of;
 use super::structure::Stored;
 use super::{Inputs, RunError};
@@ -14,7 +14,7 @@ use crate::model_update::{
 use crate::scene::plan::Layout;
 use crate::scene::{Plan, Stiffness};
 use crate::store::{RunStore, StageKey};
-use crate::tables::{Table, TableName};
+use crate::tables::typed;
 use crate::wear::{Channel, FrettingJoint, Motion};
 
 /// Samples of a cycle at which a computed motion is looked at: reversals are found to 2e-5 of the reach.
@@ -67,14 +67,23 @@ pub struct Shaken {
 pub struct Driven {
     pub model: Model,
     pub shaken: Shaken,
-    /// The tables of the response, in the order of [`IN_FORCE`]: iterations that do not renew it have the same.
-    pub tables: [Table; 4],
+    /// The tables of the response: iterations that do not renew it have the same.
+    pub tables: InForce,
+}
+
+/// The tables of the response in force.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InForce {
+    pub response: typed::Response,
+    pub row: typed::DynamicResponse,
+    pub cycle: typed::JointCycle,
+    pub elements: typed::ContactElement,
 }
 
 impl Driven {
-    pub fn of(model: Model, tables: [Table; 4]) -> Result<Driven, RunError> {
+    pub fn of(model: Model, tables: InForce) -> Result<Driven, RunError> {
         Ok(Driven {
-            shaken: shaken_of(&tables[0], &tables[1])?,
+            shaken: shaken_of(&tables.response, &tables.row)?,
             model,
             tables,
         })
@@ -82,10 +91,13 @@ impl Driven {
 
     /// What moved the joint at a committed iteration.
     pub fn committed(store: &RunStore, wear_iteration: u64) -> Result<Driven, RunError> {
-        let read = |name| store.read(wear_iteration, name);
-        let [response, row, cycle, elements] = IN_FORCE;
-        let tables = [read(response)?, read(row)?, read(cycle)?, read(elements)?];
-        let model = model_of(&read(TableName::ModelUpdate)?, &tables[3])?;
+        let tables = InForce {
+            response: store.typed(wear_iteration)?,
+            row: store.typed(wear_iteration)?,
+            cycle: store.typed(wear_iteration)?,
+            elements: store.typed(wear_iteration)?,
+        };
+        let model = model_of(&store.typed(wear_iteration)?, &tables.elements);
         Driven::of(model, tables)
     }
 }

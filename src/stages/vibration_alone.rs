@@ -1,6 +1,6 @@
 //! A vibration without a rough contact: one response, nothing wears.
 
-use super::context::{Clock, VibrationKeys, kept};
+use super::context::{Clock, VibrationKeys, is_kept, kept, put};
 use super::dynamic_response::{IN_FORCE, forced_response, in_force, tell_missed};
 use super::model_update::element_table;
 use super::structure::Stored;
@@ -10,7 +10,7 @@ use crate::model_update::ElementParameters;
 use crate::scene::Plan;
 use crate::scene::plan::Layout;
 use crate::store::{Draft, RunStore, StageKey};
-use crate::tables::{Table, TableName};
+use crate::tables::{TableName, typed};
 
 /// Computes and commits the only iteration.
 pub fn vibration_alone(
@@ -44,8 +44,7 @@ pub fn vibration_alone(
             )
         })?;
     }
-    let timing = clock.table()?;
-    draft.put(TableName::Timing, &keys.dynamic_response, &timing)?;
+    put(&mut draft, &keys.dynamic_response, &clock.table())?;
     draft.commit(store)?;
     Ok(())
 }
@@ -57,12 +56,12 @@ fn is_complete(
     has_contact: bool,
 ) -> Result<bool, RunError> {
     let key = &keys.dynamic_response;
-    let Some(summary) = kept(draft, TableName::Summary, key)? else {
+    let Some(summary) = kept::<typed::Summary>(draft, key)? else {
         return Ok(false);
     };
-    let has_resonance = summary.has("resonance_frequency");
+    let has_resonance = summary.resonance_frequency.is_some();
     for name in tables(has_contact, has_resonance).chain([TableName::Frf]) {
-        if kept(draft, name, key)?.is_none() {
+        if !is_kept(draft, name, key)? {
             return Ok(false);
         }
     }
@@ -108,43 +107,38 @@ fn respond(
         }
         Err(error) => return Err(fail(error)),
     };
-    let mut summary = Table::builder(TableName::Summary);
+    let mut summary = typed::Summary::default();
     if let Some(resolved) = &resolved {
         let tables = in_force(inputs, layout, resolved, parameters)?;
         let (resonance, truncation) = (&resolved.resonance, &resolved.truncation);
-        let written: Vec<TableName> = self::tables(has_contact, true).collect();
-        for (name, table) in IN_FORCE.iter().zip(&tables) {
-            if written.contains(name) {
-                draft.put(*name, key, table)?;
-            }
+        put(draft, key, &tables.response)?;
+        put(draft, key, &tables.row)?;
+        if has_contact {
+            put(draft, key, &tables.cycle)?;
+            put(draft, key, &tables.elements)?;
         }
-        summary = summary
-            .column("dissipated_energy", vec![resonance.phase.energy.friction])
-            .column("resonance_frequency", vec![resonance.phase.frequency()])
-            .column("peak_frequency", vec![resonance.peak_frequency])
-            .column("peak_amplitude", vec![resonance.peak_amplitude])
-            .column("error_dissipated_energy", vec![truncation.friction_energy])
-            .column("error_resonance_frequency", vec![truncation.frequency])
-            .column("error_peak_amplitude", vec![truncation.amplitude]);
+        summary = typed::Summary {
+            dissipated_energy: Some(resonance.phase.energy.friction),
+            resonance_frequency: Some(resonance.phase.frequency()),
+            peak_frequency: Some(resonance.peak_frequency),
+            peak_amplitude: Some(resonance.peak_amplitude),
+            error_dissipated_energy: Some(truncation.friction_energy),
+            error_resonance_frequency: Some(truncation.frequency),
+            error_peak_amplitude: Some(truncation.amplitude),
+            ..summary
+        };
     } else if has_contact {
-        let table = element_table(layout, parameters, None)?;
-        draft.put(TableName::ContactElement, key, &table)?;
+        put(draft, key, &element_table(layout, parameters, None))?;
     }
     if has_contact {
-        summary = summary
-            .column("kn", vec![parameters.kn.iter().sum::<f64>()])
-            .column("kt", vec![parameters.kt.iter().sum::<f64>()]);
+        summary.kn = Some(parameters.kn.iter().sum());
+        summary.kt = Some(parameters.kt.iter().sum());
     }
     let balance = match resolved {
         Some(resolved) => resolved.balance,
         None => vibration.balance(elements).map_err(fail)?,
     };
     let frf = forced_response(inputs, &vibration, balance, 0)?;
-    draft.put(TableName::Frf, key, &frf)?;
-    draft.put(
-        TableName::Summary,
-        key,
-        &summary.column("fft_pairs", vec![0.0]).build()?,
-    )?;
-    Ok(())
+    put(draft, key, &frf)?;
+    put(draft, key, &summary)
 }

@@ -1,6 +1,6 @@
 //! The wear step from one committed iteration to the next.
 
-use super::context::{Context, Keys, gather, kept, kept_cells};
+use super::context::{Context, Keys, gather, kept, kept_cells, put};
 use super::model_update::Coming;
 use super::state::Committed;
 use super::static_contact::Predicted;
@@ -9,7 +9,7 @@ use super::{RunError, Stage, static_contact};
 use crate::grid::ByAxis;
 use crate::scene::{Scheme, Wear};
 use crate::store::{Draft, StageKey};
-use crate::tables::{Table, TableName};
+use crate::tables::typed;
 use crate::wear::implicit::{self, Limits, Step};
 use crate::wear::joint::WornState;
 use crate::wear::landing::Landing;
@@ -37,14 +37,8 @@ pub struct Worn {
 pub fn unworn(context: &Context, draft: &mut Draft, keys: &Keys) -> Result<Worn, RunError> {
     let wear = vec![0.0; context.joint.patch.grid.len()];
     if context.inputs.scene.wear.is_some() {
-        put(
-            context,
-            draft,
-            &keys.static_contact,
-            &wear,
-            [0.0; 4],
-            [0, 0],
-        )?;
+        let none = typed::WearStep::default();
+        put_step(context, draft, &keys.static_contact, &wear, &none)?;
     }
     Ok(Worn {
         wear,
@@ -144,16 +138,16 @@ pub fn wear(
         shear: step.shear,
     };
     // The prediction goes first: with the wear field in the draft, the later stages have what they start from.
-    draft.put(TableName::ContactField, key, &predicted.table(context)?)?;
-    let proposal = step.proposal.min(LONGEST_PROPOSAL);
-    put(
-        context,
-        draft,
-        key,
-        &step.wear,
-        [volume, step.error, proposal, fft_pairs],
-        [step.cycles as i64, step.rejected as i64],
-    )?;
+    put(draft, key, &predicted.table(&context.joint.patch))?;
+    let row = typed::WearStep {
+        n_cycles: step.cycles as i64,
+        volume,
+        error: step.error,
+        next_n_cycles: step.proposal.min(LONGEST_PROPOSAL),
+        rejected: step.rejected as i64,
+        fft_pairs,
+    };
+    put_step(context, draft, key, &step.wear, &row)?;
     Ok(Worn {
         wear: step.wear,
         n_cycles: step.cycles,
@@ -228,35 +222,19 @@ fn warn_of_instability(context: &Context, wear: &Wear, before: &Committed, cycle
     }
 }
 
-/// `numbers`: volume, error, proposal, pairs; `counts`: cycles, rejected steps.
-fn put(
+/// Writes the wear and the step that led to it.
+fn put_step(
     context: &Context,
     draft: &mut Draft,
     key: &StageKey,
     wear: &[f64],
-    numbers: [f64; 4],
-    counts: [i64; 2],
+    step: &typed::WearStep,
 ) -> Result<(), RunError> {
     let patch = &context.joint.patch;
     let (i, j) = kept_cells(patch);
-    let field = Table::builder(TableName::WearField)
-        .column("i", i)
-        .column("j", j)
-        .column("wear_depth", gather(patch, wear))
-        .build()?;
-    let [volume, error, proposal, fft_pairs] = numbers.map(|value| vec![value]);
-    let [n_cycles, rejected] = counts.map(|value| vec![value]);
-    let step = Table::builder(TableName::WearStep)
-        .column("n_cycles", n_cycles)
-        .column("volume", volume)
-        .column("error", error)
-        .column("next_n_cycles", proposal)
-        .column("rejected", rejected)
-        .column("fft_pairs", fft_pairs)
-        .build()?;
-    draft.put(TableName::WearField, key, &field)?;
-    draft.put(TableName::WearStep, key, &step)?;
-    Ok(())
+    let wear_depth = gather(patch, wear);
+    put(draft, key, &typed::WearField { i, j, wear_depth })?;
+    put(draft, key, step)
 }
 
 /// The step as an earlier start left it, if the contact that it predicts, or what replaced it, is there too.
@@ -267,28 +245,25 @@ fn resume(
     key: &StageKey,
     before: &Committed,
 ) -> Result<Option<Worn>, RunError> {
-    let field = kept(draft, TableName::WearField, key)?;
-    let step = kept(draft, TableName::WearStep, key)?;
+    let field = kept::<typed::WearField>(draft, key)?;
+    let step = kept::<typed::WearStep>(draft, key)?;
     let (Some(field), Some(step)) = (field, step) else {
         return Ok(None);
     };
-    let n_cycles = step.i64("n_cycles")?[0] as u64;
-    context.reach(
-        before.cycles + n_cycles,
-        before.volume + step.f64("volume")?[0],
-    );
-    let predicted = match kept(draft, TableName::ContactField, key)? {
-        Some(table) => Some(Predicted::of(context, &table)?),
+    let n_cycles = step.n_cycles as u64;
+    context.reach(before.cycles + n_cycles, before.volume + step.volume);
+    let predicted = match kept(draft, key)? {
+        Some(table) => Some(Predicted::of(context, &table)),
         // Anything less than the whole static contact would have to be computed from the prediction again.
         None if static_contact::resume(context, draft, keys)?.is_none() => return Ok(None),
         None => None,
     };
     Ok(Some(Worn {
-        wear: context.field(&field, "wear_depth")?,
+        wear: context.field(&field.wear_depth),
         n_cycles,
-        volume: step.f64("volume")?[0],
-        error: step.f64("error")?[0],
-        fft_pairs: step.f64("fft_pairs")?[0],
+        volume: step.volume,
+        error: step.error,
+        fft_pairs: step.fft_pairs,
         predicted,
     }))
 }

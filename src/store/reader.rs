@@ -10,7 +10,7 @@ use super::files::{Files, Layout};
 use super::record::{RUN_FORMAT, RunRecord, seal_of};
 use super::sealed::{Seal, read_sealed, read_to_judge};
 use super::survey::survey;
-use crate::tables::{Table, TableName, provenance_of};
+use crate::tables::{Table, TableName, TypedTable, provenance_of};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
@@ -134,6 +134,15 @@ impl RunReader {
                 known: commit.names(),
             })?;
         read_entry(&self.files, &folder, table, entry)?.map_err(StoreError::Damaged)
+    }
+
+    /// A table of an iteration as its type. Errors as for [`RunReader::read`].
+    pub fn typed<T: TypedTable>(&self, wear_iteration: u64) -> Result<T, StoreError> {
+        let table = self.read(wear_iteration, T::TABLE)?;
+        T::of(&table).map_err(|source| StoreError::Table {
+            path: self.layout.iteration(wear_iteration),
+            source: Box::new(source),
+        })
     }
 
     /// Hash of the scene that an iteration was computed from: another than that of the run for what a sibling inherited.

@@ -11,7 +11,7 @@ use super::open::{self, Locked, Opening};
 use super::reader::{FoundRecord, RunReader};
 use super::record::{Pruned, RunIdentity};
 use super::sealed::sealed;
-use crate::tables::{Provenance, Table, TableName};
+use crate::tables::{Provenance, Table, TableName, TypedTable};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
@@ -119,6 +119,11 @@ impl RunStore {
     /// See [`RunReader::read`].
     pub fn read(&self, wear_iteration: u64, table: TableName) -> Result<Table, StoreError> {
         self.reader.read(wear_iteration, table)
+    }
+
+    /// See [`RunReader::typed`].
+    pub fn typed<T: TypedTable>(&self, wear_iteration: u64) -> Result<T, StoreError> {
+        self.reader.typed(wear_iteration)
     }
 
     /// See [`RunReader::verify`].

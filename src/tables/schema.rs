@@ -1,6 +1,6 @@
 //! Schemas: what a table's columns are called and mean.
 
-use super::TableError;
+use super::{TableError, TableName};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::LazyLock;
@@ -144,59 +144,6 @@ impl Schema {
     }
 }
 
-/// The tables of this version of the program.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum TableName {
-    /// The unworn surface.
-    Surface,
-    /// Gap, pressure, shear and slip of every kept cell.
-    ContactField,
-    /// Approach and stiffness of the static contact.
-    StaticContact,
-    /// Wear depth of every kept cell.
-    WearField,
-    /// The wear step that led here.
-    WearStep,
-    /// Load over approach.
-    Indentation,
-    /// Tangential load over relative displacement.
-    Hysteresis,
-    /// Loads over one cycle.
-    Cycle,
-    /// The finite-element model that was reduced.
-    Structure,
-    /// The ports of the reduced structure.
-    StructurePort,
-    /// Modes of the structure at the ports.
-    StructureMode,
-    /// Residual flexibility at the ports.
-    StructureResidual,
-    /// Parameters of the contact elements.
-    ContactElement,
-    /// Of which state the contact elements are.
-    ModelUpdate,
-    /// Harmonic coefficients at resonance.
-    Response,
-    /// Figures of the response that drives the iteration.
-    DynamicResponse,
-    /// Loads, moments and displacements of the joint over that cycle.
-    JointCycle,
-    /// Figures of the response of the worn state.
-    WornResponse,
-    /// Forced response over the frequency range.
-    Frf,
-    /// Fine contact against contact elements.
-    Ledger,
-    /// Wall time by stage.
-    Timing,
-    /// One row on the state of the run.
-    Summary,
-    /// Cost and error of the variants of a scene; beside runs rather than in one.
-    Trade,
-    /// Claims of the paper and what runs say of them; beside runs rather than in one.
-    Claims,
-}
-
 /// The embedded schema files, parsed once, in the order of [`TableName::ALL`].
 static SCHEMAS: LazyLock<Vec<Schema>> = LazyLock::new(|| {
     TableName::ALL
@@ -206,64 +153,6 @@ static SCHEMAS: LazyLock<Vec<Schema>> = LazyLock::new(|| {
 });
 
 impl TableName {
-    /// All tables.
-    pub const ALL: [TableName; 24] = [
-        TableName::Surface,
-        TableName::ContactField,
-        TableName::StaticContact,
-        TableName::WearField,
-        TableName::WearStep,
-        TableName::Indentation,
-        TableName::Hysteresis,
-        TableName::Cycle,
-        TableName::Structure,
-        TableName::StructurePort,
-        TableName::StructureMode,
-        TableName::StructureResidual,
-        TableName::ContactElement,
-        TableName::ModelUpdate,
-        TableName::Response,
-        TableName::DynamicResponse,
-        TableName::JointCycle,
-        TableName::WornResponse,
-        TableName::Frf,
-        TableName::Ledger,
-        TableName::Timing,
-        TableName::Summary,
-        TableName::Trade,
-        TableName::Claims,
-    ];
-
-    /// The text of the table's schema file.
-    pub fn source(self) -> &'static str {
-        match self {
-            TableName::Surface => include_str!("../../schemas/surface.toml"),
-            TableName::ContactField => include_str!("../../schemas/contact_field.toml"),
-            TableName::StaticContact => include_str!("../../schemas/static_contact.toml"),
-            TableName::WearStep => include_str!("../../schemas/wear_step.toml"),
-            TableName::WearField => include_str!("../../schemas/wear_field.toml"),
-            TableName::Indentation => include_str!("../../schemas/indentation.toml"),
-            TableName::Hysteresis => include_str!("../../schemas/hysteresis.toml"),
-            TableName::Cycle => include_str!("../../schemas/cycle.toml"),
-            TableName::Structure => include_str!("../../schemas/structure.toml"),
-            TableName::StructurePort => include_str!("../../schemas/structure_port.toml"),
-            TableName::StructureMode => include_str!("../../schemas/structure_mode.toml"),
-            TableName::StructureResidual => include_str!("../../schemas/structure_residual.toml"),
-            TableName::ContactElement => include_str!("../../schemas/contact_element.toml"),
-            TableName::ModelUpdate => include_str!("../../schemas/model_update.toml"),
-            TableName::Response => include_str!("../../schemas/response.toml"),
-            TableName::DynamicResponse => include_str!("../../schemas/dynamic_response.toml"),
-            TableName::JointCycle => include_str!("../../schemas/joint_cycle.toml"),
-            TableName::WornResponse => include_str!("../../schemas/worn_response.toml"),
-            TableName::Frf => include_str!("../../schemas/frf.toml"),
-            TableName::Ledger => include_str!("../../schemas/ledger.toml"),
-            TableName::Timing => include_str!("../../schemas/timing.toml"),
-            TableName::Summary => include_str!("../../schemas/summary.toml"),
-            TableName::Trade => include_str!("../../schemas/trade.toml"),
-            TableName::Claims => include_str!("../../schemas/claims.toml"),
-        }
-    }
-
     /// The schema.
     pub fn schema(self) -> &'static Schema {
         &SCHEMAS[self as usize]

@@ -81,6 +81,17 @@ impl Table {
         self.schema
     }
 
+    /// Refuses another table than that of a name.
+    pub(super) fn require(&self, table: TableName) -> Result<(), TableError> {
+        if self.schema == table.schema() {
+            return Ok(());
+        }
+        Err(TableError::OtherTable {
+            found: self.schema.name.clone(),
+            expected: table.as_str().to_owned(),
+        })
+    }
+
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.rows

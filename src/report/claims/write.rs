@@ -7,7 +7,7 @@ use super::super::output::replace;
 use super::super::text::{self, cell};
 use super::super::{ReportError, RunTables, Section};
 use super::{Finding, Verdict};
-use crate::tables::{Provenance, Table, TableError, TableName, to_parquet};
+use crate::tables::{Provenance, Table, TableError, TableName, TypedTable, to_parquet, typed};
 
 impl Verdict {
     /// In words.
@@ -26,34 +26,17 @@ impl Verdict {
 /// [`TableError`] if the schema does not fit.
 pub fn table(findings: &[Finding]) -> Result<Table, TableError> {
     let text = |of: &dyn Fn(&Finding) -> String| findings.iter().map(of).collect::<Vec<String>>();
-    Table::builder(TableName::Claims)
-        .column(
-            "claim",
-            findings
-                .iter()
-                .map(|finding| finding.claim as i32)
-                .collect::<Vec<_>>(),
-        )
-        .column(
-            "place",
-            text(&|finding| finding.statement().place.to_owned()),
-        )
-        .column(
-            "statement",
-            text(&|finding| finding.statement().statement.to_owned()),
-        )
-        .column(
-            "criterion",
-            text(&|finding| finding.statement().criterion.to_owned()),
-        )
-        .column("runs", text(&|finding| finding.runs.join(" ")))
-        .column(
-            "verdict",
-            text(&|finding| finding.verdict.words().to_owned()),
-        )
-        .column("measured", text(&|finding| finding.measured.clone()))
-        .column("cause", text(&|finding| finding.cause.clone()))
-        .build()
+    typed::Claims {
+        claim: findings.iter().map(|f| f.claim as i32).collect(),
+        place: text(&|f| f.statement().place.to_owned()),
+        statement: text(&|f| f.statement().statement.to_owned()),
+        criterion: text(&|f| f.statement().criterion.to_owned()),
+        runs: text(&|f| f.runs.join(" ")),
+        verdict: text(&|f| f.verdict.words().to_owned()),
+        measured: text(&|f| f.measured.clone()),
+        cause: text(&|f| f.cause.clone()),
+    }
+    .to_table()
 }
 
 /// Writes `claims.md` and `claims.parquet` into a folder. Files that are there are replaced.

@@ -4,13 +4,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::store::{Machine, RealFileSystem, RunReader, StoreError};
-use crate::tables::{Table, TableName};
+use crate::tables::typed::{self, Summary};
 
 /// Number of figures of merit.
 pub const COUNT: usize = 9;
 
 /// A figure of merit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 pub struct Figure {
     /// Name: that of the column of the summary, but for the field.
     pub name: &'static str,
@@ -18,13 +18,21 @@ pub struct Figure {
     pub title: &'static str,
     /// True if the presets promise it.
     pub promised: bool,
+    /// Where it stands in a summary; nowhere for the field.
+    of: fn(&Summary) -> Option<f64>,
 }
 
-const fn figure(name: &'static str, title: &'static str, promised: bool) -> Figure {
+const fn figure(
+    name: &'static str,
+    title: &'static str,
+    promised: bool,
+    of: fn(&Summary) -> Option<f64>,
+) -> Figure {
     Figure {
         name,
         title,
         promised,
+        of,
     }
 }
 
@@ -33,16 +41,24 @@ pub const FIELD: usize = 1;
 
 /// The figures of merit, in the order in which they are shown.
 pub const FIGURES: [Figure; COUNT] = [
-    figure("wear_volume", "wear volume", true),
-    figure("wear_field", "wear field", false),
-    figure("loaded_area_fraction", "loaded area", false),
-    figure("kn", "kn", true),
-    figure("kt", "kt", false),
-    figure("resonance_frequency", "resonance", true),
-    figure("peak_amplitude", "amplitude", true),
-    figure("dissipated_energy_total", "dissipation", true),
+    figure("wear_volume", "wear volume", true, |s| s.wear_volume),
+    figure("wear_field", "wear field", false, |_| None),
+    figure("loaded_area_fraction", "loaded area", false, |s| {
+        s.loaded_area_fraction
+    }),
+    figure("kn", "kn", true, |s| s.kn),
+    figure("kt", "kt", false, |s| s.kt),
+    figure("resonance_frequency", "resonance", true, |s| {
+        s.resonance_frequency
+    }),
+    figure("peak_amplitude", "amplitude", true, |s| s.peak_amplitude),
+    figure("dissipated_energy_total", "dissipation", true, |s| {
+        s.dissipated_energy_total
+    }),
     // Where wear dies out, a small error of the volume is a large one of what is left to dissipate.
-    figure("dissipated_energy", "a cycle's in the end", false),
+    figure("dissipated_energy", "a cycle's in the end", false, |s| {
+        s.dissipated_energy
+    }),
 ];
 
 /// One value a figure; none where the run has no such figure.
@@ -88,56 +104,46 @@ pub fn measure(root: &Path) -> Result<Measured, StoreError> {
         scene_hash: reader.record().scene_hash.clone(),
         ..Measured::default()
     };
-    let of_table = |source| StoreError::Table {
-        path: root.to_owned(),
-        source: Box::new(source),
-    };
     for wear_iteration in reader.iterations() {
-        let timing = match reader.read(wear_iteration, TableName::Timing) {
+        let timing: typed::Timing = match reader.typed(wear_iteration) {
             Ok(timing) => timing,
             // No result depends on it.
             Err(StoreError::Damaged(_)) => continue,
             Err(error) => return Err(error),
         };
-        let stages = timing.text("stage").map_err(of_table)?;
-        let seconds = timing.f64("seconds").map_err(of_table)?;
-        let pairs = timing.f64("fft_pairs").map_err(of_table)?;
-        for ((stage, seconds), pairs) in stages.iter().zip(seconds).zip(pairs) {
+        for (stage, seconds) in timing.stage.iter().zip(&timing.seconds) {
             // Whoever comes first pays for the structure that all share.
             if stage != "structure" {
                 measured.seconds += seconds;
             }
-            measured.fft_pairs += pairs;
         }
+        measured.fft_pairs = timing
+            .fft_pairs
+            .iter()
+            .fold(measured.fft_pairs, |a, b| a + b);
     }
     let Some(latest) = reader.latest() else {
         return Ok(measured);
     };
     measured.iterations = latest;
-    let summary = reader.read(latest, TableName::Summary)?;
-    for (value, figure) in measured.values.iter_mut().zip(&FIGURES) {
-        if summary.has(figure.name) {
-            *value = Some(summary.f64(figure.name).map_err(of_table)?[0]);
-        }
-    }
+    let summary: Summary = reader.typed(latest)?;
+    measured.values = FIGURES.map(|figure| (figure.of)(&summary));
     let grid = &reader.record().scene["joint"]["grid"];
     let cells = [&grid[0], &grid[1]].map(|n| n.as_u64().map(|n| n as usize));
-    if let (true, [Some(nx), Some(ny)]) = (summary.has("wear_volume"), cells) {
-        let table = reader.read(latest, TableName::WearField)?;
-        measured.field = Some(wear_field(&table, [nx, ny]).map_err(of_table)?);
+    if let (true, [Some(nx), Some(ny)]) = (summary.wear_volume.is_some(), cells) {
+        measured.field = Some(wear_field(&reader.typed(latest)?, [nx, ny]));
     }
     Ok(measured)
 }
 
-fn wear_field(table: &Table, cells: [usize; 2]) -> Result<WearField, crate::tables::TableError> {
+fn wear_field(table: &typed::WearField, cells: [usize; 2]) -> WearField {
     let mut depth = vec![0.0; cells[0] * cells[1]];
-    let (i, j) = (table.i32("i")?, table.i32("j")?);
-    for ((i, j), value) in i.iter().zip(j).zip(table.f64("wear_depth")?) {
+    for ((i, j), value) in table.i.iter().zip(&table.j).zip(&table.wear_depth) {
         if let Some(depth) = depth.get_mut(*i as usize * cells[1] + *j as usize) {
             *depth = *value;
         }
     }
-    Ok(WearField { cells, depth })
+    WearField { cells, depth }
 }
 
 /// Errors of `of` against `reference`; none where one of them lacks the figure.
