@@ -140,9 +140,6 @@ pub fn compared_in_words(inputs: &Inputs, spent: &Spent) -> String {
             megabytes(expected)
         ));
     }
-    if spent.pruned > 0 {
-        parts.push(format!("{} pruned iterations not counted", spent.pruned));
-    }
     format!("  {:<24} {}", "cost", parts.join(", "))
 }
 

@@ -29,7 +29,7 @@ const FIGURES: [&str; 13] = [
     FFT_PAIRS,
 ];
 
-/// A cost rather than a state: the row of a whole run has the sum over its iterations.
+/// A cost rather than a state: the row of a whole run has the sum over its iterations, pruned ones too.
 const FFT_PAIRS: &str = "fft_pairs";
 
 /// What the table of a comparison is called in its file.
@@ -38,7 +38,7 @@ const COMPARISON: &str = "comparison";
 /// Which rows a comparison has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rows {
-    /// One row a run: its last iteration, with the FFT pairs of all the iterations it still keeps.
+    /// One row a run: its last iteration, with the FFT pairs of all its iterations.
     Last,
     /// One row for every iteration of every run.
     All,
@@ -278,6 +278,7 @@ impl Comparison {
                 (column, values)
             })
             .collect();
+        let columns: Vec<_> = columns.iter().map(|(c, values)| (*c, values)).collect();
         let bytes =
             nullable_to_parquet(COMPARISON, &columns, entry.to_string()).map_err(|source| {
                 ReportError::Table {

@@ -10,7 +10,7 @@ use super::ReportError;
 use super::passed_over::{PassedOver, open_each};
 use super::scan::{ORDER, RUN, Scan, column};
 use crate::scene::{self, Scene};
-use crate::store::{Damage, RealFileSystem, RunReader, RunRecord, StoreError};
+use crate::store::{Damage, History, RealFileSystem, RunReader, RunRecord, StoreError};
 use crate::tables::{Table, TableName};
 
 /// A run open for reading, also one that another process computes.
@@ -100,7 +100,7 @@ impl RunTables {
         damage_of(&self.reader)
     }
 
-    /// The iterations that count, ascending; there is one at least.
+    /// The iterations that count and are kept, ascending; there is one at least.
     pub fn iterations(&self) -> &[u64] {
         &self.iterations
     }
@@ -110,8 +110,8 @@ impl RunTables {
         self.latest
     }
 
-    /// A table of all iterations that have it, as one frame: [`super::WEAR_ITERATION`] first, then the columns of the table, sorted by
-    /// iteration; `None` where the run has no such table.
+    /// A table of all iterations that have it, of a one-row table pruned ones too, as one frame: [`super::WEAR_ITERATION`] first, then the
+    /// columns of the table, sorted by iteration; `None` where the run has no such table.
     ///
     /// # Errors
     /// [`ReportError::Run`] for a table that cannot be read, also one damaged since the run was opened, [`ReportError::Scan`].
@@ -135,6 +135,15 @@ impl RunTables {
             .map(|column| column.name().clone())
             .collect();
         Ok(Some(frame.drop_many(absent)))
+    }
+
+    /// What all iterations say in one row each, and what they took.
+    ///
+    /// # Errors
+    /// [`ReportError::Run`] for a table that cannot be read.
+    pub fn history(&self) -> Result<History, ReportError> {
+        let history = self.reader.history();
+        history.map_err(|source| self.run_error(source))
     }
 
     /// A table of one iteration; `None` where that has none.

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use polars::prelude::*;
 
 use super::ReportError;
-use crate::store::{RunReader, StoreError};
-use crate::tables::{self, ColumnSchema, ColumnType, Table, TableName};
+use crate::store::{History, RunReader, StoreError, is_in_history};
+use crate::tables::{self, ColumnSchema, ColumnType, Nullable, Table, TableName};
 
 /// The column with the name that a run was given.
 pub const RUN: &str = "run";
@@ -34,8 +34,8 @@ impl Scan {
         }
     }
 
-    /// Adds the iterations of a run that have the table, under a name and a place among the runs. A damaged table outside the
-    /// chain of commits, as `timing`, is passed over.
+    /// Adds the iterations of a run that have the table, under a name and a place among the runs: of a one-row table those that are
+    /// pruned too. A damaged table outside the chain of commits, as `timing`, is passed over.
     ///
     /// # Errors
     /// [`ReportError::Run`] for a table of another version and for one that was damaged since the run was opened,
@@ -46,6 +46,17 @@ impl Scan {
             run: run.to_owned(),
             source,
         };
+        let failed = |source| ReportError::Scan {
+            table: self.table,
+            runs: run.display().to_string(),
+            source,
+        };
+        if is_in_history(self.table) {
+            let history = reader.history().map_err(of_run)?;
+            let frame = self.of_history(order, name, &history).map_err(failed)?;
+            self.frames.extend(frame);
+            return Ok(());
+        }
         // Opening a run lets damage pass in what no result depends on.
         let unchained = !self.table.schema().chained;
         let reports = reader.reports().iter();
@@ -67,15 +78,44 @@ impl Scan {
         if tables.is_empty() {
             return Ok(());
         }
-        let frame = self
-            .keyed(order, name, &tables)
-            .map_err(|source| ReportError::Scan {
-                table: self.table,
-                runs: run.display().to_string(),
-                source,
-            })?;
+        let frame = self.keyed(order, name, &tables).map_err(failed)?;
         self.frames.push(frame);
         Ok(())
+    }
+
+    /// The rows of a history that the table has, with their keys; `None` where no iteration has it.
+    fn of_history(
+        &self,
+        order: usize,
+        name: &str,
+        history: &History,
+    ) -> PolarsResult<Option<DataFrame>> {
+        let rows = history.len();
+        let mut columns = vec![
+            Column::new(ORDER.into(), vec![order as i64; rows]),
+            Column::new(RUN.into(), vec![name; rows]),
+            Column::new(WEAR_ITERATION.into(), (0..rows as i64).collect::<Vec<_>>()),
+        ];
+        let mut there = vec![false; rows];
+        for described in &self.table.schema().columns {
+            let name = described.name.as_str();
+            let mut own = history.columns_of(self.table);
+            let values = own.find(|(column, _)| column.name == name);
+            columns.push(match values {
+                Some((_, values)) => {
+                    for (row, there) in there.iter_mut().enumerate() {
+                        *there |= values.at(row).is_some();
+                    }
+                    nullable(name, values)
+                }
+                None => Column::full_null(name.into(), rows, &data_type(described.kind)),
+            });
+        }
+        if !there.contains(&true) {
+            return Ok(None);
+        }
+        let there = BooleanChunked::from_slice("there".into(), &there);
+        DataFrame::new(columns)?.filter(&there).map(Some)
     }
 
     /// True if no run has the table.
@@ -141,6 +181,17 @@ pub fn column(name: &str, values: &tables::Column) -> Column {
         tables::Column::I64(values) => Column::new(name, values),
         tables::Column::Bool(values) => Column::new(name, values),
         tables::Column::Text(values) => Column::new(name, values),
+    }
+}
+
+fn nullable(name: &str, values: &Nullable) -> Column {
+    let name = name.into();
+    match values {
+        Nullable::F64(values) => Column::new(name, values),
+        Nullable::I32(values) => Column::new(name, values),
+        Nullable::I64(values) => Column::new(name, values),
+        Nullable::Bool(values) => Column::new(name, values),
+        Nullable::Text(values) => Column::new(name, values),
     }
 }
 

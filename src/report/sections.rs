@@ -6,6 +6,7 @@ use super::html::{NONE, Section, escaped, table};
 use super::quantity::{self, number};
 use super::run_tables::{numbers, texts};
 use super::{ReportError, RunTables};
+use crate::store::StageCost;
 use crate::tables::TableName;
 
 fn words<const N: usize>(words: [&str; N]) -> Vec<String> {
@@ -146,20 +147,23 @@ fn cost(runs: &[RunTables]) -> Result<Section, ReportError> {
             let commit = run.reader().commit_of(*k);
             disk += commit.map_or(0, |commit| commit.bytes());
         }
-        let timing = run.series(TableName::Timing)?.unwrap_or_default();
-        let sum = |column: &str| -> f64 {
-            let values = numbers(&timing, column).unwrap_or_default();
-            values.iter().sum()
-        };
+        let spent = run.history()?.cost();
+        let sum = |of: fn(&StageCost) -> f64| -> f64 { spent.values().map(of).sum() };
         costs.push([
             [predicted("iterations", 1.0), run.latest().to_string()],
-            [predicted("fft_pairs", 1.0), number(sum("fft_pairs"))],
+            [
+                predicted("fft_pairs", 1.0),
+                number(sum(|cost| cost.fft_pairs)),
+            ],
             [predicted("disk", 1e6), number(disk as f64 / 1e6)],
             // The tables hold neither the memory that was needed nor seconds that were expected.
             [predicted("memory", 1e6), NONE.to_owned()],
-            [NONE.to_owned(), number(sum("seconds"))],
+            [NONE.to_owned(), number(sum(|cost| cost.seconds))],
         ]);
-        let stages = stages(&timing);
+        let stages: Vec<Vec<String>> = spent
+            .iter()
+            .map(|(stage, cost)| vec![stage.clone(), number(cost.seconds), number(cost.fft_pairs)])
+            .collect();
         if !stages.is_empty() {
             let heads = words(["stage", "time / s", "FFT pairs"]);
             let name = match runs.len() {
@@ -200,22 +204,6 @@ fn cost(runs: &[RunTables]) -> Result<Section, ReportError> {
         title: "Cost".to_owned(),
         html: costs + &details,
     })
-}
-
-/// Sums by stage over the iterations that are kept.
-fn stages(timing: &polars::prelude::DataFrame) -> Vec<Vec<String>> {
-    let columns = texts(timing, "stage").zip(numbers(timing, "seconds"));
-    let Some(((names, seconds), pairs)) = columns.zip(numbers(timing, "fft_pairs")) else {
-        return Vec::new();
-    };
-    let mut sums = std::collections::BTreeMap::new();
-    for ((name, seconds), pairs) in names.into_iter().zip(seconds).zip(pairs) {
-        let sum = sums.entry(name).or_insert((0.0, 0.0));
-        *sum = (sum.0 + seconds, sum.1 + pairs);
-    }
-    let rows = sums.into_iter();
-    rows.map(|(name, (seconds, pairs))| vec![name, number(seconds), number(pairs)])
-        .collect()
 }
 
 fn provenance(runs: &[RunTables]) -> Section {

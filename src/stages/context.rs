@@ -180,6 +180,21 @@ impl Clock<'_> {
         Ok(result)
     }
 
+    /// Runs the numerics of a stage on a joint, with its time and transform pairs noted.
+    pub fn timed_pairs<T>(
+        &mut self,
+        stage: Stage,
+        joint: &mut FrettingJoint,
+        work: impl FnOnce(&mut FrettingJoint) -> Result<T, RunError>,
+    ) -> Result<T, RunError> {
+        joint.half_space.take_pairs();
+        let result = self.timed(stage, || work(joint))?;
+        if let Some(timing) = self.timing.last_mut() {
+            timing.fft_pairs = joint.half_space.take_pairs();
+        }
+        Ok(result)
+    }
+
     /// The timing table of the iteration.
     pub fn table(&mut self) -> typed::Timing {
         let mut table = typed::Timing::default();

@@ -16,6 +16,7 @@ mod indentation;
 mod inputs;
 mod ledger;
 mod model_update;
+mod reference;
 mod run;
 mod spent;
 mod standing;
@@ -45,6 +46,8 @@ pub enum Stage {
     Structure,
     /// The unworn surface, once a run.
     Surface,
+    /// The unworn joint under its load, once a run.
+    Reference,
     /// The wear step that leads to an iteration.
     Wear,
     /// Pressure, gap and stiffness.
@@ -59,9 +62,10 @@ pub enum Stage {
 
 impl Stage {
     /// All stages.
-    pub const ALL: [Stage; 7] = [
+    pub const ALL: [Stage; 8] = [
         Stage::Structure,
         Stage::Surface,
+        Stage::Reference,
         Stage::Wear,
         Stage::StaticContact,
         Stage::ModelUpdate,
@@ -74,6 +78,7 @@ impl Stage {
         match self {
             Stage::Structure => "structure",
             Stage::Surface => "surface",
+            Stage::Reference => "reference",
             Stage::Wear => "wear",
             Stage::StaticContact => "static_contact",
             Stage::ModelUpdate => "model_update",

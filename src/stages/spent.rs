@@ -1,23 +1,22 @@
-//! What a run has cost, read from what it committed: the same whether it was computed in one go or in many.
+//! What a run has cost, read from its history: the same whether it was computed in one go or in many.
 
 use std::collections::BTreeMap;
 
 use super::RunError;
-use crate::store::{RunReader, StoreError};
-use crate::tables::typed;
+use crate::store::RunReader;
 
-/// What a run has cost, over all its starts: sums over the iterations that it keeps.
+/// What a run has cost, over all its starts: sums over its iterations, those that are pruned too.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Spent {
     /// Wear iterations committed, the unworn state not among them.
     pub wear_iterations: u64,
-    /// How many of those are pruned: their time, pairs and bytes are not in the sums.
+    /// How many of those are pruned.
     pub pruned: u64,
     /// Seconds by stage, and by part of a stage that is told apart (`stage.part`).
     pub seconds: BTreeMap<String, f64>,
     /// Forward and inverse transform pairs, the same way.
     pub fft_pairs: BTreeMap<String, f64>,
-    /// Bytes of the tables of all iterations.
+    /// Bytes of the tables of all iterations that are kept.
     pub disk: u64,
 }
 
@@ -29,24 +28,16 @@ impl Spent {
     pub fn of(reader: &RunReader) -> Result<Spent, RunError> {
         let mut spent = Spent {
             wear_iterations: reader.latest().unwrap_or(0),
-            pruned: reader.record().pruned.len() as u64,
             ..Spent::default()
         };
         for wear_iteration in reader.iterations() {
             spent.disk += reader.commit_of(wear_iteration)?.bytes();
-            let timing: typed::Timing = match reader.typed(wear_iteration) {
-                Ok(table) => table,
-                Err(StoreError::Damaged(_) | StoreError::NoTable { .. }) => continue,
-                Err(error) => return Err(error.into()),
-            };
-            for (column, sums) in [
-                (&timing.seconds, &mut spent.seconds),
-                (&timing.fft_pairs, &mut spent.fft_pairs),
-            ] {
-                for (name, value) in timing.stage.iter().zip(column) {
-                    *sums.entry(name.to_owned()).or_insert(0.0) += value;
-                }
-            }
+        }
+        let history = reader.history()?;
+        spent.pruned = (history.len() - reader.iterations().count()) as u64;
+        for (stage, cost) in history.cost() {
+            spent.seconds.insert(stage.clone(), cost.seconds);
+            spent.fft_pairs.insert(stage, cost.fft_pairs);
         }
         Ok(spent)
     }

@@ -13,7 +13,7 @@ const OF_LATE: usize = 3;
 pub struct LastUpdate {
     /// The iteration.
     pub wear_iteration: u64,
-    /// Cycles behind it; none where that iteration is pruned.
+    /// Cycles behind it; none where the row of that iteration is lost.
     pub cycles: Option<u64>,
     /// Renewals so far, the first elements not counted.
     pub updates: u64,
@@ -140,11 +140,8 @@ fn last_update(reader: &RunReader, latest: u64) -> Result<Option<LastUpdate>, Ru
         Err(error) => return Err(error.into()),
     };
     let wear_iteration = row.update_iteration as u64;
-    let cycles = match reader.typed::<typed::Summary>(wear_iteration) {
-        Ok(summary) => summary.cycles,
-        Err(StoreError::NoIteration { .. }) => None,
-        Err(error) => return Err(error.into()),
-    };
+    let summary = reader.history()?.row::<typed::Summary>(wear_iteration)?;
+    let cycles = summary.and_then(|summary| summary.cycles);
     Ok(Some(LastUpdate {
         wear_iteration,
         cycles: cycles.map(|cycles| cycles as u64),

@@ -2,6 +2,7 @@
 
 use super::dynamic_response::shaken_of;
 use super::model_update::model_of;
+use super::reference::Reference;
 use super::structure::Stored;
 use super::{Inputs, RunError};
 use crate::contact::{ContactError, Shear};
@@ -103,41 +104,24 @@ impl Driven {
 }
 
 impl Vibrating {
-    /// From the structure, for a joint with a surface: damping in modes of the stuck joint needs the unworn contact elements,
-    /// and these its contact under load.
+    /// From the structure and the unworn joint, for a joint with a surface.
     pub fn with_surface(
         inputs: &Inputs,
         stored: Stored,
-        joint: &mut FrettingJoint,
-        pressure: &[f64],
-        gap: &[f64],
+        elements: ContactElements,
+        reference: &Reference,
     ) -> Result<Vibrating, RunError> {
         let scene = &inputs.scene;
-        let (Some(layout), Some(rough)) = (Plan::layout(scene), scene.rough()) else {
+        let Some(layout) = Plan::layout(scene) else {
             unreachable!("a vibrating joint with a surface has contact elements");
         };
-        let Some(elements) = rough.elements() else {
-            unreachable!("a structure with a surface is a resonator");
-        };
-        let elements = elements?;
-        let smooth = match rough.contact.stiffness {
-            Stiffness::Roughness => Some(Compliance::smooth(
-                &mut joint.half_space,
-                &joint.patch,
-                inputs.plan.shear,
-            )?),
-            Stiffness::Total | Stiffness::Tangent => None,
-        };
-        let linearisation = linearise(inputs, joint, pressure)?;
-        let springs = springs(inputs, &linearisation, smooth);
-        let parameters = ElementParameters::new(&elements, pressure, gap, springs)?;
-        let unworn = Plan::contact_elements(scene, &layout, &parameters);
+        let unworn = Plan::contact_elements(scene, &layout, &reference.elements);
         Ok(Vibrating {
             vibration: Plan::vibration(scene, stored.reduced.as_ref(), &unworn)?,
             layout,
             key: stored.key,
             elements: Some(elements),
-            smooth,
+            smooth: reference.smooth,
         })
     }
 

@@ -45,7 +45,7 @@ pub fn vibration_alone(
         })?;
     }
     put(&mut draft, &keys.dynamic_response, &clock.table())?;
-    draft.commit(store)?;
+    store.commit(draft)?;
     Ok(())
 }
 

@@ -5,7 +5,7 @@ use super::draft::KeyedEntry;
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::EntryKind;
 use super::files::{Files, Layout, iteration_of};
-use super::record::RunRecord;
+use super::record::{Pruned, RunRecord};
 use super::sealed::read_sealed;
 use crate::tables::TableName;
 use std::collections::{BTreeMap, BTreeSet};
@@ -34,7 +34,8 @@ pub struct OnceReport {
 /// What verification found of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VerifyReport {
-    /// What is wrong with `run.json`, its copy, `scene.toml` and `plan.json`; a start mends it.
+    /// What is wrong with `run.json`, its copy, `scene.toml`, `plan.json`, `schemas.json` and `history.parquet`; a start mends it, but for
+    /// the rows of pruned iterations, which nothing else has.
     pub metadata: Vec<Damage>,
     /// The iterations, ascending, those missing without having been pruned among them.
     pub commits: Vec<CommitReport>,
@@ -60,6 +61,19 @@ impl VerifyReport {
     }
 }
 
+/// What the chain passes over.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Past {
+    /// The iterations that were pruned.
+    pub pruned: BTreeMap<u64, Pruned>,
+    /// True where it is not known which ones were: then no gap breaks the chain, and what stands behind one is held to its own hash
+    /// alone.
+    pub lost: bool,
+}
+
+/// Most iterations in a row that may be missing where it is not known what was pruned: a stray folder may have any number.
+const LONGEST_GAP: u64 = 1_000_000;
+
 /// The iterations of a run as found on disk.
 pub(super) struct Chain {
     /// The commits up to the first that does not verify.
@@ -80,15 +94,17 @@ pub(super) fn folders(files: &Files, layout: &Layout) -> Result<BTreeSet<u64>, S
 
 /// Verifies every iteration, and that each follows the one before it.
 ///
-/// A pruned iteration stands in the chain with the hashes that `run.json` keeps of it. An iteration that is absent and was not
+/// A pruned iteration stands in the chain with the hashes that the history keeps of it. An iteration that is absent and was not
 /// pruned breaks the chain; of several in a row the first stands for all, since a stray folder may have any number.
 pub(super) fn walk(
     files: &Files,
     layout: &Layout,
     record: &RunRecord,
+    past: &Past,
 ) -> Result<Chain, StoreError> {
+    let pruned = &past.pruned;
     let mut present = folders(files, layout)?;
-    present.retain(|wear_iteration| !record.pruned.contains_key(wear_iteration));
+    present.retain(|wear_iteration| !pruned.contains_key(wear_iteration));
     let mut chain = Chain {
         sound: BTreeMap::new(),
         reports: Vec::new(),
@@ -96,29 +112,36 @@ pub(super) fn walk(
     let Some(&highest) = present.last() else {
         return Ok(chain);
     };
-    let mut before: Option<String> = None;
+    // Hash of the commit before, where it is known.
+    let mut before: Option<Option<String>> = Some(None);
     let mut broken_at: Option<u64> = None;
     // Before each number that does not follow the one before it stands the first that is absent.
     let mut expected = 0;
     let mut numbers: BTreeSet<u64> = present.clone();
-    numbers.extend(record.pruned.keys().filter(|k| **k < highest));
+    numbers.extend(pruned.keys().filter(|k| **k < highest));
     let mut in_order = Vec::new();
     for number in numbers {
-        if number > expected {
+        let gap = number.saturating_sub(expected);
+        if gap > 0 && (!past.lost || gap > LONGEST_GAP) {
             in_order.push(expected);
         }
         in_order.push(number);
         expected = number.saturating_add(1);
     }
+    let mut expected = 0;
     for wear_iteration in in_order {
+        if past.lost && wear_iteration > expected {
+            before = None;
+        }
+        expected = wear_iteration.saturating_add(1);
         let mut report = CommitReport {
             wear_iteration,
             damage: Vec::new(),
             unchained_damage: Vec::new(),
         };
         let mut found = None;
-        let link = if let Some(pruned) = record.pruned.get(&wear_iteration) {
-            Some((layout.record(), pruned.parent.clone(), pruned.hash.clone()))
+        let link = if let Some(gone) = pruned.get(&wear_iteration) {
+            Some((layout.history(), gone.parent.clone(), gone.hash.clone()))
         } else if !present.contains(&wear_iteration) {
             report.damage.push(Damage {
                 path: layout.iteration(wear_iteration),
@@ -151,8 +174,8 @@ pub(super) fn walk(
                 path: layout.iteration(wear_iteration),
                 kind: DamageKind::After(first),
             });
-        } else if let Some((path, parent, _)) = &link
-            && *parent != before
+        } else if let (Some((path, parent, _)), Some(before)) = (&link, &before)
+            && parent != before
         {
             report.damage.push(Damage {
                 path: path.clone(),
@@ -165,11 +188,11 @@ pub(super) fn walk(
         if broken_at.is_none() && !report.damage.is_empty() {
             broken_at = Some(wear_iteration);
         }
-        before = link.map(|(_, _, hash)| hash);
+        before = Some(link.map(|(_, _, hash)| hash));
         if let (Some(commit), None) = (found, broken_at) {
             chain.sound.insert(wear_iteration, commit);
         }
-        if !record.pruned.contains_key(&wear_iteration) || !report.damage.is_empty() {
+        if !pruned.contains_key(&wear_iteration) || !report.damage.is_empty() {
             chain.reports.push(report);
         }
     }

@@ -1,12 +1,11 @@
 //! The iteration being computed.
 
 use super::canonical::hash;
-use super::commit::{Commit, TableEntry};
+use super::commit::TableEntry;
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::EntryKind;
 use super::files::{Files, Layout};
 use super::key::StageKey;
-use super::run::RunStore;
 use super::sealed::{Seal, read_sealed, sealed};
 use crate::tables::{Provenance, Table, TableError, TableName, from_parquet, to_parquet};
 use serde::{Deserialize, Serialize};
@@ -122,13 +121,9 @@ impl Draft {
         Ok(())
     }
 
-    /// Makes the draft the next iteration of the run. See [`RunStore`] for what is guaranteed.
-    ///
-    /// # Errors
-    /// [`StoreError::OutOfOrder`] unless it follows the latest, [`StoreError::ColumnsChanged`] if a table has other columns than
-    /// before, [`StoreError::NoSpace`], [`StoreError::Io`]. After an I/O error the run is to be opened anew.
-    pub fn commit(self, store: &mut RunStore) -> Result<&Commit, StoreError> {
-        store.commit(self.wear_iteration, self.entries)
+    /// What there is of it.
+    pub(super) fn into_entries(self) -> BTreeMap<TableName, TableEntry> {
+        self.entries
     }
 
     fn key_path(&self, table: TableName) -> PathBuf {

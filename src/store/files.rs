@@ -11,12 +11,12 @@ use std::sync::Arc;
 /// What must stay free beside the bytes to be written: the manifest, the folder entries and the journal of the system.
 const SPARE_BYTES: u64 = 1 << 20;
 
-/// Most bytes of a JSON or TOML file of a run: `run.json` of a run with 300 000 pruned iterations has as many.
+/// Most bytes of a JSON or TOML file of a run: `run.json` of an older run with 300 000 pruned iterations has as many.
 const LONGEST_METADATA: u64 = 64 << 20;
 
 /// Most bytes of a table: some ten columns of numbers on 8192 x 8192 cells, not compressed. Its commit may be a stranger's too, and say
 /// of a file without end that it has as many bytes as it has.
-const LONGEST_TABLE: u64 = 8 << 30;
+pub(super) const LONGEST_TABLE: u64 = 8 << 30;
 
 const ITERATION_PREFIX: &str = "wear_iteration=";
 
@@ -35,6 +35,13 @@ impl Layout {
     }
     pub fn record(&self) -> PathBuf {
         self.root.join("run.json")
+    }
+    /// What the columns of all tables mean.
+    pub fn schemas(&self) -> PathBuf {
+        self.root.join("schemas.json")
+    }
+    pub fn history(&self) -> PathBuf {
+        self.root.join("history.parquet")
     }
     /// What `run.json` says, a second time.
     pub fn record_copy(&self) -> PathBuf {
@@ -159,7 +166,16 @@ impl Files {
 
     /// The content of a file of JSON or TOML; one that is not there, or longer than any, is damage.
     pub fn read_metadata(&self, path: &Path) -> Result<Result<Vec<u8>, Damage>, StoreError> {
-        match self.0.read(path, LONGEST_METADATA) {
+        self.read_bounded(path, LONGEST_METADATA)
+    }
+
+    /// The content of a file of at most `most` bytes; one that is not there, or longer, is damage.
+    pub fn read_bounded(
+        &self,
+        path: &Path,
+        most: u64,
+    ) -> Result<Result<Vec<u8>, Damage>, StoreError> {
+        match self.0.read(path, most) {
             Ok(bytes) => Ok(Ok(bytes)),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Err(missing(path))),
             Err(error) if error.kind() == io::ErrorKind::FileTooLarge => Ok(Err(Damage {
@@ -266,13 +282,19 @@ impl Files {
 
     /// Gives a file a new content in one step: a crash leaves the old one or the new one.
     pub fn replace(&self, path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-        let mut name = path.as_os_str().to_owned();
-        name.push(".new");
-        let fresh = PathBuf::from(name);
+        let fresh = beside(path);
         self.remove_file_if_there(&fresh)?;
         self.write_new(&fresh, bytes)?;
         self.rename(&fresh, path)?;
         self.sync_dir(path.parent().unwrap_or(Path::new("")))
+    }
+
+    /// [`Files::replace`] of what can be had anew: no reader sees half of it, but power loss may cut it.
+    pub fn replace_unsynced(&self, path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+        let fresh = beside(path);
+        self.remove_file_if_there(&fresh)?;
+        self.write_unsynced(&fresh, bytes)?;
+        self.rename(&fresh, path)
     }
 
     /// [`Files::replace`], unless the file has this content already.
@@ -331,6 +353,13 @@ impl Files {
             kind,
         }))
     }
+}
+
+/// Where the new content of a file is written before it takes the place of the old.
+fn beside(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".new");
+    PathBuf::from(name)
 }
 
 fn missing(path: &Path) -> Damage {

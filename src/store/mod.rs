@@ -4,6 +4,8 @@
 //! runs/<name>/
 //!   scene.toml plan.json run.json lock     the scene as resolved, what was decided, who computes; one writer
 //!   run.copy.json                          `run.json` again: nothing else could stand in for it
+//!   schemas.json                           what the columns of all tables mean
+//!   history.parquet                        a row an iteration with its one-row tables, pruned ones too
 //!   once/          surface.parquet surface.json …               written once a run, each with the key of its stage
 //!   iterations/    wear_iteration=0/ …/ commit.json             one folder a committed state
 //!   staging/       the draft; never scanned by readers
@@ -17,8 +19,8 @@
 //!
 //! A run folder may come from anywhere. No link in it is followed, names of files come from the list of tables and not from what
 //! a file says, lengths are looked at before anything is read, and iterations are counted by the folders that are there. Whatever
-//! is committed is under a hash: tables under that of their commit, a JSON file under the one at its own end (`sealed.rs`), `scene.toml`
-//! and `plan.json` under what `run.json` says of them. A draft in staging is checked before it is used.
+//! is committed is under a hash: tables under that of their commit, a JSON file under the one at its own end (`sealed.rs`), `history.parquet` likewise
+//! (`history.rs`), `scene.toml`, `plan.json` and `schemas.json` under what `run.json` says of them. A draft in staging is checked before it is used.
 //!
 //! All access goes through [`FileSystem`], so that tests can make any call fail.
 
@@ -30,10 +32,13 @@ mod draft;
 mod error;
 mod file_system;
 mod files;
+mod history;
 mod key;
+mod look;
 mod open;
 mod reader;
 mod record;
+mod record_file;
 mod run;
 mod sealed;
 mod sibling;
@@ -48,8 +53,10 @@ pub use error::{Damage, DamageKind, StoreError};
 pub use file_system::{
     Entry, EntryKind, FileSystem, LockAttempt, LockGuard, LockHolder, Metadata, RealFileSystem,
 };
+pub use history::{History, StageCost, is_in_history};
 pub use key::StageKey;
 pub use open::{Opening, SetAside};
-pub use reader::{RunReader, SceneOfRun};
-pub use record::{Continuation, Machine, Origin, Pruned, RunIdentity, RunRecord};
+pub use reader::RunReader;
+pub use record::{Continuation, Machine, Origin, RunIdentity, RunRecord};
+pub use record_file::SceneOfRun;
 pub use run::{Keep, RunStore};

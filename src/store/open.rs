@@ -7,11 +7,14 @@ use super::draft::clean_staging;
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::{FileSystem, LockGuard};
 use super::files::{Files, Layout, iteration_name, json};
-use super::reader::{FoundRecord, RunReader, read_record, written_scene};
-use super::record::{Continuation, Machine, Origin, Pruned, RunIdentity, RunRecord};
+use super::history;
+use super::look::{ReadPast, has_gap};
+use super::reader::RunReader;
+use super::record::{Continuation, Machine, Origin, RunIdentity, RunRecord};
+use super::record_file::{FoundRecord, read_record, written_scene};
 use super::sealed::sealed;
 use super::survey::survey;
-use std::collections::BTreeMap;
+use crate::tables::{Place, TableName};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -27,6 +30,8 @@ pub struct Opening {
     /// Damage that no result depends on. It is mended: `run.json` from its copy; a table without which the run is complete was moved to
     /// `damaged/` and is in no commit any more.
     pub mended: Vec<Damage>,
+    /// What is wrong with `history.parquet` where it held the only rows of pruned iterations: those are lost.
+    pub history_lost: Option<Damage>,
     /// Tables of an unfinished iteration that are used again if their inputs are the same.
     pub drafts_kept: Vec<String>,
     /// Leftovers removed from staging.
@@ -67,6 +72,11 @@ impl Opening {
         for damage in &self.mended {
             notices.push(format!(
                 "damaged, and mended, since no result depends on it: {damage}"
+            ));
+        }
+        if let Some(damage) = &self.history_lost {
+            notices.push(format!(
+                "{damage}; the figures of pruned iterations were there alone and are lost; nothing that is still to be computed depends on them"
             ));
         }
         for change in &self.changed_keys {
@@ -113,12 +123,14 @@ pub(super) struct Locked {
 }
 
 /// Entries that a folder may have whose creation was not completed.
-const BEFORE_THE_RECORD: [&str; 8] = [
+const BEFORE_THE_RECORD: [&str; 10] = [
     "scene.toml",
     "plan.json",
     "run.json",
     "run.copy.json",
     "copying.json",
+    "schemas.json",
+    "history.parquet",
     "once",
     "iterations",
     "staging",
@@ -178,12 +190,11 @@ pub(super) fn create(
     layout: &Layout,
     identity: &RunIdentity,
     origin: Option<Origin>,
-    pruned: BTreeMap<u64, Pruned>,
 ) -> Result<RunRecord, StoreError> {
     for folder in [layout.once(), layout.iterations(), layout.staging()] {
         files.make_dir(&folder)?;
     }
-    let mut record = RunRecord::new(identity, origin, pruned);
+    let mut record = RunRecord::new(identity, origin);
     write_identity(files, layout, identity, &mut record)?;
     write_record(files, layout, &record)?;
     // As any later start finds it.
@@ -193,7 +204,7 @@ pub(super) fn create(
     Ok(found.record)
 }
 
-/// Brings `scene.toml` and `plan.json` up to date, and what the record says of them.
+/// Brings `scene.toml`, `plan.json` and `schemas.json` up to date, and what the record says of them.
 fn write_identity(
     files: &Files,
     layout: &Layout,
@@ -205,7 +216,13 @@ fn write_identity(
     let plan = layout.plan();
     let bytes = json(&plan, &identity.plan)?;
     record.plan_hash = Some(hash(&bytes));
-    files.replace_if_different(&plan, &bytes)
+    files.replace_if_different(&plan, &bytes)?;
+    let schemas = layout.schemas();
+    let of_runs = TableName::ALL.iter().map(|table| table.schema());
+    let of_runs = of_runs.filter(|schema| schema.place != Place::Beside);
+    let bytes = json(&schemas, &of_runs.collect::<Vec<_>>())?;
+    record.schemas_hash = Some(hash(&bytes));
+    files.replace_if_different(&schemas, &bytes)
 }
 
 /// Writes `run.json`, then its copy: at any instant one of them is whole, and the copy is at most one step behind.
@@ -241,7 +258,6 @@ pub(super) fn resume(
         // A scene whose first attempt failed before anything was committed may be mended. Stages know by their keys what
         // of it still holds.
         let committed = !chain::folders(&files, &layout)?.is_empty()
-            || !record.pruned.is_empty()
             || record.origin.is_some()
             || files.is_there(&layout.damaged())?;
         if committed {
@@ -253,7 +269,7 @@ pub(super) fn resume(
                     && record.scene_toml.is_some_and(|kept| written != Some(kept)),
             });
         }
-        record = RunRecord::new(identity, None, BTreeMap::new());
+        record = RunRecord::new(identity, None);
     }
     opening.changed_keys = changed;
     // As it is in memory, not as it was read: the text of a float must not drift.
@@ -263,11 +279,12 @@ pub(super) fn resume(
     for folder in [layout.once(), layout.iterations(), layout.staging()] {
         files.make_dir(&folder)?;
     }
-    discard(&files, &layout, record.pruned.keys().copied())?;
+    let past = ReadPast::read(&files, &layout, &record)?;
+    discard(&files, &layout, past.past.pruned.keys().copied())?;
 
-    let mut chain = chain::walk(&files, &layout, &record)?;
+    let mut chain = chain::walk(&files, &layout, &record, &past.past)?;
     opening.latest = chain.sound.keys().next_back().copied();
-    let mut reports = chain.reports;
+    let mut reports = std::mem::take(&mut chain.reports);
     for report in &mut reports {
         if let Some(commit) = chain.sound.get_mut(&report.wear_iteration)
             && !report.unchained_damage.is_empty()
@@ -292,26 +309,42 @@ pub(super) fn resume(
     }
     opening.set_aside.reverse();
     reports.retain(|report| report.damage.is_empty());
+    // Without a gap the folders have all of it: what power loss left of the file is no matter.
+    if has_gap(&chain, &past.past) {
+        opening.history_lost = past.damage(&layout, &chain);
+    }
     // What was pruned beyond the latest will be computed anew.
-    record
-        .pruned
-        .retain(|&wear_iteration, _| Some(wear_iteration) < opening.latest);
+    let rows_of_file = past.rows();
+    let agreeing = past.agreeing(&chain);
+    let rows_agreeing = agreeing.len();
+    let mut reader = RunReader {
+        files,
+        layout,
+        record,
+        commits: chain.sound,
+        reports,
+        history: agreeing,
+    };
+    let history = std::mem::take(&mut reader.history);
+    reader.history = reader.completed(history)?;
+    let RunReader {
+        files,
+        layout,
+        record,
+        history,
+        ..
+    } = &mut reader;
+    if [rows_of_file, rows_agreeing] != [history.len(); 2] {
+        history::write(files, layout, history)?;
+    }
+    record.upgrade();
 
     let next = opening.latest.map_or(0, |latest| latest + 1);
-    (opening.drafts_kept, opening.drafts_removed) = clean_staging(&files, &layout, next)?;
-    note_circumstances(&mut record, &mut opening, identity);
-    write_identity(&files, &layout, identity, &mut record)?;
-    write_record(&files, &layout, &record)?;
-    Ok((
-        RunReader {
-            files,
-            layout,
-            record,
-            commits: chain.sound,
-            reports,
-        },
-        opening,
-    ))
+    (opening.drafts_kept, opening.drafts_removed) = clean_staging(files, layout, next)?;
+    note_circumstances(record, &mut opening, identity);
+    write_identity(files, layout, identity, record)?;
+    write_record(files, layout, record)?;
+    Ok((reader, opening))
 }
 
 /// Records a start under other circumstances than the last.
@@ -397,7 +430,7 @@ fn drop_damaged(
     files.replace(&manifest, &sealed(&manifest, commit)?)
 }
 
-/// Removes iterations that `run.json` lists as pruned. Each leaves the readers' sight in one step.
+/// Removes iterations that are listed as pruned. Each leaves the readers' sight in one step.
 pub(super) fn discard(
     files: &Files,
     layout: &Layout,

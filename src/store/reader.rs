@@ -1,20 +1,22 @@
 //! A run as a reader sees it.
 
-use super::canonical::hash;
-use super::chain::{self, Chain, CommitReport, VerifyReport};
+use super::chain::{self, CommitReport, VerifyReport};
 use super::commit::Commit;
 use super::draft::{KeyedEntry, read_entry};
-use super::error::{Damage, DamageKind, StoreError};
+use super::error::StoreError;
 use super::file_system::{FileSystem, LockHolder, RealFileSystem};
 use super::files::{Files, Layout};
-use super::record::{RUN_FORMAT, RunRecord, seal_of};
-use super::sealed::{Seal, read_sealed, read_to_judge};
+use super::history::{History, is_in_history};
+use super::look::{Looked, walk_beside_a_writer};
+use super::record::RunRecord;
+use super::record_file::{check_metadata, written_scene};
+use super::sealed::read_sealed;
 use super::survey::survey;
-use crate::tables::{Table, TableName, TypedTable, provenance_of};
+use crate::tables::{Table, TableName, TypedTable, provenance_of, typed};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 /// A run open for reading. Needs no lock: what is committed does not change.
@@ -24,6 +26,8 @@ pub struct RunReader {
     pub(super) record: RunRecord,
     pub(super) commits: BTreeMap<u64, Commit>,
     pub(super) reports: Vec<CommitReport>,
+    /// As far as its file has it, and what is committed agrees with it.
+    pub(super) history: History,
 }
 
 impl RunReader {
@@ -38,14 +42,61 @@ impl RunReader {
             root: root.to_owned(),
         };
         survey(&files, &layout)?;
-        let (record, chain) = walk_beside_a_writer(&files, &layout)?;
+        let Looked {
+            record,
+            past,
+            chain,
+        } = walk_beside_a_writer(&files, &layout)?;
         Ok(RunReader {
             files,
             layout,
+            history: past.agreeing(&chain),
             record,
             commits: chain.sound,
             reports: chain.reports,
         })
+    }
+
+    /// What all iterations up to the latest say in one row each, those that are pruned too.
+    ///
+    /// # Errors
+    /// Those of reading what is committed and not yet in the file.
+    pub fn history(&self) -> Result<History, StoreError> {
+        self.completed(self.history.clone())
+    }
+
+    /// A history with the rows of what is committed behind its last.
+    pub(super) fn completed(&self, mut history: History) -> Result<History, StoreError> {
+        let Some(latest) = self.latest() else {
+            return Ok(History::default());
+        };
+        for wear_iteration in history.len() as u64..=latest {
+            let Some(commit) = self.commits.get(&wear_iteration) else {
+                // Pruned before there was a history, or its row is lost with the file.
+                let hash = self.record.pruned.get(&wear_iteration).map(|p| &p.hash);
+                let parent = || self.commits.get(&(wear_iteration + 1))?.parent.as_ref();
+                history.push_pruned(hash.or_else(parent).map_or("", String::as_str));
+                continue;
+            };
+            let mut tables = Vec::new();
+            for name in commit
+                .tables
+                .keys()
+                .filter_map(|name| TableName::from_name(name))
+            {
+                if is_in_history(name) {
+                    tables.push((name, self.read(wear_iteration, name)?));
+                }
+            }
+            history.push(commit, &tables);
+            match self.typed::<typed::Timing>(wear_iteration) {
+                Ok(timing) => history.push_timing(&timing),
+                // No result depends on it.
+                Err(StoreError::Damaged(_) | StoreError::NoTable { .. }) => (),
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(history)
     }
 
     /// The folder of the run.
@@ -210,6 +261,15 @@ impl RunReader {
             .map_err(StoreError::Damaged)
     }
 
+    /// True if every table of `once/` verifies.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`] if one that is there cannot be read.
+    pub fn is_once_sound(&self) -> Result<bool, StoreError> {
+        let reports = chain::check_once(&self.files, &self.layout, &self.record)?;
+        Ok(reports.iter().all(|report| report.damage.is_none()))
+    }
+
     /// What opening the run found of each iteration.
     pub fn reports(&self) -> &[CommitReport] {
         &self.reports
@@ -220,210 +280,18 @@ impl RunReader {
     /// # Errors
     /// [`StoreError::Io`] if something that is there cannot be read.
     pub fn verify(&self) -> Result<VerifyReport, StoreError> {
-        let (record, chain) = walk_beside_a_writer(&self.files, &self.layout)?;
+        let Looked {
+            record,
+            past,
+            chain,
+        } = walk_beside_a_writer(&self.files, &self.layout)?;
+        let mut metadata = check_metadata(&self.files, &self.layout, &record)?;
+        metadata.extend(past.damage(&self.layout, &chain));
         Ok(VerifyReport {
-            metadata: check_metadata(&self.files, &self.layout, &record)?,
+            metadata,
             once: chain::check_once(&self.files, &self.layout, &record)?,
             commits: chain.reports,
-            pruned: record.pruned.keys().copied().collect(),
+            pruned: past.past.pruned.keys().copied().collect(),
         })
-    }
-}
-
-/// The scene of a run as its user goes on with it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SceneOfRun {
-    /// The text of `scene.toml`, which may be edited; what `run.json` keeps of it where that file is gone.
-    pub text: String,
-    /// True if it is not what the run wrote.
-    pub edited: bool,
-}
-
-impl SceneOfRun {
-    /// Reads it, and nothing else of the run; `None` where there is neither `scene.toml` nor a run.
-    ///
-    /// # Errors
-    /// Those of [`RunReader::open`]; [`StoreError::Damaged`] for a `scene.toml` that is no text.
-    pub fn read(fs: Arc<dyn FileSystem>, root: &Path) -> Result<Option<SceneOfRun>, StoreError> {
-        let files = Files(fs);
-        let layout = Layout {
-            root: root.to_owned(),
-        };
-        survey(&files, &layout)?;
-        let found = read_record(&files, &layout)?;
-        let kept = found.and_then(|found| found.record.scene_toml);
-        match written_scene(&files, &layout)? {
-            Ok(text) => {
-                let edited = kept.is_some_and(|kept| kept != text);
-                Ok(Some(SceneOfRun { text, edited }))
-            }
-            Err(damage) if damage.kind != DamageKind::Missing => Err(StoreError::Damaged(damage)),
-            Err(_) => Ok(kept.map(|text| SceneOfRun {
-                text,
-                edited: false,
-            })),
-        }
-    }
-}
-
-/// The text of `scene.toml`.
-pub(super) fn written_scene(
-    files: &Files,
-    layout: &Layout,
-) -> Result<Result<String, Damage>, StoreError> {
-    let path = layout.scene();
-    let bytes = match files.read_metadata(&path)? {
-        Ok(bytes) => bytes,
-        Err(damage) => return Ok(Err(damage)),
-    };
-    Ok(String::from_utf8(bytes).map_err(|error| {
-        let reason = error.to_string();
-        let kind = DamageKind::Unreadable { reason };
-        Damage { path, kind }
-    }))
-}
-
-/// What is wrong with the files of a run that stand beside its tables.
-///
-/// Of `run.json` and its copy one may be missing: a process that was killed between the two writes them at its next start.
-fn check_metadata(
-    files: &Files,
-    layout: &Layout,
-    record: &RunRecord,
-) -> Result<Vec<Damage>, StoreError> {
-    let mut damage = Vec::new();
-    for path in [layout.record(), layout.record_copy()] {
-        if let Err(RecordFault::Damaged(found)) = read_one_record(files, &path)?
-            && (found.kind != DamageKind::Missing || path == layout.record())
-        {
-            damage.push(found);
-        }
-    }
-    let scene_hash = record.scene_toml.as_ref().map(|text| hash(text.as_bytes()));
-    let expected = [
-        (layout.scene(), scene_hash),
-        (layout.plan(), record.plan_hash.clone()),
-    ];
-    for (path, expected) in expected {
-        let Some(expected) = expected else { continue };
-        let found = match files.read_metadata(&path)? {
-            Ok(bytes) => hash(&bytes),
-            Err(found) => {
-                damage.push(found);
-                continue;
-            }
-        };
-        if found != expected {
-            let kind = DamageKind::Hash { expected, found };
-            damage.push(Damage { path, kind });
-        }
-    }
-    Ok(damage)
-}
-
-/// Times that a run is looked at while its writer prunes.
-const LOOKS: usize = 8;
-
-/// Verifies the iterations. What a writer prunes meanwhile looks like damage to whoever read `run.json` before.
-fn walk_beside_a_writer(files: &Files, layout: &Layout) -> Result<(RunRecord, Chain), StoreError> {
-    let read = || {
-        let found = read_record(files, layout)?.ok_or_else(|| StoreError::NoRun {
-            path: layout.root.clone(),
-        })?;
-        Ok::<RunRecord, StoreError>(found.record)
-    };
-    let mut record = read()?;
-    let mut looks = 1;
-    loop {
-        let chain = chain::walk(files, layout, &record)?;
-        let sound = chain.reports.iter().all(|report| report.damage.is_empty());
-        if sound || looks == LOOKS {
-            return Ok((record, chain));
-        }
-        let now = read()?;
-        if now.pruned == record.pruned {
-            return Ok((record, chain));
-        }
-        record = now;
-        looks += 1;
-    }
-}
-
-/// What `run.json` says, from itself or from its copy.
-pub(super) struct FoundRecord {
-    pub record: RunRecord,
-    /// What is wrong with `run.json` where the copy stands in for it.
-    pub damage: Option<Damage>,
-}
-
-/// Why a file does not say what a run is.
-enum RecordFault {
-    Damaged(Damage),
-    Format { path: PathBuf, found: u32 },
-}
-
-/// What `run.json` says, `None` if neither it nor its copy is there.
-pub(super) fn read_record(
-    files: &Files,
-    layout: &Layout,
-) -> Result<Option<FoundRecord>, StoreError> {
-    let fault = match read_one_record(files, &layout.record())? {
-        Ok(record) => {
-            let damage = None;
-            return Ok(Some(FoundRecord { record, damage }));
-        }
-        Err(fault) => fault,
-    };
-    match (read_one_record(files, &layout.record_copy())?, fault) {
-        (Ok(record), RecordFault::Damaged(damage)) => {
-            let damage = Some(damage);
-            Ok(Some(FoundRecord { record, damage }))
-        }
-        (
-            Err(RecordFault::Damaged(copy)),
-            RecordFault::Damaged(Damage {
-                kind: DamageKind::Missing,
-                ..
-            }),
-        ) if copy.kind == DamageKind::Missing => Ok(None),
-        (_, RecordFault::Damaged(damage)) => Err(StoreError::Damaged(damage)),
-        (_, RecordFault::Format { path, found }) => Err(StoreError::Format {
-            path,
-            found,
-            expected: RUN_FORMAT,
-        }),
-    }
-}
-
-fn read_one_record(
-    files: &Files,
-    path: &Path,
-) -> Result<Result<RunRecord, RecordFault>, StoreError> {
-    let damaged = |reason: String| {
-        let (path, kind) = (path.to_owned(), DamageKind::Unreadable { reason });
-        Ok(Err(RecordFault::Damaged(Damage { path, kind })))
-    };
-    // Another version may lack what this one needs, its hash too: the version is looked at first.
-    let format_of = |value: &Value| value["format"].as_u64().and_then(|f| u32::try_from(f).ok());
-    let readable = |format: u32| (1..=RUN_FORMAT).contains(&format);
-    let value = read_to_judge(files, path, |value| match format_of(value) {
-        Some(format) if readable(format) => seal_of(format),
-        _ => Seal::IfThere,
-    })?;
-    let value: Value = match value {
-        Ok(value) => value,
-        Err(damage) => return Ok(Err(RecordFault::Damaged(damage))),
-    };
-    match format_of(&value) {
-        None => return damaged("no `format`".to_owned()),
-        Some(found) if !readable(found) => {
-            let path = path.to_owned();
-            return Ok(Err(RecordFault::Format { path, found }));
-        }
-        Some(_) => (),
-    }
-    match serde_json::from_value(value) {
-        Ok(record) => Ok(Ok(record)),
-        Err(error) => damaged(error.to_string()),
     }
 }

@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// Version of the layout of the run folder and of `run.json`. A run keeps the version that it was begun with.
-pub(super) const RUN_FORMAT: u32 = 2;
+/// Version of the layout of the run folder and of `run.json`. A run of an older version becomes one of this version
+/// when it is continued.
+pub(super) const RUN_FORMAT: u32 = 3;
 /// Runs of this version have JSON files without a hash at their end.
 const UNSEALED_FORMAT: u32 = 1;
 
@@ -110,7 +111,7 @@ pub struct Origin {
 
 /// What remains of an iteration that was pruned: its place in the chain.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Pruned {
+pub(super) struct Pruned {
     /// Hash of its commit.
     pub hash: String,
     /// Hash of its parent.
@@ -151,8 +152,12 @@ pub struct RunRecord {
     pub origin: Option<Origin>,
     /// The starts that continued under other circumstances, in order.
     pub continued: Vec<Continuation>,
-    /// The iterations that were pruned.
-    pub pruned: BTreeMap<u64, Pruned>,
+    /// The iterations that were pruned, in a run that was last continued before there was a `history.parquet`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(super) pruned: BTreeMap<u64, Pruned>,
+    /// True of a run that has JSON files without a hash at their end, since it was begun before there were any.
+    #[serde(default, skip_serializing_if = "is_false")]
+    unsealed: bool,
     /// The scene as resolved.
     pub scene: Value,
     /// The text of `scene.toml`, which has the paths of the scene's files too; `None` in a run that was last started before there
@@ -162,14 +167,17 @@ pub struct RunRecord {
     /// Hash of `plan.json`, `None` likewise.
     #[serde(default)]
     pub plan_hash: Option<String>,
+    /// Hash of `schemas.json`, `None` likewise.
+    #[serde(default)]
+    pub schemas_hash: Option<String>,
+}
+
+fn is_false(flag: &bool) -> bool {
+    !flag
 }
 
 impl RunRecord {
-    pub(super) fn new(
-        identity: &RunIdentity,
-        origin: Option<Origin>,
-        pruned: BTreeMap<u64, Pruned>,
-    ) -> RunRecord {
+    pub(super) fn new(identity: &RunIdentity, origin: Option<Origin>) -> RunRecord {
         RunRecord {
             format: RUN_FORMAT,
             program_version: identity.program_version.clone(),
@@ -179,16 +187,33 @@ impl RunRecord {
             scene_hash: identity.scene_hash(),
             origin,
             continued: Vec::new(),
-            pruned,
+            pruned: BTreeMap::new(),
+            unsealed: false,
             scene: identity.scene.clone(),
             scene_toml: None,
             plan_hash: None,
+            schemas_hash: None,
         }
     }
 
     /// Whether the JSON files of the run must have a hash at their end.
     pub(super) fn seal(&self) -> Seal {
-        seal_of(self.format)
+        match self.unsealed {
+            true => Seal::IfThere,
+            false => seal_of(self.format),
+        }
+    }
+
+    /// True if what is pruned stands in a history, and not here.
+    pub(super) fn has_history(&self) -> bool {
+        self.format >= RUN_FORMAT
+    }
+
+    /// Makes it one of this version; what was pruned stands in the history by now.
+    pub(super) fn upgrade(&mut self) {
+        self.unsealed |= self.format == UNSEALED_FORMAT;
+        self.format = RUN_FORMAT;
+        self.pruned.clear();
     }
 
     /// Version, threads and machine of the last start that is on record.

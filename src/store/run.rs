@@ -1,15 +1,17 @@
 //! A run open for writing.
 
 use super::chain::VerifyReport;
-use super::commit::{Commit, TableEntry};
+use super::commit::Commit;
 use super::draft::{Draft, Kept, clean_staging, encode, read_keyed};
 use super::error::StoreError;
 use super::file_system::{FileSystem, LockGuard};
 use super::files::{COMMIT_FILE, Files, Layout};
+use super::history;
 use super::key::StageKey;
 use super::open::{self, Locked, Opening};
-use super::reader::{FoundRecord, RunReader};
-use super::record::{Pruned, RunIdentity};
+use super::reader::RunReader;
+use super::record::RunIdentity;
+use super::record_file::FoundRecord;
 use super::sealed::sealed;
 use crate::tables::{Provenance, Table, TableName, TypedTable};
 use std::collections::{BTreeMap, BTreeSet};
@@ -81,7 +83,7 @@ impl RunStore {
         let record = match record {
             Some(record) => record,
             None => FoundRecord {
-                record: open::create(&files, &layout, identity, None, BTreeMap::new())?,
+                record: open::create(&files, &layout, identity, None)?,
                 damage: None,
             },
         };
@@ -187,13 +189,15 @@ impl RunStore {
         )
     }
 
-    /// Makes the draft of an iteration a committed one: `commit.json` last, then one rename.
-    pub(super) fn commit(
-        &mut self,
-        wear_iteration: u64,
-        entries: BTreeMap<TableName, TableEntry>,
-    ) -> Result<&Commit, StoreError> {
+    /// Makes a draft the next iteration of the run: `commit.json` last, then one rename. Its row in the history comes after that.
+    ///
+    /// # Errors
+    /// [`StoreError::OutOfOrder`] unless it follows the latest, [`StoreError::ColumnsChanged`] if a table has other columns than
+    /// before, [`StoreError::NoSpace`], [`StoreError::Io`]. After an I/O error the run is to be opened anew.
+    pub fn commit(&mut self, draft: Draft) -> Result<&Commit, StoreError> {
+        let wear_iteration = draft.wear_iteration();
         self.require_next(wear_iteration)?;
+        let entries = draft.into_entries();
         let parent = self.reader.commits.values().next_back();
         let (mut tables, mut unchained) = (BTreeMap::new(), BTreeMap::new());
         for (table, entry) in entries {
@@ -237,11 +241,34 @@ impl RunStore {
         files.sync_dir(&draft)?;
         files.rename(&draft, &layout.iteration(wear_iteration))?;
         files.sync_dir(&layout.iterations())?;
-        Ok(self.reader.commits.entry(wear_iteration).or_insert(commit))
+        self.reader.commits.insert(wear_iteration, commit);
+        let history = std::mem::take(&mut self.reader.history);
+        self.reader.history = self.reader.completed(history)?;
+        if self.reader.history.is_due() {
+            history::write(self.files(), self.layout(), &self.reader.history)?;
+        }
+        self.reader.commit_of(wear_iteration)
     }
 
-    /// Removes the iterations that the policy does not keep, and returns them. Their hashes stay in `run.json`, so that the
-    /// chain over them remains verifiable.
+    /// True if the history has been written after the last commit. It is a time to prune: that writes the history too, which in a
+    /// long run takes as long as several iterations.
+    pub fn is_history_due(&self) -> bool {
+        self.reader.history.is_due()
+    }
+
+    /// Brings the file of the history up to the last commit.
+    ///
+    /// # Errors
+    /// [`StoreError::NoSpace`], [`StoreError::Io`].
+    pub fn write_history(&self) -> Result<(), StoreError> {
+        match self.reader.history.is_due() {
+            true => Ok(()),
+            false => history::write(self.files(), self.layout(), &self.reader.history),
+        }
+    }
+
+    /// Removes the iterations that the policy does not keep, and returns them. Their rows stay in the history with their hashes, so
+    /// that the chain over them remains verifiable.
     ///
     /// # Errors
     /// [`StoreError::Io`]; what was begun is completed when the run is next opened.
@@ -260,19 +287,10 @@ impl RunStore {
         if gone.is_empty() {
             return Ok(gone);
         }
-        let mut record = self.reader.record.clone();
-        for &wear_iteration in &gone {
-            let commit = self.reader.commit_of(wear_iteration)?;
-            record.pruned.insert(
-                wear_iteration,
-                Pruned {
-                    hash: commit.hash.clone(),
-                    parent: commit.parent.clone(),
-                },
-            );
-        }
-        open::write_record(self.files(), self.layout(), &record)?;
-        self.reader.record = record;
+        let mut without = self.reader.history.clone();
+        without.prune(&gone);
+        history::write(self.files(), self.layout(), &without)?;
+        self.reader.history = without;
         for wear_iteration in &gone {
             self.reader.commits.remove(wear_iteration);
         }

@@ -6,9 +6,11 @@ use super::draft::KeyedEntry;
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::FileSystem;
 use super::files::{COMMIT_FILE, Files, Layout, json};
+use super::history;
 use super::open::{self, Opening};
-use super::reader::{FoundRecord, RunReader};
+use super::reader::RunReader;
 use super::record::{Origin, RunIdentity};
+use super::record_file::FoundRecord;
 use super::run::RunStore;
 use super::sealed::{read_sealed, sealed};
 use std::path::Path;
@@ -74,15 +76,11 @@ impl RunStore {
         files.remove_dir_if_there(&layout.once())?;
         files.remove_dir_if_there(&layout.iterations())?;
         copy(files, layout, &source, wear_iteration)?;
-        let pruned = source
-            .record
-            .pruned
-            .iter()
-            .filter(|(k, _)| **k < wear_iteration)
-            .map(|(k, pruned)| (*k, pruned.clone()))
-            .collect();
+        let mut inherited = source.history()?;
+        inherited.truncate(wear_iteration as usize + 1);
+        history::write(files, layout, &inherited)?;
         locked.record = Some(FoundRecord {
-            record: open::create(files, layout, identity, Some(origin), pruned)?,
+            record: open::create(files, layout, identity, Some(origin))?,
             damage: None,
         });
         let (store, mut opening) = RunStore::over(locked, identity)?;

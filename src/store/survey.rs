@@ -10,12 +10,14 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 /// The files and folders that the store has in a run folder. Whatever else is there, it neither reads nor touches.
-const FILES: [&str; 6] = [
+const FILES: [&str; 8] = [
     "scene.toml",
     "plan.json",
     "run.json",
     "run.copy.json",
     "copying.json",
+    "schemas.json",
+    "history.parquet",
     "lock",
 ];
 const FOLDERS: [&str; 4] = ["once", "iterations", "staging", "damaged"];

@@ -1,7 +1,8 @@
 //! Tables as Parquet files, and back.
 
 use super::foreign::{announced_rows, codecs, decoded, unread_codec};
-use super::{Column, ColumnSchema, ColumnType, Schema, Table, TableBuilder, TableError};
+use super::nullable::{Described, Nullable};
+use super::{Column, ColumnSchema, ColumnType, Place, Schema, Table, TableBuilder, TableError};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type};
 use arrow_array::{
@@ -14,7 +15,7 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::basic::{Compression, Encoding, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
-use parquet::file::properties::{WriterProperties, WriterPropertiesBuilder};
+use parquet::file::properties::{EnabledStatistics, WriterProperties, WriterPropertiesBuilder};
 use parquet::schema::types::ColumnPath;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -51,19 +52,23 @@ struct FileEntry {
     columns: BTreeMap<String, ColumnEntry>,
 }
 
+/// What is said of a column: its unit in every file; what it means where no run says it beside its tables.
 #[derive(Debug, Serialize, Deserialize)]
 struct ColumnEntry {
     unit: String,
-    dimension: String,
-    description: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    dimension: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    description: Option<String>,
 }
 
-impl From<&ColumnSchema> for ColumnEntry {
-    fn from(column: &ColumnSchema) -> Self {
+impl ColumnEntry {
+    fn of(column: &ColumnSchema, place: Place) -> Self {
+        let beside = |text: &String| (place == Place::Beside).then(|| text.clone());
         ColumnEntry {
             unit: column.unit.clone(),
-            dimension: column.dimension.clone(),
-            description: column.description.clone(),
+            dimension: beside(&column.dimension),
+            description: beside(&column.description),
         }
     }
 }
@@ -86,41 +91,90 @@ pub fn to_parquet(table: &Table, provenance: &Provenance) -> Result<Vec<u8>, Tab
     write(&schema.name, columns, properties)
 }
 
-/// Values of a column of which rows may lack one.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Nullable {
-    /// Integers.
-    I64(Vec<Option<i64>>),
-    /// Floating-point values.
-    F64(Vec<Option<f64>>),
-    /// Texts.
-    Text(Vec<Option<String>>),
-}
-
-/// The bytes of a Parquet file of columns that are not those of a schema, as of a comparison of runs; `entry` stands under
-/// [`METADATA_KEY`].
+/// The bytes of a Parquet file of columns that are those of no schema; `entry` stands under [`METADATA_KEY`].
 ///
 /// # Errors
 /// As for [`to_parquet`].
 pub fn nullable_to_parquet(
     table: &str,
-    columns: &[(&ColumnSchema, Nullable)],
+    columns: &[Described],
     entry: String,
 ) -> Result<Vec<u8>, TableError> {
-    let columns = columns
-        .iter()
-        .map(|(described, values)| {
-            let array: ArrayRef = match values {
-                Nullable::I64(values) => Arc::new(Int64Array::from(values.clone())),
-                Nullable::F64(values) => Arc::new(Float64Array::from(values.clone())),
-                Nullable::Text(values) => Arc::new(StringArray::from(values.clone())),
-            };
-            (field(described).with_nullable(true), array)
-        })
-        .collect();
     let properties = begin_properties(env!("CARGO_PKG_VERSION"), entry)
         .map_err(|source| parquet_error(table, source))?;
-    write(table, columns, properties.build())
+    let mut properties = without_index(properties);
+    let mut arrays = Vec::with_capacity(columns.len());
+    for (described, values) in columns {
+        let array: ArrayRef = match values {
+            Nullable::I32(values) => Arc::new(Int32Array::from(values.clone())),
+            Nullable::I64(values) => Arc::new(Int64Array::from(values.clone())),
+            Nullable::F64(values) => Arc::new(Float64Array::from(values.clone())),
+            Nullable::Bool(values) => Arc::new(BooleanArray::from(values.clone())),
+            Nullable::Text(values) => Arc::new(StringArray::from(values.clone())),
+        };
+        let path = ColumnPath::from(described.name.as_str());
+        properties = properties.set_column_dictionary_enabled(path, false);
+        arrays.push((field(described).with_nullable(true), array));
+    }
+    write(table, arrays, properties.build())
+}
+
+/// The columns of a file of [`nullable_to_parquet`], each under its name.
+///
+/// # Errors
+/// [`TableError::Parquet`] for bytes that are not Parquet, [`TableError::TooManyRows`], [`TableError::ColumnType`] for a column of a type
+/// that no table has.
+pub fn nullable_from_parquet(
+    bytes: &[u8],
+    table: &str,
+) -> Result<Vec<(String, Nullable)>, TableError> {
+    decoded(|| decode_nullable(bytes, table)).map_err(|source| parquet_error(table, source))?
+}
+
+fn decode_nullable(bytes: &[u8], table: &str) -> Result<Vec<(String, Nullable)>, TableError> {
+    let failed = |source| parquet_error(table, source);
+    let reader =
+        ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes)).map_err(failed)?;
+    few_rows(table, announced_rows(reader.metadata()))?;
+    let mut columns = Vec::new();
+    for field in reader.schema().fields() {
+        let empty = match field.data_type() {
+            DataType::Float64 => Nullable::F64(Vec::new()),
+            DataType::Int32 => Nullable::I32(Vec::new()),
+            DataType::Int64 => Nullable::I64(Vec::new()),
+            DataType::Boolean => Nullable::Bool(Vec::new()),
+            DataType::Utf8 => Nullable::Text(Vec::new()),
+            found => {
+                return Err(TableError::ColumnType {
+                    table: table.to_owned(),
+                    column: field.name().clone(),
+                    found: found.to_string(),
+                    expected: "a number, a flag or a text".to_owned(),
+                });
+            }
+        };
+        columns.push((field.name().clone(), empty));
+    }
+    let batches = reader.with_batch_size(BATCH_ROWS).build().map_err(failed)?;
+    for batch in batches {
+        let batch = batch.map_err(|source| TableError::Arrow {
+            table: table.to_owned(),
+            source,
+        })?;
+        for ((_, column), array) in columns.iter_mut().zip(batch.columns()) {
+            match column {
+                Nullable::F64(values) => values.extend(array.as_primitive::<Float64Type>()),
+                Nullable::I32(values) => values.extend(array.as_primitive::<Int32Type>()),
+                Nullable::I64(values) => values.extend(array.as_primitive::<Int64Type>()),
+                Nullable::Bool(values) => values.extend(array.as_boolean()),
+                Nullable::Text(values) => {
+                    let texts = array.as_string::<i32>().iter();
+                    values.extend(texts.map(|text| text.map(str::to_owned)));
+                }
+            }
+        }
+    }
+    Ok(columns)
 }
 
 /// The bytes of a file of columns.
@@ -275,11 +329,8 @@ fn field(column: &ColumnSchema) -> Field {
         ColumnType::Text => DataType::Utf8,
     };
     let nullable = column.kind == ColumnType::MaybeF64;
-    Field::new(&column.name, kind, nullable).with_metadata(BTreeMap::from([
-        ("unit".to_owned(), column.unit.clone()),
-        ("dimension".to_owned(), column.dimension.clone()),
-        ("description".to_owned(), column.description.clone()),
-    ]))
+    let unit = BTreeMap::from([("unit".to_owned(), column.unit.clone())]);
+    Field::new(&column.name, kind, nullable).with_metadata(unit)
 }
 
 fn array(column: &Column) -> ArrayRef {
@@ -302,12 +353,15 @@ fn properties(table: &Table, provenance: &Provenance) -> Result<WriterProperties
         program_version: provenance.program_version.clone(),
         columns: table
             .columns()
-            .map(|(column, _)| (column.name.clone(), ColumnEntry::from(column)))
+            .map(|(column, _)| (column.name.clone(), ColumnEntry::of(column, schema.place)))
             .collect(),
     };
     let text =
         serde_json::to_string(&entry).map_err(|error| ParquetError::External(Box::new(error)))?;
     let mut properties = begin_properties(&provenance.program_version, text)?;
+    if schema.rows == Some(1) {
+        properties = without_index(properties);
+    }
     for (column, _) in table.columns() {
         let path = ColumnPath::from(column.name.as_str());
         let encoding = match column.kind {
@@ -321,6 +375,13 @@ fn properties(table: &Table, provenance: &Provenance) -> Result<WriterProperties
             .set_column_encoding(path, encoding);
     }
     Ok(properties.build())
+}
+
+/// Without least and largest values and places of pages: of a few rows they take more room than the rows, and nobody skips any.
+fn without_index(properties: WriterPropertiesBuilder) -> WriterPropertiesBuilder {
+    properties
+        .set_statistics_enabled(EnabledStatistics::None)
+        .set_offset_index_disabled(true)
 }
 
 /// What all files have in common.

@@ -1,4 +1,4 @@
-//! Tables as types: a field a column, generated from `schemas/*.toml` when the program is built (`codegen.rs`).
+//! Tables as types: a field a column, generated from `schemas/*.toml` when the program is built (`schemas/build.rs`).
 //!
 //! A table of one row is a type of plain values, as [`StaticContact`]; another one has a vector a column, as [`ContactField`]. What
 //! stands behind a name is in its schema.

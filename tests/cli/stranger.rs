@@ -78,7 +78,14 @@ fn a_kept_scene_has_no_base() {
 #[test]
 fn verify_names_every_file_that_was_touched() {
     let bench = finished();
-    for file in ["plan.json", "run.json", "scene.toml", "once/surface.json"] {
+    for file in [
+        "plan.json",
+        "run.json",
+        "scene.toml",
+        "schemas.json",
+        "history.parquet",
+        "once/surface.json",
+    ] {
         flip(&bench.path("a").join(file));
         let did = bench.fretwear(&["verify", "a"]);
         assert_eq!(did.code(), 4, "{file}: {}", did.stdout());

@@ -93,7 +93,7 @@ fn damage_found_while_reading_is_an_error() {
     let folder = TempDir::new().unwrap();
     let root = compute(&folder, "worn", WORN, None);
     let run = RunTables::open(&root).unwrap();
-    let file = summary_file(&root, 1);
+    let file = root.join("iterations/wear_iteration=1/cycle.parquet");
     damage(&file);
     let is_damage = |error: ReportError| {
         assert!(
@@ -105,8 +105,8 @@ fn damage_found_while_reading_is_an_error() {
         );
         assert!(error.is_damage_or_mismatch());
     };
-    is_damage(run.series(TableName::Summary).unwrap_err());
-    is_damage(scan_runs(&[run], TableName::Summary).err().unwrap());
+    is_damage(run.series(TableName::Cycle).unwrap_err());
+    is_damage(scan_runs(&[run], TableName::Cycle).err().unwrap());
 }
 
 /// `timing` is outside the chain: damage to it takes its own rows away and nothing else.

@@ -271,7 +271,7 @@ fn a_lost_or_broken_run_json_is_named() {
             error,
             StoreError::Format {
                 found: 9,
-                expected: 2,
+                expected: 3,
                 ..
             }
         ),

@@ -19,6 +19,8 @@ fn a_run_on_the_real_file_system_has_the_layout_that_readers_expect() {
         "scene.toml",
         "plan.json",
         "run.json",
+        "schemas.json",
+        "history.parquet",
         "lock",
         "once/surface.parquet",
     ] {
@@ -249,7 +251,7 @@ fn iterations_come_in_order_with_the_same_columns() {
         .build()
         .expect("a cycle");
     draft.put(TableName::Cycle, &key, &two_axes).expect("put");
-    let error = draft.commit(&mut store).expect_err("another column");
+    let error = store.commit(draft).expect_err("another column");
     let StoreError::ColumnsChanged {
         table,
         found,
@@ -268,7 +270,7 @@ fn iterations_come_in_order_with_the_same_columns() {
         .read(1, TableName::Summary)
         .expect_err("no such table");
     assert!(
-        matches!(&error, StoreError::NoTable { known, .. } if known == &["cycle", "wear_field", "timing"])
+        matches!(&error, StoreError::NoTable { known, .. } if known == &["cycle", "wear_field", "wear_step", "timing"])
     );
 }
 
@@ -338,17 +340,112 @@ fn pruning_keeps_what_it_must_and_the_chain() {
     flip(&root.join("iterations/wear_iteration=10/cycle.parquet"), 70);
     let (mut store, opening) = open(quick(), &root).expect("a run");
     assert_eq!(opening.latest, Some(0));
-    assert!(store.reader().record().pruned.is_empty());
+    assert!(store.verify().expect("readable").pruned.is_empty());
+    assert_eq!(store.reader().history().expect("readable").len(), 1);
     run(&mut store, 5e-6, 9, false, &mut Seen::default()).expect("again");
     assert_eq!(hashes(&store), all);
     assert!(store.verify().expect("readable").is_sound());
 }
 
 #[test]
-fn a_pruned_hash_that_was_tampered_with_breaks_the_chain() {
+fn the_history_has_a_row_of_every_iteration_also_of_those_that_are_pruned() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().join("run");
+    let (mut store, _) = open(quick(), &root).expect("a new run");
+    run(&mut store, 5e-6, 7, true, &mut Seen::default()).expect("a run");
+    let record = fs::read(root.join("run.json")).expect("a file").len();
+    run(&mut store, 5e-6, 25, true, &mut Seen::default()).expect("on");
+    let of_writer = store.reader().history().expect("whole");
+    let reader = RunStore::open_readonly(quick(), &root).expect("readable");
+    let history = reader.history().expect("readable");
+    assert_eq!(history, of_writer);
+    assert_eq!(history.len(), 26);
+    assert!(reader.iterations().count() < 12, "pruned");
+    for k in 0..26 {
+        let row: Option<typed::WearStep> = history.row(k).expect("readable");
+        assert_eq!(row, Some(wear_step(k)), "{k}");
+        // No run of this test has one.
+        assert_eq!(history.row::<typed::Summary>(k).expect("readable"), None);
+    }
+    assert_eq!(history.cost()["wear"].fft_pairs, 26.0 * 12.0);
+    // What is pruned makes nothing grow that is read as a whole.
+    assert_eq!(
+        fs::read(root.join("run.json")).expect("a file").len(),
+        record
+    );
+    // A start finds it complete, and one that was killed before its last rows were written completes it.
+    drop((reader, store));
+    let before = fs::read(root.join("history.parquet")).expect("a file");
+    let (mut store, _) = open(quick(), &root).expect("a run");
+    assert_eq!(
+        fs::read(root.join("history.parquet")).expect("a file"),
+        before
+    );
+    run(&mut store, 5e-6, 26, false, &mut Seen::default()).expect("on");
+    drop(store);
+    fs::write(root.join("history.parquet"), before).expect("written");
+    let reader = RunStore::open_readonly(quick(), &root).expect("readable");
+    assert!(reader.verify().expect("readable").is_sound());
+    assert_eq!(reader.history().expect("readable").len(), 27);
+    let (store, opening) = open(quick(), &root).expect("a run");
+    assert_eq!((opening.mended, opening.history_lost), (vec![], None));
+    assert_eq!(store.reader().history().expect("whole").len(), 27);
+}
+
+#[test]
+fn a_damaged_history_loses_the_rows_of_pruned_iterations_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().join("run");
+    let mut store = finished(&root, 9);
+    let all = hashes(&store);
+    let keep = Keep {
+        every: Some(4),
+        last: 1,
+        also: BTreeSet::new(),
+    };
+    store.prune(&keep).expect("pruned");
+    let whole = store.reader().history().expect("readable");
+    assert_eq!(whole.len(), 10);
+    drop(store);
+    let history = root.join("history.parquet");
+    for damage in ["flipped", "removed"] {
+        match damage {
+            "flipped" => flip(&history, 200),
+            _ => fs::remove_file(&history).expect("removed"),
+        }
+        let reader = RunStore::open_readonly(quick(), &root).expect("readable");
+        assert_eq!(reader.latest(), Some(9), "{damage}");
+        let report = reader.verify().expect("readable");
+        let damaged: Vec<_> = report.damage().map(|d| d.path.clone()).collect();
+        assert_eq!(damaged, [history.as_path()], "{damage}");
+        drop(reader);
+        let (store, opening) = open(quick(), &root).expect("a run");
+        assert_eq!(opening.set_aside, [], "{damage}");
+        assert_eq!(opening.history_lost.expect("told").path, history);
+        // The rows of what is kept are the same, and the chain holds over those that are lost.
+        let report = store.verify().expect("readable");
+        assert!(report.is_sound(), "{damage}");
+        assert_eq!(report.pruned, [1, 2, 3, 5, 6, 7]);
+        assert_eq!(
+            hashes(&store),
+            [0, 4, 8, 9].map(|k: u64| (k, all[&k].clone())).into()
+        );
+        let mended = store.reader().history().expect("readable");
+        for k in [0, 4, 8, 9] {
+            let row = mended.row::<typed::WearStep>(k).expect("a row");
+            assert!(row.is_some());
+            assert_eq!(row, whole.row(k).expect("a row"), "{damage}, {k}");
+        }
+        assert_eq!(mended.row::<typed::WearStep>(5).expect("readable"), None);
+    }
+}
+
+#[test]
+fn what_an_older_run_says_of_what_it_pruned_is_held_to_the_chain() {
     let folder = tempfile::tempdir().expect("a folder");
     let root = folder.path().join("run");
     let mut store = finished(&root, 3);
+    let all = hashes(&store);
     store
         .prune(&Keep {
             every: None,
@@ -356,27 +453,20 @@ fn a_pruned_hash_that_was_tampered_with_breaks_the_chain() {
             also: BTreeSet::new(),
         })
         .expect("pruned");
-    let hash = store.reader().record().pruned[&2].hash.clone();
     drop(store);
+    fs::remove_file(root.join("history.parquet")).expect("removed");
     let path = root.join("run.json");
     let text = fs::read_to_string(&path).expect("a file");
-    let other = if hash.starts_with('0') { "1" } else { "0" };
-    fs::write(
-        &path,
-        text.replace(&hash, &format!("{other}{}", &hash[1..])),
-    )
-    .expect("written");
-    // Its copy says what it said.
-    let reader = RunStore::open_readonly(quick(), &root).expect("readable");
-    assert_eq!(reader.latest(), Some(3));
-    assert!(!reader.verify().expect("readable").is_sound());
-    // One who leaves no hash behind, as runs had none once, is found out by the chain.
-    let mut record: Value = serde_json::from_str(&text).expect("an object");
-    record.as_object_mut().expect("an object").remove("seal");
-    record["format"] = json!(1);
-    record["pruned"]["2"]["hash"] = json!(format!("{other}{}", &hash[1..]));
-    fs::write(&path, record.to_string()).expect("written");
-    let reader = RunStore::open_readonly(quick(), &root).expect("readable");
-    assert_eq!(reader.latest(), Some(0));
-    assert!(!reader.verify().expect("readable").is_sound());
+    for (forged, latest) in [(false, 3), (true, 0)] {
+        let mut record: Value = serde_json::from_str(&text).expect("an object");
+        record.as_object_mut().expect("an object").remove("seal");
+        record["format"] = json!(1);
+        record["pruned"] = json!({
+            "1": { "hash": all[&1], "parent": all[&0] },
+            "2": { "hash": all[if forged { &1 } else { &2 }], "parent": all[&1] },
+        });
+        fs::write(&path, record.to_string()).expect("written");
+        let reader = RunStore::open_readonly(quick(), &root).expect("readable");
+        assert_eq!(reader.latest(), Some(latest), "forged: {forged}");
+    }
 }

@@ -13,7 +13,7 @@ use crate::support::faulty::FaultyFileSystem;
 use fretwear::store::{
     FileSystem, Keep, Kept, Opening, RunIdentity, RunStore, StageKey, StoreError,
 };
-use fretwear::tables::{Table, TableName};
+use fretwear::tables::{Table, TableName, TypedTable, typed};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -67,6 +67,14 @@ fn wear_field(depth: impl Fn(i32) -> f64) -> Table {
         .column("wear_depth", cells.map(depth).collect::<Vec<f64>>())
         .build()
         .expect("a field")
+}
+
+fn wear_step(k: u64) -> typed::WearStep {
+    typed::WearStep {
+        n_cycles: 10 * k as i64,
+        volume: 1e-13 * k as f64,
+        ..typed::WearStep::default()
+    }
 }
 
 fn cycle(amplitude: f64) -> Table {
@@ -172,13 +180,17 @@ fn run(
             });
             draft.put(TableName::WearField, &wear_key, &worn)?;
         }
+        if let Kept::Stale(_) = draft.get(TableName::WearStep, &wear_key)? {
+            let step = wear_step(k).to_table().expect("a row");
+            draft.put(TableName::WearStep, &wear_key, &step)?;
+        }
         let timing_key = StageKey::new("timing", &[TableName::Timing], &json!({}), &[&wear_key]);
         draft.put(
             TableName::Timing,
             &timing_key,
             &timing(0.1 * seen.computed.len() as f64),
         )?;
-        draft.commit(store)?;
+        store.commit(draft)?;
         seen.committed = Some(k);
         if prune {
             store.prune(&Keep {

@@ -32,8 +32,18 @@ class FolderPerIteration:
         return pq.ParquetFile(self.files[iteration, name]).read()
 
 
+class WithReference(FolderPerIteration):
+    """Run format 3. The unworn joint, which every start computed anew before, is kept; `history.parquet` says again what is in the
+    folders."""
+
+    ADDED = {(ONCE, "reference"), (ONCE, "reference_element")}
+
+    def tables(self):
+        return super().tables() - self.ADDED
+
+
 # By the `format` of run.json.
-FORMATS = {1: FolderPerIteration, 2: FolderPerIteration}
+FORMATS = {1: FolderPerIteration, 2: FolderPerIteration, 3: WithReference}
 
 
 def open_run(root):

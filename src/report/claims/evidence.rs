@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::super::{ReportError, RunTables, numbers, texts};
+use super::super::{ReportError, RunTables, WEAR_ITERATION, numbers, texts};
 use super::setting::Setting;
 use crate::scene::Scene;
-use crate::tables::TableName;
+use crate::tables::{TableName, typed};
 
 /// Columns of a table over the iterations that have it.
 pub type Columns = BTreeMap<String, Vec<f64>>;
@@ -109,23 +109,17 @@ impl Evidence {
         let mut worn_response = Columns::new();
         if let Some(frame) = run.series(TableName::WornResponse)? {
             worn_response = of_frame(&frame, TableName::WornResponse);
-            let at = numbers(&frame, super::super::WEAR_ITERATION).unwrap_or_default();
-            let cycles = at.iter().map(|k| {
-                let place = run
-                    .iterations()
-                    .iter()
-                    .position(|known| *known as f64 == *k);
-                place
-                    .and_then(|place| Some(summary.get("cycles")?[place]))
-                    .unwrap_or(0.0)
+            let history = run.history()?;
+            let cycles = numbers(&frame, WEAR_ITERATION).unwrap_or_default();
+            let cycles = cycles.iter().map(|k| {
+                let row = history.row::<typed::Summary>(*k as u64).ok().flatten();
+                row.and_then(|row| row.cycles).unwrap_or(0) as f64
             });
-            let cycles = cycles.collect();
-            worn_response.insert("cycles".to_owned(), cycles);
+            worn_response.insert("cycles".to_owned(), cycles.collect());
         }
         let cell_area = cell_area(scene);
         let fields = Fields::of(run, &setting, &summary, cell_area)?;
-        let timing = run.series(TableName::Timing)?;
-        let seconds = timing.and_then(|frame| numbers(&frame, "seconds"));
+        let costs = run.history()?.cost();
         Ok(Evidence {
             name: run.name().to_owned(),
             done,
@@ -137,7 +131,7 @@ impl Evidence {
             first: moment(run, run.iterations()[0], scene, cell_area)?,
             last: moment(run, run.latest(), scene, cell_area)?,
             force: fields.force,
-            seconds: seconds.map_or(0.0, |seconds| seconds.iter().sum()),
+            seconds: costs.values().map(|cost| cost.seconds).sum(),
             modes: modes(run)?,
             summary,
             scene: setting,
@@ -190,9 +184,20 @@ fn of_frame(frame: &polars::prelude::DataFrame, table: TableName) -> Columns {
         .collect()
 }
 
+/// A one-row table over the iterations that are kept: what is read from their fields goes with it.
 fn columns(run: &RunTables, table: TableName) -> Result<Columns, ReportError> {
-    let frame = run.series(table)?;
-    Ok(frame.map_or_else(Columns::new, |frame| of_frame(&frame, table)))
+    let Some(frame) = run.series(table)? else {
+        return Ok(Columns::new());
+    };
+    let rows = numbers(&frame, WEAR_ITERATION).unwrap_or_default();
+    let kept = |k: &f64| run.iterations().contains(&(*k as u64));
+    let kept: Vec<bool> = rows.iter().map(kept).collect();
+    let mut columns = of_frame(&frame, table);
+    for values in columns.values_mut() {
+        let mut kept = kept.iter();
+        values.retain(|_| kept.next() == Some(&true));
+    }
+    Ok(columns)
 }
 
 /// What is read from the fields of all iterations.

@@ -4,7 +4,7 @@ use polars::prelude::DataFrame;
 
 use super::super::quantity::{self, CYCLES, Unit};
 use super::super::run_tables::numbers;
-use super::super::{ReportError, RunTables};
+use super::super::{ReportError, RunTables, WEAR_ITERATION};
 use crate::tables::TableName;
 
 /// A run among those of a report.
@@ -17,8 +17,10 @@ pub struct Of<'a> {
     pub label: String,
     /// Which style of curve it has.
     pub style: usize,
-    /// Cycles behind each iteration; zeros without wear.
+    /// Cycles behind each iteration of `summary`; zeros without wear.
     pub cycles: Vec<f64>,
+    /// The iterations of `summary`.
+    iterations: Vec<f64>,
 }
 
 /// The runs of a report.
@@ -41,8 +43,8 @@ impl<'a> Study<'a> {
                 _ => tables.root().display().to_string(),
             };
             Ok(Of {
-                cycles: numbers(&summary, "cycles")
-                    .unwrap_or_else(|| vec![0.0; tables.iterations().len()]),
+                cycles: numbers(&summary, "cycles").unwrap_or_else(|| vec![0.0; summary.height()]),
+                iterations: numbers(&summary, WEAR_ITERATION).unwrap_or_default(),
                 tables,
                 summary,
                 label,
@@ -156,11 +158,11 @@ impl Of<'_> {
 
     /// The row of an iteration in `summary`.
     pub fn row(&self, wear_iteration: u64) -> usize {
-        let iterations = self.tables.iterations();
-        iterations
+        let place = self
+            .iterations
             .iter()
-            .position(|k| *k == wear_iteration)
-            .unwrap_or(iterations.len() - 1)
+            .position(|k| *k == wear_iteration as f64);
+        place.unwrap_or(self.iterations.len().max(1) - 1)
     }
 
     /// Cycles behind an iteration.

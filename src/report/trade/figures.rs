@@ -104,23 +104,12 @@ pub fn measure(root: &Path) -> Result<Measured, StoreError> {
         scene_hash: reader.record().scene_hash.clone(),
         ..Measured::default()
     };
-    for wear_iteration in reader.iterations() {
-        let timing: typed::Timing = match reader.typed(wear_iteration) {
-            Ok(timing) => timing,
-            // No result depends on it.
-            Err(StoreError::Damaged(_)) => continue,
-            Err(error) => return Err(error),
-        };
-        for (stage, seconds) in timing.stage.iter().zip(&timing.seconds) {
-            // Whoever comes first pays for the structure that all share.
-            if stage != "structure" {
-                measured.seconds += seconds;
-            }
+    for (stage, cost) in reader.history()?.cost() {
+        // Whoever comes first pays for the structure that all share.
+        if stage != "structure" {
+            measured.seconds += cost.seconds;
         }
-        measured.fft_pairs = timing
-            .fft_pairs
-            .iter()
-            .fold(measured.fft_pairs, |a, b| a + b);
+        measured.fft_pairs += cost.fft_pairs;
     }
     let Some(latest) = reader.latest() else {
         return Ok(measured);

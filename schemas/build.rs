@@ -9,8 +9,10 @@ use std::path::Path;
 use std::{env, fs};
 
 /// The tables in the order in which they are told: as a run writes them, then those beside runs.
-const TABLES: [&str; 24] = [
+const TABLES: [&str; 26] = [
     "surface",
+    "reference",
+    "reference_element",
     "contact_field",
     "static_contact",
     "wear_field",

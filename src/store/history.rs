@@ -1,0 +1,461 @@
+//! `history.parquet`: what all iterations of a run say in one row each, those that are pruned too.
+//!
+//! A row holds the columns of the iteration's one-row tables, those of `summary` under their own names and others after the name of their
+//! table, its times and transform pairs by stage, and the hash of its commit. So the chain passes over a pruned iteration by its row.
+//! Rows of iterations that are kept follow from their folders: the file may be some rows behind, and is completed from there.
+//!
+//! The file ends with a text that holds the hash of the file as it would be with zeros in place of the hash.
+
+use super::canonical::hash;
+use super::commit::Commit;
+use super::error::{Damage, DamageKind, StoreError};
+use super::files::{Files, LONGEST_TABLE, Layout};
+use super::record::Pruned;
+use crate::tables::{
+    ColumnSchema, ColumnType, Described, Nullable, Place, Table, TableBuilder, TableError,
+    TableName, TypedTable, nullable_from_parquet, nullable_to_parquet, typed,
+};
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+/// Rows up to which the file is written after every commit. Beyond, it is written after every so many as take the same time: writing
+/// costs as much as there are rows.
+const ROWS_AT_ONCE: u64 = 1024;
+
+const NAME: &str = "history";
+const WEAR_ITERATION: &str = "wear_iteration";
+const COMMIT: &str = "commit";
+const PRUNED: &str = "pruned";
+const BYTES: &str = "bytes";
+const TIMING: [&str; 2] = ["timing_seconds_", "timing_fft_pairs_"];
+
+/// What stands before the hash, and in its place while it is computed.
+const BEFORE_SEAL: &[u8] = b"\"seal\":\"";
+const NO_SEAL: [u8; 64] = [b'0'; 64];
+
+/// The one-row tables of all iterations of a run, from 0 on without a gap.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct History {
+    links: Vec<Link>,
+    /// By the name of the column in the file; each has a value, or none, for every row.
+    columns: BTreeMap<String, Nullable>,
+}
+
+/// The place of an iteration in the chain.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Link {
+    /// Hash of its commit.
+    commit: String,
+    pruned: bool,
+    /// Bytes of its tables, where they are known.
+    bytes: Option<i64>,
+}
+
+/// What an iteration, or several, took of one stage or of a part of one.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct StageCost {
+    /// Wall time \[s\].
+    pub seconds: f64,
+    /// Forward and inverse transform pairs.
+    pub fft_pairs: f64,
+}
+
+/// A column of a one-row table, and what it is called in a history.
+struct Known {
+    name: String,
+    table: TableName,
+    column: ColumnSchema,
+}
+
+/// In the order of the file.
+static KNOWN: LazyLock<Vec<Known>> = LazyLock::new(|| {
+    let one_row = |table: &TableName| {
+        table.schema().place == Place::Iteration && table.schema().rows == Some(1)
+    };
+    let mut tables: Vec<TableName> = TableName::ALL.into_iter().filter(one_row).collect();
+    tables.sort_by_key(|table| *table != TableName::Summary);
+    let columns = tables.into_iter().flat_map(|table| {
+        table.schema().columns.iter().map(move |column| Known {
+            name: name_of(table, &column.name),
+            table,
+            column: column.clone(),
+        })
+    });
+    columns.collect()
+});
+
+fn name_of(table: TableName, column: &str) -> String {
+    match table {
+        TableName::Summary => column.to_owned(),
+        table => format!("{table}_{column}"),
+    }
+}
+
+/// True for a table whose rows a history has.
+pub fn is_in_history(table: TableName) -> bool {
+    KNOWN.iter().any(|known| known.table == table)
+}
+
+impl History {
+    /// Number of rows: the iterations 0 to one below.
+    pub fn len(&self) -> usize {
+        self.links.len()
+    }
+
+    /// True of a run without an iteration.
+    pub fn is_empty(&self) -> bool {
+        self.links.is_empty()
+    }
+
+    /// The row of an iteration in one of its one-row tables; `None` where it has no such table.
+    ///
+    /// # Errors
+    /// [`TableError`] for a row that lacks a column.
+    pub fn row<T: TypedTable>(&self, wear_iteration: u64) -> Result<Option<T>, TableError> {
+        let mut table: Option<TableBuilder> = None;
+        for (column, values) in self.columns_of(T::TABLE) {
+            if let Some(value) = values.at(wear_iteration as usize) {
+                let begun = table.unwrap_or_else(|| Table::builder(T::TABLE));
+                table = Some(begun.column(&column.name, value));
+            }
+        }
+        let table = table.map(TableBuilder::build).transpose()?;
+        table.map(|table| T::of(&table)).transpose()
+    }
+
+    /// The columns of a one-row table over all iterations, as its schema names them; those that no iteration has are left out.
+    pub fn columns_of(&self, table: TableName) -> impl Iterator<Item = Described<'_>> {
+        KNOWN
+            .iter()
+            .filter(move |known| known.table == table)
+            .filter_map(|known| Some((&known.column, self.columns.get(&known.name)?)))
+    }
+
+    /// What all iterations took, by stage and by part of a stage as the `timing` table names them.
+    pub fn cost(&self) -> BTreeMap<String, StageCost> {
+        let mut costs: BTreeMap<String, StageCost> = BTreeMap::new();
+        for (name, values) in &self.columns {
+            let Nullable::F64(values) = values else {
+                continue;
+            };
+            let sum = values.iter().flatten().sum::<f64>();
+            if let Some(stage) = name.strip_prefix(TIMING[0]) {
+                costs.entry(stage.to_owned()).or_default().seconds = sum;
+            } else if let Some(stage) = name.strip_prefix(TIMING[1]) {
+                costs.entry(stage.to_owned()).or_default().fft_pairs = sum;
+            }
+        }
+        costs
+    }
+
+    /// The iterations that are pruned, with their places in the chain.
+    pub(super) fn pruned(&self) -> BTreeMap<u64, Pruned> {
+        let links = self.links.iter().enumerate();
+        links
+            .filter(|(_, link)| link.pruned)
+            .map(|(k, link)| {
+                let before = k.checked_sub(1).map(|before| &self.links[before]);
+                let parent = before.map(|before| before.commit.clone());
+                let hash = link.commit.clone();
+                (k as u64, Pruned { hash, parent })
+            })
+            .collect()
+    }
+
+    /// Hash of the commit of an iteration.
+    pub(super) fn commit_of(&self, wear_iteration: u64) -> Option<&str> {
+        let link = self.links.get(wear_iteration as usize)?;
+        Some(&link.commit)
+    }
+
+    /// Leaves so many rows.
+    pub(super) fn truncate(&mut self, rows: usize) {
+        if rows < self.links.len() {
+            self.links.truncate(rows);
+            self.columns
+                .values_mut()
+                .for_each(|column| column.resize(rows));
+        }
+    }
+
+    /// Adds the row of the next iteration, from its commit and what of its tables a history has.
+    pub(super) fn push(&mut self, commit: &Commit, tables: &[(TableName, Table)]) {
+        let rows = self.links.len();
+        self.links.push(Link {
+            commit: commit.hash.clone(),
+            pruned: false,
+            bytes: Some(commit.bytes() as i64),
+        });
+        for (name, table) in tables {
+            for (column, values) in table.columns() {
+                self.column(name_of(*name, &column.name), column.kind, rows)
+                    .push(values);
+            }
+        }
+        self.fill();
+    }
+
+    /// Adds the times of the last row.
+    pub(super) fn push_timing(&mut self, timing: &typed::Timing) {
+        let rows = self.links.len() - 1;
+        let series = [&timing.seconds, &timing.fft_pairs];
+        for (prefix, values) in TIMING.into_iter().zip(series) {
+            let mut sums: BTreeMap<&str, f64> = BTreeMap::new();
+            for (stage, value) in timing.stage.iter().zip(values) {
+                *sums.entry(stage).or_insert(0.0) += value;
+            }
+            for (stage, sum) in sums {
+                let column = self.column(format!("{prefix}{stage}"), ColumnType::F64, rows);
+                column.resize(rows);
+                column.push(&vec![sum].into());
+            }
+        }
+        self.fill();
+    }
+
+    /// Adds the row of an iteration of which nothing but its place in the chain is left.
+    pub(super) fn push_pruned(&mut self, hash: &str) {
+        self.links.push(Link {
+            commit: hash.to_owned(),
+            pruned: true,
+            bytes: None,
+        });
+        self.fill();
+    }
+
+    /// Notes that iterations are pruned.
+    pub(super) fn prune(&mut self, iterations: &[u64]) {
+        for &k in iterations {
+            if let Some(link) = self.links.get_mut(k as usize) {
+                link.pruned = true;
+            }
+        }
+    }
+
+    /// True once an iteration is pruned: from then on no folder has all that the history has.
+    pub(super) fn has_pruned(&self) -> bool {
+        self.links.iter().any(|link| link.pruned)
+    }
+
+    /// True if the file is written after the commit of the last row, so that writing takes the same part of a run however long it is.
+    pub(super) fn is_due(&self) -> bool {
+        let rows = self.links.len() as u64;
+        let every = (rows / ROWS_AT_ONCE).max(1).next_power_of_two();
+        rows.is_multiple_of(every)
+    }
+
+    fn column(&mut self, name: String, kind: ColumnType, rows: usize) -> &mut Nullable {
+        let column = self.columns.entry(name);
+        column.or_insert_with(|| Nullable::absent(kind, rows))
+    }
+
+    /// Gives every column as many rows as there are.
+    fn fill(&mut self) {
+        let rows = self.links.len();
+        self.columns
+            .values_mut()
+            .for_each(|column| column.resize(rows));
+    }
+
+    /// The bytes of the file.
+    pub(super) fn to_bytes(&self) -> Result<Vec<u8>, TableError> {
+        let own = own_columns();
+        let links = self.links.iter();
+        let own_values = [
+            Nullable::I64((0..self.len()).map(|k| Some(k as i64)).collect()),
+            Nullable::Text(
+                links
+                    .clone()
+                    .map(|link| Some(link.commit.clone()))
+                    .collect(),
+            ),
+            Nullable::Bool(links.clone().map(|link| Some(link.pruned)).collect()),
+            Nullable::I64(links.map(|link| link.bytes).collect()),
+        ];
+        let mut columns: Vec<Described> = own.iter().zip(&own_values).collect();
+        for Known { name, .. } in KNOWN.iter() {
+            columns.extend(self.columns.get(name).map(|values| (in_file(name), values)));
+        }
+        let timing = self.columns.iter().filter(|(name, _)| is_timing(name));
+        let timing: Vec<(ColumnSchema, &Nullable)> = timing
+            .map(|(name, values)| (timing_column(name), values))
+            .collect();
+        columns.extend(timing.iter().map(|(column, values)| (column, *values)));
+        let units: BTreeMap<&str, serde_json::Value> = columns
+            .iter()
+            .map(|(column, _)| (column.name.as_str(), json!({ "unit": column.unit })))
+            .collect();
+        let entry = json!({
+            "schema": NAME,
+            "program_version": env!("CARGO_PKG_VERSION"),
+            "columns": units,
+        });
+        // Last, and as a text of its own making: what follows from an object need not keep an order.
+        let mut entry = entry.to_string();
+        entry.truncate(entry.len() - 1);
+        entry += ",";
+        entry += &String::from_utf8_lossy(BEFORE_SEAL);
+        entry += &String::from_utf8_lossy(&NO_SEAL);
+        entry += "\"}";
+        let mut bytes = nullable_to_parquet(NAME, &columns, entry)?;
+        if let Some(place) = place_of_seal(&bytes) {
+            let seal = hash(&bytes);
+            bytes[place..place + NO_SEAL.len()].copy_from_slice(seal.as_bytes());
+        }
+        Ok(bytes)
+    }
+
+    fn of_bytes(bytes: &[u8]) -> Result<History, DamageKind> {
+        check_seal(bytes)?;
+        let unreadable = |reason: String| DamageKind::Unreadable { reason };
+        let found =
+            nullable_from_parquet(bytes, NAME).map_err(|error| unreadable(error.to_string()))?;
+        let mut columns: BTreeMap<String, Nullable> = found.into_iter().collect();
+        let own = own_columns().map(|column| columns.remove(&column.name));
+        let [
+            Some(Nullable::I64(numbers)),
+            Some(Nullable::Text(commits)),
+            Some(Nullable::Bool(pruned)),
+            Some(Nullable::I64(bytes)),
+        ] = own
+        else {
+            return Err(unreadable("it is not a history".to_owned()));
+        };
+        let mut links = Vec::with_capacity(numbers.len());
+        for (k, number) in numbers.into_iter().enumerate() {
+            let (Some(commit), Some(pruned)) = (&commits[k], pruned[k]) else {
+                return Err(unreadable(format!("row {k} has no commit")));
+            };
+            if number != Some(k as i64) {
+                return Err(unreadable(format!("row {k} is of another iteration")));
+            }
+            links.push(Link {
+                commit: commit.clone(),
+                pruned,
+                bytes: bytes[k],
+            });
+        }
+        // A column that this version does not have any more is left out.
+        columns.retain(|name, values| {
+            let known = KNOWN.iter().find(|known| known.name == *name);
+            let kind = known.map(|known| known.column.kind);
+            let kind = kind.or(is_timing(name).then_some(ColumnType::F64));
+            kind.is_some_and(|kind| is_of(values, kind))
+        });
+        Ok(History { links, columns })
+    }
+}
+
+fn is_of(values: &Nullable, kind: ColumnType) -> bool {
+    std::mem::discriminant(values) == std::mem::discriminant(&Nullable::absent(kind, 0))
+}
+
+fn is_timing(name: &str) -> bool {
+    TIMING.iter().any(|prefix| name.starts_with(prefix))
+}
+
+fn described(name: &str, kind: ColumnType, unit: &str) -> ColumnSchema {
+    ColumnSchema {
+        name: name.to_owned(),
+        kind,
+        unit: unit.to_owned(),
+        dimension: String::new(),
+        description: String::new(),
+        sparse: false,
+        optional: false,
+        infinite: false,
+    }
+}
+
+/// The columns that are those of no table.
+fn own_columns() -> [ColumnSchema; 4] {
+    [
+        described(WEAR_ITERATION, ColumnType::I64, "1"),
+        described(COMMIT, ColumnType::Text, "1"),
+        described(PRUNED, ColumnType::Bool, "1"),
+        described(BYTES, ColumnType::I64, "B"),
+    ]
+}
+
+fn timing_column(name: &str) -> ColumnSchema {
+    let unit = if name.starts_with(TIMING[0]) {
+        "s"
+    } else {
+        "1"
+    };
+    described(name, ColumnType::F64, unit)
+}
+
+/// A column of a one-row table under its name in the file.
+fn in_file(name: &str) -> &'static ColumnSchema {
+    static IN_FILE: LazyLock<BTreeMap<String, ColumnSchema>> = LazyLock::new(|| {
+        let columns = KNOWN.iter().map(|known| {
+            let name = known.name.clone();
+            let column = ColumnSchema {
+                name: name.clone(),
+                ..known.column.clone()
+            };
+            (name, column)
+        });
+        columns.collect()
+    });
+    &IN_FILE[name]
+}
+
+fn place_of_seal(bytes: &[u8]) -> Option<usize> {
+    let before = bytes.windows(BEFORE_SEAL.len());
+    let place = before.rev().position(|window| window == BEFORE_SEAL)?;
+    let place = bytes.len() - place;
+    (place + NO_SEAL.len() <= bytes.len()).then_some(place)
+}
+
+fn check_seal(bytes: &[u8]) -> Result<(), DamageKind> {
+    let Some(place) = place_of_seal(bytes) else {
+        let reason = "the hash at its end is not there".to_owned();
+        return Err(DamageKind::Unreadable { reason });
+    };
+    let mut open = bytes.to_vec();
+    let seal = &mut open[place..place + NO_SEAL.len()];
+    let expected = String::from_utf8_lossy(seal).into_owned();
+    seal.copy_from_slice(&NO_SEAL);
+    let found = hash(&open);
+    if found == expected {
+        return Ok(());
+    }
+    Err(DamageKind::Hash { expected, found })
+}
+
+/// What there is of a history on disk.
+pub(super) enum Found {
+    Sound(History),
+    Absent,
+    Damaged(Damage),
+}
+
+/// Reads the history of a run.
+pub(super) fn read(files: &Files, layout: &Layout) -> Result<Found, StoreError> {
+    let path = layout.history();
+    Ok(match files.read_bounded(&path, LONGEST_TABLE)? {
+        Ok(bytes) => match History::of_bytes(&bytes) {
+            Ok(history) => Found::Sound(history),
+            Err(kind) => Found::Damaged(Damage { path, kind }),
+        },
+        Err(damage) if damage.kind == DamageKind::Missing => Found::Absent,
+        Err(damage) => Found::Damaged(damage),
+    })
+}
+
+/// Writes the history of a run. It waits for the disk once something is pruned: till then the folders have all of it.
+pub(super) fn write(files: &Files, layout: &Layout, history: &History) -> Result<(), StoreError> {
+    let path = layout.history();
+    let bytes = history.to_bytes().map_err(|source| StoreError::Table {
+        path: path.clone(),
+        source: Box::new(source),
+    })?;
+    files.require_space(&layout.root, bytes.len() as u64)?;
+    match history.has_pruned() {
+        true => files.replace(&path, &bytes),
+        false => files.replace_unsynced(&path, &bytes),
+    }
+}

@@ -1,0 +1,142 @@
+//! A look at a run as it is on disk, also while another process writes it.
+
+use super::chain::{self, Chain, Past};
+use super::error::{Damage, DamageKind, StoreError};
+use super::files::{Files, Layout};
+use super::history::{self, Found, History};
+use super::record::RunRecord;
+use super::record_file::read_record;
+
+/// Times that a run is looked at while its writer prunes.
+const LOOKS: usize = 8;
+
+/// What a look at a run finds.
+pub(super) struct Looked {
+    pub record: RunRecord,
+    pub past: ReadPast,
+    pub chain: Chain,
+}
+
+/// What of the past of a run is known, and what there is of its history.
+pub(super) struct ReadPast {
+    pub past: Past,
+    pub found: Found,
+}
+
+impl ReadPast {
+    /// Reads it. Older runs have what was pruned in `run.json`.
+    pub fn read(files: &Files, layout: &Layout, record: &RunRecord) -> Result<Self, StoreError> {
+        let found = history::read(files, layout)?;
+        let mut past = Past {
+            pruned: record.pruned.clone(),
+            lost: false,
+        };
+        match &found {
+            Found::Sound(history) => past.pruned.extend(history.pruned()),
+            // A run that has pruned nothing may have been ended before its first row was written.
+            Found::Absent | Found::Damaged(_) => past.lost = record.has_history(),
+        }
+        Ok(ReadPast { past, found })
+    }
+
+    /// Rows that the file has.
+    pub fn rows(&self) -> usize {
+        match &self.found {
+            Found::Sound(history) => history.len(),
+            Found::Absent | Found::Damaged(_) => 0,
+        }
+    }
+
+    /// The rows that agree with what is committed.
+    pub fn agreeing(self, chain: &Chain) -> History {
+        let Found::Sound(mut history) = self.found else {
+            return History::default();
+        };
+        let rows = agreeing_rows(&history, &self.past, chain);
+        history.truncate(rows);
+        history
+    }
+
+    /// What is wrong with the file of the history: where it is behind, it is not damaged.
+    pub fn damage(&self, layout: &Layout, chain: &Chain) -> Option<Damage> {
+        let path = layout.history();
+        match &self.found {
+            Found::Damaged(damage) => Some(damage.clone()),
+            // Without a gap nothing is missing that the folders do not have.
+            Found::Absent => has_gap(chain, &self.past).then_some(Damage {
+                path,
+                kind: DamageKind::Missing,
+            }),
+            Found::Sound(history) => {
+                let rows = agreeing_rows(history, &self.past, chain) as u64;
+                let commit = chain.sound.get(&rows)?;
+                let found = history.commit_of(rows)?;
+                Some(Damage {
+                    path,
+                    kind: DamageKind::Hash {
+                        expected: commit.hash.clone(),
+                        found: found.to_owned(),
+                    },
+                })
+            }
+        }
+    }
+}
+
+/// True if an iteration below the latest is neither committed nor known to be pruned.
+pub(super) fn has_gap(chain: &Chain, past: &Past) -> bool {
+    let Some(&latest) = chain.sound.keys().next_back() else {
+        return false;
+    };
+    let pruned = past.pruned.range(..latest).count() as u64;
+    pruned + (chain.sound.len() as u64) < latest + 1
+}
+
+/// Rows of a history, from the first on, whose commits are those of the run.
+fn agreeing_rows(history: &History, past: &Past, chain: &Chain) -> usize {
+    let latest = chain.sound.keys().next_back().copied();
+    let rows = latest
+        .map_or(0, |latest| latest as usize + 1)
+        .min(history.len());
+    let agrees = |k: &usize| {
+        let k = *k as u64;
+        let hash = chain.sound.get(&k).map(|commit| commit.hash.as_str());
+        let hash = hash.or(past.pruned.get(&k).map(|pruned| pruned.hash.as_str()));
+        hash.is_some() && hash == history.commit_of(k)
+    };
+    (0..rows).take_while(agrees).count()
+}
+
+/// Verifies the iterations. What a writer prunes meanwhile looks like damage to whoever read the history before.
+pub(super) fn walk_beside_a_writer(files: &Files, layout: &Layout) -> Result<Looked, StoreError> {
+    let read = || {
+        let found = read_record(files, layout)?.ok_or_else(|| StoreError::NoRun {
+            path: layout.root.clone(),
+        })?;
+        let past = ReadPast::read(files, layout, &found.record)?;
+        Ok::<_, StoreError>((found.record, past))
+    };
+    let (mut record, mut past) = read()?;
+    let mut looks = 1;
+    loop {
+        let chain = chain::walk(files, layout, &record, &past.past)?;
+        let sound = chain.reports.iter().all(|report| report.damage.is_empty());
+        if sound || looks == LOOKS {
+            return Ok(Looked {
+                record,
+                past,
+                chain,
+            });
+        }
+        let now = read()?;
+        if now.1.past == past.past {
+            return Ok(Looked {
+                record,
+                past,
+                chain,
+            });
+        }
+        (record, past) = now;
+        looks += 1;
+    }
+}

@@ -1,0 +1,95 @@
+//! Columns of which rows may lack a value: what several tables, or the tables of several runs, are joined to.
+
+use super::{Column, ColumnSchema, ColumnType};
+
+/// Values of a column of which rows may lack one.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Nullable {
+    /// Integers of 32 bits.
+    I32(Vec<Option<i32>>),
+    /// Integers.
+    I64(Vec<Option<i64>>),
+    /// Floating-point values.
+    F64(Vec<Option<f64>>),
+    /// Flags.
+    Bool(Vec<Option<bool>>),
+    /// Texts.
+    Text(Vec<Option<String>>),
+}
+
+macro_rules! each {
+    ($self:expr, $values:ident => $result:expr) => {
+        match $self {
+            Nullable::I32($values) => $result,
+            Nullable::I64($values) => $result,
+            Nullable::F64($values) => $result,
+            Nullable::Bool($values) => $result,
+            Nullable::Text($values) => $result,
+        }
+    };
+}
+
+impl Nullable {
+    /// A column of values of a type, all absent.
+    pub fn absent(kind: ColumnType, rows: usize) -> Nullable {
+        match kind {
+            ColumnType::F64 | ColumnType::MaybeF64 => Nullable::F64(vec![None; rows]),
+            ColumnType::I32 => Nullable::I32(vec![None; rows]),
+            ColumnType::I64 => Nullable::I64(vec![None; rows]),
+            ColumnType::Bool => Nullable::Bool(vec![None; rows]),
+            ColumnType::Text => Nullable::Text(vec![None; rows]),
+        }
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        each!(self, values => values.len())
+    }
+
+    /// True without rows.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Takes away the rows from one on, or adds rows without a value.
+    pub fn resize(&mut self, rows: usize) {
+        each!(self, values => values.resize(rows, None));
+    }
+
+    /// Adds the first value of a column of the same type as the last row; a column of another type, or of no rows, adds nothing.
+    pub fn push(&mut self, column: &Column) {
+        match (self, column) {
+            (Nullable::F64(values), Column::F64(own)) => {
+                values.extend(own.first().map(|v| Some(*v)))
+            }
+            (Nullable::F64(values), Column::MaybeF64(own)) => values.extend(own.first()),
+            (Nullable::I32(values), Column::I32(own)) => {
+                values.extend(own.first().map(|v| Some(*v)))
+            }
+            (Nullable::I64(values), Column::I64(own)) => {
+                values.extend(own.first().map(|v| Some(*v)))
+            }
+            (Nullable::Bool(values), Column::Bool(own)) => {
+                values.extend(own.first().map(|v| Some(*v)));
+            }
+            (Nullable::Text(values), Column::Text(own)) => {
+                values.extend(own.first().map(|v| Some(v.clone())));
+            }
+            _ => (),
+        }
+    }
+
+    /// The value of a row as a column of one row, if there is one.
+    pub fn at(&self, row: usize) -> Option<Column> {
+        Some(match self {
+            Nullable::F64(values) => vec![(*values.get(row)?)?].into(),
+            Nullable::I32(values) => vec![(*values.get(row)?)?].into(),
+            Nullable::I64(values) => vec![(*values.get(row)?)?].into(),
+            Nullable::Bool(values) => vec![(*values.get(row)?)?].into(),
+            Nullable::Text(values) => vec![values.get(row)?.clone()?].into(),
+        })
+    }
+}
+
+/// A column with its meaning.
+pub type Described<'a> = (&'a ColumnSchema, &'a Nullable);
