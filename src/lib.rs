@@ -58,6 +58,8 @@
 //! # Ok::<(), fretwear::contact::ContactError>(())
 //! ```
 
+#![forbid(unsafe_code)]
+
 pub mod contact;
 pub mod doctor;
 pub mod dynamics;
@@ -66,6 +68,7 @@ mod files;
 pub mod grid;
 pub mod linalg;
 pub mod model_update;
+pub mod recipe;
 pub mod reference;
 pub mod report;
 pub mod scene;

@@ -1,5 +1,7 @@
 //! The `fretwear` command.
 
+#![forbid(unsafe_code)]
+
 mod cli;
 mod progress;
 mod terminal;

@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use fretwear::recipe::Recipe;
 use fretwear::report::visible;
-use fretwear::scene::Scene;
 use fretwear::stages::{Observer, Progress, Stage};
 use fretwear::store::Opening;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -39,8 +39,8 @@ struct Mark {
 const OF_LATE: usize = 3;
 
 impl Watcher {
-    pub fn new(scene: &Scene, root: &Path, quiet: bool) -> Self {
-        let wear = scene.wear.as_ref();
+    pub fn new(recipe: &Recipe, root: &Path, quiet: bool) -> Self {
+        let wear = recipe.wear.as_ref();
         let (cycles, volume) = (wear.and_then(|w| w.cycles), wear.and_then(|w| w.volume));
         let bar = (!quiet && is_watched()).then(|| {
             let bar = ProgressBar::new(1000);

@@ -3,18 +3,21 @@
 use fretwear::contact::HalfSpace;
 use fretwear::doctor;
 use fretwear::grid::Grid;
-use fretwear::scene::plan::{Cost, Rates};
-use fretwear::scene::{Plan, RoughJoint, Scene};
-use fretwear::stages::{Inputs, Spent, Stage};
+use fretwear::recipe::{Contact, Surface};
+use fretwear::scene::Plan;
+use fretwear::scene::plan::Rates;
+use fretwear::stages::{Spent, Stage};
 use serde_json::{Value, json};
 
 use crate::terminal::Results;
 
 /// How fast this machine is, as far as the cost asks.
-fn rates(scene: &Scene, cost: &Cost) -> Rates {
+fn rates(plan: &Plan) -> Rates {
+    let (cost, recipe) = (&plan.cost, &plan.inputs.recipe);
+    let rough = recipe.surface().zip(recipe.contact());
     let dense = cost.structure_operations + cost.response_operations;
     Rates {
-        pair: scene.rough().map_or(0.0, |rough| seconds_of_pair(&rough)),
+        pair: rough.map_or(0.0, |(surface, contact)| seconds_of_pair(surface, contact)),
         operation: if dense > 0.0 {
             doctor::seconds_of_operation()
         } else {
@@ -27,15 +30,14 @@ fn rates(scene: &Scene, cost: &Cost) -> Rates {
 const LARGEST_MEASURED: usize = 1024;
 
 /// A pair of transforms on this scene's plane \[s\]. That of a larger plane than is measured follows as n log n.
-fn seconds_of_pair(rough: &RoughJoint) -> f64 {
-    let asked = rough.grid;
+fn seconds_of_pair(surface: &Surface, contact: &Contact) -> f64 {
+    let asked = surface.grid();
     let counts = [asked.nx, asked.ny].map(|n| n.min(LARGEST_MEASURED));
     let measured = Grid::over(
         [asked.nx as f64 * asked.dx, asked.ny as f64 * asked.dy],
         counts,
     );
-    let mut half_space =
-        HalfSpace::new(measured, Plan::pair(rough.material), rough.contact.boundary);
+    let mut half_space = HalfSpace::new(measured, contact.bodies, contact.boundary);
     let operations = |grid: Grid| grid.len() as f64 * (grid.len() as f64).log2();
     let ratio = if counts == [asked.nx, asked.ny] {
         1.0
@@ -46,7 +48,8 @@ fn seconds_of_pair(rough: &RoughJoint) -> f64 {
 }
 
 /// Prints what a scene is expected to cost here.
-pub fn write_expected(out: &mut Results, scene: &Scene, cost: &Cost) {
+pub fn write_expected(out: &mut Results, plan: &Plan) {
+    let cost = &plan.cost;
     let mut line = |name: &str, text: String| writeln!(out, "    {name:<13} {text}");
     let cached = cost.memory_cached.map_or_else(String::new, |cached| {
         format!("; {} with the structure in the cache", megabytes(cached))
@@ -77,8 +80,7 @@ pub fn write_expected(out: &mut Results, scene: &Scene, cost: &Cost) {
             format!("about {:.0} ({least:.0} to {most:.0})", cost.fft_pairs),
         );
     }
-    let rates = rates(scene, cost);
-    let seconds = cost.seconds(rates);
+    let seconds = cost.seconds(rates(plan));
     let parts = [
         ("structure, unless it is in the cache", seconds.structure),
         ("contact and wear", seconds.contact),
@@ -102,8 +104,8 @@ pub fn write_expected(out: &mut Results, scene: &Scene, cost: &Cost) {
 }
 
 /// What a finished run was expected to cost, and what it did, as one line.
-pub fn compared_in_words(inputs: &Inputs, spent: &Spent) -> String {
-    let cost = &inputs.plan.cost;
+pub fn compared_in_words(plan: &Plan, spent: &Spent) -> String {
+    let cost = &plan.cost;
     let reduced = spent.seconds.contains_key(Stage::Structure.name());
     let mut parts = Vec::new();
     if cost.iterations > 0.0 {
@@ -122,7 +124,7 @@ pub fn compared_in_words(inputs: &Inputs, spent: &Spent) -> String {
     parts.push(format!(
         "{:.1} s ({:.1})",
         spent.total_seconds(),
-        expected_seconds(inputs, spent)
+        expected_seconds(plan, spent)
     ));
     parts.push(format!(
         "{} of disk ({})",
@@ -144,10 +146,9 @@ pub fn compared_in_words(inputs: &Inputs, spent: &Spent) -> String {
 }
 
 /// Seconds that the stages of a run are expected to take here.
-fn expected_seconds(inputs: &Inputs, spent: &Spent) -> f64 {
-    let cost = &inputs.plan.cost;
+fn expected_seconds(plan: &Plan, spent: &Spent) -> f64 {
     let reduced = spent.seconds.contains_key(Stage::Structure.name());
-    cost.seconds(rates(&inputs.scene, cost)).computing(reduced)
+    plan.cost.seconds(rates(plan)).computing(reduced)
 }
 
 /// The same for programs: what a plan expects (the `cost` of `plan.json`) and what was spent, under the same names. Seconds are

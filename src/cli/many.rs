@@ -5,7 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use fretwear::stages::{self, Ending, Inputs, RunError, RunOptions};
+use fretwear::recipe::Inputs;
+use fretwear::stages::{self, Ending, RunError, RunOptions};
 use fretwear::store::{Cache, RealFileSystem, RunReader};
 
 use super::run::{cache_folder, stop_flag};
@@ -66,7 +67,7 @@ pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<Ran, C
             stop: &|commits| stop.load(Ordering::Relaxed) || (commits > 0 && late()),
         };
         let before = latest(root);
-        let watcher = Watcher::new(&inputs.scene, root, execution.quiet);
+        let watcher = Watcher::new(&inputs.recipe, root, execution.quiet);
         let result = stages::run(&options, &watcher);
         watcher.finish();
         worked |= latest(root) != before;

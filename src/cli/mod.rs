@@ -24,7 +24,7 @@ use std::process::ExitCode;
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use fretwear::report::trade::TradeError;
-use fretwear::scene::SceneError;
+use fretwear::scene::{InputError, KeptError, SceneError};
 use fretwear::stages::RunError;
 use fretwear::store::StoreError;
 use fretwear::structure::StructureError;
@@ -338,6 +338,12 @@ fn parse_stiffness(text: &str) -> Result<f64, String> {
 enum CliError {
     #[error(transparent)]
     Run(#[from] RunError),
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Input(#[from] InputError),
+    #[error(transparent)]
+    Kept(#[from] KeptError),
     #[error(
         "{source}\n{} is not as the run wrote it: remove it, and the run goes on with the scene that run.json keeps",
         path.display()
@@ -382,12 +388,6 @@ enum CliError {
     Report(#[from] fretwear::report::ReportError),
 }
 
-impl From<SceneError> for CliError {
-    fn from(error: SceneError) -> Self {
-        CliError::Run(error.into())
-    }
-}
-
 impl From<StoreError> for CliError {
     fn from(error: StoreError) -> Self {
         CliError::Run(error.into())
@@ -398,6 +398,7 @@ impl CliError {
     fn exit(&self) -> Exit {
         match self {
             CliError::Run(error) if error.is_scene() => Exit::Scene,
+            CliError::Scene(_) | CliError::Input(_) | CliError::Kept(_) => Exit::Scene,
             CliError::Run(error) if error.is_not_converged() => Exit::NotConverged,
             CliError::Run(RunError::Store(error)) if error.is_damage_or_mismatch() => Exit::Damaged,
             CliError::Run(RunError::Store(

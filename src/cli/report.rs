@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use fretwear::report::{ERROR_BARS, error_bar_of, percent};
-use fretwear::stages::{Ending, Inputs, Outcome};
+use fretwear::scene::Plan;
+use fretwear::stages::{Ending, Outcome};
 use fretwear::tables::{Column, Table};
 use serde_json::{Map, Value, json};
 
@@ -11,7 +12,7 @@ use super::cost;
 use crate::terminal::Results;
 
 /// Prints what a run left.
-pub fn outcome(outcome: &Outcome, inputs: &Inputs, root: &Path, as_json: bool, out: &mut Results) {
+pub fn outcome(outcome: &Outcome, plan: &Plan, root: &Path, as_json: bool, out: &mut Results) {
     if as_json {
         let mut object = outcome.summary.as_ref().map(row).unwrap_or_default();
         object.insert("wear_iteration".to_owned(), json!(outcome.wear_iteration));
@@ -21,7 +22,7 @@ pub fn outcome(outcome: &Outcome, inputs: &Inputs, root: &Path, as_json: bool, o
             json!(outcome.spent.fft_pairs),
         );
         if outcome.wear_iteration.is_some() {
-            let (expected, spent) = (json!(inputs.plan.cost), &outcome.spent);
+            let (expected, spent) = (json!(plan.cost), &outcome.spent);
             let compared = cost::compared(&expected, spent);
             object.insert("cost".to_owned(), compared);
         }
@@ -37,7 +38,7 @@ pub fn outcome(outcome: &Outcome, inputs: &Inputs, root: &Path, as_json: bool, o
         return;
     };
     writeln!(out);
-    if let Some(title) = &inputs.scene.title {
+    if let Some(title) = &plan.inputs.recipe.title {
         writeln!(out, "{title}");
     }
     if let Some(wear_iteration) = outcome.wear_iteration {

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use fretwear::recipe::Inputs;
 use fretwear::report::claims::{self, Finding};
 use fretwear::report::{Report, RunTables};
-use fretwear::scene;
-use fretwear::stages::{Inputs, RunError};
+use fretwear::scene::{self, Plan};
 use fretwear::store::{EntryKind, FileSystem, RealFileSystem};
 use serde_json::json;
 
@@ -53,15 +53,17 @@ pub fn reproduce(arguments: &ReproduceArguments, out: &mut Results) -> Result<Ex
         Some(scenes) => found(scenes)?,
         None => shipped(&folder.join("scenes"))?,
     };
-    let inputs = scenes
+    let planned = scenes.iter().map(|path| {
+        let scene = scene::load(path, &arguments.sets)?;
+        let plan = Plan::of(&scene)?;
+        Ok((scene.name, plan.inputs))
+    });
+    let planned: Vec<(String, Inputs)> = planned.collect::<Result<_, CliError>>()?;
+    let jobs: Vec<Job> = planned
         .iter()
-        .map(|path| Inputs::of(scene::load(path, &arguments.sets)?))
-        .collect::<Result<Vec<_>, RunError>>()?;
-    let jobs: Vec<Job> = inputs
-        .iter()
-        .map(|inputs| Job {
-            name: &inputs.scene.name,
-            root: folder.join(&inputs.scene.name),
+        .map(|(name, inputs)| Job {
+            name,
+            root: folder.join(name),
             inputs,
         })
         .collect();

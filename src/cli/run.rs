@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use fretwear::report::continuation;
-use fretwear::scene::{self, Scene};
-use fretwear::stages::{self, Ending, Inputs, RunOptions, Source};
+use fretwear::scene::{self, Plan, Scene};
+use fretwear::stages::{self, Ending, RunOptions, Source};
 use fretwear::store::{Cache, RealFileSystem, SceneOfRun, StoreError};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
@@ -34,10 +34,10 @@ pub fn run(arguments: RunArguments, out: &mut Results) -> Result<Exit, CliError>
     let (scene, root) = scene_and_root(&arguments)?;
     let stop = stop_flag()?;
     let begin = Instant::now();
-    let inputs = Inputs::of(scene)?;
-    let watcher = Watcher::new(&inputs.scene, &root, arguments.execution.quiet);
+    let plan = Plan::of(&scene)?;
+    let watcher = Watcher::new(&plan.inputs.recipe, &root, arguments.execution.quiet);
     let options = RunOptions {
-        inputs: &inputs,
+        inputs: &plan.inputs,
         root: root.clone(),
         source: arguments.from.clone(),
         until: arguments.until,
@@ -64,10 +64,10 @@ pub fn run(arguments: RunArguments, out: &mut Results) -> Result<Exit, CliError>
             return Err(error.into());
         }
     };
-    report::outcome(&outcome, &inputs, &root, arguments.json, out);
+    report::outcome(&outcome, &plan, &root, arguments.json, out);
     if outcome.ending == Ending::Done && !arguments.json && !arguments.execution.quiet {
         // About this machine and this moment, and no result.
-        say(&cost::compared_in_words(&inputs, &outcome.spent));
+        say(&cost::compared_in_words(&plan, &outcome.spent));
     }
     if outcome.ending == Ending::Stopped {
         say(&format!("stopped; continue with: {}", continuation(&root)));

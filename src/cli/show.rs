@@ -3,8 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use fretwear::scene;
-use fretwear::stages::Inputs;
+use fretwear::scene::{self, Plan};
 use fretwear::store::{RealFileSystem, RunReader};
 use fretwear::validate;
 use serde_json::json;
@@ -19,13 +18,18 @@ pub fn plan(
     as_json: bool,
     out: &mut Results,
 ) -> Result<Exit, CliError> {
-    let inputs = Inputs::of(scene::load(path, sets)?)?;
-    let plan = &inputs.plan;
+    let scene = scene::load(path, sets)?;
+    let plan = Plan::of(&scene)?;
     if as_json {
-        out.json(&json!(plan));
+        out.json(&json!({
+            "recipe": plan.inputs.recipe,
+            "decisions": plan.decisions,
+            "warnings": plan.warnings,
+            "cost": plan.cost,
+        }));
         return Ok(Exit::Done);
     }
-    if let Some(title) = &inputs.scene.title {
+    if let Some(title) = &scene.title {
         writeln!(out, "{title}\n");
     }
     for decision in &plan.decisions {
@@ -36,7 +40,7 @@ pub fn plan(
         writeln!(out, "\nwarning: {warning}");
     }
     writeln!(out, "\nestimated cost");
-    cost::write_expected(out, &inputs.scene, &plan.cost);
+    cost::write_expected(out, &plan);
     Ok(Exit::Done)
 }
 
@@ -61,7 +65,10 @@ pub fn verify(root: &Path, out: &mut Results) -> Result<Exit, CliError> {
         writeln!(out, "{damage}");
     }
     if report.metadata.is_empty() {
-        writeln!(out, "run.json, scene.toml, plan.json: ok");
+        writeln!(
+            out,
+            "run.json, scene.toml, plan.json, schemas.json, history.parquet: ok"
+        );
     }
     for once in &report.once {
         let state = once

@@ -18,8 +18,9 @@ use crate::terminal::Results;
 /// Prints how far a run is, also while another process computes it.
 pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
-    let scene = scene::load_kept(&root.join("scene.toml"), &reader.scene_toml()?, &[])?;
-    let standing = Standing::of(&reader, &scene)?;
+    let plan = reader.plan()?;
+    let recipe = scene::recipe_of_run(root, plan.as_ref(), &reader.scene_toml()?)?;
+    let standing = Standing::of(&reader, &recipe)?;
     let summary = standing
         .wear_iteration
         .map(|k| reader.read(k, TableName::Summary))
@@ -34,7 +35,7 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
     if as_json {
         let mut object = summary.as_ref().map(row).unwrap_or_default();
         describe(&mut object, root, &standing, holder);
-        if let (Some(_), Some(plan)) = (standing.wear_iteration, reader.plan()?) {
+        if let (Some(_), Some(plan)) = (standing.wear_iteration, plan) {
             let spent = Spent::of(&reader)?;
             object.insert("cost".to_owned(), cost::compared(&plan["cost"], &spent));
         }

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use fretwear::report::trade::{self, Trade, Trial};
 use fretwear::scene::variants::{self, BALANCED, Choice, LeftOut, REFERENCE, Variant, Variants};
-use fretwear::scene::{self, Scene};
-use fretwear::stages::{Inputs, RunError};
+use fretwear::scene::{self, Plan, Scene};
+use fretwear::stages::RunError;
 use serde_json::{Value, json};
 
 use super::many;
@@ -15,20 +15,21 @@ use crate::terminal::{Results, say};
 /// A variant with what its run needs.
 struct Job {
     variant: Variant,
-    inputs: Inputs,
+    plan: Plan,
 }
 
 /// Runs the variants of a scene, each in its own folder, and compares them.
 pub fn trade(arguments: &TradeArguments, out: &mut Results) -> Result<Exit, CliError> {
     let (path, sets) = (&arguments.scene.scene, &arguments.scene.sets);
     let written = scene::load(path, sets)?;
-    let balanced = inputs(path, sets, &variants::balanced())?;
+    let balanced = variants::load(path, sets, &variants::balanced())?;
+    let recipe = Plan::of(&balanced)?.inputs.recipe;
     let choice = Choice {
         knobs: arguments.knobs.clone(),
         paper: arguments.paper,
         largest_grid: arguments.largest_grid,
     };
-    let mut made = variants::variants(&written, &balanced.scene, &balanced.plan, &choice)?;
+    let mut made = variants::variants(&written, &balanced, &recipe, &choice)?;
     let jobs = jobs(path, sets, &mut made)?;
     let folder = match &arguments.dir {
         Some(folder) => folder.clone(),
@@ -69,25 +70,26 @@ pub fn trade(arguments: &TradeArguments, out: &mut Results) -> Result<Exit, CliE
     }
 }
 
-fn inputs(path: &Path, sets: &[String], variant: &Variant) -> Result<Inputs, RunError> {
-    Inputs::of(variants::load(path, sets, variant)?)
+fn plan(path: &Path, sets: &[String], variant: &Variant) -> Result<Plan, CliError> {
+    Ok(Plan::of(&variants::load(path, sets, variant)?)?)
 }
 
 /// The variants that the scene allows; the others are left out.
-fn jobs(path: &Path, sets: &[String], made: &mut Variants) -> Result<Vec<Job>, RunError> {
+fn jobs(path: &Path, sets: &[String], made: &mut Variants) -> Result<Vec<Job>, CliError> {
     let mut jobs: Vec<Job> = Vec::new();
     for variant in std::mem::take(&mut made.variants) {
         let what = format!("{} = {}", variant.knob, variant.value);
-        match inputs(path, sets, &variant) {
-            Ok(inputs) => {
-                let same = |job: &&Job| job.inputs.canonical == inputs.canonical;
+        match plan(path, sets, &variant) {
+            Ok(plan) => {
+                let known_by = |plan: &Plan| plan.inputs.identity.scene.clone();
+                let same = |job: &&Job| known_by(&job.plan) == known_by(&plan);
                 match jobs.iter().find(same) {
                     // A scene that says nothing but `preset = "fast"` is that preset.
                     Some(job) => made.left_out.push(LeftOut {
                         what,
                         reason: format!("it is the same as {}", job.variant.name),
                     }),
-                    None => jobs.push(Job { variant, inputs }),
+                    None => jobs.push(Job { variant, plan }),
                 }
             }
             Err(error) if [BALANCED, REFERENCE].contains(&variant.name.as_str()) => {
@@ -110,17 +112,17 @@ fn run_all(
 ) -> Result<(Vec<Trial>, Option<RunError>, bool), CliError> {
     let runs: Vec<many::Job> = jobs
         .iter()
-        .map(|Job { variant, inputs }| many::Job {
+        .map(|Job { variant, plan }| many::Job {
             name: &variant.name,
             root: folder.join(&variant.name),
-            inputs,
+            inputs: &plan.inputs,
         })
         .collect();
     let ran = many::run_all(&arguments.execution, "variant", &runs)?;
     let mut reference = None;
     let mut trials = Vec::new();
     for ((job, run), failure) in jobs.iter().zip(&runs).zip(ran.ended) {
-        let cost = &job.inputs.plan.cost;
+        let cost = &job.plan.cost;
         trials.push(Trial {
             variant: job.variant.clone(),
             root: run.root.clone(),

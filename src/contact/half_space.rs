@@ -25,7 +25,7 @@ pub enum Boundary {
 
 /// Which tangential tractions exist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum Shear {
     /// Along x only: no field q_y, no kernels yy and xy.
     AlongX,

@@ -15,7 +15,7 @@ use super::march::March;
 use super::slider;
 
 /// How friction limits the two tangential forces of an element.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FrictionLaw {
     /// `|T| ≤ µN`: isotropic, slip along the force.

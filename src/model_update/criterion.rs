@@ -6,6 +6,7 @@ use super::{Compliance, ModelUpdateError};
 
 /// What makes an update due, measured from the last update.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Criterion {
     /// Nothing.
     #[default]

@@ -7,7 +7,7 @@ use polars::error::PolarsError;
 use super::passed_over::PassedOver;
 use super::plot::PlotError;
 use super::text::continuation;
-use crate::scene::SceneError;
+use crate::scene::KeptError;
 use crate::store::{Damage, StoreError};
 use crate::tables::{TableError, TableName};
 
@@ -41,11 +41,11 @@ pub enum ReportError {
     },
     /// The scene that a run keeps.
     #[error("{}: the scene kept in the run cannot be read: {source}", run.display())]
-    Scene {
+    Kept {
         /// Folder of the run.
         run: PathBuf,
         /// What is wrong with it.
-        source: Box<SceneError>,
+        source: Box<KeptError>,
     },
     /// Tables that do not join.
     #[error("the tables `{table}` of {runs} cannot be read together: {source}")]
@@ -106,7 +106,7 @@ impl ReportError {
     pub fn is_damage_or_mismatch(&self) -> bool {
         match self {
             ReportError::Run { source, .. } => source.is_damage_or_mismatch(),
-            ReportError::Scene { .. } => true,
+            ReportError::Kept { .. } => true,
             ReportError::Empty { damage, .. } => !damage.is_empty(),
             ReportError::NoneLeft { passed_over } => {
                 passed_over.iter().any(PassedOver::is_damage_or_mismatch)

@@ -30,7 +30,7 @@ impl Report {
     /// # Errors
     /// [`ReportError`] for a table that cannot be read and for a figure that cannot be drawn.
     pub fn of(runs: &[RunTables]) -> Result<Report, ReportError> {
-        let title_of = |run: &RunTables| match &run.scene().title {
+        let title_of = |run: &RunTables| match &run.recipe().title {
             Some(title) => title.clone(),
             None => run.name().to_owned(),
         };
@@ -164,7 +164,7 @@ fn progress(
     cycles: Option<f64>,
     volume: Option<f64>,
 ) -> Result<Option<String>, ReportError> {
-    let (Some(wear), Some(cycles), Some(volume)) = (&run.scene().wear, cycles, volume) else {
+    let (Some(wear), Some(cycles), Some(volume)) = (&run.recipe().wear, cycles, volume) else {
         return Ok(None);
     };
     if wear.is_reached(cycles as u64, volume) {

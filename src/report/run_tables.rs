@@ -9,7 +9,8 @@ use serde_json::Value;
 use super::ReportError;
 use super::passed_over::{PassedOver, open_each};
 use super::scan::{ORDER, RUN, Scan, column};
-use crate::scene::{self, Scene};
+use crate::recipe::Recipe;
+use crate::scene;
 use crate::store::{Damage, History, RealFileSystem, RunReader, RunRecord, StoreError};
 use crate::tables::{Table, TableName};
 
@@ -19,7 +20,8 @@ use crate::tables::{Table, TableName};
 pub struct RunTables {
     reader: RunReader,
     name: String,
-    scene: Scene,
+    recipe: Recipe,
+    scene_toml: String,
     plan: Option<Value>,
     iterations: Vec<u64>,
     latest: u64,
@@ -30,27 +32,28 @@ impl RunTables {
     ///
     /// # Errors
     /// [`ReportError::Run`] for a folder that is no readable run, [`ReportError::Empty`] for a run without an iteration,
-    /// [`ReportError::Scene`].
+    /// [`ReportError::Kept`].
     pub fn open(root: &Path) -> Result<RunTables, ReportError> {
         let reader = open(root)?;
         let of_run = |source| ReportError::Run {
             run: root.to_owned(),
             source,
         };
-        let text = reader.scene_toml().map_err(of_run)?;
-        let scene = scene::load_kept(&root.join("scene.toml"), &text, &[]).map_err(|source| {
-            ReportError::Scene {
+        let scene_toml = reader.scene_toml().map_err(of_run)?;
+        let plan = reader.plan().map_err(of_run)?;
+        let recipe = scene::recipe_of_run(root, plan.as_ref(), &scene_toml).map_err(|source| {
+            ReportError::Kept {
                 run: root.to_owned(),
                 source: Box::new(source),
             }
         })?;
-        let plan = reader.plan().map_err(of_run)?;
         let iterations: Vec<u64> = reader.iterations().collect();
         Ok(RunTables {
             name: name_of(root),
             latest: iterations[iterations.len() - 1],
             reader,
-            scene,
+            recipe,
+            scene_toml,
             plan,
             iterations,
         })
@@ -75,9 +78,14 @@ impl RunTables {
         self.reader.path()
     }
 
-    /// The scene as kept in the run.
-    pub fn scene(&self) -> &Scene {
-        &self.scene
+    /// What the run was computed by.
+    pub fn recipe(&self) -> &Recipe {
+        &self.recipe
+    }
+
+    /// The text of the scene as kept in the run.
+    pub fn scene_toml(&self) -> &str {
+        &self.scene_toml
     }
 
     /// What was decided from the scene, the content of `plan.json`; `None` if it is not there or cannot be read.

@@ -6,6 +6,7 @@ use super::html::{NONE, Section, escaped, table};
 use super::quantity::{self, number};
 use super::run_tables::{numbers, texts};
 use super::{ReportError, RunTables};
+use crate::recipe::told;
 use crate::store::StageCost;
 use crate::tables::TableName;
 
@@ -95,21 +96,12 @@ fn text(value: &Value) -> String {
 
 fn decisions(runs: &[RunTables]) -> Section {
     let html = each(runs, |run| {
-        let Some(plan) = run.plan() else {
-            return "<p>The run has no readable plan.json.</p>\n".to_owned();
-        };
-        let list = |name: &str| plan[name].as_array().cloned().unwrap_or_default();
-        let decisions = list("decisions");
-        let rows: Vec<Vec<String>> = decisions
-            .iter()
-            .map(|decision| {
-                ["what", "choice", "why"]
-                    .map(|k| text(&decision[k]))
-                    .to_vec()
-            })
-            .collect();
-        let warnings: String = list("warnings")
-            .iter()
+        let rows = told(run.recipe()).into_iter();
+        let rows: Vec<Vec<String>> = rows.map(|d| vec![d.what, d.choice, d.why]).collect();
+        let warnings = run.plan().and_then(|plan| plan["warnings"].as_array());
+        let warnings: String = warnings
+            .into_iter()
+            .flatten()
             .map(|warning| format!("<p class=\"banner\">{}</p>\n", escaped(&text(warning))))
             .collect();
         let table = table(&words(["what", "decision", "why"]), &rows, false);
@@ -263,7 +255,7 @@ fn scenes(runs: &[RunTables]) -> Section {
         format!(
             "<details><summary>{}: scene.toml as kept in the run</summary>\n<pre>{}</pre></details>\n",
             escaped(run.name()),
-            escaped(&run.scene().to_toml())
+            escaped(run.scene_toml())
         )
     });
     Section {

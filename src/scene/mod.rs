@@ -14,20 +14,27 @@ pub mod variants;
 
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
+use crate::contact::{Elastic, Pair};
 use crate::grid::{Grid, Patch};
 use crate::model_update::{ContactElements, ModelUpdateError};
+use crate::recipe::Recipe;
+use crate::wear::cycle::March;
 
 pub use crate::contact::Boundary;
 pub use crate::dynamics::FrictionLaw;
 pub use crate::model_update::{Distribution, StiffnessKind as Stiffness};
+pub use crate::recipe::{
+    DampingBasis, Force, Heights as Surface, Keep, Output, Port, StructureSource as Structure, Wear,
+};
 pub use crate::structure::resonator::Resonator;
 pub use crate::surface::prepare::{Detrend, Fill};
 pub use crate::wear::joint::Scheme;
 pub use difference::{Difference, differences};
 pub use error::{Place, Problem, SceneError};
-pub use plan::{Decision, Plan, PlanError};
+pub use plan::{InputError, Plan, PlanError};
 
 /// A complete, checked scene. All quantities are SI.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -103,63 +110,6 @@ pub struct Solid {
     pub density: Option<f64>,
 }
 
-/// `[surface]`: where the heights come from. Heights are positive towards the other body.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum Surface {
-    /// Gaussian heights with a Gaussian autocorrelation, exp(−(x²/clx² + y²/cly²)).
-    Gaussian {
-        /// Root mean square height \[m\].
-        rq: f64,
-        /// Lengths along x and y at which the autocorrelation is 1/e \[m\].
-        correlation_length: [f64; 2],
-        /// Seed of the random stream.
-        seed: u64,
-    },
-    /// Gaussian heights with an exponential autocorrelation.
-    Exponential {
-        /// Root mean square height \[m\].
-        rq: f64,
-        /// Lengths along x and y at which the autocorrelation is 1/e \[m\].
-        correlation_length: [f64; 2],
-        /// Seed of the random stream.
-        seed: u64,
-    },
-    /// Gaussian heights with a self-affine power spectrum.
-    SelfAffine {
-        /// Root mean square height \[m\].
-        rq: f64,
-        /// Hurst exponent.
-        hurst: f64,
-        /// Wavelength above which the spectrum is flat \[m\].
-        rolloff_wavelength: f64,
-        /// Wavelength below which there is no roughness \[m\]; none: down to the grid.
-        cutoff_wavelength: Option<f64>,
-        /// Seed of the random stream.
-        seed: u64,
-    },
-    /// A perfectly flat surface.
-    Flat,
-    /// A sphere with its apex at height 0 in the middle of the joint.
-    Sphere {
-        /// Radius \[m\].
-        radius: f64,
-    },
-    /// Heights from a file.
-    File {
-        /// The file, absolute.
-        path: PathBuf,
-        /// Metres per unit of height, for a file that does not carry its unit.
-        unit: Option<f64>,
-        /// What is subtracted from the heights.
-        detrend: Detrend,
-        /// What becomes of points without a height.
-        fill: Fill,
-        /// Distance of the points along x and y \[m\], in place of what the file says.
-        spacing: Option<[f64; 2]>,
-    },
-}
-
 /// `[contact]`
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Contact {
@@ -224,49 +174,6 @@ pub enum Rotation {
     Free,
 }
 
-/// `[structure]`
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum Structure {
-    /// The single-lap-joint resonator, bonded without a contact.
-    Resonator {
-        /// Its dimensions, mesh and material; the lap has the size and the elements of the joint.
-        geometry: Box<Resonator>,
-    },
-    /// One mass on springs and dampers, and one contact element to the ground.
-    Oscillator {
-        /// Mass along x, y, z \[kg\].
-        mass: [f64; 3],
-        /// Damping along x, y, z \[N s/m\].
-        damping: [f64; 3],
-        /// Stiffness without the contact along x, y, z \[N/m\].
-        stiffness: [f64; 3],
-    },
-}
-
-/// A point of a structure and a direction.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Port {
-    /// Name of the point.
-    pub at: String,
-    /// 0, 1, 2 for x, y, z.
-    pub axis: usize,
-}
-
-/// `[dynamics] force`: `amplitude · cos(k ω t + phase)`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Force {
-    /// Half range \[N\].
-    pub amplitude: f64,
-    /// Where it acts, and along which axis.
-    #[serde(flatten)]
-    pub port: Port,
-    /// Lead \[rad\].
-    pub phase: f64,
-    /// k; 0 for a constant force.
-    pub harmonic: u32,
-}
-
 /// `[dynamics]`
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Dynamics {
@@ -290,14 +197,18 @@ pub struct Dynamics {
     pub points: Option<usize>,
 }
 
-/// Of which structure the damped modes are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum DampingBasis {
-    /// The unworn contact closed and stuck.
-    Stuck,
-    /// Without contact springs.
-    Free,
+impl Material {
+    /// The elastic constants of both bodies.
+    pub fn pair(&self) -> Pair {
+        let elastic = |solid: &Solid| Elastic {
+            youngs_modulus: solid.youngs_modulus,
+            poisson_ratio: solid.poisson_ratio,
+        };
+        Pair {
+            lower: elastic(&self.lower),
+            upper: elastic(&self.upper),
+        }
+    }
 }
 
 /// `[update]`: when the worn contact changes the contact elements.
@@ -346,30 +257,6 @@ pub enum Torsion {
     Rotation(f64),
     /// Half range of the moment \[N m\].
     Moment(f64),
-}
-
-/// `[wear]`. At least one of `cycles` and `volume` is there; the run ends at the first that is reached.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Wear {
-    /// Worn volume per dissipated energy \[m³/J\], [A eq. 2.5].
-    pub coefficient: f64,
-    /// Number of cycles to reach.
-    pub cycles: Option<u64>,
-    /// Worn volume to reach \[m³\].
-    pub volume: Option<f64>,
-    /// How a wear step is taken.
-    pub scheme: Scheme,
-    /// Largest local wear depth of a step \[m\]; always there for an explicit scheme.
-    pub depth_step: Option<f64>,
-    /// Relative error that a wear step may make, from `wear.tolerance`, `fidelity.wear_tolerance` or the preset.
-    pub tolerance: f64,
-}
-
-impl Wear {
-    /// True if these cycles, or this worn volume \[m³\], end the run.
-    pub fn is_reached(&self, cycles: u64, volume: f64) -> bool {
-        self.cycles.is_some_and(|end| cycles >= end) || self.volume.is_some_and(|end| volume >= end)
-    }
 }
 
 /// `[fidelity]`
@@ -428,35 +315,15 @@ pub enum CycleMode {
     Stepped,
 }
 
-/// `[output]`
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Output {
-    /// Which iterations are kept.
-    pub keep: Keep,
-    /// Whether the fields at every step of a cycle are written.
-    pub cycle_fields: bool,
-    /// Indentation and hysteresis curves are written every so many iterations; 0: never.
-    pub curves_every: u64,
-    /// Cycles at which a forced response of the worn state is computed, without feeding it back.
-    pub response_at: Vec<u64>,
-}
-
-/// Which iterations are kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Keep {
-    /// All of them.
-    All,
-    /// Some of them.
-    #[serde(untagged)]
-    Some {
-        /// Every so many; none: only those below.
-        every: Option<u64>,
-        /// The last so many, at least one.
-        last: u64,
-        /// Those that updated the model.
-        updates: bool,
-    },
+impl CycleMode {
+    /// How the solver marches it.
+    pub fn march(self) -> March {
+        match self {
+            CycleMode::Superposition => March::Superposition,
+            CycleMode::Reversal => March::Reversal,
+            CycleMode::Stepped => March::Stepped,
+        }
+    }
 }
 
 /// Reads the scene in the file at `path` with `sets` (`key=value` each) applied.
@@ -476,6 +343,31 @@ pub fn load(path: &Path, sets: &[String]) -> Result<Scene, SceneError> {
 /// As for [`load`].
 pub fn load_kept(path: &Path, text: &str, sets: &[String]) -> Result<Scene, SceneError> {
     resolve::scene(&document::read_kept(path, text, sets)?, name_of(path))
+}
+
+/// The recipe of a run in a folder: what its plan keeps, else what the scene that it keeps leads to now. A run that was last started by
+/// an older program keeps none; the files that its scene names are not read again.
+///
+/// # Errors
+/// [`KeptError`] for a scene that this version does not know or cannot run.
+pub fn recipe_of_run(root: &Path, plan: Option<&Value>, text: &str) -> Result<Recipe, KeptError> {
+    let kept = plan.and_then(|plan| plan.get("recipe"));
+    if let Some(recipe) = kept.and_then(|recipe| Recipe::deserialize(recipe).ok()) {
+        return Ok(recipe);
+    }
+    let scene = load_kept(&root.join("scene.toml"), text, &[])?;
+    Ok(plan::decide_without_files(&scene)?)
+}
+
+/// A scene that a run keeps and that leads to no recipe.
+#[derive(Debug, thiserror::Error)]
+pub enum KeptError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// It cannot be run.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
 }
 
 fn name_of(path: &Path) -> String {

@@ -2,11 +2,15 @@
 
 use std::time::Instant;
 
+use serde_json::Value;
+
 use super::error::NumericsError;
-use super::{Inputs, Observer, RunError, Stage, dynamic_response};
+use super::{Observer, RunError, Stage, dynamic_response};
+use crate::contact::Shear;
 use crate::contact::normal::{NormalSolution, Rotation};
 use crate::grid::Patch;
 use crate::model_update::Bolt;
+use crate::recipe::{Coupling, Inputs, Recipe};
 use crate::store::{Draft, Kept, RunStore, StageKey};
 use crate::tables::{TableName, TypedTable, typed};
 use crate::wear::{FrettingJoint, WearError};
@@ -65,13 +69,16 @@ impl VibrationKeys {
         let model_update = StageKey::new(
             Stage::ModelUpdate.name(),
             &[TableName::ModelUpdate, TableName::ContactElement],
-            &inputs.sections(&["joint", "contact", "update"]),
+            &parts(&inputs.recipe, &["contact", "elements"]),
             &upstream,
         );
         let dynamic_response = StageKey::new(
             Stage::DynamicResponse.name(),
             &dynamic_response::TABLES,
-            &inputs.sections(&["dynamics", "fidelity", "output.response_at"]),
+            &parts(
+                &inputs.recipe,
+                &["response", "elements", "output.response_at"],
+            ),
             &[&model_update],
         );
         VibrationKeys {
@@ -97,15 +104,8 @@ impl Keys {
         let wear = match &parent {
             None => None,
             Some(parent) => {
-                let parameters = inputs.sections(&[
-                    "joint",
-                    "material",
-                    "contact",
-                    "motion",
-                    "wear",
-                    "fidelity",
-                    "output.response_at",
-                ]);
+                let reads = ["contact", "cycle", "elements", "wear", "output.response_at"];
+                let parameters = parts(&inputs.recipe, &reads);
                 let tables = [
                     TableName::WearField,
                     TableName::WearStep,
@@ -121,13 +121,7 @@ impl Keys {
         };
         let mut upstream = vec![surface];
         upstream.extend(&wear);
-        let parameters = inputs.sections(&[
-            "joint",
-            "material",
-            "contact",
-            "fidelity",
-            "output.curves_every",
-        ]);
+        let parameters = parts(&inputs.recipe, &["contact", "output.curves_every"]);
         let tables = [
             TableName::ContactField,
             TableName::StaticContact,
@@ -143,7 +137,7 @@ impl Keys {
         });
         let mut upstream = vec![&static_contact];
         upstream.extend(vibration.as_ref().map(|keys| &keys.dynamic_response));
-        let parameters = inputs.sections(&["contact", "motion", "fidelity", "output.curves_every"]);
+        let parameters = parts(&inputs.recipe, &["contact", "cycle", "output.curves_every"]);
         let tables = [
             TableName::ContactField,
             TableName::Cycle,
@@ -259,9 +253,17 @@ impl Context<'_> {
         matches!(self.joint.rotation, Rotation::Free { .. }).then_some(contact.rotation)
     }
 
+    /// Tangential tractions, and what they have to do with the pressure.
+    pub fn shear_and_coupling(&self) -> (Shear, Coupling) {
+        let contact = self.inputs.recipe.contact();
+        contact.map_or((Shear::AlongX, Coupling::None), |contact| {
+            (contact.shear, contact.coupling)
+        })
+    }
+
     /// What clamps the joint, if its load falls with wear.
     pub fn bolt(&self) -> Option<Bolt> {
-        let contact = self.inputs.scene.contact.as_ref()?;
+        let contact = self.inputs.recipe.contact()?;
         Some(Bolt {
             stiffness: contact.bolt_stiffness?,
             load: contact.normal_load,
@@ -280,13 +282,13 @@ impl Context<'_> {
 
     /// Notes whether the iteration in progress, with these cycles and this volume behind it, is the last.
     pub fn reach(&mut self, cycles: u64, volume: f64) {
-        let wear = self.inputs.scene.wear.as_ref();
+        let wear = self.inputs.recipe.wear.as_ref();
         self.is_last = wear.is_none_or(|wear| wear.is_reached(cycles, volume));
     }
 
     /// True if the curves behind the stiffnesses belong to this iteration: every so many, and the last.
     pub fn curves_due(&self) -> bool {
-        let every = self.inputs.scene.output.curves_every;
+        let every = self.inputs.recipe.output.curves_every;
         every > 0 && (self.is_last || self.clock.wear_iteration.is_multiple_of(every))
     }
 
@@ -299,6 +301,39 @@ impl Context<'_> {
     /// The values of the kept cells, spread over the grid.
     pub fn field(&self, values: &[f64]) -> Vec<f64> {
         spread(&self.joint.patch, values)
+    }
+}
+
+/// Parts of a recipe by name, as `contact` or `output.curves_every`: what a stage reads goes into its key. Reasons do not
+/// influence a result.
+pub fn parts(recipe: &Recipe, names: &[&str]) -> Value {
+    let whole = serde_json::to_value(recipe).expect("a recipe is numbers, words and UTF-8 paths");
+    let of_joint = ["surface", "contact", "cycle", "elements"];
+    let part = |name: &str| {
+        let mut value = match of_joint.contains(&name) {
+            true => &whole["joints"][0],
+            false => &whole,
+        };
+        for name in name.split('.') {
+            value = &value[name];
+        }
+        let mut value = value.clone();
+        strip(&mut value);
+        value
+    };
+    let parts = names.iter().map(|name| ((*name).to_owned(), part(name)));
+    parts.collect::<serde_json::Map<_, _>>().into()
+}
+
+/// Takes away what does not influence a result.
+fn strip(value: &mut Value) {
+    match value {
+        Value::Object(object) => {
+            object.remove("why");
+            object.values_mut().for_each(strip);
+        }
+        Value::Array(items) => items.iter_mut().for_each(strip),
+        _ => (),
     }
 }
 

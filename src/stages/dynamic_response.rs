@@ -3,7 +3,7 @@
 use super::context::{Clock, VibrationKeys, is_kept, kept, put};
 use super::model_update::element_table;
 use super::vibrating::{Driven, InForce, Model, Shaken, Vibrating};
-use super::{Inputs, Observer, RunError, Stage};
+use super::{Observer, RunError, Stage};
 use crate::dynamics::closure::ClosureEnergy;
 use crate::dynamics::cycle::{JointCycle, JointSummary, joint_cycle};
 use crate::dynamics::vibration::ForcedPoint;
@@ -12,8 +12,8 @@ use crate::dynamics::{
     Start, Truncation, Vibration,
 };
 use crate::model_update::ElementParameters;
-use crate::scene::Plan;
-use crate::scene::plan::Layout;
+use crate::recipe::Inputs;
+use crate::recipe::build::Layout;
 use crate::store::{Draft, StageKey};
 use crate::tables::{TableName, typed};
 
@@ -99,9 +99,13 @@ pub fn shake(
 ) -> Result<Driven, RunError> {
     let (wear_iteration, observer) = (clock.wear_iteration, clock.observer);
     clock.timed(Stage::DynamicResponse, || {
-        let elements = vibrating.contact_elements(inputs, &model.parameters);
+        let elements = vibrating.contact_elements(&inputs.recipe, &model.parameters);
         let start = before.map(|before| (&before.harmonics, &before.start));
-        let tolerance = inputs.scene.fidelity.harmonic_tolerance;
+        let tolerance = inputs
+            .recipe
+            .response
+            .as_ref()
+            .and_then(|r| r.harmonic_tolerance);
         let resolved = vibrating
             .vibration
             .resolve(elements, start, tolerance)
@@ -162,7 +166,7 @@ pub fn worn_is_due(inputs: &Inputs, before: Option<u64>, cycles: u64, is_last: b
     let Some(before) = before else {
         return true;
     };
-    let asked = &inputs.scene.output.response_at;
+    let asked = &inputs.recipe.output.response_at;
     is_last || asked.iter().any(|&at| before < at && at <= cycles)
 }
 
@@ -183,8 +187,12 @@ pub fn worn_response(
     let (wear_iteration, observer) = (clock.wear_iteration, clock.observer);
     let (row, frf) = clock.timed(Stage::DynamicResponse, || {
         let vibration = &vibrating.vibration;
-        let elements = vibrating.contact_elements(inputs, parameters);
-        let tolerance = inputs.scene.fidelity.harmonic_tolerance;
+        let elements = vibrating.contact_elements(&inputs.recipe, parameters);
+        let tolerance = inputs
+            .recipe
+            .response
+            .as_ref()
+            .and_then(|r| r.harmonic_tolerance);
         let (balance, resonance) = match tolerance {
             Some(_) => vibration
                 .resolve(
@@ -227,12 +235,12 @@ pub fn forced_response(
     balance: HarmonicBalance<ContactElement>,
     wear_iteration: u64,
 ) -> Result<typed::Frf, RunError> {
-    let dynamics = inputs.scene.dynamics.as_ref();
+    let response = inputs.recipe.response.as_ref();
     let force = balance
         .drive()
         .map_or(0.0, |load| load.cosine.hypot(load.sine));
     let points = vibration
-        .forced_response(balance, dynamics.and_then(|d| d.points))
+        .forced_response(balance, response.and_then(|response| response.points))
         .map_err(fail(wear_iteration))?;
     let series = |value: fn(&ForcedPoint) -> f64| points.iter().map(value).collect::<Vec<f64>>();
     Ok(typed::Frf {
@@ -329,7 +337,7 @@ fn response_table(
     let harmonics = balance.harmonics();
     let n = harmonics.coefficients();
     let contact = 3 * balance.elements().len();
-    let points = Plan::points(&inputs.scene);
+    let points = inputs.recipe.points();
     let mut table = typed::Response::default();
     for port in 0..phase.displacement.len() / n {
         let displacement = &phase.displacement[port * n..][..n];

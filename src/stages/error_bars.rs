@@ -5,7 +5,7 @@ use super::fretting_cycle::Cycle;
 use super::state::Committed;
 use super::vibrating::{Driven, Shaken};
 use super::wear::Worn;
-use crate::scene::Wear;
+use crate::recipe::Wear;
 use crate::tables::typed::Summary;
 use crate::wear::error_bar::{self, VolumeError};
 

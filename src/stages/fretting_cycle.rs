@@ -6,6 +6,7 @@ use super::static_contact::{StaticContact, contact_field};
 use super::{RunError, Stage, curves};
 use crate::contact::normal::NormalSolution;
 use crate::grid::ByAxis;
+use crate::recipe::Motion;
 use crate::store::Draft;
 use crate::tables::{TableName, typed};
 use crate::wear::cycle::{CycleSolution, Instant, March};
@@ -91,7 +92,9 @@ pub fn is_complete(context: &Context, draft: &mut Draft, keys: &Keys) -> Result<
 /// The instants that are written: a history's own, not those between them at which it is marched too. So the cycle of a run with
 /// a history is a history with the same result.
 fn recorded<'a>(context: &Context, instants: &'a [Instant]) -> Vec<&'a Instant> {
-    let middles = context.inputs.halved && context.joint.march == March::Stepped;
+    let motion = context.inputs.recipe.cycle().map(|cycle| &cycle.motion);
+    let halved = matches!(motion, Some(Motion::History { halved: true, .. }));
+    let middles = halved && context.joint.march == March::Stepped;
     let every = if middles { 2 } else { 1 };
     instants.iter().step_by(every).collect()
 }

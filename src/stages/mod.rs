@@ -13,7 +13,6 @@ mod error;
 mod error_bars;
 mod fretting_cycle;
 mod indentation;
-mod inputs;
 mod ledger;
 mod model_update;
 mod reference;
@@ -33,7 +32,6 @@ use std::fmt;
 use std::str::FromStr;
 
 pub use error::RunError;
-pub use inputs::Inputs;
 pub use run::{Ending, Observer, Outcome, Progress, RunOptions, Source, run};
 pub use spent::Spent;
 pub use standing::{LastUpdate, Standing};

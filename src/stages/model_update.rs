@@ -5,11 +5,11 @@ use super::error::NumericsError;
 use super::state::Committed;
 use super::static_contact::{StaticContact, stiffnesses};
 use super::vibrating::{Model, Vibrating, linearise, springs};
-use super::{Inputs, RunError, Stage};
+use super::{RunError, Stage};
 use crate::dynamics::ElementState;
 use crate::model_update::{Compliance, Criterion, DueTo, ElementParameters, UpdateState};
-use crate::scene::plan::Layout;
-use crate::scene::{Plan, Stiffness};
+use crate::recipe::build::Layout;
+use crate::recipe::{Contact, ElementStiffness, Recipe};
 use crate::store::Draft;
 use crate::tables::typed;
 use crate::wear::FrettingJoint;
@@ -60,7 +60,7 @@ pub fn renewed(
         compliance: compliance(vibrating, contact.kn, contact.kt),
         wear_volume,
     };
-    let criterion = Plan::criterion(inputs.scene.update);
+    let criterion = criterion(&inputs.recipe);
     let due = before.map(|before| criterion.due(&before.reference, &now));
     let reason = match due {
         Some(None) => {
@@ -90,6 +90,13 @@ pub fn renewed(
     })
 }
 
+/// When the contact elements are due.
+fn criterion(recipe: &Recipe) -> Criterion {
+    recipe
+        .elements()
+        .map_or(Criterion::Never, |elements| elements.update)
+}
+
 /// Compliance of the springs of a joint of kn and kt together.
 fn compliance(vibrating: &Vibrating, kn: f64, kt: f64) -> Compliance {
     let total = Compliance::of(kn, kt);
@@ -111,11 +118,11 @@ pub struct Coming<'a> {
 impl<'a> Coming<'a> {
     /// `None` where the length of a step has no influence on an update.
     pub fn of(
-        inputs: &Inputs,
+        recipe: &Recipe,
         vibrating: Option<&'a Vibrating>,
         before: &Committed,
     ) -> Result<Option<Self>, RunError> {
-        let criterion = Plan::criterion(inputs.scene.update);
+        let criterion = criterion(recipe);
         let (Some(vibrating), Some(driven)) = (vibrating, &before.driven) else {
             return Ok(None);
         };
@@ -147,13 +154,13 @@ impl<'a> Coming<'a> {
     pub fn reached(
         &self,
         joint: &mut FrettingJoint,
-        plan: &Plan,
+        contact: Option<&Contact>,
         pressure: &[f64],
         wear_volume: f64,
     ) -> Result<f64, NumericsError> {
-        let (kn, kt) = match self.criterion {
-            Criterion::StiffnessChange(_) => {
-                stiffnesses(joint, pressure, plan.shear, plan.coupling)?
+        let (kn, kt) = match (self.criterion, contact) {
+            (Criterion::StiffnessChange(_), Some(contact)) => {
+                stiffnesses(joint, pressure, contact.shear, contact.coupling)?
             }
             _ => (f64::INFINITY, f64::INFINITY),
         };
@@ -172,17 +179,21 @@ pub fn parameters(
         unreachable!("a joint with a surface has a map from its cells to the contact elements");
     };
     let (pressure, gap) = (&contact.solution.pressure, &contact.solution.gap);
-    let stiffness = inputs.scene.contact.as_ref().map(|c| c.stiffness);
-    if stiffness == Some(Stiffness::Tangent) {
+    let tangent = ElementStiffness::is_tangent;
+    if inputs
+        .recipe
+        .elements()
+        .is_some_and(|e| tangent(&e.stiffness))
+    {
         let (linearisation, _) = context.timed(Stage::ModelUpdate, |joint| {
-            Ok(linearise(inputs, joint, pressure)?)
+            Ok(linearise(&inputs.recipe, joint, pressure)?)
         })?;
-        let springs = springs(inputs, &linearisation, vibrating.smooth);
+        let springs = springs(&inputs.recipe, &linearisation, vibrating.smooth);
         return Ok(ElementParameters::new(elements, pressure, gap, springs)?);
     }
     // kn and kt of the whole joint are known already: no linearisation is needed to share them.
     let springs = super::vibrating::shared_springs(
-        inputs,
+        &inputs.recipe,
         Compliance::of(contact.kn, contact.kt),
         vibrating.smooth,
     );

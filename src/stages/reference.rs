@@ -1,11 +1,11 @@
 //! The unworn joint under its load, once a run: against it the whole run is measured.
 
-use super::context::Clock;
+use super::context::{Clock, parts};
 use super::error::NumericsError;
 use super::vibrating::{linearise, springs};
-use super::{Inputs, RunError, Stage};
-use crate::model_update::{Compliance, ContactElements, ElementParameters};
-use crate::scene::Stiffness;
+use super::{RunError, Stage};
+use crate::model_update::{Compliance, ContactElements, ElementParameters, StiffnessKind};
+use crate::recipe::{ElementStiffness, Inputs};
 use crate::store::{Kept, RunStore, StageKey};
 use crate::tables::{TableName, TypedTable, typed};
 use crate::wear::{FrettingJoint, WearError};
@@ -31,8 +31,8 @@ pub fn reference(
     store: &mut RunStore,
     clock: &mut Clock,
 ) -> Result<Reference, RunError> {
-    let sections = inputs.sections(&["joint", "material", "contact", "structure", "fidelity"]);
-    let key = StageKey::new(Stage::Reference.name(), &TABLES, &sections, &[surface]);
+    let reads = parts(&inputs.recipe, &["contact", "elements"]);
+    let key = StageKey::new(Stage::Reference.name(), &TABLES, &reads, &[surface]);
     let row = store.once(TableName::Reference, &key)?;
     let of_elements = store.once(TableName::ReferenceElement, &key)?;
     let (row, of_elements) = match (row, of_elements) {
@@ -98,19 +98,25 @@ fn unworn(
     let Some(elements) = elements else {
         return Ok((row, None));
     };
-    let stiffness = inputs.scene.contact.as_ref().map(|c| c.stiffness);
-    let smooth = match stiffness {
-        Some(Stiffness::Roughness) => {
-            let shear = inputs.plan.shear;
-            let smooth = Compliance::smooth(&mut joint.half_space, &joint.patch, shear);
+    let recipe = &inputs.recipe;
+    let stiffness = recipe.elements().map(|elements| elements.stiffness);
+    let smooth = match (stiffness, recipe.contact()) {
+        (
+            Some(ElementStiffness::Contact {
+                stiffness: StiffnessKind::Roughness,
+                ..
+            }),
+            Some(contact),
+        ) => {
+            let smooth = Compliance::smooth(&mut joint.half_space, &joint.patch, contact.shear);
             Some(smooth.map_err(WearError::Contact)?)
         }
         _ => None,
     };
     row.smooth_compliance_normal = smooth.map(|smooth| smooth.normal);
     row.smooth_compliance_tangential = smooth.map(|smooth| smooth.tangential);
-    let linearisation = linearise(inputs, joint, &unworn.pressure).map_err(WearError::Contact)?;
-    let springs = springs(inputs, &linearisation, smooth);
+    let linearisation = linearise(recipe, joint, &unworn.pressure).map_err(WearError::Contact)?;
+    let springs = springs(recipe, &linearisation, smooth);
     let found = ElementParameters::new(elements, &unworn.pressure, &unworn.gap, springs)?;
     let rows = typed::ReferenceElement {
         element: (0..found.normal_load.len() as i32).collect(),

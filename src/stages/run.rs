@@ -14,10 +14,9 @@ use super::structure::Stored;
 use super::summary::{FREE_KEYS, INHERITED_KEYS, summary};
 use super::vibrating::Vibrating;
 use super::vibration_alone::vibration_alone;
-use super::{
-    Inputs, RunError, Stage, fretting_cycle, reference, static_contact, structure, surface, wear,
-};
-use crate::scene::{self, RoughJoint, Surface};
+use super::{RunError, Stage, fretting_cycle, reference, static_contact, structure, surface, wear};
+use crate::model_update::Criterion;
+use crate::recipe::{self, Inputs};
 use crate::store::{Cache, Draft, FileSystem, Keep, Opening, RunIdentity, RunStore, StageKey};
 use crate::tables::{Table, TableName, typed};
 
@@ -32,7 +31,7 @@ pub struct Source {
 
 /// What to run and how far.
 pub struct RunOptions<'a> {
-    /// The scene, with its files.
+    /// The recipe, with what its files say.
     pub inputs: &'a Inputs,
     /// Folder of the run.
     pub root: PathBuf,
@@ -119,8 +118,9 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
     if options.until == Some(Stage::Structure) {
         return outcome(&mut store, inputs, Ending::Until(Stage::Structure));
     }
-    match (inputs.scene.rough(), stored) {
-        (Some(rough), stored) => run_rough(options, store, clock, &rough, stored),
+    let recipe = &inputs.recipe;
+    match (recipe.surface().zip(recipe.contact()), stored) {
+        (Some(rough), stored) => run_rough(options, store, clock, rough, stored),
         (None, Some(stored)) => {
             if store.latest().is_none() {
                 vibration_alone(inputs, stored, &mut store, &mut clock)?;
@@ -138,7 +138,7 @@ fn is_done(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Result
     let Some(latest) = store.latest() else {
         return Ok(false);
     };
-    let Some(wear) = &inputs.scene.wear else {
+    let Some(wear) = &inputs.recipe.wear else {
         return Ok(true);
     };
     let summary: typed::Summary = store.typed(latest)?;
@@ -152,12 +152,7 @@ fn is_done(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Result
     let of = |bar: Option<f64>| bar.unwrap_or(0.0);
     let of_vibration = of(summary.error_harmonics) + of(summary.error_closure);
     let steps = of(summary.error_wear_volume) - of_vibration;
-    if let Some(asked) = inputs
-        .scene
-        .fidelity
-        .tolerance
-        .filter(|asked| steps > *asked)
-    {
+    if let Some(asked) = inputs.recipe.asked_error.filter(|asked| steps > *asked) {
         observer.notice(&format!(
             "fidelity.tolerance = {asked}: the wear steps' part of the error bar of wear_volume is {steps:.2e}; give a smaller fidelity.tolerance or wear.tolerance"
         ));
@@ -167,20 +162,20 @@ fn is_done(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Result
 
 /// The stages of a scene, in their order.
 fn stages_of(inputs: &Inputs) -> Vec<Stage> {
-    let scene = &inputs.scene;
-    let (rough, vibrates) = (scene.surface.is_some(), scene.structure.is_some());
+    let recipe = &inputs.recipe;
+    let (rough, vibrates) = (recipe.surface().is_some(), recipe.structure.is_some());
     Stage::ALL
         .into_iter()
         .filter(|stage| match stage {
             Stage::Structure | Stage::DynamicResponse => vibrates,
             Stage::Surface | Stage::StaticContact => rough,
             Stage::Reference => {
-                let bolt = scene.contact.as_ref().and_then(|c| c.bolt_stiffness);
+                let bolt = recipe.contact().and_then(|c| c.bolt_stiffness);
                 rough && (vibrates || bolt.is_some())
             }
             Stage::ModelUpdate => rough && vibrates,
-            Stage::FrettingCycle => rough && (vibrates || scene.motion.is_some()),
-            Stage::Wear => scene.wear.is_some(),
+            Stage::FrettingCycle => recipe.cycle().is_some(),
+            Stage::Wear => recipe.wear.is_some(),
         })
         .collect()
 }
@@ -197,24 +192,22 @@ fn run_rough(
     options: &RunOptions,
     mut store: RunStore,
     mut clock: Clock,
-    rough: &RoughJoint,
+    (surface, contact): (&recipe::Surface, &recipe::Contact),
     stored: Option<Stored>,
 ) -> Result<Outcome, RunError> {
     let inputs = options.inputs;
     let observer = clock.observer;
-    let unworn = surface::surface(inputs, rough, &mut store, observer)?;
+    let unworn = surface::surface(inputs, surface, &mut store, observer)?;
     if options.until == Some(Stage::Surface) {
         return outcome(&mut store, inputs, Ending::Until(Stage::Surface));
     }
     clock.timing.extend(unworn.timing);
     let motion = inputs.motion.clone();
-    let fidelity = &inputs.scene.fidelity;
-    let mut joint = inputs
-        .plan
-        .build(fidelity, rough, unworn.patch, unworn.height, motion);
+    let cycle = inputs.recipe.cycle();
+    let mut joint = contact.joint(cycle, unworn.patch, unworn.height, motion);
     joint.half_space.set_threads(options.threads);
-    let bolt = rough.contact.bolt_stiffness;
-    let elements = rough.elements().transpose()?;
+    let bolt = contact.bolt_stiffness;
+    let elements = surface.contact_elements()?;
     let mut reference = None;
     if elements.is_some() || bolt.is_some() {
         let (elements, key) = (elements.as_ref(), &unworn.key);
@@ -251,7 +244,7 @@ fn run_rough(
         }
         // Whatever the next iteration depends on is read back from what is committed, so that a run which is continued
         // computes from the very same numbers as one that is not interrupted.
-        let before = match (store.latest(), &inputs.scene.wear) {
+        let before = match (store.latest(), &inputs.recipe.wear) {
             (Some(latest), Some(_)) => {
                 context.clock.wear_iteration = latest;
                 let vibrating = vibrating.as_ref();
@@ -298,18 +291,12 @@ fn run_rough(
 
 fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunError> {
     let inputs = options.inputs;
-    let seed = match &inputs.scene.surface {
-        Some(
-            Surface::Gaussian { seed, .. }
-            | Surface::Exponential { seed, .. }
-            | Surface::SelfAffine { seed, .. },
-        ) => Some(*seed),
-        _ => None,
-    };
+    let surface = inputs.recipe.surface();
+    let seed = surface.and_then(|surface| surface.heights.seed());
     let identity = RunIdentity {
-        scene: inputs.canonical.clone(),
-        scene_toml: inputs.scene.to_toml(),
-        plan: serde_json::to_value(&inputs.plan).expect("a plan is numbers and words"),
+        scene: inputs.identity.scene.clone(),
+        scene_toml: inputs.identity.scene_toml.clone(),
+        plan: inputs.identity.plan.clone(),
         program_version: env!("CARGO_PKG_VERSION").to_owned(),
         threads: 1,
         seed,
@@ -328,7 +315,7 @@ fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunEr
         )?,
     };
     observer.opened(&opening);
-    if inputs.scene.wear.is_some() {
+    if inputs.recipe.wear.is_some() {
         committed(&store, inputs, observer)?;
     }
     // A run that was killed before it pruned, or is finished and now keeps less, has no commit that would do it.
@@ -345,8 +332,8 @@ fn iterate(
     before: Option<&Committed>,
     until: Option<Stage>,
 ) -> Result<Option<Stage>, RunError> {
-    let scene = &context.inputs.scene;
-    let mut worn = match (&keys.wear, &scene.wear, before) {
+    let recipe = &context.inputs.recipe;
+    let mut worn = match (&keys.wear, &recipe.wear, before) {
         (Some(key), Some(wear), Some(before)) => {
             wear::wear(context, draft, keys, key, wear, vibrating, before)?
         }
@@ -361,7 +348,7 @@ fn iterate(
     let predicted = worn.predicted.take();
     let (contact, shear) =
         static_contact::static_contact(context, draft, keys, &worn.wear, predicted)?;
-    if vibrating.is_none() && scene.motion.is_none() {
+    if recipe.cycle().is_none() {
         let row = summary(context, before, &worn, &contact, None, None)?;
         put_summary(draft, &keys.static_contact, &row)?;
         return Ok(None);
@@ -429,7 +416,7 @@ fn committed(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Resu
         return Ok(());
     };
     let mut summary: typed::Summary = store.typed(wear_iteration)?;
-    if inputs.scene.wear.is_none() {
+    if inputs.recipe.wear.is_none() {
         summary = typed::Summary::default();
     }
     observer.committed(&Progress {
@@ -442,14 +429,15 @@ fn committed(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Resu
 }
 
 fn prune(store: &mut RunStore, inputs: &Inputs) -> Result<(), RunError> {
-    if let scene::Keep::Some {
+    if let recipe::Keep::Some {
         every,
         last,
         updates,
-    } = inputs.scene.output.keep
+    } = inputs.recipe.output.keep
     {
         let mut also = BTreeSet::new();
-        if updates && inputs.scene.update.is_some() {
+        let criterion = inputs.recipe.elements().map(|elements| elements.update);
+        if updates && criterion.is_some_and(|criterion| criterion != Criterion::Never) {
             for wear_iteration in store.reader().iterations() {
                 if store.typed::<typed::ModelUpdate>(wear_iteration)?.updated {
                     also.insert(wear_iteration);

@@ -1,7 +1,7 @@
 //! How far a run is, read from what it has committed and drafted: the same for who computes it and for who only looks.
 
 use super::{RunError, Stage};
-use crate::scene::Scene;
+use crate::recipe::Recipe;
 use crate::store::{RunReader, StoreError};
 use crate::tables::{TableName, typed};
 
@@ -47,16 +47,16 @@ pub struct Standing {
 }
 
 impl Standing {
-    /// Looks at a run of a scene.
+    /// Looks at the run of a recipe.
     ///
     /// # Errors
     /// Those of reading it.
-    pub fn of(reader: &RunReader, scene: &Scene) -> Result<Standing, RunError> {
+    pub fn of(reader: &RunReader, recipe: &Recipe) -> Result<Standing, RunError> {
         let latest = reader.latest();
         let draft = reader.drafted(latest.map_or(0, |k| k + 1))?;
         let summary = latest.map(|k| reader.typed::<typed::Summary>(k));
         let summary = summary.transpose()?.unwrap_or_default();
-        let wear = scene.wear.as_ref();
+        let wear = recipe.wear.as_ref();
         let cycles = summary.cycles.filter(|_| wear.is_some());
         let cycles = cycles.map(|cycles| cycles as u64);
         let volume = summary.wear_volume.filter(|_| wear.is_some());
@@ -73,7 +73,7 @@ impl Standing {
             wear_iteration: latest,
             done,
             stage: (!done)
-                .then(|| stage(scene, latest.is_some(), &draft))
+                .then(|| stage(recipe, latest.is_some(), &draft))
                 .flatten(),
             draft,
             cycles,
@@ -112,9 +112,9 @@ impl Standing {
 }
 
 /// The stage after those whose tables are drafted. Of a scene without surface there is only one beside its structure.
-fn stage(scene: &Scene, follows: bool, draft: &[TableName]) -> Option<Stage> {
-    let vibrates = scene.structure.is_some();
-    if scene.surface.is_none() {
+fn stage(recipe: &Recipe, follows: bool, draft: &[TableName]) -> Option<Stage> {
+    let vibrates = recipe.structure.is_some();
+    if recipe.surface().is_none() {
         return Some(Stage::DynamicResponse);
     }
     let has = |table| draft.contains(&table);

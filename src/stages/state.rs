@@ -5,7 +5,6 @@ use super::static_contact::{StaticContact, borne, stiffnesses};
 use super::vibrating::{Driven, Vibrating};
 use super::{RunError, Stage, dynamic_response, model_update};
 use crate::contact::Shear;
-use crate::scene::Plan;
 use crate::store::RunStore;
 use crate::tables::{TableError, TableName, typed};
 use crate::wear::cycle::CycleSolution;
@@ -70,9 +69,11 @@ pub fn follow(
     vibrating: &Vibrating,
     driven: &Driven,
 ) -> Result<(), RunError> {
-    let inputs = context.inputs;
-    let fine = vibrating.motion(inputs, driven, context.load)?;
-    let (motion, march) = Plan::computed_motion(&inputs.scene.fidelity, &fine)?;
+    let Some(cycle) = context.inputs.recipe.cycle() else {
+        unreachable!("a structure moves its joint through a cycle");
+    };
+    let fine = vibrating.motion(context.inputs, driven, context.load)?;
+    let (motion, march) = cycle.of_computed(&fine)?;
     context.joint.motion = motion;
     context.joint.march = march;
     Ok(())
@@ -84,7 +85,7 @@ fn balance(
     committed: &mut Committed,
 ) -> Result<(), RunError> {
     let before = &committed.worn;
-    let (shear_axes, coupling) = (context.inputs.plan.shear, context.inputs.plan.coupling);
+    let (shear_axes, coupling) = context.shear_and_coupling();
     let (bolt, load) = (context.bolt(), context.load);
     let ((contact, load, kn, kt), fft_pairs) = context.timed(Stage::StaticContact, |joint| {
         let start = Some(&before.pressure[..]);
@@ -129,7 +130,7 @@ fn as_committed(
     let field = |values: &Option<Vec<f64>>, column| -> Result<Vec<f64>, TableError> {
         Ok(context.field(there(TableName::ContactField, values, column)?))
     };
-    let axes = match context.inputs.plan.shear {
+    let axes = match context.shear_and_coupling().0 {
         Shear::AlongX => 1,
         Shear::InPlane => 2,
     };

@@ -10,7 +10,7 @@ use crate::contact::stiffness::Direction;
 use crate::contact::{Shear, stiffness};
 use crate::grid::{ByAxis, Patch};
 use crate::model_update::{Approach, Bolt, preload};
-use crate::scene::plan::Coupling;
+use crate::recipe::Coupling;
 use crate::store::Draft;
 use crate::tables::{TableName, typed};
 use crate::wear::FrettingJoint;
@@ -87,12 +87,15 @@ pub fn static_contact(
     if let Some(done) = resume(context, draft, keys)? {
         return Ok(done);
     }
-    let (shear_axes, coupling) = (context.inputs.plan.shear, context.inputs.plan.coupling);
+    let (shear_axes, coupling) = context.shear_and_coupling();
     let curve_due = context.curves_due();
     let start = predicted.as_ref().map(|p| &p.pressure[..]);
     let (bolt, load) = (context.bolt(), context.load);
-    let contact = context.inputs.scene.contact.as_ref();
-    let approach = contact.and_then(|contact| contact.approach);
+    let approach = context
+        .inputs
+        .recipe
+        .contact()
+        .and_then(|contact| contact.approach);
     let ((load, solution, indented), solve_pairs) =
         context.timed(Stage::StaticContact, |joint| match (coupling, approach) {
             (Coupling::Indented { load_steps }, _) => {

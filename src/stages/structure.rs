@@ -1,11 +1,12 @@
 //! The reduced structure, once a run and shared between runs.
 
-use super::context::Clock;
-use super::{Inputs, RunError, Stage};
+use super::context::{Clock, parts};
+use super::{RunError, Stage};
 use crate::linalg::Matrix;
-use crate::scene::{Resonator, Structure};
+use crate::recipe::{Inputs, StructureSource};
 use crate::store::{Cache, Kept, RunStore, StageKey};
 use crate::structure::reduction::{Ports, Reduced};
+use crate::structure::resonator::Resonator;
 use crate::tables::{Table, TableName, TypedTable, typed};
 
 const TABLES: [TableName; 4] = [
@@ -31,24 +32,23 @@ pub fn structure(
     cache: Option<&Cache>,
     clock: &mut Clock,
 ) -> Result<Option<Stored>, RunError> {
-    let Some(structure) = &inputs.scene.structure else {
+    let Some(structure) = &inputs.recipe.structure else {
         return Ok(None);
     };
-    let mut parameters = inputs.sections(&["structure", "dynamics.modes"]);
+    let mut parameters = parts(&inputs.recipe, &["structure"]);
     // Another version may mesh or reduce otherwise.
     parameters["version"] = env!("CARGO_PKG_VERSION").into();
     let key = StageKey::new(Stage::Structure.name(), &TABLES, &parameters, &[]);
-    let Structure::Resonator { geometry } = structure else {
+    let StructureSource::Resonator { geometry } = &structure.source else {
         return Ok(Some(Stored { reduced: None, key }));
     };
-    let modes = inputs.scene.dynamics.as_ref().map_or(0, |d| d.modes);
     let tables = match own(store, &key)? {
         Some(tables) => tables,
         None => {
             let tables = match shared(cache, &key, clock) {
                 Some(tables) => tables,
                 None => clock.timed(Stage::Structure, || {
-                    tables_of(&geometry.reduce(modes)?, geometry)
+                    tables_of(&geometry.reduce(structure.modes)?, geometry)
                 })?,
             };
             for (name, table) in TABLES.iter().zip(&tables) {

@@ -90,7 +90,7 @@ pub fn summary(
     summary.tangential_iterations = Some(cycle.solution.steps as i64);
     summary.error_tangential = Some(cycle.solution.error);
     summary.error_cycle = Some(cycle.solution.relative_error());
-    if let Some(wear) = &context.inputs.scene.wear {
+    if let Some(wear) = &context.inputs.recipe.wear {
         let volume = before.map_or(0.0, |b| b.volume) + worn.volume;
         // A run that began from another may wear at another coefficient than it.
         let energy = before.map_or(0.0, |b| b.energy) + worn.volume / wear.coefficient;

@@ -1,13 +1,11 @@
 //! The unworn surface, once a run.
 
-use super::context::Timing;
-use super::{Inputs, Observer, RunError, Stage};
+use super::context::{Timing, parts};
+use super::{Observer, RunError, Stage};
 use crate::grid::Patch;
-use crate::scene::{self, RoughJoint};
+use crate::recipe::{self, Heights, Inputs};
 use crate::store::{Kept, RunStore, StageKey};
 use crate::surface::generate::{self, RandomSurface, Spectrum};
-use crate::surface::prepare::{self, PrepareOptions, Prepared};
-use crate::surface::readers::{self, ReadOptions};
 use crate::tables::{TableName, TypedTable, typed};
 
 /// The joint's cells and their unworn heights.
@@ -22,17 +20,17 @@ pub struct Unworn {
 /// Computes the surface, or takes the one that an earlier start computed from the same inputs.
 pub fn surface(
     inputs: &Inputs,
-    rough: &RoughJoint,
+    recipe: &recipe::Surface,
     store: &mut RunStore,
     observer: &dyn Observer,
 ) -> Result<Unworn, RunError> {
     let key = StageKey::new(
         Stage::Surface.name(),
         &[TableName::Surface],
-        &inputs.sections(&["joint", "surface"]),
+        &parts(&inputs.recipe, &["surface"]),
         &[],
     );
-    let grid = rough.grid;
+    let grid = recipe.grid();
     if let Kept::Valid(table) = store.once(TableName::Surface, &key)? {
         let typed::Surface { height, kept, .. } = typed::Surface::of(&table)?;
         return Ok(Unworn {
@@ -44,7 +42,7 @@ pub fn surface(
     }
     observer.stage(Stage::Surface, 0);
     let begin = std::time::Instant::now();
-    let (patch, height, notices) = heights(inputs, rough)?;
+    let (patch, height, notices) = heights(inputs, recipe)?;
     for notice in notices {
         observer.notice(&format!("[surface]: {notice}"));
     }
@@ -71,61 +69,26 @@ pub fn surface(
     })
 }
 
-/// The heights of a surface's file on the joint's cells, from the bytes of the file; none of another surface. Only they are
-/// kept: the map may be many times larger than the joint's grid.
-///
-/// # Errors
-/// [`RunError`] for bytes that are no map of heights, and a map that does not fit the joint.
-pub fn measured(rough: &RoughJoint, bytes: Vec<u8>) -> Result<Option<Prepared>, RunError> {
-    let scene::Surface::File {
-        path,
-        unit,
-        detrend,
-        fill,
-        spacing,
-    } = rough.surface
-    else {
-        return Ok(None);
-    };
-    let options = ReadOptions {
-        height_unit: *unit,
-        lateral_unit: None,
-        spacing: *spacing,
-    };
-    let topography = readers::parse(path, &bytes, &options)?;
-    drop(bytes);
-    let options = PrepareOptions {
-        detrend: *detrend,
-        fill: *fill,
-    };
-    prepare::onto_joint(&topography, &rough.patch(), options)
-        .map(Some)
-        .map_err(|source| RunError::Prepare {
-            path: path.clone(),
-            source,
-        })
-}
-
 /// Cells, unworn heights, and what the user should know of them.
 fn heights(
     inputs: &Inputs,
-    rough: &RoughJoint,
+    recipe: &recipe::Surface,
 ) -> Result<(Patch, Vec<f64>, Vec<String>), RunError> {
     if let Some(measured) = &inputs.measured {
         let notices = measured.notices.iter().map(ToString::to_string).collect();
         return Ok((measured.patch.clone(), measured.heights.clone(), notices));
     }
-    let patch = rough.patch();
+    let patch = recipe.patch()?;
     let mut notices = Vec::new();
     let mut random = |spectrum, rq, seed| -> Result<Vec<f64>, RunError> {
         let generated = generate::random(&patch, &RandomSurface { rq, spectrum, seed })?;
         notices.extend(generated.warnings.iter().map(ToString::to_string));
         Ok(generated.heights)
     };
-    let height = match rough.surface {
-        scene::Surface::Flat => generate::flat(&patch),
-        scene::Surface::Sphere { radius } => generate::sphere(&patch, *radius)?,
-        scene::Surface::Gaussian {
+    let height = match &recipe.heights {
+        Heights::Flat => generate::flat(&patch),
+        Heights::Sphere { radius } => generate::sphere(&patch, *radius)?,
+        Heights::Gaussian {
             rq,
             correlation_length,
             seed,
@@ -136,7 +99,7 @@ fn heights(
             *rq,
             *seed,
         )?,
-        scene::Surface::Exponential {
+        Heights::Exponential {
             rq,
             correlation_length,
             seed,
@@ -147,7 +110,7 @@ fn heights(
             *rq,
             *seed,
         )?,
-        scene::Surface::SelfAffine {
+        Heights::SelfAffine {
             rq,
             hurst,
             rolloff_wavelength,
@@ -161,7 +124,7 @@ fn heights(
             };
             random(spectrum, *rq, *seed)?
         }
-        scene::Surface::File { .. } => unreachable!("the inputs hold what a file gives"),
+        Heights::File { .. } => unreachable!("the inputs hold what a file gives"),
     };
     Ok((patch, height, notices))
 }

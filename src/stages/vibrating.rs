@@ -1,19 +1,19 @@
 //! What moves the joint of a run: its vibrating structure, the contact elements in force, and the response to them.
 
+use super::RunError;
 use super::dynamic_response::shaken_of;
 use super::model_update::model_of;
 use super::reference::Reference;
 use super::structure::Stored;
-use super::{Inputs, RunError};
 use crate::contact::{ContactError, Shear};
 use crate::dynamics::cycle::joint_cycle;
 use crate::dynamics::{ContactElement, Harmonics, Sampling, Start, Truncation, Vibration};
 use crate::model_update::{
-    Compliance, ContactElements, ElementParameters, Linearisation, Springs, UpdateState,
-    fine_displacement,
+    Compliance, ContactElements, Distribution, ElementParameters, Linearisation, Springs,
+    UpdateState, fine_displacement,
 };
-use crate::scene::plan::Layout;
-use crate::scene::{Plan, Stiffness};
+use crate::recipe::build::Layout;
+use crate::recipe::{ElementStiffness, Inputs, Recipe};
 use crate::store::{RunStore, StageKey};
 use crate::tables::typed;
 use crate::wear::{Channel, FrettingJoint, Motion};
@@ -111,13 +111,16 @@ impl Vibrating {
         elements: ContactElements,
         reference: &Reference,
     ) -> Result<Vibrating, RunError> {
-        let scene = &inputs.scene;
-        let Some(layout) = Plan::layout(scene) else {
+        let recipe = &inputs.recipe;
+        let parts = (&recipe.structure, &recipe.response, recipe.elements());
+        let (Some(structure), Some(response), Some(of_recipe)) = parts else {
             unreachable!("a vibrating joint with a surface has contact elements");
         };
-        let unworn = Plan::contact_elements(scene, &layout, &reference.elements);
+        let layout = structure.layout();
+        let unworn = of_recipe.with(&layout, &reference.elements);
+        let reduced = stored.reduced.as_ref();
         Ok(Vibrating {
-            vibration: Plan::vibration(scene, stored.reduced.as_ref(), &unworn)?,
+            vibration: structure.vibration(response, true, reduced, &unworn)?,
             layout,
             key: stored.key,
             elements: Some(elements),
@@ -128,27 +131,28 @@ impl Vibrating {
     /// The contact elements with these parameters.
     pub fn contact_elements(
         &self,
-        inputs: &Inputs,
+        recipe: &Recipe,
         parameters: &ElementParameters,
     ) -> Vec<ContactElement> {
-        Plan::contact_elements(&inputs.scene, &self.layout, parameters)
+        let elements = recipe.elements();
+        elements.map_or_else(Vec::new, |elements| elements.with(&self.layout, parameters))
     }
 
     /// The motion that this response gives the fine contact, at many samples, under the static `load`: the mean of the elements'
     /// displacement over the area, and what the load of the joint varies by. The mean of that variation is left out: under
     /// prescribed displacement it is the bolt that bears the load.
     pub fn motion(&self, inputs: &Inputs, driven: &Driven, load: f64) -> Result<Motion, RunError> {
-        let steps = inputs.scene.fidelity.steps_per_cycle;
+        let steps = inputs.recipe.cycle().map_or(1, |cycle| cycle.steps);
         let samples = steps * FINE_SAMPLES.div_ceil(steps);
         let sampling = Sampling::new(driven.shaken.harmonics.clone(), samples)?;
-        let elements = self.contact_elements(inputs, &driven.model.parameters);
+        let elements = self.contact_elements(&inputs.recipe, &driven.model.parameters);
         let cycle = joint_cycle(
             &elements,
             &driven.shaken.start.displacement,
             &sampling,
             &self.layout.centres,
         )?;
-        let axes = match inputs.plan.shear {
+        let axes = match shear_of(&inputs.recipe) {
             Shear::AlongX => 1,
             Shear::InPlane => 2,
         };
@@ -175,36 +179,45 @@ impl Vibrating {
     }
 }
 
+fn shear_of(recipe: &Recipe) -> Shear {
+    recipe
+        .contact()
+        .map_or(Shear::AlongX, |contact| contact.shear)
+}
+
 /// The fine contact linearised.
 pub fn linearise(
-    inputs: &Inputs,
+    recipe: &Recipe,
     joint: &mut FrettingJoint,
     pressure: &[f64],
 ) -> Result<Linearisation, ContactError> {
     let cap = joint.pressure_cap;
-    Linearisation::new(&mut joint.half_space, pressure, cap, inputs.plan.shear)
+    Linearisation::new(&mut joint.half_space, pressure, cap, shear_of(recipe))
 }
 
 /// What of the fine contact's compliance the contact elements get.
 pub fn springs<'a>(
-    inputs: &Inputs,
+    recipe: &Recipe,
     linearisation: &'a Linearisation,
     smooth: Option<Compliance>,
 ) -> Springs<'a> {
-    match inputs.scene.contact.as_ref().map(|c| c.stiffness) {
-        Some(Stiffness::Tangent) => Springs::Tangent(linearisation),
-        _ => shared_springs(inputs, linearisation.compliance(), smooth),
+    let elements = recipe.elements();
+    match elements.is_some_and(|elements| elements.stiffness.is_tangent()) {
+        true => Springs::Tangent(linearisation),
+        false => shared_springs(recipe, linearisation.compliance(), smooth),
     }
 }
 
 /// A compliance of the whole joint to be shared among the contact elements, without that of the smooth patch if it is given.
 pub fn shared_springs(
-    inputs: &Inputs,
+    recipe: &Recipe,
     total: Compliance,
     smooth: Option<Compliance>,
 ) -> Springs<'static> {
-    let contact = inputs.scene.contact.as_ref();
-    let distribution = contact.map(|c| c.distribution).unwrap_or_default();
+    let distribution = match recipe.elements().map(|elements| elements.stiffness) {
+        Some(ElementStiffness::Contact { distribution, .. }) => distribution,
+        _ => Distribution::default(),
+    };
     match smooth {
         Some(smooth) => Springs::Roughness {
             total,

@@ -4,11 +4,11 @@ use super::context::{Clock, VibrationKeys, is_kept, kept, put};
 use super::dynamic_response::{IN_FORCE, forced_response, in_force, tell_missed};
 use super::model_update::element_table;
 use super::structure::Stored;
-use super::{Inputs, Observer, RunError, Stage};
+use super::{Observer, RunError, Stage};
 use crate::dynamics::DynamicsError;
 use crate::model_update::ElementParameters;
-use crate::scene::Plan;
-use crate::scene::plan::Layout;
+use crate::recipe::Inputs;
+use crate::recipe::build::Layout;
 use crate::store::{Draft, RunStore, StageKey};
 use crate::tables::{TableName, typed};
 
@@ -21,12 +21,10 @@ pub fn vibration_alone(
 ) -> Result<(), RunError> {
     let keys = VibrationKeys::of(inputs, &stored.key, &[]);
     let mut draft = store.draft(0)?;
-    let scene = &inputs.scene;
-    let (layout, parameters) = match (Plan::layout(scene), &scene.contact) {
-        (Some(layout), Some(contact)) => {
-            let parameters = Plan::given_parameters(contact, &layout);
-            (layout, parameters)
-        }
+    let recipe = &inputs.recipe;
+    let given = recipe.elements().and_then(|elements| elements.given());
+    let (layout, parameters) = match (&recipe.structure, given) {
+        (Some(structure), Some(parameters)) => (structure.layout(), parameters),
         _ => (Layout::default(), ElementParameters::default()),
     };
     if !is_complete(&mut draft, &keys, !layout.centres.is_empty())? {
@@ -86,15 +84,23 @@ fn respond(
     layout: &Layout,
     parameters: &ElementParameters,
 ) -> Result<(), RunError> {
-    let scene = &inputs.scene;
-    let elements = Plan::contact_elements(scene, layout, parameters);
-    let vibration = Plan::vibration(scene, stored.reduced.as_ref(), &elements)?;
+    let recipe = &inputs.recipe;
+    let (Some(structure), Some(response)) = (&recipe.structure, &recipe.response) else {
+        unreachable!("what vibrates has a structure and a response");
+    };
+    let elements = recipe
+        .elements()
+        .map(|elements| elements.with(layout, parameters));
+    let elements = elements.unwrap_or_default();
+    let reduced = stored.reduced.as_ref();
+    let vibration =
+        structure.vibration(response, recipe.elements().is_some(), reduced, &elements)?;
     let fail = |source| RunError::Dynamics {
         wear_iteration: 0,
         source,
     };
     let has_contact = !elements.is_empty();
-    let tolerance = scene.fidelity.harmonic_tolerance;
+    let tolerance = response.harmonic_tolerance;
     let resolved = match vibration.resolve(elements.clone(), None, tolerance) {
         Ok(resolved) => {
             tell_missed(observer, tolerance, &resolved);

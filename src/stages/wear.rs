@@ -7,10 +7,11 @@ use super::static_contact::Predicted;
 use super::vibrating::Vibrating;
 use super::{RunError, Stage, static_contact};
 use crate::grid::ByAxis;
-use crate::scene::{Scheme, Wear};
+use crate::recipe::Wear;
 use crate::store::{Draft, StageKey};
 use crate::tables::typed;
 use crate::wear::implicit::{self, Limits, Step};
+use crate::wear::joint::Scheme;
 use crate::wear::joint::WornState;
 use crate::wear::landing::Landing;
 use crate::wear::{FrettingJoint, explicit, semi_implicit};
@@ -36,7 +37,7 @@ pub struct Worn {
 /// No wear yet.
 pub fn unworn(context: &Context, draft: &mut Draft, keys: &Keys) -> Result<Worn, RunError> {
     let wear = vec![0.0; context.joint.patch.grid.len()];
-    if context.inputs.scene.wear.is_some() {
+    if context.inputs.recipe.wear.is_some() {
         let none = typed::WearStep::default();
         put_step(context, draft, &keys.static_contact, &wear, &none)?;
     }
@@ -77,8 +78,8 @@ pub fn wear(
     let remaining = landing(context, wear, before.cycles) - before.cycles;
     let until_volume = (volume_left / rate * VOLUME_MARGIN).ceil().max(1.0);
     let coefficient = wear.coefficient;
-    let inputs = context.inputs;
-    let coming = Coming::of(inputs, vibrating, before)?;
+    let coming = Coming::of(&context.inputs.recipe, vibrating, before)?;
+    let contact = context.inputs.recipe.contact();
     let (step, fft_pairs) = context.timed(Stage::Wear, |joint| match wear.scheme {
         Scheme::Implicit => {
             let first = || implicit::first_proposal(joint, &before.worn, coefficient);
@@ -94,7 +95,7 @@ pub fn wear(
                     let landing = Landing::new(coming.begin, wear.tolerance);
                     let reached = |joint: &mut FrettingJoint, step: &Step| {
                         let volume = joint.volume(&step.wear);
-                        coming.reached(joint, &inputs.plan, &step.contact.pressure, volume)
+                        coming.reached(joint, contact, &step.contact.pressure, volume)
                     };
                     let state = &before.worn;
                     landing.advance(joint, state, coefficient, proposal, limits, reached)?
@@ -160,7 +161,7 @@ pub fn wear(
 
 /// The cycles that a step from `cycles` must not pass: the end, or where a response is asked for.
 fn landing(context: &Context, wear: &Wear, cycles: u64) -> u64 {
-    let asked = &context.inputs.scene.output.response_at;
+    let asked = &context.inputs.recipe.output.response_at;
     let next = asked.iter().copied().find(|&at| at > cycles);
     wear.cycles
         .unwrap_or(u64::MAX)

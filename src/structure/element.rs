@@ -17,7 +17,7 @@ pub enum Formulation {
 }
 
 /// Linear elastic, isotropic material with mass.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Material {
     /// Young's modulus \[Pa\].
     pub youngs_modulus: f64,

@@ -21,7 +21,7 @@ use crate::structure::modes::ModeOptions;
 use crate::structure::reduction::{self, Ports, Reduced};
 
 /// Dimensions \[m\], element counts and materials of the resonator. [`Resonator::default`] has the shipped set.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Resonator {
     /// Length of the lap along x.
     pub lap_length: f64,

@@ -77,7 +77,7 @@ impl Channel {
 }
 
 /// A harmonic channel, `amplitude · cos(2πt/T + phase)`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Harmonic {
     /// Half range, of a displacement \[m\] or force \[N\], a rotation \[rad\] or moment \[N m\].
     pub amplitude: f64,

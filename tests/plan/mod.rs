@@ -1,4 +1,4 @@
-//! The plans of the scenes that are shipped, as `fretwear plan --json` prints them, against those on record.
+//! The recipes of the scenes that are shipped, as `fretwear plan --json` prints them, against those on record.
 //!
 //! After a change that is meant, run the tests once with FRETWEAR_REWRITE_PLANS=1 and read the difference.
 
@@ -10,6 +10,8 @@ mod stability;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use fretwear::recipe::{Heights, Recipe, Surface};
+use fretwear::scene::{self, Plan};
 use serde_json::Value;
 
 use crate::support::Bench;
@@ -38,7 +40,7 @@ fn stems(folder: &Path, extension: &str) -> Vec<String> {
 }
 
 #[test]
-fn the_plans_of_the_pipelines_are_those_on_record() {
+fn the_recipes_of_the_pipelines_are_those_on_record() {
     let golden = folder("tests/plan/golden");
     let pipelines = folder("pipelines");
     let bench = Bench::new();
@@ -46,7 +48,7 @@ fn the_plans_of_the_pipelines_are_those_on_record() {
     for name in stems(&pipelines, "toml") {
         let scene = pipelines.join(format!("{name}.toml"));
         let scene = scene.to_str().expect("a path of text");
-        let found = bench.done(&["plan", scene, "--json"]).json();
+        let found = bench.done(&["plan", scene, "--json"]).json()["recipe"].clone();
         let path = golden.join(format!("{name}.json"));
         if rewrite {
             let text = serde_json::to_string_pretty(&found).expect("a value");
@@ -58,6 +60,28 @@ fn the_plans_of_the_pipelines_are_those_on_record() {
         assert_eq!(found, expected, "{name}: if this is meant, set {REWRITE}=1");
     }
     assert_eq!(stems(&golden, "json"), stems(&pipelines, "toml"));
+}
+
+/// Whoever reads a recipe from the folder of a run has the very numbers that the run used.
+#[test]
+fn a_recipe_is_read_back_as_it_was() {
+    let pipelines = folder("pipelines");
+    for name in stems(&pipelines, "toml") {
+        let scene = scene::load(&pipelines.join(format!("{name}.toml")), &[]).expect("a scene");
+        let recipe = Plan::of(&scene).expect("a plan").inputs.recipe;
+        let text = serde_json::to_string(&recipe).expect("text");
+        let mut read: Recipe = serde_json::from_str(&text).expect("a recipe");
+        // Where a file stands is not part of a recipe.
+        if let (Some(Surface { heights, .. }), Some(own)) = (
+            read.joints.first_mut().and_then(|j| j.surface.as_mut()),
+            recipe.surface(),
+        ) && let (Heights::File { path, .. }, Heights::File { path: own, .. }) =
+            (heights, &own.heights)
+        {
+            path.clone_from(own);
+        }
+        assert_eq!(read, recipe, "{name}");
+    }
 }
 
 /// A plan is of the scene alone: neither the machine, nor the time, nor the folder is in it.

@@ -13,7 +13,7 @@ fn a_series_holds_what_the_store_reads() {
     let run = RunTables::open(&compute(&folder, "worn", WORN, None)).unwrap();
     assert_eq!(run.name(), "worn");
     assert!(run.iterations().len() > 3 && run.damage().is_empty());
-    assert_eq!(run.scene().wear.as_ref().unwrap().cycles, Some(400_000));
+    assert_eq!(run.recipe().wear.as_ref().unwrap().cycles, Some(400_000));
 
     let summaries = run.series(TableName::Summary).unwrap().unwrap();
     assert_eq!(summaries.get_column_names()[0], WEAR_ITERATION);

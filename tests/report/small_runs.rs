@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use fretwear::scene::load;
-use fretwear::stages::{Inputs, Observer, Progress, RunOptions, Stage, run};
+use fretwear::scene::{Plan, load};
+use fretwear::stages::{Observer, Progress, RunOptions, Stage, run};
 use fretwear::store::{Opening, RealFileSystem};
 use tempfile::TempDir;
 
@@ -71,7 +71,7 @@ pub fn begin(folder: &TempDir, name: &str, scene: &str, commits: u64) -> PathBuf
 fn computed(folder: &TempDir, name: &str, scene: &str, until: Option<Stage>, most: u64) -> PathBuf {
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, scene).unwrap();
-    let inputs = Inputs::of(load(&path, &[]).unwrap()).unwrap();
+    let inputs = Plan::of(&load(&path, &[]).unwrap()).unwrap().inputs;
     let root = folder.path().join(name);
     let options = RunOptions {
         inputs: &inputs,

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use fretwear::scene::Plan;
 use fretwear::scene::variants::{self, Choice, Variants};
 use fretwear::scene::{self, Preset, Scheme};
-use fretwear::stages::Inputs;
 
 use crate::support::Bench;
 
@@ -12,12 +12,12 @@ fn variants_of(path: &Path, sets: &[&str], knobs: &[&str]) -> Variants {
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
     let written = scene::load(path, &sets).expect("a scene");
     let balanced = variants::load(path, &sets, &variants::balanced()).expect("a scene");
-    let balanced = Inputs::of(balanced).expect("a plan");
+    let recipe = Plan::of(&balanced).expect("a plan").inputs.recipe;
     let choice = Choice {
         knobs: knobs.iter().map(|knob| (*knob).to_owned()).collect(),
         ..Choice::default()
     };
-    variants::variants(&written, &balanced.scene, &balanced.plan, &choice).expect("known knobs")
+    variants::variants(&written, &balanced, &recipe, &choice).expect("known knobs")
 }
 
 fn names(variants: &Variants) -> Vec<&str> {

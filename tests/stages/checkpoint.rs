@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use fretwear::scene::load;
-use fretwear::stages::{Inputs, RunOptions, run};
+use fretwear::scene::{Plan, load};
+use fretwear::stages::{RunOptions, run};
 use fretwear::store::{RealFileSystem, RunReader};
 use fretwear::tables::{Column, TableName};
 use serde_json::Value;
@@ -43,8 +43,8 @@ fn the_published_case_goes_on_from_its_checkpoint() {
         "the contact elements are renewed on the way"
     );
 
-    let inputs =
-        Inputs::of(load(&root.join("scene.toml"), &[]).expect("the scene")).expect("inputs");
+    let scene = load(&root.join("scene.toml"), &[]).expect("the scene");
+    let inputs = Plan::of(&scene).expect("inputs").inputs;
     let commits = expected.len() as u64;
     let options = RunOptions {
         inputs: &inputs,

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use fretwear::stages::{Inputs, RunError};
+use fretwear::scene::{InputError, Plan};
 use fretwear::tables::{Table, TableName};
 
 use super::Start;
@@ -168,12 +168,11 @@ fn a_rotation_about_z_and_a_moment() {
 #[test]
 fn a_force_beyond_friction_is_refused_by_the_plan() {
     let bench = Bench::new();
-    let error =
-        Inputs::of(bench.scene("small.toml", &["motion.force=120 N"])).expect_err("refused");
-    assert!(matches!(error, RunError::Plan(_)), "{error}");
+    let error = Plan::of(&bench.scene("small.toml", &["motion.force=120 N"])).expect_err("refused");
+    assert!(matches!(error, InputError::Plan(_)), "{error}");
     assert!(
         error.to_string().contains("`motion.force` reaches 1.2"),
         "{error}"
     );
-    Inputs::of(bench.scene("small.toml", &["motion.force=119 N"])).expect("held");
+    Plan::of(&bench.scene("small.toml", &["motion.force=119 N"])).expect("held");
 }

@@ -5,7 +5,8 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use fretwear::stages::{Inputs, RunOptions, Stage};
+use fretwear::scene::Plan;
+use fretwear::stages::{RunOptions, Stage};
 use fretwear::tables::TableName;
 
 use super::{Seen, Start};
@@ -331,11 +332,11 @@ fn a_measured_surface_is_read_once() {
     bench.write("map.csv", map(0.4));
     bench.write("measured.toml", measured("map.csv"));
     let scene = bench.scene("measured.toml", &[SHORT]);
-    let inputs = Inputs::of(scene.clone()).expect("a map");
-    let content = inputs.canonical["surface"]["content"].clone();
+    let inputs = Plan::of(&scene).expect("a map").inputs;
+    let content = inputs.identity.scene["surface"]["content"].clone();
     bench.write("map.csv", map(0.7));
-    let other = Inputs::of(scene).expect("a map");
-    assert_ne!(other.canonical["surface"]["content"], content);
+    let other = Plan::of(&scene).expect("a map").inputs;
+    assert_ne!(other.identity.scene["surface"]["content"], content);
     std::fs::remove_file(bench.path("map.csv")).expect("removed");
     for (name, inputs, height) in [("a", inputs, 0.4e-6), ("b", other, 0.7e-6)] {
         let root = bench.path(name);

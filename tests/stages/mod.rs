@@ -23,10 +23,10 @@ use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use fretwear::recipe::Inputs;
+use fretwear::scene::Plan;
 use fretwear::scene::Scene;
-use fretwear::stages::{
-    Inputs, Observer, Outcome, Progress, RunError, RunOptions, Source, Stage, run,
-};
+use fretwear::stages::{Observer, Outcome, Progress, RunError, RunOptions, Source, Stage, run};
 use fretwear::store::{Cache, FileSystem, Opening};
 
 use crate::support::faulty::FaultyFileSystem;
@@ -75,14 +75,19 @@ impl<'a> Start<'a> {
     }
 
     fn run(self) -> (Result<Outcome, RunError>, Seen) {
+        let plan = Plan::of(&self.scene);
+        self.run_inputs(&plan.unwrap_or_else(|error| panic!("{error}")).inputs)
+    }
+
+    fn run_inputs(self, inputs: &Inputs) -> (Result<Outcome, RunError>, Seen) {
         let seen = Seen::default();
-        let result = Inputs::of(self.scene).and_then(|inputs| {
+        let result = {
             let source = self.source.map(|(run, wear_iteration)| Source {
                 run: PathBuf::from(run),
                 wear_iteration,
             });
             let options = RunOptions {
-                inputs: &inputs,
+                inputs,
                 root: self.root.to_owned(),
                 source,
                 until: self.until,
@@ -94,7 +99,7 @@ impl<'a> Start<'a> {
                 stop: &|_| false,
             };
             run(&options, &seen)
-        });
+        };
         (result, seen)
     }
 
@@ -106,9 +111,12 @@ impl<'a> Start<'a> {
 
     /// The message of one that must fail.
     fn refused(self) -> String {
-        match self.run().0 {
-            Ok(_) => panic!("it was accepted"),
+        match Plan::of(&self.scene) {
             Err(error) => error.to_string(),
+            Ok(plan) => match self.run_inputs(&plan.inputs).0 {
+                Ok(_) => panic!("it was accepted"),
+                Err(error) => error.to_string(),
+            },
         }
     }
 }

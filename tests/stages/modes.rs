@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use fretwear::stages::{Inputs, RunError};
+use fretwear::scene::{InputError, Plan};
 use fretwear::tables::TableName;
 
 use super::Start;
@@ -97,7 +97,7 @@ fn superposition_is_exact_without_poissons_effect() {
         (&["motion.rotation=0.1 mrad"], "no rotation about z"),
     ] {
         let sets = [sets, &["fidelity.cycle=superposition"]].concat();
-        let error = Inputs::of(bench.scene("small.toml", &sets)).expect_err("refused");
+        let error = Plan::of(&bench.scene("small.toml", &sets)).expect_err("refused");
         assert!(error.to_string().contains(said), "{error}");
     }
 }
@@ -195,8 +195,8 @@ fn friction_from_none_to_much() {
     }
     let bench = Bench::new();
     let sets = ["contact.friction_coefficient=0", "motion.force=1 N"];
-    let error = Inputs::of(bench.scene("small.toml", &sets)).expect_err("refused");
-    assert!(matches!(error, RunError::Plan(_)), "{error}");
+    let error = Plan::of(&bench.scene("small.toml", &sets)).expect_err("refused");
+    assert!(matches!(error, InputError::Plan(_)), "{error}");
     // Without an end by cycles a joint that does not wear has no end.
     let (text, sets) = (crate::support::SMALL, ["contact.friction_coefficient=0"]);
     bench.write(

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use fretwear::scene::plan::Coupling;
-use fretwear::stages::{Inputs, Stage};
+use fretwear::recipe::Coupling;
+use fretwear::scene::Plan;
+use fretwear::stages::Stage;
 use fretwear::tables::TableName;
 
 use super::Start;
@@ -207,7 +208,8 @@ fn what_different_bodies_are_refused() {
     let bench = bench();
     let soft = "material.upper.youngs_modulus=50 GPa";
     let coupling = |sets: &[&str]| {
-        Inputs::of(bench.scene("static.toml", sets)).map(|inputs| inputs.plan.coupling)
+        Plan::of(&bench.scene("static.toml", sets))
+            .map(|plan| plan.inputs.recipe.contact().expect("rough").coupling)
     };
     assert_eq!(coupling(&[]).expect("alike"), Coupling::None);
     assert_eq!(coupling(&[soft]).expect("smooth"), Coupling::Frictionless);
@@ -226,6 +228,6 @@ fn what_different_bodies_are_refused() {
         assert!(error.contains(said) && error.contains("beta = "), "{error}");
         coupling(&[soft, set]).expect("without friction it is computed");
     }
-    let error = Inputs::of(bench.scene("small.toml", &[soft])).expect_err("refused");
+    let error = Plan::of(&bench.scene("small.toml", &[soft])).expect_err("refused");
     assert!(error.to_string().contains("leave [motion]"), "{error}");
 }

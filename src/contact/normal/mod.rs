@@ -47,7 +47,8 @@ pub enum Control {
 }
 
 /// What holds the bodies parallel.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Rotation {
     /// Given rotations θ_x and θ_y, by which the bodies approach θ_x y − θ_y x more; the moments are found \[rad\].
     Given([f64; 2]),

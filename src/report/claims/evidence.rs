@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::super::{ReportError, RunTables, WEAR_ITERATION, numbers, texts};
 use super::setting::Setting;
-use crate::scene::Scene;
+use crate::recipe::Recipe;
 use crate::tables::{TableName, typed};
 
 /// Columns of a table over the iterations that have it.
@@ -98,11 +98,11 @@ impl Evidence {
     /// # Errors
     /// [`ReportError`] for a table that cannot be read.
     pub fn of(run: &RunTables) -> Result<Evidence, ReportError> {
-        let scene = run.scene();
-        let setting = Setting::of(scene);
+        let recipe = run.recipe();
+        let setting = Setting::of(recipe, &run.record().scene);
         let summary = columns(run, TableName::Summary)?;
         let last = |name: &str| summary.get(name).and_then(|values| values.last()).copied();
-        let done = scene.wear.as_ref().is_none_or(|wear| {
+        let done = recipe.wear.as_ref().is_none_or(|wear| {
             let (cycles, volume) = (last("cycles"), last("wear_volume"));
             wear.is_reached(cycles.unwrap_or(0.0) as u64, volume.unwrap_or(0.0))
         });
@@ -117,7 +117,7 @@ impl Evidence {
             });
             worn_response.insert("cycles".to_owned(), cycles.collect());
         }
-        let cell_area = cell_area(scene);
+        let cell_area = recipe.surface().map_or(0.0, |s| s.grid().cell_area());
         let fields = Fields::of(run, &setting, &summary, cell_area)?;
         let costs = run.history()?.cost();
         Ok(Evidence {
@@ -128,8 +128,8 @@ impl Evidence {
             worn_response,
             depth_rate: fields.depth_rate,
             worn: fields.worn,
-            first: moment(run, run.iterations()[0], scene, cell_area)?,
-            last: moment(run, run.latest(), scene, cell_area)?,
+            first: moment(run, run.iterations()[0], recipe, cell_area)?,
+            last: moment(run, run.latest(), recipe, cell_area)?,
             force: fields.force,
             seconds: costs.values().map(|cost| cost.seconds).sum(),
             modes: modes(run)?,
@@ -170,10 +170,6 @@ impl Evidence {
 fn area(summary: &Columns) -> Option<f64> {
     let first = |name: &str| summary.get(name)?.first().copied();
     Some(first("contact_area")? / first("contact_area_fraction")?)
-}
-
-fn cell_area(scene: &Scene) -> f64 {
-    scene.rough().map_or(0.0, |rough| rough.grid.cell_area())
 }
 
 fn of_frame(frame: &polars::prelude::DataFrame, table: TableName) -> Columns {
@@ -288,7 +284,7 @@ impl Fields {
 /// Cells with this share of the cap are at it.
 const AT_CAP: f64 = 1.0 - 1e-12;
 
-fn moment(run: &RunTables, k: u64, scene: &Scene, cell_area: f64) -> Result<Moment, ReportError> {
+fn moment(run: &RunTables, k: u64, recipe: &Recipe, cell_area: f64) -> Result<Moment, ReportError> {
     let mut found = Moment::default();
     if let Some(field) = run.at(k, TableName::ContactField)? {
         let pressure = numbers(&field, "pressure").unwrap_or_default();
@@ -298,10 +294,7 @@ fn moment(run: &RunTables, k: u64, scene: &Scene, cell_area: f64) -> Result<Mome
         loaded.sort_by(f64::total_cmp);
         if !loaded.is_empty() {
             found.high_pressure = loaded[(0.99 * (loaded.len() - 1) as f64) as usize];
-            let cap = scene
-                .contact
-                .as_ref()
-                .and_then(|contact| contact.pressure_cap);
+            let cap = recipe.contact().and_then(|contact| contact.pressure_cap);
             let at_cap = loaded
                 .iter()
                 .filter(|p| cap.is_some_and(|cap| **p >= AT_CAP * cap))

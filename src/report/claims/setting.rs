@@ -1,9 +1,8 @@
-//! Which part a run plays, by its scene.
+//! Which part a run plays, by its recipe.
 
 use serde_json::{Value, json};
 
-use crate::scene::plan::Plan;
-use crate::scene::{Scene, Scheme, Surface, Update};
+use crate::recipe::{Criterion, ElementStiffness, Heights, Recipe, Scheme};
 
 /// What of a scene decides which part a run plays.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -47,64 +46,75 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// That of a scene.
-    pub fn of(scene: &Scene) -> Setting {
-        let contact = scene.contact.as_ref();
-        let (rq, correlation_length) = match &scene.surface {
+    /// That of a run, by its recipe and by the scene as the run is known by it.
+    pub fn of(recipe: &Recipe, scene: &Value) -> Setting {
+        let (contact, elements) = (recipe.contact(), recipe.elements());
+        let heights = recipe.surface().map(|surface| &surface.heights);
+        let (rq, correlation_length) = match heights {
             Some(
-                Surface::Gaussian {
+                Heights::Gaussian {
                     rq,
                     correlation_length,
                     ..
                 }
-                | Surface::Exponential {
+                | Heights::Exponential {
                     rq,
                     correlation_length,
                     ..
                 },
             ) => (Some(*rq), Some(*correlation_length)),
-            Some(Surface::SelfAffine { rq, .. }) => (Some(*rq), None),
+            Some(Heights::SelfAffine { rq, .. }) => (Some(*rq), None),
             _ => (None, None),
         };
-        let bodies = scene.material.as_ref();
-        let same_ratio = bodies.filter(|m| m.lower.poisson_ratio == m.upper.poisson_ratio);
-        let wear = scene.wear.as_ref();
-        let dynamics = scene.dynamics.as_ref();
+        let bodies = contact.map(|contact| contact.bodies);
+        let same_ratio = bodies.filter(|b| b.lower.poisson_ratio == b.upper.poisson_ratio);
+        let wear = recipe.wear.as_ref();
+        let given = elements.and_then(|elements| match elements.stiffness {
+            ElementStiffness::Given { normal_load, .. } => {
+                Some((Some(elements.friction_coefficient), normal_load))
+            }
+            ElementStiffness::Contact { .. } => None,
+        });
+        let load = contact.map(|contact| (contact.friction_coefficient, contact.normal_load));
+        let load = load.or(given);
         Setting {
             base: base(scene),
             rq,
             correlation_length,
             pressure_cap: contact.and_then(|contact| contact.pressure_cap),
-            sphere: matches!(scene.surface, Some(Surface::Sphere { .. })),
-            update: scene
-                .update
-                .map_or("never".to_owned(), |update| json!(update).to_string()),
-            stiffness_change: match scene.update {
-                Some(Update::StiffnessChange(change)) => Some(change),
-                _ => None,
+            sphere: matches!(heights, Some(Heights::Sphere { .. })),
+            update: match &scene["update"] {
+                Value::Null => "never".to_owned(),
+                update => update.to_string(),
             },
-            vibrates: scene.structure.is_some(),
-            harmonics: dynamics.map_or_else(String::new, |d| json!(d.harmonics).to_string()),
-            tangent: contact.is_some_and(|c| c.stiffness == crate::scene::Stiffness::Tangent),
+            stiffness_change: elements.and_then(|elements| match elements.update {
+                Criterion::StiffnessChange(change) => Some(change),
+                _ => None,
+            }),
+            vibrates: recipe.structure.is_some(),
+            harmonics: recipe
+                .response
+                .as_ref()
+                .map_or_else(String::new, |r| json!(r.harmonics).to_string()),
+            tangent: elements.is_some_and(|elements| elements.stiffness.is_tangent()),
             explicit: wear
                 .filter(|w| w.scheme == Scheme::Explicit)
                 .and_then(|w| w.depth_step),
             coefficient: wear.map(|wear| wear.coefficient),
             cycles: wear.and_then(|wear| wear.cycles),
-            sliding_force: contact.and_then(|c| Some(c.friction_coefficient? * c.normal_load)),
-            normal_load: contact.map_or(0.0, |contact| contact.normal_load),
-            poisson_ratio: same_ratio.map(|material| material.lower.poisson_ratio),
-            dundurs_beta: bodies.map_or(0.0, |material| Plan::pair(material).dundurs_beta()),
-            tolerances: [
-                scene.fidelity.normal_tolerance,
-                scene.fidelity.tangential_tolerance,
-            ],
+            sliding_force: load.and_then(|(friction, load)| Some(friction? * load)),
+            normal_load: load.map_or(0.0, |(_, load)| load),
+            poisson_ratio: same_ratio.map(|bodies| bodies.lower.poisson_ratio),
+            dundurs_beta: bodies.map_or(0.0, |bodies| bodies.dundurs_beta()),
+            tolerances: contact.map_or([0.0; 2], |contact| {
+                [contact.normal_tolerance, contact.tangential_tolerance]
+            }),
         }
     }
 }
 
-fn base(scene: &Scene) -> String {
-    let mut base = scene.canonical();
+fn base(scene: &Value) -> String {
+    let mut base = scene.clone();
     for (section, key) in [
         ("surface", "rq"),
         ("contact", "pressure_cap"),

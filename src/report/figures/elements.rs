@@ -87,8 +87,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
 
 /// `None` for a single element, which makes no map.
 fn lattice(run: &Of, frame: &DataFrame) -> Option<Lattice> {
-    let joint = run.tables.scene().joint.as_ref()?;
-    let (cells, size) = (joint.elements?, joint.size);
+    let (cells, size) = run.tables.recipe().structure.as_ref()?.lattice()?;
     let (x, y) = (numbers(frame, "x")?, numbers(frame, "y")?);
     let cell = |value: f64, d: usize| {
         let part = value / size[d] + 0.5;

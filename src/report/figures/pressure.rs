@@ -37,7 +37,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
 }
 
 fn cap(run: &Of) -> Option<f64> {
-    run.tables.scene().contact.as_ref()?.pressure_cap
+    run.tables.recipe().contact()?.pressure_cap
 }
 
 /// Cells at the cap, to rounding.

@@ -214,8 +214,8 @@ impl Of<'_> {
 
     /// Cells of the joint's grid and its side lengths \[m\].
     pub fn grid(&self) -> Option<([usize; 2], [f64; 2])> {
-        let joint = self.tables.scene().joint.as_ref()?;
-        Some((joint.grid?, joint.size))
+        let surface = self.tables.recipe().surface()?;
+        Some((surface.grid, surface.size))
     }
 
     /// A column of a field of an iteration on the whole grid, x slowest; NaN where a cell has no row. `None` where there is no

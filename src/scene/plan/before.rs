@@ -9,7 +9,6 @@ use std::f64::consts::PI;
 use super::bearing;
 use crate::contact::cell_integrals;
 use crate::grid::{Grid, Patch};
-use crate::scene::plan::Plan;
 use crate::scene::{Boundary, RoughJoint, Scene, Structure, Surface};
 use crate::wear::Motion;
 
@@ -121,7 +120,7 @@ impl Before {
         texture: Option<Texture>,
     ) -> Before {
         let contact = rough.contact;
-        let pair = Plan::pair(rough.material);
+        let pair = rough.material.pair();
         let modulus = pair.effective_modulus();
         let (grid, cells) = (patch.grid, patch.cells() as f64);
         let whole = patch.area();

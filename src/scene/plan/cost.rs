@@ -9,9 +9,10 @@ use super::memory::{self, Sizes};
 use super::solves::{Marched, Solves};
 use super::stability::Wearing;
 use super::vibration_cost::{Vibrations, updates, vibrations};
-use super::{Cost, Coupling, rough};
+use super::{Cost, rough};
 use crate::contact::Shear;
 use crate::dynamics::Harmonics;
+use crate::recipe::{Coupling, Recipe};
 use crate::scene::{CycleMode, Keep, Rotation, RoughJoint, Scene, Scheme, Update};
 use crate::wear::Motion;
 use crate::wear::cycle::March;
@@ -30,19 +31,32 @@ const MORE_STEPS: f64 = 0.5;
 const SINGLE: f64 = 1.0;
 
 /// What was decided, as far as it costs.
-pub(super) struct Decided {
-    pub shear: Shear,
-    pub coupling: Coupling,
-    pub march: Option<March>,
+struct Decided {
+    shear: Shear,
+    coupling: Coupling,
+    march: Option<March>,
+}
+
+impl Decided {
+    fn of(recipe: &Recipe) -> Decided {
+        let contact = recipe.contact();
+        Decided {
+            shear: contact.map_or(Shear::AlongX, |contact| contact.shear),
+            coupling: contact.map_or(Coupling::None, |contact| contact.coupling),
+            march: recipe.cycle().and_then(|cycle| cycle.march),
+        }
+    }
 }
 
 /// What a scene is expected to cost, and how it is expected to wear, if it does.
 pub(super) fn cost<'a>(
     scene: &'a Scene,
-    motion: Option<&Motion>,
+    motion: &Motion,
     texture: Option<Texture>,
-    decided: &Decided,
+    recipe: &Recipe,
 ) -> (Cost, Option<Wearing<'a>>) {
+    let motion = Some(motion);
+    let decided = &Decided::of(recipe);
     let contact_elements = super::vibration::contact_elements(scene);
     let unknowns = scene.dynamics.as_ref().map_or(0, |dynamics| {
         3 * contact_elements * (2 * dynamics.harmonics.len() - 1)

@@ -1,13 +1,14 @@
 //! What a scene needs: the one place that decides what will exist.
 //!
-//! A [`Plan`] is data: what is built and why, what is not and why, and what it costs. Its cost is in cells, transform pairs and
-//! bytes, never in seconds, so that equal scenes give equal plans on every machine.
+//! A [`Plan`] has the recipe of a run and what it is expected to cost, in cells, transform pairs and bytes, never in seconds, so
+//! that equal scenes give equal plans on every machine.
 
 mod bearing;
 mod before;
 mod cost;
 mod course;
 mod disk;
+mod files;
 mod memory;
 mod rough;
 mod seconds;
@@ -19,20 +20,25 @@ mod vibration_cost;
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 use super::Scene;
-use crate::contact::Shear;
+use crate::recipe::build::CycleError;
+use crate::recipe::{Decision, Identity, Inputs, Joint, Recipe, told};
 use crate::wear::Motion;
-use crate::wear::cycle::March;
+use before::Texture;
+use files::Files;
+use rough::{Contents, motion_of};
 
-pub use before::Texture;
-pub use rough::motion_of;
+pub use files::{HistoryProblem, InputError};
 pub use seconds::{Rates, Seconds};
-pub use vibration::Layout;
 
 /// A scene that is well written and cannot be run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PlanError {
+    /// A motion that the cycle cannot march.
+    #[error(transparent)]
+    Cycle(#[from] CycleError),
     /// Normal and tangential contact are coupled, and the bodies move.
     #[error(
         "`material.lower` and `material.upper` differ so that pressure causes slip (Dundurs' beta = {beta:.4}); of such bodies this version computes the static contact only: leave [motion], [dynamics] and [wear] out, or make beta zero with the same constants for both or with both poisson_ratio = 0.5"
@@ -65,14 +71,6 @@ pub enum PlanError {
         /// What would be right.
         instead: &'static str,
     },
-    /// `reversal` or `superposition` for another motion than they can march.
-    #[error(
-        "`fidelity.cycle` is \"{mode}\", which needs a straight motion about zero that turns at its ends only, under constant normal load; use \"stepped\""
-    )]
-    NotStraight {
-        /// The value of `fidelity.cycle`.
-        mode: &'static str,
-    },
     /// `superposition` of a rotation, or of forces and displacements together.
     #[error(
         "`fidelity.cycle` is \"superposition\", which needs displacements along all axes that move, or forces along all of them, and no rotation about z; use \"reversal\""
@@ -90,14 +88,6 @@ pub enum PlanError {
         /// Their product \[N\].
         capacity: f64,
         /// The largest load of the cycle \[N\].
-        load: f64,
-    },
-    /// The load lifts off within the cycle.
-    #[error(
-        "the normal load falls to {load:.6e} N within the cycle; it must stay above zero: make `motion.normal_load_amplitude` smaller than `contact.normal_load`"
-    )]
-    LiftsOff {
-        /// The least load \[N\].
         load: f64,
     },
     /// Forces that friction cannot hold.
@@ -120,39 +110,6 @@ pub enum PlanError {
         /// Cells of the grid.
         cells: usize,
     },
-}
-
-/// One decision: what, whether it will exist, and why.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Decision {
-    /// What it is about.
-    pub what: String,
-    /// What was decided.
-    pub choice: String,
-    /// Why.
-    pub why: String,
-}
-
-/// What a plan decides, in the order in which it is told.
-#[derive(Default)]
-struct Decisions(Vec<Decision>);
-
-impl Decisions {
-    fn add(&mut self, what: &str, choice: impl Into<String>, why: impl Into<String>) {
-        self.0.push(Decision {
-            what: what.to_owned(),
-            choice: choice.into(),
-            why: why.into(),
-        });
-    }
-
-    /// Tells the last decision after the one about this.
-    fn move_last_after(&mut self, what: &str) {
-        let place = self.0.iter().position(|d| d.what == what);
-        if let (Some(place), Some(last)) = (place, self.0.pop()) {
-            self.0.insert(place + 1, last);
-        }
-    }
 }
 
 /// What the decided things are expected to cost. Estimates are rounded to three digits, more than there are right.
@@ -195,71 +152,94 @@ pub struct Cost {
     pub response_operations: f64,
 }
 
-/// What elastically different bodies have of each other's tractions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Coupling {
-    /// Nothing: they are alike, or nothing of it matters.
-    None,
-    /// No shear: only the tangential stiffness knows.
-    Frictionless,
-    /// Shear by pressing them together with friction.
-    Indented {
-        /// Steps in which the load rises.
-        load_steps: usize,
-    },
-}
-
-/// What exists in a run of a scene.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// What a scene needs: the recipe of its run with what its files say, and what it is expected to cost.
+#[derive(Debug, Clone)]
 pub struct Plan {
-    /// Tangential tractions.
-    #[serde(skip)]
-    pub shear: Shear,
-    /// Coupling of pressure and shear.
-    #[serde(skip)]
-    pub coupling: Coupling,
-    /// How cycles are marched; none without motion, and where the motion is computed: it decides itself then.
-    pub march: Option<March>,
+    /// All that a run is computed from.
+    pub inputs: Inputs,
     /// What was decided from the scene alone, and what will be decided by a stated rule.
     pub decisions: Vec<Decision>,
     /// What the user should change or know before it runs.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
     /// What it is expected to cost.
     pub cost: Cost,
 }
 
 impl Plan {
-    /// Decides what a scene needs. `motion` is what `[motion]` says (see [`motion_of`]), `texture` that of a surface from a file:
-    /// only what the run is expected to cost depends on it.
+    /// Reads the files of a scene, each once, and decides what it needs.
     ///
     /// # Errors
-    /// [`PlanError`] for a scene that is well written and cannot be run.
-    pub fn decide(
-        scene: &Scene,
-        motion: Option<&Motion>,
-        texture: Option<Texture>,
-    ) -> Result<Plan, PlanError> {
-        let mut decisions = Decisions::default();
-        let (mut shear, mut march, mut coupling) = (Shear::AlongX, None, Coupling::None);
-        if let Some(rough) = scene.rough() {
-            (shear, march, coupling) = rough::decide(scene, &rough, motion, &mut decisions)?;
+    /// [`InputError`] for a file that cannot be used, and for a scene that is well written and cannot be run.
+    pub fn of(scene: &Scene) -> Result<Plan, InputError> {
+        let files = Files::read(scene)?;
+        let recipe = decide(scene, &files.motion, &files.contents)?;
+        let texture = files
+            .measured
+            .as_deref()
+            .map(|on_joint| Texture::of(&on_joint.patch, &on_joint.heights));
+        let (cost, wearing) = cost::cost(scene, &files.motion, texture, &recipe);
+        let stability = wearing.and_then(|wearing| stability::decide(&wearing));
+        let mut decisions = told(&recipe);
+        let mut warnings = Vec::new();
+        if let Some((decision, warning)) = stability {
+            let after = decisions.iter().position(|d| d.what == "wear");
+            decisions.insert(after.map_or(decisions.len(), |wear| wear + 1), decision);
+            warnings.extend(warning);
         }
-        vibration::decide(scene, &mut decisions)?;
-        let decided = cost::Decided {
-            shear,
-            coupling,
-            march,
-        };
-        let (cost, wearing) = cost::cost(scene, motion, texture, &decided);
-        let warning = wearing.and_then(|wearing| stability::decide(&wearing, &mut decisions));
         Ok(Plan {
-            shear,
-            coupling,
-            march,
-            decisions: decisions.0,
-            warnings: warning.into_iter().collect(),
+            inputs: Inputs {
+                identity: Identity {
+                    scene: files.canonical,
+                    scene_toml: scene.to_toml(),
+                    plan: json!({ "recipe": recipe, "warnings": warnings, "cost": cost }),
+                },
+                motion: files.motion,
+                measured: files.measured,
+                recipe,
+            },
+            decisions,
+            warnings,
             cost,
         })
     }
+}
+
+/// What a scene needs, as far as that does not depend on the files that it names.
+///
+/// # Errors
+/// As for [`Plan::of`], but for the files.
+pub(super) fn decide_without_files(scene: &Scene) -> Result<Recipe, PlanError> {
+    let motion = scene.contact.as_ref();
+    let motion = motion.map_or_else(|| Motion::none(0.0), |contact| motion_of(scene, contact));
+    decide(scene, &motion, &Contents::default())
+}
+
+/// Decides what a scene needs. `motion` is that of its `[motion]`.
+///
+/// # Errors
+/// [`PlanError`] for a scene that is well written and cannot be run.
+fn decide(scene: &Scene, motion: &Motion, contents: &Contents) -> Result<Recipe, PlanError> {
+    let (mut surface, mut contact, mut cycle) = (None, None, None);
+    if let Some(rough) = scene.rough() {
+        let decided = rough::decide(scene, &rough, motion, contents)?;
+        (surface, contact, cycle) = (Some(decided.0), Some(decided.1), decided.2);
+    }
+    let elements = vibration::elements(scene);
+    let joint = Joint {
+        surface,
+        contact,
+        cycle,
+        elements,
+    };
+    let has_joint = joint.surface.is_some() || joint.elements.is_some();
+    let (structure, response) = vibration::decide(scene).unzip();
+    Ok(Recipe {
+        title: scene.title.clone(),
+        structure,
+        joints: has_joint.then_some(joint).into_iter().collect(),
+        response,
+        wear: scene.wear.clone(),
+        output: scene.output.clone(),
+        asked_error: scene.fidelity.tolerance,
+    })
 }

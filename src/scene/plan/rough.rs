@@ -1,22 +1,17 @@
-//! The rough contact of a scene: what is decided about it, and what is built.
+//! The rough contact of a scene: what is decided about it.
 
-use super::{Coupling, Decisions, Plan, PlanError};
-use crate::contact::normal::{self, NormalOptions};
-use crate::contact::tangential::TangentialOptions;
-use crate::contact::{Elastic, HalfSpace, Pair, Shear};
+use super::PlanError;
+use crate::contact::{Shear, normal};
 use crate::fft::fast_length;
 use crate::grid::{Grid, Patch};
+use crate::recipe::build::CycleError;
+use crate::recipe::{self, Coupling, Reasons, why_computed};
 use crate::scene::{
-    Boundary, Contact, CycleMode, Fidelity, Material, Preset, Rotation, RoughJoint, Scene, Scheme,
-    Solid, Torsion, Transverse,
+    Boundary, Contact, CycleMode, Fidelity, Preset, Rotation, RoughJoint, Scene, Torsion,
+    Transverse,
 };
 use crate::wear::cycle::March;
-use crate::wear::joint::FrettingOptions;
-use crate::wear::{Channel, FrettingJoint, Harmonic, Motion};
-
-/// A computed motion that varies the load by less than this share of it, and leaves its line by less than this share of its
-/// reach, is marched between its two reversals: the error of wear is of second order in both.
-pub(super) const STRAIGHT: f64 = 0.01;
+use crate::wear::{Channel, Harmonic, Motion};
 
 /// Points of the plane that fields of a scene are transformed on.
 pub(super) fn plane(grid: Grid, boundary: Boundary) -> [usize; 2] {
@@ -26,19 +21,78 @@ pub(super) fn plane(grid: Grid, boundary: Boundary) -> [usize; 2] {
     }
 }
 
+/// Decides the parts of a recipe that a rough joint has: cells and heights, contact, cycle. `motion` is what `[motion]` says, `contents`
+/// are the hashes of the files of surface and motion.
 pub(super) fn decide(
     scene: &Scene,
     rough: &RoughJoint,
-    motion: Option<&Motion>,
-    decisions: &mut Decisions,
-) -> Result<(Shear, Option<March>, Coupling), PlanError> {
-    let contact = rough.contact;
+    motion: &Motion,
+    contents: &Contents,
+) -> Result<(recipe::Surface, recipe::Contact, Option<recipe::Cycle>), PlanError> {
     let patch = rough.patch();
     check(scene, rough, &patch, motion)?;
-    let plane = plane(patch.grid, contact.boundary);
-    decisions.add(
-        "transforms",
-        format!("real, {} x {}", plane[0], plane[1]),
+    let surface = surface(rough, &patch, contents);
+    let mut contact = contact(scene, rough)?;
+    let cycle = cycle(scene, rough.contact, motion, contents)?;
+    if cycle.is_none() {
+        contact.why.add("cycle", "no [motion]: static contact");
+    }
+    Ok((surface, contact, cycle))
+}
+
+/// Hashes of the files that a scene names, where they were read.
+#[derive(Debug, Clone, Default)]
+pub struct Contents {
+    /// That of the surface.
+    pub surface: Option<String>,
+    /// That of the motion's history, and whether every other sample of the motion is one in the middle between those of the file.
+    pub history: Option<(String, bool)>,
+}
+
+fn surface(rough: &RoughJoint, patch: &Patch, contents: &Contents) -> recipe::Surface {
+    let mut why = Reasons::default();
+    why.add(
+        "cells",
+        if rough.resonator.is_some() {
+            "the cells whose centre lies in a contact element of the structure"
+        } else if patch.cells() < patch.grid.len() {
+            "cells in the hole and unmeasured ones carry nothing"
+        } else {
+            "no hole"
+        },
+    );
+    let cells = match (rough.resonator, rough.joint.hole) {
+        (Some(resonator), _) => {
+            let counts = rough.joint.elements.unwrap_or([1, 1]);
+            let there = resonator.contact_cells();
+            let all = (0..counts[0]).flat_map(|i| (0..counts[1]).map(move |j| [i, j]));
+            let absent = all.filter(|cell| !there.contains(cell)).collect();
+            recipe::Cells::Elements { counts, absent }
+        }
+        (None, Some(hole)) => recipe::Cells::Hole {
+            diameter: hole.diameter,
+        },
+        (None, None) => recipe::Cells::All,
+    };
+    recipe::Surface {
+        size: rough.joint.size,
+        grid: [rough.grid.nx, rough.grid.ny],
+        cells,
+        kept: patch.cells(),
+        heights: rough.surface.clone(),
+        content: contents.surface.clone(),
+        why,
+    }
+}
+
+fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanError> {
+    let (contact, fidelity) = (rough.contact, &scene.fidelity);
+    let bodies = rough.material.pair();
+    let coupling = coupling(scene, rough)?;
+    let beta = bodies.dundurs_beta();
+    let mut why = Reasons::default();
+    why.add(
+        "boundary",
         match contact.boundary {
             Boundary::Free => {
                 "contact.boundary = \"free\": fields are padded with zeros to twice their length"
@@ -48,82 +102,81 @@ pub(super) fn decide(
             }
         },
     );
-    let outside = patch.grid.len() - patch.cells();
-    decisions.add(
-        "cells",
-        format!("{} of {}", patch.cells(), patch.grid.len()),
-        if rough.resonator.is_some() {
-            "the cells whose centre lies in a contact element of the structure"
-        } else if outside > 0 {
-            "cells in the hole and unmeasured ones carry nothing"
-        } else {
-            "no hole"
+    why.add(
+        "pressure_cap",
+        match contact.pressure_cap {
+            Some(_) => "contact.pressure_cap is given",
+            None => "no contact.pressure_cap: elastic",
         },
     );
-    let (cap, why) = match contact.pressure_cap {
-        Some(cap) => (format!("at {cap:e} Pa"), "contact.pressure_cap is given"),
-        None => ("none".to_owned(), "no contact.pressure_cap: elastic"),
-    };
-    decisions.add("pressure cap", cap, why);
-    let coupling = coupling(scene, rough)?;
-    let (choice, why) = match coupling {
-        Coupling::None => (
-            "none".to_owned(),
-            "the bodies are elastically alike (Dundurs' beta = 0): pressure causes no slip"
-                .to_owned(),
-        ),
-        Coupling::Frictionless => (
-            "in kt alone".to_owned(),
-            format!(
-                "Dundurs' beta = {:.4}, and no contact.friction_coefficient: without shear the pressure is that of alike bodies of the same E*",
-                Plan::pair(rough.material).dundurs_beta()
+    why.add(
+        "coupling",
+        match coupling {
+            Coupling::None => "the bodies are elastically alike (Dundurs' beta = 0): pressure causes no slip".to_owned(),
+            Coupling::Frictionless => format!(
+                "Dundurs' beta = {beta:.4}, and no contact.friction_coefficient: without shear the pressure is that of alike bodies of the same E*"
             ),
-        ),
-        Coupling::Indented { load_steps } => (
-            format!("pressure and shear together, in {load_steps} load steps"),
-            format!(
-                "Dundurs' beta = {:.4}: pressing the bodies together makes them slip; kn and kt are of full stick",
-                Plan::pair(rough.material).dundurs_beta()
+            Coupling::Indented { .. } => format!(
+                "Dundurs' beta = {beta:.4}: pressing the bodies together makes them slip; kn and kt are of full stick"
             ),
-        ),
-    };
-    decisions.add("kernels normal-tangential (zx, zy)", choice, why);
-    let shear = match contact.transverse {
-        Transverse::Absent => Shear::AlongX,
-        Transverse::Fixed | Transverse::Free => Shear::InPlane,
-    };
-    let (choice, why) = match contact.transverse {
-        Transverse::Absent => (
-            "along x; kernel xx",
-            "contact.transverse = \"absent\": no field q_y, no kernels yy and xy",
-        ),
-        Transverse::Fixed => (
-            "along x and y; kernels xx, yy, xy",
-            "contact.transverse = \"fixed\": with Poisson's ratio a motion along x causes shear along y too",
-        ),
-        Transverse::Free => (
-            "along x and y, without force along y; kernels xx, yy, xy",
-            "contact.transverse = \"free\": the mean displacement along y is found and reported; kt is with it held",
-        ),
-    };
-    decisions.add("shear", choice, why);
-    decide_rotation(contact, decisions);
+        },
+    );
+    why.add(
+        "shear",
+        match contact.transverse {
+            Transverse::Absent => "contact.transverse = \"absent\": no field q_y, no kernels yy and xy",
+            Transverse::Fixed => "contact.transverse = \"fixed\": with Poisson's ratio a motion along x causes shear along y too",
+            Transverse::Free => "contact.transverse = \"free\": the mean displacement along y is found and reported; kt is with it held",
+        },
+    );
+    why.add(
+        "rotation",
+        match (contact.rotation, contact.moment) {
+            (Rotation::Fixed, _) => "contact.rotation = \"fixed\"",
+            (Rotation::Free, None) => "contact.rotation = \"free\"; kn is that of bodies that turn",
+            (Rotation::Free, Some(_)) => {
+                "contact.rotation = \"free\" with contact.moment; kn is that of bodies that turn"
+            }
+        },
+    );
     if contact.friction_coefficient == Some(0.0) {
-        decisions.add(
-            "friction",
-            "none",
+        why.add(
+            "friction_coefficient",
             "contact.friction_coefficient = 0: no shear, nothing is dissipated and nothing wears",
         );
     }
-    let march = decide_cycle(scene, motion, decisions)?;
-    decide_wear(scene, decisions);
-    Ok((shear, march, coupling))
+    Ok(recipe::Contact {
+        bodies,
+        boundary: contact.boundary,
+        plane: plane(rough.grid, contact.boundary),
+        pressure_cap: contact.pressure_cap,
+        friction_coefficient: contact.friction_coefficient,
+        normal_load: contact.normal_load,
+        approach: contact.approach,
+        bolt_stiffness: contact.bolt_stiffness,
+        rotation: match contact.rotation {
+            Rotation::Fixed => normal::Rotation::FIXED,
+            Rotation::Free => normal::Rotation::Free {
+                moment: contact.moment.unwrap_or([0.0; 2]),
+            },
+        },
+        shear: match contact.transverse {
+            Transverse::Absent => Shear::AlongX,
+            Transverse::Fixed | Transverse::Free => Shear::InPlane,
+        },
+        transverse_free: contact.transverse == Transverse::Free,
+        coupling,
+        normal_tolerance: fidelity.normal_tolerance,
+        tangential_tolerance: fidelity.tangential_tolerance,
+        cycle_tolerance: fidelity.cycle_tolerance,
+        why,
+    })
 }
 
 /// What elastically different bodies make of a scene. Cycles and wear of such bodies are refused: their pressure changes with
 /// the shear of every instant, which the cycle and the wear step take to be constant.
 fn coupling(scene: &Scene, rough: &RoughJoint) -> Result<Coupling, PlanError> {
-    let pair = Plan::pair(rough.material);
+    let pair = rough.material.pair();
     if !pair.is_coupled() {
         return Ok(Coupling::None);
     }
@@ -177,242 +230,108 @@ fn load_steps(fidelity: &Fidelity) -> usize {
     })
 }
 
-fn decide_rotation(contact: &Contact, decisions: &mut Decisions) {
-    let (choice, why) = match (contact.rotation, contact.moment) {
-        (Rotation::Fixed, _) => (
-            "held; the moments of the pressure are reported".to_owned(),
-            "contact.rotation = \"fixed\"",
-        ),
-        (Rotation::Free, None) => (
-            "found such that the pressure has no moments, and reported".to_owned(),
-            "contact.rotation = \"free\"; kn is that of bodies that turn",
-        ),
-        (Rotation::Free, Some([x, y])) => (
-            format!(
-                "found such that the pressure has moments of {x:e} and {y:e} N m, and reported"
-            ),
-            "contact.rotation = \"free\" with contact.moment; kn is that of bodies that turn",
-        ),
-    };
-    decisions.add("rotations about x and y", choice, why);
-}
-
-fn decide_cycle(
+fn cycle(
     scene: &Scene,
-    motion: Option<&Motion>,
-    decisions: &mut Decisions,
-) -> Result<Option<March>, PlanError> {
-    let mut decide = |choice: String, why: &str| decisions.add("fretting cycle", choice, why);
-    if scene.dynamics.is_some() {
-        match scene.fidelity.cycle {
-            Some(CycleMode::Stepped) => decide(
-                stepped(&scene.fidelity, scene.fidelity.steps_per_cycle),
-                "fidelity.cycle or the preset asks for it",
-            ),
-            Some(mode @ (CycleMode::Reversal | CycleMode::Superposition)) => decide(
-                format!(
-                    "{}, if the motion that dynamic_response finds allows it",
-                    word(mode)
-                ),
-                &format!(
-                    "fidelity.cycle asks for it; the joint's load may vary by {STRAIGHT} of it and its motion leave its line by {STRAIGHT} of its reach"
-                ),
-            ),
-            None => decide(
-                "after dynamic_response: reversal or stepped".to_owned(),
-                &format!(
-                    "reversal where the joint's load varies by less than {STRAIGHT} of it and its motion leaves its line by less than {STRAIGHT} of its reach; else stepped"
-                ),
-            ),
-        }
-        return Ok(None);
-    }
-    let Some(motion) = motion.filter(|_| scene.motion.is_some()) else {
-        decide("none".to_owned(), "no [motion]: static contact");
-        return Ok(None);
-    };
-    let march = march(scene.fidelity.cycle, motion)?;
-    if motion
-        .drive
-        .iter()
-        .any(|axis| axis.is_force() && axis.moves())
-    {
-        decisions.add(
-            "force in the plane",
-            "given; the displacement is found and reported",
-            "motion.force",
-        );
-    }
-    match &motion.rotation {
-        Some(Channel::Displacement(_)) => decisions.add(
-            "rotation about z",
-            "given; its moment is reported",
-            "motion.rotation",
-        ),
-        Some(Channel::Force(_)) => decisions.add(
-            "rotation about z",
-            "found from the moment given, and reported",
-            "motion.moment",
-        ),
-        None => {}
-    }
-    let mut decide = |choice: String, why: &str| decisions.add("fretting cycle", choice, why);
-    match march {
-        March::Reversal => decide(
-            "reversal: one exact solve a cycle".to_owned(),
-            "straight motion about zero under constant load: the steady cycle is antisymmetric",
-        ),
-        March::Superposition => decide(
-            "superposition: two pressures in place of a tangential solve, an approximation"
-                .to_owned(),
-            "fidelity.cycle asks for it",
-        ),
-        March::Stepped => decide(
-            stepped(&scene.fidelity, motion.samples()),
-            match scene.fidelity.cycle {
-                Some(_) => "fidelity.cycle or the preset asks for it",
-                None => "the load varies, or the motion is not straight about zero",
-            },
-        ),
-    }
-    Ok(Some(march))
-}
-
-fn stepped(fidelity: &Fidelity, samples: usize) -> String {
-    let extrapolated = if fidelity.cycle_extrapolation {
-        "; with half of them too, for its error and, where the motion turns, to extrapolate"
+    contact: &Contact,
+    motion: &Motion,
+    contents: &Contents,
+) -> Result<Option<recipe::Cycle>, PlanError> {
+    let fidelity = &scene.fidelity;
+    let mut why = Reasons::default();
+    let (motion, march, asked) = if scene.dynamics.is_some() {
+        let asked = fidelity.cycle.map(CycleMode::march);
+        why.add("march", why_computed(asked));
+        (recipe::Motion::Computed, None, asked)
     } else {
-        ""
-    };
-    format!("stepped: {samples} exact solves a cycle, until it closes{extrapolated}")
-}
-
-fn decide_wear(scene: &Scene, decisions: &mut Decisions) {
-    let Some(wear) = &scene.wear else {
-        decisions.add("wear", "none", "no [wear]: a single pass");
-        return;
-    };
-    let (choice, why) = match wear.scheme {
-        Scheme::Implicit => (
-            format!(
-                "implicit, second order, error {} of the volume of each step",
-                wear.tolerance
-            ),
-            "wear.scheme = \"implicit\": stable at any step",
-        ),
-        Scheme::SemiImplicit => (
-            format!(
-                "implicit in the pressure, first order, {:e} m a step at the rate of its beginning",
-                wear.depth_step.unwrap_or(f64::NAN)
-            ),
-            "wear.scheme = \"semi_implicit\": the slip of a step's beginning, without an error to set the step",
-        ),
-        Scheme::Explicit => (
-            format!(
-                "explicit, {:e} m a step",
-                wear.depth_step.unwrap_or(f64::NAN)
-            ),
-            "wear.scheme = \"explicit\": the published step [A eq. 2.7-2.8]",
-        ),
-    };
-    decisions.add("wear", choice, why);
-}
-
-impl Plan {
-    /// The elastic bodies of a scene.
-    pub fn pair(material: &Material) -> Pair {
-        Pair {
-            lower: solid(&material.lower),
-            upper: solid(&material.upper),
-        }
-    }
-
-    /// Builds what was decided, on the given unworn heights.
-    pub fn build(
-        &self,
-        fidelity: &Fidelity,
-        rough: &RoughJoint,
-        patch: Patch,
-        height: Vec<f64>,
-        motion: Motion,
-    ) -> FrettingJoint {
-        let contact = rough.contact;
-        FrettingJoint {
-            half_space: HalfSpace::new(patch.grid, Plan::pair(rough.material), contact.boundary),
-            patch,
-            height,
-            pressure_cap: contact.pressure_cap,
-            friction_coefficient: contact.friction_coefficient.unwrap_or(0.0),
-            rotation: match contact.rotation {
-                Rotation::Fixed => normal::Rotation::FIXED,
-                Rotation::Free => normal::Rotation::Free {
-                    moment: contact.moment.unwrap_or([0.0; 2]),
-                },
-            },
-            motion,
-            march: self.march.unwrap_or(March::Reversal),
-            options: FrettingOptions {
-                normal: NormalOptions {
-                    tolerance: fidelity.normal_tolerance,
-                    ..NormalOptions::default()
-                },
-                tangential: TangentialOptions {
-                    tolerance: fidelity.tangential_tolerance,
-                    ..TangentialOptions::default()
-                },
-                cycle_tolerance: fidelity.cycle_tolerance,
-                extrapolate: fidelity.cycle_extrapolation,
-            },
-        }
-    }
-
-    /// The motion that the fretting cycle marches for a computed one, and how: between its reversals where it is straight and
-    /// steady enough, else at `fidelity.steps_per_cycle` of its samples.
-    ///
-    /// `fine` has many samples, a multiple of `fidelity.steps_per_cycle`.
-    ///
-    /// # Errors
-    /// [`PlanError::NotStraight`] where `reversal` is asked for and not possible, [`PlanError::LiftsOff`].
-    pub fn computed_motion(
-        fidelity: &Fidelity,
-        fine: &Motion,
-    ) -> Result<(Motion, March), PlanError> {
-        let least = fine
-            .normal_load
-            .iter()
-            .copied()
-            .fold(f64::INFINITY, f64::min);
-        if least <= 0.0 {
-            return Err(PlanError::LiftsOff { load: least });
-        }
-        let stepped = || {
-            let every = fine.samples() / fidelity.steps_per_cycle;
-            (fine.every(every.max(1)).about_its_middle(), March::Stepped)
+        let Some(given) = &scene.motion else {
+            return Ok(None);
         };
-        if fidelity.cycle == Some(CycleMode::Stepped) {
-            return Ok(stepped());
+        let march = march(fidelity.cycle, motion)?;
+        why.add(
+            "march",
+            match (march, fidelity.cycle) {
+                (March::Reversal, _) => "straight motion about zero under constant load: the steady cycle is antisymmetric",
+                (March::Superposition, _) => "fidelity.cycle asks for it",
+                (March::Stepped, Some(_)) => "fidelity.cycle or the preset asks for it",
+                (March::Stepped, None) => "the load varies, or the motion is not straight about zero",
+            },
+        );
+        (
+            prescribed(scene, contact, given, motion, contents),
+            Some(march),
+            None,
+        )
+    };
+    Ok(Some(recipe::Cycle {
+        motion,
+        march,
+        asked,
+        steps: fidelity.steps_per_cycle,
+        extrapolate: fidelity.cycle_extrapolation,
+        why,
+    }))
+}
+
+fn prescribed(
+    scene: &Scene,
+    contact: &Contact,
+    given: &crate::scene::Motion,
+    motion: &Motion,
+    contents: &Contents,
+) -> recipe::Motion {
+    match given {
+        crate::scene::Motion::History { .. } => {
+            let (content, halved) = contents.history.clone().unwrap_or_default();
+            recipe::Motion::History {
+                content,
+                samples: motion.samples(),
+                halved,
+            }
         }
-        match (fine.reversals(STRAIGHT), fidelity.cycle) {
-            (Some(motion), Some(CycleMode::Superposition)) => Ok((motion, March::Superposition)),
-            (Some(motion), _) => Ok((motion, March::Reversal)),
-            (None, Some(mode)) => Err(PlanError::NotStraight { mode: word(mode) }),
-            (None, None) => Ok(stepped()),
+        crate::scene::Motion::Harmonic {
+            normal_load_amplitude,
+            ..
+        } => {
+            let (axes, rotation) = channels(scene, contact);
+            recipe::Motion::Harmonic {
+                axes,
+                rotation,
+                normal_load_amplitude: *normal_load_amplitude,
+            }
         }
     }
 }
 
 /// The harmonic motion of a scene; none where there is no such motion.
-pub fn motion_of(scene: &Scene, contact: &Contact) -> Motion {
-    let load = contact.normal_load;
+pub(super) fn motion_of(scene: &Scene, contact: &Contact) -> Motion {
+    let Some(crate::scene::Motion::Harmonic {
+        normal_load_amplitude,
+        ..
+    }) = &scene.motion
+    else {
+        return Motion::none(contact.normal_load);
+    };
+    let (axes, rotation) = channels(scene, contact);
+    Motion::driven(
+        &axes,
+        rotation,
+        contact.normal_load,
+        *normal_load_amplitude,
+        scene.fidelity.steps_per_cycle,
+    )
+}
+
+/// What a harmonic motion drives along the axes, and about z.
+fn channels(scene: &Scene, contact: &Contact) -> (Vec<Harmonic>, Option<Harmonic>) {
     let Some(crate::scene::Motion::Harmonic {
         amplitude,
         force,
         torsion,
         phase,
-        normal_load_amplitude,
+        ..
     }) = &scene.motion
     else {
-        return Motion::none(load);
+        return (Vec::new(), None);
     };
     let of_force = |axis: usize| force.map(|force| force[axis]);
     let axis = |axis: usize, force: Option<f64>| Harmonic {
@@ -439,27 +358,14 @@ pub fn motion_of(scene: &Scene, contact: &Contact) -> Motion {
             is_force,
         }
     });
-    Motion::driven(
-        &axes,
-        rotation,
-        load,
-        *normal_load_amplitude,
-        scene.fidelity.steps_per_cycle,
-    )
-}
-
-fn solid(solid: &Solid) -> Elastic {
-    Elastic {
-        youngs_modulus: solid.youngs_modulus,
-        poisson_ratio: solid.poisson_ratio,
-    }
+    (axes, rotation)
 }
 
 fn check(
     scene: &Scene,
     rough: &RoughJoint,
     patch: &Patch,
-    motion: Option<&Motion>,
+    motion: &Motion,
 ) -> Result<(), PlanError> {
     if patch.cells() == 0 {
         return Err(PlanError::NoCells {
@@ -474,12 +380,12 @@ fn check(
             instead,
         });
     }
-    let loads = motion.map_or(&[][..], |motion| &motion.normal_load);
+    let loads = &motion.normal_load;
     let least = loads.iter().copied().fold(f64::INFINITY, f64::min);
     if least <= 0.0 && scene.motion.is_some() {
-        return Err(PlanError::LiftsOff { load: least });
+        return Err(CycleError::LiftsOff { load: least }.into());
     }
-    if let (Some(motion), Some(friction)) = (motion, rough.contact.friction_coefficient) {
+    if let Some(friction) = rough.contact.friction_coefficient {
         check_force(motion, friction)?;
     }
     if let Some(cap) = rough.contact.pressure_cap {
@@ -520,7 +426,10 @@ fn march(cycle: Option<CycleMode>, motion: &Motion) -> Result<March, PlanError> 
     let straight = motion.straight().is_some();
     match cycle {
         Some(CycleMode::Stepped) => Ok(March::Stepped),
-        Some(mode) if !straight => Err(PlanError::NotStraight { mode: word(mode) }),
+        Some(mode) if !straight => Err(CycleError::NotStraight {
+            mode: mode.march().word(),
+        }
+        .into()),
         Some(CycleMode::Superposition) => {
             let moving = || motion.channels().filter(|channel| channel.moves());
             let forces = moving().filter(|channel| channel.is_force()).count();
@@ -532,13 +441,5 @@ fn march(cycle: Option<CycleMode>, motion: &Motion) -> Result<March, PlanError> 
         }
         Some(CycleMode::Reversal) | None if straight => Ok(March::Reversal),
         _ => Ok(March::Stepped),
-    }
-}
-
-fn word(mode: CycleMode) -> &'static str {
-    match mode {
-        CycleMode::Superposition => "superposition",
-        CycleMode::Reversal => "reversal",
-        CycleMode::Stepped => "stepped",
     }
 }

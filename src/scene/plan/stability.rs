@@ -4,9 +4,9 @@
 //! that slips as far: more than twice the smallest eigenvalue of the compliance if d > 2 λ_min p. The pressure falls while
 //! wear spreads the load, so that a step which is stable at first need not stay so.
 
-use super::Decisions;
 use super::before::Before;
 use super::course::Course;
+use crate::recipe::Decision;
 use crate::scene::{Scheme, Surface, Wear};
 use crate::wear::explicit;
 
@@ -19,8 +19,8 @@ pub(super) struct Wearing<'a> {
     pub course: Course,
 }
 
-/// Adds the decision about the explicit step, if there is one. The warning where it is not stable.
-pub(super) fn decide(wearing: &Wearing, decisions: &mut Decisions) -> Option<String> {
+/// What is decided about the explicit step, if there is one, and the warning where it is not stable.
+pub(super) fn decide(wearing: &Wearing) -> Option<(Decision, Option<String>)> {
     let (Scheme::Explicit, Some(depth_step)) = (wearing.wear.scheme, wearing.wear.depth_step)
     else {
         return None;
@@ -43,18 +43,18 @@ pub(super) fn decide(wearing: &Wearing, decisions: &mut Decisions) -> Option<Str
         _ => "a rough contact, E* times rms slope",
     };
     let turns = depth_step / limit(1.0);
-    decisions.add(
-        "stability of the explicit step",
-        choice,
-        format!(
+    let decision = Decision {
+        what: "stability of the explicit step".to_owned(),
+        choice: choice.to_owned(),
+        why: format!(
             "stable up to wear.depth_step = {first:.2e} m at the largest unworn pressure of {:.2e} Pa ({source}), and up to {last:.2e} m at the {worn:.2e} Pa that the worn contact bears in the mean: {depth_step:e} m needs {turns:.2e} Pa on the cells that wear fastest",
             before.peak
         ),
-    );
-    decisions.move_last_after("wear");
-    (depth_step > last).then(|| {
+    };
+    let warning = (depth_step > last).then(|| {
         format!(
             "wear.depth_step = {depth_step:e} m is {choice}: cells below {turns:.2e} Pa overshoot, lift off and come back, and the contact area will be wrong; at most {last:.2e} m is stable throughout; make wear.depth_step smaller or wear.scheme \"implicit\""
         )
-    })
+    });
+    Some((decision, warning))
 }

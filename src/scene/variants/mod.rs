@@ -8,7 +8,8 @@ mod values;
 
 use std::path::Path;
 
-use super::{Plan, Scene, SceneError, document, keys, resolve};
+use super::{Scene, SceneError, document, keys, resolve};
+use crate::recipe::Recipe;
 
 /// The variant that all knobs are turned from.
 pub const BALANCED: &str = "balanced";
@@ -211,7 +212,7 @@ const TOLERANCE: &str = "fidelity.tolerance";
 /// The seconds of an iteration lie in its own tables.
 const KEEP: &str = "output.keep=all";
 
-/// The variants of a scene: `written` as it is written, `scene` and `plan` as [`balanced`].
+/// The variants of a scene: `written` as it is written, `scene` and its `recipe` as [`balanced`].
 ///
 /// A variant of them may still be refused by the scene or by the plan.
 ///
@@ -220,7 +221,7 @@ const KEEP: &str = "output.keep=all";
 pub fn variants(
     written: &Scene,
     scene: &Scene,
-    plan: &Plan,
+    recipe: &Recipe,
     choice: &Choice,
 ) -> Result<Variants, UnknownKnob> {
     let knobs = chosen(&choice.knobs)?;
@@ -234,7 +235,7 @@ pub fn variants(
                 made.presets(written, scene, choice);
                 continue;
             }
-            _ => values::values(knob, written, scene, plan, choice),
+            _ => values::values(knob, written, scene, recipe, choice),
         };
         match values {
             Err(reason) => made.left_out.push(LeftOut {

@@ -1,7 +1,8 @@
 //! The values that each knob of a scene is tried at.
 
 use super::{Choice, Knob};
-use crate::scene::{Dynamics, Motion, Plan, Scene, Scheme, Stiffness, Structure, plan::Coupling};
+use crate::recipe::{Coupling, Recipe};
+use crate::scene::{Dynamics, Motion, Scene, Scheme, Stiffness, Structure};
 use crate::wear::cycle::March;
 
 /// Errors of the worn volume to be kept within.
@@ -30,7 +31,7 @@ pub(super) fn values(
     knob: Knob,
     written: &Scene,
     scene: &Scene,
-    plan: &Plan,
+    recipe: &Recipe,
     choice: &Choice,
 ) -> Result<Values, &'static str> {
     const RIGID: &str = "there is no rough surface";
@@ -39,13 +40,17 @@ pub(super) fn values(
     let rough = scene.surface.is_some();
     let moved = scene.dynamics.is_some() || scene.motion.is_some();
     // A computed motion decides for itself how it is marched.
-    let stepped = plan.march == Some(March::Stepped) || scene.dynamics.is_some();
+    let march = recipe.cycle().and_then(|cycle| cycle.march);
+    let coupling = recipe
+        .contact()
+        .map_or(Coupling::None, |contact| contact.coupling);
+    let stepped = march == Some(March::Stepped) || scene.dynamics.is_some();
     match knob.name {
         "normal_tolerance" if rough => Ok(decades(fidelity.normal_tolerance)),
         "tangential_tolerance" | "cycle_tolerance" | "cycle" | "steps_per_cycle" if !rough => {
             Err(RIGID)
         }
-        "tangential_tolerance" if moved || matches!(plan.coupling, Coupling::Indented { .. }) => {
+        "tangential_tolerance" if moved || matches!(coupling, Coupling::Indented { .. }) => {
             Ok(decades(fidelity.tangential_tolerance))
         }
         "tangential_tolerance" | "cycle_tolerance" | "cycle" | "steps_per_cycle" if !moved => {
@@ -63,8 +68,8 @@ pub(super) fn values(
             [1.0 / 4.0, 1.0 / 2.0, 2.0],
             even,
         )),
-        "cycle" => Ok(cycles(plan.march)),
-        "load_steps" => match plan.coupling {
+        "cycle" => Ok(cycles(march)),
+        "load_steps" => match coupling {
             Coupling::Indented { load_steps } => {
                 Ok(counts(load_steps, [1.0 / 4.0, 1.0 / 2.0, 2.0], whole))
             }

@@ -1,19 +1,18 @@
-//! The files that a scene names: a surface, a motion history. They enter keys by their content, never by path or time.
+//! The files that a scene names: a surface, a motion history. They enter what a run is known by by their content, never by path or
+//! time.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::error::{HistoryProblem, RunError};
+use super::PlanError;
+use super::rough::{Contents, motion_of};
 use crate::files;
-use crate::scene::{
-    Contact, Motion as SceneMotion, Plan, Scene, Surface, Transverse,
-    plan::{Texture, motion_of},
-};
-use crate::surface::prepare::Prepared;
-use crate::surface::readers;
-use crate::tables::{self, TableName, TypedTable, typed};
+use crate::scene::{Contact, Motion as SceneMotion, RoughJoint, Scene, Surface, Transverse};
+use crate::surface::prepare::{self, PrepareError, PrepareOptions, Prepared};
+use crate::surface::readers::{self, ReadError, ReadOptions};
+use crate::tables::{self, TableError, TableName, TypedTable, typed};
 use crate::wear::{Channel, Motion};
 
 /// Two values this close, relative to the largest, are the same sample.
@@ -22,83 +21,181 @@ const SAME: f64 = 1e-9;
 /// Bytes of the longest motion history: a million samples in text.
 const LONGEST_HISTORY: u64 = 64 << 20;
 
-/// A scene with what its files say, and the plan for it.
-#[derive(Debug, Clone)]
-pub struct Inputs {
-    /// The scene.
-    pub scene: Scene,
-    /// Its motion over a cycle; of no axis without `[motion]`.
+/// A scene that is well written and cannot be run: by itself, or for a file that it names.
+#[derive(Debug, thiserror::Error)]
+pub enum InputError {
+    /// The scene cannot be run.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The surface file cannot be read.
+    #[error("surface.path: {0}")]
+    Read(#[from] ReadError),
+    /// The measured surface does not fit the joint.
+    #[error("surface.path {}: {source}", path.display())]
+    Prepare {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: PrepareError,
+    },
+    /// The motion history is not one.
+    #[error("motion.history {}: {problem}", path.display())]
+    History {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        problem: Box<HistoryProblem>,
+    },
+}
+
+/// What can be wrong with a motion history.
+#[derive(Debug, thiserror::Error)]
+pub enum HistoryProblem {
+    /// It cannot be read.
+    #[error("{0}")]
+    Io(#[from] std::io::Error),
+    /// It is no table of numbers.
+    #[error("{0}")]
+    Csv(#[from] csv::Error),
+    /// It is no `cycle` table.
+    #[error("{0}")]
+    Table(#[from] TableError),
+    /// A column is missing.
+    #[error(
+        "there is no column `{column}`; a history has time (parts of the period), displacement_x and, if they exist, displacement_y [m] and normal_load [N]"
+    )]
+    MissingColumn {
+        /// The column.
+        column: &'static str,
+    },
+    /// A value is no number.
+    #[error("row {row}, column `{column}`: \"{value}\" is not a finite number")]
+    NotANumber {
+        /// The row, from 1.
+        row: usize,
+        /// The column.
+        column: String,
+        /// The text.
+        value: String,
+    },
+    /// Too short.
+    #[error("{rows} rows; a cycle needs at least 3 samples")]
+    TooShort {
+        /// Rows without the repeated first one.
+        rows: usize,
+    },
+    /// Time does not run from 0 to 1.
+    #[error("row {row}: time is {time}; time must increase from 0 to at most 1 (the period)")]
+    Time {
+        /// The row, from 1.
+        row: usize,
+        /// The time.
+        time: f64,
+    },
+    /// The last sample, at time 1, is not the first again.
+    #[error("the cycle does not close: {column} is {first:e} at time 0 and {last:e} at time 1")]
+    NotClosed {
+        /// The column.
+        column: &'static str,
+        /// Its value at 0.
+        first: f64,
+        /// Its value at 1.
+        last: f64,
+    },
+    /// Motion along y in a scene without y.
+    #[error("displacement_y is not zero, but `contact.transverse` is \"absent\"; use \"fixed\"")]
+    TransverseAbsent,
+    /// Displacement along y where the force along y is zero.
+    #[error(
+        "displacement_y is not zero, but `contact.transverse` is \"free\", which finds it from no force along y; use \"fixed\""
+    )]
+    TransverseFree,
+}
+
+/// What the files of a scene say.
+pub(super) struct Files {
+    /// The motion of `[motion]`; of no axis without.
     pub motion: Motion,
-    /// Whether every other of its samples is one in the middle between those of a history.
-    pub halved: bool,
-    /// The heights of a surface from a file on the joint's cells; none of another surface. The file is read once: these are the
-    /// heights of the very bytes that `canonical` names.
+    /// The heights of a surface from a file on the joint's cells.
     pub measured: Option<Arc<Prepared>>,
-    /// What is decided.
-    pub plan: Plan,
-    /// [`Scene::canonical`] with the hashes of the files.
+    /// Hashes of the files.
+    pub contents: Contents,
+    /// [`Scene::canonical`] with these hashes.
     pub canonical: Value,
 }
 
-impl Inputs {
-    /// Reads the files of a scene, each once, and plans it.
-    ///
-    /// # Errors
-    /// [`RunError`] for a file that cannot be used, and for a scene that cannot be run.
-    pub fn of(scene: Scene) -> Result<Inputs, RunError> {
+impl Files {
+    /// Reads the files of a scene, each once.
+    pub fn read(scene: &Scene) -> Result<Files, InputError> {
         let mut canonical = scene.canonical();
+        let mut contents = Contents::default();
         let mut measured = None;
+        let hash = |bytes: &[u8]| blake3::hash(bytes).to_hex().to_string();
         if let Some(Surface::File { path, .. }) = &scene.surface {
             let bytes = readers::bytes(path)?;
-            canonical["surface"]["content"] = json!(blake3::hash(&bytes).to_hex().as_str());
+            let content = hash(&bytes);
+            canonical["surface"]["content"] = json!(content);
+            contents.surface = Some(content);
             if let Some(rough) = scene.rough() {
-                measured = super::surface::measured(&rough, bytes)?.map(Arc::new);
+                measured = on_joint(&rough, bytes)?.map(Arc::new);
             }
         }
-        let contact = scene.contact.as_ref();
-        let mut halved = false;
-        let motion = match (contact, &scene.motion) {
+        let motion = match (&scene.contact, &scene.motion) {
             (Some(contact), Some(SceneMotion::History { path })) => {
-                let wrong = |problem: HistoryProblem| RunError::History {
+                let wrong = |problem: HistoryProblem| InputError::History {
                     path: path.clone(),
                     problem: Box::new(problem),
                 };
                 let bytes = files::read(path, LONGEST_HISTORY).map_err(|e| wrong(e.into()))?;
-                canonical["motion"]["content"] = json!(blake3::hash(&bytes).to_hex().as_str());
-                halved = scene.fidelity.cycle_extrapolation;
+                let content = hash(&bytes);
+                canonical["motion"]["content"] = json!(content);
+                let halved = scene.fidelity.cycle_extrapolation;
+                contents.history = Some((content, halved));
                 let motion = history(contact, path, &bytes).map_err(wrong)?;
                 if halved { motion.halved() } else { motion }
             }
-            (Some(contact), _) => motion_of(&scene, contact),
+            (Some(contact), _) => motion_of(scene, contact),
             (None, _) => Motion::none(0.0),
         };
-        let texture = measured
-            .as_deref()
-            .map(|on_joint| Texture::of(&on_joint.patch, &on_joint.heights));
-        let plan = Plan::decide(&scene, Some(&motion), texture)?;
-        Ok(Inputs {
-            scene,
+        Ok(Files {
             motion,
-            halved,
             measured,
-            plan,
+            contents,
             canonical,
         })
     }
+}
 
-    /// Sections and keys (`section.key`) of the canonical scene, by name: what a stage reads goes into its key.
-    pub fn sections(&self, names: &[&str]) -> Value {
-        let value = |name: &str| {
-            name.split('.')
-                .fold(&self.canonical, |value, part| &value[part])
-                .clone()
-        };
-        names
-            .iter()
-            .map(|name| ((*name).to_owned(), value(name)))
-            .collect::<serde_json::Map<_, _>>()
-            .into()
-    }
+/// The heights of a surface's file on the joint's cells, from the bytes of the file; none of another surface. Only they are
+/// kept: the map may be many times larger than the joint's grid.
+fn on_joint(rough: &RoughJoint, bytes: Vec<u8>) -> Result<Option<Prepared>, InputError> {
+    let Surface::File {
+        path,
+        unit,
+        detrend,
+        fill,
+        spacing,
+    } = rough.surface
+    else {
+        return Ok(None);
+    };
+    let options = ReadOptions {
+        height_unit: *unit,
+        lateral_unit: None,
+        spacing: *spacing,
+    };
+    let topography = readers::parse(path, &bytes, &options)?;
+    drop(bytes);
+    let options = PrepareOptions {
+        detrend: *detrend,
+        fill: *fill,
+    };
+    prepare::onto_joint(&topography, &rough.patch(), options)
+        .map(Some)
+        .map_err(|source| InputError::Prepare {
+            path: path.clone(),
+            source,
+        })
 }
 
 /// The columns of a history: time, displacement_x, and the optional displacement_y and normal_load.

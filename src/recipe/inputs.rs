@@ -1,0 +1,34 @@
+//! A recipe with what its files say.
+
+use std::sync::Arc;
+
+use serde_json::Value;
+
+use super::Recipe;
+use crate::surface::prepare::Prepared;
+use crate::wear::Motion;
+
+/// A recipe with what its files say: all that a run is computed from.
+#[derive(Debug, Clone)]
+pub struct Inputs {
+    /// The recipe.
+    pub recipe: Recipe,
+    /// The motion over a cycle that is prescribed; of no axis where none is.
+    pub motion: Motion,
+    /// The heights of a surface from a file on the joint's cells; none of another surface. The file is read once: these are the
+    /// heights of the very bytes whose hash is in the recipe.
+    pub measured: Option<Arc<Prepared>>,
+    /// What the run is known by.
+    pub identity: Identity,
+}
+
+/// What a run is known by: the scene, as the store compares and keeps it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Identity {
+    /// The scene as resolved, with the hashes of its files and without what does not influence a result.
+    pub scene: Value,
+    /// The text of `scene.toml`.
+    pub scene_toml: String,
+    /// What `plan.json` says.
+    pub plan: Value,
+}
