@@ -75,6 +75,8 @@ pub mod scene;
 pub mod stages;
 pub mod store;
 pub mod structure;
+#[cfg(feature = "polars")]
+pub mod study;
 pub mod surface;
 pub mod tables;
 pub mod units;

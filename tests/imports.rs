@@ -73,7 +73,7 @@ fn names(code: &str, path: &str) -> bool {
 
 /// The modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
 fn modules(source: &Source) -> Vec<String> {
-    const MODULES: [&str; 23] = [
+    const MODULES: [&str; 24] = [
         "cli",
         "contact",
         "doctor",
@@ -90,6 +90,7 @@ fn modules(source: &Source) -> Vec<String> {
         "stages",
         "store",
         "structure",
+        "study",
         "dynamics",
         "surface",
         "tables",
@@ -202,6 +203,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         ],
     ),
     ("report/", &["recipe", "scene", "tables", "store", "report"]),
+    ("study/", &["recipe", "tables", "report", "study"]),
     (
         "validate.rs",
         &["grid", "contact", "reference", "surface", "wear"],
@@ -295,7 +297,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
         ],
         &["tables/", "surface/readers/parquet.rs"],
     ),
-    (&["polars"], &["report/"]),
+    (&["polars"], &["report/", "study/"]),
     (&["shlex"], &["report/text.rs"]),
     (&["plotters"], &["report/"]),
     (&["png", "base64"], &["report/plot/"]),

@@ -16,6 +16,8 @@ mod scene;
 mod stages;
 mod store;
 mod structure;
+#[cfg(feature = "polars")]
+mod study;
 mod support;
 mod surface;
 mod tables;

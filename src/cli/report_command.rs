@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use fretwear::report::{Report, RunTables, claims};
+use fretwear::report::{Report, RunTables};
+use fretwear::study::claims;
 
 use super::compare::notices;
 use super::{CliError, Exit, ReportArguments};

@@ -3,48 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use fretwear::recipe::Inputs;
-use fretwear::report::claims::{self, Finding};
 use fretwear::report::{Report, RunTables};
 use fretwear::scene::{self, Plan};
 use fretwear::store::{EntryKind, FileSystem, RealFileSystem};
+use fretwear::study::SCENES;
+use fretwear::study::claims::{self, Finding};
 use serde_json::json;
 
 use super::many::{self, Job};
 use super::{CliError, Exit, ReproduceArguments};
 use crate::terminal::{Results, say};
-
-/// The scenes of the paper's study, as shipped: roughness, plasticity, updates. The first is the base of the others.
-const SCENES: [(&str, &str); 8] = [
-    ("lap_joint", include_str!("../../pipelines/lap_joint.toml")),
-    (
-        "lap_joint_rq05",
-        include_str!("../../pipelines/lap_joint_rq05.toml"),
-    ),
-    (
-        "lap_joint_rq1",
-        include_str!("../../pipelines/lap_joint_rq1.toml"),
-    ),
-    (
-        "lap_joint_rq10",
-        include_str!("../../pipelines/lap_joint_rq10.toml"),
-    ),
-    (
-        "lap_joint_plastic",
-        include_str!("../../pipelines/lap_joint_plastic.toml"),
-    ),
-    (
-        "lap_joint_update05",
-        include_str!("../../pipelines/lap_joint_update05.toml"),
-    ),
-    (
-        "lap_joint_update20",
-        include_str!("../../pipelines/lap_joint_update20.toml"),
-    ),
-    (
-        "lap_joint_no_update",
-        include_str!("../../pipelines/lap_joint_no_update.toml"),
-    ),
-];
 
 /// Runs the paper's study, or the scenes of a folder, and holds the paper's claims against it.
 pub fn reproduce(arguments: &ReproduceArguments, out: &mut Results) -> Result<Exit, CliError> {

@@ -2,16 +2,14 @@
 //! `polars`, which is named in this folder only.
 
 #[cfg(feature = "polars")]
-pub mod claims;
-#[cfg(feature = "polars")]
 mod compare;
 #[cfg(feature = "polars")]
 mod error;
 mod error_bars;
 #[cfg(feature = "polars")]
 mod figures;
-mod html;
-mod output;
+pub(crate) mod html;
+pub(crate) mod output;
 #[cfg(feature = "polars")]
 mod page;
 #[cfg(feature = "polars")]
@@ -19,7 +17,7 @@ mod passed_over;
 #[cfg(feature = "polars")]
 mod plot;
 #[cfg(feature = "polars")]
-mod quantity;
+pub(crate) mod quantity;
 #[cfg(feature = "polars")]
 mod results;
 #[cfg(feature = "polars")]
@@ -28,7 +26,7 @@ mod run_tables;
 mod scan;
 #[cfg(feature = "polars")]
 mod sections;
-mod text;
+pub(crate) mod text;
 pub mod trade;
 
 #[cfg(feature = "polars")]

@@ -1,8 +1,6 @@
 //! What is read from finished runs.
 
 #[cfg(feature = "polars")]
-mod claims;
-#[cfg(feature = "polars")]
 mod compare;
 #[cfg(feature = "polars")]
 mod page;

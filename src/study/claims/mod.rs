@@ -20,7 +20,7 @@ mod write;
 
 use serde::Serialize;
 
-use super::{ReportError, RunTables};
+use crate::report::{ReportError, RunTables};
 
 pub use catalogue::{CLAIMS, Claim};
 pub use evidence::{Columns, Evidence, Loop, Moment, Worn};

@@ -1,7 +1,7 @@
 //! Claims on real runs, small ones.
 
 use fretwear::report::RunTables;
-use fretwear::report::claims::{Evidence, Finding, Verdict, evaluate};
+use fretwear::study::claims::{Evidence, Finding, Verdict, evaluate};
 use fretwear::tables::TableName;
 
 use crate::support::{Bench, RESONATOR, SMALL, latest, summary, table};

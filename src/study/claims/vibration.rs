@@ -1,9 +1,9 @@
 //! The vibration, and the solvers behind it (claims 23–28, 34–38, 44–46).
 
-use super::super::quantity::number;
 use super::contact::{CONVERGED, roughnesses};
 use super::words::{list, micrometres, never_falls, percent, rises, spread};
 use super::{Evidence, Finding, Loop};
+use crate::report::quantity::number;
 
 /// * Deviation of the mean normal load, and its half range, of the bolt load.
 const LOAD: [f64; 2] = [0.01, 0.05];

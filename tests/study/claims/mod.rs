@@ -3,7 +3,7 @@
 mod runs;
 mod study;
 
-use fretwear::report::claims::{CLAIMS, Evidence, Finding, Verdict, judge, markdown, table};
+use fretwear::study::claims::{CLAIMS, Evidence, Finding, Verdict, judge, markdown, table};
 use fretwear::tables::{Provenance, TableName, from_parquet, to_parquet};
 
 use study::{CYCLES, all, sliding_loop};
@@ -61,7 +61,7 @@ fn respond(run: &mut Evidence, column: &str, values: [f64; 2]) {
     run.worn_response.insert(column.to_owned(), values.to_vec());
 }
 
-fn worn(run: &mut Evidence) -> &mut fretwear::report::claims::Worn {
+fn worn(run: &mut Evidence) -> &mut fretwear::study::claims::Worn {
     run.worn.as_mut().expect("it wears")
 }
 

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::super::html::{escaped, table_of_markup};
-use super::super::output::replace;
-use super::super::text::{self, cell};
-use super::super::{ReportError, RunTables, Section};
 use super::{Finding, Verdict};
+use crate::report::html::{escaped, table_of_markup};
+use crate::report::output::replace;
+use crate::report::text::{self, cell};
+use crate::report::{ReportError, RunTables, Section};
 use crate::tables::{Provenance, Table, TableError, TableName, TypedTable, to_parquet, typed};
 
 impl Verdict {

@@ -1,8 +1,8 @@
 //! Wear steps and what they add up to (claims 1–7).
 
-use super::super::quantity::number;
 use super::words::{integral, interpolated, percent};
 use super::{Evidence, Finding};
+use crate::report::quantity::number;
 
 /// Wear iterations at Rq 5 µm [A §4b].
 const ITERATIONS: f64 = 231.0;

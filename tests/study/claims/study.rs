@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use fretwear::report::claims::{Columns, Evidence, Loop, Moment, Setting, Worn};
+use fretwear::study::claims::{Columns, Evidence, Loop, Moment, Setting, Worn};
 
 pub const CYCLES: [f64; 8] = [0.0, 2e4, 1e5, 1e6, 2e6, 5e6, 8e6, 1e7];
 /// Area of the joint \[m²\].

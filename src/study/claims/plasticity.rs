@@ -1,8 +1,8 @@
 //! The hardness limit (claims 39–43).
 
-use super::super::quantity::number;
 use super::words::{interpolated, percent, rises};
 use super::{Evidence, Finding};
+use crate::report::quantity::number;
 
 /// * Of the cap: rounding.
 const CAP: f64 = 1e-9;

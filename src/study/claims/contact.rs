@@ -1,9 +1,9 @@
 //! Area, pressure and stiffness of the contact (claims 15–22).
 
-use super::super::quantity::number;
 use super::steps::{STUDY, reaches};
 use super::words::{interpolated, list, never_falls, percent, spread};
 use super::{Evidence, Finding};
+use crate::report::quantity::number;
 
 /// * Fall of the area that counts as none, of the area.
 const FALL: f64 = 0.01;

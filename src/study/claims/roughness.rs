@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use super::super::quantity::number;
 use super::steps::explicit_steps;
 use super::words::{interpolated, never_falls, percent};
 use super::{Evidence, Finding};
+use crate::report::quantity::number;
 
 /// * Rise of Rq that counts as none, of Rq.
 const RISE: f64 = 1e-4;

@@ -1,6 +1,6 @@
 //! Numbers in findings, and the arithmetic of curves.
 
-use super::super::quantity::{SHARE, number, shown};
+use crate::report::quantity::{SHARE, number, shown};
 
 /// A share as a percentage.
 pub fn percent(share: f64) -> String {

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::super::{ReportError, RunTables, WEAR_ITERATION, numbers, texts};
 use super::setting::Setting;
 use crate::recipe::Recipe;
+use crate::report::{ReportError, RunTables, WEAR_ITERATION, numbers, texts};
 use crate::tables::{TableName, typed};
 
 /// Columns of a table over the iterations that have it.

@@ -1,0 +1,3 @@
+//! The paper's study.
+
+mod claims;
