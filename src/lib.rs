@@ -66,6 +66,7 @@ pub mod dynamics;
 pub mod fft;
 mod files;
 pub mod grid;
+pub mod json;
 pub mod linalg;
 pub mod model_update;
 pub mod recipe;

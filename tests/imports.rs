@@ -73,13 +73,14 @@ fn names(code: &str, path: &str) -> bool {
 
 /// The modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
 fn modules(source: &Source) -> Vec<String> {
-    const MODULES: [&str; 24] = [
+    const MODULES: [&str; 25] = [
         "cli",
         "contact",
         "doctor",
         "fft",
         "files",
         "grid",
+        "json",
         "linalg",
         "model_update",
         "progress",
@@ -154,6 +155,7 @@ fn modules(source: &Source) -> Vec<String> {
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("files.rs", &[]),
     ("grid.rs", &[]),
+    ("json.rs", &[]),
     ("units.rs", &[]),
     ("units/", &[]),
     ("fft/", &["fft"]),
@@ -170,7 +172,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("reference/", &["grid", "contact", "reference"]),
     ("wear/", &["grid", "contact", "wear"]),
     ("tables/", &["tables"]),
-    ("store/", &["tables", "store"]),
+    ("store/", &["json", "tables", "store"]),
     (
         "recipe/",
         &[
@@ -191,6 +193,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "recipe",
             "tables",
             "grid",
+            "json",
             "units",
             "fft",
             "contact",
@@ -303,7 +306,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
     (&["png", "base64"], &["report/plot/"]),
     (&["clap", "clap_complete", "signal_hook"], &["cli/"]),
     (&["indicatif"], &["progress.rs"]),
-    (&["blake3"], &["store/", "scene/plan/files.rs"]),
+    (&["blake3"], &["json.rs", "store/", "scene/plan/files.rs"]),
     (&["fs4"], &["store/file_system.rs"]),
     (&["toml"], &["scene/", "tables/"]),
     (&["npyz", "quick_xml", "zip::"], &["surface/readers/"]),

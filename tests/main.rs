@@ -5,6 +5,7 @@ mod contact;
 mod doctor;
 mod dynamics;
 mod imports;
+mod json;
 mod linalg;
 mod manifest;
 mod model_update;

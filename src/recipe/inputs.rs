@@ -27,6 +27,8 @@ pub struct Inputs {
 pub struct Identity {
     /// The scene as resolved, with the hashes of its files and without what does not influence a result.
     pub scene: Value,
+    /// Keys of it whose values follow from others.
+    pub following: [&'static str; 5],
     /// The text of `scene.toml`.
     pub scene_toml: String,
     /// What `plan.json` says.

@@ -3,7 +3,7 @@
 //! [`load`] reads a file, the files it is based on and the `--set` of a command line, refuses what it does not know, and gives a
 //! [`Scene`]. A scene knows what is wanted; what is built for it is decided elsewhere.
 
-mod difference;
+mod canonical;
 mod document;
 mod error;
 mod keys;
@@ -32,7 +32,6 @@ pub use crate::recipe::{
 pub use crate::structure::resonator::Resonator;
 pub use crate::surface::prepare::{Detrend, Fill};
 pub use crate::wear::joint::Scheme;
-pub use difference::{Difference, differences};
 pub use error::{Place, Problem, SceneError};
 pub use plan::{InputError, Plan, PlanError};
 
@@ -391,7 +390,7 @@ impl Scene {
     /// Scenes that mean the same in other units are equal here. Title, name and paths are left out, since they do not influence
     /// a result; the content of a file must be hashed beside.
     pub fn canonical(&self) -> serde_json::Value {
-        difference::canonical(self)
+        canonical::canonical(self)
     }
 
     /// What its rough contact is made of, if it has one.

@@ -301,6 +301,7 @@ fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunEr
         threads: 1,
         seed,
         free_keys: FREE_KEYS.map(str::to_owned).to_vec(),
+        following_keys: inputs.identity.following.map(str::to_owned).to_vec(),
         inherited_keys: INHERITED_KEYS.map(str::to_owned).to_vec(),
     };
     let file_system = options.file_system.clone();

@@ -1,12 +1,11 @@
 //! `commit.json`: the manifest that makes an iteration exist.
 
-use super::canonical::{canonical, hash};
 use super::error::{Damage, DamageKind, StoreError};
 use super::files::{Files, Layout};
 use super::sealed::{Seal, read_sealed};
+use crate::json;
 use crate::tables::TableName;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
 use std::collections::BTreeMap;
 
 /// Version of the layout of `commit.json`.
@@ -101,15 +100,12 @@ impl Commit {
 
     /// The hash that the content gives.
     fn computed_hash(&self) -> String {
-        hash(
-            canonical(&json!({
-                "format": self.format,
-                "wear_iteration": self.wear_iteration,
-                "parent": self.parent,
-                "tables": self.tables,
-            }))
-            .as_bytes(),
-        )
+        json::hash(&serde_json::json!({
+            "format": self.format,
+            "wear_iteration": self.wear_iteration,
+            "parent": self.parent,
+            "tables": self.tables,
+        }))
     }
 
     /// The manifest of an iteration, if it is sound in itself.

@@ -1,10 +1,9 @@
 //! The iteration being computed.
 
-use super::canonical::hash;
 use super::commit::TableEntry;
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::EntryKind;
-use super::files::{Files, Layout};
+use super::files::{Files, Layout, hash};
 use super::key::StageKey;
 use super::sealed::{Seal, read_sealed, sealed};
 use crate::tables::{Provenance, Table, TableError, TableName, from_parquet, to_parquet};

@@ -1,7 +1,7 @@
 //! What can go wrong with a run on disk.
 
-use super::canonical::KeyChange;
 use super::file_system::EntryKind;
+use crate::json::KeyChange;
 use crate::tables::TableError;
 use std::fmt::{self, Display};
 use std::io;

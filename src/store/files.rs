@@ -1,6 +1,5 @@
 //! The file system with the path in every error, the paths of a run, and the writes that replace a file in one step.
 
-use super::canonical::hash;
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::{Entry, EntryKind, FileSystem, LockAttempt, LockGuard, Metadata};
 use serde::Serialize;
@@ -367,6 +366,11 @@ fn missing(path: &Path) -> Damage {
         path: path.to_owned(),
         kind: DamageKind::Missing,
     }
+}
+
+/// The hash of a text or file, 64 hexadecimal digits.
+pub(super) fn hash(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex().to_string()
 }
 
 fn check_hash(path: &Path, expected: &str, found: String) -> Result<(), Damage> {

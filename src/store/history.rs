@@ -6,10 +6,9 @@
 //!
 //! The file ends with a text that holds the hash of the file as it would be with zeros in place of the hash.
 
-use super::canonical::hash;
 use super::commit::Commit;
 use super::error::{Damage, DamageKind, StoreError};
-use super::files::{Files, LONGEST_TABLE, Layout};
+use super::files::{Files, LONGEST_TABLE, Layout, hash};
 use super::record::Pruned;
 use crate::tables::{
     ColumnSchema, ColumnType, Described, Nullable, Place, Table, TableBuilder, TableError,

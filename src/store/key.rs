@@ -1,8 +1,8 @@
 //! The key of a stage: what its result depends on.
 
-use super::canonical::{as_read, canonical, differences, hash};
 use super::commit::Commit;
 use super::error::list;
+use crate::json::{as_read, differences, hash};
 use crate::tables::TableName;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -47,7 +47,7 @@ impl StageKey {
             "upstream": above,
         });
         StageKey {
-            hash: hash(canonical(&inputs).as_bytes()),
+            hash: hash(&inputs),
             inputs,
         }
     }

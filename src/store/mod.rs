@@ -25,7 +25,6 @@
 //! All access goes through [`FileSystem`], so that tests can make any call fail.
 
 mod cache;
-mod canonical;
 mod chain;
 mod commit;
 mod draft;
@@ -45,7 +44,6 @@ mod sibling;
 mod survey;
 
 pub use cache::Cache;
-pub use canonical::KeyChange;
 pub use chain::{CommitReport, OnceReport, VerifyReport};
 pub use commit::{Commit, TableEntry};
 pub use draft::{Draft, Kept, Recompute};

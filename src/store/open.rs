@@ -1,12 +1,11 @@
 //! Starting: a new run is created, an existing one is checked and put in order.
 
-use super::canonical::{KeyChange, as_read, differences, hash, matches};
 use super::chain;
 use super::commit::Commit;
 use super::draft::clean_staging;
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::{FileSystem, LockGuard};
-use super::files::{Files, Layout, iteration_name, json};
+use super::files::{Files, Layout, hash, iteration_name, json};
 use super::history;
 use super::look::{ReadPast, has_gap};
 use super::reader::RunReader;
@@ -14,6 +13,7 @@ use super::record::{Continuation, Machine, Origin, RunIdentity, RunRecord};
 use super::record_file::{FoundRecord, read_record, written_scene};
 use super::sealed::sealed;
 use super::survey::survey;
+use crate::json::{KeyChange, as_read, differences, made, matches};
 use crate::tables::{Place, TableName};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -264,7 +264,7 @@ pub(super) fn resume(
             let written = written_scene(&files, &layout)?.ok();
             return Err(StoreError::SceneChanged {
                 path: layout.root,
-                keys: refused,
+                keys: made(refused, &identity.following_keys),
                 edited: written.is_some()
                     && record.scene_toml.is_some_and(|kept| written != Some(kept)),
             });

@@ -1,7 +1,7 @@
 //! `run.json`: what a run is and how it came about.
 
-use super::canonical::{canonical, flatten, hash, matches};
 use super::sealed::Seal;
+use crate::json::{flatten, hash, matches};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -38,6 +38,8 @@ pub struct RunIdentity {
     /// Keys that cannot alter what is already computed: in full, as `wear.cycles`, or a section as `output.*`. They may change
     /// on an existing run and do not count in the scene hash.
     pub free_keys: Vec<String>,
+    /// Keys, in the same form, whose values follow from others: a changed scene is refused with those others alone.
+    pub following_keys: Vec<String>,
     /// Keys, in the same form, that a run must share with the one it begins from: its state would mean nothing with others.
     pub inherited_keys: Vec<String>,
 }
@@ -49,7 +51,7 @@ impl RunIdentity {
             .into_iter()
             .filter(|(key, _)| !matches(key, &self.free_keys))
             .collect();
-        hash(canonical(&json!(fixed)).as_bytes())
+        hash(&json!(fixed))
     }
 }
 

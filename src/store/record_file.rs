@@ -1,9 +1,8 @@
 //! `run.json` and its copy, and the files that stand beside it, as they are read.
 
-use super::canonical::hash;
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::FileSystem;
-use super::files::{Files, Layout};
+use super::files::{Files, Layout, hash};
 use super::record::{RUN_FORMAT, RunRecord, seal_of};
 use super::sealed::{Seal, read_to_judge};
 use super::survey::survey;

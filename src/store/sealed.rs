@@ -2,9 +2,8 @@
 //!
 //! The hash is that of the text as it would end without it. It stands last because a text cannot hold its own hash.
 
-use super::canonical::hash;
 use super::error::{Damage, DamageKind, StoreError};
-use super::files::{Files, json};
+use super::files::{Files, hash, json};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::path::Path;

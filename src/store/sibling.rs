@@ -1,6 +1,5 @@
 //! A run that begins where another one is.
 
-use super::canonical::{as_read, differences, matches};
 use super::commit::{Commit, TableEntry};
 use super::draft::KeyedEntry;
 use super::error::{Damage, DamageKind, StoreError};
@@ -13,6 +12,7 @@ use super::record::{Origin, RunIdentity};
 use super::record_file::FoundRecord;
 use super::run::RunStore;
 use super::sealed::{read_sealed, sealed};
+use crate::json::{as_read, differences, matches};
 use std::path::Path;
 use std::sync::Arc;
 

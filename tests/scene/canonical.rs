@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use fretwear::scene::differences;
+use fretwear::json::differences;
 
 use super::{CASE, Folder, case, case_with};
 
@@ -86,19 +86,18 @@ fn differences_are_named_with_both_values() {
         "surface.kind=flat",
         "title=x",
     ]);
-    let found: Vec<(String, String, String)> = differences(&before.canonical(), &after.canonical())
-        .into_iter()
-        .map(|d| (d.key, d.before, d.after))
+    let found: Vec<String> = differences(&before.canonical(), &after.canonical())
+        .iter()
+        .map(ToString::to_string)
         .collect();
     let expected = [
-        ("contact.pressure_cap", "absent", "600000000.0"),
-        ("surface.correlation_length", "[0.0005,0.0004]", "absent"),
-        ("surface.kind", "\"gaussian\"", "\"flat\""),
-        ("surface.rq", "5e-6", "absent"),
-        ("surface.seed", "3", "absent"),
-        ("wear.cycles", "10000000", "20"),
-    ]
-    .map(|(key, a, b)| (key.to_owned(), a.to_owned(), b.to_owned()));
+        "`contact.pressure_cap` was absent, is 600000000.0",
+        "`surface.correlation_length` was [0.0005,0.0004], is absent",
+        "`surface.kind` was \"gaussian\", is \"flat\"",
+        "`surface.rq` was 5e-6, is absent",
+        "`surface.seed` was 3, is absent",
+        "`wear.cycles` was 10000000, is 20",
+    ];
     assert_eq!(found, expected);
 }
 

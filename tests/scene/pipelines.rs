@@ -55,7 +55,7 @@ fn the_published_parameters() {
     assert_eq!((wear.coefficient, wear.cycles), (2e-15, Some(10_000_000)));
 
     let plastic = shipped("prescribed_fretting_plastic.toml");
-    let found = fretwear::scene::differences(&scene.canonical(), &plastic.canonical());
+    let found = fretwear::json::differences(&scene.canonical(), &plastic.canonical());
     let keys: Vec<&str> = found.iter().map(|d| d.key.as_str()).collect();
     assert_eq!(keys, ["contact.pressure_cap"]);
     assert_eq!(plastic.the_contact().pressure_cap, Some(6e8));
@@ -103,7 +103,7 @@ fn variants_differ_in_what_they_say() {
     let case = shipped("lap_joint.toml").canonical();
     for (name, expected) in variants {
         let scene = shipped(name);
-        let found = fretwear::scene::differences(&case, &scene.canonical());
+        let found = fretwear::json::differences(&case, &scene.canonical());
         let keys: Vec<&str> = found.iter().map(|d| d.key.as_str()).collect();
         assert_eq!(keys, expected, "{name}");
     }

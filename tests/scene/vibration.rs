@@ -2,9 +2,10 @@
 
 use std::f64::consts::{PI, TAU};
 
+use fretwear::json::differences;
 use fretwear::scene::{
     DampingBasis, Distribution, Dynamics, Force, FrictionLaw, GivenContact, Port, Resonator, Scene,
-    Stiffness, Structure, Update, differences,
+    Stiffness, Structure, Update,
 };
 
 use super::{CASE, Folder, OSCILLATOR, ROUGH, SPRINGS, Sections, case_with};

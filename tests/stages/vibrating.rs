@@ -361,6 +361,32 @@ fn a_sibling_with_another_structure_is_refused() {
     assert!((new / old - 1.0).abs() > 1e-4, "{new} Hz with another leaf");
 }
 
+/// What follows from a key of the joint is in the structure's part of the scene too, under names that are no keys.
+#[test]
+fn a_changed_joint_is_refused_by_its_own_key() {
+    let bench = Bench::new();
+    let a = bench.path("a");
+    Start::new(bench.scene("resonator.toml", &[SHORT]), &a).done();
+    for (set, told) in [
+        (
+            "joint.size=[\"40 mm\", \"37 mm\"]",
+            "`joint.size` was [0.04,0.036], is [0.04,0.037]",
+        ),
+        (
+            "joint.elements=[11, 11]",
+            "`joint.elements` was [9,9], is [11,11]",
+        ),
+        (
+            "material.density=7950 kg/m^3",
+            "`material.lower.density` was 7949.0, is 7950.0; `material.upper.density` was 7949.0, is 7950.0",
+        ),
+    ] {
+        let message = Start::new(bench.scene("resonator.toml", &[SHORT, set]), &a).refused();
+        let expected = format!("was computed from another scene: {told}; begin another run");
+        assert!(message.contains(&expected), "{message}");
+    }
+}
+
 #[test]
 fn updates_are_kept() {
     let bench = Bench::new();

@@ -43,6 +43,7 @@ fn identity_of(scene: Value) -> RunIdentity {
         threads: 1,
         seed: Some(1),
         free_keys: vec!["wear.cycles".to_owned(), "output.*".to_owned()],
+        following_keys: Vec::new(),
         inherited_keys: Vec::new(),
     }
 }

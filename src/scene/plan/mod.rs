@@ -23,6 +23,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::Scene;
+use super::canonical::FOLLOWING_KEYS;
 use crate::recipe::build::CycleError;
 use crate::recipe::{Decision, Identity, Inputs, Joint, Recipe, told};
 use crate::wear::Motion;
@@ -190,6 +191,7 @@ impl Plan {
             inputs: Inputs {
                 identity: Identity {
                     scene: files.canonical,
+                    following: FOLLOWING_KEYS,
                     scene_toml: scene.to_toml(),
                     plan: json!({ "recipe": recipe, "warnings": warnings, "cost": cost }),
                 },

@@ -1,10 +1,9 @@
 //! Scenes as plain values, to be hashed and compared.
 
-use std::collections::BTreeMap;
-
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 use super::Scene;
+use crate::json;
 
 /// What does not influence a result: texts for people, and places of files whose content counts instead.
 const LEFT_OUT: [(&str, &str); 4] = [
@@ -16,11 +15,11 @@ const LEFT_OUT: [(&str, &str); 4] = [
 
 /// Fields of the resonator that follow from other sections. They are in the canonical form, so that its `structure` is complete
 /// in itself, and they are no difference of their own.
-const FOLLOWING: [&str; 5] = [
+pub(super) const FOLLOWING_KEYS: [&str; 5] = [
     "structure.lap_length",
     "structure.arm_height",
     "structure.lap_cells",
-    "structure.material",
+    "structure.material.*",
     "structure.tied",
 ];
 
@@ -38,7 +37,7 @@ pub(super) fn canonical(scene: &Scene) -> Value {
         }
     }
     as_keys(&mut value);
-    sorted(value)
+    json::sorted(value)
 }
 
 /// Gives what a scene holds under other names the names of its keys, by which differences are told.
@@ -66,67 +65,5 @@ fn as_keys(scene: &mut Value) {
         }
         outer.insert("force".to_owned(), forces);
         scene["dynamics"] = Value::Object(outer);
-    }
-}
-
-/// The same value with the keys of every object in order, which serde_json does or does not keep depending on features that
-/// other crates switch on.
-fn sorted(value: Value) -> Value {
-    match value {
-        Value::Object(object) => {
-            let ordered: BTreeMap<String, Value> = object
-                .into_iter()
-                .map(|(key, inner)| (key, sorted(inner)))
-                .collect();
-            Value::Object(ordered.into_iter().collect::<Map<_, _>>())
-        }
-        other => other,
-    }
-}
-
-/// A key in which two scenes differ.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Difference {
-    /// The dotted key.
-    pub key: String,
-    /// Its value in the first, as JSON in SI; `absent` if it is not there.
-    pub before: String,
-    /// Its value in the second.
-    pub after: String,
-}
-
-/// The keys in which two [canonical](Scene::canonical) scenes differ, in alphabetical order.
-pub fn differences(a: &Value, b: &Value) -> Vec<Difference> {
-    let mut pairs: BTreeMap<String, [Option<String>; 2]> = BTreeMap::new();
-    for (side, value) in [a, b].into_iter().enumerate() {
-        flatten("", value, &mut |key, text| {
-            pairs.entry(key).or_default()[side] = Some(text);
-        });
-    }
-    let shown = |text: Option<String>| text.unwrap_or_else(|| "absent".to_owned());
-    pairs
-        .into_iter()
-        .filter(|(_, [before, after])| before != after)
-        .map(|(key, [before, after])| Difference {
-            key,
-            before: shown(before),
-            after: shown(after),
-        })
-        .collect()
-}
-
-/// Every leaf with its dotted key. A null is a key that is not given.
-fn flatten(prefix: &str, value: &Value, leaf: &mut impl FnMut(String, String)) {
-    if FOLLOWING.contains(&prefix) {
-        return;
-    }
-    match value {
-        Value::Object(object) => {
-            for (name, inner) in object {
-                flatten(&super::keys::join(prefix, name), inner, leaf);
-            }
-        }
-        Value::Null => {}
-        other => leaf(prefix.to_owned(), other.to_string()),
     }
 }

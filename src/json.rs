@@ -1,4 +1,4 @@
-//! JSON in one canonical form, and what differs between two.
+//! JSON in one canonical form, and what differs between two values.
 
 use serde_json::{Map, Value};
 use std::collections::{BTreeMap, BTreeSet};
@@ -31,38 +31,37 @@ impl fmt::Display for KeyChange {
     }
 }
 
-/// The JSON text with the keys of every object sorted, so that equal values give equal texts whatever order they came in.
-pub(super) fn canonical(value: &Value) -> String {
-    // The order of `serde_json::Map` depends on the features that other crates ask for.
-    fn sorted(value: &Value) -> Value {
-        match value {
-            Value::Object(object) => {
-                let by_key: BTreeMap<&String, Value> = object
-                    .iter()
-                    .map(|(key, value)| (key, sorted(value)))
-                    .collect();
-                Value::Object(
-                    by_key
-                        .into_iter()
-                        .map(|(key, value)| (key.clone(), value))
-                        .collect::<Map<String, Value>>(),
-                )
-            }
-            Value::Array(items) => Value::Array(items.iter().map(sorted).collect()),
-            scalar => scalar.clone(),
+/// The same value with the keys of every object in order. The order of `serde_json::Map` depends on the features that other
+/// crates ask for.
+pub fn sorted(value: Value) -> Value {
+    match value {
+        Value::Object(object) => {
+            let by_key: BTreeMap<String, Value> = object
+                .into_iter()
+                .map(|(key, value)| (key, sorted(value)))
+                .collect();
+            Value::Object(by_key.into_iter().collect::<Map<_, _>>())
         }
+        Value::Array(items) => Value::Array(items.into_iter().map(sorted).collect()),
+        scalar => scalar,
     }
-    sorted(value).to_string()
 }
 
-/// The hash of a text or file, 64 hexadecimal digits.
-pub(super) fn hash(bytes: &[u8]) -> String {
-    blake3::hash(bytes).to_hex().to_string()
+/// The JSON text with the keys of every object sorted, so that equal values give equal texts whatever order they came in.
+pub fn canonical(value: &Value) -> String {
+    sorted(value.clone()).to_string()
+}
+
+/// The hash of the [canonical](canonical()) text, 64 hexadecimal digits.
+pub fn hash(value: &Value) -> String {
+    blake3::hash(canonical(value).as_bytes())
+        .to_hex()
+        .to_string()
 }
 
 /// Every value of nested objects under its dotted key. Arrays are values; so is an empty object, whose presence means
 /// something.
-pub(super) fn flatten(value: &Value) -> BTreeMap<String, Value> {
+pub fn flatten(value: &Value) -> BTreeMap<String, Value> {
     fn walk(prefix: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
         match value {
             Value::Object(object) if !object.is_empty() => {
@@ -86,7 +85,7 @@ pub(super) fn flatten(value: &Value) -> BTreeMap<String, Value> {
 }
 
 /// The keys whose values differ, in alphabetical order. What was not read from a file goes through [`as_read`] first.
-pub(super) fn differences(before: &Value, after: &Value) -> Vec<KeyChange> {
+pub fn differences(before: &Value, after: &Value) -> Vec<KeyChange> {
     let (before, after) = (flatten(before), flatten(after));
     let keys: BTreeSet<&String> = before.keys().chain(after.keys()).collect();
     // Null is how a resolved scene writes a key that is not given.
@@ -102,12 +101,21 @@ pub(super) fn differences(before: &Value, after: &Value) -> Vec<KeyChange> {
 }
 
 /// The value as it is once it was written and read: reading a float back may change its last digit.
-pub(super) fn as_read(value: &Value) -> Value {
+pub fn as_read(value: &Value) -> Value {
     serde_json::from_str(&canonical(value)).unwrap_or_else(|_| value.clone())
 }
 
+/// The changes that somebody made: without those of keys that follow from others, unless nothing else changed.
+pub fn made(mut changes: Vec<KeyChange>, following: &[String]) -> Vec<KeyChange> {
+    let follows = |change: &KeyChange| matches(&change.key, following);
+    if !changes.iter().all(follows) {
+        changes.retain(|change| !follows(change));
+    }
+    changes
+}
+
 /// True if one of the patterns names the key: in full, or as a section by `section.*`.
-pub(super) fn matches(key: &str, patterns: &[String]) -> bool {
+pub fn matches(key: &str, patterns: &[String]) -> bool {
     patterns
         .iter()
         .any(|pattern| match pattern.strip_suffix(".*") {
