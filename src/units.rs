@@ -156,6 +156,11 @@ impl Dimension {
         NAMED.iter().find(|named| named.dimension == self)
     }
 
+    /// The units that are suggested for it; none for a plain number, and for what has no name.
+    pub fn units(self) -> &'static [&'static str] {
+        self.named().map_or(&[], |named| named.units)
+    }
+
     fn plus(self, other: Self, times: i32) -> Self {
         Self {
             m: self.m + times * other.m,

@@ -4,6 +4,7 @@
 mod compare;
 mod cost;
 mod doctor;
+mod explain;
 mod export;
 mod many;
 mod report;
@@ -105,16 +106,27 @@ enum Command {
     /// claims.parquet, and prints the claims with what was measured.
     #[cfg(feature = "polars")]
     Reproduce(ReproduceArguments),
-    /// Explain the tables of a run and their columns
+    /// Explain a key of a scene: what it means, what it may be, its default, an example
+    Explain {
+        /// A key, as `contact.normal_load`, or a section, as `contact`
+        key: String,
+        /// Print one JSON object
+        #[arg(long)]
+        json: bool,
+    },
+    /// Explain the tables of a run and their columns, or the keys of a scene
     Schema {
-        /// Name of a table; all of them without
+        /// Name of a table, or `scene` for the keys of a scene; all tables without
         table: Option<String>,
         /// As Markdown, for a documentation
         #[arg(long)]
         markdown: bool,
-        /// Print one JSON object, by the names of tables
+        /// Print one JSON object, by the names of tables or keys
         #[arg(long, conflicts_with = "markdown")]
         json: bool,
+        /// Print the JSON Schema of scenes, for an editor
+        #[arg(long, conflicts_with_all = ["markdown", "json"])]
+        json_schema: bool,
     },
     /// Check whether this machine can compute runs and keep them
     ///
@@ -351,8 +363,12 @@ enum CliError {
     EditedScene { path: PathBuf, source: SceneError },
     #[error("there is no run at {}; name the scene to begin it with", path.display())]
     NothingToRun { path: PathBuf },
-    #[error("{table} is no table; the tables are {known}")]
+    #[error("{table} is no table; the tables are {known}; `scene` is for the keys of a scene")]
     UnknownTable { table: String, known: String },
+    #[error("tables have no JSON Schema, but scenes: fretwear schema scene --json-schema")]
+    NoJsonSchema,
+    #[error(transparent)]
+    UnknownKey(#[from] fretwear::scene::explain::UnknownKey),
     #[error("cannot watch for signals: {0}")]
     Signals(std::io::Error),
     #[error("{} has no [structure] of kind \"resonator\" to export", path.display())]
@@ -407,6 +423,8 @@ impl CliError {
             | CliError::EditedScene { .. }
             | CliError::NothingToRun { .. }
             | CliError::UnknownTable { .. }
+            | CliError::NoJsonSchema
+            | CliError::UnknownKey(_)
             | CliError::NothingToExport { .. }
             | CliError::Knob(_)
             | CliError::UnknownStiffness
@@ -464,11 +482,16 @@ fn perform(command: Command, out: &mut Results) -> Result<Exit, CliError> {
         Command::Trade(arguments) => trade::trade(&arguments, out),
         #[cfg(feature = "polars")]
         Command::Reproduce(arguments) => reproduce::reproduce(&arguments, out),
+        Command::Explain { key, json } => explain::explain(&key, json, out),
         Command::Schema {
             table,
             markdown,
             json,
-        } => schema::schema(table.as_deref(), schema::Form::of(markdown, json), out),
+            json_schema,
+        } => {
+            let form = schema::Form::of(markdown, json, json_schema);
+            schema::schema(table.as_deref(), form, out)
+        }
         Command::Doctor { dir, json } => doctor::doctor(&dir, json, out),
         Command::Completions { shell } => Ok(completions(shell, out)),
         Command::Export(arguments) => export::export(&arguments, out),

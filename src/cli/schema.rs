@@ -1,9 +1,13 @@
 //! `fretwear schema`.
 
+use fretwear::scene::explain;
 use fretwear::tables::{ColumnSchema, ColumnType, Place, Schema, TableName};
 use serde_json::{Map, Value, json};
 
-use super::{CliError, Exit};
+use super::{
+    CliError, Exit,
+    explain::{write_heading, write_section},
+};
 use crate::terminal::Results;
 
 /// In which form the schemas are printed.
@@ -15,21 +19,32 @@ pub enum Form {
     Markdown,
     /// For a program.
     Json,
+    /// For an editor.
+    JsonSchema,
 }
 
 impl Form {
     /// That of the flags.
-    pub fn of(markdown: bool, json: bool) -> Form {
-        match (markdown, json) {
-            (_, true) => Form::Json,
-            (true, false) => Form::Markdown,
-            (false, false) => Form::Text,
-        }
+    pub fn of(markdown: bool, json: bool, json_schema: bool) -> Form {
+        let flags = [
+            (markdown, Form::Markdown),
+            (json, Form::Json),
+            (json_schema, Form::JsonSchema),
+        ];
+        let given = flags.into_iter().find(|flag| flag.0);
+        given.map_or(Form::Text, |flag| flag.1)
     }
 }
 
 /// Prints what a table, or every table, is: its file, when it is written, and its columns.
 pub fn schema(table: Option<&str>, form: Form, out: &mut Results) -> Result<Exit, CliError> {
+    if table == Some("scene") {
+        write_scene(form, out);
+        return Ok(Exit::Done);
+    }
+    if form == Form::JsonSchema {
+        return Err(CliError::NoJsonSchema);
+    }
     let known = || TableName::ALL.map(TableName::as_str).join(", ");
     let tables = match table {
         None => TableName::ALL.to_vec(),
@@ -59,6 +74,47 @@ pub fn schema(table: Option<&str>, form: Form, out: &mut Results) -> Result<Exit
         }
     }
     Ok(Exit::Done)
+}
+
+/// The keys of a scene by sections.
+fn write_scene(form: Form, out: &mut Results) {
+    let sections = explain::sections();
+    match form {
+        Form::Text => {
+            write_heading(out);
+            for section in &sections {
+                write_section(section, out);
+                writeln!(out);
+            }
+        }
+        Form::Markdown => {
+            for section in &sections {
+                let name = match section.section.as_str() {
+                    "" => "top",
+                    name => name,
+                };
+                writeln!(out, "## `{name}`\n\n{}\n", section.meaning);
+                writeln!(out, "| key | type | default | meaning |\n|---|---|---|---|");
+                for key in &section.keys {
+                    let cells = [&key.kind, &key.default, &key.meaning].map(|text| cell(text));
+                    writeln!(out, "| `{}` | {} |", key.key, cells.join(" | "));
+                }
+                writeln!(out);
+            }
+        }
+        Form::Json => {
+            let keys = sections.iter().flat_map(|section| &section.keys);
+            let object: Map<String, Value> =
+                keys.map(|key| (key.key.to_owned(), json!(key))).collect();
+            out.json(&Value::Object(object));
+        }
+        Form::JsonSchema => writeln!(out, "{:#}", explain::json_schema()),
+    }
+}
+
+/// Text in a cell of Markdown, which a bar would end.
+fn cell(text: &str) -> String {
+    text.replace('|', "\\|")
 }
 
 /// Where the file of a table is, below the folder of the run.
@@ -98,8 +154,6 @@ fn write_text(out: &mut Results, table: TableName) {
 
 fn write_markdown(out: &mut Results, table: TableName) {
     let schema: &Schema = table.schema();
-    // A bar would end the cell.
-    let cell = |text: &str| text.replace('|', "\\|");
     writeln!(out, "## `{}`\n", schema.name);
     writeln!(out, "{} Version {}.\n", schema.description, schema.version);
     writeln!(out, "- file: `{}`", file(table));

@@ -21,13 +21,13 @@ const DEEPEST_KEY: usize = 80;
 
 /// A section or a value, and where it was written.
 #[derive(Debug, Clone)]
-pub(super) struct Node {
+pub struct Node {
     pub place: Rc<Place>,
     pub content: Content,
 }
 
 #[derive(Debug, Clone)]
-pub(super) enum Content {
+pub enum Content {
     Section(BTreeMap<String, Node>),
     Value(Value),
 }
@@ -37,6 +37,13 @@ impl Node {
         Node {
             place: Rc::clone(place),
             content: Content::Section(entries),
+        }
+    }
+
+    pub fn value(place: &Rc<Place>, value: Value) -> Self {
+        Node {
+            place: Rc::clone(place),
+            content: Content::Value(value),
         }
     }
 
@@ -106,22 +113,19 @@ impl Node {
 
     /// Lays `over` on top of this tree, and drops what it makes meaningless.
     fn lay(&mut self, over: Node) -> Result<(), SceneError> {
-        for key in keys::LISTS {
-            if let (Some(list), Some(node)) = (self.get(key), over.get(key))
-                && list.tables().is_some()
-                && matches!(node.content, Content::Section(_))
-            {
-                return Err(SceneError::new(
-                    &node.place,
-                    Problem::Conflict {
-                        key: (*key).to_owned(),
-                        value: node.shown(),
-                        reason: format!(
-                            "{key} is a list of tables, which is replaced by a list only; give all of it"
-                        ),
-                    },
-                ));
-            }
+        let key = keys::dynamics::FORCE.name;
+        if let (Some(list), Some(node)) = (self.get(key), over.get(key))
+            && list.tables().is_some()
+            && matches!(node.content, Content::Section(_))
+        {
+            let problem = Problem::Conflict {
+                key: key.to_owned(),
+                value: node.shown(),
+                reason: format!(
+                    "{key} is a list of tables, which is replaced by a list only; give all of it"
+                ),
+            };
+            return Err(SceneError::new(&node.place, problem));
         }
         self.merge(over, true);
         Ok(())
@@ -152,14 +156,15 @@ impl Node {
     }
 
     fn drop_rivals(&mut self, over: &Node) {
-        for (section, kinds) in keys::KINDS {
+        for section in keys::with_kinds() {
             let key = join(section, "kind");
             if let Some(kind) = over.text(&key)
                 && self.text(&key) != Some(kind)
-                && let Some(own) = keys::keys_of_kind(section, kind)
+                && keys::kinds(section).contains(&kind)
             {
-                let others = kinds.iter().flat_map(|entry| entry.1);
-                for name in others.filter(|name| !own.contains(name)) {
+                let own = keys::keys_of_kind(section, kind);
+                let others = keys::children(section).into_iter();
+                for name in others.filter(|name| *name != "kind" && !own.contains(name)) {
                     self.remove(section, name);
                 }
             }
@@ -211,8 +216,12 @@ impl Node {
 
     /// Makes the paths of files absolute, from `folder`.
     fn resolve_paths(&mut self, folder: &Path) -> Result<(), SceneError> {
-        for [section, name] in keys::PATHS {
-            let Some(node) = self.entry(section).and_then(|inner| inner.get_mut(*name)) else {
+        for key in keys::all().filter(|key| key.value.told().is_path) {
+            let section = keys::section_of(key.name);
+            let Some(node) = self
+                .entry(section)
+                .and_then(|inner| inner.get_mut(key.last()))
+            else {
                 continue;
             };
             let Content::Value(Value::String(text)) = &mut node.content else {
@@ -226,12 +235,9 @@ impl Node {
             match path.to_str() {
                 Some(resolved) => *text = resolved.to_owned(),
                 None => {
-                    let key = join(section, name);
-                    let value = node.shown();
-                    return Err(SceneError::new(
-                        &node.place,
-                        Problem::PathEncoding { key, value, path },
-                    ));
+                    let (key, value) = (key.name.to_owned(), node.shown());
+                    let problem = Problem::PathEncoding { key, value, path };
+                    return Err(SceneError::new(&node.place, problem));
                 }
             }
         }
@@ -403,10 +409,7 @@ fn build(
                 .collect();
             Node::section(place, entries)
         }
-        value => Node {
-            place: Rc::clone(place),
-            content: Content::Value(value),
-        },
+        value => Node::value(place, value),
     }
 }
 
@@ -440,10 +443,6 @@ fn parse_set(text: &str) -> Result<Node, SceneError> {
     if names == ["base"] {
         return Err(SceneError::new(&place, Problem::SetBase));
     }
-    let value = value.trim();
-    let value = value
-        .parse()
-        .unwrap_or_else(|_| Value::String(value.to_owned()));
-    let leaf = build_at(value, &place);
+    let leaf = build_at(keys::meant(value.trim()), &place);
     Ok(leaf.below(&names))
 }

@@ -152,7 +152,7 @@ pub enum Problem {
         /// The section it belongs to.
         section: String,
         /// A line that would do.
-        example: &'static str,
+        example: String,
     },
     /// A required section that is not there.
     #[error("section [{section}] is missing ({purpose}); add for example:\n{example}")]
@@ -162,7 +162,7 @@ pub enum Problem {
         /// What it says.
         purpose: &'static str,
         /// Lines that would do.
-        example: &'static str,
+        example: String,
     },
     /// A value of the wrong type.
     #[error("{key} = {value}: must be {expected}")]
@@ -246,7 +246,7 @@ fn listed(keys: &[String]) -> String {
     }
 }
 
-fn suggestion(nearest: &Option<String>, siblings: &[String]) -> String {
+pub(super) fn suggestion(nearest: &Option<String>, siblings: &[String]) -> String {
     match nearest {
         Some(key) => format!("; did you mean {key}?"),
         None => format!("; known here: {}", listed(siblings)),

@@ -6,6 +6,7 @@
 mod canonical;
 mod document;
 mod error;
+pub mod explain;
 mod keys;
 pub mod plan;
 mod reader;

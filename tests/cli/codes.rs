@@ -29,7 +29,19 @@ fn usage() {
         &bench,
         &["schema", "nope"],
         USAGE,
-        &["nope is no table", "contact_field"],
+        &["nope is no table", "contact_field", "`scene`"],
+    );
+    fails(
+        &bench,
+        &["schema", "--json-schema"],
+        USAGE,
+        &["fretwear schema scene --json-schema"],
+    );
+    fails(
+        &bench,
+        &["explain", "contact.nomal_load"],
+        USAGE,
+        &["contact.nomal_load: there is no such key; did you mean contact.normal_load?"],
     );
     fails(
         &bench,

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use fretwear::scene::explain::{json_schema, sections};
 use fretwear::tables::{Place, TableName};
 use serde_json::Value;
 
@@ -204,6 +205,50 @@ fn schema_explains_every_column() {
             assert!(markdown.contains(&row), "{row}");
         }
     }
+}
+
+/// Every key with its type, default and meaning, in all forms.
+#[test]
+fn schema_explains_every_key_of_a_scene() {
+    let bench = Bench::new();
+    let forms = ["--json", "--markdown", "--json-schema"];
+    let [json, markdown, editor] = forms.map(|form| bench.done(&["schema", "scene", form]));
+    let text = bench.done(&["schema", "scene"]).stdout();
+    let (json, markdown) = (json.json(), markdown.stdout());
+    let keys = sections().into_iter().flat_map(|section| section.keys);
+    for key in keys {
+        let object = &json[key.key];
+        for (name, value) in [
+            ("meaning", &key.meaning),
+            ("type", &key.kind),
+            ("default", &key.default),
+            ("example", &key.example),
+        ] {
+            assert_eq!(&object[name], value.as_str(), "{}", key.key);
+        }
+        assert!(text.contains(key.summary()), "{}", key.key);
+        let line = format!(" {}\n", key.default);
+        let mut lines = text.match_indices(&line).map(|(at, _)| &text[..at]);
+        let told = |before: &str| before.trim_end().ends_with(&key.kind);
+        assert!(lines.any(told), "{}: {line}", key.key);
+        assert!(markdown.contains(&format!("| `{}` | ", key.key)));
+    }
+    assert_eq!(editor.json(), json_schema());
+    let one = bench.done(&["explain", "contact.rotation"]).stdout();
+    for part in [
+        "contact.rotation\n\nWhat happens to the rotations of the bodies about x and y.\n",
+        "default     \"fixed\"\n",
+        "example     rotation = \"fixed\"\n",
+        "only        where there is a [surface]\n",
+        "\"free\"   the bodies tilt",
+    ] {
+        assert!(one.contains(part), "no {part:?} in {one}");
+    }
+    let section = bench.done(&["explain", "joint.hole"]).stdout();
+    assert!(section.contains("\n[joint.hole] A round hole"), "{section}");
+    assert!(section.contains("\n    diameter "), "{section}");
+    let object = bench.done(&["explain", "contact.kn", "--json"]).json();
+    assert_eq!(object["key"], "contact.kn");
 }
 
 /// Files are where the schemas say, and a table that every such run has is there.

@@ -3,6 +3,7 @@
 mod canonical;
 mod dynamics_faults;
 mod faults;
+mod keys;
 mod layers;
 mod pipelines;
 mod set_faults;

@@ -3,28 +3,17 @@
 use std::f64::consts::TAU;
 
 use super::Result;
-use crate::scene::document::Content;
-use crate::scene::reader::{ANY, POSITIVE, RATIO, Reader};
-use crate::scene::{Contact, DampingBasis, Dynamics, Force, FrictionLaw, Port, Structure, keys};
-use crate::units::Dimension;
+use crate::scene::document::Node;
+use crate::scene::keys::dynamics::*;
+use crate::scene::reader::Reader;
+use crate::scene::{Contact, Dynamics, Force, Port, Structure};
 
-/// Elastic modes of a reduced structure unless the scene says otherwise [A §3].
-const MODES: usize = 30;
-/// More modes than any band that is swept has: the matrices of a reduced structure are dense, and the highest modes of a mesh are
-/// not those of the structure.
-const MOST_MODES: usize = 1000;
-/// More frequencies than a forced response can show; each is a solve of its own.
-const MOST_POINTS: usize = 100_000;
 /// Directions of motion of an oscillator, all of which it keeps.
 const OSCILLATOR_MODES: usize = 3;
 /// Harmonics unless the scene says otherwise [A §3].
-const HARMONICS: [u32; 4] = [0, 1, 2, 3];
-/// A higher harmonic than any response shows: a slip of the keyboard.
-const LARGEST_HARMONIC: u64 = 1000;
-/// That harmonic and all below it, and the constant part.
-const MOST_HARMONICS: usize = LARGEST_HARMONIC as usize + 1;
+const FIRST_HARMONICS: [u32; 4] = [0, 1, 2, 3];
 /// Modal damping ratio of a bolted steel structure unless the scene says otherwise. The published case does not state its own.
-const DAMPING_RATIO: f64 = 0.002;
+const STEEL_DAMPING: f64 = 0.002;
 /// Where the forced response of an oscillator is computed unless the scene says otherwise: from this share of the natural
 /// frequency without the contact to that share of the one with its springs.
 const FROM_FREE: f64 = 0.5;
@@ -32,10 +21,6 @@ const FROM_FREE: f64 = 0.5;
 const FROM_STUCK: f64 = 0.3;
 /// See [`FROM_FREE`].
 const TO_STUCK: f64 = 1.5;
-
-const FORCE_EXAMPLE: &str =
-    "force = { amplitude = \"1000 N\", at = \"far_wall\", direction = \"x\" }";
-const FREQUENCY_EXAMPLE: &str = "frequency = [\"900 Hz\", \"1050 Hz\"]";
 
 /// Points of a structure at which forces act and displacements are read, the usual one first.
 fn points(structure: &Structure) -> &'static [&'static str] {
@@ -54,116 +39,92 @@ pub(super) fn dynamics(
     let forces = forces(reader, structure)?;
     let Some(drive) = forces.iter().find(|force| force.harmonic == 1) else {
         return Err(reader.conflict(
-            "dynamics.force",
+            &FORCE,
             "no force of harmonic 1 drives the structure; give one",
         ));
     };
-    let response = port(reader, "dynamics.response", structure, &drive.port)?;
+    let response = Port {
+        at: match reader.among(&RESPONSE_AT, points(structure))? {
+            Some(at) => at.to_owned(),
+            None => drive.port.at.clone(),
+        },
+        axis: reader.get(&RESPONSE_DIRECTION)?.unwrap_or(drive.port.axis),
+    };
     let harmonics = harmonics(reader, &forces)?;
-    if is_oscillator && reader.has("dynamics.modes") {
+    if is_oscillator && reader.has(&MODES) {
         return Err(reader.conflict(
-            "dynamics.modes",
+            &MODES,
             "an oscillator is not reduced to modes; leave it out",
         ));
     }
-    let default = if is_oscillator {
-        OSCILLATOR_MODES
-    } else {
-        MODES
-    };
-    let modes = reader.count("dynamics.modes", 1, MOST_MODES)?;
     Ok(Dynamics {
         response,
         harmonics,
-        modes: modes.unwrap_or(default),
-        damping_ratio: reader
-            .quantity("dynamics.damping_ratio", Dimension::NONE, RATIO, "0.002")?
-            .unwrap_or(if is_oscillator { 0.0 } else { DAMPING_RATIO }),
-        damping_basis: reader
-            .choice(
-                "dynamics.damping_basis",
-                &[("stuck", DampingBasis::Stuck), ("free", DampingBasis::Free)],
-            )?
-            .unwrap_or(DampingBasis::Stuck),
-        friction_law: reader
-            .choice(
-                "dynamics.friction_law",
-                &[("cone", FrictionLaw::Cone), ("box", FrictionLaw::Box)],
-            )?
-            .unwrap_or(FrictionLaw::Cone),
+        modes: if is_oscillator {
+            OSCILLATOR_MODES
+        } else {
+            reader.value(&MODES)?
+        },
+        damping_ratio: reader.get(&DAMPING_RATIO)?.unwrap_or(if is_oscillator {
+            0.0
+        } else {
+            STEEL_DAMPING
+        }),
+        damping_basis: reader.value(&DAMPING_BASIS)?,
+        friction_law: reader.value(&FRICTION_LAW)?,
         frequency: frequency(reader, structure, contact, drive.port.axis)?,
-        points: reader.count("dynamics.points", 2, MOST_POINTS)?,
+        points: reader.get(&POINTS)?,
         forces,
     })
 }
 
 /// One force, or a list of them.
 fn forces(reader: &Reader<'_>, structure: &Structure) -> Result<Vec<Force>> {
-    const KEY: &str = "dynamics.force";
-    let Some(node) = reader.node(KEY) else {
-        let example = match structure {
-            Structure::Resonator { .. } => FORCE_EXAMPLE,
-            Structure::Oscillator { .. } => "force = { amplitude = \"100 N\", direction = \"x\" }",
-        };
-        return Err(reader.missing(KEY, example));
+    let Some(list) = reader.get(&FORCE)? else {
+        return Err(match structure {
+            Structure::Resonator { .. } => reader.missing(&FORCE, ""),
+            Structure::Oscillator { .. } => {
+                let example = "force = { amplitude = \"100 N\", direction = \"x\" }";
+                reader.missing_line(&FORCE, example)
+            }
+        });
     };
-    if matches!(node.content, Content::Section(_)) {
-        return Ok(vec![force(reader, KEY, structure)?]);
-    }
-    let Some(tables) = node.tables() else {
-        let expected = format!(
-            "a table such as {}, or a list of such tables",
-            FORCE_EXAMPLE.trim_start_matches("force = ")
-        );
-        return Err(reader.wrong_type(KEY, node, expected));
+    let Some(tables) = list else {
+        return Ok(vec![force(reader, structure)?]);
     };
-    tables
-        .into_iter()
-        .enumerate()
-        .map(|(at, table)| {
-            reader.check_section(KEY, &table)?;
-            let name = format!("force[{at}]");
-            let root = table.below(&["dynamics", &name]);
-            force(
-                &Reader { root: &root },
-                &keys::join("dynamics", &name),
-                structure,
-            )
-        })
-        .collect()
+    let read = |(at, table): (usize, Node)| {
+        reader.check_section(FORCE.name, &table)?;
+        let root = table.below(&["dynamics", "force"]);
+        force(&Reader::of_item(&root, FORCE.name, at), structure)
+    };
+    tables.into_iter().enumerate().map(read).collect()
 }
 
-fn force(reader: &Reader<'_>, section: &str, structure: &Structure) -> Result<Force> {
-    let key = |name| keys::join(section, name);
-    let first = Port {
-        at: points(structure)[0].to_owned(),
-        axis: 0,
+fn force(reader: &Reader<'_>, structure: &Structure) -> Result<Force> {
+    let points = points(structure);
+    let at = reader.among(&FORCE_AT, points)?.unwrap_or(points[0]);
+    let port = Port {
+        at: at.to_owned(),
+        axis: reader.value(&FORCE_DIRECTION)?,
     };
-    let port = port(reader, section, structure, &first)?;
-    let harmonic = reader
-        .integer(&key("harmonic"), 0, LARGEST_HARMONIC)?
-        .map_or(1, |order| order as u32);
-    let amplitude = reader
-        .quantity(&key("amplitude"), Dimension::FORCE, ANY, "\"1000 N\"")?
-        .ok_or_else(|| reader.missing(&key("amplitude"), "amplitude = \"1000 N\""))?;
+    let harmonic = reader.value(&FORCE_HARMONIC)? as u32;
+    let amplitude = reader.required(&FORCE_AMPLITUDE)?;
     if amplitude == 0.0 {
         return Err(reader.out_of_range(
-            &key("amplitude"),
+            &FORCE_AMPLITUDE,
             "other than zero: a force of nothing drives nothing; leave it out",
         ));
     }
     if amplitude < 0.0 && harmonic > 0 {
         return Err(reader.out_of_range(
-            &key("amplitude"),
+            &FORCE_AMPLITUDE,
             "greater than zero; an opposite force has phase = \"180 deg\"",
         ));
     }
-    let phase = reader
-        .quantity(&key("phase"), Dimension::ANGLE, ANY, "\"90 deg\"")?
-        .unwrap_or(0.0);
+    let phase = reader.value(&FORCE_PHASE)?;
     if harmonic == 0 && phase != 0.0 {
         return Err(reader.conflict(
-            &key("phase"),
+            &FORCE_PHASE,
             "harmonic = 0 is a constant force, which has no phase; leave it out",
         ));
     }
@@ -175,34 +136,13 @@ fn force(reader: &Reader<'_>, section: &str, structure: &Structure) -> Result<Fo
     })
 }
 
-/// `at` and `direction` of a force or of the response.
-fn port(reader: &Reader<'_>, section: &str, structure: &Structure, default: &Port) -> Result<Port> {
-    let known: Vec<(&str, &str)> = points(structure)
-        .iter()
-        .map(|name| (*name, *name))
-        .collect();
-    let at = reader
-        .choice(&keys::join(section, "at"), &known)?
-        .map_or_else(|| default.at.clone(), str::to_owned);
-    let axis = reader
-        .choice(
-            &keys::join(section, "direction"),
-            &[("x", 0), ("y", 1), ("z", 2)],
-        )?
-        .unwrap_or(default.axis);
-    Ok(Port { at, axis })
-}
-
 /// In ascending order.
 fn harmonics(reader: &Reader<'_>, forces: &[Force]) -> Result<Vec<u32>> {
-    const KEY: &str = "dynamics.harmonics";
-    let expected = format!(
-        "a list of different integers of 0 to {LARGEST_HARMONIC}, 0 and 1 among them, such as [0, 1, 2, 3]"
-    );
-    let mut orders = match reader.integers(KEY, MOST_HARMONICS, &expected)? {
+    let expected = HARMONICS.value.1;
+    let mut orders = match reader.get(&HARMONICS)? {
         None => {
             let driven = forces.iter().map(|force| force.harmonic);
-            let mut orders: Vec<u32> = HARMONICS.into_iter().chain(driven).collect();
+            let mut orders: Vec<u32> = FIRST_HARMONICS.into_iter().chain(driven).collect();
             orders.sort_unstable();
             orders.dedup();
             orders
@@ -213,17 +153,17 @@ fn harmonics(reader: &Reader<'_>, forces: &[Force]) -> Result<Vec<u32>> {
                 u32::try_from(order)
                     .ok()
                     .filter(|_| order <= LARGEST_HARMONIC)
-                    .ok_or_else(|| reader.out_of_range(KEY, expected.as_str()))
+                    .ok_or_else(|| reader.out_of_range(&HARMONICS, expected))
             })
             .collect::<Result<Vec<u32>>>()?,
     };
     orders.sort_unstable();
     if !orders.starts_with(&[0, 1]) {
-        return Err(reader.out_of_range(KEY, expected));
+        return Err(reader.out_of_range(&HARMONICS, expected));
     }
     if let Some(force) = forces.iter().find(|f| !orders.contains(&f.harmonic)) {
         return Err(reader.conflict(
-            "dynamics.force",
+            &FORCE,
             format!(
                 "harmonic {} is not in dynamics.harmonics = {orders:?}; add it there",
                 force.harmonic
@@ -239,20 +179,16 @@ fn frequency(
     contact: Option<&Contact>,
     axis: usize,
 ) -> Result<[f64; 2]> {
-    const KEY: &str = "dynamics.frequency";
-    let expected =
-        "a list of the lowest and the highest frequency, such as [\"900 Hz\", \"1050 Hz\"]";
-    let given = reader.list(KEY, Dimension::FREQUENCY, POSITIVE, None, expected)?;
-    if let Some([low, high]) = given {
+    if let Some([low, high]) = reader.get(&FREQUENCY)? {
         return if low < high {
             Ok([low, high])
         } else {
             let expected =
                 "a list with the lower frequency first, such as [\"900 Hz\", \"1050 Hz\"]";
-            Err(reader.out_of_range(KEY, expected))
+            Err(reader.out_of_range(&FREQUENCY, expected))
         };
     }
-    let missing = || reader.missing(KEY, FREQUENCY_EXAMPLE);
+    let missing = || reader.missing(&FREQUENCY, "");
     let Structure::Oscillator {
         mass, stiffness, ..
     } = structure

@@ -1,27 +1,16 @@
 //! `[joint]` and `[material]`
 
 use super::{Body, Result};
-use crate::scene::reader::{Check, POISSON, POSITIVE, Reader};
-use crate::scene::{Hole, Joint, Material, Motion, Resonator, Scene, Solid, keys};
-use crate::units::Dimension;
-
-/// More cells a side would need fields of several GiB each once they are padded for convolution.
-const LARGEST_GRID: u64 = 16_384;
-
-/// More contact elements a side than any structure is meshed with: a slip of the keyboard.
-const LARGEST_ELEMENTS: u64 = 999;
-
-const JOINT_EXAMPLE: &str = "[joint]\nsize = [\"40 mm\", \"30 mm\"]\ngrid = [256, 192]";
-const RESONATOR_EXAMPLE: &str =
-    "[joint]\nsize = [\"40 mm\", \"40 mm\"]\ngrid = [256, 256]\nelements = [19, 19]";
-const MATERIAL_EXAMPLE: &str = "[material]\nyoungs_modulus = \"198.4 GPa\"\npoisson_ratio = 0.3";
-const DENSE_EXAMPLE: &str =
-    "[material]\nyoungs_modulus = \"198.4 GPa\"\npoisson_ratio = 0.3\ndensity = \"7949 kg/m^3\"";
+use crate::scene::keys::{Key, Quantity, contact, joint::*, lines};
+use crate::scene::reader::Reader;
+use crate::scene::{Hole, Joint, Material, Motion, Resonator, Scene, Solid};
 
 pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
     let example = match body {
-        Body::Joint => JOINT_EXAMPLE,
-        Body::Resonator => RESONATOR_EXAMPLE,
+        Body::Joint => lines(&[&SIZE, &GRID]),
+        Body::Resonator => {
+            "size = [\"40 mm\", \"40 mm\"]\ngrid = [256, 256]\nelements = [19, 19]".to_owned()
+        }
         Body::Oscillator if reader.has("joint") => {
             let reason = "an oscillator has one contact element and no joint; leave it out";
             return Err(reader.misplaced("joint", reason));
@@ -29,39 +18,23 @@ pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
         Body::Oscillator => return Ok(None),
     };
     if !reader.has("joint") {
-        return Err(reader.missing_section("joint", "the size of the joint", example));
+        return Err(reader.missing_section("joint", "the size of the joint", &example));
     }
-    let size = reader
-        .pair(
-            "joint.size",
-            Dimension::LENGTH,
-            POSITIVE,
-            None,
-            "[\"40 mm\", \"30 mm\"]",
-        )?
-        .ok_or_else(|| reader.missing("joint.size", "size = [\"40 mm\", \"30 mm\"]"))?;
-    let grid = reader.integer_pair("joint.grid", LARGEST_GRID, "[256, 192]")?;
+    let size = reader.required(&SIZE)?;
+    let grid = reader.get(&GRID)?;
     if grid.is_none() && (body == Body::Joint || reader.has("surface")) {
-        return Err(reader.missing("joint.grid", "grid = [256, 192]"));
+        return Err(reader.missing(&GRID, ""));
     }
-    let mut elements = reader.integer_pair("joint.elements", LARGEST_ELEMENTS, "[19, 19]")?;
+    let mut elements = reader.get(&ELEMENTS)?;
     if body == Body::Resonator {
         elements = Some(resonator_elements(reader, elements, grid)?);
     }
-    let diameter = reader.quantity(
-        "joint.hole.diameter",
-        Dimension::LENGTH,
-        POSITIVE,
-        "\"11 mm\"",
-    )?;
+    let diameter = reader.get(&HOLE_DIAMETER)?;
     if reader.has("joint.hole") && diameter.is_none() {
-        return Err(reader.missing("joint.hole.diameter", "diameter = \"11 mm\""));
+        return Err(reader.missing(&HOLE_DIAMETER, ""));
     }
     if diameter.is_some_and(|d| d >= size[0].min(size[1])) {
-        return Err(reader.out_of_range(
-            "joint.hole.diameter",
-            "less than the shorter side of joint.size",
-        ));
+        return Err(reader.out_of_range(&HOLE_DIAMETER, "less than the shorter side of joint.size"));
     }
     let hole = match (body, diameter, elements) {
         (Body::Resonator, Some(diameter), Some(elements)) => {
@@ -88,14 +61,14 @@ fn resonator_elements(
     let elements = given.unwrap_or(default);
     if elements[0] != elements[1] {
         return Err(reader.out_of_range(
-            "joint.elements",
+            &ELEMENTS,
             "as many along x as along y for a resonator, such as [19, 19]",
         ));
     }
     match grid {
         Some(grid) if reader.has("surface") && (0..2).any(|d| grid[d] < elements[d]) => {
             Err(reader.out_of_range(
-                "joint.grid",
+                &GRID,
                 format!(
                     "at least one cell to a contact element, {} along x and y, or elements would bear nothing",
                     elements[0]
@@ -125,7 +98,7 @@ fn check_hole(
         return Ok(());
     }
     Err(reader.out_of_range(
-        "joint.hole.diameter",
+        &HOLE_DIAMETER,
         format!(
             "within {:.4} mm of {:.4} mm: the hole of a resonator is that of its mesh, {absent} contact elements; leave joint.hole out",
             within * 1e3,
@@ -136,8 +109,8 @@ fn check_hole(
 
 pub(super) fn material(reader: &Reader<'_>, body: Body) -> Result<Option<Material>> {
     let example = match body {
-        Body::Joint => MATERIAL_EXAMPLE,
-        Body::Resonator => DENSE_EXAMPLE,
+        Body::Joint => lines(&[&YOUNGS_MODULUS, &POISSON_RATIO]),
+        Body::Resonator => lines(&[&YOUNGS_MODULUS, &POISSON_RATIO, &DENSITY]),
         Body::Oscillator if reader.has("material") => {
             let reason =
                 "an oscillator has a mass and a stiffness instead, in [structure]; leave it out";
@@ -146,40 +119,25 @@ pub(super) fn material(reader: &Reader<'_>, body: Body) -> Result<Option<Materia
         Body::Oscillator => return Ok(None),
     };
     if !reader.has("material") {
-        return Err(reader.missing_section("material", "the elastic constants", example));
+        return Err(reader.missing_section("material", "the elastic constants", &example));
     }
-    let of = |body: &str, name: &str, dimension, check: Check, example| -> Result<Option<f64>> {
-        // Both are read, so that a faulty common value is found even where both bodies override it.
-        let common = reader.quantity(&keys::join("material", name), dimension, check, example)?;
-        let own = keys::join(&keys::join("material", body), name);
-        Ok(reader.quantity(&own, dimension, check, example)?.or(common))
+    // Both are read, so that a faulty common value is found even where both bodies override it.
+    let either = |own: &Key<Quantity>, common: &Key<Quantity>| -> Result<Option<f64>> {
+        let common = reader.get(common)?;
+        Ok(reader.get(own)?.or(common))
     };
-    let solid = |body| -> Result<Solid> {
+    let solid = |[modulus, ratio, density]: [&Key<Quantity>; 3]| -> Result<Solid> {
         Ok(Solid {
-            youngs_modulus: of(
-                body,
-                "youngs_modulus",
-                Dimension::PRESSURE,
-                POSITIVE,
-                "\"198.4 GPa\"",
-            )?
-            .ok_or_else(|| {
-                reader.missing("material.youngs_modulus", "youngs_modulus = \"198.4 GPa\"")
-            })?,
-            poisson_ratio: of(body, "poisson_ratio", Dimension::NONE, POISSON, "0.3")?
-                .ok_or_else(|| reader.missing("material.poisson_ratio", "poisson_ratio = 0.3"))?,
-            density: of(
-                body,
-                "density",
-                Dimension::DENSITY,
-                POSITIVE,
-                "\"7949 kg/m^3\"",
-            )?,
+            youngs_modulus: either(modulus, &YOUNGS_MODULUS)?
+                .ok_or_else(|| reader.missing(&YOUNGS_MODULUS, ""))?,
+            poisson_ratio: either(ratio, &POISSON_RATIO)?
+                .ok_or_else(|| reader.missing(&POISSON_RATIO, ""))?,
+            density: either(density, &DENSITY)?,
         })
     };
     Ok(Some(Material {
-        lower: solid("lower")?,
-        upper: solid("upper")?,
+        lower: solid([&LOWER_YOUNGS_MODULUS, &LOWER_POISSON_RATIO, &LOWER_DENSITY])?,
+        upper: solid([&UPPER_YOUNGS_MODULUS, &UPPER_POISSON_RATIO, &UPPER_DENSITY])?,
     }))
 }
 
@@ -190,10 +148,7 @@ pub(super) fn check_patch(reader: &Reader<'_>, scene: &Scene) -> Result<()> {
     };
     let patch = rough.patch();
     if patch.cells() == 0 {
-        return Err(reader.out_of_range(
-            "joint.grid",
-            "finer: no cell has its centre outside the hole",
-        ));
+        return Err(reader.out_of_range(&GRID, "finer: no cell has its centre outside the hole"));
     }
     let amplitude = match scene.motion {
         Some(Motion::Harmonic {
@@ -205,7 +160,7 @@ pub(super) fn check_patch(reader: &Reader<'_>, scene: &Scene) -> Result<()> {
     let mean = (rough.contact.normal_load + amplitude) / patch.area();
     if rough.contact.pressure_cap.is_some_and(|cap| cap <= mean) {
         return Err(reader.out_of_range(
-            "contact.pressure_cap",
+            &contact::PRESSURE_CAP,
             format!(
                 "greater than the largest load over the area of the joint, {:.4} MPa",
                 mean * 1e-6

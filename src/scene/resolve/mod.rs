@@ -11,6 +11,12 @@ mod surface;
 
 use super::document::Node;
 use super::error::SceneError;
+use super::keys::{
+    dynamics::{FORCE, FREQUENCY},
+    joint::TITLE,
+    lines,
+    structure::KIND,
+};
 use super::reader::Reader;
 use super::{Scene, Surface};
 
@@ -27,13 +33,11 @@ enum Body {
     Oscillator,
 }
 
-const DYNAMICS_EXAMPLE: &str = "[dynamics]\nforce = { amplitude = \"1000 N\", at = \"far_wall\", direction = \"x\" }\nfrequency = [\"900 Hz\", \"1050 Hz\"]";
-
 pub(super) fn scene(tree: &Node, name: String) -> Result<Scene> {
-    let reader = Reader { root: tree };
+    let reader = Reader::new(tree);
     // Before the keys: those of a kind that is not there yet are unknown.
     let only = "only \"resonator\" and \"oscillator\" are";
-    reader.refuse_words("structure.kind", &["matrices", "mesh", "reduced"], only)?;
+    reader.refuse_words(&KIND, &["matrices", "mesh", "reduced"], only)?;
     reader.check_keys()?;
     let body = body(&reader)?;
     let joint = joint::joint(&reader, body)?;
@@ -53,9 +57,7 @@ pub(super) fn scene(tree: &Node, name: String) -> Result<Scene> {
         None => None,
     };
     let scene = Scene {
-        title: reader
-            .text("title", "\"Lap joint, Rq 5 um\"")?
-            .map(str::to_owned),
+        title: reader.get(&TITLE)?,
         name,
         update: cycles::update(&reader, wear.as_ref(), dynamics.as_ref())?,
         output: output::output(&reader, wear.as_ref(), dynamics.as_ref())?,
@@ -85,12 +87,11 @@ fn body(reader: &Reader<'_>) -> Result<Body> {
         (false, false) => return Ok(Body::Joint),
         (true, false) => {
             let purpose = "[structure] needs it: what makes it vibrate";
-            return Err(reader.missing_section("dynamics", purpose, DYNAMICS_EXAMPLE));
+            return Err(reader.missing_section("dynamics", purpose, &lines(&[&FORCE, &FREQUENCY])));
         }
         (false, true) => {
             let purpose = "[dynamics] needs it: what vibrates";
-            let example = "[structure]\nkind = \"resonator\"";
-            return Err(reader.missing_section("structure", purpose, example));
+            return Err(reader.missing_section("structure", purpose, &KIND.line()));
         }
         (true, true) => {}
     }
@@ -98,7 +99,7 @@ fn body(reader: &Reader<'_>) -> Result<Body> {
         let reason = "[dynamics] computes the motion of the joint; give one or the other";
         return Err(reader.misplaced("motion", reason));
     }
-    let kind = reader.kind("structure", "kind = \"resonator\"")?;
+    let kind = reader.kind(&KIND)?;
     Ok(match kind {
         "resonator" => Body::Resonator,
         _ => Body::Oscillator,

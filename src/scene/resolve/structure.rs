@@ -2,13 +2,10 @@
 
 use super::{Body, Result};
 use crate::scene::error::SceneError;
-use crate::scene::reader::{NOT_NEGATIVE, POSITIVE, Reader};
-use crate::scene::{Joint, Material, Resonator, Structure, keys};
+use crate::scene::keys::{self, joint::DENSITY, structure::*};
+use crate::scene::reader::Reader;
+use crate::scene::{Joint, Material, Resonator, Structure};
 use crate::structure::{StructureError, element};
-use crate::units::Dimension;
-
-/// More mesh cells along one part of the resonator than any mesh has: a slip of the keyboard.
-const LARGEST_CELLS: usize = 999;
 
 /// Cells of the box around a mesh: the factors of the matrices of so many take some hundred gigabytes.
 const MOST_CELLS: f64 = 4e6;
@@ -34,28 +31,10 @@ pub(super) fn structure(
 }
 
 fn oscillator(reader: &Reader<'_>) -> Result<Structure> {
-    let three = |name, dimension, check, example: &str| {
-        let expected = format!("one value, or a list of three for x, y and z, such as {example}");
-        reader.list(
-            &keys::join("structure", name),
-            dimension,
-            check,
-            Some(|all| [all; 3]),
-            &expected,
-        )
-    };
     Ok(Structure::Oscillator {
-        mass: three("mass", Dimension::MASS, POSITIVE, "\"1 kg\"")?
-            .ok_or_else(|| reader.missing("structure.mass", "mass = \"1 kg\""))?,
-        damping: three("damping", Dimension::DAMPING, NOT_NEGATIVE, "\"5 N s/m\"")?
-            .unwrap_or([0.0; 3]),
-        stiffness: three(
-            "stiffness",
-            Dimension::STIFFNESS,
-            NOT_NEGATIVE,
-            "\"10 N/um\"",
-        )?
-        .ok_or_else(|| reader.missing("structure.stiffness", "stiffness = \"10 N/um\""))?,
+        mass: reader.required(&MASS)?,
+        damping: reader.value(&DAMPING)?,
+        stiffness: reader.required(&STIFFNESS)?,
     })
 }
 
@@ -65,49 +44,35 @@ fn resonator(
     material: Material,
     tied: bool,
 ) -> Result<Resonator> {
-    let shipped = Resonator::default();
-    let positive = |name, dimension, default, example| -> Result<f64> {
-        let key = keys::join("structure", name);
-        let given = reader.quantity(&key, dimension, POSITIVE, example)?;
-        Ok(given.unwrap_or(default))
-    };
-    let length = |name, default| positive(name, Dimension::LENGTH, default, "\"40 mm\"");
-    let cells = |name, default: usize| -> Result<usize> {
-        let key = keys::join("structure", name);
-        Ok(reader.count(&key, 1, LARGEST_CELLS)?.unwrap_or(default))
-    };
     let resonator = Resonator {
         lap_length: joint.size[0],
         arm_height: joint.size[1],
-        depth: length("depth", shipped.depth)?,
-        stub_length: length("stub_length", shipped.stub_length)?,
-        gap_length: length("gap_length", shipped.gap_length)?,
-        block_length: length("block_length", shipped.block_length)?,
-        block_height: length("block_height", shipped.block_height)?,
-        leaf_thickness: length("leaf_thickness", shipped.leaf_thickness)?,
-        window_length: length("window_length", shipped.window_length)?,
-        window_height: length("window_height", shipped.window_height)?,
-        frame_height: length("frame_height", shipped.frame_height)?,
-        wall_thickness: length("wall_thickness", shipped.wall_thickness)?,
-        head_thickness: length("head_thickness", shipped.head_thickness)?,
-        bolt_modulus_factor: positive(
-            "bolt_modulus_factor",
-            Dimension::NONE,
-            shipped.bolt_modulus_factor,
-            "1.45",
-        )?,
+        depth: reader.value(&DEPTH)?,
+        stub_length: reader.value(&STUB_LENGTH)?,
+        gap_length: reader.value(&GAP_LENGTH)?,
+        block_length: reader.value(&BLOCK_LENGTH)?,
+        block_height: reader.value(&BLOCK_HEIGHT)?,
+        leaf_thickness: reader.value(&LEAF_THICKNESS)?,
+        window_length: reader.value(&WINDOW_LENGTH)?,
+        window_height: reader.value(&WINDOW_HEIGHT)?,
+        frame_height: reader.value(&FRAME_HEIGHT)?,
+        wall_thickness: reader.value(&WALL_THICKNESS)?,
+        head_thickness: reader.value(&HEAD_THICKNESS)?,
+        bolt_modulus_factor: reader.value(&BOLT_MODULUS_FACTOR)?,
         material: one_material(reader, material)?,
-        lap_cells: joint.elements.map_or(shipped.lap_cells, |count| count[0]),
-        half_depth_cells: cells("half_depth_cells", shipped.half_depth_cells)?,
-        block_cells: cells("block_cells", shipped.block_cells)?,
-        stub_cells: cells("stub_cells", shipped.stub_cells)?,
-        gap_cells: cells("gap_cells", shipped.gap_cells)?,
-        leaf_cells: cells("leaf_cells", shipped.leaf_cells)?,
-        window_cells: cells("window_cells", shipped.window_cells)?,
-        wall_cells: cells("wall_cells", shipped.wall_cells)?,
-        inner_cells: cells("inner_cells", shipped.inner_cells)?,
-        rim_cells: cells("rim_cells", shipped.rim_cells)?,
-        head_cells: cells("head_cells", shipped.head_cells)?,
+        lap_cells: joint
+            .elements
+            .map_or(Resonator::default().lap_cells, |count| count[0]),
+        half_depth_cells: reader.value(&HALF_DEPTH_CELLS)?,
+        block_cells: reader.value(&BLOCK_CELLS)?,
+        stub_cells: reader.value(&STUB_CELLS)?,
+        gap_cells: reader.value(&GAP_CELLS)?,
+        leaf_cells: reader.value(&LEAF_CELLS)?,
+        window_cells: reader.value(&WINDOW_CELLS)?,
+        wall_cells: reader.value(&WALL_CELLS)?,
+        inner_cells: reader.value(&INNER_CELLS)?,
+        rim_cells: reader.value(&RIM_CELLS)?,
+        head_cells: reader.value(&HEAD_CELLS)?,
         tied,
     };
     resonator.check().map_err(|fault| named(reader, &fault))?;
@@ -135,7 +100,7 @@ fn one_material(reader: &Reader<'_>, material: Material) -> Result<element::Mate
         ("density", lower.density != upper.density),
     ] {
         let of = |body| keys::join(&keys::join("material", body), name);
-        let key = if reader.has(&of("upper")) {
+        let key = if reader.has(of("upper").as_str()) {
             of("upper")
         } else {
             of("lower")
@@ -143,15 +108,13 @@ fn one_material(reader: &Reader<'_>, material: Material) -> Result<element::Mate
         if differs {
             let reason =
                 "a resonator is of one material; material.lower and material.upper must be alike";
-            return Err(reader.conflict(&key, reason));
+            return Err(reader.conflict(key.as_str(), reason));
         }
     }
     Ok(element::Material {
         youngs_modulus: lower.youngs_modulus,
         poisson_ratio: lower.poisson_ratio,
-        density: lower
-            .density
-            .ok_or_else(|| reader.missing("material.density", "density = \"7949 kg/m^3\""))?,
+        density: lower.density.ok_or_else(|| reader.missing(&DENSITY, ""))?,
     })
 }
 
@@ -177,7 +140,12 @@ fn named(reader: &Reader<'_>, fault: &StructureError) -> SceneError {
             let key = key_of(name);
             // A value may have been given for the bodies alone.
             let of_a_body = key.replace("material.", "material.lower.");
-            reader.out_of_range(if reader.has(&key) { &key } else { &of_a_body }, *expected)
+            let given = if reader.has(key.as_str()) {
+                key
+            } else {
+                of_a_body
+            };
+            reader.out_of_range(given.as_str(), *expected)
         }
         StructureError::DoNotFit {
             name,
@@ -198,8 +166,12 @@ fn named(reader: &Reader<'_>, fault: &StructureError) -> SceneError {
                 millimetres(*other_value)
             );
             // One of the two was given, or the shipped values would fit.
-            let given = if reader.has(&key) { key } else { other_key };
-            reader.conflict(&given, reason)
+            let given = if reader.has(key.as_str()) {
+                key
+            } else {
+                other_key
+            };
+            reader.conflict(given.as_str(), reason)
         }
         other => reader.misplaced("structure", other.to_string()),
     }

@@ -1,70 +1,41 @@
 //! `[surface]`
 
 use super::Result;
-use crate::scene::error::{Problem, SceneError};
-use crate::scene::reader::{HURST, LARGEST_INTEGER, POSITIVE, Reader};
-use crate::scene::{Detrend, Fill, Joint, Surface};
-use crate::units::{self, Dimension};
+use crate::scene::keys::{lines, surface::*};
+use crate::scene::reader::Reader;
+use crate::scene::{Joint, Surface};
 
-/// Random surfaces start from this seed unless the scene says otherwise.
-const SEED: u64 = 1;
-
-const SURFACE_EXAMPLE: &str =
-    "[surface]\nkind = \"gaussian\"\nrq = \"5 um\"\ncorrelation_length = [\"0.5 mm\", \"0.5 mm\"]";
+/// What a surface might begin with.
+pub(super) fn first_lines() -> String {
+    lines(&[&KIND, &RQ, &CORRELATION_LENGTH])
+}
 
 pub(super) fn surface(reader: &Reader<'_>, joint: &Joint) -> Result<Surface> {
     if !reader.has("surface") {
         return Err(reader.missing_section(
             "surface",
             "the heights of the contact",
-            SURFACE_EXAMPLE,
+            &first_lines(),
         ));
     }
-    let kind = reader.kind("surface", "kind = \"gaussian\"")?;
-    let length = |key, example| reader.quantity(key, Dimension::LENGTH, POSITIVE, example);
-    let rq = || {
-        length("surface.rq", "\"5 um\"")?
-            .ok_or_else(|| reader.missing("surface.rq", "rq = \"5 um\""))
-    };
-    let seed = || {
-        Ok(reader
-            .integer("surface.seed", 0, LARGEST_INTEGER)?
-            .unwrap_or(SEED))
-    };
-    let correlation_length = || {
-        reader
-            .pair(
-                "surface.correlation_length",
-                Dimension::LENGTH,
-                POSITIVE,
-                Some(|both| [both, both]),
-                "[\"0.5 mm\", \"0.5 mm\"]",
-            )?
-            .ok_or_else(|| {
-                reader.missing(
-                    "surface.correlation_length",
-                    "correlation_length = [\"0.5 mm\", \"0.5 mm\"]",
-                )
-            })
-    };
-    Ok(match kind {
+    Ok(match reader.kind(&KIND)? {
         "gaussian" => Surface::Gaussian {
-            rq: rq()?,
-            correlation_length: correlation_length()?,
-            seed: seed()?,
+            rq: reader.required(&RQ)?,
+            correlation_length: reader.required(&CORRELATION_LENGTH)?,
+            seed: reader.value(&SEED)?,
         },
         "exponential" => Surface::Exponential {
-            rq: rq()?,
-            correlation_length: correlation_length()?,
-            seed: seed()?,
+            rq: reader.required(&RQ)?,
+            correlation_length: reader.required(&CORRELATION_LENGTH)?,
+            seed: reader.value(&SEED)?,
         },
         "self_affine" => {
-            let rolloff_wavelength = length("surface.rolloff_wavelength", "\"10 mm\"")?
-                .unwrap_or(joint.size[0].max(joint.size[1]));
-            let cutoff_wavelength = length("surface.cutoff_wavelength", "\"0.1 mm\"")?;
+            let longer = joint.size[0].max(joint.size[1]);
+            let rolloff_wavelength = reader.get(&ROLLOFF_WAVELENGTH)?.unwrap_or(longer);
+            let cutoff_wavelength = reader.get(&CUTOFF_WAVELENGTH)?;
             if cutoff_wavelength.is_some_and(|cutoff| cutoff >= rolloff_wavelength) {
                 return Err(reader.out_of_range(
-                    "surface.cutoff_wavelength",
+                    &CUTOFF_WAVELENGTH,
                     format!(
                         "less than the rolloff_wavelength, {} mm",
                         rolloff_wavelength * 1e3
@@ -72,70 +43,23 @@ pub(super) fn surface(reader: &Reader<'_>, joint: &Joint) -> Result<Surface> {
                 ));
             }
             Surface::SelfAffine {
-                rq: rq()?,
-                hurst: reader
-                    .quantity("surface.hurst", Dimension::NONE, HURST, "0.8")?
-                    .ok_or_else(|| reader.missing("surface.hurst", "hurst = 0.8"))?,
+                rq: reader.required(&RQ)?,
+                hurst: reader.required(&HURST_EXPONENT)?,
                 rolloff_wavelength,
                 cutoff_wavelength,
-                seed: seed()?,
+                seed: reader.value(&SEED)?,
             }
         }
         "sphere" => Surface::Sphere {
-            radius: length("surface.radius", "\"25 mm\"")?
-                .ok_or_else(|| reader.missing("surface.radius", "radius = \"25 mm\""))?,
+            radius: reader.required(&RADIUS)?,
         },
-        "file" => surface_file(reader)?,
+        "file" => Surface::File {
+            path: reader.required(&PATH)?,
+            unit: reader.get(&UNIT)?,
+            detrend: reader.value(&DETREND)?,
+            fill: reader.value(&FILL)?,
+            spacing: reader.get(&SPACING)?,
+        },
         _ => Surface::Flat,
-    })
-}
-
-fn surface_file(reader: &Reader<'_>) -> Result<Surface> {
-    let path = reader
-        .path("surface.path", "\"heights.npy\"")?
-        .ok_or_else(|| reader.missing("surface.path", "path = \"heights.npy\""))?;
-    let unit = reader
-        .text("surface.unit", "\"um\"")?
-        .map(|text| {
-            units::parse_unit(text, Dimension::LENGTH).map_err(|source| {
-                let node = reader.node("surface.unit").unwrap_or(reader.root);
-                SceneError::new(
-                    &node.place,
-                    Problem::Unit {
-                        key: "surface.unit".to_owned(),
-                        value: text.to_owned(),
-                        source,
-                    },
-                )
-            })
-        })
-        .transpose()?;
-    Ok(Surface::File {
-        path,
-        unit,
-        detrend: reader
-            .choice(
-                "surface.detrend",
-                &[
-                    ("none", Detrend::None),
-                    ("mean", Detrend::Mean),
-                    ("plane", Detrend::Plane),
-                    ("quadratic", Detrend::Quadratic),
-                ],
-            )?
-            .unwrap_or(Detrend::Plane),
-        fill: reader
-            .choice(
-                "surface.fill",
-                &[("mask", Fill::Mask), ("interpolate", Fill::Interpolate)],
-            )?
-            .unwrap_or(Fill::Interpolate),
-        spacing: reader.pair(
-            "surface.spacing",
-            Dimension::LENGTH,
-            POSITIVE,
-            None,
-            "[\"2 um\", \"2 um\"]",
-        )?,
     })
 }

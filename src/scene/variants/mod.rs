@@ -8,7 +8,8 @@ mod values;
 
 use std::path::Path;
 
-use super::{Scene, SceneError, document, keys, resolve};
+use super::keys::{self, Key, contact, cycles, dynamics, fidelity, joint};
+use super::{Scene, SceneError, document, resolve};
 use crate::recipe::Recipe;
 
 /// The variant that all knobs are turned from.
@@ -47,56 +48,37 @@ pub struct Knob {
     pub kind: KnobKind,
 }
 
-const fn knob(name: &'static str, key: &'static str, kind: KnobKind) -> Knob {
+const fn knob<V>(key: &Key<V>, kind: KnobKind) -> Knob {
+    let (key, mut dot) = (key.name, 0);
+    while key.as_bytes()[dot] != b'.' {
+        dot += 1;
+    }
+    let name = key.split_at(dot + 1).1;
     Knob { name, key, kind }
 }
 
 /// All knobs, in the order in which they are tried.
 pub const KNOBS: [Knob; 16] = [
-    knob("preset", "fidelity.preset", KnobKind::Preset),
-    knob("tolerance", "fidelity.tolerance", KnobKind::Solver),
-    knob(
-        "normal_tolerance",
-        "fidelity.normal_tolerance",
-        KnobKind::Solver,
-    ),
-    knob(
-        "tangential_tolerance",
-        "fidelity.tangential_tolerance",
-        KnobKind::Solver,
-    ),
-    knob(
-        "cycle_tolerance",
-        "fidelity.cycle_tolerance",
-        KnobKind::Solver,
-    ),
-    knob("cycle", "fidelity.cycle", KnobKind::Solver),
-    knob(
-        "steps_per_cycle",
-        "fidelity.steps_per_cycle",
-        KnobKind::Discretisation,
-    ),
-    knob("load_steps", "fidelity.load_steps", KnobKind::Solver),
-    knob(
-        "wear_tolerance",
-        "fidelity.wear_tolerance",
-        KnobKind::Solver,
-    ),
-    knob("scheme", "wear.scheme", KnobKind::Solver),
-    knob("aft_samples", "fidelity.aft_samples", KnobKind::Solver),
-    knob(
-        "harmonic_tolerance",
-        "fidelity.harmonic_tolerance",
-        KnobKind::Solver,
-    ),
-    knob("harmonics", "dynamics.harmonics", KnobKind::Discretisation),
-    knob("modes", "dynamics.modes", KnobKind::Discretisation),
-    knob("elements", "joint.elements", KnobKind::Discretisation),
-    knob("grid", "joint.grid", KnobKind::Discretisation),
+    knob(&fidelity::PRESET, KnobKind::Preset),
+    knob(&fidelity::ASKED, KnobKind::Solver),
+    knob(&fidelity::NORMAL_TOLERANCE, KnobKind::Solver),
+    knob(&fidelity::TANGENTIAL_TOLERANCE, KnobKind::Solver),
+    knob(&fidelity::CYCLE_TOLERANCE, KnobKind::Solver),
+    knob(&fidelity::CYCLE, KnobKind::Solver),
+    knob(&fidelity::STEPS_PER_CYCLE, KnobKind::Discretisation),
+    knob(&fidelity::LOAD_STEPS, KnobKind::Solver),
+    knob(&fidelity::WEAR_TOLERANCE, KnobKind::Solver),
+    knob(&cycles::SCHEME, KnobKind::Solver),
+    knob(&fidelity::AFT_SAMPLES, KnobKind::Solver),
+    knob(&fidelity::HARMONIC_TOLERANCE, KnobKind::Solver),
+    knob(&dynamics::HARMONICS, KnobKind::Discretisation),
+    knob(&dynamics::MODES, KnobKind::Discretisation),
+    knob(&joint::ELEMENTS, KnobKind::Discretisation),
+    knob(&joint::GRID, KnobKind::Discretisation),
 ];
 
 /// The knob that changes the model; not an accuracy, and tried all the same.
-pub const STIFFNESS: Knob = knob("stiffness", "contact.stiffness", KnobKind::Model);
+pub const STIFFNESS: Knob = knob(&contact::STIFFNESS, KnobKind::Model);
 
 /// A scene as it is run once.
 #[derive(Debug, Clone, PartialEq)]
@@ -159,11 +141,11 @@ pub struct Variants {
 /// Keys of a scene that say how exact it is, beside those of the preset; grids of space stay as they are, and a
 /// grid of time that the scene gives.
 fn accuracy_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
-    let fidelity = keys::children("fidelity")
+    let own = keys::children("fidelity")
         .into_iter()
-        .filter(|name| *name != "steps_per_cycle")
+        .filter(|name| *name != fidelity::STEPS_PER_CYCLE.last())
         .map(|name| ("fidelity", name));
-    fidelity.chain(["scheme", "depth_step", "tolerance"].map(|name| ("wear", name)))
+    own.chain(["scheme", "depth_step", "tolerance"].map(|name| ("wear", name)))
 }
 
 /// Reads a scene as [`super::load`] does, as one of its variants.
@@ -184,10 +166,7 @@ pub fn load(path: &Path, sets: &[String], variant: &Variant) -> Result<Scene, Sc
             }
         }
     }
-    let name = path
-        .file_stem()
-        .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    resolve::scene(&tree, name)
+    resolve::scene(&tree, super::name_of(path))
 }
 
 /// The preset that all knobs are turned from.
@@ -205,9 +184,6 @@ fn preset(name: &str) -> Variant {
         sets: vec![format!("{}={name}", KNOBS[0].key), KEEP.to_owned()],
     }
 }
-
-/// The error that all tolerances are chosen for, in place of a preset.
-const TOLERANCE: &str = "fidelity.tolerance";
 
 /// The seconds of an iteration lie in its own tables.
 const KEEP: &str = "output.keep=all";
@@ -280,7 +256,7 @@ impl Variants {
         variant.name = folder(knob.name, &value);
         variant.knob = knob.name;
         variant.kind = knob.kind;
-        if knob.key == TOLERANCE {
+        if knob.key == fidelity::ASKED.name {
             // It takes the place of the preset.
             variant.sets.retain(|set| !set.starts_with(KNOBS[0].key));
         }

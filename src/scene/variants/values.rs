@@ -2,7 +2,8 @@
 
 use super::{Choice, Knob};
 use crate::recipe::{Coupling, Recipe};
-use crate::scene::{Dynamics, Motion, Scene, Scheme, Stiffness, Structure};
+use crate::scene::keys::contact::STIFFNESS;
+use crate::scene::{Dynamics, Motion, Scene, Scheme, Structure};
 use crate::wear::cycle::March;
 
 /// Errors of the worn volume to be kept within.
@@ -288,18 +289,13 @@ fn elements(scene: &Scene) -> Values {
 
 fn stiffnesses(scene: &Scene) -> Values {
     let mut values = Values::default();
-    let known = [
-        ("total", Stiffness::Total),
-        ("roughness", Stiffness::Roughness),
-        ("tangent", Stiffness::Tangent),
-    ];
-    for (word, kind) in known {
+    for (word, kind, _) in STIFFNESS.value.0 {
         if scene
             .contact
             .as_ref()
-            .is_some_and(|contact| contact.stiffness != kind)
+            .is_some_and(|contact| contact.stiffness != *kind)
         {
-            values.one(word, 0.0);
+            values.one(*word, 0.0);
         }
     }
     values

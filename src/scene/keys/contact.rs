@@ -1,0 +1,70 @@
+//! `[contact]`
+
+use super::Default::{Absent, Is, Rule};
+use super::keys;
+use super::value::{ANY, List, NOT_NEGATIVE, POSITIVE, Quantity, XY};
+use super::word::Choice;
+use crate::scene::{Boundary, Distribution, Rotation, Stiffness, Transverse};
+use crate::units::Dimension;
+
+keys! {
+    section "contact": "Load, friction and boundary conditions of the joint; without it a structure is bonded and linear.";
+
+    /// Coulomb's coefficient of friction [A §2c]. A joint of 0 bears no shear and does not wear.
+    FRICTION_COEFFICIENT: Quantity = "contact.friction_coefficient", Rule("must be given where the joint moves, else none: no friction"),
+        Quantity(Dimension::NONE, NOT_NEGATIVE, "0.6");
+    /// Static load that presses the bodies together: that of the bolt. With kn and kt it may be 0.
+    NORMAL_LOAD: Quantity = "contact.normal_load", Rule("must be given, unless approach or gap is"),
+        Quantity(Dimension::FORCE, POSITIVE, "30 kN");
+    /// Approach of the bodies in place of normal_load, counted from height 0, positive when pressed together. Of a contact that does
+    /// not move.
+    APPROACH: Quantity = "contact.approach", Absent, Quantity(Dimension::LENGTH, ANY, "2 um"), of ["rough"];
+    /// Normal stiffness of the whole joint, in place of a surface. Such a joint does not wear.
+    KN: Quantity = "contact.kn", Rule("from the [surface]; must be given where kt is"), STIFF, of ["given"];
+    /// Tangential stiffness of the whole joint, in place of a surface.
+    KT: Quantity = "contact.kt", Rule("from the [surface]; must be given where kn is"), STIFF, of ["given"];
+    /// Gap at rest. A contact with a gap has no normal_load.
+    GAP: Quantity = "contact.gap", Is("0 um"), Quantity(Dimension::LENGTH, NOT_NEGATIVE, "1 um"), of ["given"];
+    /// Largest pressure that a point can carry, as the hardness of its material [A eq. 4.3].
+    PRESSURE_CAP: Quantity = "contact.pressure_cap", Rule("none: elastic"), Quantity(Dimension::PRESSURE, POSITIVE, "600 MPa"), of ["rough"];
+    /// What lies beyond the edges of the joint.
+    BOUNDARY: Choice<Boundary> = "contact.boundary", Is("free"), Choice(&[
+        ("free", Boundary::Free, "a free surface without traction"),
+        ("periodic", Boundary::Periodic, "the same joint again, in both directions"),
+    ]), of ["rough"];
+    /// What happens along y, across a motion along x.
+    TRANSVERSE: Choice<Transverse> = "contact.transverse", Is("fixed"), Choice(&[
+        ("absent", Transverse::Absent, "there is no y: neither shear nor displacement; cheaper"),
+        ("fixed", Transverse::Fixed, "the displacement along y is held on average, or follows what drives it"),
+        ("free", Transverse::Free, "there is no force along y, and the displacement is found; not with [dynamics]"),
+    ]), of ["rough"];
+    /// What happens to the rotations of the bodies about x and y.
+    ROTATION: Choice<Rotation> = "contact.rotation", Is("fixed"), Choice(&[
+        ("fixed", Rotation::Fixed, "they are held; the moments are reported"),
+        ("free", Rotation::Free, "the bodies tilt until the pressure has the moments given"),
+    ]), of ["rough"];
+    /// Moments about x and y, through the middle of the joint, under which free rotations are found. With rotation = "free".
+    MOMENT: List<2> = "contact.moment", Rule("no moments"),
+        List(XY, Quantity(Dimension::MOMENT, ANY, r#"["2 N m", "0 N m"]"#), None), of ["rough"];
+    /// Which stiffness of the rough contact the contact elements get. Of a joint with a structure.
+    STIFFNESS: Choice<Stiffness> = "contact.stiffness", Is("total"), Choice(&[
+        ("total", Stiffness::Total, "that of the whole patch, as published"),
+        ("roughness", Stiffness::Roughness, "without the compliance of the bodies, which the finite elements have already"),
+        ("tangent", Stiffness::Tangent, "each contact element that of its own cells"),
+    ]), of ["rough"];
+    /// How the stiffness of the joint is shared among the contact elements. Not with stiffness = "tangent".
+    DISTRIBUTION: Choice<Distribution> = "contact.distribution", Is("uniform"), Choice(&[
+        ("uniform", Distribution::Uniform, "by area"),
+        ("by_load", Distribution::ByLoad, "by static load"),
+    ]), of ["rough"];
+    /// Stiffness of the bolt and of what it clamps: the load falls as wear brings the bodies closer. With [wear].
+    BOLT_STIFFNESS: Quantity = "contact.bolt_stiffness", Rule("none: the load stays"), Quantity(Dimension::STIFFNESS, POSITIVE, "500 N/um"), of ["rough"];
+}
+
+const STIFF: Quantity = Quantity(Dimension::STIFFNESS, NOT_NEGATIVE, "1e4 N/um");
+
+/// [`NORMAL_LOAD`] beside given stiffness, which may be that of a contact without load.
+pub const LOAD_AT_REST: super::Key<Quantity> = super::Key {
+    value: Quantity(Dimension::FORCE, NOT_NEGATIVE, "30 kN"),
+    ..NORMAL_LOAD
+};

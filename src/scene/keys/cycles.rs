@@ -1,0 +1,66 @@
+//! `[motion]`, `[wear]` and `[update]`
+
+use super::Default::{Absent, ByPreset, Is, Required, Rule};
+use super::keys;
+use super::value::{
+    ANY, CHANGE, FOR_BOTH, FOR_X, Integer, List, NOT_NEGATIVE, POSITIVE, Quantity, TOLERANCE, XY,
+    integer,
+};
+use super::word::{Choice, FilePath, WordOrTable};
+use crate::scene::Scheme;
+use crate::units::Dimension;
+
+/// 2^53: cycles are counted on in floating-point numbers, which hold every integer up to here.
+pub const MOST_CYCLES: u64 = 1 << 53;
+
+/// More wear iterations than any run makes, each of which leaves files.
+pub const MOST_ITERATIONS: u64 = 1_000_000_000;
+
+keys! {
+    section "motion": "The motion of the joint in every cycle of period T, where no structure moves it.";
+    section "wear": "Wear over many cycles; without it one cycle is computed.";
+
+    /// Half ranges of the displacement of the upper body along x and y: u(t) = amplitude cos(2 pi t/T + phase).
+    MOTION_AMPLITUDE: List<2> = "motion.amplitude", Rule("none, if force, rotation or moment is given"),
+        List(XY, Quantity(Dimension::LENGTH, NOT_NEGATIVE, r#"["5 um", "0 um"]"#), Some(FOR_X)), of ["harmonic"];
+    /// Half ranges of the force along x and y, in place of amplitude. Zero along y leaves y to contact.transverse.
+    MOTION_FORCE: List<2> = "motion.force", Absent,
+        List(XY, Quantity(Dimension::FORCE, NOT_NEGATIVE, r#"["5 kN", "0 N"]"#), Some(FOR_X)), of ["harmonic"];
+    /// Half range of the rotation of the upper body about z, through the middle of the joint.
+    MOTION_ROTATION: Quantity = "motion.rotation", Absent, Quantity(Dimension::ANGLE, POSITIVE, "0.1 mrad"), of ["harmonic"];
+    /// Half range of the moment about z, in place of rotation.
+    MOTION_MOMENT: Quantity = "motion.moment", Absent, Quantity(Dimension::MOMENT, POSITIVE, "20 N m"), of ["harmonic"];
+    /// Phases of the motion along x and y: two amplitudes a quarter of a period apart make an orbit.
+    MOTION_PHASE: List<2> = "motion.phase", Is("0 deg"),
+        List(XY, Quantity(Dimension::ANGLE, ANY, r#"["0 deg", "90 deg"]"#), Some(FOR_BOTH)), of ["harmonic"];
+    /// Half range of the normal load: N(t) = normal_load + normal_load_amplitude cos(2 pi t/T). Less than contact.normal_load.
+    NORMAL_LOAD_AMPLITUDE: Quantity = "motion.normal_load_amplitude", Is("0 N"), Quantity(Dimension::FORCE, NOT_NEGATIVE, "100 N"), of ["harmonic"];
+    /// One cycle as a table (CSV or Parquet), in place of all other keys of the motion. Columns time (in periods), displacement_x,
+    /// and if needed displacement_y and normal_load, in SI.
+    HISTORY: FilePath = "motion.history", Absent, FilePath("cycle.parquet");
+    /// Worn volume per dissipated energy [A eq. 2.5].
+    COEFFICIENT: Quantity = "wear.coefficient", Required, Quantity(Dimension::WEAR_COEFFICIENT, POSITIVE, "2e3 um^3/J");
+    /// Number of cycles at which the run ends.
+    CYCLES: Integer = "wear.cycles", Rule("none, if volume is given"), integer(1, MOST_CYCLES, "10_000_000");
+    /// Worn volume at which the run ends. With cycles too, the first that is reached counts.
+    VOLUME: Quantity = "wear.volume", Rule("none, if cycles is given"), Quantity(Dimension::VOLUME, POSITIVE, "1 mm^3");
+    /// How a wear step is taken.
+    SCHEME: Choice<Scheme> = "wear.scheme", ByPreset(["explicit", "implicit", "implicit", "implicit"]), Choice(&[
+        ("implicit", Scheme::Implicit, "stable and of second order: steps as long as tolerance allows"),
+        ("semi_implicit", Scheme::SemiImplicit, "stable and of first order: pressure of the end of a step, slip of its beginning; needs depth_step"),
+        ("explicit", Scheme::Explicit, "the published one; needs depth_step, unstable where that is too large"),
+    ]);
+    /// Largest wear depth of a step [A eq. 2.7]. It caps implicit steps, and sets those of the other schemes.
+    DEPTH_STEP: Quantity = "wear.depth_step", Rule("none; 0.1 um by preset paper where the scheme needs one"),
+        Quantity(Dimension::LENGTH, POSITIVE, "0.1 um");
+    /// Relative error that a wear step may make; the same as fidelity.wear_tolerance.
+    WEAR_STEP_TOLERANCE: Quantity = "wear.tolerance", Rule("fidelity.wear_tolerance"), Quantity(Dimension::NONE, TOLERANCE, "0.01");
+    /// When the worn contact changes the contact elements of the structure: by one of the keys below [A §2e].
+    UPDATE: WordOrTable = "update", Is("never"), WordOrTable("never", "{ stiffness_change = 0.10 }");
+    /// Relative change of kn or kt of the contact since the last update, at which the next is due.
+    STIFFNESS_CHANGE: Quantity = "update.stiffness_change", Absent, Quantity(Dimension::NONE, CHANGE, "0.10");
+    /// Wear iterations between two updates.
+    UPDATE_ITERATIONS: Integer = "update.iterations", Absent, integer(1, MOST_ITERATIONS, "5");
+    /// Worn volume between two updates.
+    UPDATE_WEAR_VOLUME: Quantity = "update.wear_volume", Absent, Quantity(Dimension::VOLUME, POSITIVE, "0.1 mm^3");
+}

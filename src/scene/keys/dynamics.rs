@@ -1,0 +1,81 @@
+//! `[dynamics]`
+
+use super::Default::{Is, Required, Rule};
+use super::keys;
+use super::value::{ANY, Integer, Integers, List, POSITIVE, Quantity, RATIO, integer};
+use super::word::{Choice, Tables};
+use crate::scene::{DampingBasis, FrictionLaw};
+use crate::units::Dimension;
+
+/// More modes than any band that is swept has: the matrices of a reduced structure are dense, and the highest modes of a mesh are
+/// not those of the structure.
+const MOST_MODES: u64 = 1000;
+/// More frequencies than a forced response can show; each is a solve of its own.
+const MOST_POINTS: u64 = 100_000;
+/// A higher harmonic than any response shows: a slip of the keyboard.
+pub const LARGEST_HARMONIC: u64 = 1000;
+/// That harmonic and all below it, and the constant part.
+const MOST_HARMONICS: usize = LARGEST_HARMONIC as usize + 1;
+
+const POINTS_OF_STRUCTURES: Choice<&str> = Choice(&[
+    (
+        "far_wall",
+        "far_wall",
+        "resonator: the middle of the outer face of the far wall",
+    ),
+    (
+        "block",
+        "block",
+        "resonator: the middle of the outer face of mass 1",
+    ),
+    ("mass", "mass", "oscillator: its mass"),
+]);
+const DIRECTIONS: Choice<usize> = Choice(&[
+    ("x", 0, "along the lap"),
+    ("y", 1, "across it, in the plane of the contact"),
+    ("z", 2, "along the bolt"),
+]);
+
+keys! {
+    section "dynamics": "The forces on the structure, and what of its response is wanted.";
+    section "dynamics.response": "Whose displacement is the response; without it, that of the drive.";
+
+    /// The force, amplitude cos(2 pi harmonic f t + phase), or a list of forces. The first of harmonic 1 is the drive.
+    FORCE: Tables = "dynamics.force", Required, Tables(r#"{ amplitude = "1000 N", at = "far_wall", direction = "x" }"#);
+    /// Half range of the force. That of harmonic 0 is constant, and may be negative.
+    FORCE_AMPLITUDE: Quantity = "dynamics.force.amplitude", Required, Quantity(Dimension::FORCE, ANY, "1000 N");
+    /// Where the force acts.
+    FORCE_AT: Choice<&'static str> = "dynamics.force.at", Rule("far_wall, or mass"), POINTS_OF_STRUCTURES;
+    /// Along which axis the force acts.
+    FORCE_DIRECTION: Choice<usize> = "dynamics.force.direction", Is("x"), DIRECTIONS;
+    /// Lead of the force.
+    FORCE_PHASE: Quantity = "dynamics.force.phase", Is("0 deg"), Quantity(Dimension::ANGLE, ANY, "90 deg");
+    /// How many times the force oscillates in a period; 0: it is constant.
+    FORCE_HARMONIC: Integer = "dynamics.force.harmonic", Is("1"), integer(0, LARGEST_HARMONIC, "1");
+    /// Where the displacement is read.
+    RESPONSE_AT: Choice<&'static str> = "dynamics.response.at", Rule("that of the drive"), POINTS_OF_STRUCTURES;
+    /// Along which axis the displacement is read.
+    RESPONSE_DIRECTION: Choice<usize> = "dynamics.response.direction", Rule("that of the drive"), DIRECTIONS;
+    /// Orders of the harmonics of the response [A eq. 2.1]. Without this key more are added until fidelity.harmonic_tolerance is met.
+    HARMONICS: Integers = "dynamics.harmonics", Rule("[0, 1, 2, 3] and those of the forces"),
+        Integers(MOST_HARMONICS, "a list of different integers of 0 to 1000, 0 and 1 among them, such as [0, 1, 2, 3]");
+    /// Elastic modes of the reduced structure, beside the static residual of all others [A §3]. Not of an oscillator.
+    MODES: Integer<usize> = "dynamics.modes", Is("30"), integer(1, MOST_MODES, "40");
+    /// Damping ratio of every mode. The paper does not state its own.
+    DAMPING_RATIO: Quantity = "dynamics.damping_ratio", Rule("0.002, of an oscillator 0"), Quantity(Dimension::NONE, RATIO, "0.002");
+    /// Of which structure the damped modes are.
+    DAMPING_BASIS: Choice<DampingBasis> = "dynamics.damping_basis", Is("stuck"), Choice(&[
+        ("stuck", DampingBasis::Stuck, "with all springs of the unworn contact"),
+        ("free", DampingBasis::Free, "without contact springs"),
+    ]);
+    /// How friction limits the tangential force T of a contact element under its normal load N [A §2c].
+    FRICTION_LAW: Choice<FrictionLaw> = "dynamics.friction_law", Is("cone"), Choice(&[
+        ("cone", FrictionLaw::Cone, "|T| <= mu N, slip along the force"),
+        ("box", FrictionLaw::Box, "|Tx| <= mu N and |Ty| <= mu N, each for itself"),
+    ]);
+    /// Band in which the resonance is looked for and the forced response is computed.
+    FREQUENCY: List<2> = "dynamics.frequency", Rule("must be given; an oscillator has one from its resonances"),
+        List("a list of the lowest and the highest frequency", Quantity(Dimension::FREQUENCY, POSITIVE, r#"["900 Hz", "1050 Hz"]"#), None);
+    /// Points of the forced response, at equal distances of frequency.
+    POINTS: Integer<usize> = "dynamics.points", Rule("where the curve needs them"), integer(2, MOST_POINTS, "100");
+}

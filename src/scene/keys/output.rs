@@ -1,0 +1,30 @@
+//! `[output]`
+
+use super::Default::{Is, Rule};
+use super::cycles::MOST_ITERATIONS;
+use super::keys;
+use super::value::{Integer, Integers, integer};
+use super::word::{Boolean, WordOrTable};
+
+/// Each is a forced response of its own, which takes seconds at least: more of them are no choice of the user's.
+const MOST_RESPONSES: usize = 10_000;
+
+keys! {
+    section "output": "What a run keeps.";
+
+    /// Which iterations are kept, to restart from and to read: all, or those that the keys below name.
+    KEEP: WordOrTable = "output.keep", Is("all"), WordOrTable("all", "{ every = 50, last = 3, updates = true }");
+    /// Every so many iterations are kept.
+    KEEP_EVERY: Integer = "output.keep.every", Rule("only those below"), integer(1, MOST_ITERATIONS, "50");
+    /// The last so many iterations are kept.
+    KEEP_LAST: Integer = "output.keep.last", Is("1"), integer(1, MOST_ITERATIONS, "3");
+    /// Whether the iterations that updated the contact elements are kept.
+    KEEP_UPDATES: Boolean = "output.keep.updates", Is("true"), Boolean;
+    /// Whether the fields at every step of a cycle are written.
+    CYCLE_FIELDS: Boolean = "output.cycle_fields", Is("false"), Boolean;
+    /// Indentation and hysteresis curves are written every so many iterations; 0: never.
+    CURVES_EVERY: Integer = "output.curves_every", Is("10"), integer(0, MOST_ITERATIONS, "5");
+    /// Cycles at which a forced response of the worn joint is computed. It is not fed back; the first and the last are always there.
+    RESPONSE_AT: Integers = "output.response_at", Is("[]"),
+        Integers(MOST_RESPONSES, "a list of numbers of cycles in ascending order, such as [0, 1e6, 1e7]");
+}

@@ -1,0 +1,77 @@
+//! `[structure]`
+
+use super::Default::{Is, Required};
+use super::keys;
+use super::value::{FOR_ALL, Integer, List, NOT_NEGATIVE, POSITIVE, Quantity, integer};
+use super::word::Choice;
+use crate::units::Dimension;
+
+/// More mesh cells along one part of the resonator than any mesh has: a slip of the keyboard.
+const LARGEST_CELLS: u64 = 999;
+
+const LENGTH: Quantity = Quantity(Dimension::LENGTH, POSITIVE, "40 mm");
+const CELLS: Integer<usize> = integer(1, LARGEST_CELLS, "4");
+const XYZ: &str = "one value, or a list of three for x, y and z";
+
+keys! {
+    section "structure": "What vibrates; together with [dynamics].";
+
+    /// What vibrates.
+    KIND: Choice<&'static str> = "structure.kind", Required, Choice(&[
+        ("resonator", "resonator", "the single-lap-joint resonator of the paper, in finite elements"),
+        ("oscillator", "oscillator", "one mass on springs, dashpots and one contact element; the contact closes at positive z"),
+    ]);
+    /// Depth of everything along z, the axis of the bolt; the contact is in its middle.
+    DEPTH: Quantity = "structure.depth", Is("60 mm"), LENGTH, of ["resonator"];
+    /// Length along x of the part of the arms that has the full depth.
+    STUB_LENGTH: Quantity = "structure.stub_length", Is("8 mm"), LENGTH, of ["resonator"];
+    /// Clearance along x between the end of an arm and the other body.
+    GAP_LENGTH: Quantity = "structure.gap_length", Is("6 mm"), LENGTH, of ["resonator"];
+    /// Length of mass 1 along x.
+    BLOCK_LENGTH: Quantity = "structure.block_length", Is("70 mm"), LENGTH, of ["resonator"];
+    /// Height of mass 1 along y.
+    BLOCK_HEIGHT: Quantity = "structure.block_height", Is("190 mm"), LENGTH, of ["resonator"];
+    /// Thickness of the leaf along x, the soft side of the frame.
+    LEAF_THICKNESS: Quantity = "structure.leaf_thickness", Is("10 mm"), LENGTH, of ["resonator"];
+    /// Length of the window in the frame along x.
+    WINDOW_LENGTH: Quantity = "structure.window_length", Is("85 mm"), LENGTH, of ["resonator"];
+    /// Height of the window in the frame along y; more than that of the arms.
+    WINDOW_HEIGHT: Quantity = "structure.window_height", Is("120 mm"), LENGTH, of ["resonator"];
+    /// Height of the frame along y; more than that of the window.
+    FRAME_HEIGHT: Quantity = "structure.frame_height", Is("190 mm"), LENGTH, of ["resonator"];
+    /// Thickness of the far wall along x, the end of mass 2.
+    WALL_THICKNESS: Quantity = "structure.wall_thickness", Is("40 mm"), LENGTH, of ["resonator"];
+    /// Thickness of a bolt head along z.
+    HEAD_THICKNESS: Quantity = "structure.head_thickness", Is("8 mm"), LENGTH, of ["resonator"];
+    /// Modulus of the bolt over that of the masses. The shipped one gives the shank of nine cells the stress area of an M10 thread.
+    BOLT_MODULUS_FACTOR: Quantity = "structure.bolt_modulus_factor", Is("1.4536340852130327"),
+        Quantity(Dimension::NONE, POSITIVE, "1.45"), of ["resonator"];
+    /// Mesh cells through half the depth.
+    HALF_DEPTH_CELLS: Integer<usize> = "structure.half_depth_cells", Is("5"), CELLS, of ["resonator"];
+    /// Mesh cells along the block.
+    BLOCK_CELLS: Integer<usize> = "structure.block_cells", Is("12"), CELLS, of ["resonator"];
+    /// Mesh cells along a stub.
+    STUB_CELLS: Integer<usize> = "structure.stub_cells", Is("2"), CELLS, of ["resonator"];
+    /// Mesh cells along a gap.
+    GAP_CELLS: Integer<usize> = "structure.gap_cells", Is("2"), CELLS, of ["resonator"];
+    /// Mesh cells through the leaf.
+    LEAF_CELLS: Integer<usize> = "structure.leaf_cells", Is("4"), CELLS, of ["resonator"];
+    /// Mesh cells along the window.
+    WINDOW_CELLS: Integer<usize> = "structure.window_cells", Is("16"), CELLS, of ["resonator"];
+    /// Mesh cells through the far wall.
+    WALL_CELLS: Integer<usize> = "structure.wall_cells", Is("8"), CELLS, of ["resonator"];
+    /// Mesh cells from the arm to the edge of the window, along y, on each side.
+    INNER_CELLS: Integer<usize> = "structure.inner_cells", Is("8"), CELLS, of ["resonator"];
+    /// Mesh cells through a rim of the window along y.
+    RIM_CELLS: Integer<usize> = "structure.rim_cells", Is("6"), CELLS, of ["resonator"];
+    /// Mesh cells through a bolt head.
+    HEAD_CELLS: Integer<usize> = "structure.head_cells", Is("2"), CELLS, of ["resonator"];
+    /// Mass along x, y and z.
+    MASS: List<3> = "structure.mass", Required, List(XYZ, Quantity(Dimension::MASS, POSITIVE, "1 kg"), Some(FOR_ALL)), of ["oscillator"];
+    /// Damping of the dashpots to the ground along x, y and z.
+    DAMPING: List<3> = "structure.damping", Is("0 N s/m"),
+        List(XYZ, Quantity(Dimension::DAMPING, NOT_NEGATIVE, "5 N s/m"), Some(FOR_ALL)), of ["oscillator"];
+    /// Stiffness of the springs to the ground along x, y and z, without the contact.
+    STIFFNESS: List<3> = "structure.stiffness", Required,
+        List(XYZ, Quantity(Dimension::STIFFNESS, NOT_NEGATIVE, "10 N/um"), Some(FOR_ALL)), of ["oscillator"];
+}

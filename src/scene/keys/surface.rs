@@ -1,0 +1,62 @@
+//! `[surface]`
+
+use super::Default::{Is, Required, Rule};
+use super::keys;
+use super::value::{
+    FOR_BOTH, HURST, Integer, LARGEST_INTEGER, List, POSITIVE, Quantity, XY, integer,
+};
+use super::word::{Choice, FilePath, Unit};
+use crate::scene::{Detrend, Fill};
+use crate::units::Dimension;
+
+keys! {
+    section "surface": "The heights of one composite rough surface against a flat, positive towards the other body.";
+
+    /// Where the heights come from.
+    KIND: Choice<&'static str> = "surface.kind", Required, Choice(&[
+        ("gaussian", "gaussian", "random heights, autocorrelation exp(-(x^2/clx^2 + y^2/cly^2))"),
+        ("exponential", "exponential", "random heights, autocorrelation exp(-sqrt(x^2/clx^2 + y^2/cly^2))"),
+        ("self_affine", "self_affine", "random heights, self-affine power spectrum"),
+        ("flat", "flat", "perfectly flat"),
+        ("sphere", "sphere", "a sphere, its apex at height 0 in the middle of the joint"),
+        ("file", "file", "a measured topography"),
+    ]);
+    /// Root mean square height. The surface is scaled to have exactly this [A eq. 4.1].
+    RQ: Quantity = "surface.rq", Required, length("5 um"), of ["gaussian", "exponential", "self_affine"];
+    /// Lengths along x and y at which the autocorrelation has fallen to 1/e.
+    CORRELATION_LENGTH: List<2> = "surface.correlation_length", Required,
+        List(XY, length(r#"["0.5 mm", "0.5 mm"]"#), Some(FOR_BOTH)), of ["gaussian", "exponential"];
+    /// Hurst exponent H: the power spectrum falls as the wave number to the power of -2 - 2H.
+    HURST_EXPONENT: Quantity = "surface.hurst", Required, Quantity(Dimension::NONE, HURST, "0.8"), of ["self_affine"];
+    /// Wavelength above which the power spectrum is flat.
+    ROLLOFF_WAVELENGTH: Quantity = "surface.rolloff_wavelength", Rule("the longer side of the joint"), length("10 mm"), of ["self_affine"];
+    /// Wavelength below which there is no roughness; shorter than rolloff_wavelength.
+    CUTOFF_WAVELENGTH: Quantity = "surface.cutoff_wavelength", Rule("none: roughness down to the grid"), length("0.1 mm"), of ["self_affine"];
+    /// Seed of the random heights: the same seed gives the same surface.
+    SEED: Integer = "surface.seed", Is("1"), integer(0, LARGEST_INTEGER, "2"), of ["gaussian", "exponential", "self_affine"];
+    /// Radius of the sphere.
+    RADIUS: Quantity = "surface.radius", Required, length("25 mm"), of ["sphere"];
+    /// The topography: X3P, SDF, SUR, AL3D, NPY, CSV, XYZ or Parquet. Axis 0 of NPY is x.
+    PATH: FilePath = "surface.path", Required, FilePath("heights.npy"), of ["file"];
+    /// Unit of the heights, of a file that does not state its own.
+    UNIT: Unit = "surface.unit", Rule("that of the file"), Unit(Dimension::LENGTH, "um"), of ["file"];
+    /// What is subtracted from the heights.
+    DETREND: Choice<Detrend> = "surface.detrend", Is("plane"), Choice(&[
+        ("none", Detrend::None, "nothing: the heights stay as they are, with their mean"),
+        ("mean", Detrend::Mean, "the mean"),
+        ("plane", Detrend::Plane, "the mean plane"),
+        ("quadratic", Detrend::Quadratic, "plane and curvature"),
+    ]), of ["file"];
+    /// What becomes of points that were not measured.
+    FILL: Choice<Fill> = "surface.fill", Is("interpolate"), Choice(&[
+        ("mask", Fill::Mask, "cells less than half measured leave the joint: they carry no load"),
+        ("interpolate", Fill::Interpolate, "the smoothest surface through their rim"),
+    ]), of ["file"];
+    /// Distances of the points along x and y, in place of what the file says.
+    SPACING: List<2> = "surface.spacing", Rule("that of the file, else the map covers the joint"),
+        List(XY, length(r#"["2 um", "2 um"]"#), None), of ["file"];
+}
+
+const fn length(example: &'static str) -> Quantity {
+    Quantity(Dimension::LENGTH, POSITIVE, example)
+}

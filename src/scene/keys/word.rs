@@ -1,0 +1,166 @@
+//! Values that are words, texts and tables.
+
+use std::path::PathBuf;
+
+use serde_json::json;
+use toml::Value as Toml;
+
+use super::value::{Form, Given, Value, as_toml};
+use crate::scene::document::{Content, Node};
+use crate::scene::error::{Problem, SceneError};
+use crate::units::{self, Dimension};
+
+type Result<T> = std::result::Result<T, SceneError>;
+
+/// True or false.
+pub struct Boolean;
+
+impl Value for Boolean {
+    type Read = bool;
+
+    fn form(&self) -> Form {
+        Form::new("true", "true or false", json!({ "type": "boolean" }))
+    }
+
+    fn read(&self, given: &Given<'_>) -> Result<bool> {
+        let value = given.value().and_then(Toml::as_bool);
+        value.ok_or_else(|| given.wrong_type("true or false"))
+    }
+}
+
+/// A text that is not empty; the example.
+pub struct Text(pub &'static str);
+
+impl Value for Text {
+    type Read = String;
+
+    fn form(&self) -> Form {
+        let schema = json!({ "type": "string", "pattern": "\\S" });
+        Form::new(self.0, "a text", schema)
+    }
+
+    fn read(&self, given: &Given<'_>) -> Result<String> {
+        let text = given.value().and_then(Toml::as_str);
+        let text = text.filter(|text| !text.trim().is_empty());
+        let wrong = || given.wrong_type(format!("a text, such as {}", as_toml(self.0)));
+        text.map(str::to_owned).ok_or_else(wrong)
+    }
+}
+
+/// The path of a file, absolute by the time that it is read; the example.
+pub struct FilePath(pub &'static str);
+
+impl Value for FilePath {
+    type Read = PathBuf;
+
+    fn form(&self) -> Form {
+        Form {
+            words: "the path of a file, from the folder of the scene".to_owned(),
+            is_path: true,
+            ..Text(self.0).form()
+        }
+    }
+
+    fn read(&self, given: &Given<'_>) -> Result<PathBuf> {
+        Text(self.0).read(given).map(PathBuf::from)
+    }
+}
+
+/// A unit alone; the example. What is read is its worth in SI.
+pub struct Unit(pub Dimension, pub &'static str);
+
+impl Value for Unit {
+    type Read = f64;
+
+    fn form(&self) -> Form {
+        Form {
+            words: format!("the unit of {}, without a number", self.0),
+            ..Text(self.1).form()
+        }
+    }
+
+    fn read(&self, given: &Given<'_>) -> Result<f64> {
+        let value = Text(self.1).read(given)?;
+        units::parse_unit(&value, self.0)
+            .map_err(|source| given.fault(|key| Problem::Unit { key, value, source }))
+    }
+}
+
+/// One of a few words, what it stands for, and what it means.
+pub struct Choice<T: 'static>(pub &'static [(&'static str, T, &'static str)]);
+
+impl<T: Copy> Choice<T> {
+    /// The choice among those of the words that are allowed.
+    pub fn among(&self, given: &Given<'_>, allowed: impl Fn(&str) -> bool) -> Result<T> {
+        let choices = || self.0.iter().filter(|choice| allowed(choice.0));
+        let word = given.value().and_then(Toml::as_str).unwrap_or_default();
+        let chosen = choices().find(|choice| choice.0 == word);
+        chosen.map(|choice| choice.1).ok_or_else(|| {
+            let words: Vec<&'static str> = choices().map(|choice| choice.0).collect();
+            given.fault(|key| Problem::Choice {
+                key,
+                value: given.node.shown(),
+                nearest: super::nearest(word, words.iter().copied()),
+                choices: words,
+            })
+        })
+    }
+}
+
+impl<T: Copy> Value for Choice<T> {
+    type Read = T;
+
+    fn form(&self) -> Form {
+        let words: Vec<String> = self.0.iter().map(|choice| as_toml(choice.0)).collect();
+        let schema: Vec<&str> = self.0.iter().map(|choice| choice.0).collect();
+        Form {
+            choices: self.0.iter().map(|choice| (choice.0, choice.2)).collect(),
+            ..Form::new(self.0[0].0, words.join(", "), json!({ "enum": schema }))
+        }
+    }
+
+    fn read(&self, given: &Given<'_>) -> Result<T> {
+        self.among(given, |_| true)
+    }
+}
+
+/// One word where there is no table of keys; the table as an example.
+pub struct WordOrTable(pub &'static str, pub &'static str);
+
+impl Value for WordOrTable {
+    type Read = ();
+
+    fn form(&self) -> Form {
+        let words = format!("\"{}\" or a table", self.0);
+        Form::new(self.1, words, json!({ "const": self.0 }))
+    }
+
+    fn read(&self, given: &Given<'_>) -> Result<()> {
+        if given.value().and_then(Toml::as_str) == Some(self.0) {
+            return Ok(());
+        }
+        let expected = format!("\"{}\" or a table such as {}", self.0, self.1);
+        Err(given.out_of_range(expected))
+    }
+}
+
+/// A table of keys, or a list of such tables; the example. What is read is the list, if it is one.
+pub struct Tables(pub &'static str);
+
+impl Value for Tables {
+    type Read = Option<Vec<Node>>;
+
+    fn form(&self) -> Form {
+        let words = "a table, or a list of such tables";
+        Form::new(self.0, words, json!({ "type": "array", "minItems": 1 }))
+    }
+
+    fn read(&self, given: &Given<'_>) -> Result<Option<Vec<Node>>> {
+        if matches!(given.node.content, Content::Section(_)) {
+            return Ok(None);
+        }
+        let expected = format!("a table such as {}, or a list of such tables", self.0);
+        let tables = given.node.tables();
+        tables.ok_or_else(|| given.wrong_type(expected)).map(Some)
+    }
+}

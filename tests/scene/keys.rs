@@ -1,0 +1,335 @@
+//! The declarations of keys against what is made of a scene: every key is read, every example is one, every default is the one.
+
+use std::collections::BTreeSet;
+
+use fretwear::scene::explain::{About, KeyAbout, explain, sections};
+use fretwear::scene::{Preset, Scene, SceneError};
+
+use super::{CASE, Folder, OSCILLATOR, ROUGH, SPRINGS, replaced};
+
+/// Scenes such that every key belongs into one of them, and is absent from one.
+fn scenes() -> Vec<(&'static str, String)> {
+    let gaussian = "kind = \"gaussian\"\nrq = \"5 um\"\ncorrelation_length = [\"0.5 mm\", \"0.4 mm\"]\nseed = 3\n";
+    let surface = |text: &str| replaced(CASE, gaussian, text);
+    let after = |case: &str, line: &str, more: &str| replaced(case, line, &format!("{line}{more}"));
+    let (still, _) = CASE.split_once("[motion]").expect("a motion");
+    vec![
+        ("case", CASE.to_owned()),
+        ("rough", ROUGH.to_owned()),
+        ("springs", SPRINGS.to_owned()),
+        ("oscillator", OSCILLATOR.to_owned()),
+        ("still", still.replace("friction_coefficient = 0.6\n", "")),
+        (
+            "exponential",
+            surface("kind = \"exponential\"\nrq = \"5 um\"\ncorrelation_length = \"1 mm\"\n"),
+        ),
+        (
+            "self_affine",
+            surface("kind = \"self_affine\"\nrq = \"5 um\"\nhurst = 0.7\n"),
+        ),
+        ("sphere", surface("kind = \"sphere\"\nradius = \"20 mm\"\n")),
+        ("file", surface("kind = \"file\"\npath = \"other.npy\"\n")),
+        (
+            "tilting",
+            after(CASE, "normal_load = \"30 kN\"\n", "rotation = \"free\"\n"),
+        ),
+        ("pruned", replaced(CASE, "\"all\"", "{ every = 2 }")),
+        (
+            "open",
+            replaced(OSCILLATOR, "normal_load = \"1 kN\"", "gap = \"2 um\""),
+        ),
+        (
+            "low",
+            after(
+                ROUGH,
+                "kind = \"resonator\"\n",
+                "window_height = \"39 mm\"\n",
+            ),
+        ),
+        ("plain", replaced(ROUGH, "elements = [19, 19]\n", "")),
+    ]
+}
+
+/// The scenes in a folder.
+struct Scenes(Folder, Vec<&'static str>);
+
+impl Scenes {
+    fn new() -> Scenes {
+        let mut folder = Folder::new();
+        let mut names = Vec::new();
+        for (name, text) in scenes() {
+            folder = folder.with(&format!("{name}.toml"), &text);
+            names.push(name);
+        }
+        Scenes(folder, names)
+    }
+
+    fn load(&self, name: &str, sets: &[&str]) -> Result<Scene, SceneError> {
+        self.0.load(&format!("{name}.toml"), sets)
+    }
+
+    /// Whether a scene gives a key itself.
+    fn has(&self, name: &str, key: &str) -> bool {
+        let scene = self.load(name, &[]).expect("a scene");
+        let mut parts = key.split('.');
+        let first = parts.next().and_then(|part| scene.document().get(part));
+        parts.fold(first, |found, part| found?.get(part)).is_some()
+    }
+}
+
+/// Every key but that of a file alone.
+fn keys() -> Vec<KeyAbout> {
+    let keys = sections().into_iter().flat_map(|section| section.keys);
+    keys.filter(|key| key.key != "base").collect()
+}
+
+/// The example of a key as after `--set`.
+fn example(key: &KeyAbout) -> String {
+    let value = key.example.split_once(" = ").expect("a line").1;
+    format!("{}={value}", key.key)
+}
+
+#[test]
+fn every_example_is_accepted_and_every_key_is_read() {
+    let scenes = Scenes::new();
+    for key in keys() {
+        let set = example(&key);
+        let accepting: Vec<&str> = scenes
+            .1
+            .iter()
+            .copied()
+            .filter(|name| scenes.load(name, &[&set]).is_ok())
+            .collect();
+        assert!(!accepting.is_empty(), "no scene takes {set}");
+        // No key is a date.
+        let set = format!("{}=1979-05-27", key.key);
+        for name in accepting {
+            let error = scenes.load(name, &[&set]).expect_err("a date").to_string();
+            let begin = format!("--set {set}: {} = 1979-05-27: must be ", key.key);
+            assert!(error.starts_with(&begin), "{name}: {error}");
+        }
+    }
+}
+
+#[test]
+fn every_word_is_accepted() {
+    let scenes = Scenes::new();
+    for key in keys() {
+        for choice in &key.choices {
+            let set = format!("{}={}", key.key, choice.word);
+            let known = scenes
+                .1
+                .iter()
+                .any(|name| match scenes.load(name, &[&set]) {
+                    Ok(_) => true,
+                    // A word may want other keys beside it.
+                    Err(error) => !error.to_string().contains("must be one of"),
+                });
+            assert!(known, "{set}");
+            assert!(
+                !choice.meaning.is_empty() && !choice.meaning.ends_with('.'),
+                "{set}"
+            );
+        }
+    }
+}
+
+/// An oscillator has more samples than its preset says.
+const MORE_FOR_OSCILLATORS: &str = "fidelity.aft_samples";
+
+#[test]
+fn every_default_is_what_an_absent_key_gives() {
+    const PRESETS: [(&str, Preset); 4] = [
+        ("paper", Preset::Paper),
+        ("fast", Preset::Fast),
+        ("balanced", Preset::Balanced),
+        ("reference", Preset::Reference),
+    ];
+    let scenes = Scenes::new();
+    let mut count = 0;
+    for key in keys() {
+        let defaults = PRESETS.map(|(_, preset)| key.default_under(preset));
+        let same = defaults.iter().all(|default| *default == defaults[0]);
+        for ((preset, _), default) in PRESETS.into_iter().zip(defaults) {
+            let Some(default) = default else { continue };
+            let preset = format!("fidelity.preset={preset}");
+            let under: &[&str] = if same { &[] } else { &[&preset] };
+            let set = format!("{}={default}", key.key);
+            let sets = [under, &[&set]].concat();
+            let mut held = false;
+            for name in scenes.1.iter().filter(|name| !scenes.has(name, key.key)) {
+                // A key of a table makes one of what is none.
+                if key.key.starts_with("output.keep.") && *name != "pruned" {
+                    continue;
+                }
+                // Where a key does not belong it is refused.
+                let (Ok(without), Ok(with)) = (scenes.load(name, under), scenes.load(name, &sets))
+                else {
+                    continue;
+                };
+                if key.key == MORE_FOR_OSCILLATORS && without.joint.is_none() {
+                    continue;
+                }
+                assert_eq!(
+                    without.canonical(),
+                    with.canonical(),
+                    "{name}: {set} {under:?}"
+                );
+                held = true;
+            }
+            assert!(held, "no scene without {set}");
+            count += 1;
+        }
+    }
+    assert!(count > 80, "{count} defaults");
+}
+
+/// What the rules say in words.
+#[test]
+fn rules_are_what_an_absent_key_gives() {
+    let scenes = Scenes::new();
+    for (name, under, set) in [
+        (
+            "plain",
+            "fidelity.preset=balanced",
+            "joint.elements=[19, 19]",
+        ),
+        (
+            "case",
+            "fidelity.preset=fast",
+            "material.lower.youngs_modulus=198.4 GPa",
+        ),
+        (
+            "case",
+            "fidelity.preset=fast",
+            "material.upper.poisson_ratio=0.3",
+        ),
+        (
+            "self_affine",
+            "fidelity.preset=fast",
+            "surface.rolloff_wavelength=40 mm",
+        ),
+        (
+            "springs",
+            "fidelity.preset=paper",
+            "dynamics.harmonics=[0, 1, 2, 3]",
+        ),
+        (
+            "springs",
+            "fidelity.preset=fast",
+            "dynamics.damping_ratio=0.002",
+        ),
+        (
+            "oscillator",
+            "fidelity.preset=fast",
+            "dynamics.damping_ratio=0",
+        ),
+        (
+            "springs",
+            "dynamics.force.at=block",
+            "dynamics.response.at=block",
+        ),
+        (
+            "springs",
+            "dynamics.force.direction=z",
+            "dynamics.response.direction=z",
+        ),
+        (
+            "springs",
+            "fidelity.preset=fast",
+            "dynamics.force.at=far_wall",
+        ),
+        (
+            "oscillator",
+            "fidelity.preset=fast",
+            "dynamics.force.at=mass",
+        ),
+        ("case", "fidelity.preset=paper", "wear.depth_step=0.1 um"),
+        (
+            "case",
+            "fidelity.wear_tolerance=0.02",
+            "fidelity.wear_tolerance=0.02",
+        ),
+    ] {
+        let [without, with] = [&[under][..], &[under, set]].map(|sets| scenes.load(name, sets));
+        let [without, with] =
+            [without, with].map(|scene| scene.unwrap_or_else(|error| panic!("{name}: {error}")));
+        assert_eq!(without.canonical(), with.canonical(), "{name}: {set}");
+    }
+}
+
+#[test]
+fn every_key_is_told_in_plain_sentences() {
+    let mut seen = BTreeSet::new();
+    for section in sections() {
+        assert!(section.meaning.ends_with('.'), "[{}]", section.section);
+        for key in section.keys {
+            assert!(seen.insert(key.key), "{} twice", key.key);
+            let (meaning, summary) = (&key.meaning, key.summary());
+            assert!(
+                meaning.ends_with('.') && !meaning.contains("  "),
+                "{}: {meaning}",
+                key.key
+            );
+            assert!((5..=110).contains(&summary.len()), "{}: {summary}", key.key);
+            assert!(meaning.starts_with(summary), "{}: {summary}", key.key);
+            assert!(
+                !key.kind.is_empty() && !key.default.is_empty(),
+                "{}",
+                key.key
+            );
+            assert_eq!(
+                explain(key.key).map(|about| matches!(about, About::Key(_))),
+                Ok(!["update", "output.keep", "dynamics.force"].contains(&key.key))
+            );
+            for other in &key.instead {
+                assert!(
+                    matches!(explain(other), Ok(About::Key(_))),
+                    "{}: {other}",
+                    key.key
+                );
+            }
+        }
+    }
+    assert!(seen.len() > 110, "{}", seen.len());
+}
+
+#[test]
+fn a_section_is_told_by_its_keys() {
+    let Ok(About::Section(section)) = explain("dynamics") else {
+        panic!("no section");
+    };
+    let names: Vec<&str> = section.keys.iter().map(|key| key.key).collect();
+    assert_eq!(
+        names[..3],
+        [
+            "dynamics.force",
+            "dynamics.force.amplitude",
+            "dynamics.force.at"
+        ]
+    );
+    let Ok(About::Section(inner)) = explain("dynamics.response") else {
+        panic!("no section");
+    };
+    assert_eq!(inner.keys.len(), 2);
+    for (name, hint) in [
+        (
+            "normal_load",
+            "normal_load: there is no such key; did you mean contact.normal_load?",
+        ),
+        (
+            "contact.nomal_load",
+            "contact.nomal_load: there is no such key; did you mean contact.normal_load?",
+        ),
+        (
+            "joint.hole.zzz",
+            "joint.hole.zzz: there is no such key; known here: diameter",
+        ),
+        (
+            "[contact]",
+            "[contact]: there is no such key; did you mean contact?",
+        ),
+    ] {
+        assert_eq!(explain(name).expect_err("none").to_string(), hint);
+    }
+}
