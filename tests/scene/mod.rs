@@ -3,6 +3,7 @@
 mod canonical;
 mod dynamics_faults;
 mod faults;
+mod json_schema;
 mod keys;
 mod layers;
 mod pipelines;
