@@ -22,6 +22,9 @@ use std::sync::LazyLock;
 /// costs as much as there are rows.
 const ROWS_AT_ONCE: u64 = 1024;
 
+/// More wear iterations than any run leaves folders of.
+const MOST_ROWS: i64 = 1 << 24;
+
 const NAME: &str = "history";
 const WEAR_ITERATION: &str = "wear_iteration";
 const COMMIT: &str = "commit";
@@ -309,7 +312,7 @@ impl History {
         check_seal(bytes)?;
         let unreadable = |reason: String| DamageKind::Unreadable { reason };
         let found =
-            nullable_from_parquet(bytes, NAME).map_err(|error| unreadable(error.to_string()))?;
+            nullable_from_parquet(bytes, NAME, MOST_ROWS).map_err(|error| unreadable(error.to_string()))?;
         let mut columns: BTreeMap<String, Nullable> = found.into_iter().collect();
         let own = own_columns().map(|column| columns.remove(&column.name));
         let [

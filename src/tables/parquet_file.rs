@@ -119,7 +119,7 @@ pub fn nullable_to_parquet(
     write(table, arrays, properties.build())
 }
 
-/// The columns of a file of [`nullable_to_parquet`], each under its name.
+/// The columns of a file of [`nullable_to_parquet`] of at most so many rows, each under its name.
 ///
 /// # Errors
 /// [`TableError::Parquet`] for bytes that are not Parquet, [`TableError::TooManyRows`], [`TableError::ColumnType`] for a column of a type
@@ -127,15 +127,20 @@ pub fn nullable_to_parquet(
 pub fn nullable_from_parquet(
     bytes: &[u8],
     table: &str,
+    most_rows: i64,
 ) -> Result<Vec<(String, Nullable)>, TableError> {
-    decoded(|| decode_nullable(bytes, table)).map_err(|source| parquet_error(table, source))?
+    decoded(|| decode_nullable(bytes, table, most_rows)).map_err(|source| parquet_error(table, source))?
 }
 
-fn decode_nullable(bytes: &[u8], table: &str) -> Result<Vec<(String, Nullable)>, TableError> {
+fn decode_nullable(
+    bytes: &[u8],
+    table: &str,
+    most_rows: i64,
+) -> Result<Vec<(String, Nullable)>, TableError> {
     let failed = |source| parquet_error(table, source);
     let reader =
         ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes)).map_err(failed)?;
-    few_rows(table, announced_rows(reader.metadata()))?;
+    few_rows(table, announced_rows(reader.metadata()), most_rows)?;
     let mut columns = Vec::new();
     for field in reader.schema().fields() {
         let empty = match field.data_type() {
@@ -156,11 +161,15 @@ fn decode_nullable(bytes: &[u8], table: &str) -> Result<Vec<(String, Nullable)>,
         columns.push((field.name().clone(), empty));
     }
     let batches = reader.with_batch_size(BATCH_ROWS).build().map_err(failed)?;
+    let mut rows = 0;
     for batch in batches {
         let batch = batch.map_err(|source| TableError::Arrow {
             table: table.to_owned(),
             source,
         })?;
+        // It may hold more than it announced.
+        rows += batch.num_rows() as i64;
+        few_rows(table, rows, most_rows)?;
         for ((_, column), array) in columns.iter_mut().zip(batch.columns()) {
             match column {
                 Nullable::F64(values) => values.extend(array.as_primitive::<Float64Type>()),
@@ -238,7 +247,7 @@ fn decode(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> 
         });
     }
     // Before anything is unpacked: a few bytes may announce any number of rows.
-    few_rows(&expected.name, announced_rows(reader.metadata()))?;
+    few_rows(&expected.name, announced_rows(reader.metadata()), MOST_ROWS)?;
     if let Some(codec) = unread_codec(reader.metadata()) {
         return Err(TableError::Codec {
             table: expected.name.clone(),
@@ -274,7 +283,7 @@ fn decode(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> 
         })?;
         // It may hold more than it announced.
         rows += batch.num_rows() as i64;
-        few_rows(&expected.name, rows)?;
+        few_rows(&expected.name, rows, MOST_ROWS)?;
         for ((described, column), array) in columns.iter_mut().zip(batch.columns()) {
             append(&expected.name, described, column, array)?;
         }
@@ -309,14 +318,14 @@ pub fn provenance_of(bytes: &[u8], expected: &Schema) -> Result<Provenance, Tabl
     })
 }
 
-fn few_rows(table: &str, rows: i64) -> Result<(), TableError> {
-    if rows <= MOST_ROWS {
+fn few_rows(table: &str, rows: i64, most: i64) -> Result<(), TableError> {
+    if rows <= most {
         return Ok(());
     }
     Err(TableError::TooManyRows {
         table: table.to_owned(),
         found: rows,
-        limit: MOST_ROWS,
+        limit: most,
     })
 }
 

@@ -119,6 +119,27 @@ fn every_schema_file_is_built_in_and_complete() {
     }
 }
 
+/// A history has the columns of the one-row tables side by side: those of the summary under their own names, others after their table's.
+#[test]
+fn the_columns_of_a_history_have_names_of_their_own() {
+    let own = ["wear_iteration", "commit", "pruned", "bytes"];
+    let mut names = std::collections::BTreeSet::from(own.map(str::to_owned));
+    for table in TableName::ALL {
+        let schema = table.schema();
+        if schema.place != Place::Iteration || schema.rows != Some(1) {
+            continue;
+        }
+        for column in &schema.columns {
+            let name = match table {
+                TableName::Summary => column.name.clone(),
+                table => format!("{table}_{}", column.name),
+            };
+            assert!(!name.starts_with("timing_"), "{name}");
+            assert!(names.insert(name.clone()), "{name} twice");
+        }
+    }
+}
+
 #[test]
 fn every_file_says_its_units_and_one_beside_runs_what_its_columns_mean() {
     for table in TableName::ALL {
