@@ -186,27 +186,39 @@ def check_units(checks, label, units, folder):
 
 
 def check_every_file(checks, folder):
-    """Each column of each file of the run: unit, dimension and description in both places, as the schema has them."""
-    for file in sorted((folder / RUN).rglob("*.parquet")):
+    """Each column of each file of the run: its unit in both places, as the schema has it, and what it means in the run's schemas."""
+    told = {schema["name"]: schema for schema in json.loads((folder / RUN / "schemas.json").read_text(encoding="utf-8"))}
+    for file in sorted((folder / RUN).rglob("*/*.parquet")):
         schema = tomllib.loads((REPOSITORY / "schemas" / f"{file.stem}.toml").read_text(encoding="utf-8"))
         described = {column["name"]: column for column in schema["column"]}
+        meant = {column["name"]: column for column in told[file.stem]["columns"]}
         parquet = pq.ParquetFile(file)
         arrow = parquet.schema_arrow
         entry = json.loads(parquet.metadata.metadata[b"fretwear"])
         wrong = [
-            f"{field.name} {key}"
+            field.name
             for field in arrow
-            for key in ("unit", "dimension", "description")
             if not (
-                field.metadata[key.encode()].decode()
-                == entry["columns"][field.name][key]
-                == described[field.name][key]
+                field.metadata[b"unit"].decode() == entry["columns"][field.name]["unit"] == described[field.name]["unit"]
+                and all(meant[field.name][key] == described[field.name][key] for key in ("unit", "dimension", "description"))
             )
         ]
         name = file.relative_to(folder)
         checks.check(f"{name}: the table and version of its schema",
                      (entry["schema"], entry["schema_version"]) == (schema["name"], schema["version"]))
-        checks.check(f"{name}: unit, dimension and description of its columns", not wrong, ", ".join(wrong))
+        checks.check(f"{name}: units and meaning of its columns", not wrong, ", ".join(wrong))
+
+
+def check_history(checks, folder):
+    """The history of the run: a row an iteration, with what its one-row tables say."""
+    history = pq.ParquetFile(folder / RUN / "history.parquet").read()
+    ks = iterations(folder)
+    checks.equal("history: iterations", history["wear_iteration"].to_numpy(), ks)
+    for table, before in (("summary", ""), ("static_contact", "static_contact_"), ("wear_step", "wear_step_")):
+        rows = [read(folder, k, table) for k in ks]
+        for column in rows[0]:
+            expected = np.concatenate([row[column] for row in rows])
+            checks.equal(f"history: {table}.{column}", history[before + column].to_numpy(), expected)
 
 
 def check_all_runs(checks, label, found, folder):
@@ -258,6 +270,7 @@ def main():
     checks.check("the README reads everything with every library", wanted <= seen, f"missing {wanted - seen}")
     check_program(checks, program, folder, expected)
     check_every_file(checks, folder)
+    check_history(checks, folder)
 
     print(f"{checks.passed} passed, {checks.failed} failed")
     return 1 if checks.failed else 0
