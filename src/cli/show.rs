@@ -65,10 +65,7 @@ pub fn verify(root: &Path, out: &mut Results) -> Result<Exit, CliError> {
         writeln!(out, "{damage}");
     }
     if report.metadata.is_empty() {
-        writeln!(
-            out,
-            "run.json and what stands beside the tables: ok"
-        );
+        writeln!(out, "run.json and what stands beside the tables: ok");
     }
     for once in &report.once {
         let state = once

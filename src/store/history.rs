@@ -311,8 +311,8 @@ impl History {
     fn of_bytes(bytes: &[u8]) -> Result<History, DamageKind> {
         check_seal(bytes)?;
         let unreadable = |reason: String| DamageKind::Unreadable { reason };
-        let found =
-            nullable_from_parquet(bytes, NAME, MOST_ROWS).map_err(|error| unreadable(error.to_string()))?;
+        let found = nullable_from_parquet(bytes, NAME, MOST_ROWS)
+            .map_err(|error| unreadable(error.to_string()))?;
         let mut columns: BTreeMap<String, Nullable> = found.into_iter().collect();
         let own = own_columns().map(|column| columns.remove(&column.name));
         let [

@@ -129,7 +129,8 @@ pub fn nullable_from_parquet(
     table: &str,
     most_rows: i64,
 ) -> Result<Vec<(String, Nullable)>, TableError> {
-    decoded(|| decode_nullable(bytes, table, most_rows)).map_err(|source| parquet_error(table, source))?
+    decoded(|| decode_nullable(bytes, table, most_rows))
+        .map_err(|source| parquet_error(table, source))?
 }
 
 fn decode_nullable(
