@@ -141,7 +141,7 @@ impl SceneOfRun {
     /// Reads it, and nothing else of the run; `None` where there is neither `scene.toml` nor a run.
     ///
     /// # Errors
-    /// Those of [`RunReader::open`]; [`StoreError::Damaged`] for a `scene.toml` that is no text.
+    /// Those of [`super::RunReader::open`]; [`StoreError::Damaged`] for a `scene.toml` that is no text.
     pub fn read(fs: Arc<dyn FileSystem>, root: &Path) -> Result<Option<SceneOfRun>, StoreError> {
         let files = Files(fs);
         let layout = Layout {
