@@ -9,7 +9,7 @@ use std::path::Path;
 use std::{env, fs};
 
 /// The tables in the order in which they are told: as a run writes them, then those beside runs.
-const TABLES: [&str; 26] = [
+const TABLES: [&str; 27] = [
     "surface",
     "reference",
     "reference_element",
@@ -20,6 +20,7 @@ const TABLES: [&str; 26] = [
     "indentation",
     "hysteresis",
     "cycle",
+    "fretting_cycle",
     "structure",
     "structure_port",
     "structure_mode",

@@ -104,6 +104,29 @@ impl Patch {
         self.kept.iter().filter(|&&k| k).count()
     }
 
+    /// The i and j of the cells that belong to the joint, in their order.
+    pub fn indices(&self) -> (Vec<i32>, Vec<i32>) {
+        let kept = (0..self.grid.len()).filter(|&cell| self.kept[cell]);
+        let cells = kept.map(|cell| self.grid.cell(cell));
+        cells.map(|(i, j)| (i as i32, j as i32)).unzip()
+    }
+
+    /// The values of a field on the cells that belong to the joint, in their order.
+    pub fn gather(&self, field: &[f64]) -> Vec<f64> {
+        let cells = field.iter().zip(&self.kept);
+        cells.filter(|(_, kept)| **kept).map(|(v, _)| *v).collect()
+    }
+
+    /// The field with these values on the cells that belong to the joint, and 0 elsewhere.
+    pub fn spread(&self, values: &[f64]) -> Vec<f64> {
+        let mut values = values.iter().copied();
+        let value = |kept: &bool| match kept {
+            true => values.next().unwrap_or(0.0),
+            false => 0.0,
+        };
+        self.kept.iter().map(value).collect()
+    }
+
     /// Nominal area of the joint \[m²\].
     pub fn area(&self) -> f64 {
         self.cells() as f64 * self.grid.cell_area()

@@ -15,6 +15,7 @@ mod reproduce;
 mod run;
 mod schema;
 mod show;
+mod stage;
 mod status;
 mod trade;
 
@@ -74,7 +75,15 @@ enum Command {
         /// Print one JSON object
         #[arg(long)]
         json: bool,
+        /// Print the stages and the tables between them, as a Mermaid flowchart
+        #[arg(long, conflicts_with = "json")]
+        graph: bool,
     },
+    /// Compute a stage of a committed iteration again, from the tables of the run
+    ///
+    /// Says whether the tables are the same to the last bit. A table that a later stage writes again is computed on the way, by the
+    /// stage that wrote it first. The run is not changed.
+    Stage(StageArguments),
     /// Say how far a run is
     Status {
         /// Folder of the run
@@ -201,12 +210,31 @@ struct RunArguments {
     /// Begin from iteration N of another run, also with changed keys
     #[arg(long, value_name = "RUN@N", value_parser = run::parse_source)]
     from: Option<fretwear::stages::Source>,
-    /// End after this stage: surface, static_contact, fretting_cycle, wear
+    /// End after this stage, as in `--until static_contact`; a wrong one is refused with their list
     #[arg(long, value_name = "STAGE")]
     until: Option<fretwear::stages::Stage>,
     #[command(flatten)]
     execution: Execution,
     /// Print one JSON object: the last summary, and the seconds of each stage
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Args)]
+struct StageArguments {
+    /// Name of the stage; a wrong one is refused with their list
+    #[arg(value_name = "NAME")]
+    name: fretwear::stages::Stage,
+    /// The run and the iteration
+    #[arg(long, value_name = "RUN@N", value_parser = run::parse_source)]
+    run: fretwear::stages::Source,
+    /// Write the tables into this folder
+    #[arg(long, short, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Threads for the contact solvers' transforms; results do not depend on it
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse_threads)]
+    threads: usize,
+    /// Print one JSON object
     #[arg(long)]
     json: bool,
 }
@@ -393,6 +421,14 @@ enum CliError {
         path: PathBuf,
         source: std::io::Error,
     },
+    #[error(
+        "{stage} of iteration {wear_iteration} is not the same: {tables}; the run was computed by another version or on another processor, or its end, or the responses asked for, were others then"
+    )]
+    NotTheSame {
+        stage: fretwear::stages::Stage,
+        wear_iteration: u64,
+        tables: String,
+    },
     #[error("validation: {0}")]
     Validate(#[from] fretwear::contact::ContactError),
     #[error(transparent)]
@@ -414,6 +450,7 @@ impl CliError {
     fn exit(&self) -> Exit {
         match self {
             CliError::Run(error) if error.is_scene() => Exit::Scene,
+            CliError::NotTheSame { .. } => Exit::Damaged,
             CliError::Scene(_) | CliError::Input(_) | CliError::Kept(_) => Exit::Scene,
             CliError::Run(error) if error.is_not_converged() => Exit::NotConverged,
             CliError::Run(RunError::Store(error)) if error.is_damage_or_mismatch() => Exit::Damaged,
@@ -475,7 +512,9 @@ pub fn main() -> ExitCode {
 fn perform(command: Command, out: &mut Results) -> Result<Exit, CliError> {
     match command {
         Command::Run(arguments) => run::run(arguments, out),
-        Command::Plan { scene, json } => show::plan(&scene.scene, &scene.sets, json, out),
+        Command::Plan { scene, graph, .. } if graph => show::graph(&scene.scene, &scene.sets, out),
+        Command::Plan { scene, json, .. } => show::plan(&scene.scene, &scene.sets, json, out),
+        Command::Stage(arguments) => stage::stage(&arguments, out),
         Command::Status { run, json } => status::status(&run, json, out),
         Command::Verify { run } => show::verify(&run, out),
         Command::Validate { json } => show::validate(json, out),

@@ -121,7 +121,7 @@ fn scene_and_root(arguments: &RunArguments) -> Result<(Scene, PathBuf), CliError
 }
 
 /// The scene that a run goes on with: its user may have edited `scene.toml`, or lost it.
-fn scene_of_run(run: &Path, sets: &[String]) -> Result<Option<Scene>, CliError> {
+pub fn scene_of_run(run: &Path, sets: &[String]) -> Result<Option<Scene>, CliError> {
     let path = run.join("scene.toml");
     let Some(found) = SceneOfRun::read(Arc::new(RealFileSystem), run)? else {
         return Ok(None);

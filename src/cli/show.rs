@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use fretwear::scene::{self, Plan};
+use fretwear::stages;
 use fretwear::store::{RealFileSystem, RunReader};
 use fretwear::validate;
 use serde_json::json;
@@ -41,6 +42,14 @@ pub fn plan(
     }
     writeln!(out, "\nestimated cost");
     cost::write_expected(out, &plan);
+    Ok(Exit::Done)
+}
+
+/// Prints the stages of a scene and the tables between them.
+pub fn graph(path: &Path, sets: &[String], out: &mut Results) -> Result<Exit, CliError> {
+    let scene = scene::load(path, sets)?;
+    let recipe = Plan::of(&scene)?.inputs.recipe;
+    write!(out, "{}", stages::graph(&recipe));
     Ok(Exit::Done)
 }
 

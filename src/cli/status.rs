@@ -77,7 +77,7 @@ fn describe(
             "updates": update.updates,
         })
     });
-    let drafted: Vec<&str> = standing.draft.iter().map(|table| table.as_str()).collect();
+    let drafted: Vec<&str> = standing.draft.iter().map(|stage| stage.name()).collect();
     let values = [
         ("wear_iteration", json!(standing.wear_iteration)),
         ("state", json!(state)),

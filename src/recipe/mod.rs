@@ -5,6 +5,7 @@
 
 pub mod build;
 mod inputs;
+mod parts;
 mod told;
 
 use std::collections::BTreeMap;
@@ -25,6 +26,7 @@ use crate::wear::cycle::March;
 pub use crate::model_update::Criterion;
 pub use crate::wear::joint::Scheme;
 pub use inputs::{Identity, Inputs};
+pub use parts::Part;
 pub(crate) use told::why_computed;
 pub use told::{Decision, told};
 
@@ -346,6 +348,13 @@ pub struct Structure {
     pub modes: usize,
     /// The reasons.
     pub why: Reasons,
+}
+
+impl Structure {
+    /// True of a structure that is reduced to modes before it vibrates.
+    pub fn is_reduced(&self) -> bool {
+        matches!(self.source, StructureSource::Resonator { .. })
+    }
 }
 
 /// Where a structure comes from.

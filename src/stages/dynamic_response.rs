@@ -1,143 +1,174 @@
-//! The steady response of the structure to the contact elements in force, and of the worn state where it is asked for.
+//! The steady response of the structure to the contact elements in force.
 
-use super::context::{Clock, VibrationKeys, is_kept, kept, put};
-use super::model_update::element_table;
-use super::vibrating::{Driven, InForce, Model, Shaken, Vibrating};
-use super::{Observer, RunError, Stage};
+use super::RunError;
+use super::contact_elements::element_table;
+use super::contact_state::{harmonics_of, parameters_of};
+use super::declaration::{Declaration, Stage, When};
+use super::reads::{Outputs, Reads};
+use super::solvers::{Solvers, given, layout};
+use super::structure;
 use crate::dynamics::closure::ClosureEnergy;
 use crate::dynamics::cycle::{JointCycle, JointSummary, joint_cycle};
-use crate::dynamics::vibration::ForcedPoint;
 use crate::dynamics::{
-    ContactElement, DynamicsError, ElementState, HarmonicBalance, Harmonics, Resolved, Resonance,
-    Start, Truncation, Vibration,
+    ContactElement, DynamicsError, ElementState, HarmonicBalance, Resolved, Resonance, Start,
 };
 use crate::model_update::ElementParameters;
-use crate::recipe::Inputs;
 use crate::recipe::build::Layout;
-use crate::store::{Draft, StageKey};
+use crate::recipe::{Part, Recipe};
 use crate::tables::{TableName, typed};
 
-/// What the stage writes.
-pub const TABLES: [TableName; 6] = [
-    TableName::ContactElement,
+/// The steady vibration at resonance, [A eq. 2.9]: computed where the contact elements are new, else that of the iteration before.
+pub const DECLARATION: Declaration = Declaration {
+    stage: Stage::DynamicResponse,
+    when: When::Always,
+    recipe: &[
+        Part::Structure,
+        Part::Surface,
+        Part::Elements,
+        Part::Response,
+    ],
+    reads: &[
+        structure::TABLES[0],
+        structure::TABLES[1],
+        structure::TABLES[2],
+        structure::TABLES[3],
+        TableName::ReferenceElement,
+        TableName::ModelUpdate,
+        TableName::ContactElement,
+    ],
+    before: &IN_FORCE,
+    writes: &IN_FORCE,
+    is_due: |_| true,
+    shared: false,
+    compute,
+};
+
+/// The tables of the response in force: iterations that do not renew it have the same.
+const IN_FORCE: [TableName; 4] = [
     TableName::Response,
     TableName::DynamicResponse,
     TableName::JointCycle,
-    TableName::WornResponse,
-    TableName::Frf,
-];
-
-/// The tables of the response in force, in the order in which they are written: with the last all are there.
-pub const IN_FORCE: [TableName; 4] = [
-    TableName::Response,
-    TableName::DynamicResponse,
-    TableName::JointCycle,
     TableName::ContactElement,
 ];
 
-/// The response in force: computed where the contact elements are new, else that of the iteration before; or taken from the draft.
-pub fn dynamic_response(
-    inputs: &Inputs,
-    vibrating: &Vibrating,
-    clock: &mut Clock,
-    draft: &mut Draft,
-    keys: &VibrationKeys,
-    model: Model,
-    before: Option<&Driven>,
-) -> Result<Driven, RunError> {
-    if let Some(tables) = InForce::kept(draft, &keys.dynamic_response)? {
-        return Driven::of(model, tables);
-    }
-    let driven = match before {
-        Some(before) if !model.updated => Driven {
-            model,
-            shaken: before.shaken.clone(),
-            tables: before.tables.clone(),
-        },
-        _ => {
-            let start = before.map(|before| &before.shaken);
-            shake(inputs, vibrating, clock, model, start)?
-        }
+fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
+    let mut outputs = Outputs::default();
+    let Some(update) = reads.maybe::<typed::ModelUpdate>()? else {
+        alone(reads, solvers, &mut outputs)?;
+        return Ok(outputs);
     };
-    driven.tables.put(draft, &keys.dynamic_response)?;
-    Ok(driven)
+    let before = match reads.maybe_before::<typed::Response>()? {
+        Some(response) => Some((response, reads.before::<typed::DynamicResponse>()?)),
+        None => None,
+    };
+    if let Some((response, row)) = before.as_ref().filter(|_| !update.updated) {
+        outputs.put(response)?;
+        outputs.put(row)?;
+        outputs.put(&reads.before::<typed::JointCycle>()?)?;
+        outputs.put(&reads.before::<typed::ContactElement>()?)?;
+        return Ok(outputs);
+    }
+    let parameters = parameters_of(&reads.table()?);
+    let start = before.as_ref();
+    let start = start.map(|(response, row)| start_of(response, row));
+    let start = start.transpose()?;
+    let start = start.as_ref().map(|(harmonics, start)| (harmonics, start));
+    let vibration = solvers.vibration(reads)?;
+    let elements = contact_elements(reads, &parameters);
+    let tolerance = harmonic_tolerance(&reads.recipe);
+    let resolved = vibration.resolve(elements, start, tolerance);
+    let resolved = resolved.map_err(|source| failed(reads, source))?;
+    tell_missed(&mut outputs, tolerance, &resolved);
+    in_force(reads, &resolved, &parameters, &mut outputs)?;
+    Ok(outputs)
 }
 
-impl InForce {
-    /// As an earlier start left them, if all of them are there.
-    fn kept(draft: &mut Draft, key: &StageKey) -> Result<Option<InForce>, RunError> {
-        let (response, row) = (kept(draft, key)?, kept(draft, key)?);
-        let (cycle, elements) = (kept(draft, key)?, kept(draft, key)?);
-        let (Some(response), Some(row), Some(cycle), Some(elements)) =
-            (response, row, cycle, elements)
-        else {
-            return Ok(None);
-        };
-        Ok(Some(InForce {
-            response,
-            row,
-            cycle,
-            elements,
-        }))
-    }
-
-    fn put(&self, draft: &mut Draft, key: &StageKey) -> Result<(), RunError> {
-        put(draft, key, &self.response)?;
-        put(draft, key, &self.row)?;
-        put(draft, key, &self.cycle)?;
-        put(draft, key, &self.elements)
+/// The response of a structure without a rough contact, if it has a phase resonance.
+fn alone(reads: &Reads, solvers: &mut Solvers, outputs: &mut Outputs) -> Result<(), RunError> {
+    let parameters = given(reads);
+    let has_contact = reads.recipe.elements().is_some();
+    let vibration = solvers.vibration(reads)?;
+    let elements = contact_elements(reads, &parameters);
+    let tolerance = harmonic_tolerance(&reads.recipe);
+    match vibration.resolve(elements, None, tolerance) {
+        Ok(resolved) => {
+            tell_missed(outputs, tolerance, &resolved);
+            in_force(reads, &resolved, &parameters, outputs)
+        }
+        // The forced response has an answer all the same.
+        Err(error @ DynamicsError::NoResonance { .. }) => {
+            outputs.notice(format!("dynamics.frequency: {error}"));
+            match has_contact {
+                true => outputs.put(&element_table(&layout(reads), &parameters, None)),
+                false => Ok(()),
+            }
+        }
+        Err(error) => Err(failed(reads, error)),
     }
 }
 
-/// Computes the resonance with these contact elements.
-pub fn shake(
-    inputs: &Inputs,
-    vibrating: &Vibrating,
-    clock: &mut Clock,
-    model: Model,
-    before: Option<&Shaken>,
-) -> Result<Driven, RunError> {
-    let (wear_iteration, observer) = (clock.wear_iteration, clock.observer);
-    clock.timed(Stage::DynamicResponse, || {
-        let elements = vibrating.contact_elements(&inputs.recipe, &model.parameters);
-        let start = before.map(|before| (&before.harmonics, &before.start));
-        let tolerance = inputs
-            .recipe
-            .response
-            .as_ref()
-            .and_then(|r| r.harmonic_tolerance);
-        let resolved = vibrating
-            .vibration
-            .resolve(elements, start, tolerance)
-            .map_err(fail(wear_iteration))?;
-        tell_missed(observer, tolerance, &resolved);
-        let tables = in_force(inputs, &vibrating.layout, &resolved, &model.parameters)?;
-        // As a later start will find it in the tables, to the last bit.
-        Driven::of(model, tables)
+/// The contact elements with these parameters; none where there is no contact.
+pub fn contact_elements(reads: &Reads, parameters: &ElementParameters) -> Vec<ContactElement> {
+    let elements = reads.recipe.elements();
+    elements.map_or_else(Vec::new, |elements| {
+        elements.with(&layout(reads), parameters)
     })
 }
 
+/// Relative error by harmonics left out, up to which they are extended; none: they are not.
+pub fn harmonic_tolerance(recipe: &Recipe) -> Option<f64> {
+    let response = recipe.response.as_ref();
+    response.and_then(|response| response.harmonic_tolerance)
+}
+
+/// The error of a run without a steady vibration.
+pub fn failed(reads: &Reads, source: DynamicsError) -> RunError {
+    RunError::Dynamics {
+        wear_iteration: reads.wear_iteration,
+        source,
+    }
+}
+
+/// A response as the start of the next one.
+pub fn start_of(
+    response: &typed::Response,
+    row: &typed::DynamicResponse,
+) -> Result<(crate::dynamics::Harmonics, Start), RunError> {
+    let (harmonics, displacement) = harmonics_of(response)?;
+    let start = Start {
+        omega: row.resonance_frequency * std::f64::consts::TAU,
+        load_factor: 1.0,
+        displacement,
+    };
+    Ok((harmonics, start))
+}
+
 /// Says so where harmonics could not be extended until they suffice.
-pub fn tell_missed(observer: &dyn Observer, tolerance: Option<f64>, resolved: &Resolved) {
+pub fn tell_missed(outputs: &mut Outputs, tolerance: Option<f64>, resolved: &Resolved) {
     let error = resolved.truncation.largest();
     if let Some(tolerance) = tolerance.filter(|tolerance| error > *tolerance) {
-        observer.notice(&format!(
+        outputs.notice(format!(
             "fidelity.harmonic_tolerance = {tolerance}: harmonics up to {} leave an error of {error:.1e}",
             resolved.balance.harmonics().highest()
         ));
     }
 }
 
-/// The tables of a resonance.
-pub fn in_force(
-    inputs: &Inputs,
-    layout: &Layout,
+/// Adds the tables of a resonance; those of its contact where it has one.
+fn in_force(
+    reads: &Reads,
     resolved: &Resolved,
     parameters: &ElementParameters,
-) -> Result<InForce, RunError> {
+    outputs: &mut Outputs,
+) -> Result<(), RunError> {
     let Resolved {
         balance, resonance, ..
     } = resolved;
+    let has_contact = reads.recipe.elements().is_some();
+    let layout = match has_contact {
+        true => layout(reads),
+        false => Layout::default(),
+    };
     let cycle = joint_cycle(
         balance.elements(),
         &resonance.phase.displacement,
@@ -145,114 +176,13 @@ pub fn in_force(
         &layout.centres,
     )?;
     let summary = balance.joint_summary(&resonance.phase);
-    Ok(InForce {
-        response: response_table(inputs, balance, resonance),
-        row: row(layout, resolved, &cycle, &summary),
-        cycle: cycle_table(&cycle),
-        elements: element_table(layout, parameters, Some(&summary.states)),
-    })
-}
-
-fn fail(wear_iteration: u64) -> impl Fn(DynamicsError) -> RunError {
-    move |source| RunError::Dynamics {
-        wear_iteration,
-        source,
+    outputs.put(&response_table(&reads.recipe, balance, resonance))?;
+    outputs.put(&row(&layout, resolved, &cycle, &summary))?;
+    if has_contact {
+        outputs.put(&cycle_table(&cycle))?;
+        outputs.put(&element_table(&layout, parameters, Some(&summary.states)))?;
     }
-}
-
-/// True if the response of the worn state belongs to this iteration: the first, those that `output.response_at` names, and the
-/// last.
-pub fn worn_is_due(inputs: &Inputs, before: Option<u64>, cycles: u64, is_last: bool) -> bool {
-    let Some(before) = before else {
-        return true;
-    };
-    let asked = &inputs.recipe.output.response_at;
-    is_last || asked.iter().any(|&at| before < at && at <= cycles)
-}
-
-/// The response of this state of wear over the frequency range, and its resonance, without feeding them back.
-pub fn worn_response(
-    inputs: &Inputs,
-    vibrating: &Vibrating,
-    clock: &mut Clock,
-    draft: &mut Draft,
-    keys: &VibrationKeys,
-    parameters: &ElementParameters,
-    shaken: &Shaken,
-) -> Result<(), RunError> {
-    let key = &keys.dynamic_response;
-    if is_kept(draft, TableName::WornResponse, key)? && is_kept(draft, TableName::Frf, key)? {
-        return Ok(());
-    }
-    let (wear_iteration, observer) = (clock.wear_iteration, clock.observer);
-    let (row, frf) = clock.timed(Stage::DynamicResponse, || {
-        let vibration = &vibrating.vibration;
-        let elements = vibrating.contact_elements(&inputs.recipe, parameters);
-        let tolerance = inputs
-            .recipe
-            .response
-            .as_ref()
-            .and_then(|r| r.harmonic_tolerance);
-        let (balance, resonance) = match tolerance {
-            Some(_) => vibration
-                .resolve(
-                    elements,
-                    Some((&shaken.harmonics, &shaken.start)),
-                    tolerance,
-                )
-                .map(|resolved| {
-                    tell_missed(observer, tolerance, &resolved);
-                    (resolved.balance, resolved.resonance)
-                }),
-            // Their errors are in no table.
-            None => vibration.balance(elements).and_then(|balance| {
-                let resonance = vibration.resonance(&balance, Some(&shaken.start))?;
-                Ok((balance, resonance))
-            }),
-        }
-        .map_err(fail(wear_iteration))?;
-        let energy = resonance.phase.energy;
-        let row = typed::WornResponse {
-            resonance_frequency: resonance.phase.frequency(),
-            resonance_amplitude: resonance.amplitude,
-            peak_frequency: resonance.peak_frequency,
-            peak_amplitude: resonance.peak_amplitude,
-            input_energy: energy.input,
-            friction_energy: energy.friction,
-            viscous_energy: energy.viscous,
-        };
-        let frf = forced_response(inputs, vibration, balance, wear_iteration)?;
-        Ok((row, frf))
-    })?;
-    put(draft, key, &row)?;
-    put(draft, key, &frf)
-}
-
-/// The `frf` table.
-pub fn forced_response(
-    inputs: &Inputs,
-    vibration: &Vibration,
-    balance: HarmonicBalance<ContactElement>,
-    wear_iteration: u64,
-) -> Result<typed::Frf, RunError> {
-    let response = inputs.recipe.response.as_ref();
-    let force = balance
-        .drive()
-        .map_or(0.0, |load| load.cosine.hypot(load.sine));
-    let points = vibration
-        .forced_response(balance, response.and_then(|response| response.points))
-        .map_err(fail(wear_iteration))?;
-    let series = |value: fn(&ForcedPoint) -> f64| points.iter().map(value).collect::<Vec<f64>>();
-    Ok(typed::Frf {
-        force: vec![force; points.len()],
-        frequency: series(|p| p.frequency),
-        amplitude: series(|p| p.amplitude),
-        phase_lag: series(|p| p.phase_lag),
-        input_energy: series(|p| p.energy.input),
-        friction_energy: series(|p| p.energy.friction),
-        viscous_energy: series(|p| p.energy.viscous),
-        active_elements: points.iter().map(|p| p.active_elements as i64).collect(),
-    })
+    Ok(())
 }
 
 fn row(
@@ -327,9 +257,9 @@ fn cycle_table(cycle: &JointCycle) -> typed::JointCycle {
     }
 }
 
-/// One row for each port and harmonic, ports slow: the harmonic coefficients are stored so that [`shaken_of`] finds them again.
+/// One row for each port and harmonic, ports slow: the harmonic coefficients are stored so that [`harmonics_of`] finds them again.
 fn response_table(
-    inputs: &Inputs,
+    recipe: &Recipe,
     balance: &HarmonicBalance<ContactElement>,
     resonance: &Resonance,
 ) -> typed::Response {
@@ -337,7 +267,7 @@ fn response_table(
     let harmonics = balance.harmonics();
     let n = harmonics.coefficients();
     let contact = 3 * balance.elements().len();
-    let points = inputs.recipe.points();
+    let points = recipe.points();
     let mut table = typed::Response::default();
     for port in 0..phase.displacement.len() / n {
         let displacement = &phase.displacement[port * n..][..n];
@@ -368,47 +298,4 @@ fn response_table(
         }
     }
     table
-}
-
-/// The response in force from its tables.
-pub fn shaken_of(
-    response: &typed::Response,
-    row: &typed::DynamicResponse,
-) -> Result<Shaken, RunError> {
-    let orders = &response.harmonic;
-    let mut displacement = Vec::with_capacity(2 * orders.len());
-    let of_order = response
-        .displacement_cosine
-        .iter()
-        .zip(&response.displacement_sine);
-    for (order, (cosine, sine)) in orders.iter().zip(of_order) {
-        displacement.push(*cosine);
-        if *order > 0 {
-            displacement.push(*sine);
-        }
-    }
-    let mut of_a_port = orders
-        .iter()
-        .map(|order| *order as u32)
-        .collect::<Vec<u32>>();
-    of_a_port.sort_unstable();
-    of_a_port.dedup();
-    Ok(Shaken {
-        harmonics: Harmonics::new(&of_a_port)?,
-        start: Start {
-            omega: row.resonance_frequency * std::f64::consts::TAU,
-            load_factor: 1.0,
-            displacement,
-        },
-        resonance_frequency: row.resonance_frequency,
-        peak_frequency: row.peak_frequency,
-        peak_amplitude: row.peak_amplitude,
-        friction_energy: row.friction_energy,
-        closure_energy: row.closure_energy,
-        truncation: Truncation {
-            frequency: row.error_resonance_frequency,
-            amplitude: row.error_peak_amplitude,
-            friction_energy: row.error_friction_energy,
-        },
-    })
 }

@@ -50,6 +50,16 @@ pub enum RunError {
         /// Those there are.
         stages: Vec<super::Stage>,
     },
+    /// A table that a stage reads and that is not there.
+    #[error(
+        "{stage} reads the table {table}, which is not there; recompute the run from an earlier iteration"
+    )]
+    NotComputed {
+        /// The stage.
+        stage: super::Stage,
+        /// The table.
+        table: crate::tables::TableName,
+    },
     /// The structure cannot be meshed or reduced.
     #[error("structure: {0}")]
     Structure(#[from] StructureError),

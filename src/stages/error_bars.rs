@@ -1,51 +1,125 @@
 //! The error bars of a worn state.
 
-use super::context::Context;
-use super::fretting_cycle::Cycle;
-use super::state::Committed;
-use super::vibrating::{Driven, Shaken};
-use super::wear::Worn;
+use super::RunError;
+use super::reads::Reads;
+use super::wear::there;
 use crate::recipe::Wear;
-use crate::tables::typed::Summary;
+use crate::tables::TableName;
+use crate::tables::typed::{self, Summary};
 use crate::wear::error_bar::{self, VolumeError};
 
 /// Relative error of what is 0 and should perhaps not be.
 const ALL: f64 = 1.0;
 
+/// The response in force.
+pub struct InForce {
+    pub response: typed::DynamicResponse,
+    pub update: typed::ModelUpdate,
+}
+
+impl InForce {
+    /// Of both its tables; none where the motion is prescribed.
+    pub fn of(
+        response: Option<typed::DynamicResponse>,
+        update: Option<typed::ModelUpdate>,
+    ) -> Option<InForce> {
+        let both = response.zip(update);
+        both.map(|(response, update)| InForce { response, update })
+    }
+}
+
+/// The iteration that a step was made from.
+pub struct Before {
+    pub cycles: i64,
+    /// Volume worn away \[m³\].
+    pub volume: f64,
+    /// Energy dissipated \[J\].
+    pub energy: f64,
+    /// Sum of what all steps estimate of their errors \[m³\].
+    error: f64,
+    /// The error bar of the volume, by source.
+    bar: VolumeError,
+    /// Energy per area of its cycle \[J/m²\].
+    dissipation: Vec<f64>,
+    in_force: Option<InForce>,
+    summary: Summary,
+}
+
+impl Before {
+    /// None of the unworn iteration.
+    pub fn of(reads: &Reads) -> Result<Option<Before>, RunError> {
+        let Some(summary) = reads.maybe_before::<Summary>()? else {
+            return Ok(None);
+        };
+        let fields: typed::ContactField = reads.before()?;
+        let of = |value: Option<f64>, column| -> Result<f64, RunError> {
+            Ok(*there(TableName::Summary, &value, column)?)
+        };
+        let volume = of(summary.wear_volume, "wear_volume")?;
+        // A motion that is prescribed has neither.
+        let harmonics = summary.error_harmonics.unwrap_or(0.0);
+        let closure = summary.error_closure.unwrap_or(0.0);
+        let whole = of(summary.error_wear_volume, "error_wear_volume")?;
+        let dissipation = there(TableName::ContactField, &fields.dissipation, "dissipation")?;
+        Ok(Some(Before {
+            cycles: *there(TableName::Summary, &summary.cycles, "cycles")?,
+            volume,
+            energy: of(summary.dissipated_energy_total, "dissipated_energy_total")?,
+            error: of(summary.error_wear, "error_wear")? * volume,
+            bar: VolumeError {
+                steps: (whole - harmonics - closure) * volume,
+                harmonics: harmonics * volume,
+                closure: closure * volume,
+            },
+            dissipation: dissipation.clone(),
+            in_force: InForce::of(reads.maybe_before()?, reads.maybe_before()?),
+            summary,
+        }))
+    }
+}
+
 /// What the error bars of an iteration follow from.
 pub struct Sources<'a> {
     /// The iteration that it was worn from.
-    pub before: Option<&'a Committed>,
-    pub worn: &'a Worn,
-    pub driven: Option<&'a Driven>,
-    pub cycle: &'a Cycle,
+    pub before: Option<&'a Before>,
+    /// The step that led to it.
+    pub step: &'a typed::WearStep,
+    /// What moves the joint; none where its motion is prescribed.
+    pub in_force: Option<&'a InForce>,
+    /// The cycle.
+    pub cycle: &'a typed::FrettingCycle,
+    /// Energy per area of the cycle \[J/m²\].
+    pub dissipation: &'a [f64],
+    /// Area of a cell \[m²\].
+    pub cell_area: f64,
     /// Volume worn in all iterations \[m³\].
     pub volume: f64,
 }
 
 /// Adds the error bars to a summary that has its figures: of the volume, of figures of the contact, and of those of the vibration.
-pub fn error_bars(context: &Context, wear: &Wear, sources: &Sources, summary: &mut Summary) {
+pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     let &Sources {
         before,
-        worn,
-        driven,
+        step,
+        in_force,
         cycle,
         volume,
+        ..
     } = sources;
     let relative = |error: f64| match volume {
         volume if volume > 0.0 => error / volume,
         _ if error > 0.0 => ALL,
         _ => 0.0,
     };
-    let estimate = estimate(context, wear, sources);
+    let estimate = estimate(wear, sources);
     // The vibration that the step was worn under is that of the iteration before.
-    let last = before.and_then(|b| b.driven.as_ref());
-    let wrong = |of: fn(&Shaken) -> f64| last.map_or(0.0, |last| of(&last.shaken));
+    let last = before.and_then(|b| b.in_force.as_ref());
+    let wrong = |of: fn(&typed::DynamicResponse) -> f64| last.map_or(0.0, |l| of(&l.response));
     let bar = before.map_or(VolumeError::default(), |b| b.bar)
         + VolumeError {
-            steps: error_bar::of_step(estimate, worn.volume, cycle.solution.relative_error()),
-            harmonics: worn.volume * wrong(|s| s.truncation.friction_energy),
-            closure: wear.coefficient * worn.n_cycles as f64 * wrong(|s| s.closure_energy),
+            steps: error_bar::of_step(estimate, step.volume, cycle.error_cycle),
+            harmonics: step.volume * wrong(|row| row.error_friction_energy),
+            closure: wear.coefficient * step.n_cycles as f64 * wrong(|row| row.closure_energy),
         };
     // The bar of a figure of this and of the iteration before, which what was inherited may not have had: by the volume worn while the
     // figure changed, and by an error that is in it by itself, not through wear.
@@ -55,31 +129,34 @@ pub fn error_bars(context: &Context, wear: &Wear, sources: &Sources, summary: &m
         let ends = [earlier.unwrap_or(now), now];
         Some(error_bar::of_figure(ends, bar, meanwhile, volume) + own)
     };
-    let of_cycle = cycle.solution.relative_error();
-    let (mut meanwhile, mut own) = (worn.volume, of_cycle);
+    let (mut meanwhile, mut own) = (step.volume, cycle.error_cycle);
     let mut of_vibration = [None; 2];
-    if let Some(driven) = driven {
-        let (shaken, errors) = (&driven.shaken, &driven.shaken.truncation);
+    if let Some(InForce { response, update }) = in_force {
         // The vibration in force stays from one update to the next.
-        let since = volume - last.map_or(0.0, |last| last.model.reference.wear_volume);
-        if driven.model.updated {
+        let since = volume - last.map_or(0.0, |last| last.update.wear_volume);
+        if update.updated {
             meanwhile = since;
         }
-        own = of_cycle + errors.friction_energy + closure(shaken, cycle.solution.dissipation);
+        let closure = closure(response.closure_energy, cycle.dissipated_energy);
+        own = cycle.error_cycle + response.error_friction_energy + closure;
+        let errors = [
+            response.error_resonance_frequency,
+            response.error_peak_amplitude,
+        ];
         of_vibration = [
-            followed(|s| s.resonance_frequency, since, errors.frequency),
-            followed(|s| s.peak_amplitude, since, errors.amplitude),
+            followed(|s| s.resonance_frequency, since, errors[0]),
+            followed(|s| s.peak_amplitude, since, errors[1]),
         ];
     }
     let bars = Summary {
-        error_loaded_area: followed(|s| s.loaded_area_fraction, worn.volume, 0.0),
-        error_kn: followed(|s| s.kn, worn.volume, 0.0),
-        error_kt: followed(|s| s.kt, worn.volume, 0.0),
+        error_loaded_area: followed(|s| s.loaded_area_fraction, step.volume, 0.0),
+        error_kn: followed(|s| s.kn, step.volume, 0.0),
+        error_kt: followed(|s| s.kt, step.volume, 0.0),
         error_dissipated_energy: followed(|s| s.dissipated_energy, meanwhile, own),
         error_resonance_frequency: of_vibration[0],
         error_peak_amplitude: of_vibration[1],
-        error_harmonics: driven.map(|_| relative(bar.harmonics)),
-        error_closure: driven.map(|_| relative(bar.closure)),
+        error_harmonics: in_force.map(|_| relative(bar.harmonics)),
+        error_closure: in_force.map(|_| relative(bar.closure)),
         error_wear: Some(relative(before.map_or(0.0, |b| b.error) + estimate)),
         error_wear_volume: Some(relative(bar.total())),
         ..summary.clone()
@@ -88,21 +165,20 @@ pub fn error_bars(context: &Context, wear: &Wear, sources: &Sources, summary: &m
 }
 
 /// What the wear step makes wrong by its own estimate, or by the change of its rates \[m³\].
-fn estimate(context: &Context, wear: &Wear, sources: &Sources) -> f64 {
-    let (worn, cycle) = (sources.worn, &sources.cycle.solution);
+fn estimate(wear: &Wear, sources: &Sources) -> f64 {
+    let step = sources.step;
     match sources.before {
         Some(before) if !wear.scheme.estimates_error() => {
-            let energies = [&before.worn.cycle.energy[..], &cycle.energy];
-            let cell_area = context.joint.patch.grid.cell_area();
-            error_bar::of_constant_rate(energies, wear.coefficient, worn.n_cycles, cell_area)
+            let energies = [&before.dissipation[..], sources.dissipation];
+            let cycles = step.n_cycles as u64;
+            error_bar::of_constant_rate(energies, wear.coefficient, cycles, sources.cell_area)
         }
-        _ => worn.error,
+        _ => step.error,
     }
 }
 
 /// What mean displacement and total load make wrong in the `energy` of a cycle \[J\], relative to it.
-fn closure(shaken: &Shaken, energy: f64) -> f64 {
-    let wrong = shaken.closure_energy;
+fn closure(wrong: f64, energy: f64) -> f64 {
     if wrong <= 0.0 {
         0.0
     } else if energy > 0.0 {

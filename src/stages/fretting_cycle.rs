@@ -1,101 +1,108 @@
 //! The steady fretting cycle of an iteration.
 
-use super::context::{Context, Keys, gather, is_kept, put};
-use super::curves::Curve;
-use super::static_contact::{StaticContact, contact_field};
-use super::{RunError, Stage, curves};
-use crate::contact::normal::NormalSolution;
-use crate::grid::ByAxis;
-use crate::recipe::Motion;
-use crate::store::Draft;
+use super::RunError;
+use super::contact_state::{Fields, let_move, on_axes, solution_of, wear_of};
+use super::curves::{self, Curve};
+use super::declaration::{Declaration, Stage, When};
+use super::reads::{Outputs, Reads};
+use super::solvers::Solvers;
+use crate::recipe::{Motion, Part};
 use crate::tables::{TableName, typed};
-use crate::wear::cycle::{CycleSolution, Instant, March};
+use crate::wear::cycle::{Instant, March};
 
-/// The cycle of an iteration and what it cost.
-pub struct Cycle {
-    pub solution: CycleSolution,
-    pub fft_pairs: f64,
-}
+/// Shear, slip and dissipation over the steady cycle, [A §2b], from the shear of the static contact on.
+pub const DECLARATION: Declaration = Declaration {
+    stage: Stage::FrettingCycle,
+    when: When::Always,
+    recipe: &[
+        Part::Structure,
+        Part::Surface,
+        Part::Contact,
+        Part::Cycle,
+        Part::Elements,
+        Part::Curves,
+    ],
+    reads: &[
+        TableName::Surface,
+        TableName::Reference,
+        TableName::WearField,
+        TableName::StaticContact,
+        TableName::ContactField,
+        TableName::ContactElement,
+        TableName::Response,
+    ],
+    before: &[],
+    writes: &[
+        TableName::FrettingCycle,
+        TableName::ContactField,
+        TableName::Cycle,
+        TableName::Hysteresis,
+    ],
+    is_due: |_| true,
+    shared: false,
+    compute,
+};
 
-/// Solves the steady cycle. Its fields, which replace those that it started from, are left to [`put_fields`].
-pub fn fretting_cycle(
-    context: &mut Context,
-    draft: &mut Draft,
-    keys: &Keys,
-    wear: &[f64],
-    contact: &StaticContact,
-    start: &ByAxis<Vec<f64>>,
-) -> Result<Cycle, RunError> {
-    let start = (!start.is_empty()).then_some(start);
-    let curve_due = context.hysteresis_due();
-    let ((solution, curve), fft_pairs) = context.timed(Stage::FrettingCycle, |joint| {
-        let solution = joint.cycle(wear, &contact.solution, start)?;
+fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
+    let patch = solvers.joint(reads)?.patch.clone();
+    let wear = wear_of(&patch, reads.maybe()?);
+    let static_contact: typed::StaticContact = reads.table()?;
+    let mut fields = Fields::of(&patch, &reads.table()?);
+    let start = on_axes(&reads.recipe, &patch, std::mem::take(&mut fields.shear));
+    let start = (!start.is_empty()).then_some(&start);
+    let contact = solution_of(&static_contact, fields);
+    let response = reads.maybe::<typed::Response>()?;
+    let elements = reads.maybe::<typed::ContactElement>()?;
+    let response = response.as_ref().zip(elements.as_ref());
+    let_move(reads, solvers, static_contact.normal_load, response)?;
+    // The loop is that of force over displacement along x, if anything drives the joint there.
+    let drive = match response {
+        Some(_) => None,
+        None => reads.motion().drive.first(),
+    };
+    let curve_due = reads.curves_due && drive.is_none_or(|x| x.moves());
+    let ((solution, curve), fft_pairs) = solvers.work(reads, None, |joint| {
+        let solution = joint.cycle(&wear, &contact, start)?;
         let curve = curve_due
-            .then(|| curves::hysteresis(joint, &contact.solution, &solution))
+            .then(|| curves::hysteresis(joint, &contact, &solution))
             .transpose()?;
         Ok((solution, curve))
     })?;
-    let key = &keys.fretting_cycle;
+    let mut outputs = Outputs::default();
     if let Some(Curve { load, displacement }) = curve {
-        put(draft, key, &typed::Hysteresis { load, displacement })?;
+        outputs.put(&typed::Hysteresis { load, displacement })?;
     }
-    put(
-        draft,
-        key,
-        &instants(&recorded(context, &solution.instants)),
-    )?;
-    Ok(Cycle {
-        solution,
+    let march = solvers.joint(reads)?.march;
+    outputs.put(&instants(&recorded(reads, march, &solution.instants)))?;
+    outputs.put(&typed::FrettingCycle {
+        dissipated_energy: solution.dissipation,
+        iterations: solution.steps as i64,
+        error_tangential: solution.error,
+        error_cycle: solution.relative_error(),
         fft_pairs,
-    })
-}
-
-/// Writes the fields of the cycle, the last table of an iteration: until then all that the cycle started from is in the draft.
-pub fn put_fields(
-    context: &Context,
-    draft: &mut Draft,
-    keys: &Keys,
-    contact: &StaticContact,
-    cycle: &Cycle,
-) -> Result<(), RunError> {
-    let (patch, solution) = (&context.joint.patch, &cycle.solution);
-    let NormalSolution { gap, pressure, .. } = &contact.solution;
-    let fields = typed::ContactField {
-        slip_path: Some(gather(patch, &solution.slip_path)),
-        dissipation: Some(gather(patch, &solution.energy)),
-        ..contact_field(patch, gap, pressure, &solution.shear)
+    })?;
+    let fields = Fields {
+        gap: contact.gap,
+        pressure: contact.pressure,
+        shear: solution.shear,
     };
-    put(draft, &keys.fretting_cycle, &fields)
-}
-
-/// True if an earlier start completed the tables of the cycle and the summary.
-pub fn is_complete(context: &Context, draft: &mut Draft, keys: &Keys) -> Result<bool, RunError> {
-    let mut tables = vec![
-        TableName::ContactField,
-        TableName::Cycle,
-        TableName::Summary,
-    ];
-    if context.hysteresis_due() {
-        tables.push(TableName::Hysteresis);
-    }
-    if keys.vibration.is_some() {
-        tables.push(TableName::Ledger);
-    }
-    for table in tables {
-        if !is_kept(draft, table, &keys.fretting_cycle)? {
-            return Ok(false);
-        }
-    }
-    Ok(true)
+    outputs.put(&typed::ContactField {
+        slip_path: Some(patch.gather(&solution.slip_path)),
+        dissipation: Some(patch.gather(&solution.energy)),
+        ..fields.table(&patch)
+    })?;
+    Ok(outputs)
 }
 
 /// The instants that are written: a history's own, not those between them at which it is marched too. So the cycle of a run with
 /// a history is a history with the same result.
-fn recorded<'a>(context: &Context, instants: &'a [Instant]) -> Vec<&'a Instant> {
-    let motion = context.inputs.recipe.cycle().map(|cycle| &cycle.motion);
+fn recorded<'a>(reads: &Reads, march: March, instants: &'a [Instant]) -> Vec<&'a Instant> {
+    let motion = reads.recipe.cycle().map(|cycle| &cycle.motion);
     let halved = matches!(motion, Some(Motion::History { halved: true, .. }));
-    let middles = halved && context.joint.march == March::Stepped;
-    let every = if middles { 2 } else { 1 };
+    let every = match halved && march == March::Stepped {
+        true => 2,
+        false => 1,
+    };
     instants.iter().step_by(every).collect()
 }
 

@@ -1,75 +1,32 @@
 //! The unworn joint under its load, once a run: against it the whole run is measured.
 
-use super::context::{Clock, parts};
+use super::RunError;
+use super::contact_elements::{linearise, springs};
+use super::contact_state::contact_of;
+use super::declaration::{Declaration, Stage, When};
 use super::error::NumericsError;
-use super::vibrating::{linearise, springs};
-use super::{RunError, Stage};
-use crate::model_update::{Compliance, ContactElements, ElementParameters, StiffnessKind};
-use crate::recipe::{ElementStiffness, Inputs};
-use crate::store::{Kept, RunStore, StageKey};
-use crate::tables::{TableName, TypedTable, typed};
-use crate::wear::{FrettingJoint, WearError};
+use super::reads::{Outputs, Reads};
+use super::solvers::Solvers;
+use crate::model_update::{Compliance, ElementParameters, StiffnessKind};
+use crate::recipe::{ElementStiffness, Part};
+use crate::tables::{TableName, typed};
+use crate::wear::WearError;
 
-const TABLES: [TableName; 2] = [TableName::Reference, TableName::ReferenceElement];
+/// The approach at which a bolt begins to lose load, and the contact elements whose springs the damping in modes of the stuck joint is
+/// that of.
+pub const DECLARATION: Declaration = Declaration {
+    stage: Stage::Reference,
+    when: When::Once,
+    recipe: &[Part::Surface, Part::Contact, Part::Cycle, Part::Elements],
+    reads: &[TableName::Surface],
+    before: &[],
+    writes: &[TableName::Reference, TableName::ReferenceElement],
+    is_due: |_| true,
+    shared: false,
+    compute,
+};
 
-/// What of the unworn contact a run depends on.
-pub struct Reference {
-    /// Approach of the joint: where its bolt begins to lose load \[m\].
-    pub approach: f64,
-    /// Compliance of the smooth patch, where the stiffness or the motion needs it.
-    pub smooth: Option<Compliance>,
-    /// Contact elements, whose springs the damping in modes of the stuck joint is that of; of none without a structure.
-    pub elements: ElementParameters,
-}
-
-/// Solves the unworn contact, or takes what an earlier start found of it. `elements` are those of the structure.
-pub fn reference(
-    inputs: &Inputs,
-    joint: &mut FrettingJoint,
-    elements: Option<&ContactElements>,
-    surface: &StageKey,
-    store: &mut RunStore,
-    clock: &mut Clock,
-) -> Result<Reference, RunError> {
-    let reads = parts(&inputs.recipe, &["contact", "elements"]);
-    let key = StageKey::new(Stage::Reference.name(), &TABLES, &reads, &[surface]);
-    let row = store.once(TableName::Reference, &key)?;
-    let of_elements = store.once(TableName::ReferenceElement, &key)?;
-    let (row, of_elements) = match (row, of_elements) {
-        (Kept::Valid(row), Kept::Valid(rows)) => (
-            typed::Reference::of(&row)?,
-            Some(typed::ReferenceElement::of(&rows)?),
-        ),
-        (Kept::Valid(row), _) if elements.is_none() => (typed::Reference::of(&row)?, None),
-        _ => {
-            let (row, rows) = solve(inputs, joint, elements, clock)?;
-            store.put_once(TableName::Reference, &key, &row.to_table()?)?;
-            if let Some(rows) = &rows {
-                store.put_once(TableName::ReferenceElement, &key, &rows.to_table()?)?;
-            }
-            (row, rows)
-        }
-    };
-    let smooth = row.smooth_compliance_normal;
-    let smooth = smooth.zip(row.smooth_compliance_tangential);
-    Ok(Reference {
-        approach: row.approach,
-        smooth: smooth.map(|(normal, tangential)| Compliance { normal, tangential }),
-        elements: of_elements.map_or_else(ElementParameters::default, |rows| ElementParameters {
-            normal_load: rows.normal_load,
-            gap: rows.gap,
-            kn: rows.kn,
-            kt: rows.kt,
-        }),
-    })
-}
-
-fn solve(
-    inputs: &Inputs,
-    joint: &mut FrettingJoint,
-    elements: Option<&ContactElements>,
-    clock: &mut Clock,
-) -> Result<(typed::Reference, Option<typed::ReferenceElement>), RunError> {
+fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let wrong = |source| match source {
         NumericsError::ModelUpdate(source) => RunError::ModelUpdate(source),
         NumericsError::Wear(WearError::Contact(source)) => RunError::Unworn(source),
@@ -79,45 +36,51 @@ fn solve(
             source,
         },
     };
-    clock.timed_pairs(Stage::Reference, joint, |joint| {
-        unworn(inputs, joint, elements).map_err(wrong)
-    })
+    let mut outputs = Outputs::default();
+    let (row, rows) = unworn(reads, solvers, wrong)?;
+    outputs.put(&row)?;
+    if let Some(rows) = rows {
+        outputs.put(&rows)?;
+    }
+    Ok(outputs)
 }
 
 fn unworn(
-    inputs: &Inputs,
-    joint: &mut FrettingJoint,
-    elements: Option<&ContactElements>,
-) -> Result<(typed::Reference, Option<typed::ReferenceElement>), NumericsError> {
+    reads: &Reads,
+    solvers: &mut Solvers,
+    wrong: impl Fn(NumericsError) -> RunError,
+) -> Result<(typed::Reference, Option<typed::ReferenceElement>), RunError> {
+    let recipe = &reads.recipe;
+    let load = reads.motion().mean_load();
+    let joint = solvers.joint(reads)?;
     let wear = vec![0.0; joint.patch.grid.len()];
-    let unworn = joint.static_contact(&wear, None)?;
+    let contact = |error: crate::contact::ContactError| wrong(WearError::Contact(error).into());
+    let unworn = joint.contact(&wear, None, load, None);
+    let unworn = unworn.map_err(|error| wrong(error.into()))?;
     let mut row = typed::Reference {
         approach: unworn.approach,
         ..typed::Reference::default()
     };
-    let Some(elements) = elements else {
+    let Some(of_recipe) = recipe.elements() else {
         return Ok((row, None));
     };
-    let recipe = &inputs.recipe;
-    let stiffness = recipe.elements().map(|elements| elements.stiffness);
-    let smooth = match (stiffness, recipe.contact()) {
-        (
-            Some(ElementStiffness::Contact {
-                stiffness: StiffnessKind::Roughness,
-                ..
-            }),
-            Some(contact),
-        ) => {
-            let smooth = Compliance::smooth(&mut joint.half_space, &joint.patch, contact.shear);
-            Some(smooth.map_err(WearError::Contact)?)
+    let smooth = match of_recipe.stiffness {
+        ElementStiffness::Contact {
+            stiffness: StiffnessKind::Roughness,
+            ..
+        } => {
+            let shear = contact_of(recipe).shear;
+            let smooth = Compliance::smooth(&mut joint.half_space, &joint.patch, shear);
+            Some(smooth.map_err(contact)?)
         }
         _ => None,
     };
     row.smooth_compliance_normal = smooth.map(|smooth| smooth.normal);
     row.smooth_compliance_tangential = smooth.map(|smooth| smooth.tangential);
-    let linearisation = linearise(recipe, joint, &unworn.pressure).map_err(WearError::Contact)?;
+    let linearisation = linearise(recipe, joint, &unworn.pressure).map_err(contact)?;
+    let elements = solvers.elements(reads)?;
     let springs = springs(recipe, &linearisation, smooth);
-    let found = ElementParameters::new(elements, &unworn.pressure, &unworn.gap, springs)?;
+    let found = ElementParameters::new(&elements, &unworn.pressure, &unworn.gap, springs)?;
     let rows = typed::ReferenceElement {
         element: (0..found.normal_load.len() as i32).collect(),
         normal_load: found.normal_load,

@@ -4,21 +4,26 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::context::{Clock, Context, Keys, is_kept, put};
-use super::dynamic_response::{dynamic_response, worn_is_due, worn_response};
-use super::ledger::ledger;
-use super::model_update::{model_update, parameters};
+use super::RunError;
+use super::declaration::{Stage, When, stages_of};
+use super::runner::Runner;
 use super::spent::Spent;
-use super::state::{self, Committed};
-use super::structure::Stored;
-use super::summary::{FREE_KEYS, INHERITED_KEYS, summary};
-use super::vibrating::Vibrating;
-use super::vibration_alone::vibration_alone;
-use super::{RunError, Stage, fretting_cycle, reference, static_contact, structure, surface, wear};
 use crate::model_update::Criterion;
-use crate::recipe::{self, Inputs};
-use crate::store::{Cache, Draft, FileSystem, Keep, Opening, RunIdentity, RunStore, StageKey};
+use crate::recipe::{Inputs, Keep as KeepOf, Recipe};
+use crate::store::{Cache, FileSystem, Keep, Opening, RunIdentity, RunStore};
 use crate::tables::{Table, TableName, typed};
+
+/// Keys that cannot alter what is already computed: where a run stops and what it keeps.
+pub const FREE_KEYS: [&str; 4] = [
+    "wear.cycles",
+    "wear.volume",
+    "output.keep.*",
+    "output.response_at.*",
+];
+
+/// Keys that a run shares with the one it begins from: wear belongs to the cells and heights that wore.
+/// With a structure these are the cells of its contact elements.
+const INHERITED_KEYS: [&str; 3] = ["joint.*", "surface.*", "structure.kind"];
 
 /// Where a sibling run begins.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -100,36 +105,56 @@ pub struct Outcome {
 }
 
 /// Begins or continues a run.
+///
+/// # Errors
+/// [`RunError`]; what is committed stays, and what is computed of the next iteration is used again.
 pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, RunError> {
     let inputs = options.inputs;
-    check_until(inputs, options.until)?;
+    check_until(&inputs.recipe, options.until)?;
     let mut store = open(options, observer)?;
+    let ending = pass_through(options, &mut store, observer)?;
+    outcome(&mut store, inputs, ending)
+}
+
+/// The stages once a run, then iteration after iteration.
+fn pass_through(
+    options: &RunOptions,
+    store: &mut RunStore,
+    observer: &dyn Observer,
+) -> Result<Ending, RunError> {
+    let inputs = options.inputs;
     // Damage to what is computed once a run is repaired by computing it again, also in a run that is done.
     let whole = options.until.is_none() && store.reader().is_once_sound()?;
-    if whole && is_done(&store, inputs, observer)? {
-        return outcome(&mut store, inputs, Ending::Done);
+    if whole && is_done(store, inputs, observer)? {
+        return Ok(Ending::Done);
     }
-    let mut clock = Clock {
-        observer,
-        wear_iteration: 0,
-        timing: Vec::new(),
-    };
-    let stored = structure::structure(inputs, &mut store, options.cache.as_ref(), &mut clock)?;
-    if options.until == Some(Stage::Structure) {
-        return outcome(&mut store, inputs, Ending::Until(Stage::Structure));
-    }
-    let recipe = &inputs.recipe;
-    match (recipe.surface().zip(recipe.contact()), stored) {
-        (Some(rough), stored) => run_rough(options, store, clock, rough, stored),
-        (None, Some(stored)) => {
-            if store.latest().is_none() {
-                vibration_alone(inputs, stored, &mut store, &mut clock)?;
-                committed(&store, inputs, observer)?;
-            }
-            let ending = options.until.map_or(Ending::Done, Ending::Until);
-            outcome(&mut store, inputs, ending)
+    let mut runner = Runner::new(inputs, options.threads, observer);
+    for stage in stages_of(&inputs.recipe).filter(|stage| stage.when == When::Once) {
+        runner.once(stage, store, options.cache.as_ref())?;
+        if options.until == Some(stage.stage) {
+            return Ok(Ending::Until(stage.stage));
         }
-        (None, None) => unreachable!("a scene has a surface or a structure"),
+    }
+    let mut commits = 0;
+    loop {
+        if is_done(store, inputs, observer)? {
+            return Ok(Ending::Done);
+        }
+        if store.latest().is_some() && (options.stop)(commits) {
+            return Ok(Ending::Stopped);
+        }
+        let next = store.next();
+        let ended = runner.iteration(store, options.until)?;
+        if store.next() > next {
+            commits += 1;
+            committed(store, inputs, observer)?;
+            if store.is_history_due() {
+                prune(store, inputs)?;
+            }
+        }
+        if let Some(stage) = ended {
+            return Ok(Ending::Until(stage));
+        }
     }
 }
 
@@ -160,132 +185,11 @@ fn is_done(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Result
     Ok(true)
 }
 
-/// The stages of a scene, in their order.
-fn stages_of(inputs: &Inputs) -> Vec<Stage> {
-    let recipe = &inputs.recipe;
-    let (rough, vibrates) = (recipe.surface().is_some(), recipe.structure.is_some());
-    Stage::ALL
-        .into_iter()
-        .filter(|stage| match stage {
-            Stage::Structure | Stage::DynamicResponse => vibrates,
-            Stage::Surface | Stage::StaticContact => rough,
-            Stage::Reference => {
-                let bolt = recipe.contact().and_then(|c| c.bolt_stiffness);
-                rough && (vibrates || bolt.is_some())
-            }
-            Stage::ModelUpdate => rough && vibrates,
-            Stage::FrettingCycle => recipe.cycle().is_some(),
-            Stage::Wear => recipe.wear.is_some(),
-        })
-        .collect()
-}
-
-fn check_until(inputs: &Inputs, until: Option<Stage>) -> Result<(), RunError> {
-    let stages = stages_of(inputs);
+fn check_until(recipe: &Recipe, until: Option<Stage>) -> Result<(), RunError> {
+    let stages: Vec<Stage> = stages_of(recipe).map(|stage| stage.stage).collect();
     match until {
         Some(stage) if !stages.contains(&stage) => Err(RunError::NoSuchStage { stage, stages }),
         _ => Ok(()),
-    }
-}
-
-fn run_rough(
-    options: &RunOptions,
-    mut store: RunStore,
-    mut clock: Clock,
-    (surface, contact): (&recipe::Surface, &recipe::Contact),
-    stored: Option<Stored>,
-) -> Result<Outcome, RunError> {
-    let inputs = options.inputs;
-    let observer = clock.observer;
-    let unworn = surface::surface(inputs, surface, &mut store, observer)?;
-    if options.until == Some(Stage::Surface) {
-        return outcome(&mut store, inputs, Ending::Until(Stage::Surface));
-    }
-    clock.timing.extend(unworn.timing);
-    let motion = inputs.motion.clone();
-    let cycle = inputs.recipe.cycle();
-    let mut joint = contact.joint(cycle, unworn.patch, unworn.height, motion);
-    joint.half_space.set_threads(options.threads);
-    let bolt = contact.bolt_stiffness;
-    let elements = surface.contact_elements()?;
-    let mut reference = None;
-    if elements.is_some() || bolt.is_some() {
-        let (elements, key) = (elements.as_ref(), &unworn.key);
-        reference = Some(reference::reference(
-            inputs, &mut joint, elements, key, &mut store, &mut clock,
-        )?);
-    }
-    if options.until == Some(Stage::Reference) {
-        return outcome(&mut store, inputs, Ending::Until(Stage::Reference));
-    }
-    let unworn_approach = reference
-        .as_ref()
-        .map(|r| r.approach)
-        .filter(|_| bolt.is_some());
-    let vibrating = match (stored, elements, &reference) {
-        (Some(stored), Some(elements), Some(reference)) => Some(Vibrating::with_surface(
-            inputs, stored, elements, reference,
-        )?),
-        _ => None,
-    };
-    let mut context = Context {
-        inputs,
-        joint,
-        surface_key: unworn.key,
-        clock,
-        load: inputs.motion.mean_load(),
-        unworn_approach,
-        is_last: false,
-    };
-    let mut commits = 0;
-    loop {
-        if is_done(&store, inputs, observer)? {
-            return outcome(&mut store, inputs, Ending::Done);
-        }
-        // Whatever the next iteration depends on is read back from what is committed, so that a run which is continued
-        // computes from the very same numbers as one that is not interrupted.
-        let before = match (store.latest(), &inputs.recipe.wear) {
-            (Some(latest), Some(_)) => {
-                context.clock.wear_iteration = latest;
-                let vibrating = vibrating.as_ref();
-                Some(state::read(&mut context, vibrating, &store, latest)?)
-            }
-            _ => None,
-        };
-        if store.latest().is_some() && (options.stop)(commits) {
-            return outcome(&mut store, inputs, Ending::Stopped);
-        }
-        context.clock.wear_iteration = store.next();
-        let mut draft = store.draft(context.clock.wear_iteration)?;
-        let keys = Keys::of(
-            inputs,
-            &store,
-            &context.surface_key,
-            vibrating.as_ref().map(|vibrating| &vibrating.key),
-            context.clock.wear_iteration,
-        )?;
-        if let Some(stage) = iterate(
-            &mut context,
-            vibrating.as_ref(),
-            &mut draft,
-            &keys,
-            before.as_ref(),
-            options.until,
-        )? {
-            return outcome(&mut store, inputs, Ending::Until(stage));
-        }
-        let timing = context.clock.table();
-        put(&mut draft, &keys.fretting_cycle, &timing)?;
-        store.commit(draft)?;
-        commits += 1;
-        committed(&store, inputs, observer)?;
-        if store.is_history_due() {
-            prune(&mut store, inputs)?;
-        }
-        let last = stages_of(inputs).last().copied();
-        if let Some(stage) = options.until.filter(|until| Some(*until) == last) {
-            return outcome(&mut store, inputs, Ending::Until(stage));
-        }
     }
 }
 
@@ -324,94 +228,6 @@ fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunEr
     Ok(store)
 }
 
-/// Computes the stages of one iteration. The stage after which to end, if it comes before the commit.
-fn iterate(
-    context: &mut Context,
-    vibrating: Option<&Vibrating>,
-    draft: &mut Draft,
-    keys: &Keys,
-    before: Option<&Committed>,
-    until: Option<Stage>,
-) -> Result<Option<Stage>, RunError> {
-    let recipe = &context.inputs.recipe;
-    let mut worn = match (&keys.wear, &recipe.wear, before) {
-        (Some(key), Some(wear), Some(before)) => {
-            wear::wear(context, draft, keys, key, wear, vibrating, before)?
-        }
-        _ => wear::unworn(context, draft, keys)?,
-    };
-    if until == Some(Stage::Wear) && keys.wear.is_some() {
-        return Ok(until);
-    }
-    let cycles = before.map_or(0, |b| b.cycles) + worn.n_cycles;
-    let volume = before.map_or(0.0, |b| b.volume) + worn.volume;
-    context.reach(cycles, volume);
-    let predicted = worn.predicted.take();
-    let (contact, shear) =
-        static_contact::static_contact(context, draft, keys, &worn.wear, predicted)?;
-    if recipe.cycle().is_none() {
-        let row = summary(context, before, &worn, &contact, None, None)?;
-        put_summary(draft, &keys.static_contact, &row)?;
-        return Ok(None);
-    }
-    if until == Some(Stage::StaticContact) {
-        return Ok(until);
-    }
-    let driven = match (vibrating, &keys.vibration) {
-        (Some(vibrating), Some(own)) => {
-            let moved = before.and_then(|before| before.driven.as_ref());
-            let model = moved.map(|driven| &driven.model);
-            let model = model_update(context, vibrating, draft, own, &contact, volume, model)?;
-            if until == Some(Stage::ModelUpdate) {
-                return Ok(until);
-            }
-            let (inputs, clock) = (context.inputs, &mut context.clock);
-            let driven = dynamic_response(inputs, vibrating, clock, draft, own, model, moved)?;
-            if worn_is_due(inputs, before.map(|b| b.cycles), cycles, context.is_last) {
-                let parameters = if driven.model.updated {
-                    driven.model.parameters.clone()
-                } else {
-                    parameters(context, vibrating, &contact)?
-                };
-                let (clock, shaken) = (&mut context.clock, &driven.shaken);
-                worn_response(inputs, vibrating, clock, draft, own, &parameters, shaken)?;
-            }
-            if until == Some(Stage::DynamicResponse) {
-                return Ok(until);
-            }
-            state::follow(context, vibrating, &driven)?;
-            Some(driven)
-        }
-        _ => None,
-    };
-    if !fretting_cycle::is_complete(context, draft, keys)? {
-        let cycle =
-            fretting_cycle::fretting_cycle(context, draft, keys, &worn.wear, &contact, &shear)?;
-        if let (Some(vibrating), Some(own), Some(driven)) = (vibrating, &keys.vibration, &driven) {
-            let keys = (own, &keys.fretting_cycle);
-            ledger(context, vibrating, draft, keys, driven, &contact, &cycle)?;
-        }
-        let row = summary(
-            context,
-            before,
-            &worn,
-            &contact,
-            driven.as_ref(),
-            Some(&cycle),
-        )?;
-        put_summary(draft, &keys.fretting_cycle, &row)?;
-        fretting_cycle::put_fields(context, draft, keys, &contact, &cycle)?;
-    }
-    Ok(None)
-}
-
-fn put_summary(draft: &mut Draft, key: &StageKey, row: &typed::Summary) -> Result<(), RunError> {
-    match is_kept(draft, TableName::Summary, key)? {
-        true => Ok(()),
-        false => put(draft, key, row),
-    }
-}
-
 fn committed(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Result<(), RunError> {
     let Some(wear_iteration) = store.latest() else {
         return Ok(());
@@ -430,7 +246,7 @@ fn committed(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Resu
 }
 
 fn prune(store: &mut RunStore, inputs: &Inputs) -> Result<(), RunError> {
-    if let recipe::Keep::Some {
+    if let KeepOf::Some {
         every,
         last,
         updates,

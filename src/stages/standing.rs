@@ -1,9 +1,10 @@
 //! How far a run is, read from what it has committed and drafted: the same for who computes it and for who only looks.
 
+use super::runner::stages_in;
 use super::{RunError, Stage};
 use crate::recipe::Recipe;
 use crate::store::{RunReader, StoreError};
-use crate::tables::{TableName, typed};
+use crate::tables::typed;
 
 /// Wear steps whose pace counts as that of late.
 const OF_LATE: usize = 3;
@@ -28,8 +29,8 @@ pub struct Standing {
     pub done: bool,
     /// The stage that comes next, or is being computed; none of a run that is done, or before its surface.
     pub stage: Option<Stage>,
-    /// What is computed already of the iteration after the last.
-    pub draft: Vec<TableName>,
+    /// The stages that are passed already of the iteration after the last.
+    pub draft: Vec<Stage>,
     /// Cycles behind the last iteration; none without wear.
     pub cycles: Option<u64>,
     /// Cycles that end the run.
@@ -53,7 +54,11 @@ impl Standing {
     /// Those of reading it.
     pub fn of(reader: &RunReader, recipe: &Recipe) -> Result<Standing, RunError> {
         let latest = reader.latest();
-        let draft = reader.drafted(latest.map_or(0, |k| k + 1))?;
+        let next = latest.map_or(0, |k| k + 1);
+        let drafted = reader.drafted(next)?;
+        let of_next: Vec<Stage> = stages_in(recipe, next).map(|s| s.stage).collect();
+        let is_drafted = |stage: &Stage| drafted.iter().any(|name| name == stage.name());
+        let draft: Vec<Stage> = of_next.iter().copied().filter(is_drafted).collect();
         let summary = latest.map(|k| reader.typed::<typed::Summary>(k));
         let summary = summary.transpose()?.unwrap_or_default();
         let wear = recipe.wear.as_ref();
@@ -72,9 +77,9 @@ impl Standing {
         let mut standing = Standing {
             wear_iteration: latest,
             done,
-            stage: (!done)
-                .then(|| stage(recipe, latest.is_some(), &draft))
-                .flatten(),
+            stage: of_next
+                .into_iter()
+                .find(|stage| !done && draft.last().is_none_or(|last| stage > last)),
             draft,
             cycles,
             cycles_goal: goals.0,
@@ -109,28 +114,6 @@ impl Standing {
     pub fn cycles_left(&self) -> Option<u64> {
         Some(self.cycles_goal?.saturating_sub(self.cycles?))
     }
-}
-
-/// The stage after those whose tables are drafted. Of a scene without surface there is only one beside its structure.
-fn stage(recipe: &Recipe, follows: bool, draft: &[TableName]) -> Option<Stage> {
-    let vibrates = recipe.structure.is_some();
-    if recipe.surface().is_none() {
-        return Some(Stage::DynamicResponse);
-    }
-    let has = |table| draft.contains(&table);
-    Some(if has(TableName::DynamicResponse) {
-        Stage::FrettingCycle
-    } else if has(TableName::ModelUpdate) {
-        Stage::DynamicResponse
-    } else if has(TableName::StaticContact) && vibrates {
-        Stage::ModelUpdate
-    } else if has(TableName::StaticContact) {
-        Stage::FrettingCycle
-    } else if has(TableName::WearStep) || !follows {
-        Stage::StaticContact
-    } else {
-        Stage::Wear
-    })
 }
 
 fn last_update(reader: &RunReader, latest: u64) -> Result<Option<LastUpdate>, RunError> {

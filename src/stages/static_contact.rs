@@ -1,144 +1,122 @@
 //! Pressure and gap under the mean load, and the stiffness of the contact.
 
-use super::context::{Context, Keys, gather, is_kept, kept, kept_cells, put};
-use super::curves::Curve;
+use super::RunError;
+use super::contact_state::{Fields, contact_of, wear_of};
+use super::curves::{self, Curve};
+use super::declaration::{Declaration, Stage, When};
 use super::error::NumericsError;
-use super::indentation::{Friction, indent};
-use super::{RunError, Stage, curves, fretting_cycle};
+use super::indentation::indent;
+use super::reads::{Outputs, Reads};
+use super::solvers::Solvers;
 use crate::contact::normal::{Control, NormalSolution, Rotation};
 use crate::contact::stiffness::Direction;
 use crate::contact::{Shear, stiffness};
-use crate::grid::{ByAxis, Patch};
 use crate::model_update::{Approach, Bolt, preload};
-use crate::recipe::Coupling;
-use crate::store::Draft;
+use crate::recipe::{Coupling, Part};
 use crate::tables::{TableName, typed};
 use crate::wear::FrettingJoint;
 
-/// The static contact of an iteration.
-pub struct StaticContact {
-    /// Static normal load \[N\].
-    pub load: f64,
-    pub solution: NormalSolution,
-    pub kn: f64,
-    pub kt: f64,
-    pub fft_pairs: f64,
-    /// What friction did while the bodies were pressed together; none where it does not matter.
-    pub friction: Option<Friction>,
+/// The static contact of the worn surface, [A eq. 2.3], from the pressure that a wear step predicts. Its fields hold the predicted
+/// shear too, for the cycle to start from.
+pub const DECLARATION: Declaration = Declaration {
+    stage: Stage::StaticContact,
+    when: When::Always,
+    recipe: &[Part::Surface, Part::Contact, Part::Cycle, Part::Curves],
+    reads: &[
+        TableName::Surface,
+        TableName::Reference,
+        TableName::WearField,
+        TableName::ContactField,
+    ],
+    before: &[TableName::StaticContact],
+    writes: &[
+        TableName::StaticContact,
+        TableName::ContactField,
+        TableName::Indentation,
+    ],
+    is_due: |_| true,
+    shared: false,
+    compute,
+};
+
+/// A solution, with what friction did on the way to it.
+struct Pressed {
+    load: f64,
+    solution: NormalSolution,
+    friction: Option<super::indentation::Friction>,
+    shear: Option<crate::grid::ByAxis<Vec<f64>>>,
+    curve: Option<Curve>,
 }
 
-/// A static contact, with the shear traction that the cycle starts from.
-pub type WithShear = (StaticContact, ByAxis<Vec<f64>>);
-
-/// A contact near the one to be found: what a wear step predicts.
-pub struct Predicted {
-    pub gap: Vec<f64>,
-    pub pressure: Vec<f64>,
-    pub shear: ByAxis<Vec<f64>>,
-}
-
-impl Predicted {
-    /// As a `contact_field` that is not complete yet.
-    pub fn table(&self, patch: &Patch) -> typed::ContactField {
-        contact_field(patch, &self.gap, &self.pressure, &self.shear)
-    }
-
-    /// From such a table.
-    pub fn of(context: &Context, table: &typed::ContactField) -> Predicted {
-        let shear = [&table.shear_x, &table.shear_y].into_iter().flatten();
-        Predicted {
-            gap: context.field(&table.gap),
-            pressure: context.field(&table.pressure),
-            shear: shear.map(|shear| context.field(shear)).collect(),
+impl Pressed {
+    fn without_friction(load: f64, solution: NormalSolution) -> Pressed {
+        Pressed {
+            load,
+            solution,
+            friction: None,
+            shear: None,
+            curve: None,
         }
     }
 }
 
-/// The fields of a contact on the kept cells, without those of its cycle.
-pub fn contact_field(
-    patch: &Patch,
-    gap: &[f64],
-    pressure: &[f64],
-    shear: &ByAxis<Vec<f64>>,
-) -> typed::ContactField {
-    let (i, j) = kept_cells(patch);
-    let mut shear = shear.iter().map(|shear| gather(patch, shear));
-    typed::ContactField {
-        i,
-        j,
-        gap: gather(patch, gap),
-        pressure: gather(patch, pressure),
-        shear_x: shear.next(),
-        shear_y: shear.next(),
-        slip_path: None,
-        dissipation: None,
-    }
-}
-
-/// Solves the static contact of the surface of which `wear` is gone, or takes it from the draft. The result holds the
-/// predicted shear too, for the cycle to start from.
-pub fn static_contact(
-    context: &mut Context,
-    draft: &mut Draft,
-    keys: &Keys,
-    wear: &[f64],
-    predicted: Option<Predicted>,
-) -> Result<WithShear, RunError> {
-    if let Some(done) = resume(context, draft, keys)? {
-        return Ok(done);
-    }
-    let (shear_axes, coupling) = context.shear_and_coupling();
-    let curve_due = context.curves_due();
-    let start = predicted.as_ref().map(|p| &p.pressure[..]);
-    let (bolt, load) = (context.bolt(), context.load);
-    let approach = context
-        .inputs
-        .recipe
-        .contact()
-        .and_then(|contact| contact.approach);
-    let ((load, solution, indented), solve_pairs) =
-        context.timed(Stage::StaticContact, |joint| match (coupling, approach) {
+fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
+    let contact = contact_of(&reads.recipe);
+    let (shear, coupling) = (contact.shear, contact.coupling);
+    let patch = solvers.joint(reads)?.patch.clone();
+    let wear = wear_of(&patch, reads.maybe()?);
+    let predicted = reads.maybe::<typed::ContactField>()?;
+    let predicted = predicted.map(|table| Fields::of(&patch, &table));
+    let start = predicted.as_ref().map(|fields| &fields.pressure[..]);
+    let bolt = bolt(reads)?;
+    let load = load(reads)?;
+    let (pressed, solve_pairs) =
+        solvers.work(reads, None, |joint| match (coupling, contact.approach) {
             (Coupling::Indented { load_steps }, _) => {
-                let found = indent(joint, shear_axes, load, load_steps)?;
-                let with_friction = (found.shear, found.friction, found.curve);
-                Ok((load, found.solution, Some(with_friction)))
+                let found = indent(joint, shear, load, load_steps)?;
+                Ok(Pressed {
+                    load,
+                    solution: found.solution,
+                    friction: Some(found.friction),
+                    shear: Some(found.shear),
+                    curve: Some(found.curve),
+                })
             }
             (_, None) => {
-                let (load, solution) = borne(joint, bolt, load, wear, start)?;
-                Ok((load, solution, None))
+                let (load, solution) = borne(joint, bolt, load, &wear, start)?;
+                Ok(Pressed::without_friction(load, solution))
             }
             (_, Some(approach)) => {
-                let solution = joint.pressed(wear, None, Control::Approach(approach), start)?;
-                Ok((solution.load, solution, None))
+                let solution = joint.pressed(&wear, None, Control::Approach(approach), start)?;
+                Ok(Pressed::without_friction(solution.load, solution))
             }
         })?;
-    let (indented, friction, on_the_way) = match indented {
-        Some((shear, friction, curve)) => (Some(shear), Some(friction), Some(curve)),
-        None => (None, None, None),
-    };
-    let ((kn, kt), stiffness_pairs) =
-        context.timed_part(Stage::StaticContact, Some("stiffness"), |joint| {
-            stiffnesses(joint, &solution.pressure, shear_axes, coupling)
-        })?;
-    let (curve, curve_pairs) = match (curve_due, on_the_way) {
+    let Pressed {
+        load,
+        solution,
+        friction,
+        ..
+    } = pressed;
+    let ((kn, kt), stiffness_pairs) = solvers.work(reads, Some("stiffness"), |joint| {
+        stiffnesses(joint, &solution.pressure, shear, coupling)
+    })?;
+    let (curve, curve_pairs) = match (reads.curves_due, pressed.curve) {
         (false, _) => (None, 0.0),
         (true, Some(curve)) => (Some(curve), 0.0),
         (true, None) => {
-            let (curve, pairs) =
-                context.timed_part(Stage::StaticContact, Some("indentation"), |joint| {
-                    Ok(curves::indentation(joint, wear, load, &solution)?)
-                })?;
+            let (curve, pairs) = solvers.work(reads, Some("indentation"), |joint| {
+                Ok(curves::indentation(joint, &wear, load, &solution)?)
+            })?;
             (Some(curve), pairs)
         }
     };
-    let fft_pairs = solve_pairs + stiffness_pairs + curve_pairs;
+    let mut outputs = Outputs::default();
     if let Some(Curve { load, displacement }) = curve {
-        let curve = typed::Indentation { load, displacement };
-        put(draft, &keys.static_contact, &curve)?;
+        outputs.put(&typed::Indentation { load, displacement })?;
     }
-    context.bear(load);
-    let rotation = context.rotation(&solution);
-    let row = typed::StaticContact {
+    let turns = matches!(contact.rotation, Rotation::Free { .. });
+    let rotation = turns.then_some(solution.rotation);
+    outputs.put(&typed::StaticContact {
         normal_load: load,
         approach: solution.approach,
         rotation_x: rotation.map(|r| r[0]),
@@ -149,34 +127,42 @@ pub fn static_contact(
         kt,
         error: solution.error,
         iterations: solution.iterations as i64,
-        fft_pairs,
+        fft_pairs: solve_pairs + stiffness_pairs + curve_pairs,
         tangential_iterations: friction.as_ref().map(|f| f.steps as i64),
         error_tangential: friction.as_ref().map(|f| f.error),
+    })?;
+    let predicted = predicted.map(|fields| fields.shear);
+    let fields = Fields {
+        gap: solution.gap,
+        pressure: solution.pressure,
+        shear: pressed.shear.or(predicted).unwrap_or_default(),
     };
-    put(draft, &keys.static_contact, &row)?;
-    let predicted = predicted.map(|p| p.shear);
-    let shear = indented.or(predicted).unwrap_or_default();
-    let fields = Predicted {
-        gap: solution.gap.clone(),
-        pressure: solution.pressure.clone(),
-        shear,
+    outputs.put(&fields.table(&patch))?;
+    Ok(outputs)
+}
+
+/// What clamps the joint, if its load falls with wear.
+fn bolt(reads: &Reads) -> Result<Option<Bolt>, RunError> {
+    let contact = contact_of(&reads.recipe);
+    let Some(stiffness) = contact.bolt_stiffness else {
+        return Ok(None);
     };
-    put(
-        draft,
-        &keys.static_contact,
-        &fields.table(&context.joint.patch),
-    )?;
-    Ok((
-        StaticContact {
-            load,
-            solution,
-            kn,
-            kt,
-            fft_pairs,
-            friction,
-        },
-        fields.shear,
-    ))
+    let reference: typed::Reference = reads.table()?;
+    Ok(Some(Bolt {
+        stiffness,
+        load: contact.normal_load,
+        approach: reference.approach,
+    }))
+}
+
+/// Static load \[N\] from which that of a bolt is looked for, and which another joint bears: the number itself, as the mean of a motion
+/// under it is rounded, and a run that is continued has to go on with the very same.
+fn load(reads: &Reads) -> Result<f64, RunError> {
+    let before = match contact_of(&reads.recipe).bolt_stiffness {
+        Some(_) => reads.maybe_before::<typed::StaticContact>()?,
+        None => None,
+    };
+    Ok(before.map_or_else(|| reads.motion().mean_load(), |row| row.normal_load))
 }
 
 /// Static load \[N\] and contact of a worn joint, under `load` or what its bolt has left of it, which is looked for from there.
@@ -256,56 +242,4 @@ fn clamped(
         None => joint.contact(wear, None, found.load, start)?,
     };
     Ok((found.load, solution))
-}
-
-/// The static contact as an earlier start left it, if all of it is there; with the shear for the cycle to start from.
-pub fn resume(
-    context: &mut Context,
-    draft: &mut Draft,
-    keys: &Keys,
-) -> Result<Option<WithShear>, RunError> {
-    let mut fields = kept::<typed::ContactField>(draft, &keys.static_contact)?;
-    // The cycle replaces the fields by its own, with the same gap and pressure, but another shear than the one that it started
-    // from: they serve only where it will not be computed again.
-    if fields.is_none() && fretting_cycle::is_complete(context, draft, keys)? {
-        fields = kept(draft, &keys.fretting_cycle)?;
-    }
-    let row = kept::<typed::StaticContact>(draft, &keys.static_contact)?;
-    let curve_done =
-        !context.curves_due() || is_kept(draft, TableName::Indentation, &keys.static_contact)?;
-    let (Some(fields), Some(row), true) = (fields, row, curve_done) else {
-        return Ok(None);
-    };
-    let Predicted {
-        gap,
-        pressure,
-        shear,
-    } = Predicted::of(context, &fields);
-    let load = row.normal_load;
-    context.bear(load);
-    let or_zero = |pair: [Option<f64>; 2]| pair.map(|value| value.unwrap_or(0.0));
-    let contact = StaticContact {
-        load,
-        solution: NormalSolution {
-            pressure,
-            gap,
-            approach: row.approach,
-            iterations: row.iterations as usize,
-            rotation: or_zero([row.rotation_x, row.rotation_y]),
-            load,
-            moment: or_zero([row.moment_x, row.moment_y]),
-            error: row.error,
-        },
-        kn: row.kn,
-        kt: row.kt,
-        fft_pairs: row.fft_pairs,
-        friction: row
-            .tangential_iterations
-            .zip(row.error_tangential)
-            .map(|(steps, error)| Friction {
-                steps: steps as usize,
-                error,
-            }),
-    };
-    Ok(Some((contact, shear)))
 }

@@ -1,15 +1,17 @@
 //! The reduced structure, once a run and shared between runs.
 
-use super::context::{Clock, parts};
-use super::{RunError, Stage};
+use super::RunError;
+use super::declaration::{Declaration, Stage, When};
+use super::reads::{Outputs, Reads};
+use super::solvers::Solvers;
 use crate::linalg::Matrix;
-use crate::recipe::{Inputs, StructureSource};
-use crate::store::{Cache, Kept, RunStore, StageKey};
+use crate::recipe::{Part, StructureSource};
 use crate::structure::reduction::{Ports, Reduced};
 use crate::structure::resonator::Resonator;
-use crate::tables::{Table, TableName, TypedTable, typed};
+use crate::tables::{TableName, typed};
 
-const TABLES: [TableName; 4] = [
+/// The tables of a reduced structure.
+pub const TABLES: [TableName; 4] = [
     TableName::Structure,
     TableName::StructurePort,
     TableName::StructureMode,
@@ -18,100 +20,34 @@ const TABLES: [TableName; 4] = [
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// The structure of a run.
-pub struct Stored {
-    /// None for an oscillator, which needs no reduction.
-    pub reduced: Option<Reduced>,
-    pub key: StageKey,
-}
+/// The modes and residual flexibility of a structure, at its contact elements and points.
+pub const DECLARATION: Declaration = Declaration {
+    stage: Stage::Structure,
+    when: When::Once,
+    recipe: &[Part::Structure],
+    reads: &[],
+    before: &[],
+    writes: &TABLES,
+    is_due: |_| true,
+    shared: true,
+    compute,
+};
 
-/// The reduced structure: that of this run, that of another one of the same structure, or computed.
-pub fn structure(
-    inputs: &Inputs,
-    store: &mut RunStore,
-    cache: Option<&Cache>,
-    clock: &mut Clock,
-) -> Result<Option<Stored>, RunError> {
-    let Some(structure) = &inputs.recipe.structure else {
-        return Ok(None);
+fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
+    let Some(structure) = &reads.recipe.structure else {
+        unreachable!("a run with this stage has a structure");
     };
-    let mut parameters = parts(&inputs.recipe, &["structure"]);
-    // Another version may mesh or reduce otherwise.
-    parameters["version"] = env!("CARGO_PKG_VERSION").into();
-    let key = StageKey::new(Stage::Structure.name(), &TABLES, &parameters, &[]);
-    let StructureSource::Resonator { geometry } = &structure.source else {
-        return Ok(Some(Stored { reduced: None, key }));
-    };
-    let tables = match own(store, &key)? {
-        Some(tables) => tables,
-        None => {
-            let tables = match shared(cache, &key, clock) {
-                Some(tables) => tables,
-                None => clock.timed(Stage::Structure, || {
-                    tables_of(&geometry.reduce(structure.modes)?, geometry)
-                })?,
-            };
-            for (name, table) in TABLES.iter().zip(&tables) {
-                store.put_once(*name, &key, table)?;
-            }
-            share(cache, store, &key, &tables, clock);
-            tables
+    match &structure.source {
+        StructureSource::Resonator { geometry } => {
+            tables_of(&geometry.reduce(structure.modes)?, geometry)
         }
-    };
-    Ok(Some(Stored {
-        reduced: Some(reduced_of(&tables)?),
-        key,
-    }))
-}
-
-fn own(store: &RunStore, key: &StageKey) -> Result<Option<Vec<Table>>, RunError> {
-    let mut found = Vec::with_capacity(TABLES.len());
-    for name in TABLES {
-        match store.once(name, key)? {
-            Kept::Valid(table) => found.push(table),
-            Kept::Stale(_) => return Ok(None),
-        }
-    }
-    Ok(Some(found))
-}
-
-/// No run fails for its cache: it computes what it cannot find, and says so.
-fn shared(cache: Option<&Cache>, key: &StageKey, clock: &Clock) -> Option<Vec<Table>> {
-    let cache = cache?;
-    match cache.get(&TABLES, key) {
-        Ok(Some(tables)) => {
-            clock.observer.notice(&format!(
-                "the reduced structure is there already, in {}",
-                cache.root().display()
-            ));
-            Some(tables)
-        }
-        Ok(None) => None,
-        Err(error) => {
-            clock
-                .observer
-                .notice(&format!("the cache of structures cannot be read: {error}"));
-            None
+        StructureSource::Oscillator { .. } => {
+            unreachable!("an oscillator needs no reduction")
         }
     }
 }
 
-fn share(cache: Option<&Cache>, store: &RunStore, key: &StageKey, tables: &[Table], clock: &Clock) {
-    let Some(cache) = cache else {
-        return;
-    };
-    if matches!(cache.get(&TABLES, key), Ok(Some(_))) {
-        return;
-    }
-    let named: Vec<(TableName, &Table)> = TABLES.into_iter().zip(tables).collect();
-    if let Err(error) = cache.put(key, &named, store.provenance()) {
-        clock.observer.notice(&format!(
-            "the structure is not shared with other runs: {error}"
-        ));
-    }
-}
-
-fn tables_of(reduced: &Reduced, geometry: &Resonator) -> Result<Vec<Table>, RunError> {
+fn tables_of(reduced: &Reduced, geometry: &Resonator) -> Result<Outputs, RunError> {
     let ports = &reduced.ports;
     let count = ports.combinations.len();
     let contact = ports.contact_ports();
@@ -166,25 +102,24 @@ fn tables_of(reduced: &Reduced, geometry: &Resonator) -> Result<Vec<Table>, RunE
         error_modes: reduced.mode_residual,
         factor_entries: reduced.factor_entries as i64,
     };
-    Ok(vec![
-        structure.to_table()?,
-        port.to_table()?,
-        mode.to_table()?,
-        residual.to_table()?,
-    ])
+    let mut outputs = Outputs::default();
+    outputs.put(&structure)?;
+    outputs.put(&port)?;
+    outputs.put(&mode)?;
+    outputs.put(&residual)?;
+    Ok(outputs)
 }
 
-/// The reduced structure as its tables hold it, also right after it was computed: every run starts from the same numbers.
-fn reduced_of(tables: &[Table]) -> Result<Reduced, RunError> {
-    let [structure, port, mode, residual] = tables else {
-        unreachable!("a structure has four tables");
+/// The reduced structure as its tables hold it; none of an oscillator.
+pub fn reduced_of(reads: &Reads) -> Result<Option<Reduced>, RunError> {
+    let Some(structure) = reads.maybe::<typed::Structure>()? else {
+        return Ok(None);
     };
-    let structure = typed::Structure::of(structure)?;
-    let port = typed::StructurePort::of(port)?;
+    let port: typed::StructurePort = reads.table()?;
     let typed::StructureMode {
         frequency, shape, ..
-    } = typed::StructureMode::of(mode)?;
-    let residual = typed::StructureResidual::of(residual)?;
+    } = reads.table()?;
+    let residual: typed::StructureResidual = reads.table()?;
     let count = port.element.len();
     let contacts = port.element.iter().filter(|e| **e >= 0).count() / 3;
     let of_mode: Vec<f64> = frequency.iter().copied().step_by(count).collect();
@@ -198,7 +133,7 @@ fn reduced_of(tables: &[Table]) -> Result<Reduced, RunError> {
             values[row * (row + 1) / 2 + column]
         })
     };
-    Ok(Reduced {
+    Ok(Some(Reduced {
         ports: Ports {
             // What a port is a combination of matters to the reduction alone.
             combinations: vec![Vec::new(); count],
@@ -220,5 +155,5 @@ fn reduced_of(tables: &[Table]) -> Result<Reduced, RunError> {
         mass: structure.mass,
         mode_residual: structure.error_modes,
         factor_entries: structure.factor_entries as usize,
-    })
+    }))
 }

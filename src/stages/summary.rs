@@ -1,113 +1,152 @@
 //! One row on the state of the run.
 
 use super::RunError;
-use super::context::Context;
-use super::error_bars::{Sources, error_bars};
-use super::fretting_cycle::Cycle;
-use super::state::Committed;
-use super::static_contact::StaticContact;
-use super::vibrating::Driven;
-use super::wear::Worn;
+use super::declaration::{Declaration, Stage, When};
+use super::error_bars::{Before, InForce, Sources, error_bars};
+use super::reads::{Outputs, Reads};
+use super::solvers::{Solvers, patch_and_height};
+use crate::recipe::Part;
 use crate::surface::statistics::roughness;
-use crate::tables::typed;
-
-/// Keys that cannot alter what is already computed: where a run stops and what it keeps.
-pub const FREE_KEYS: [&str; 4] = [
-    "wear.cycles",
-    "wear.volume",
-    "output.keep.*",
-    "output.response_at.*",
-];
-
-/// Keys that a run shares with the one it begins from: wear belongs to the cells and heights that wore.
-/// With a structure these are the cells of its contact elements.
-pub const INHERITED_KEYS: [&str; 3] = ["joint.*", "surface.*", "structure.kind"];
+use crate::tables::{TableName, typed};
 
 /// Pressure above this part of the largest counts as load: area by p > 0 alone hangs on cells that carry next to nothing.
 const LOADED: f64 = 1e-3;
 
-/// The summary of an iteration; `before` is the one it was worn from.
-pub fn summary(
-    context: &Context,
-    before: Option<&Committed>,
-    worn: &Worn,
-    contact: &StaticContact,
-    driven: Option<&Driven>,
-    cycle: Option<&Cycle>,
-) -> Result<typed::Summary, RunError> {
-    let joint = &context.joint;
-    let pressure = &contact.solution.pressure;
-    let kept = joint.patch.cells() as f64;
+/// The figures of an iteration, with the error bars of a worn state.
+pub const DECLARATION: Declaration = Declaration {
+    stage: Stage::Summary,
+    when: When::Always,
+    recipe: &[Part::Surface, Part::WearLaw],
+    reads: &[
+        TableName::Surface,
+        TableName::WearField,
+        TableName::WearStep,
+        TableName::StaticContact,
+        TableName::ContactField,
+        TableName::FrettingCycle,
+        TableName::ModelUpdate,
+        TableName::ContactElement,
+        TableName::DynamicResponse,
+    ],
+    before: &[
+        TableName::Summary,
+        TableName::ContactField,
+        TableName::ModelUpdate,
+        TableName::DynamicResponse,
+    ],
+    writes: &[TableName::Summary],
+    is_due: |_| true,
+    shared: false,
+    compute,
+};
+
+fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
+    let mut outputs = Outputs::default();
+    let summary = match reads.maybe::<typed::StaticContact>()? {
+        Some(contact) => of_contact(reads, &contact)?,
+        None => of_vibration_alone(reads)?,
+    };
+    outputs.put(&summary)?;
+    Ok(outputs)
+}
+
+/// The figures of a vibration without a rough contact.
+fn of_vibration_alone(reads: &Reads) -> Result<typed::Summary, RunError> {
+    let response = reads.maybe::<typed::DynamicResponse>()?;
+    let elements = reads.maybe::<typed::ContactElement>()?;
+    let of = |value: fn(&typed::DynamicResponse) -> f64| response.as_ref().map(value);
+    let total = |value: fn(&typed::ContactElement) -> &Vec<f64>| {
+        elements
+            .as_ref()
+            .map(|elements| value(elements).iter().sum())
+    };
+    Ok(typed::Summary {
+        dissipated_energy: of(|row| row.friction_energy),
+        resonance_frequency: of(|row| row.resonance_frequency),
+        peak_frequency: of(|row| row.peak_frequency),
+        peak_amplitude: of(|row| row.peak_amplitude),
+        error_dissipated_energy: of(|row| row.error_friction_energy),
+        error_resonance_frequency: of(|row| row.error_resonance_frequency),
+        error_peak_amplitude: of(|row| row.error_peak_amplitude),
+        kn: total(|elements| &elements.kn),
+        kt: total(|elements| &elements.kt),
+        ..typed::Summary::default()
+    })
+}
+
+fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Summary, RunError> {
+    let (patch, height) = patch_and_height(reads)?;
+    let fields: typed::ContactField = reads.table()?;
+    let pressure = &fields.pressure;
     let largest = pressure.iter().fold(0.0f64, |m, p| m.max(*p));
     let count = |above: f64| pressure.iter().filter(|&&p| p > above).count() as f64;
-    let fraction = |above: f64| count(above) / kept;
-    let height: Vec<f64> = joint
-        .height
-        .iter()
-        .zip(&worn.wear)
-        .map(|(h, w)| h - w)
-        .collect();
-    let shape = roughness(&joint.patch, &height)?;
-    let rotation = context.rotation(&contact.solution);
-    let moment = contact.solution.moment;
+    let fraction = |above: f64| count(above) / patch.cells() as f64;
+    let wear = reads.maybe::<typed::WearField>()?;
+    let wear = super::contact_state::wear_of(&patch, wear);
+    let worn: Vec<f64> = height.iter().zip(&wear).map(|(h, w)| h - w).collect();
+    let shape = roughness(&patch, &worn)?;
+    let step = reads.maybe::<typed::WearStep>()?.unwrap_or_default();
     let mut summary = typed::Summary {
-        contact_area: Some(count(0.0) * joint.patch.grid.cell_area()),
+        contact_area: Some(count(0.0) * patch.grid.cell_area()),
         contact_area_fraction: Some(fraction(0.0)),
         loaded_area_fraction: Some(fraction(LOADED * largest)),
         max_pressure: Some(largest),
-        normal_load: Some(contact.load),
-        approach: Some(contact.solution.approach),
-        rotation_x: rotation.map(|r| r[0]),
-        rotation_y: rotation.map(|r| r[1]),
-        moment_x: Some(moment[0]),
-        moment_y: Some(moment[1]),
+        normal_load: Some(contact.normal_load),
+        approach: Some(contact.approach),
+        rotation_x: contact.rotation_x,
+        rotation_y: contact.rotation_y,
+        moment_x: contact.moment_x,
+        moment_y: contact.moment_y,
         kn: Some(contact.kn),
         kt: Some(contact.kt),
         mean_height: Some(shape.mean),
         rq: Some(shape.rq),
         sk: Some(shape.sk),
         ku: Some(shape.ku),
-        normal_iterations: Some(contact.solution.iterations as i64),
-        error_normal: Some(contact.solution.error),
-        fft_pairs: contact.fft_pairs + worn.fft_pairs,
+        normal_iterations: Some(contact.iterations),
+        error_normal: Some(contact.error),
+        tangential_iterations: contact.tangential_iterations,
+        error_tangential: contact.error_tangential,
+        fft_pairs: contact.fft_pairs + step.fft_pairs,
         ..typed::Summary::default()
     };
-    if let Some(driven) = driven {
-        summary.updated = Some(driven.model.updated);
-        summary.resonance_frequency = Some(driven.shaken.resonance_frequency);
-        summary.peak_frequency = Some(driven.shaken.peak_frequency);
-        summary.peak_amplitude = Some(driven.shaken.peak_amplitude);
+    let in_force = InForce::of(reads.maybe()?, reads.maybe()?);
+    if let Some(InForce { response, update }) = &in_force {
+        summary.updated = Some(update.updated);
+        summary.resonance_frequency = Some(response.resonance_frequency);
+        summary.peak_frequency = Some(response.peak_frequency);
+        summary.peak_amplitude = Some(response.peak_amplitude);
     }
-    if let Some(friction) = &contact.friction {
-        summary.tangential_iterations = Some(friction.steps as i64);
-        summary.error_tangential = Some(friction.error);
-    }
-    let Some(cycle) = cycle else {
+    let Some(cycle) = reads.maybe::<typed::FrettingCycle>()? else {
         return Ok(summary);
     };
     summary.fft_pairs += cycle.fft_pairs;
-    summary.dissipated_energy = Some(cycle.solution.dissipation);
-    summary.tangential_iterations = Some(cycle.solution.steps as i64);
-    summary.error_tangential = Some(cycle.solution.error);
-    summary.error_cycle = Some(cycle.solution.relative_error());
-    if let Some(wear) = &context.inputs.recipe.wear {
-        let volume = before.map_or(0.0, |b| b.volume) + worn.volume;
+    summary.dissipated_energy = Some(cycle.dissipated_energy);
+    summary.tangential_iterations = Some(cycle.iterations);
+    summary.error_tangential = Some(cycle.error_tangential);
+    summary.error_cycle = Some(cycle.error_cycle);
+    if let Some(wear) = &reads.recipe.wear {
+        let before = Before::of(reads)?;
+        let before = before.as_ref();
+        let volume = before.map_or(0.0, |b| b.volume) + step.volume;
         // A run that began from another may wear at another coefficient than it.
-        let energy = before.map_or(0.0, |b| b.energy) + worn.volume / wear.coefficient;
-        let cycles = before.map_or(0, |b| b.cycles) + worn.n_cycles;
-        summary.cycles = Some(cycles as i64);
-        summary.n_cycles = Some(worn.n_cycles as i64);
+        let energy = before.map_or(0.0, |b| b.energy) + step.volume / wear.coefficient;
+        let cycles = before.map_or(0, |b| b.cycles) + step.n_cycles;
+        summary.cycles = Some(cycles);
+        summary.n_cycles = Some(step.n_cycles);
         summary.wear_volume = Some(volume);
-        summary.wear_rate = Some(wear.coefficient * cycle.solution.dissipation);
+        summary.wear_rate = Some(wear.coefficient * cycle.dissipated_energy);
         summary.dissipated_energy_total = Some(energy);
         let sources = Sources {
             before,
-            worn,
-            driven,
-            cycle,
+            step: &step,
+            in_force: in_force.as_ref(),
+            cycle: &cycle,
+            dissipation: fields.dissipation.as_deref().unwrap_or_default(),
+            cell_area: patch.grid.cell_area(),
             volume,
         };
-        error_bars(context, wear, &sources, &mut summary);
+        error_bars(wear, &sources, &mut summary);
     }
     Ok(summary)
 }

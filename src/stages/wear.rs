@@ -1,18 +1,17 @@
 //! The wear step from one committed iteration to the next.
 
-use super::context::{Context, Keys, gather, kept, kept_cells, put};
-use super::model_update::Coming;
-use super::state::Committed;
-use super::static_contact::Predicted;
-use super::vibrating::Vibrating;
-use super::{RunError, Stage, static_contact};
-use crate::grid::ByAxis;
-use crate::recipe::Wear;
-use crate::store::{Draft, StageKey};
-use crate::tables::typed;
+use super::RunError;
+use super::contact_state::{Fields, contact_of, let_move, on_axes, wear_of};
+use super::declaration::{Declaration, Stage, When};
+use super::model_update::NextUpdate;
+use super::reads::{Outputs, Reads};
+use super::solvers::{Solvers, patch_and_height};
+use crate::grid::{ByAxis, Patch};
+use crate::recipe::{Part, Wear};
+use crate::tables::{TableError, TableName, typed};
+use crate::wear::cycle::CycleSolution;
 use crate::wear::implicit::{self, Limits, Step};
-use crate::wear::joint::Scheme;
-use crate::wear::joint::WornState;
+use crate::wear::joint::{Scheme, WornState};
 use crate::wear::landing::Landing;
 use crate::wear::{FrettingJoint, explicit, semi_implicit};
 
@@ -23,51 +22,139 @@ const LONGEST_PROPOSAL: f64 = 1e18;
 /// wear may still grow in running-in.
 const VOLUME_MARGIN: f64 = 0.98;
 
-/// The step that led to an iteration.
-pub struct Worn {
-    pub wear: Vec<f64>,
-    pub n_cycles: u64,
-    pub volume: f64,
-    pub error: f64,
-    pub fft_pairs: f64,
-    /// The contact it predicts; none where later stages have replaced it already.
-    pub predicted: Option<Predicted>,
+/// No wear yet.
+pub const UNWORN: Declaration = Declaration {
+    stage: Stage::Unworn,
+    when: When::Unworn,
+    recipe: &[Part::Surface],
+    reads: &[TableName::Surface],
+    before: &[],
+    writes: &[TableName::WearField, TableName::WearStep],
+    is_due: |_| true,
+    shared: false,
+    compute: unworn,
+};
+
+/// The wear after as many cycles as the step control allows, [A eq. 2.6], and the contact that it predicts.
+pub const DECLARATION: Declaration = Declaration {
+    stage: Stage::Wear,
+    when: When::Worn,
+    recipe: &[
+        Part::Structure,
+        Part::Surface,
+        Part::Contact,
+        Part::Cycle,
+        Part::Elements,
+        Part::Wear,
+        Part::ResponseAt,
+    ],
+    reads: &[TableName::Surface, TableName::Reference],
+    before: &[
+        TableName::WearField,
+        TableName::WearStep,
+        TableName::StaticContact,
+        TableName::ContactField,
+        TableName::FrettingCycle,
+        TableName::Summary,
+        TableName::ModelUpdate,
+        TableName::ContactElement,
+        TableName::Response,
+    ],
+    writes: &[
+        TableName::WearField,
+        TableName::WearStep,
+        TableName::ContactField,
+    ],
+    is_due: |_| true,
+    shared: false,
+    compute,
+};
+
+fn unworn(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
+    let (patch, _) = patch_and_height(reads)?;
+    let mut outputs = Outputs::default();
+    let wear = vec![0.0; patch.grid.len()];
+    put_step(&mut outputs, &patch, &wear, &typed::WearStep::default())?;
+    Ok(outputs)
 }
 
-/// No wear yet.
-pub fn unworn(context: &Context, draft: &mut Draft, keys: &Keys) -> Result<Worn, RunError> {
-    let wear = vec![0.0; context.joint.patch.grid.len()];
-    if context.inputs.recipe.wear.is_some() {
-        let none = typed::WearStep::default();
-        put_step(context, draft, &keys.static_contact, &wear, &none)?;
+/// A worn state with what the step from it goes on from.
+struct Before {
+    state: WornState,
+    cycles: u64,
+    volume: f64,
+    /// Cycles proposed to the step; none before the first.
+    proposal: Option<f64>,
+}
+
+impl Before {
+    fn of(reads: &Reads, patch: &Patch) -> Result<Before, RunError> {
+        let fields: typed::ContactField = reads.before()?;
+        let summary: typed::Summary = reads.before()?;
+        let step: typed::WearStep = reads.before()?;
+        let cycle: typed::FrettingCycle = reads.before()?;
+        let Fields {
+            pressure, shear, ..
+        } = Fields::of(patch, &fields);
+        let shear = on_axes(&reads.recipe, patch, shear);
+        let field = |values: &Option<Vec<f64>>, column| -> Result<Vec<f64>, RunError> {
+            Ok(patch.spread(there(TableName::ContactField, values, column)?))
+        };
+        let of_run = |value: Option<f64>, column| {
+            let value = there(TableName::Summary, &value, column);
+            Ok::<f64, RunError>(*value?)
+        };
+        let cycles = summary.cycles.map(|cycles| cycles as f64);
+        Ok(Before {
+            cycles: of_run(cycles, "cycles")? as u64,
+            volume: of_run(summary.wear_volume, "wear_volume")?,
+            proposal: (reads.wear_iteration > 1).then_some(step.next_n_cycles),
+            state: WornState {
+                wear: wear_of(patch, reads.maybe_before()?),
+                pressure,
+                cycle: CycleSolution {
+                    shear,
+                    slip_path: field(&fields.slip_path, "slip_path")?,
+                    energy: field(&fields.dissipation, "dissipation")?,
+                    dissipation: cycle.dissipated_energy,
+                    instants: Vec::new(),
+                    steps: 0,
+                    error: cycle.error_tangential,
+                    dissipation_error: cycle.error_cycle * cycle.dissipated_energy,
+                },
+            },
+        })
     }
-    Ok(Worn {
-        wear,
-        n_cycles: 0,
-        volume: 0.0,
-        error: 0.0,
-        fft_pairs: 0.0,
-        predicted: None,
+}
+
+/// A column that every state of wear has.
+pub fn there<'a, T>(
+    table: TableName,
+    value: &'a Option<T>,
+    column: &str,
+) -> Result<&'a T, TableError> {
+    value.as_ref().ok_or_else(|| TableError::MissingColumn {
+        table: table.as_str().to_owned(),
+        column: column.to_owned(),
     })
 }
 
-/// Makes the step, or takes it from the draft.
-pub fn wear(
-    context: &mut Context,
-    draft: &mut Draft,
-    keys: &Keys,
-    key: &StageKey,
-    wear: &Wear,
-    vibrating: Option<&Vibrating>,
-    before: &Committed,
-) -> Result<Worn, RunError> {
-    if let Some(worn) = resume(context, draft, keys, key, before)? {
-        return Ok(worn);
-    }
+fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
+    let Some(wear) = &reads.recipe.wear else {
+        unreachable!("a run with this stage wears");
+    };
+    let contact = contact_of(&reads.recipe);
+    let patch = solvers.joint(reads)?.patch.clone();
+    let before = Before::of(reads, &patch)?;
+    let of_contact: typed::StaticContact = reads.before()?;
+    let response = reads.maybe_before::<typed::Response>()?;
+    let elements = reads.maybe_before::<typed::ContactElement>()?;
+    let response = response.as_ref().zip(elements.as_ref());
+    let_move(reads, solvers, of_contact.normal_load, response)?;
     let volume_left = wear
         .volume
         .map_or(f64::INFINITY, |volume| volume - before.volume);
-    let rate = wear.coefficient * before.worn.cycle.dissipation;
+    let rate = wear.coefficient * before.state.cycle.dissipation;
     if wear.cycles.is_none() && rate <= 0.0 {
         let volume = wear.volume.unwrap_or(f64::INFINITY);
         return Err(RunError::WearsNoMore {
@@ -75,29 +162,28 @@ pub fn wear(
             reached: before.volume,
         });
     }
-    let remaining = landing(context, wear, before.cycles) - before.cycles;
+    let remaining = landing(reads, wear, before.cycles) - before.cycles;
     let until_volume = (volume_left / rate * VOLUME_MARGIN).ceil().max(1.0);
     let coefficient = wear.coefficient;
-    let coming = Coming::of(&context.inputs.recipe, vibrating, before)?;
-    let contact = context.inputs.recipe.contact();
-    let (step, fft_pairs) = context.timed(Stage::Wear, |joint| match wear.scheme {
+    let next_update = NextUpdate::of(reads)?;
+    let (step, fft_pairs) = solvers.work(reads, None, |joint| match wear.scheme {
         Scheme::Implicit => {
-            let first = || implicit::first_proposal(joint, &before.worn, coefficient);
+            let first = || implicit::first_proposal(joint, &before.state, coefficient);
             let proposal = before.proposal.unwrap_or_else(first).min(until_volume);
             let limits = Limits {
                 tolerance: wear.tolerance,
                 depth_step: wear.depth_step,
                 remaining,
             };
-            let step = match &coming {
-                None => implicit::advance(joint, &before.worn, coefficient, proposal, limits)?,
-                Some(coming) => {
-                    let landing = Landing::new(coming.begin, wear.tolerance);
+            let step = match &next_update {
+                None => implicit::advance(joint, &before.state, coefficient, proposal, limits)?,
+                Some(next) => {
+                    let landing = Landing::new(next.begin, wear.tolerance);
                     let reached = |joint: &mut FrettingJoint, step: &Step| {
                         let volume = joint.volume(&step.wear);
-                        coming.reached(joint, contact, &step.contact.pressure, volume)
+                        next.reached(joint, contact, &step.contact.pressure, volume)
                     };
-                    let state = &before.worn;
+                    let state = &before.state;
                     landing.advance(joint, state, coefficient, proposal, limits, reached)?
                 }
             };
@@ -113,8 +199,9 @@ pub fn wear(
             })
         }
         Scheme::SemiImplicit => {
-            let cycles = by_depth(&before.worn, wear, remaining).min(remaining);
-            let (worn, contact) = semi_implicit::advance(joint, &before.worn, coefficient, cycles)?;
+            let cycles = by_depth(&before.state, wear, remaining).min(remaining);
+            let (worn, contact) =
+                semi_implicit::advance(joint, &before.state, coefficient, cycles)?;
             Ok(Outcome {
                 wear: worn,
                 cycles,
@@ -123,45 +210,39 @@ pub fn wear(
                 rejected: 0,
                 gap: Some(contact.gap),
                 pressure: contact.pressure,
-                shear: before.worn.cycle.shear.clone(),
+                shear: before.state.cycle.shear.clone(),
             })
         }
-        Scheme::Explicit => Ok(explicit_step(&before.worn, wear, remaining)),
+        Scheme::Explicit => Ok(explicit_step(&before.state, wear, remaining)),
     })?;
-    if wear.scheme == Scheme::Explicit && context.clock.wear_iteration == 1 {
-        warn_of_instability(context, wear, before, step.cycles);
+    let mut outputs = Outputs::default();
+    let joint = solvers.joint(reads)?;
+    if wear.scheme == Scheme::Explicit && reads.wear_iteration == 1 {
+        outputs
+            .notices
+            .extend(instability(joint, wear, &before.state, step.cycles));
     }
-    let volume = context.joint.volume(&step.wear) - context.joint.volume(&before.worn.wear);
-    let gap = step.gap.unwrap_or_else(|| vec![0.0; step.wear.len()]);
-    let predicted = Predicted {
-        gap,
-        pressure: step.pressure,
-        shear: step.shear,
-    };
-    // The prediction goes first: with the wear field in the draft, the later stages have what they start from.
-    put(draft, key, &predicted.table(&context.joint.patch))?;
     let row = typed::WearStep {
         n_cycles: step.cycles as i64,
-        volume,
+        volume: joint.volume(&step.wear) - joint.volume(&before.state.wear),
         error: step.error,
         next_n_cycles: step.proposal.min(LONGEST_PROPOSAL),
         rejected: step.rejected as i64,
         fft_pairs,
     };
-    put_step(context, draft, key, &step.wear, &row)?;
-    Ok(Worn {
-        wear: step.wear,
-        n_cycles: step.cycles,
-        volume,
-        error: step.error,
-        fft_pairs,
-        predicted: Some(predicted),
-    })
+    put_step(&mut outputs, &patch, &step.wear, &row)?;
+    let predicted = Fields {
+        gap: step.gap.unwrap_or_else(|| vec![0.0; step.wear.len()]),
+        pressure: step.pressure,
+        shear: step.shear,
+    };
+    outputs.put(&predicted.table(&patch))?;
+    Ok(outputs)
 }
 
 /// The cycles that a step from `cycles` must not pass: the end, or where a response is asked for.
-fn landing(context: &Context, wear: &Wear, cycles: u64) -> u64 {
-    let asked = &context.inputs.recipe.output.response_at;
+fn landing(reads: &Reads, wear: &Wear, cycles: u64) -> u64 {
+    let asked = &reads.recipe.output.response_at;
     let next = asked.iter().copied().find(|&at| at > cycles);
     wear.cycles
         .unwrap_or(u64::MAX)
@@ -205,66 +286,38 @@ fn explicit_step(before: &WornState, wear: &Wear, remaining: u64) -> Outcome {
     }
 }
 
-/// Says once a run if the explicit step is too long to be stable.
-fn warn_of_instability(context: &Context, wear: &Wear, before: &Committed, cycles: u64) {
+/// What there is to say if the explicit step is too long to be stable.
+fn instability(
+    joint: &FrettingJoint,
+    wear: &Wear,
+    before: &WornState,
+    cycles: u64,
+) -> Option<String> {
     let beyond = explicit::beyond_stability(
-        &before.worn.cycle.slip_path,
-        &before.worn.pressure,
-        context.joint.friction_coefficient,
+        &before.cycle.slip_path,
+        &before.pressure,
+        joint.friction_coefficient,
         wear.coefficient,
         cycles,
-        context.joint.half_space.self_compliance(),
+        joint.half_space.self_compliance(),
     );
-    if beyond > 1.0 {
-        context.clock.observer.notice(&format!(
+    (beyond > 1.0).then(|| {
+        format!(
             "wear.depth_step: the first explicit step is {beyond:.1} times as long as is stable; contact area will be \
              wrong, and with a much too long step volume too; make wear.depth_step smaller or wear.scheme \"implicit\""
-        ));
-    }
+        )
+    })
 }
 
-/// Writes the wear and the step that led to it.
+/// Adds the wear and the step that led to it.
 fn put_step(
-    context: &Context,
-    draft: &mut Draft,
-    key: &StageKey,
+    outputs: &mut Outputs,
+    patch: &Patch,
     wear: &[f64],
     step: &typed::WearStep,
 ) -> Result<(), RunError> {
-    let patch = &context.joint.patch;
-    let (i, j) = kept_cells(patch);
-    let wear_depth = gather(patch, wear);
-    put(draft, key, &typed::WearField { i, j, wear_depth })?;
-    put(draft, key, step)
-}
-
-/// The step as an earlier start left it, if the contact that it predicts, or what replaced it, is there too.
-fn resume(
-    context: &mut Context,
-    draft: &mut Draft,
-    keys: &Keys,
-    key: &StageKey,
-    before: &Committed,
-) -> Result<Option<Worn>, RunError> {
-    let field = kept::<typed::WearField>(draft, key)?;
-    let step = kept::<typed::WearStep>(draft, key)?;
-    let (Some(field), Some(step)) = (field, step) else {
-        return Ok(None);
-    };
-    let n_cycles = step.n_cycles as u64;
-    context.reach(before.cycles + n_cycles, before.volume + step.volume);
-    let predicted = match kept(draft, key)? {
-        Some(table) => Some(Predicted::of(context, &table)),
-        // Anything less than the whole static contact would have to be computed from the prediction again.
-        None if static_contact::resume(context, draft, keys)?.is_none() => return Ok(None),
-        None => None,
-    };
-    Ok(Some(Worn {
-        wear: context.field(&field.wear_depth),
-        n_cycles,
-        volume: step.volume,
-        error: step.error,
-        fft_pairs: step.fft_pairs,
-        predicted,
-    }))
+    let (i, j) = patch.indices();
+    let wear_depth = patch.gather(wear);
+    outputs.put(&typed::WearField { i, j, wear_depth })?;
+    outputs.put(step)
 }

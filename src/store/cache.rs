@@ -1,6 +1,6 @@
 //! Results shared between runs, found by what they were computed from.
 
-use super::draft::{Kept, encode, read_keyed};
+use super::draft::{Kept, KeyedEntry, encode, read_keyed};
 use super::error::StoreError;
 use super::file_system::FileSystem;
 use super::files::Files;
@@ -85,12 +85,13 @@ impl Cache {
         self.files.make_dir_unsynced(draft)?;
         for &(table, values) in tables {
             let path = draft.join(table.file_name());
-            let (bytes, keyed) = encode(&path, table, key, values, provenance)?;
-            self.files.require_space(&self.root, keyed.entry.bytes)?;
+            let (bytes, entry) = encode(&path, table, key, values, provenance)?;
+            self.files.require_space(&self.root, entry.bytes)?;
             self.files.write_new(&path, &bytes)?;
             let key_path = draft.join(format!("{table}.json"));
-            self.files
-                .write_new(&key_path, &sealed(&key_path, &keyed)?)?;
+            let key = key.clone();
+            let keyed = sealed(&key_path, &KeyedEntry { key, entry })?;
+            self.files.write_new(&key_path, &keyed)?;
         }
         self.files.remove_dir_if_there(&folder)?;
         self.files.rename(draft, &folder)?;

@@ -6,21 +6,21 @@ use super::file_system::EntryKind;
 use super::files::{Files, Layout, hash};
 use super::key::StageKey;
 use super::sealed::{Seal, read_sealed, sealed};
-use crate::tables::{Provenance, Table, TableError, TableName, from_parquet, to_parquet};
+use crate::tables::{Provenance, Table, TableError, TableName, Tables, from_parquet, to_parquet};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// A table that may have been kept from before.
+/// What may have been kept from before: a table, or all tables of a stage.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Kept {
+pub enum Kept<T = Table> {
     /// It was computed from the same inputs and verifies.
-    Valid(Table),
+    Valid(T),
     /// It has to be computed, and why.
     Stale(Recompute),
 }
 
-/// Why a table has to be computed.
+/// Why something has to be computed.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Recompute {
     /// It was never computed.
@@ -42,6 +42,32 @@ pub enum Recompute {
 pub(super) struct KeyedEntry {
     pub key: StageKey,
     pub entry: TableEntry,
+}
+
+/// The key of a stage and the entries of its tables by name, in a small file beside the draft: what the stage has completed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct StageEntry {
+    key: StageKey,
+    tables: BTreeMap<String, TableEntry>,
+}
+
+impl StageEntry {
+    /// The tables with their entries. Files have the names that this stage gives them: what else a file says is refused.
+    fn entries(&self) -> Result<Vec<(TableName, &TableEntry)>, String> {
+        let tables = self.tables.iter().map(|(name, entry)| {
+            let table = TableName::from_name(name).ok_or(format!("there is no table `{name}`"))?;
+            match entry.file == interim_file(table, self.key.stage()) {
+                true => Ok((table, entry)),
+                false => entry.check_name(table).map(|()| (table, entry)),
+            }
+        });
+        tables.collect()
+    }
+}
+
+/// The file of a table that a later stage of the same iteration writes again: it does not outlive the draft.
+fn interim_file(table: TableName, stage: &str) -> String {
+    format!("{stage}.{}", table.file_name())
 }
 
 /// The tables of the next iteration, as far as they are computed. Dropped, it stays in staging for the next start.
@@ -80,43 +106,88 @@ impl Draft {
         self.wear_iteration
     }
 
-    /// The table as an earlier start left it, if it was computed under the same key and verifies. It is then part of the draft.
+    /// The tables of a stage as an earlier start left them, if they were computed under the same key and all verify. They are then
+    /// part of the draft.
     ///
     /// # Errors
-    /// [`StoreError::Io`] if it is there and cannot be read, [`StoreError::Table`] if it holds another table.
-    pub fn get(&mut self, table: TableName, key: &StageKey) -> Result<Kept, StoreError> {
-        let (kept, entry) =
-            read_keyed(&self.files, &self.folder, &self.key_path(table), table, key)?;
-        if let Some(entry) = entry {
-            self.entries.insert(table, entry);
+    /// [`StoreError::Io`] if something is there and cannot be read, [`StoreError::Table`] if a file holds another table.
+    pub fn get(&mut self, key: &StageKey) -> Result<Kept<Tables>, StoreError> {
+        let key_path = self.key_path(key);
+        if !self.files.is_there(&key_path)? {
+            return Ok(Kept::Stale(Recompute::NotThere));
         }
-        Ok(kept)
+        let damaged = |damage| Ok(Kept::Stale(Recompute::Damaged(damage)));
+        let of_stage: StageEntry = match read_sealed(&self.files, &key_path, Seal::IfThere)? {
+            Ok(of_stage) => of_stage,
+            Err(damage) => return damaged(damage),
+        };
+        if of_stage.key.hash() != key.hash() {
+            return Ok(Kept::Stale(Recompute::KeyChanged {
+                changes: key.changes_from(&of_stage.key),
+            }));
+        }
+        let entries = match of_stage.entries() {
+            Ok(entries) => entries,
+            Err(reason) => {
+                let kind = DamageKind::Unreadable { reason };
+                return damaged(Damage {
+                    path: key_path,
+                    kind,
+                });
+            }
+        };
+        let mut tables = Tables::new();
+        for (table, entry) in &entries {
+            match read_file(&self.files, self.folder.join(&entry.file), *table, entry)? {
+                Ok(values) => tables.insert(*table, values),
+                Err(damage) => return damaged(damage),
+            };
+        }
+        for (table, entry) in entries {
+            self.take(table, entry.clone());
+        }
+        Ok(Kept::Valid(tables))
     }
 
-    /// Writes a table to staging, in place of one that is there.
+    /// Writes the tables of a stage to staging, in place of those that are there. A later stage of the iteration writes the `interim`
+    /// ones again: they stay beside its own until the commit, so that it can be computed again.
     ///
     /// # Errors
-    /// [`StoreError::NoSpace`] before anything is written, [`StoreError::Table`] if the values are those of another table,
+    /// [`StoreError::NoSpace`] before a file is written, [`StoreError::Table`] if the values are those of another table,
     /// [`StoreError::Io`].
     pub fn put(
         &mut self,
-        table: TableName,
         key: &StageKey,
-        values: &Table,
+        tables: &Tables,
+        interim: &[TableName],
     ) -> Result<(), StoreError> {
-        self.entries.remove(&table);
-        let path = self.folder.join(table.file_name());
-        let key_path = self.key_path(table);
-        let (bytes, keyed) = encode(&path, table, key, values, &self.provenance)?;
-        self.files.require_space(&self.folder, keyed.entry.bytes)?;
-        // The key goes first and comes last: a table without one counts for nothing.
+        // The key goes first and comes last: tables without one count for nothing.
+        let key_path = self.key_path(key);
         self.files.remove_file_if_there(&key_path)?;
-        self.files.remove_file_if_there(&path)?;
-        // The commit waits for the disk, once for all. Until then the hash tells a cut file.
-        self.files.write_unsynced(&path, &bytes)?;
+        let mut of_stage = StageEntry {
+            key: key.clone(),
+            tables: BTreeMap::new(),
+        };
+        for (&table, values) in tables {
+            let mut file = table.file_name();
+            if interim.contains(&table) {
+                file = interim_file(table, key.stage());
+            }
+            let path = self.folder.join(&file);
+            let (bytes, mut entry) = encode(&path, table, key, values, &self.provenance)?;
+            entry.file = file;
+            self.files.require_space(&self.folder, entry.bytes)?;
+            self.files.remove_file_if_there(&path)?;
+            // The commit waits for the disk, once for all. Until then the hash tells a cut file.
+            self.files.write_unsynced(&path, &bytes)?;
+            of_stage.tables.insert(table.as_str().to_owned(), entry);
+        }
         self.files
-            .write_unsynced(&key_path, &sealed(&key_path, &keyed)?)?;
-        self.entries.insert(table, keyed.entry);
+            .write_unsynced(&key_path, &sealed(&key_path, &of_stage)?)?;
+        for (name, entry) in of_stage.tables {
+            let table = TableName::from_name(&name).expect("it was one");
+            self.take(table, entry);
+        }
         Ok(())
     }
 
@@ -125,19 +196,25 @@ impl Draft {
         self.entries
     }
 
-    fn key_path(&self, table: TableName) -> PathBuf {
-        self.keys.join(format!("{table}.json"))
+    fn take(&mut self, table: TableName, entry: TableEntry) {
+        if entry.check_name(table).is_ok() {
+            self.entries.insert(table, entry);
+        }
+    }
+
+    fn key_path(&self, key: &StageKey) -> PathBuf {
+        self.keys.join(format!("{}.json", key.stage()))
     }
 }
 
-/// The file of a table and what its key file says.
+/// The file of a table, and its entry.
 pub(super) fn encode(
     path: &Path,
     table: TableName,
     key: &StageKey,
     values: &Table,
     provenance: &Provenance,
-) -> Result<(Vec<u8>, KeyedEntry), StoreError> {
+) -> Result<(Vec<u8>, TableEntry), StoreError> {
     let table_error = |source| StoreError::Table {
         path: path.to_owned(),
         source: Box::new(source),
@@ -160,13 +237,7 @@ pub(super) fn encode(
         blake3: hash(&bytes),
         stage_key: key.hash().to_owned(),
     };
-    Ok((
-        bytes,
-        KeyedEntry {
-            key: key.clone(),
-            entry,
-        },
-    ))
+    Ok((bytes, entry))
 }
 
 /// A table beside its key file, if it was computed under this key and verifies.
@@ -208,6 +279,15 @@ pub(super) fn read_entry(
         let kind = DamageKind::Unreadable { reason };
         return Ok(Err(Damage { path, kind }));
     }
+    read_file(files, path, table, entry)
+}
+
+fn read_file(
+    files: &Files,
+    path: PathBuf,
+    table: TableName,
+    entry: &TableEntry,
+) -> Result<Result<Table, Damage>, StoreError> {
     let bytes = match files.read_verified(&path, entry.bytes, &entry.blake3)? {
         Ok(bytes) => bytes,
         Err(damage) => return Ok(Err(damage)),
@@ -220,7 +300,7 @@ pub(super) fn read_entry(
         })
 }
 
-/// Removes from staging what belongs to no draft of `next`, or does not verify. Returns what is left and what was removed.
+/// Removes from staging what belongs to no draft of `next`, or does not verify. Returns the stages that are left and what was removed.
 pub(super) fn clean_staging(
     files: &Files,
     layout: &Layout,
@@ -240,27 +320,49 @@ pub(super) fn clean_staging(
         }
         removed.push(path);
     }
-    let mut kept = Vec::new();
+    let (mut stages, mut kept) = (Vec::new(), BTreeSet::new());
+    for entry in files.list(&keys)? {
+        let key_path = keys.join(&entry.name);
+        match whole_stage(files, &draft, &key_path)? {
+            Some((stage, names)) => {
+                stages.push(stage);
+                kept.extend(names);
+            }
+            None => files.remove_file_if_there(&key_path)?,
+        }
+    }
+    stages.sort();
     for entry in files.list(&draft)? {
-        let path = draft.join(&entry.name);
-        let stem = entry.name.strip_suffix(".parquet").unwrap_or_default();
-        let key_path = keys.join(format!("{stem}.json"));
-        if let Ok(keyed) = read_sealed::<KeyedEntry>(files, &key_path, Seal::IfThere)?
-            && files
-                .verify(&path, keyed.entry.bytes, &keyed.entry.blake3)?
-                .is_ok()
-        {
-            kept.push(stem.to_owned());
-        } else {
+        if !kept.contains(&entry.name) {
+            let path = draft.join(&entry.name);
             files.remove_file_if_there(&path)?;
             removed.push(path);
         }
     }
-    for entry in files.list(&keys)? {
-        let stem = entry.name.strip_suffix(".json").unwrap_or_default();
-        if !kept.iter().any(|table| table == stem) {
-            files.remove_file_if_there(&keys.join(&entry.name))?;
+    Ok((stages, removed))
+}
+
+/// A stage that is complete in a draft, with its files; none if one of them does not verify.
+fn whole_stage(
+    files: &Files,
+    draft: &Path,
+    key_path: &Path,
+) -> Result<Option<(String, Vec<String>)>, StoreError> {
+    let Ok(of_stage) = read_sealed::<StageEntry>(files, key_path, Seal::IfThere)? else {
+        return Ok(None);
+    };
+    let stage = of_stage.key.stage();
+    let is_own = key_path.file_stem().is_some_and(|stem| stem == stage);
+    let Some(entries) = of_stage.entries().ok().filter(|_| is_own) else {
+        return Ok(None);
+    };
+    let mut names = Vec::with_capacity(entries.len());
+    for (_, entry) in entries {
+        let found = files.verify(&draft.join(&entry.file), entry.bytes, &entry.blake3)?;
+        if found.is_err() {
+            return Ok(None);
         }
+        names.push(entry.file.clone());
     }
-    Ok((kept, removed))
+    Ok(Some((stage.to_owned(), names)))
 }

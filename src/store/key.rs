@@ -68,7 +68,8 @@ impl StageKey {
         &self.hash
     }
 
-    fn stage(&self) -> &str {
+    /// The name of the stage.
+    pub fn stage(&self) -> &str {
         self.inputs["stage"].as_str().unwrap_or_default()
     }
 

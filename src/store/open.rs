@@ -32,7 +32,7 @@ pub struct Opening {
     pub mended: Vec<Damage>,
     /// What is wrong with `history.parquet` where it held the only rows of pruned iterations: those are lost.
     pub history_lost: Option<Damage>,
-    /// Tables of an unfinished iteration that are used again if their inputs are the same.
+    /// Stages of an unfinished iteration whose tables are used again if their inputs are the same, by name.
     pub drafts_kept: Vec<String>,
     /// Leftovers removed from staging.
     pub drafts_removed: Vec<PathBuf>,

@@ -12,6 +12,7 @@ use super::record::RunRecord;
 use super::record_file::{check_metadata, written_scene};
 use super::sealed::read_sealed;
 use super::survey::survey;
+use crate::json::{as_read, differences, matches};
 use crate::tables::{Table, TableName, TypedTable, provenance_of, typed};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -226,16 +227,35 @@ impl RunReader {
             })
     }
 
-    /// The tables that are drafted of an iteration, in no order that means anything; nothing of them is verified.
+    /// Refuses another scene than that of the run, but for the keys `free` that may change.
+    ///
+    /// # Errors
+    /// [`StoreError::SceneChanged`] with the keys that differ.
+    pub fn require_scene(&self, scene: &Value, free: &[&str]) -> Result<(), StoreError> {
+        let free: Vec<String> = free.iter().map(|key| (*key).to_owned()).collect();
+        let mut keys = differences(&self.record.scene, &as_read(scene));
+        keys.retain(|change| !matches(&change.key, &free));
+        match keys.is_empty() {
+            true => Ok(()),
+            false => Err(StoreError::SceneChanged {
+                path: self.path().to_owned(),
+                keys,
+                edited: false,
+            }),
+        }
+    }
+
+    /// The names of the stages that are complete in the draft of an iteration, in no order that means anything; nothing of them is
+    /// verified.
     ///
     /// # Errors
     /// [`StoreError::Io`], but for a draft that is committed meanwhile.
-    pub fn drafted(&self, wear_iteration: u64) -> Result<Vec<TableName>, StoreError> {
-        // A table whose key is not written yet counts for nothing.
+    pub fn drafted(&self, wear_iteration: u64) -> Result<Vec<String>, StoreError> {
         match self.files.list(&self.layout.draft_keys(wear_iteration)) {
             Ok(entries) => Ok(entries
                 .iter()
-                .filter_map(|entry| TableName::from_name(entry.name.strip_suffix(".json")?))
+                .filter_map(|entry| entry.name.strip_suffix(".json"))
+                .map(str::to_owned)
                 .collect()),
             Err(StoreError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => {
                 Ok(Vec::new())

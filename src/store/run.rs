@@ -2,7 +2,7 @@
 
 use super::chain::VerifyReport;
 use super::commit::Commit;
-use super::draft::{Draft, Kept, clean_staging, encode, read_keyed};
+use super::draft::{Draft, Kept, KeyedEntry, clean_staging, encode, read_keyed};
 use super::error::StoreError;
 use super::file_system::{FileSystem, LockGuard};
 use super::files::{COMMIT_FILE, Files, Layout};
@@ -161,13 +161,15 @@ impl RunStore {
         let (files, folder) = (self.files(), self.layout().once());
         let staged = self.layout().staged_once();
         let (file, key_file) = (table.file_name(), format!("{table}.json"));
-        let (bytes, keyed) = encode(&folder.join(&file), table, key, values, &self.provenance)?;
-        files.require_space(&folder, keyed.entry.bytes)?;
+        let (bytes, entry) = encode(&folder.join(&file), table, key, values, &self.provenance)?;
+        files.require_space(&folder, entry.bytes)?;
         files.remove_dir_if_there(&staged)?;
         files.make_dir_unsynced(&staged)?;
         files.write_new(&staged.join(&file), &bytes)?;
         let key_path = staged.join(&key_file);
-        files.write_new(&key_path, &sealed(&key_path, &keyed)?)?;
+        let key = key.clone();
+        let keyed = sealed(&key_path, &KeyedEntry { key, entry })?;
+        files.write_new(&key_path, &keyed)?;
         // Between the two the hash in the old key file refuses the new table.
         files.rename(&staged.join(&file), &folder.join(&file))?;
         files.rename(&key_path, &folder.join(&key_file))?;

@@ -25,3 +25,6 @@ pub use parquet_file::{
 pub use schema::{ColumnSchema, ColumnType, Place, Schema};
 pub use table::{Column, Table, TableBuilder};
 pub use typed::{TableName, TypedTable};
+
+/// Tables by name: those that a stage reads or writes.
+pub type Tables = std::collections::BTreeMap<TableName, Table>;

@@ -294,7 +294,8 @@ fn a_resonator_on_given_springs() {
     for stage in [
         Stage::Structure,
         Stage::DynamicResponse,
-        Stage::DynamicResponse,
+        Stage::ForcedResponse,
+        Stage::Summary,
     ] {
         let (outcome, _) = Start::new(scene.clone(), &parts).until(stage).done();
         assert_eq!(outcome.ending, Ending::Until(stage));

@@ -1,5 +1,6 @@
 //! Runs as a whole: killed, stopped, continued, branched, damaged; and what the tables of all kinds of runs say.
 
+mod again;
 mod alone;
 mod checkpoint;
 mod drives;
@@ -7,6 +8,7 @@ mod energy;
 mod error_bars;
 mod extremes;
 mod faults;
+mod keys;
 mod kill;
 mod kinds;
 mod laws;

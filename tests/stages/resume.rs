@@ -27,9 +27,11 @@ fn a_run_made_stage_by_stage_is_the_same() {
         let mut computed = Vec::new();
         let order = [
             Stage::Surface,
+            Stage::Unworn,
             Stage::Wear,
             Stage::StaticContact,
             Stage::FrettingCycle,
+            Stage::Summary,
         ];
         for stage in order.into_iter().cycle() {
             let (outcome, seen) = Start::new(scene.clone(), &parts).until(stage).done();
@@ -73,6 +75,8 @@ fn until_ends_with_what_it_names() {
             .is_file()
     );
     until("fretting_cycle");
+    assert_eq!(reader(&root).latest(), None);
+    until("summary");
     assert_eq!(latest(&root), 0);
     until("wear");
     assert_eq!(latest(&root), 0);
@@ -80,7 +84,7 @@ fn until_ends_with_what_it_names() {
         root.join("staging/wear_iteration=1/wear_field.parquet")
             .is_file()
     );
-    until("fretting_cycle");
+    until("summary");
     assert_eq!(latest(&root), 1);
 }
 
@@ -315,7 +319,7 @@ fn what_is_there_of_a_draft_is_used_only_for_the_same_inputs() {
     let root = bench.path("a");
     let at = |cycles: &str| bench.scene("small.toml", &[&format!("wear.cycles={cycles}")]);
     Start::new(at("100_000"), &root)
-        .until(Stage::FrettingCycle)
+        .until(Stage::Summary)
         .done();
     Start::new(at("100_000"), &root)
         .until(Stage::StaticContact)

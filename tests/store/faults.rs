@@ -163,9 +163,8 @@ fn tables_of_an_unfinished_iteration_are_used_again() {
         &[&state],
     );
     let mut draft = store.draft(2).expect("a draft");
-    draft
-        .put(TableName::Cycle, &key, &cycle(3e-6 + 2e-9))
-        .expect("put");
+    let tables = Tables::from([(TableName::Cycle, cycle(3e-6 + 2e-9))]);
+    draft.put(&key, &tables, &[]).expect("put");
     drop(draft);
     drop(store);
     // A table that was cut short, and one of a stage that no longer exists.

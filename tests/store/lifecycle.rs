@@ -233,7 +233,7 @@ fn iterations_come_in_order_with_the_same_columns() {
     let key = StageKey::new("cycle", &[TableName::Cycle], &json!({}), &[]);
     let mut draft = store.draft(2).expect("a draft");
     let error = draft
-        .put(TableName::Cycle, &key, &timing(0.1))
+        .put(&key, &Tables::from([(TableName::Cycle, timing(0.1))]), &[])
         .expect_err("another table");
     let StoreError::Table { source, .. } = &error else {
         panic!("{error}");
@@ -250,7 +250,8 @@ fn iterations_come_in_order_with_the_same_columns() {
         .column("force_x", vec![0.0])
         .build()
         .expect("a cycle");
-    draft.put(TableName::Cycle, &key, &two_axes).expect("put");
+    let tables = Tables::from([(TableName::Cycle, two_axes)]);
+    draft.put(&key, &tables, &[]).expect("put");
     let error = store.commit(draft).expect_err("another column");
     let StoreError::ColumnsChanged {
         table,
@@ -286,7 +287,8 @@ fn a_table_not_taken_up_is_not_committed() {
         .build()
         .expect("a curve");
     let mut draft = store.draft(0).expect("a draft");
-    draft.put(TableName::Hysteresis, &key, &curve).expect("put");
+    let tables = Tables::from([(TableName::Hysteresis, curve)]);
+    draft.put(&key, &tables, &[]).expect("put");
     drop(draft);
     run(&mut store, 5e-6, 0, false, &mut Seen::default()).expect("the first");
     assert!(
@@ -295,6 +297,62 @@ fn a_table_not_taken_up_is_not_committed() {
             .exists()
     );
     assert!(store.verify().expect("readable").is_sound());
+}
+
+/// What a later stage of an iteration writes again stays beside it until the commit, so that the later stage can be computed again.
+#[test]
+fn a_table_that_is_written_again_is_not_lost_before_the_commit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().join("run");
+    let (mut store, _) = open(quick(), &root).expect("a run");
+    let first = StageKey::new("first", &[TableName::Cycle], &json!({}), &[]);
+    let later = StageKey::new("later", &[TableName::Cycle], &json!({}), &[&first]);
+    let of = |amplitude| Tables::from([(TableName::Cycle, cycle(amplitude))]);
+    let mut draft = store.draft(0).expect("a draft");
+    let interim = [TableName::Cycle];
+    draft.put(&first, &of(1e-6), &interim).expect("put");
+    draft.put(&later, &of(2e-6), &[]).expect("put");
+    drop(draft);
+    drop(store);
+    let (reopened, opening) = open(quick(), &root).expect("a run");
+    store = reopened;
+    assert_eq!(opening.drafts_kept, ["first", "later"]);
+    let mut draft = store.draft(0).expect("a draft");
+    for (key, amplitude) in [(&first, 1e-6), (&later, 2e-6)] {
+        let kept = draft.get(key).expect("readable");
+        assert_eq!(kept, Kept::Valid(of(amplitude)));
+    }
+    store.commit(draft).expect("a commit");
+    let committed = store.read(0, TableName::Cycle).expect("a cycle");
+    assert_eq!(committed, cycle(2e-6));
+    assert_eq!(
+        fs::read_dir(root.join("iterations/wear_iteration=0"))
+            .expect("a folder")
+            .count(),
+        2
+    );
+    assert!(store.verify().expect("readable").is_sound());
+}
+
+/// A key file of staging is input like any other: a file that is not that of its table is not taken up.
+#[test]
+fn a_draft_that_names_another_file_is_computed_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().join("run");
+    let (store, _) = open(quick(), &root).expect("a run");
+    let key = StageKey::new("cycle", &[TableName::Cycle], &json!({}), &[]);
+    let mut draft = store.draft(0).expect("a draft");
+    let tables = Tables::from([(TableName::Cycle, cycle(1e-6))]);
+    draft.put(&key, &tables, &[]).expect("put");
+    let path = root.join("staging/keys-0/cycle.json");
+    let mut text: Value = serde_json::from_slice(&fs::read(&path).expect("a key")).expect("JSON");
+    let inside = text.pointer_mut("/tables/cycle/file").expect("a file");
+    *inside = json!("../keys-0/cycle.json");
+    // Without its seal the text counts as it stands.
+    text.as_object_mut().expect("an object").remove("seal");
+    fs::write(&path, text.to_string()).expect("written");
+    let kept = draft.get(&key).expect("readable");
+    assert!(matches!(kept, Kept::Stale(_)), "{kept:?}");
 }
 
 #[test]

@@ -13,7 +13,7 @@ use crate::support::faulty::FaultyFileSystem;
 use fretwear::store::{
     FileSystem, Keep, Kept, Opening, RunIdentity, RunStore, StageKey, StoreError,
 };
-use fretwear::tables::{Table, TableName, TypedTable, typed};
+use fretwear::tables::{Table, TableName, Tables, TypedTable, typed};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -160,16 +160,22 @@ fn run(
             &json!({ "amplitude": 3e-6 }),
             &[&state],
         );
-        let amplitude = match draft.get(TableName::Cycle, &cycle_key)? {
-            Kept::Valid(kept) => kept.f64("displacement_x").expect("a column")[0],
+        let one = |table: Table, name| Tables::from([(name, table)]);
+        let amplitude = match draft.get(&cycle_key)? {
+            Kept::Valid(kept) => kept[&TableName::Cycle]
+                .f64("displacement_x")
+                .expect("a column")[0],
             Kept::Stale(_) => {
                 seen.computed.push(format!("cycle {k}"));
-                draft.put(TableName::Cycle, &cycle_key, &cycle(3e-6 + k as f64 * 1e-9))?;
-                3e-6 + k as f64 * 1e-9
+                let amplitude = 3e-6 + k as f64 * 1e-9;
+                let tables = one(cycle(amplitude), TableName::Cycle);
+                draft.put(&cycle_key, &tables, &[])?;
+                amplitude
             }
         };
-        let wear_key = StageKey::new("wear", &[TableName::WearField], &json!({}), &[&cycle_key]);
-        if let Kept::Stale(_) = draft.get(TableName::WearField, &wear_key)? {
+        let of_wear = [TableName::WearField, TableName::WearStep];
+        let wear_key = StageKey::new("wear", &of_wear, &json!({}), &[&cycle_key]);
+        if let Kept::Stale(_) = draft.get(&wear_key)? {
             seen.computed.push(format!("wear {k}"));
             let worn = wear_field(|c| {
                 let c = c as usize;
@@ -179,18 +185,13 @@ fn run(
                     depth[c] + amplitude * heights[c].abs()
                 }
             });
-            draft.put(TableName::WearField, &wear_key, &worn)?;
-        }
-        if let Kept::Stale(_) = draft.get(TableName::WearStep, &wear_key)? {
-            let step = wear_step(k).to_table().expect("a row");
-            draft.put(TableName::WearStep, &wear_key, &step)?;
+            let mut tables = one(worn, TableName::WearField);
+            tables.insert(TableName::WearStep, wear_step(k).to_table().expect("a row"));
+            draft.put(&wear_key, &tables, &[])?;
         }
         let timing_key = StageKey::new("timing", &[TableName::Timing], &json!({}), &[&wear_key]);
-        draft.put(
-            TableName::Timing,
-            &timing_key,
-            &timing(0.1 * seen.computed.len() as f64),
-        )?;
+        let timing = timing(0.1 * seen.computed.len() as f64);
+        draft.put(&timing_key, &one(timing, TableName::Timing), &[])?;
         store.commit(draft)?;
         seen.committed = Some(k);
         if prune {

@@ -1,0 +1,91 @@
+//! `fretwear stage`: a stage of a committed iteration, computed again.
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use fretwear::scene::Plan;
+use fretwear::stages::{FREE_KEYS, RunError, recompute};
+use fretwear::store::{RealFileSystem, RunReader, StoreError};
+use fretwear::tables::{Provenance, to_parquet};
+use serde_json::json;
+
+use super::run::scene_of_run;
+use super::{CliError, Exit, StageArguments};
+use crate::progress::Watcher;
+use crate::terminal::Results;
+
+pub fn stage(arguments: &StageArguments, out: &mut Results) -> Result<Exit, CliError> {
+    let run = &arguments.run.run;
+    let wear_iteration = arguments.run.wear_iteration;
+    let reader = RunReader::open(Arc::new(RealFileSystem), run)?;
+    let Some(scene) = scene_of_run(run, &[])? else {
+        return Err(StoreError::NoRun { path: run.clone() }.into());
+    };
+    let inputs = Plan::of(&scene)?.inputs;
+    reader.require_scene(&inputs.identity.scene, &FREE_KEYS)?;
+    // An iteration that is not there is told before anything is computed.
+    reader.commit_of(wear_iteration)?;
+    let watcher = Watcher::new(&inputs.recipe, run, arguments.json);
+    let begin = Instant::now();
+    let stage = arguments.name;
+    let threads = arguments.threads;
+    let result = recompute(&reader, &inputs, stage, wear_iteration, threads, &watcher);
+    watcher.finish();
+    let recomputed = result?;
+    let seconds = begin.elapsed().as_secs_f64();
+    if let Some(folder) = &arguments.output {
+        let provenance = Provenance {
+            scene_hash: reader.record().scene_hash.clone(),
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+        };
+        for (name, table) in &recomputed.tables {
+            let bytes = to_parquet(table, &provenance).map_err(RunError::from)?;
+            write(folder, &name.file_name(), &bytes)?;
+        }
+    }
+    let differs: Vec<&str> = recomputed
+        .same
+        .iter()
+        .filter(|(_, same)| !**same)
+        .map(|(name, _)| name.as_str())
+        .collect();
+    if arguments.json {
+        out.json(&json!({
+            "stage": stage.name(),
+            "wear_iteration": wear_iteration,
+            "seconds": seconds,
+            "tables": recomputed.tables.keys().map(|n| n.as_str()).collect::<Vec<_>>(),
+            "same": recomputed.same.iter().map(|(n, same)| (n.as_str().to_owned(), json!(same))).collect::<serde_json::Map<_, _>>(),
+        }));
+    } else {
+        let run = run.display();
+        writeln!(
+            out,
+            "{stage} of iteration {wear_iteration} of {run}, computed again in {seconds:.2} s"
+        );
+        for name in recomputed.tables.keys() {
+            let said = match recomputed.same.get(name) {
+                Some(true) => "the same bits as in the run",
+                Some(false) => "NOT the same as in the run",
+                None => "not in the run: it was not due, or a later stage has written it again",
+            };
+            writeln!(out, "  {:<20} {said}", name.as_str());
+        }
+    }
+    match differs.is_empty() {
+        true => Ok(Exit::Done),
+        false => Err(CliError::NotTheSame {
+            stage,
+            wear_iteration,
+            tables: differs.join(", "),
+        }),
+    }
+}
+
+fn write(folder: &Path, file: &str, bytes: &[u8]) -> Result<(), CliError> {
+    let path = folder.join(file);
+    let written = fs::create_dir_all(folder).and_then(|()| fs::write(&path, bytes));
+    written.map_err(|source| CliError::Export { path, source })
+}

@@ -1,0 +1,116 @@
+//! What the fine contact gives the contact elements of a structure: loads, gaps and springs.
+
+use super::RunError;
+use super::contact_state::Fields;
+use super::reads::Reads;
+use super::solvers::{Solvers, smooth};
+use crate::contact::{ContactError, Shear};
+use crate::dynamics::ElementState;
+use crate::model_update::{Compliance, Distribution, ElementParameters, Linearisation, Springs};
+use crate::recipe::build::Layout;
+use crate::recipe::{ElementStiffness, Recipe};
+use crate::tables::typed;
+use crate::wear::FrettingJoint;
+
+/// The fine contact linearised.
+pub fn linearise(
+    recipe: &Recipe,
+    joint: &mut FrettingJoint,
+    pressure: &[f64],
+) -> Result<Linearisation, ContactError> {
+    let cap = joint.pressure_cap;
+    let shear = recipe.contact().map_or(Shear::AlongX, |c| c.shear);
+    Linearisation::new(&mut joint.half_space, pressure, cap, shear)
+}
+
+/// What of the fine contact's compliance the contact elements get.
+pub fn springs<'a>(
+    recipe: &Recipe,
+    linearisation: &'a Linearisation,
+    smooth: Option<Compliance>,
+) -> Springs<'a> {
+    match is_tangent(recipe) {
+        true => Springs::Tangent(linearisation),
+        false => shared_springs(recipe, linearisation.compliance(), smooth),
+    }
+}
+
+fn is_tangent(recipe: &Recipe) -> bool {
+    let elements = recipe.elements();
+    elements.is_some_and(|elements| elements.stiffness.is_tangent())
+}
+
+/// A compliance of the whole joint to be shared among the contact elements, without that of the smooth patch if it is given.
+fn shared_springs(
+    recipe: &Recipe,
+    total: Compliance,
+    smooth: Option<Compliance>,
+) -> Springs<'static> {
+    let distribution = match recipe.elements().map(|elements| elements.stiffness) {
+        Some(ElementStiffness::Contact { distribution, .. }) => distribution,
+        _ => Distribution::default(),
+    };
+    match smooth {
+        Some(smooth) => Springs::Roughness {
+            total,
+            smooth,
+            distribution,
+        },
+        None => Springs::Total {
+            total,
+            distribution,
+        },
+    }
+}
+
+/// Parameters of the contact elements as the static contact of an iteration gives them.
+pub fn parameters(
+    reads: &Reads,
+    solvers: &mut Solvers,
+    contact: &typed::StaticContact,
+    fields: &typed::ContactField,
+) -> Result<ElementParameters, RunError> {
+    let recipe = &reads.recipe;
+    let elements = solvers.elements(reads)?;
+    let smooth = smooth(reads)?;
+    let Fields { gap, pressure, .. } = Fields::of(elements.patch(), fields);
+    if is_tangent(recipe) {
+        let (linearisation, _) = solvers.work(reads, None, |joint| {
+            Ok(linearise(recipe, joint, &pressure)?)
+        })?;
+        let springs = springs(recipe, &linearisation, smooth);
+        return Ok(ElementParameters::new(&elements, &pressure, &gap, springs)?);
+    }
+    // kn and kt of the whole joint are known already: no linearisation is needed to share them.
+    let total = Compliance::of(contact.kn, contact.kt);
+    let springs = shared_springs(recipe, total, smooth);
+    Ok(ElementParameters::new(&elements, &pressure, &gap, springs)?)
+}
+
+/// The contact elements as a table, with the worst state of each over the cycle once it is known.
+pub fn element_table(
+    layout: &Layout,
+    parameters: &ElementParameters,
+    states: Option<&[ElementState]>,
+) -> typed::ContactElement {
+    let count = parameters.normal_load.len();
+    let name = |state: &ElementState| {
+        match state {
+            ElementState::Stick => "stick",
+            ElementState::Slip => "slip",
+            ElementState::Open => "open",
+        }
+        .to_owned()
+    };
+    typed::ContactElement {
+        element: (0..count as i32).collect(),
+        x: layout.centres.iter().map(|c| c[0]).collect(),
+        y: layout.centres.iter().map(|c| c[1]).collect(),
+        area: vec![layout.area; count],
+        normal_load: parameters.normal_load.clone(),
+        gap: parameters.gap.clone(),
+        kn: parameters.kn.clone(),
+        kt: parameters.kt.clone(),
+        state: states.map(|states| states.iter().map(name).collect()),
+    }
+}

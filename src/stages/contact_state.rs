@@ -1,0 +1,201 @@
+//! The contact of a joint as the tables hold it: fields on its kept cells, and what moves it.
+
+use super::RunError;
+use super::reads::Reads;
+use super::solvers::{Solvers, layout, smooth};
+use crate::contact::Shear;
+use crate::contact::normal::NormalSolution;
+use crate::dynamics::cycle::joint_cycle;
+use crate::dynamics::{Harmonics, Sampling};
+use crate::grid::{ByAxis, Patch};
+use crate::model_update::{ElementParameters, fine_displacement};
+use crate::recipe::{Contact, Recipe};
+use crate::tables::typed;
+use crate::wear::{Channel, Motion};
+
+/// Samples of a cycle at which a computed motion is looked at: reversals are found to 2e-5 of the reach.
+const FINE_SAMPLES: usize = 512;
+
+/// The fields of a contact on all cells of the grid.
+pub struct Fields {
+    pub gap: Vec<f64>,
+    pub pressure: Vec<f64>,
+    /// One field an axis; of none where the contact has no shear yet.
+    pub shear: ByAxis<Vec<f64>>,
+}
+
+impl Fields {
+    /// From a table.
+    pub fn of(patch: &Patch, table: &typed::ContactField) -> Fields {
+        let shear = [&table.shear_x, &table.shear_y].into_iter().flatten();
+        Fields {
+            gap: patch.spread(&table.gap),
+            pressure: patch.spread(&table.pressure),
+            shear: shear.map(|shear| patch.spread(shear)).collect(),
+        }
+    }
+
+    /// As a table, without the fields of a cycle.
+    pub fn table(&self, patch: &Patch) -> typed::ContactField {
+        let (i, j) = patch.indices();
+        let mut shear = self.shear.iter().map(|shear| patch.gather(shear));
+        typed::ContactField {
+            i,
+            j,
+            gap: patch.gather(&self.gap),
+            pressure: patch.gather(&self.pressure),
+            shear_x: shear.next(),
+            shear_y: shear.next(),
+            slip_path: None,
+            dissipation: None,
+        }
+    }
+}
+
+/// The static contact of both its tables.
+pub fn solution_of(row: &typed::StaticContact, fields: Fields) -> NormalSolution {
+    let or_zero = |pair: [Option<f64>; 2]| pair.map(|value| value.unwrap_or(0.0));
+    NormalSolution {
+        pressure: fields.pressure,
+        gap: fields.gap,
+        approach: row.approach,
+        iterations: row.iterations as usize,
+        rotation: or_zero([row.rotation_x, row.rotation_y]),
+        load: row.normal_load,
+        moment: or_zero([row.moment_x, row.moment_y]),
+        error: row.error,
+    }
+}
+
+/// The wear of an iteration on all cells; none of the unworn state and in a scene without wear.
+pub fn wear_of(patch: &Patch, field: Option<typed::WearField>) -> Vec<f64> {
+    match field {
+        Some(field) => patch.spread(&field.wear_depth),
+        None => vec![0.0; patch.grid.len()],
+    }
+}
+
+/// The rough contact of a stage that declares it.
+pub fn contact_of(recipe: &Recipe) -> &Contact {
+    recipe
+        .contact()
+        .expect("a stage that solves a contact declares it")
+}
+
+/// Shear along the axes that a recipe has: what was inherited may have another one less, or more. No shear at all stays none.
+pub fn on_axes(recipe: &Recipe, patch: &Patch, mut shear: ByAxis<Vec<f64>>) -> ByAxis<Vec<f64>> {
+    if !shear.is_empty() {
+        shear.resize_with(axes(recipe), || vec![0.0; patch.grid.len()]);
+    }
+    shear
+}
+
+fn axes(recipe: &Recipe) -> usize {
+    match contact_of(recipe).shear {
+        Shear::AlongX => 1,
+        Shear::InPlane => 2,
+    }
+}
+
+/// Parameters of contact elements as their table has them.
+pub fn parameters_of(elements: &typed::ContactElement) -> ElementParameters {
+    ElementParameters {
+        normal_load: elements.normal_load.clone(),
+        gap: elements.gap.clone(),
+        kn: elements.kn.clone(),
+        kt: elements.kt.clone(),
+    }
+}
+
+/// Harmonics of a response, and its coefficients, ports slow.
+pub fn harmonics_of(response: &typed::Response) -> Result<(Harmonics, Vec<f64>), RunError> {
+    let orders = &response.harmonic;
+    let mut displacement = Vec::with_capacity(2 * orders.len());
+    let of_order = response
+        .displacement_cosine
+        .iter()
+        .zip(&response.displacement_sine);
+    for (order, (cosine, sine)) in orders.iter().zip(of_order) {
+        displacement.push(*cosine);
+        if *order > 0 {
+            displacement.push(*sine);
+        }
+    }
+    let mut of_a_port: Vec<u32> = orders.iter().map(|order| *order as u32).collect();
+    of_a_port.sort_unstable();
+    of_a_port.dedup();
+    Ok((Harmonics::new(&of_a_port)?, displacement))
+}
+
+/// Lets the joint move under a static `load`: as is prescribed, or as a response to its contact elements says.
+pub fn let_move(
+    reads: &Reads,
+    solvers: &mut Solvers,
+    load: f64,
+    response: Option<(&typed::Response, &typed::ContactElement)>,
+) -> Result<(), RunError> {
+    let recipe = &reads.recipe;
+    let Some(cycle) = recipe.cycle() else {
+        unreachable!("a stage that moves the joint declares its cycle");
+    };
+    let (motion, march) = match response {
+        Some((response, elements)) => {
+            cycle.of_computed(&computed(reads, load, response, elements)?)?
+        }
+        None => {
+            let mut motion = reads.motion().clone();
+            // Always from the motion of the scene: shifted again and again it would hang on how often that was.
+            if contact_of(recipe).bolt_stiffness.is_some() {
+                motion = motion.with_mean_load(load);
+            }
+            let march = cycle.march.unwrap_or(crate::wear::cycle::March::Reversal);
+            (motion, march)
+        }
+    };
+    let joint = solvers.joint(reads)?;
+    joint.motion = motion;
+    joint.march = march;
+    joint.options.extrapolate = cycle.extrapolate;
+    Ok(())
+}
+
+/// The motion that a response gives the fine contact, at many samples: the mean of the elements' displacement over the area, and what
+/// the load of the joint varies by. The mean of that variation is left out: under prescribed displacement it is the bolt that bears
+/// the load.
+fn computed(
+    reads: &Reads,
+    load: f64,
+    response: &typed::Response,
+    elements: &typed::ContactElement,
+) -> Result<Motion, RunError> {
+    let recipe = &reads.recipe;
+    let steps = recipe.cycle().map_or(1, |cycle| cycle.steps);
+    let samples = steps * FINE_SAMPLES.div_ceil(steps);
+    let (harmonics, displacement) = harmonics_of(response)?;
+    let sampling = Sampling::new(harmonics, samples)?;
+    let layout = layout(reads);
+    let parameters = parameters_of(elements);
+    let elements = recipe.elements();
+    let elements = elements.map(|elements| elements.with(&layout, &parameters));
+    let elements = elements.unwrap_or_default();
+    let cycle = joint_cycle(&elements, &displacement, &sampling, &layout.centres)?;
+    let axes = axes(recipe);
+    let series = |of: &[[f64; 3]]| -> Vec<Vec<f64>> {
+        let axis = |d: usize| of.iter().map(|v| v[d]).collect();
+        (0..axes).map(axis).collect()
+    };
+    let mut displacement = series(&cycle.displacement);
+    if let Some(smooth) = smooth(reads)? {
+        displacement = fine_displacement(&displacement, &series(&cycle.force), smooth.tangential);
+    }
+    let motion = Motion {
+        time: (0..samples).map(|k| k as f64 / samples as f64).collect(),
+        drive: displacement
+            .into_iter()
+            .map(Channel::Displacement)
+            .collect(),
+        rotation: None,
+        normal_load: cycle.force.iter().map(|f| f[2]).collect(),
+    };
+    Ok(motion.with_mean_load(load))
+}

@@ -1,0 +1,95 @@
+//! The stages of a scene and the tables between them, as a diagram.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use super::declaration::{Declaration, Stage, When, is_in, stages_of};
+use super::runner::writer_before;
+use crate::recipe::Recipe;
+use crate::tables::TableName;
+
+/// An iteration with all its stages but that of the unworn state.
+const ANY: u64 = 1;
+
+/// The stages of a recipe and the tables that they hand on, as a Mermaid flowchart: solid arrows within an iteration, broken ones into
+/// the next iteration.
+pub fn graph(recipe: &Recipe) -> String {
+    let mut text = "flowchart TB\n".to_owned();
+    let wears = recipe.wear.is_some();
+    let groups = [
+        ("once", "once a run", When::Once),
+        ("unworn_state", "the unworn state", When::Unworn),
+    ];
+    for (name, title, when) in groups {
+        group(&mut text, recipe, name, title, |stage| stage.when == when);
+    }
+    let title = match wears {
+        true => "every wear iteration",
+        false => "the only iteration",
+    };
+    group(&mut text, recipe, "iteration", title, |stage| {
+        matches!(stage.when, When::Worn | When::Always)
+    });
+    for stage in stages_of(recipe) {
+        let reads = stage.reads.iter().filter(|table| is_in(recipe, **table));
+        let mut from: BTreeMap<Stage, Vec<TableName>> = BTreeMap::new();
+        for &table in reads {
+            let at = u64::from(stage.when != When::Unworn);
+            if let Some(writer) = writer_before(recipe, at, stage.stage, table) {
+                from.entry(writer.stage).or_default().push(table);
+            }
+        }
+        arrows(&mut text, &from, stage, "-->");
+        if wears {
+            let before = stage.before.iter().filter(|table| is_in(recipe, **table));
+            let mut from: BTreeMap<Stage, Vec<TableName>> = BTreeMap::new();
+            for &table in before {
+                // The iteration before is complete: what it holds is what its last stage to do so has written.
+                let writers = stages_of(recipe).filter(|s| s.when.is_in(ANY));
+                let mut writers = writers.filter(|s| s.writes.contains(&table));
+                if let Some(writer) = writers.by_ref().last() {
+                    from.entry(writer.stage).or_default().push(table);
+                }
+            }
+            arrows(&mut text, &from, stage, "-.->");
+        }
+    }
+    text
+}
+
+fn group(
+    text: &mut String,
+    recipe: &Recipe,
+    name: &str,
+    title: &str,
+    belongs: impl Fn(&Declaration) -> bool,
+) {
+    let stages: Vec<&Declaration> = stages_of(recipe).filter(|s| belongs(s)).collect();
+    if stages.is_empty() {
+        return;
+    }
+    writeln!(text, "  subgraph {name} [\"{title}\"]").expect("a text takes all");
+    for stage in stages {
+        let parts: Vec<&str> = stage.recipe.iter().map(|part| part.name()).collect();
+        let of_recipe = match parts.is_empty() {
+            true => String::new(),
+            false => format!("<br/><i>{}</i>", parts.join(", ")),
+        };
+        writeln!(text, "    {0}[\"<b>{0}</b>{of_recipe}\"]", stage.stage)
+            .expect("a text takes all");
+    }
+    text.push_str("  end\n");
+}
+
+fn arrows(
+    text: &mut String,
+    from: &BTreeMap<Stage, Vec<TableName>>,
+    to: &Declaration,
+    arrow: &str,
+) {
+    for (writer, tables) in from {
+        let names: Vec<&str> = tables.iter().map(|table| table.as_str()).collect();
+        let names = names.join("<br/>");
+        writeln!(text, "  {writer} {arrow}|{names}| {}", to.stage).expect("a text takes all");
+    }
+}

@@ -1,0 +1,59 @@
+//! Where an iteration stands in its run: what it leaves to be done.
+
+use super::RunError;
+use crate::recipe::Recipe;
+use crate::tables::{TableName, Tables, TypedTable, typed};
+
+/// Where an iteration stands in its run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moment {
+    /// The iteration.
+    pub wear_iteration: u64,
+    /// Cycles behind the iteration before; none of the unworn one.
+    pub cycles_before: Option<u64>,
+    /// Cycles behind it.
+    pub cycles: u64,
+    /// Volume worn away \[m³\].
+    pub volume: f64,
+    /// True if it reaches the end of the scene.
+    pub is_last: bool,
+    /// True if the curves behind the stiffnesses belong to it: every so many, and the last.
+    pub curves_due: bool,
+    /// True if the response of the worn joint belongs to it: the first, those asked for, and the last.
+    pub response_due: bool,
+}
+
+impl Moment {
+    /// From the step that led to an iteration, among its `tables`, and from the summary of the one before.
+    pub fn of(
+        recipe: &Recipe,
+        wear_iteration: u64,
+        tables: &Tables,
+        before: &Tables,
+    ) -> Result<Moment, RunError> {
+        let step = tables.get(&TableName::WearStep);
+        let step = step.map(typed::WearStep::of).transpose()?;
+        let step = step.unwrap_or_default();
+        let summary = before.get(&TableName::Summary);
+        let summary = summary.map(typed::Summary::of).transpose()?;
+        let cycles_before = summary.as_ref().and_then(|summary| summary.cycles);
+        let cycles_before = cycles_before.map(|cycles| cycles as u64);
+        let volume_before = summary.and_then(|summary| summary.wear_volume);
+        let cycles = cycles_before.unwrap_or(0) + step.n_cycles as u64;
+        let volume = volume_before.unwrap_or(0.0) + step.volume;
+        let wear = recipe.wear.as_ref();
+        let is_last = wear.is_none_or(|wear| wear.is_reached(cycles, volume));
+        let every = recipe.output.curves_every;
+        let asked = &recipe.output.response_at;
+        let passes = |before: u64| asked.iter().any(|&at| before < at && at <= cycles);
+        Ok(Moment {
+            wear_iteration,
+            cycles_before,
+            cycles,
+            volume,
+            is_last,
+            curves_due: every > 0 && (is_last || wear_iteration.is_multiple_of(every)),
+            response_due: is_last || cycles_before.is_none_or(passes),
+        })
+    }
+}

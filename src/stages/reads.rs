@@ -1,0 +1,145 @@
+//! What a stage is given, and what it gives back.
+
+use super::RunError;
+use super::declaration::Declaration;
+use super::error::NumericsError;
+use crate::recipe::{Inputs, Part, Recipe};
+use crate::surface::prepare::Prepared;
+use crate::tables::{TableName, Tables, TypedTable};
+use crate::wear::{Motion, WearError};
+
+/// What a stage reads: of everything there is, what it declares.
+pub struct Reads<'a> {
+    /// The parts of the recipe that the stage declares; none of the others.
+    pub recipe: Recipe,
+    /// The iteration.
+    pub wear_iteration: u64,
+    /// Whether the curves behind the stiffnesses belong to this iteration.
+    pub curves_due: bool,
+    declaration: &'static Declaration,
+    inputs: &'a Inputs,
+    tables: [&'a Tables; 2],
+    before: &'a Tables,
+}
+
+/// What a stage has computed.
+#[derive(Default)]
+pub struct Outputs {
+    /// Its tables.
+    pub tables: Tables,
+    /// What the user should know of them.
+    pub notices: Vec<String>,
+}
+
+impl Outputs {
+    /// Adds a table.
+    pub fn put<T: TypedTable>(&mut self, values: &T) -> Result<(), RunError> {
+        self.tables.insert(T::TABLE, values.to_table()?);
+        Ok(())
+    }
+
+    /// Adds something that the user should know.
+    pub fn notice(&mut self, text: impl Into<String>) {
+        self.notices.push(text.into());
+    }
+}
+
+impl<'a> Reads<'a> {
+    /// What of a run the stage sees. `tables` are those of the iteration, as the stages before this one have written them, and those of
+    /// the run; `before` are those of the iteration before, if there is one.
+    pub fn new(
+        declaration: &'static Declaration,
+        inputs: &'a Inputs,
+        wear_iteration: u64,
+        curves_due: bool,
+        tables: [&'a Tables; 2],
+        before: &'a Tables,
+    ) -> Reads<'a> {
+        Reads {
+            recipe: inputs.recipe.only(declaration.recipe),
+            wear_iteration,
+            curves_due: curves_due && declaration.recipe.contains(&Part::Curves),
+            declaration,
+            inputs,
+            tables,
+            before,
+        }
+    }
+
+    /// A table of the run or of this iteration.
+    pub fn table<T: TypedTable>(&self) -> Result<T, RunError> {
+        self.maybe()?.ok_or_else(|| self.missing(T::TABLE))
+    }
+
+    /// A table of the run or of this iteration; none where there is none.
+    pub fn maybe<T: TypedTable>(&self) -> Result<Option<T>, RunError> {
+        self.require_declared(T::TABLE, self.declaration.reads);
+        let table = self.tables.iter().find_map(|of| of.get(&T::TABLE));
+        Ok(table.map(T::of).transpose()?)
+    }
+
+    /// A table of the iteration before.
+    pub fn before<T: TypedTable>(&self) -> Result<T, RunError> {
+        self.maybe_before()?.ok_or_else(|| self.missing(T::TABLE))
+    }
+
+    /// A table of the iteration before; none where there is none, and none of the unworn state.
+    pub fn maybe_before<T: TypedTable>(&self) -> Result<Option<T>, RunError> {
+        self.require_declared(T::TABLE, self.declaration.before);
+        let table = self.before.get(&T::TABLE);
+        Ok(table.map(T::of).transpose()?)
+    }
+
+    /// The motion that is prescribed; of no axis where none is.
+    pub fn motion(&self) -> &Motion {
+        self.require_part(Part::Cycle);
+        &self.inputs.motion
+    }
+
+    /// The heights of a surface from a file on the joint's cells; none of another surface.
+    pub fn measured(&self) -> Option<&Prepared> {
+        self.require_part(Part::Surface);
+        self.inputs.measured.as_deref()
+    }
+
+    /// The error of a run whose stage failed.
+    pub fn failed(&self, error: NumericsError) -> RunError {
+        let (stage, wear_iteration) = (self.declaration.stage, self.wear_iteration);
+        match error {
+            NumericsError::ModelUpdate(source) => RunError::ModelUpdate(source),
+            NumericsError::Wear(WearError::Contact(source)) => RunError::Contact {
+                stage,
+                wear_iteration,
+                source,
+            },
+            NumericsError::Wear(source) => RunError::Wear {
+                stage,
+                wear_iteration,
+                source,
+            },
+        }
+    }
+
+    fn missing(&self, table: TableName) -> RunError {
+        RunError::NotComputed {
+            stage: self.declaration.stage,
+            table,
+        }
+    }
+
+    fn require_declared(&self, table: TableName, declared: &[TableName]) {
+        let stage = self.declaration.stage;
+        assert!(
+            declared.contains(&table),
+            "{stage} reads {table} and does not declare it"
+        );
+    }
+
+    fn require_part(&self, part: Part) {
+        let (stage, name) = (self.declaration.stage, part.name());
+        assert!(
+            self.declaration.recipe.contains(&part),
+            "{stage} reads {name} and does not declare it"
+        );
+    }
+}

@@ -1,0 +1,358 @@
+//! Passes through the stages of a run: keys, what an earlier start left, computing, timing, notices and writing. Which stages there are,
+//! and what they compute, the runner does not know.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Instant;
+
+use super::declaration::{Declaration, Stage, When, is_in, is_once, stages_of};
+use super::moment::Moment;
+use super::reads::Reads;
+use super::solvers::Solvers;
+use super::{Observer, RunError};
+use crate::recipe::{Inputs, Part, Recipe};
+use crate::store::{Cache, Kept, RunReader, RunStore, StageKey, StoreError};
+use crate::tables::{Table, TableName, Tables, TypedTable, typed};
+
+/// The stages that bring an inherited wear into balance under another scene: its own load, friction and motion.
+const OF_BALANCE: [Stage; 4] = [
+    Stage::StaticContact,
+    Stage::ModelUpdate,
+    Stage::DynamicResponse,
+    Stage::FrettingCycle,
+];
+
+/// Passes through the stages of a run.
+pub struct Runner<'a> {
+    inputs: &'a Inputs,
+    observer: &'a dyn Observer,
+    solvers: Solvers,
+    /// The tables of the run, and the keys of the stages that wrote them.
+    once: Tables,
+    keys: BTreeMap<Stage, StageKey>,
+    /// What stages cost since the last commit.
+    timing: typed::Timing,
+}
+
+/// The stages of the iteration `wear_iteration`, in their order.
+pub fn stages_in(
+    recipe: &Recipe,
+    wear_iteration: u64,
+) -> impl Iterator<Item = &'static Declaration> {
+    stages_of(recipe).filter(move |stage| stage.when.is_in(wear_iteration))
+}
+
+/// The last stage before `reader` in an iteration that writes a table, or of the run; none of a table that nobody writes before.
+pub fn writer_before(
+    recipe: &Recipe,
+    wear_iteration: u64,
+    reader: Stage,
+    table: TableName,
+) -> Option<&'static Declaration> {
+    let passed =
+        |stage: &&Declaration| stage.when == When::Once || stage.when.is_in(wear_iteration);
+    let before = stages_of(recipe).filter(|stage| stage.stage < reader);
+    let writers = before.filter(passed);
+    writers
+        .filter(|stage| stage.writes_in(recipe).any(|written| written == table))
+        .last()
+}
+
+impl<'a> Runner<'a> {
+    /// A runner that has computed nothing.
+    pub fn new(inputs: &'a Inputs, threads: usize, observer: &'a dyn Observer) -> Runner<'a> {
+        Runner {
+            inputs,
+            observer,
+            solvers: Solvers::new(threads),
+            once: Tables::new(),
+            keys: BTreeMap::new(),
+            timing: typed::Timing::default(),
+        }
+    }
+
+    fn recipe(&self) -> &'a Recipe {
+        &self.inputs.recipe
+    }
+
+    /// The key of a stage: what it declares to read, and the keys of what has written that.
+    pub fn key(
+        &self,
+        stage: &Declaration,
+        wear_iteration: u64,
+        keys: &BTreeMap<Stage, StageKey>,
+        parent: Option<&StageKey>,
+        curves_due: bool,
+    ) -> StageKey {
+        let recipe = self.recipe();
+        let mut parameters = recipe.parameters(stage.recipe);
+        if stage.recipe.contains(&Part::Curves) {
+            parameters.insert("curves_due".to_owned(), curves_due.into());
+        }
+        if stage.shared {
+            // Another version may compute otherwise.
+            let version = env!("CARGO_PKG_VERSION");
+            parameters.insert("version".to_owned(), version.into());
+        }
+        let writer = |table: &TableName| {
+            let writer = writer_before(recipe, wear_iteration, stage.stage, *table)?;
+            Some(writer.stage)
+        };
+        let writers: BTreeSet<Stage> = stage.reads.iter().filter_map(writer).collect();
+        let mut upstream: Vec<&StageKey> = writers.iter().filter_map(|s| keys.get(s)).collect();
+        upstream.extend(parent.filter(|_| !stage.before.is_empty()));
+        let name = stage.stage.name();
+        StageKey::new(name, stage.writes, &parameters.into(), &upstream)
+    }
+
+    /// Takes the tables of a stage that is passed through once a run: those of this run, those of another one that shares them, or
+    /// computed.
+    pub fn once(
+        &mut self,
+        stage: &'static Declaration,
+        store: &mut RunStore,
+        cache: Option<&Cache>,
+    ) -> Result<(), RunError> {
+        let key = self.key(stage, 0, &self.keys, None, false);
+        let names: Vec<TableName> = stage.writes_in(self.recipe()).collect();
+        let cache = cache.filter(|_| stage.shared);
+        let tables = match own(store, &names, &key)? {
+            Some(tables) => tables,
+            None => {
+                let tables = match self.shared(cache, &names, &key) {
+                    Some(tables) => tables,
+                    None => self.compute(stage, 0, false, &Tables::new(), &Tables::new())?,
+                };
+                for (name, table) in &tables {
+                    store.put_once(*name, &key, table)?;
+                }
+                self.share(cache, store, &key, &tables);
+                tables
+            }
+        };
+        self.once.extend(tables);
+        self.keys.insert(stage.stage, key);
+        Ok(())
+    }
+
+    /// Takes up the tables of a run that are there, whatever they were computed from.
+    pub fn take_once(&mut self, reader: &RunReader) -> Result<(), RunError> {
+        let recipe = self.recipe();
+        let stages = stages_of(recipe).filter(|stage| stage.when == When::Once);
+        for name in stages.flat_map(|stage| stage.writes_in(recipe)) {
+            if let Some(table) = reader.read_once(name)? {
+                self.once.insert(name, table);
+            }
+        }
+        Ok(())
+    }
+
+    /// Passes through the stages of the next iteration and commits it. The stage after which to end, if that was reached.
+    pub fn iteration(
+        &mut self,
+        store: &mut RunStore,
+        until: Option<Stage>,
+    ) -> Result<Option<Stage>, RunError> {
+        let recipe = self.recipe();
+        let wear_iteration = store.next();
+        let before = match store.latest() {
+            Some(latest) => self.before(store.reader(), latest)?,
+            None => Tables::new(),
+        };
+        let parent = store
+            .latest()
+            .map(|latest| store.reader().commit_of(latest));
+        let parent = parent.transpose()?.map(StageKey::of_commit);
+        let mut draft = store.draft(wear_iteration)?;
+        let mut tables = Tables::new();
+        let mut keys = self.keys.clone();
+        let mut last = None;
+        for stage in stages_in(recipe, wear_iteration) {
+            let moment = Moment::of(recipe, wear_iteration, &tables, &before)?;
+            if !(stage.is_due)(&moment) {
+                continue;
+            }
+            // The end of an iteration is its commit.
+            if let Some(ended) = last.filter(|ended| until == Some(*ended)) {
+                return Ok(Some(ended));
+            }
+            let curves = moment.curves_due;
+            let key = self.key(stage, wear_iteration, &keys, parent.as_ref(), curves);
+            let written = match draft.get(&key)? {
+                Kept::Valid(written) => written,
+                Kept::Stale(_) => {
+                    let written = self.compute(stage, wear_iteration, curves, &tables, &before)?;
+                    let interim = written_again(recipe, wear_iteration, stage);
+                    draft.put(&key, &written, &interim)?;
+                    written
+                }
+            };
+            tables.extend(written);
+            keys.insert(stage.stage, key);
+            last = Some(stage.stage);
+        }
+        let key = last.and_then(|last| keys.get(&last));
+        let key = StageKey::new("timing", &[TableName::Timing], &().into(), key.as_slice());
+        let timing = std::mem::take(&mut self.timing).to_table()?;
+        draft.put(&key, &Tables::from([(TableName::Timing, timing)]), &[])?;
+        store.commit(draft)?;
+        Ok(last.filter(|ended| until == Some(*ended)))
+    }
+
+    /// Computes a stage from the tables of its own iteration and of the one before.
+    pub fn compute(
+        &mut self,
+        stage: &'static Declaration,
+        wear_iteration: u64,
+        curves_due: bool,
+        tables: &Tables,
+        before: &Tables,
+    ) -> Result<Tables, RunError> {
+        self.observer.stage(stage.stage, wear_iteration);
+        let begin = Instant::now();
+        let given = [tables, &self.once];
+        let reads = Reads::new(
+            stage,
+            self.inputs,
+            wear_iteration,
+            curves_due,
+            given,
+            before,
+        );
+        self.solvers.begin();
+        let outputs = (stage.compute)(&reads, &mut self.solvers)?;
+        for cost in self.solvers.end(begin.elapsed().as_secs_f64()) {
+            self.timing.stage.push(match cost.part {
+                Some(part) => format!("{}.{part}", stage.stage),
+                None => stage.stage.name().to_owned(),
+            });
+            self.timing.seconds.push(cost.seconds);
+            self.timing.fft_pairs.push(cost.fft_pairs);
+        }
+        for notice in &outputs.notices {
+            self.observer.notice(notice);
+        }
+        Ok(outputs.tables)
+    }
+
+    /// The tables of an iteration that the stages of the next one read, as they are committed: a run that is continued computes from
+    /// the very same numbers as one that is not interrupted. What a sibling inherited from a run of another scene is brought into
+    /// balance under its own.
+    pub fn before(&mut self, reader: &RunReader, wear_iteration: u64) -> Result<Tables, RunError> {
+        let recipe = self.recipe();
+        let origin = reader.record().origin.as_ref();
+        let inherited = origin.is_some_and(|origin| origin.wear_iteration == wear_iteration);
+        if inherited && reader.scene_hash_of(wear_iteration)? != reader.record().scene_hash {
+            return self.balanced(reader, wear_iteration);
+        }
+        let stages = stages_in(recipe, wear_iteration + 1);
+        let names: BTreeSet<TableName> = stages.flat_map(|stage| stage.before).copied().collect();
+        let names = names.into_iter().filter(|name| is_in(recipe, *name));
+        names
+            .map(|name| Ok((name, committed(reader, wear_iteration, name)?)))
+            .collect()
+    }
+
+    fn balanced(&mut self, reader: &RunReader, wear_iteration: u64) -> Result<Tables, RunError> {
+        let recipe = self.recipe();
+        let of_wear = [
+            TableName::WearField,
+            TableName::WearStep,
+            TableName::ContactField,
+            TableName::Summary,
+        ];
+        let inherited = of_wear
+            .into_iter()
+            .map(|name| Ok((name, committed(reader, wear_iteration, name)?)));
+        let inherited: Tables = inherited.collect::<Result<_, RunError>>()?;
+        // The wear as it is, with no step to it, and the contact as a start.
+        let no_step = typed::WearStep::default().to_table()?;
+        let mut tables = inherited.clone();
+        tables.remove(&TableName::Summary);
+        tables.insert(TableName::WearStep, no_step);
+        let summary = inherited[&TableName::Summary].clone();
+        let before = Tables::from([(TableName::Summary, summary)]);
+        for stage in stages_of(recipe).filter(|stage| OF_BALANCE.contains(&stage.stage)) {
+            let balanced = self.compute(stage, wear_iteration, false, &tables, &before)?;
+            tables.extend(balanced);
+        }
+        for name in [TableName::WearStep, TableName::Summary] {
+            tables.insert(name, inherited[&name].clone());
+        }
+        Ok(tables)
+    }
+
+    /// No run fails for its cache: it computes what it cannot find, and says so.
+    fn shared(&self, cache: Option<&Cache>, names: &[TableName], key: &StageKey) -> Option<Tables> {
+        let cache = cache?;
+        match cache.get(names, key) {
+            Ok(Some(tables)) => {
+                self.observer.notice(&format!(
+                    "the reduced structure is there already, in {}",
+                    cache.root().display()
+                ));
+                Some(names.iter().copied().zip(tables).collect())
+            }
+            Ok(None) => None,
+            Err(error) => {
+                self.observer
+                    .notice(&format!("the cache of structures cannot be read: {error}"));
+                None
+            }
+        }
+    }
+
+    fn share(&self, cache: Option<&Cache>, store: &RunStore, key: &StageKey, tables: &Tables) {
+        let Some(cache) = cache else {
+            return;
+        };
+        let names: Vec<TableName> = tables.keys().copied().collect();
+        if matches!(cache.get(&names, key), Ok(Some(_))) {
+            return;
+        }
+        let named: Vec<(TableName, &Table)> = tables.iter().map(|(n, t)| (*n, t)).collect();
+        if let Err(error) = cache.put(key, &named, store.provenance()) {
+            self.observer.notice(&format!(
+                "the structure is not shared with other runs: {error}"
+            ));
+        }
+    }
+}
+
+/// The tables of a run under a key, if all of them are there.
+fn own(store: &RunStore, names: &[TableName], key: &StageKey) -> Result<Option<Tables>, RunError> {
+    let mut found = Tables::new();
+    for &name in names {
+        match store.once(name, key)? {
+            Kept::Valid(table) => found.insert(name, table),
+            Kept::Stale(_) => return Ok(None),
+        };
+    }
+    Ok(Some(found))
+}
+
+/// The tables of a stage that a later one of the same iteration writes again.
+fn written_again(recipe: &Recipe, wear_iteration: u64, stage: &Declaration) -> Vec<TableName> {
+    let later = stages_in(recipe, wear_iteration).filter(|later| later.stage > stage.stage);
+    let later: Vec<TableName> = later.flat_map(|later| later.writes_in(recipe)).collect();
+    let written = stage.writes_in(recipe);
+    written.filter(|table| later.contains(table)).collect()
+}
+
+/// A table of a committed iteration. Runs of earlier versions have what the cycle found in their summary alone.
+fn committed(reader: &RunReader, wear_iteration: u64, name: TableName) -> Result<Table, RunError> {
+    debug_assert!(!is_once(name));
+    match reader.read(wear_iteration, name) {
+        Err(StoreError::NoTable { .. }) if name == TableName::FrettingCycle => {
+            let summary: typed::Summary = reader.typed(wear_iteration)?;
+            let row = typed::FrettingCycle {
+                dissipated_energy: summary.dissipated_energy.unwrap_or(0.0),
+                iterations: summary.tangential_iterations.unwrap_or(0),
+                error_tangential: summary.error_tangential.unwrap_or(0.0),
+                error_cycle: summary.error_cycle.unwrap_or(0.0),
+                fft_pairs: 0.0,
+            };
+            Ok(row.to_table()?)
+        }
+        found => Ok(found?),
+    }
+}

@@ -1,0 +1,192 @@
+//! The solvers that stages share, each built when it is first asked for from the recipe and the tables of the run. They hold no state
+//! of a run: a stage sets what moves the joint, and it rests again for the next one.
+
+use std::rc::Rc;
+use std::time::Instant;
+
+use super::RunError;
+use super::error::NumericsError;
+use super::reads::Reads;
+use super::structure::reduced_of;
+use crate::dynamics::Vibration;
+use crate::grid::Patch;
+use crate::model_update::{Compliance, ContactElements, ElementParameters};
+use crate::recipe::build::Layout;
+use crate::tables::typed;
+use crate::wear::cycle::March;
+use crate::wear::{FrettingJoint, Motion};
+
+/// What a part of a stage that is told apart cost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PartCost {
+    /// Name of the part; none of the stage itself.
+    pub part: Option<&'static str>,
+    /// Wall time \[s\].
+    pub seconds: f64,
+    /// Forward and inverse transform pairs.
+    pub fft_pairs: f64,
+}
+
+/// The solvers of a run.
+pub struct Solvers {
+    threads: usize,
+    joint: Option<FrettingJoint>,
+    elements: Option<Rc<ContactElements>>,
+    vibration: Option<Rc<Vibration>>,
+    costs: Vec<PartCost>,
+}
+
+impl Solvers {
+    /// Solvers whose transforms are made on as many threads; results do not depend on their number.
+    pub fn new(threads: usize) -> Solvers {
+        Solvers {
+            threads,
+            joint: None,
+            elements: None,
+            vibration: None,
+            costs: Vec::new(),
+        }
+    }
+
+    /// Begins a stage: the joint rests, and nothing has cost anything.
+    pub fn begin(&mut self) {
+        self.costs.clear();
+        if let Some(joint) = &mut self.joint {
+            joint.half_space.take_pairs();
+            joint.motion = Motion::none(0.0);
+            joint.march = March::Reversal;
+            joint.options.extrapolate = false;
+        }
+    }
+
+    /// What the stage has cost in `seconds`: of itself, and of the parts that it tells apart.
+    pub fn end(&mut self, seconds: f64) -> Vec<PartCost> {
+        let left = self.joint.as_mut();
+        let mut own = PartCost {
+            part: None,
+            seconds,
+            fft_pairs: left.map_or(0.0, |joint| joint.half_space.take_pairs()),
+        };
+        let mut parts = Vec::new();
+        for cost in std::mem::take(&mut self.costs) {
+            match cost.part {
+                None => own.fft_pairs += cost.fft_pairs,
+                Some(_) => {
+                    own.seconds -= cost.seconds;
+                    parts.push(cost);
+                }
+            }
+        }
+        let mut costs = vec![own];
+        costs.extend(parts);
+        costs
+    }
+
+    /// The rough joint, at rest unless the stage has set what moves it.
+    pub fn joint(&mut self, reads: &Reads) -> Result<&mut FrettingJoint, RunError> {
+        if self.joint.is_none() {
+            let Some(contact) = reads.recipe.contact() else {
+                unreachable!("a stage that solves a contact declares it");
+            };
+            let (patch, height) = patch_and_height(reads)?;
+            let mut joint = contact.joint(None, patch, height, Motion::none(0.0));
+            joint.half_space.set_threads(self.threads);
+            self.joint = Some(joint);
+        }
+        Ok(self.joint.as_mut().expect("it was built"))
+    }
+
+    /// Does work on the joint; what it cost is told apart if the part has a name. The result with the transform pairs of the work.
+    pub fn work<T>(
+        &mut self,
+        reads: &Reads,
+        part: Option<&'static str>,
+        work: impl FnOnce(&mut FrettingJoint) -> Result<T, NumericsError>,
+    ) -> Result<(T, f64), RunError> {
+        let begin = Instant::now();
+        let joint = self.joint(reads)?;
+        joint.half_space.take_pairs();
+        let result = work(joint).map_err(|error| reads.failed(error))?;
+        let fft_pairs = joint.half_space.take_pairs();
+        self.costs.push(PartCost {
+            part,
+            seconds: begin.elapsed().as_secs_f64(),
+            fft_pairs,
+        });
+        Ok((result, fft_pairs))
+    }
+
+    /// The contact elements whose cells are those of the joint.
+    pub fn elements(&mut self, reads: &Reads) -> Result<Rc<ContactElements>, RunError> {
+        if self.elements.is_none() {
+            let surface = reads.recipe.surface();
+            let elements = surface.map(|surface| surface.contact_elements());
+            let Some(elements) = elements.transpose()?.flatten() else {
+                unreachable!("a joint with a structure has the cells of its contact elements");
+            };
+            self.elements = Some(Rc::new(elements));
+        }
+        Ok(self.elements.clone().expect("it was built"))
+    }
+
+    /// The structure with a place for contact elements. Damping in modes of the stuck joint is that of the unworn elements.
+    pub fn vibration(&mut self, reads: &Reads) -> Result<Rc<Vibration>, RunError> {
+        if self.vibration.is_none() {
+            let recipe = &reads.recipe;
+            let (Some(structure), Some(response)) = (&recipe.structure, &recipe.response) else {
+                unreachable!("a stage that vibrates declares structure and response");
+            };
+            let unworn = match reads.maybe::<typed::ReferenceElement>()? {
+                Some(rows) => ElementParameters {
+                    normal_load: rows.normal_load,
+                    gap: rows.gap,
+                    kn: rows.kn,
+                    kt: rows.kt,
+                },
+                None => given(reads),
+            };
+            let elements = recipe.elements();
+            let unworn = elements.map(|elements| elements.with(&structure.layout(), &unworn));
+            let reduced = reduced_of(reads)?;
+            let has_contact = elements.is_some();
+            let unworn = unworn.unwrap_or_default();
+            let vibration =
+                structure.vibration(response, has_contact, reduced.as_ref(), &unworn)?;
+            self.vibration = Some(Rc::new(vibration));
+        }
+        Ok(self.vibration.clone().expect("it was built"))
+    }
+}
+
+/// The cells of the joint and their unworn heights.
+pub fn patch_and_height(reads: &Reads) -> Result<(Patch, Vec<f64>), RunError> {
+    let Some(surface) = reads.recipe.surface() else {
+        unreachable!("a stage that reads the surface declares its grid");
+    };
+    let typed::Surface { height, kept, .. } = reads.table()?;
+    let grid = surface.grid();
+    Ok((Patch { grid, kept }, height))
+}
+
+/// Parameters of contact elements whose stiffness is given; of none where there are none.
+pub fn given(reads: &Reads) -> ElementParameters {
+    let elements = reads.recipe.elements();
+    let given = elements.and_then(|elements| elements.given());
+    given.unwrap_or_default()
+}
+
+/// Where the contact elements are; nowhere without a structure.
+pub fn layout(reads: &Reads) -> Layout {
+    let structure = reads.recipe.structure.as_ref();
+    structure.map_or_else(Layout::default, |structure| structure.layout())
+}
+
+/// Compliance of the smooth patch, where the stiffness or the motion needs it.
+pub fn smooth(reads: &Reads) -> Result<Option<Compliance>, RunError> {
+    let Some(reference) = reads.maybe::<typed::Reference>()? else {
+        return Ok(None);
+    };
+    let normal = reference.smooth_compliance_normal;
+    let pair = normal.zip(reference.smooth_compliance_tangential);
+    Ok(pair.map(|(normal, tangential)| Compliance { normal, tangential }))
+}
