@@ -325,6 +325,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "report/",
             "cli/cost.rs",
             "cli/export.rs",
+            "cli/stage.rs",
         ],
     ),
     // The macros panic where nobody can be told; and what goes to a terminal must not be obeyed by it.
@@ -364,8 +365,8 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
         &[
             "cli/",
             "progress.rs",
-            "stages/context.rs",
-            "stages/surface.rs",
+            "stages/runner.rs",
+            "stages/solvers.rs",
             "store/file_system.rs",
             "doctor/machine.rs",
         ],

@@ -55,7 +55,9 @@ fn json_is_the_last_summary() {
         "static_contact",
         "static_contact.indentation",
         "static_contact.stiffness",
+        "summary",
         "surface",
+        "unworn",
         "wear",
     ];
     assert_eq!(keys(&found["timing"]), stages.map(str::to_owned).into());
