@@ -17,10 +17,11 @@ pub fn export(arguments: &ExportArguments, out: &mut Results) -> Result<Exit, Cl
         None => (Resonator::default(), None),
         Some(path) => {
             let scene = scene::load(path, &arguments.sets)?;
-            let Some(Structure::Resonator { geometry }) = scene.structure else {
+            let resonator = scene.structure.as_ref().and_then(|s| s.resonator());
+            let Some(resonator) = resonator.cloned() else {
                 return Err(CliError::NothingToExport { path: path.clone() });
             };
-            (*geometry, scene.contact)
+            (resonator, scene.contact)
         }
     };
     let stiffness = match (arguments.kt.zip(arguments.kn), &contact) {

@@ -57,6 +57,30 @@ pub struct Due {
 }
 
 impl Criterion {
+    /// When an update is due, in words.
+    pub fn told(&self) -> String {
+        match self {
+            Criterion::Never => "never".to_owned(),
+            Criterion::StiffnessChange(change) => {
+                format!(
+                    "after static_contact: where kn or kt has changed by {change} since the last"
+                )
+            }
+            Criterion::Iterations(every) => format!("every {every} wear iterations"),
+            Criterion::WearVolume(volume) => format!("after wear: at every {volume:e} m^3"),
+        }
+    }
+
+    /// The key of a scene that it comes from; none if nothing makes an update due.
+    pub fn key(&self) -> Option<&'static str> {
+        match self {
+            Criterion::Never => None,
+            Criterion::StiffnessChange(_) => Some("update.stiffness_change"),
+            Criterion::Iterations(_) => Some("update.iterations"),
+            Criterion::WearVolume(_) => Some("update.wear_volume"),
+        }
+    }
+
     /// Checks the limit.
     ///
     /// # Errors

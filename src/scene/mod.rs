@@ -28,11 +28,12 @@ pub use crate::contact::Boundary;
 pub use crate::dynamics::FrictionLaw;
 pub use crate::model_update::{Distribution, StiffnessKind as Stiffness};
 pub use crate::recipe::{
-    DampingBasis, Force, Heights as Surface, Keep, Output, Port, StructureSource as Structure, Wear,
+    Criterion as Update, DampingBasis, Force, Heights as Surface, Keep, Output, Port,
+    StructureSource as Structure, Wear,
 };
 pub use crate::structure::resonator::Resonator;
 pub use crate::surface::prepare::{Detrend, Fill};
-pub use crate::wear::joint::Scheme;
+pub use crate::wear::Scheme;
 pub use error::{Place, Problem, SceneError};
 pub use plan::{InputError, Plan, PlanError};
 
@@ -211,18 +212,6 @@ impl Material {
     }
 }
 
-/// `[update]`: when the worn contact changes the contact elements.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Update {
-    /// At this relative change of the contact's kn or kt since the last update.
-    StiffnessChange(f64),
-    /// Every so many wear iterations.
-    Iterations(u64),
-    /// After this worn volume since the last update \[m³\].
-    WearVolume(f64),
-}
-
 /// `[motion]`: what drives the joint in every cycle of period T.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -268,7 +257,7 @@ pub struct Fidelity {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
     /// How a cycle is marched; none: the plan decides.
-    pub cycle: Option<CycleMode>,
+    pub cycle: Option<March>,
     /// Time steps of a stepped cycle.
     pub steps_per_cycle: usize,
     /// Relative error of a normal contact solve.
@@ -301,29 +290,6 @@ pub enum Preset {
     Balanced,
     /// As exact as is practical.
     Reference,
-}
-
-/// How a cycle is marched.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum CycleMode {
-    /// The Ciavarella–Jäger superposition.
-    Superposition,
-    /// One solve for each branch between load reversals.
-    Reversal,
-    /// Many solves a cycle.
-    Stepped,
-}
-
-impl CycleMode {
-    /// How the solver marches it.
-    pub fn march(self) -> March {
-        match self {
-            CycleMode::Superposition => March::Superposition,
-            CycleMode::Reversal => March::Reversal,
-            CycleMode::Stepped => March::Stepped,
-        }
-    }
 }
 
 /// Reads the scene in the file at `path` with `sets` (`key=value` each) applied.
@@ -401,10 +367,7 @@ impl Scene {
             material: self.material.as_ref()?,
             surface: self.surface.as_ref()?,
             contact: self.contact.as_ref()?,
-            resonator: match self.structure.as_ref() {
-                Some(Structure::Resonator { geometry }) => Some(geometry),
-                _ => None,
-            },
+            resonator: self.structure.as_ref().and_then(|s| s.resonator()),
             grid: Grid::over(self.joint.as_ref()?.size, self.joint.as_ref()?.grid?),
         })
     }

@@ -7,7 +7,7 @@ use super::solvers::{Solvers, smooth};
 use crate::contact::{ContactError, Shear};
 use crate::dynamics::ElementState;
 use crate::model_update::{Compliance, Distribution, ElementParameters, Linearisation, Springs};
-use crate::recipe::build::Layout;
+use crate::recipe::Layout;
 use crate::recipe::{ElementStiffness, Recipe};
 use crate::tables::typed;
 use crate::wear::FrettingJoint;

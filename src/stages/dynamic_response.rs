@@ -13,7 +13,7 @@ use crate::dynamics::{
     ContactElement, DynamicsError, ElementState, HarmonicBalance, Resolved, Resonance, Start,
 };
 use crate::model_update::ElementParameters;
-use crate::recipe::build::Layout;
+use crate::recipe::Layout;
 use crate::recipe::{Part, Recipe};
 use crate::tables::{TableName, typed};
 

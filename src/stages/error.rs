@@ -3,7 +3,7 @@
 use crate::contact::ContactError;
 use crate::dynamics::DynamicsError;
 use crate::model_update::ModelUpdateError;
-use crate::recipe::build::CycleError;
+use crate::recipe::CycleError;
 use crate::store::StoreError;
 use crate::structure::StructureError;
 use crate::surface::SurfaceError;

@@ -119,7 +119,7 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         + VolumeError {
             steps: error_bar::of_step(estimate, step.volume, cycle.error_cycle),
             harmonics: step.volume * wrong(|row| row.error_friction_energy),
-            closure: wear.coefficient * step.n_cycles as f64 * wrong(|row| row.closure_energy),
+            closure: wear.law().over(step.n_cycles as u64) * wrong(|row| row.closure_energy),
         };
     // The bar of a figure of this and of the iteration before, which what was inherited may not have had: by the volume worn while the
     // figure changed, and by an error that is in it by itself, not through wear.
@@ -171,7 +171,7 @@ fn estimate(wear: &Wear, sources: &Sources) -> f64 {
         Some(before) if !wear.scheme.estimates_error() => {
             let energies = [&before.dissipation[..], sources.dissipation];
             let cycles = step.n_cycles as u64;
-            error_bar::of_constant_rate(energies, wear.coefficient, cycles, sources.cell_area)
+            error_bar::of_constant_rate(energies, wear.law(), cycles, sources.cell_area)
         }
         _ => step.error,
     }

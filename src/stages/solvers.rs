@@ -11,7 +11,7 @@ use super::structure::reduced_of;
 use crate::dynamics::Vibration;
 use crate::grid::Patch;
 use crate::model_update::{Compliance, ContactElements, ElementParameters};
-use crate::recipe::build::Layout;
+use crate::recipe::Layout;
 use crate::tables::typed;
 use crate::wear::cycle::March;
 use crate::wear::{FrettingJoint, Motion};
@@ -89,7 +89,7 @@ impl Solvers {
                 unreachable!("a stage that solves a contact declares it");
             };
             let (patch, height) = patch_and_height(reads)?;
-            let mut joint = contact.joint(None, patch, height, Motion::none(0.0));
+            let mut joint = contact.joint(patch, height);
             joint.half_space.set_threads(self.threads);
             self.joint = Some(joint);
         }

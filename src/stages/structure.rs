@@ -5,9 +5,8 @@ use super::declaration::{Declaration, Stage, When};
 use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
 use crate::linalg::Matrix;
-use crate::recipe::{Part, StructureSource};
+use crate::recipe::{Layout, Part};
 use crate::structure::reduction::{Ports, Reduced};
-use crate::structure::resonator::Resonator;
 use crate::tables::{TableName, typed};
 
 /// The tables of a reduced structure.
@@ -37,25 +36,20 @@ fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
     let Some(structure) = &reads.recipe.structure else {
         unreachable!("a run with this stage has a structure");
     };
-    match &structure.source {
-        StructureSource::Resonator { geometry } => {
-            tables_of(&geometry.reduce(structure.modes)?, geometry)
-        }
-        StructureSource::Oscillator { .. } => {
-            unreachable!("an oscillator needs no reduction")
-        }
+    match structure.reduce()? {
+        Some(reduced) => tables_of(&reduced, &structure.layout()),
+        None => unreachable!("a structure without a reduction has no such stage"),
     }
 }
 
-fn tables_of(reduced: &Reduced, geometry: &Resonator) -> Result<Outputs, RunError> {
+fn tables_of(reduced: &Reduced, layout: &Layout) -> Result<Outputs, RunError> {
     let ports = &reduced.ports;
     let count = ports.combinations.len();
     let contact = ports.contact_ports();
-    let centres = geometry.contact_centres();
     let element = |port: usize| (port < contact).then_some(port / 3);
     let mut port = typed::StructurePort::default();
     for p in 0..count {
-        let [x, y] = element(p).map_or([0.0; 2], |e| centres[e]);
+        let [x, y] = element(p).map_or([0.0; 2], |e| layout.centres[e]);
         port.port.push(p as i32);
         port.element.push(element(p).map_or(-1, |e| e as i32));
         port.point.push(match element(p) {
@@ -66,7 +60,7 @@ fn tables_of(reduced: &Reduced, geometry: &Resonator) -> Result<Outputs, RunErro
         port.x.push(x);
         port.y.push(y);
         port.area
-            .push(element(p).map_or(0.0, |_| geometry.contact_area()));
+            .push(element(p).map_or(0.0, |_| layout.area));
     }
     let rigid = reduced.rigid.columns();
     let mut mode = typed::StructureMode::default();

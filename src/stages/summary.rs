@@ -126,16 +126,17 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
     summary.error_tangential = Some(cycle.error_tangential);
     summary.error_cycle = Some(cycle.error_cycle);
     if let Some(wear) = &reads.recipe.wear {
+        let law = wear.law();
         let before = Before::of(reads)?;
         let before = before.as_ref();
         let volume = before.map_or(0.0, |b| b.volume) + step.volume;
         // A run that began from another may wear at another coefficient than it.
-        let energy = before.map_or(0.0, |b| b.energy) + step.volume / wear.coefficient;
+        let energy = before.map_or(0.0, |b| b.energy) + law.energy(step.volume);
         let cycles = before.map_or(0, |b| b.cycles) + step.n_cycles;
         summary.cycles = Some(cycles);
         summary.n_cycles = Some(step.n_cycles);
         summary.wear_volume = Some(volume);
-        summary.wear_rate = Some(wear.coefficient * cycle.dissipated_energy);
+        summary.wear_rate = Some(law.volume(cycle.dissipated_energy));
         summary.dissipated_energy_total = Some(energy);
         let sources = Sources {
             before,

@@ -5,8 +5,7 @@ use super::declaration::{Declaration, Stage, When};
 use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
 use crate::grid::Patch;
-use crate::recipe::{self, Heights, Part};
-use crate::surface::generate::{self, RandomSurface, Spectrum};
+use crate::recipe::{self, Part};
 use crate::tables::{TableName, typed};
 
 /// The cells of the joint and their unworn heights.
@@ -53,52 +52,9 @@ fn heights(
         return Ok((measured.patch.clone(), measured.heights.clone(), notices));
     }
     let patch = surface.patch()?;
-    let mut notices = Vec::new();
-    let mut random = |spectrum, rq, seed| -> Result<Vec<f64>, RunError> {
-        let generated = generate::random(&patch, &RandomSurface { rq, spectrum, seed })?;
-        notices.extend(generated.warnings.iter().map(ToString::to_string));
-        Ok(generated.heights)
+    let Some(generated) = surface.heights.generate(&patch)? else {
+        unreachable!("the inputs hold what a file gives");
     };
-    let height = match &surface.heights {
-        Heights::Flat => generate::flat(&patch),
-        Heights::Sphere { radius } => generate::sphere(&patch, *radius)?,
-        Heights::Gaussian {
-            rq,
-            correlation_length,
-            seed,
-        } => random(
-            Spectrum::Gaussian {
-                correlation_length: *correlation_length,
-            },
-            *rq,
-            *seed,
-        )?,
-        Heights::Exponential {
-            rq,
-            correlation_length,
-            seed,
-        } => random(
-            Spectrum::Exponential {
-                correlation_length: *correlation_length,
-            },
-            *rq,
-            *seed,
-        )?,
-        Heights::SelfAffine {
-            rq,
-            hurst,
-            rolloff_wavelength,
-            cutoff_wavelength,
-            seed,
-        } => {
-            let spectrum = Spectrum::SelfAffine {
-                hurst: *hurst,
-                rolloff_wavelength: *rolloff_wavelength,
-                cutoff_wavelength: cutoff_wavelength.unwrap_or(0.0),
-            };
-            random(spectrum, *rq, *seed)?
-        }
-        Heights::File { .. } => unreachable!("the inputs hold what a file gives"),
-    };
-    Ok((patch, height, notices))
+    let notices = generated.warnings.iter().map(ToString::to_string);
+    Ok((patch, generated.heights, notices.collect()))
 }

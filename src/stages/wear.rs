@@ -3,17 +3,18 @@
 use super::RunError;
 use super::contact_state::{Fields, contact_of, let_move, on_axes, wear_of};
 use super::declaration::{Declaration, Stage, When};
+use super::error::NumericsError;
 use super::model_update::NextUpdate;
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, patch_and_height};
-use crate::grid::{ByAxis, Patch};
+use crate::grid::Patch;
 use crate::recipe::{Part, Wear};
 use crate::tables::{TableError, TableName, typed};
 use crate::wear::cycle::CycleSolution;
 use crate::wear::implicit::{self, Limits, Step};
-use crate::wear::joint::{Scheme, WornState};
+use crate::wear::joint::WornState;
 use crate::wear::landing::Landing;
-use crate::wear::{FrettingJoint, explicit, semi_implicit};
+use crate::wear::{FrettingJoint, WearLaw, explicit};
 
 /// Proposals are written to a table, which holds no infinity: a joint that does not wear proposes this.
 const LONGEST_PROPOSAL: f64 = 1e18;
@@ -154,7 +155,8 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let volume_left = wear
         .volume
         .map_or(f64::INFINITY, |volume| volume - before.volume);
-    let rate = wear.coefficient * before.state.cycle.dissipation;
+    let law = wear.law();
+    let rate = law.volume(before.state.cycle.dissipation);
     if wear.cycles.is_none() && rate <= 0.0 {
         let volume = wear.volume.unwrap_or(f64::INFINITY);
         return Err(RunError::WearsNoMore {
@@ -164,67 +166,40 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     }
     let remaining = landing(reads, wear, before.cycles) - before.cycles;
     let until_volume = (volume_left / rate * VOLUME_MARGIN).ceil().max(1.0);
-    let coefficient = wear.coefficient;
+    let limits = Limits {
+        tolerance: wear.tolerance,
+        depth_step: wear.depth_step,
+        remaining,
+    };
     let next_update = NextUpdate::of(reads)?;
-    let (step, fft_pairs) = solvers.work(reads, None, |joint| match wear.scheme {
-        Scheme::Implicit => {
-            let first = || implicit::first_proposal(joint, &before.state, coefficient);
-            let proposal = before.proposal.unwrap_or_else(first).min(until_volume);
-            let limits = Limits {
-                tolerance: wear.tolerance,
-                depth_step: wear.depth_step,
-                remaining,
-            };
-            let step = match &next_update {
-                None => implicit::advance(joint, &before.state, coefficient, proposal, limits)?,
-                Some(next) => {
-                    let landing = Landing::new(next.begin, wear.tolerance);
-                    let reached = |joint: &mut FrettingJoint, step: &Step| {
-                        let volume = joint.volume(&step.wear);
-                        next.reached(joint, contact, &step.contact.pressure, volume)
-                    };
-                    let state = &before.state;
-                    landing.advance(joint, state, coefficient, proposal, limits, reached)?
-                }
-            };
-            Ok(Outcome {
-                wear: step.wear,
-                cycles: step.cycles,
-                error: step.error,
-                proposal: step.proposal,
-                rejected: step.rejected,
-                gap: Some(step.contact.gap),
-                pressure: step.contact.pressure,
-                shear: step.shear,
-            })
-        }
-        Scheme::SemiImplicit => {
-            let cycles = by_depth(&before.state, wear, remaining).min(remaining);
-            let (worn, contact) =
-                semi_implicit::advance(joint, &before.state, coefficient, cycles)?;
-            Ok(Outcome {
-                wear: worn,
-                cycles,
-                error: 0.0,
-                proposal: cycles as f64,
-                rejected: 0,
-                gap: Some(contact.gap),
-                pressure: contact.pressure,
-                shear: before.state.cycle.shear.clone(),
-            })
-        }
-        Scheme::Explicit => Ok(explicit_step(&before.state, wear, remaining)),
+    let state = &before.state;
+    // An implicit step ends where the contact elements fall due.
+    let implicit = |joint: &mut FrettingJoint| -> Result<Step, NumericsError> {
+        let first = || implicit::first_proposal(joint, state, law);
+        let proposal = before.proposal.unwrap_or_else(first).min(until_volume);
+        let Some(next) = &next_update else {
+            return Ok(implicit::advance(joint, state, law, proposal, limits)?);
+        };
+        let reached = |joint: &mut FrettingJoint, step: &Step| {
+            let volume = joint.volume(&step.wear);
+            next.reached(joint, contact, &step.contact.pressure, volume)
+        };
+        let landing = Landing::new(next.begin, wear.tolerance);
+        landing.advance(joint, state, law, proposal, limits, reached)
+    };
+    let (step, fft_pairs) = solvers.work(reads, None, |joint| {
+        wear.scheme.advance(joint, state, law, limits, implicit)
     })?;
     let mut outputs = Outputs::default();
     let joint = solvers.joint(reads)?;
-    if wear.scheme == Scheme::Explicit && reads.wear_iteration == 1 {
+    if wear.scheme.is_explicit() && reads.wear_iteration == 1 {
         outputs
             .notices
-            .extend(instability(joint, wear, &before.state, step.cycles));
+            .extend(instability(joint, law, state, step.cycles));
     }
     let row = typed::WearStep {
         n_cycles: step.cycles as i64,
-        volume: joint.volume(&step.wear) - joint.volume(&before.state.wear),
+        volume: joint.volume(&step.wear) - joint.volume(&state.wear),
         error: step.error,
         next_n_cycles: step.proposal.min(LONGEST_PROPOSAL),
         rejected: step.rejected as i64,
@@ -249,47 +224,10 @@ fn landing(reads: &Reads, wear: &Wear, cycles: u64) -> u64 {
         .min(next.unwrap_or(u64::MAX))
 }
 
-struct Outcome {
-    wear: Vec<f64>,
-    cycles: u64,
-    error: f64,
-    proposal: f64,
-    rejected: usize,
-    gap: Option<Vec<f64>>,
-    pressure: Vec<f64>,
-    shear: ByAxis<Vec<f64>>,
-}
-
-/// Cycles that wear the depth of a step at the rate of its beginning.
-fn by_depth(before: &WornState, wear: &Wear, remaining: u64) -> u64 {
-    let deepest = wear.coefficient * before.cycle.energy.iter().fold(0.0f64, |m, e| m.max(*e));
-    let depth_step = wear.depth_step.unwrap_or(f64::INFINITY);
-    // A joint that does not wear would make a step without end.
-    if deepest > 0.0 {
-        explicit::cycles(depth_step, deepest)
-    } else {
-        remaining
-    }
-}
-
-fn explicit_step(before: &WornState, wear: &Wear, remaining: u64) -> Outcome {
-    let cycles = by_depth(before, wear, remaining);
-    Outcome {
-        wear: explicit::advance(&before.wear, &before.cycle.energy, wear.coefficient, cycles),
-        cycles,
-        error: 0.0,
-        proposal: cycles as f64,
-        rejected: 0,
-        gap: None,
-        pressure: before.pressure.clone(),
-        shear: before.cycle.shear.clone(),
-    }
-}
-
 /// What there is to say if the explicit step is too long to be stable.
 fn instability(
     joint: &FrettingJoint,
-    wear: &Wear,
+    law: WearLaw,
     before: &WornState,
     cycles: u64,
 ) -> Option<String> {
@@ -297,7 +235,7 @@ fn instability(
         &before.cycle.slip_path,
         &before.pressure,
         joint.friction_coefficient,
-        wear.coefficient,
+        law,
         cycles,
         joint.half_space.self_compliance(),
     );

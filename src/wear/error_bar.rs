@@ -10,6 +10,8 @@
 
 use std::ops::Add;
 
+use super::WearLaw;
+
 /// Error of a worn volume, by source \[m³\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct VolumeError {
@@ -74,10 +76,10 @@ pub fn of_figure([before, after]: [f64; 2], error: VolumeError, volume: f64, all
 /// change of the energy per area \[J/m²\] over it, summed over cells of `cell_area` \[m²\]. A volume \[m³\].
 pub fn of_constant_rate(
     [begin, end]: [&[f64]; 2],
-    coefficient: f64,
+    law: WearLaw,
     cycles: u64,
     cell_area: f64,
 ) -> f64 {
     let changes = begin.iter().zip(end).map(|(a, b)| (a - b).abs());
-    0.5 * cycles as f64 * coefficient * changes.sum::<f64>() * cell_area
+    0.5 * law.over(cycles) * changes.sum::<f64>() * cell_area
 }

@@ -1,17 +1,17 @@
 //! The published wear step: explicit, with the cycles that wear a given depth [A eq. 2.7–2.8].
 
+use super::WearLaw;
+
 /// N = floor(Δh_max / max Δh), at least one cycle [A eq. 2.7]. `deepest` is the largest wear depth of one cycle \[m\].
 pub fn cycles(depth_step: f64, deepest: f64) -> u64 {
     // The conversion saturates, so that a joint that hardly wears makes one very long step.
     ((depth_step / deepest).floor() as u64).max(1)
 }
 
-/// h ← h + N Δh [A eq. 2.8], with Δh = α · `energy`, written for the wear depth \[m\].
-pub fn advance(wear: &[f64], energy: &[f64], coefficient: f64, cycles: u64) -> Vec<f64> {
-    wear.iter()
-        .zip(energy)
-        .map(|(w, e)| w + cycles as f64 * coefficient * e)
-        .collect()
+/// h ← h + N Δh [A eq. 2.8], written for the wear depth \[m\]; `energy` is that of a cycle per area \[J/m²\].
+pub fn advance(wear: &[f64], energy: &[f64], law: WearLaw, cycles: u64) -> Vec<f64> {
+    let reach = law.over(cycles);
+    wear.iter().zip(energy).map(|(w, e)| w + reach * e).collect()
 }
 
 /// The smallest eigenvalue of the half spaces' compliance on a grid, in parts of a cell's own compliance: that of pressures
@@ -26,7 +26,7 @@ pub fn beyond_stability(
     slip_path: &[f64],
     pressure: &[f64],
     friction_coefficient: f64,
-    coefficient: f64,
+    law: WearLaw,
     cycles: u64,
     self_compliance: f64,
 ) -> f64 {
@@ -35,7 +35,7 @@ pub fn beyond_stability(
         .zip(pressure)
         .filter(|(_, pressure)| **pressure > 0.0)
         .fold(0.0f64, |longest, (path, _)| longest.max(*path));
-    let compliance = cycles as f64 * coefficient * friction_coefficient * longest;
+    let compliance = law.over(cycles) * friction_coefficient * longest;
     compliance / (2.0 * ALTERNATING * self_compliance)
 }
 

@@ -15,6 +15,7 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
+use super::WearLaw;
 use super::joint::{FrettingJoint, WearError, WornState};
 use crate::contact::normal::NormalSolution;
 use crate::grid::ByAxis;
@@ -74,29 +75,29 @@ pub struct Limits {
 
 /// Cycles for a first step, before any error is known: the fastest-wearing cell's wear compliance is then the half
 /// space's own.
-pub fn first_proposal(joint: &FrettingJoint, state: &WornState, coefficient: f64) -> f64 {
+pub fn first_proposal(joint: &FrettingJoint, state: &WornState, law: WearLaw) -> f64 {
     let fastest = rate(joint, state)
         .proportion
         .iter()
         .fold(0.0f64, |m, c| m.max(*c));
-    joint.half_space.self_compliance() / (coefficient * fastest)
+    joint.half_space.self_compliance() / law.depth(fastest)
 }
 
 /// Makes one step of at most `proposal` cycles, shorter ones until its error is within the limits.
 pub fn advance(
     joint: &mut FrettingJoint,
     state: &WornState,
-    coefficient: f64,
+    law: WearLaw,
     proposal: f64,
     limits: Limits,
 ) -> Result<Step, WearError> {
     let begin = rate(joint, state);
-    let deepest = coefficient * state.cycle.energy.iter().fold(0.0f64, |m, e| m.max(*e));
+    let deepest = law.depth(state.cycle.energy.iter().fold(0.0f64, |m, e| m.max(*e)));
     let by_depth = limits.depth_step.map_or(f64::INFINITY, |d| d / deepest);
     let mut cycles = whole(proposal.min(by_depth), limits.remaining);
     let mut rejected = 0;
     loop {
-        let mut step = attempt(joint, state, &begin, coefficient, cycles)?;
+        let mut step = attempt(joint, state, &begin, law, cycles)?;
         let before = joint.volume(&state.wear);
         let volume = joint.volume(&step.wear) - before + SETTLED * before;
         let relative = if volume > 0.0 {
@@ -143,11 +144,11 @@ fn attempt(
     joint: &mut FrettingJoint,
     state: &WornState,
     begin: &Rate,
-    coefficient: f64,
+    law: WearLaw,
     cycles: u64,
 ) -> Result<Step, WearError> {
     let load = joint.motion.mean_load();
-    let reach = cycles as f64 * coefficient;
+    let reach = law.over(cycles);
     let add = |wear: &[f64], parts: &[(f64, &[f64])]| -> Vec<f64> {
         (0..wear.len())
             .map(|c| {

@@ -1,7 +1,5 @@
 //! A rough joint that frets: what the wear steps ask for contact and cycle.
 
-use serde::{Deserialize, Serialize};
-
 use super::cycle::{CycleSolution, March};
 use super::motion::Motion;
 use crate::contact::normal::{
@@ -67,13 +65,6 @@ pub struct FrettingOptions {
 /// Part of the closure of a cycle that the gap of each of its steps may have: with more, a cycle of many would not close.
 const GAP_OF_CLOSURE: f64 = 0.1;
 
-impl Scheme {
-    /// True of a scheme whose step estimates its error.
-    pub fn estimates_error(self) -> bool {
-        self == Scheme::Implicit
-    }
-}
-
 impl FrettingOptions {
     /// Those of tangential steps that follow one another, each from the shear that the last has left.
     pub fn tangential_in_sequence(&self) -> TangentialOptions {
@@ -116,19 +107,6 @@ pub struct WornState {
     pub pressure: Vec<f64>,
     /// The steady cycle there.
     pub cycle: CycleSolution,
-}
-
-/// Which wear step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Scheme {
-    /// [`super::implicit`].
-    Implicit,
-    /// [`super::semi_implicit`].
-    #[serde(rename = "semi_implicit")]
-    SemiImplicit,
-    /// [`super::explicit`].
-    Explicit,
 }
 
 impl FrettingJoint {

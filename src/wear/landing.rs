@@ -3,6 +3,7 @@
 //! What is computed up to the end of the step that meets a condition, an update of the contact elements say, would otherwise
 //! depend on the steps that happened to be taken.
 
+use super::WearLaw;
 use super::implicit::{self, Limits, Step};
 use super::joint::{FrettingJoint, WearError, WornState};
 
@@ -61,14 +62,14 @@ impl Landing {
         mut self,
         joint: &mut FrettingJoint,
         state: &WornState,
-        coefficient: f64,
+        law: WearLaw,
         proposal: f64,
         limits: Limits,
         mut reached: impl FnMut(&mut FrettingJoint, &Step) -> Result<f64, E>,
     ) -> Result<Step, E> {
         let load = joint.motion.mean_load();
         let mut attempt = |proposal, limits| -> Result<(Step, f64), E> {
-            let mut step = implicit::advance(joint, state, coefficient, proposal, limits)?;
+            let mut step = implicit::advance(joint, state, law, proposal, limits)?;
             // The step's own contact is that of its last stage; an update sees the one that is found on the worn surface.
             let start = Some(&step.contact.pressure[..]);
             step.contact = joint.contact(&step.wear, None, load, start)?;

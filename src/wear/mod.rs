@@ -6,10 +6,14 @@ pub mod explicit;
 pub mod implicit;
 pub mod joint;
 pub mod landing;
+mod law;
 pub mod motion;
 pub mod sampled;
+mod scheme;
 pub mod semi_implicit;
 pub mod superposition;
 
 pub use joint::{FrettingJoint, WearError};
+pub use law::WearLaw;
 pub use motion::{Channel, Harmonic, Motion};
+pub use scheme::{Advanced, Scheme};

@@ -3,6 +3,7 @@
 //! One normal contact with the wear compliance N α c added, which is backward Euler: stable at any step, and of first order. It
 //! costs a third of the [`super::implicit`] step and has no error of its own; it is for comparison with that one.
 
+use super::WearLaw;
 use super::implicit::rate;
 use super::joint::{FrettingJoint, WearError, WornState};
 use crate::contact::normal::NormalSolution;
@@ -11,11 +12,11 @@ use crate::contact::normal::NormalSolution;
 pub fn advance(
     joint: &mut FrettingJoint,
     state: &WornState,
-    coefficient: f64,
+    law: WearLaw,
     cycles: u64,
 ) -> Result<(Vec<f64>, NormalSolution), WearError> {
     let begin = rate(joint, state);
-    let reach = cycles as f64 * coefficient;
+    let reach = law.over(cycles);
     let mut wear: Vec<f64> = state.wear.clone();
     let compliance: Vec<f64> = begin.proportion.iter().map(|c| reach * c).collect();
     wear.iter_mut()

@@ -13,6 +13,8 @@ SPENT = {"timing", "timing_fft_pairs", "cost"}
 UNCOMPARED = {"timing"}
 # The table of what `--json` prints.
 PRINTED = "printed"
+# What is said of a table that the old program did not write.
+NEW_TABLE = "the table is there with the new program alone"
 
 
 @dataclass
@@ -29,7 +31,9 @@ class Finding:
     iteration: int | None = None
 
     def is_allowed(self, allowed):
-        """True if values differ, and by no more than the column may."""
+        """True if values differ, and by no more than the column may; or if a table is new and may be (`+TABLE`)."""
+        if self.what == NEW_TABLE:
+            return "+" + self.where.partition("/")[2].partition(",")[0] in allowed
         if self.what != "values":
             return False
         names = (self.where, self.where.partition("/")[2], self.where.rpartition(".")[2], "*")

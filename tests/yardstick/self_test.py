@@ -149,6 +149,9 @@ def main():
     compare_column(findings, "zero", None, pa.array([0.0]), pa.array([-0.0]))
     check(findings.found, ["zero: 1 values, by 0, relative 0,"])
 
+    # A table may be new by its name.
+    new = Finding("a/cycle, iteration 1", NEW_TABLE)
+    assert new.is_allowed({"+cycle": 0.0}) and not new.is_allowed({"+wear_step": 0.0, "*": 1.0})
     # What is allowed is allowed for one column, up to a part, and for values only.
     (last_bit,) = compared(lambda root: rewrite(root, "summary", flipped("kn", 0, LAST_BIT))).found
     (sign,) = compared(lambda root: rewrite(root, "summary", flipped("kn", 0, SIGN_BIT))).found

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Hold one build of the program to the results of another, to the bit.
 
-    python tests/yardstick/yardstick.py OLD NEW [--full] [--case NAME] [--allow COLUMN=REL] [--json] [FOLDER]
+    python tests/yardstick/yardstick.py OLD NEW [--full] [--case NAME] [--allow COLUMN=REL] [--new-table TABLE] [--json] [FOLDER]
     python tests/yardstick/yardstick.py --self-test
 
 OLD and NEW are two fretwear programs. Both run every scene of `pipelines/`, made small unless `--full` is given, and drawn scenes
@@ -12,6 +12,7 @@ what is allowed.
 
 `--allow COLUMN=REL` (as `kn`, `summary.kn`, `a/summary.kn`, or `*` for all; more than once) lets values of a column differ by this
 part of the largest magnitude that it has in the same table; relative to itself, a field that passes through zero would never do.
+`--new-table TABLE` lets the new program write a table that the old one does not know.
 
 How a run folder lays out its tables is known to folders.py alone. Wants pyarrow and numpy. Runs go into FOLDER and stay there;
 without it they are removed. `--self-test` doctors one of the runs in data/old_runs in every way that must be found, and needs no
@@ -149,6 +150,7 @@ def main():
     parser.add_argument("--full", action="store_true", help="shipped scenes as they are: hours")
     parser.add_argument("--case", action="append", help="only this case; may be repeated")
     parser.add_argument("--allow", action="append", default=[], metavar="COLUMN=REL", help="may differ by this part")
+    parser.add_argument("--new-table", action="append", default=[], metavar="TABLE", help="may be there with NEW alone")
     parser.add_argument("--json", action="store_true", help="print one JSON object in place of the table")
     parser.add_argument("--self-test", action="store_true", help="does it find what is doctored?")
     arguments = parser.parse_args()
@@ -158,7 +160,7 @@ def main():
         return self_test.main()
     if not arguments.new:
         parser.error("give OLD and NEW, or --self-test")
-    allowed = parse_allowed(arguments.allow)
+    allowed = parse_allowed(arguments.allow) | {f"+{table}": 0.0 for table in arguments.new_table}
     cases = [*scenes.shipped(arguments.full), *scenes.drawn()]
     names = {case.name for case in cases}
     for name in arguments.case or []:

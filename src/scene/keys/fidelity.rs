@@ -4,7 +4,8 @@ use super::Default::{Absent, ByPreset, Is, Rule};
 use super::keys;
 use super::value::{Even, Integer, Quantity, TOLERANCE, integer};
 use super::word::{Boolean, Choice};
-use crate::scene::{CycleMode, Preset};
+use crate::scene::Preset;
+use crate::wear::cycle::March;
 use crate::units::Dimension;
 
 /// A cycle finer than this has no meaning that the tolerances would not swallow; a larger number is a slip of the keyboard.
@@ -30,10 +31,10 @@ keys! {
     /// Relative error of the worn volume that the other keys are chosen for, in place of a preset. It bounds the error bar.
     ASKED: Quantity = "fidelity.tolerance", Absent, tolerance("0.01");
     /// How a cycle is marched. Without it the plan decides.
-    CYCLE: Choice<CycleMode> = "fidelity.cycle", ByPreset(["stepped", "none", "none", "none"]), Choice(&[
-        ("superposition", CycleMode::Superposition, "a fast approximation of a straight motion, by Ciavarella and Jaeger"),
-        ("reversal", CycleMode::Reversal, "one exact solve a branch between two load reversals"),
-        ("stepped", CycleMode::Stepped, "one exact solve a time step"),
+    CYCLE: Choice<March> = "fidelity.cycle", ByPreset(["stepped", "none", "none", "none"]), Choice(&[
+        ("superposition", March::Superposition, "a fast approximation of a straight motion, by Ciavarella and Jaeger"),
+        ("reversal", March::Reversal, "one exact solve a branch between two load reversals"),
+        ("stepped", March::Stepped, "one exact solve a time step"),
     ]);
     // An orbit and a load that varies are solved to within some 1.1 % of dissipation with 32 steps, when extrapolated, and the
     // error falls with the square of their number; the published 32 are not.

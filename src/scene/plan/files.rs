@@ -9,7 +9,8 @@ use serde_json::{Value, json};
 use super::PlanError;
 use super::rough::{Contents, motion_of};
 use crate::files;
-use crate::scene::{Contact, Motion as SceneMotion, RoughJoint, Scene, Surface, Transverse};
+use crate::recipe::HeightsFile;
+use crate::scene::{Contact, Motion as SceneMotion, RoughJoint, Scene, Transverse};
 use crate::surface::prepare::{self, PrepareError, PrepareOptions, Prepared};
 use crate::surface::readers::{self, ReadError, ReadOptions};
 use crate::tables::{self, TableError, TableName, TypedTable, typed};
@@ -131,7 +132,7 @@ impl Files {
         let mut contents = Contents::default();
         let mut measured = None;
         let hash = |bytes: &[u8]| blake3::hash(bytes).to_hex().to_string();
-        if let Some(Surface::File { path, .. }) = &scene.surface {
+        if let Some(HeightsFile { path, .. }) = scene.surface.as_ref().and_then(|s| s.file()) {
             let bytes = readers::bytes(path)?;
             let content = hash(&bytes);
             canonical["surface"]["content"] = json!(content);
@@ -169,13 +170,13 @@ impl Files {
 /// The heights of a surface's file on the joint's cells, from the bytes of the file; none of another surface. Only they are
 /// kept: the map may be many times larger than the joint's grid.
 fn on_joint(rough: &RoughJoint, bytes: Vec<u8>) -> Result<Option<Prepared>, InputError> {
-    let Surface::File {
+    let Some(HeightsFile {
         path,
         unit,
         detrend,
         fill,
         spacing,
-    } = rough.surface
+    }) = rough.surface.file()
     else {
         return Ok(None);
     };

@@ -24,8 +24,7 @@ use serde_json::json;
 
 use super::Scene;
 use super::canonical::FOLLOWING_KEYS;
-use crate::recipe::build::CycleError;
-use crate::recipe::{Decision, Identity, Inputs, Joint, Recipe, told};
+use crate::recipe::{CycleError, Decision, Identity, Inputs, Joint, Recipe, told};
 use crate::wear::Motion;
 use before::Texture;
 use files::Files;

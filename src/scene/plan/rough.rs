@@ -4,10 +4,9 @@ use super::PlanError;
 use crate::contact::{Shear, normal};
 use crate::fft::fast_length;
 use crate::grid::{Grid, Patch};
-use crate::recipe::build::CycleError;
-use crate::recipe::{self, Coupling, Reasons, why_computed};
+use crate::recipe::{self, Coupling, CycleError, Reasons, why_computed};
 use crate::scene::{
-    Boundary, Contact, CycleMode, Fidelity, Preset, Rotation, RoughJoint, Scene, Torsion,
+    Boundary, Contact, Fidelity, Preset, Rotation, RoughJoint, Scene, Torsion,
     Transverse,
 };
 use crate::wear::cycle::March;
@@ -239,7 +238,7 @@ fn cycle(
     let fidelity = &scene.fidelity;
     let mut why = Reasons::default();
     let (motion, march, asked) = if scene.dynamics.is_some() {
-        let asked = fidelity.cycle.map(CycleMode::march);
+        let asked = fidelity.cycle;
         why.add("march", why_computed(asked));
         (recipe::Motion::Computed, None, asked)
     } else {
@@ -422,15 +421,15 @@ fn check_force(motion: &Motion, friction_coefficient: f64) -> Result<(), PlanErr
     Ok(())
 }
 
-fn march(cycle: Option<CycleMode>, motion: &Motion) -> Result<March, PlanError> {
+fn march(cycle: Option<March>, motion: &Motion) -> Result<March, PlanError> {
     let straight = motion.straight().is_some();
     match cycle {
-        Some(CycleMode::Stepped) => Ok(March::Stepped),
+        Some(March::Stepped) => Ok(March::Stepped),
         Some(mode) if !straight => Err(CycleError::NotStraight {
-            mode: mode.march().word(),
+            mode: mode.word(),
         }
         .into()),
-        Some(CycleMode::Superposition) => {
+        Some(March::Superposition) => {
             let moving = || motion.channels().filter(|channel| channel.moves());
             let forces = moving().filter(|channel| channel.is_force()).count();
             let turns = motion.rotation.as_ref().is_some_and(Channel::moves);
@@ -439,7 +438,7 @@ fn march(cycle: Option<CycleMode>, motion: &Motion) -> Result<March, PlanError> 
             }
             Ok(March::Superposition)
         }
-        Some(CycleMode::Reversal) | None if straight => Ok(March::Reversal),
+        Some(March::Reversal) | None if straight => Ok(March::Reversal),
         _ => Ok(March::Stepped),
     }
 }

@@ -1,31 +1,19 @@
 //! The vibrating structure of a scene: what is decided about it.
 
-use crate::model_update::Criterion;
 use crate::recipe::{self, ElementStiffness, Reasons};
-use crate::scene::{
-    Contact, DampingBasis, Dynamics, FrictionLaw, Scene, Stiffness, Structure, Update,
-};
+use crate::scene::{Contact, DampingBasis, Dynamics, FrictionLaw, Scene, Stiffness};
 
 /// Contact elements of the structure.
 pub(super) fn contact_elements(scene: &Scene) -> usize {
-    match (&scene.structure, &scene.contact) {
-        (None, _) | (_, None) => 0,
-        (Some(Structure::Oscillator { .. }), Some(_)) => 1,
-        (Some(Structure::Resonator { geometry }), Some(_)) => geometry.contact_cells().len(),
-    }
+    let structure = scene.structure.as_ref().filter(|_| scene.contact.is_some());
+    structure.map_or(0, |structure| structure.contact_elements())
 }
 
 /// The structure and its response; of none without vibration.
 pub(super) fn decide(scene: &Scene) -> Option<(recipe::Structure, recipe::Response)> {
     let (structure, dynamics) = (scene.structure.as_ref()?, scene.dynamics.as_ref()?);
     let mut why = Reasons::default();
-    why.add(
-        "source",
-        match structure {
-            Structure::Resonator { .. } => "computed once and shared between runs by its content",
-            Structure::Oscillator { .. } => "structure.kind = \"oscillator\"",
-        },
-    );
+    why.add("source", structure.why());
     let structure = recipe::Structure {
         source: structure.clone(),
         modes: dynamics.modes,
@@ -88,20 +76,13 @@ pub(super) fn elements(scene: &Scene) -> Option<recipe::Elements> {
         },
     );
     let stiffness = stiffness(scene, contact, &mut why);
-    let update = match scene.update {
-        None => Criterion::Never,
-        Some(Update::StiffnessChange(change)) => Criterion::StiffnessChange(change),
-        Some(Update::Iterations(every)) => Criterion::Iterations(every),
-        Some(Update::WearVolume(volume)) => Criterion::WearVolume(volume),
-    };
+    let update = scene.update.unwrap_or_default();
     why.add(
         "update",
-        match (&scene.wear, update) {
+        match (&scene.wear, update.key()) {
             (None, _) => "no [wear]",
-            (Some(_), Criterion::Never) => "no [update]: the joint keeps moving as the unworn one",
-            (Some(_), Criterion::StiffnessChange(_)) => "update.stiffness_change",
-            (Some(_), Criterion::Iterations(_)) => "update.iterations",
-            (Some(_), Criterion::WearVolume(_)) => "update.wear_volume",
+            (Some(_), None) => "no [update]: the joint keeps moving as the unworn one",
+            (Some(_), Some(key)) => key,
         },
     );
     Some(recipe::Elements {

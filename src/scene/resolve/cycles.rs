@@ -8,7 +8,7 @@ use crate::scene::keys::{
 };
 use crate::scene::reader::Reader;
 use crate::scene::{
-    Boundary, Contact, Dynamics, Fidelity, Motion, Preset, Scheme, Torsion, Transverse, Update,
+    Boundary, Contact, Dynamics, Fidelity, Motion, Preset, Torsion, Transverse, Update,
     Wear,
 };
 
@@ -182,8 +182,8 @@ pub(super) fn wear(reader: &Reader<'_>, body: Body, fidelity: &Fidelity) -> Resu
     let is_paper = fidelity.preset == Preset::Paper;
     let scheme = reader.value_or(&SCHEME, None, fidelity.preset)?;
     let depth_step = match (reader.get(&DEPTH_STEP)?, scheme) {
-        (None, Scheme::Explicit | Scheme::SemiImplicit) if is_paper => Some(PAPER_DEPTH_STEP),
-        (None, Scheme::Explicit | Scheme::SemiImplicit) => {
+        (None, scheme) if scheme.needs_depth_step() && is_paper => Some(PAPER_DEPTH_STEP),
+        (None, scheme) if scheme.needs_depth_step() => {
             return Err(reader.missing(
                 &DEPTH_STEP,
                 "   (this scheme has no other measure of its steps)",

@@ -24,10 +24,7 @@ const TO_STUCK: f64 = 1.5;
 
 /// Points of a structure at which forces act and displacements are read, the usual one first.
 fn points(structure: &Structure) -> &'static [&'static str] {
-    match structure {
-        Structure::Resonator { .. } => &["far_wall", "block"],
-        Structure::Oscillator { .. } => &["mass"],
-    }
+    structure.points()
 }
 
 pub(super) fn dynamics(
@@ -35,7 +32,7 @@ pub(super) fn dynamics(
     structure: &Structure,
     contact: Option<&Contact>,
 ) -> Result<Dynamics> {
-    let is_oscillator = matches!(structure, Structure::Oscillator { .. });
+    let is_oscillator = structure.resonator().is_none();
     let forces = forces(reader, structure)?;
     let Some(drive) = forces.iter().find(|force| force.harmonic == 1) else {
         return Err(reader.conflict(
@@ -81,9 +78,9 @@ pub(super) fn dynamics(
 /// One force, or a list of them.
 fn forces(reader: &Reader<'_>, structure: &Structure) -> Result<Vec<Force>> {
     let Some(list) = reader.get(&FORCE)? else {
-        return Err(match structure {
-            Structure::Resonator { .. } => reader.missing(&FORCE, ""),
-            Structure::Oscillator { .. } => {
+        return Err(match structure.resonator() {
+            Some(_) => reader.missing(&FORCE, ""),
+            None => {
                 let example = "force = { amplitude = \"100 N\", direction = \"x\" }";
                 reader.missing_line(&FORCE, example)
             }
@@ -189,17 +186,14 @@ fn frequency(
         };
     }
     let missing = || reader.missing(&FREQUENCY, "");
-    let Structure::Oscillator {
-        mass, stiffness, ..
-    } = structure
-    else {
+    let Some([mass, stiffness]) = structure.mass_and_stiffness(axis) else {
         return Err(missing());
     };
     let spring = contact
         .and_then(|contact| contact.given)
         .map_or(0.0, |given| if axis == 2 { given.kn } else { given.kt });
-    let natural = |stiffness: f64| (stiffness / mass[axis]).sqrt() / TAU;
-    let [free, stuck] = [natural(stiffness[axis]), natural(stiffness[axis] + spring)];
+    let natural = |stiffness: f64| (stiffness / mass).sqrt() / TAU;
+    let [free, stuck] = [natural(stiffness), natural(stiffness + spring)];
     let low = if free > 0.0 {
         FROM_FREE * free
     } else {

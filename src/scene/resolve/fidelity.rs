@@ -125,7 +125,7 @@ fn with_samples(
     let highest = dynamics.harmonics.last().map_or(0, |order| *order as usize);
     let reason = format!(": more than twice the highest harmonic, {highest}");
     let times = match structure {
-        Some(Structure::Oscillator { .. }) => OSCILLATOR_SAMPLES,
+        Some(structure) if structure.resonator().is_none() => OSCILLATOR_SAMPLES,
         _ => 1,
     };
     let aft_samples = reader

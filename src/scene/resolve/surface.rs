@@ -3,6 +3,7 @@
 use super::Result;
 use crate::scene::keys::{lines, surface::*};
 use crate::scene::reader::Reader;
+use crate::recipe::HeightsFile;
 use crate::scene::{Joint, Surface};
 
 /// What a surface might begin with.
@@ -53,13 +54,13 @@ pub(super) fn surface(reader: &Reader<'_>, joint: &Joint) -> Result<Surface> {
         "sphere" => Surface::Sphere {
             radius: reader.required(&RADIUS)?,
         },
-        "file" => Surface::File {
+        "file" => Surface::File(HeightsFile {
             path: reader.required(&PATH)?,
             unit: reader.get(&UNIT)?,
             detrend: reader.value(&DETREND)?,
             fill: reader.value(&FILL)?,
             spacing: reader.get(&SPACING)?,
-        },
+        }),
         _ => Surface::Flat,
     })
 }

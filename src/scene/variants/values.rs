@@ -105,7 +105,7 @@ pub(super) fn values(
         }
         "harmonics" => Ok(scene.dynamics.as_ref().map(harmonics).unwrap_or_default()),
         "modes" | "elements" | "stiffness"
-            if !matches!(scene.structure, Some(Structure::Resonator { .. })) =>
+            if scene.structure.as_ref().is_none_or(|s| s.resonator().is_none()) =>
         {
             Err("there is no [structure] of finite elements")
         }
@@ -214,7 +214,7 @@ fn schemes(scene: &Scene, written: &Scene) -> Values {
     if scene
         .wear
         .as_ref()
-        .is_some_and(|wear| wear.scheme == Scheme::Explicit)
+        .is_some_and(|wear| wear.scheme.is_explicit())
     {
         return values;
     }

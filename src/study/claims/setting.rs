@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::recipe::{Criterion, ElementStiffness, Heights, Recipe, Scheme};
+use crate::recipe::{Criterion, ElementStiffness, Recipe};
 
 /// What of a scene decides which part a run plays.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -50,22 +50,8 @@ impl Setting {
     pub fn of(recipe: &Recipe, scene: &Value) -> Setting {
         let (contact, elements) = (recipe.contact(), recipe.elements());
         let heights = recipe.surface().map(|surface| &surface.heights);
-        let (rq, correlation_length) = match heights {
-            Some(
-                Heights::Gaussian {
-                    rq,
-                    correlation_length,
-                    ..
-                }
-                | Heights::Exponential {
-                    rq,
-                    correlation_length,
-                    ..
-                },
-            ) => (Some(*rq), Some(*correlation_length)),
-            Some(Heights::SelfAffine { rq, .. }) => (Some(*rq), None),
-            _ => (None, None),
-        };
+        let rq = heights.and_then(|heights| heights.rq());
+        let correlation_length = heights.and_then(|heights| heights.correlation_length());
         let bodies = contact.map(|contact| contact.bodies);
         let same_ratio = bodies.filter(|b| b.lower.poisson_ratio == b.upper.poisson_ratio);
         let wear = recipe.wear.as_ref();
@@ -82,7 +68,7 @@ impl Setting {
             rq,
             correlation_length,
             pressure_cap: contact.and_then(|contact| contact.pressure_cap),
-            sphere: matches!(heights, Some(Heights::Sphere { .. })),
+            sphere: heights.is_some_and(|heights| heights.is_sphere()),
             update: match &scene["update"] {
                 Value::Null => "never".to_owned(),
                 update => update.to_string(),
@@ -98,7 +84,7 @@ impl Setting {
                 .map_or_else(String::new, |r| json!(r.harmonics).to_string()),
             tangent: elements.is_some_and(|elements| elements.stiffness.is_tangent()),
             explicit: wear
-                .filter(|w| w.scheme == Scheme::Explicit)
+                .filter(|w| w.scheme.is_explicit())
                 .and_then(|w| w.depth_step),
             coefficient: wear.map(|wear| wear.coefficient),
             cycles: wear.and_then(|wear| wear.cycles),

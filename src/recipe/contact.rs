@@ -1,0 +1,133 @@
+//! The rough contact of a joint.
+
+use serde::{Deserialize, Serialize};
+
+use super::told::Told;
+use super::{Reasons, Surface};
+use crate::contact::normal::{NormalOptions, Rotation};
+use crate::contact::tangential::TangentialOptions;
+use crate::contact::{Boundary, HalfSpace, Pair, Shear};
+use crate::grid::Patch;
+use crate::wear::joint::FrettingOptions;
+use crate::wear::{FrettingJoint, Motion};
+use crate::wear::cycle::March;
+
+/// A rough contact on half spaces.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Contact {
+    /// The two bodies.
+    pub bodies: Pair,
+    /// What lies beyond the edges.
+    pub boundary: Boundary,
+    /// Points of the plane that fields are transformed on.
+    pub plane: [usize; 2],
+    /// Largest pressure a cell can carry \[Pa\], [A eq. 4.3]; none: elastic.
+    pub pressure_cap: Option<f64>,
+    /// Coulomb's coefficient of friction; none where nothing moves.
+    pub friction_coefficient: Option<f64>,
+    /// Static load \[N\]; 0 where the approach is given.
+    pub normal_load: f64,
+    /// Approach of the bodies from height 0, in place of the load \[m\].
+    pub approach: Option<f64>,
+    /// Stiffness of the bolt and of what it clamps \[N/m\]: the load falls as wear brings the bodies closer; none: it does not.
+    pub bolt_stiffness: Option<f64>,
+    /// What holds the bodies parallel.
+    pub rotation: Rotation,
+    /// Tangential tractions.
+    pub shear: Shear,
+    /// What happens to y where nothing drives it: true finds its displacement from no force.
+    pub transverse_free: bool,
+    /// Coupling of pressure and shear.
+    pub coupling: Coupling,
+    /// Relative error of a normal contact solve.
+    pub normal_tolerance: f64,
+    /// Relative duality gap of a tangential contact solve.
+    pub tangential_tolerance: f64,
+    /// Closure of a sequence of tangential steps, a steady cycle or the way up to a load, in parts of the largest µp.
+    pub cycle_tolerance: f64,
+    /// The reasons.
+    pub why: Reasons,
+}
+
+/// What elastically different bodies have of each other's tractions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Coupling {
+    /// Nothing: they are alike, or nothing of it matters.
+    None,
+    /// No shear: only the tangential stiffness knows.
+    Frictionless,
+    /// Shear by pressing them together with friction.
+    Indented {
+        /// Steps in which the load rises.
+        load_steps: usize,
+    },
+}
+
+impl Contact {
+    /// The joint on the given unworn heights, at rest.
+    pub fn joint(&self, patch: Patch, height: Vec<f64>) -> FrettingJoint {
+        FrettingJoint {
+            half_space: HalfSpace::new(patch.grid, self.bodies, self.boundary),
+            patch,
+            height,
+            pressure_cap: self.pressure_cap,
+            friction_coefficient: self.friction_coefficient.unwrap_or(0.0),
+            rotation: self.rotation,
+            motion: Motion::none(self.normal_load),
+            march: March::Reversal,
+            options: FrettingOptions {
+                normal: NormalOptions {
+                    tolerance: self.normal_tolerance,
+                    ..NormalOptions::default()
+                },
+                tangential: TangentialOptions {
+                    tolerance: self.tangential_tolerance,
+                    ..TangentialOptions::default()
+                },
+                cycle_tolerance: self.cycle_tolerance,
+                extrapolate: false,
+            },
+        }
+    }
+
+    /// Says what was decided about the contact and its cells.
+    pub(super) fn tell(&self, surface: &Surface, told: &mut Told) {
+        let why = &self.why;
+        let [x, y] = self.plane;
+        told.add("transforms", format!("real, {x} x {y}"), why.of("boundary"));
+        let cells = format!("{} of {}", surface.kept, surface.grid().len());
+        told.add("cells", cells, surface.why.of("cells"));
+        let cap = self.pressure_cap.map(|cap| format!("at {cap:e} Pa"));
+        let cap = cap.unwrap_or_else(|| "none".to_owned());
+        told.add("pressure cap", cap, why.of("pressure_cap"));
+        let coupling = match self.coupling {
+            Coupling::None => "none".to_owned(),
+            Coupling::Frictionless => "in kt alone".to_owned(),
+            Coupling::Indented { load_steps } => {
+                format!("pressure and shear together, in {load_steps} load steps")
+            }
+        };
+        let kernels = "kernels normal-tangential (zx, zy)";
+        told.add(kernels, coupling, why.of("coupling"));
+        let shear = match (self.shear, self.transverse_free) {
+            (Shear::AlongX, _) => "along x; kernel xx",
+            (Shear::InPlane, false) => "along x and y; kernels xx, yy, xy",
+            (Shear::InPlane, true) => "along x and y, without force along y; kernels xx, yy, xy",
+        };
+        told.add("shear", shear, why.of("shear"));
+        let rotation = match self.rotation {
+            Rotation::Given(_) => "held; the moments of the pressure are reported".to_owned(),
+            Rotation::Free { moment: [0.0, 0.0] } => {
+                "found such that the pressure has no moments, and reported".to_owned()
+            }
+            Rotation::Free { moment: [x, y] } => format!(
+                "found such that the pressure has moments of {x:e} and {y:e} N m, and reported"
+            ),
+        };
+        told.add("rotations about x and y", rotation, why.of("rotation"));
+        if self.friction_coefficient == Some(0.0) {
+            told.add("friction", "none", why.of("friction_coefficient"));
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! The cycle that a rough contact goes through, and what moves it.
+
+use serde::{Deserialize, Serialize};
+
+use super::told::Told;
+use super::{Contact, Reasons};
+use crate::wear::cycle::March;
+use crate::wear::{self, Harmonic};
+
+/// What the decisions on a cycle are called.
+pub(super) const CYCLE: &str = "fretting cycle";
+
+/// A computed motion that varies the load by less than this share of it, and leaves its line by less than this share of its
+/// reach, is marched between its two reversals: the error of wear is of second order in both.
+pub const STRAIGHT: f64 = 0.01;
+
+/// A motion that the cycle of a recipe cannot march.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CycleError {
+    /// `reversal` or `superposition` for another motion than they can march.
+    #[error(
+        "`fidelity.cycle` is \"{mode}\", which needs a straight motion about zero that turns at its ends only, under constant normal load; use \"stepped\""
+    )]
+    NotStraight {
+        /// The value of `fidelity.cycle`.
+        mode: &'static str,
+    },
+    /// The load lifts off within the cycle.
+    #[error(
+        "the normal load falls to {load:.6e} N within the cycle; it must stay above zero: make `motion.normal_load_amplitude` smaller than `contact.normal_load`"
+    )]
+    LiftsOff {
+        /// The least load \[N\].
+        load: f64,
+    },
+}
+
+/// The cycle of a rough contact.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Cycle {
+    /// What moves the joint.
+    pub motion: Motion,
+    /// How the cycle is marched; none: decided from the motion that is computed, unless `asked` says so.
+    pub march: Option<March>,
+    /// How a computed motion is to be marched, if it allows it; none: between its reversals where it is straight and steady enough.
+    pub asked: Option<March>,
+    /// Time steps of a stepped cycle.
+    pub steps: usize,
+    /// Whether a stepped cycle is extrapolated to steps of no length, from its samples and half of them.
+    pub extrapolate: bool,
+    /// The reasons.
+    pub why: Reasons,
+}
+
+/// What moves a joint.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Motion {
+    /// `amplitude · cos(2πt/T + phase)` of each channel, under `N(t) = normal_load + normal_load_amplitude · cos(2πt/T)`.
+    Harmonic {
+        /// Along x, and along y where there is shear.
+        axes: Vec<Harmonic>,
+        /// About z.
+        rotation: Option<Harmonic>,
+        /// Half range of the normal load \[N\].
+        normal_load_amplitude: f64,
+    },
+    /// One cycle as a table in a file.
+    History {
+        /// Hash of its content.
+        content: String,
+        /// Samples of the cycle.
+        samples: usize,
+        /// Whether every other of them is one in the middle between those of the file.
+        halved: bool,
+    },
+    /// What the response of the structure gives the joint.
+    Computed,
+}
+
+impl Cycle {
+    /// The motion that the numbers of the recipe give; that of a file, and one that is computed, are none.
+    pub fn harmonic_motion(&self, normal_load: f64) -> Option<wear::Motion> {
+        let Motion::Harmonic {
+            axes,
+            rotation,
+            normal_load_amplitude,
+        } = &self.motion
+        else {
+            return None;
+        };
+        Some(wear::Motion::driven(
+            axes,
+            *rotation,
+            normal_load,
+            *normal_load_amplitude,
+            self.steps,
+        ))
+    }
+
+    /// The motion that is marched for a computed one, and how: between its reversals where it is straight and steady enough, else at
+    /// `steps` of its samples.
+    ///
+    /// `fine` has many samples, a multiple of `steps`.
+    ///
+    /// # Errors
+    /// [`CycleError::NotStraight`] where `reversal` is asked for and not possible, [`CycleError::LiftsOff`].
+    pub fn of_computed(&self, fine: &wear::Motion) -> Result<(wear::Motion, March), CycleError> {
+        let loads = fine.normal_load.iter().copied();
+        let least = loads.fold(f64::INFINITY, f64::min);
+        if least <= 0.0 {
+            return Err(CycleError::LiftsOff { load: least });
+        }
+        let stepped = || {
+            let every = fine.samples() / self.steps;
+            (fine.every(every.max(1)).about_its_middle(), March::Stepped)
+        };
+        if self.asked == Some(March::Stepped) {
+            return Ok(stepped());
+        }
+        match (fine.reversals(STRAIGHT), self.asked) {
+            (Some(motion), Some(March::Superposition)) => Ok((motion, March::Superposition)),
+            (Some(motion), _) => Ok((motion, March::Reversal)),
+            (None, Some(march)) => Err(CycleError::NotStraight { mode: march.word() }),
+            (None, None) => Ok(stepped()),
+        }
+    }
+
+    /// Says what was decided about the cycle.
+    pub(super) fn tell(&self, contact: &Contact, told: &mut Told) {
+        if let Motion::Harmonic { axes, rotation, .. } = &self.motion {
+            if axes
+                .iter()
+                .any(|axis| axis.is_force && axis.amplitude != 0.0)
+            {
+                told.add(
+                    "force in the plane",
+                    "given; the displacement is found and reported",
+                    "motion.force",
+                );
+            }
+            match rotation.map(|rotation| rotation.is_force) {
+                Some(false) => told.add(
+                    "rotation about z",
+                    "given; its moment is reported",
+                    "motion.rotation",
+                ),
+                Some(true) => told.add(
+                    "rotation about z",
+                    "found from the moment given, and reported",
+                    "motion.moment",
+                ),
+                None => {}
+            }
+        }
+        let samples = match &self.motion {
+            Motion::History { samples, .. } => *samples,
+            _ => self
+                .harmonic_motion(contact.normal_load)
+                .map_or(self.steps, |motion| motion.samples()),
+        };
+        let extrapolated = if self.extrapolate {
+            "; with half of them too, for its error and, where the motion turns, to extrapolate"
+        } else {
+            ""
+        };
+        let stepped =
+            || format!("stepped: {samples} exact solves a cycle, until it closes{extrapolated}");
+        let choice = match (self.march, self.asked) {
+            (Some(March::Reversal), _) => "reversal: one exact solve a cycle".to_owned(),
+            (Some(March::Superposition), _) => {
+                "superposition: two pressures in place of a tangential solve, an approximation"
+                    .to_owned()
+            }
+            (Some(March::Stepped), _) | (None, Some(March::Stepped)) => stepped(),
+            (None, Some(march)) => format!(
+                "{}, if the motion that dynamic_response finds allows it",
+                march.word()
+            ),
+            (None, None) => "after dynamic_response: reversal or stepped".to_owned(),
+        };
+        told.add(CYCLE, choice, self.why.of("march"));
+    }
+}
+
+impl March {
+    /// The word for it in a scene.
+    pub fn word(self) -> &'static str {
+        match self {
+            March::Superposition => "superposition",
+            March::Reversal => "reversal",
+            March::Stepped => "stepped",
+        }
+    }
+}
+
+/// Why a motion that is computed is marched as it is.
+pub(crate) fn why_computed(asked: Option<March>) -> String {
+    match asked {
+        Some(March::Stepped) => "fidelity.cycle or the preset asks for it".to_owned(),
+        Some(_) => format!(
+            "fidelity.cycle asks for it; the joint's load may vary by {STRAIGHT} of it and its motion leave its line by {STRAIGHT} of its reach"
+        ),
+        None => format!(
+            "reversal where the joint's load varies by less than {STRAIGHT} of it and its motion leaves its line by less than {STRAIGHT} of its reach; else stepped"
+        ),
+    }
+}

@@ -1,0 +1,143 @@
+//! The contact elements of a structure.
+
+use serde::{Deserialize, Serialize};
+
+use super::Reasons;
+use super::told::Told;
+use crate::dynamics::{ContactElement, FrictionLaw};
+use crate::model_update::{Criterion, Distribution, ElementParameters, StiffnessKind};
+
+/// The contact elements of a joint.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Elements {
+    /// How many there are.
+    pub count: usize,
+    /// Coulomb's coefficient of friction.
+    pub friction_coefficient: f64,
+    /// Friction in the plane.
+    pub friction_law: FrictionLaw,
+    /// What they get as load and stiffness.
+    pub stiffness: ElementStiffness,
+    /// When they are renewed.
+    pub update: Criterion,
+    /// The reasons.
+    pub why: Reasons,
+}
+
+/// What contact elements get as load and stiffness.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ElementStiffness {
+    /// Totals over the joint, shared by area.
+    Given {
+        /// Normal stiffness \[N/m\].
+        kn: f64,
+        /// Tangential stiffness \[N/m\].
+        kt: f64,
+        /// Gap without load \[m\]; zero under load.
+        gap: f64,
+        /// Static load \[N\].
+        normal_load: f64,
+    },
+    /// That of the rough contact.
+    Contact {
+        /// Which stiffness of it.
+        stiffness: StiffnessKind,
+        /// How a stiffness of the whole joint is shared.
+        distribution: Distribution,
+    },
+}
+
+impl ElementStiffness {
+    /// True if each element has a stiffness of its own.
+    pub fn is_tangent(&self) -> bool {
+        let tangent = StiffnessKind::Tangent;
+        matches!(self, ElementStiffness::Contact { stiffness, .. } if *stiffness == tangent)
+    }
+}
+
+/// Where the contact elements of a structure are.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Layout {
+    /// Centres (x, y), from the middle of the joint \[m\].
+    pub centres: Vec<[f64; 2]>,
+    /// Area of each \[m²\]; 0 for that of an oscillator.
+    pub area: f64,
+    /// Half the length of the joint along x \[m\].
+    pub lever: f64,
+}
+
+impl Elements {
+    /// The contact elements with these parameters.
+    pub fn with(&self, layout: &Layout, parameters: &ElementParameters) -> Vec<ContactElement> {
+        (0..parameters.normal_load.len())
+            .map(|e| ContactElement {
+                area: layout.area,
+                friction_coefficient: self.friction_coefficient,
+                normal_load: parameters.normal_load[e],
+                gap: parameters.gap[e],
+                tangential_stiffness: parameters.kt[e],
+                normal_stiffness: parameters.kn[e],
+                law: self.friction_law,
+            })
+            .collect()
+    }
+
+    /// Parameters of elements whose stiffness is given: load and stiffness by area.
+    pub fn given(&self) -> Option<ElementParameters> {
+        let ElementStiffness::Given {
+            kn,
+            kt,
+            gap,
+            normal_load,
+        } = self.stiffness
+        else {
+            return None;
+        };
+        let part = |total: f64| vec![total / self.count as f64; self.count];
+        Some(ElementParameters {
+            normal_load: part(normal_load),
+            gap: vec![gap; self.count],
+            kn: part(kn),
+            kt: part(kt),
+        })
+    }
+
+    /// Says what the contact elements are.
+    pub(super) fn tell(&self, told: &mut Told) {
+        let law = match self.friction_law {
+            FrictionLaw::Cone => "|T| <= mu N",
+            FrictionLaw::Box => "|Tx| and |Ty| <= mu N each",
+        };
+        let choice = format!("{}, three-dimensional, {law}", self.count);
+        told.add("contact elements", choice, self.why.of("friction_law"));
+        told.add(
+            "unknowns of the harmonic balance",
+            "after the linear response: those of contact elements that slip or open",
+            "the others follow their springs, which is checked over the whole cycle",
+        );
+    }
+
+    /// Says what they get as stiffness, and when they are renewed.
+    pub(super) fn tell_stiffness(&self, wears: bool, told: &mut Told) {
+        let stiffness = match self.stiffness {
+            ElementStiffness::Given { .. } => "given",
+            ElementStiffness::Contact { stiffness, .. } => match stiffness {
+                StiffnessKind::Total => "that of the whole rough patch",
+                StiffnessKind::Roughness => {
+                    "that of the rough patch without the smooth one's compliance"
+                }
+                StiffnessKind::Tangent => "each element its own tangent",
+            },
+        };
+        told.add("contact stiffness", stiffness, self.why.of("stiffness"));
+        if matches!(self.stiffness, ElementStiffness::Given { .. }) {
+            return;
+        }
+        let update = match wears {
+            false => "none".to_owned(),
+            true => self.update.told(),
+        };
+        told.add("model update", update, self.why.of("update"));
+    }
+}

@@ -1,0 +1,99 @@
+//! How a structure is made to vibrate, and what of its response is wanted.
+
+use serde::{Deserialize, Serialize};
+
+use super::told::Told;
+use super::{Reasons, Recipe};
+
+/// A point of a structure and a direction.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Port {
+    /// Name of the point.
+    pub at: String,
+    /// 0, 1, 2 for x, y, z.
+    pub axis: usize,
+}
+
+/// A force on a structure: `amplitude · cos(k ω t + phase)`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Force {
+    /// Half range \[N\].
+    pub amplitude: f64,
+    /// Where it acts, and along which axis.
+    #[serde(flatten)]
+    pub port: Port,
+    /// Lead \[rad\].
+    pub phase: f64,
+    /// k; 0 for a constant force.
+    pub harmonic: u32,
+}
+
+/// Of which structure the damped modes are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DampingBasis {
+    /// The unworn contact closed and stuck.
+    Stuck,
+    /// Without contact springs.
+    Free,
+}
+
+/// How a structure is made to vibrate, and what of its response is wanted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Response {
+    /// The forces; the first of harmonic 1 is the drive.
+    pub forces: Vec<Force>,
+    /// Whose displacement is the response.
+    pub at: Port,
+    /// Orders of the harmonics, 0 among them: all, or those to begin with if there is a `harmonic_tolerance`.
+    pub harmonics: Vec<u32>,
+    /// Relative error by harmonics left out, up to which they are extended; none: they are not.
+    pub harmonic_tolerance: Option<f64>,
+    /// Samples of a vibration cycle at which contact elements are evaluated.
+    pub samples: usize,
+    /// Modal damping ratio.
+    pub damping_ratio: f64,
+    /// Of which structure the damped modes are.
+    pub damping_basis: DampingBasis,
+    /// Range in which the resonance is looked for and the forced response is computed \[Hz\].
+    pub frequency: [f64; 2],
+    /// Equidistant points of the forced response; none: as continuation places them.
+    pub points: Option<usize>,
+    /// The reasons.
+    pub why: Reasons,
+}
+
+impl Recipe {
+    /// The ports of the vibration that are no contact ports; of none without vibration.
+    pub fn points(&self) -> Vec<Port> {
+        match (&self.structure, &self.response) {
+            (Some(structure), Some(response)) => {
+                structure.points(response, self.elements().is_some())
+            }
+            _ => Vec::new(),
+        }
+    }
+}
+
+impl Response {
+    /// Says which harmonics there are.
+    pub(super) fn tell(&self, told: &mut Told) {
+        let orders = &self.harmonics;
+        let harmonics = match self.harmonic_tolerance {
+            Some(tolerance) => format!(
+                "after dynamic_response: from {orders:?} up to 31, until those left out change amplitude and dissipation by less than {tolerance}"
+            ),
+            None => format!("{orders:?}"),
+        };
+        told.add("harmonics", harmonics, self.why.of("harmonics"));
+        if self.damping_ratio > 0.0 {
+            let ratio = format!("ratio {} in every mode", self.damping_ratio);
+            told.add("damping", ratio, self.why.of("damping_basis"));
+        }
+        let points = match self.points {
+            Some(points) => format!("at {points} frequencies"),
+            None => "as continuation places its points".to_owned(),
+        };
+        told.add("forced response", points, self.why.of("points"));
+    }
+}

@@ -1,0 +1,263 @@
+//! Where a structure comes from, and its vibration.
+
+use std::f64::consts::TAU;
+
+use serde::{Deserialize, Serialize};
+
+use super::told::Told;
+use super::{DampingBasis, Layout, Port, Reasons, Response};
+use crate::dynamics::oscillator::mass_on_springs;
+use crate::dynamics::reduced::{Damping, reduced_model, reference_springs};
+use crate::dynamics::{
+    ContactElement, DynamicsError, Harmonics, Load, SecondOrder, Settings, Vibration,
+};
+use crate::structure::StructureError;
+use crate::structure::reduction::Reduced;
+use crate::structure::resonator::Resonator;
+
+/// What vibrates.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Structure {
+    /// Where it comes from.
+    pub source: StructureSource,
+    /// Elastic modes that are kept of it.
+    pub modes: usize,
+    /// The reasons.
+    pub why: Reasons,
+}
+
+/// Where a structure comes from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum StructureSource {
+    /// The single-lap-joint resonator, bonded without a contact.
+    Resonator {
+        /// Its dimensions, mesh and material; the lap has the size and the elements of the joint.
+        geometry: Box<Resonator>,
+    },
+    /// One mass on springs and dampers, and one contact element to the ground.
+    Oscillator {
+        /// Mass along x, y, z \[kg\].
+        mass: [f64; 3],
+        /// Damping along x, y, z \[N s/m\].
+        damping: [f64; 3],
+        /// Stiffness without the contact along x, y, z \[N/m\].
+        stiffness: [f64; 3],
+    },
+}
+
+impl StructureSource {
+    /// The geometry of what is meshed and reduced; none of an oscillator.
+    pub fn resonator(&self) -> Option<&Resonator> {
+        match self {
+            StructureSource::Resonator { geometry } => Some(geometry),
+            StructureSource::Oscillator { .. } => None,
+        }
+    }
+
+    /// Number of its contact elements, where there is a contact.
+    pub fn contact_elements(&self) -> usize {
+        match self {
+            StructureSource::Resonator { geometry } => geometry.contact_cells().len(),
+            StructureSource::Oscillator { .. } => 1,
+        }
+    }
+
+    /// Names of the points at which forces act and displacements are read, the usual one first.
+    pub fn points(&self) -> &'static [&'static str] {
+        match self {
+            StructureSource::Resonator { .. } => &["far_wall", "block"],
+            StructureSource::Oscillator { .. } => &["mass"],
+        }
+    }
+
+    /// Mass \[kg\] and stiffness \[N/m\] along an axis, of an oscillator.
+    pub fn mass_and_stiffness(&self, axis: usize) -> Option<[f64; 2]> {
+        match self {
+            StructureSource::Resonator { .. } => None,
+            StructureSource::Oscillator {
+                mass, stiffness, ..
+            } => Some([mass[axis], stiffness[axis]]),
+        }
+    }
+
+    /// Why it is there.
+    pub fn why(&self) -> &'static str {
+        match self {
+            StructureSource::Resonator { .. } => {
+                "computed once and shared between runs by its content"
+            }
+            StructureSource::Oscillator { .. } => "structure.kind = \"oscillator\"",
+        }
+    }
+}
+
+impl Structure {
+    /// True of a structure that is reduced to modes before it vibrates.
+    pub fn is_reduced(&self) -> bool {
+        self.source.resonator().is_some()
+    }
+
+    /// The reduced structure; none of one that needs no reduction.
+    ///
+    /// # Errors
+    /// [`StructureError`] for a geometry that cannot be meshed, and for modes that are not found.
+    pub fn reduce(&self) -> Result<Option<Reduced>, StructureError> {
+        let resonator = self.source.resonator();
+        resonator.map(|r| r.reduce(self.modes)).transpose()
+    }
+
+    /// Says what the structure is.
+    pub(super) fn tell(&self, told: &mut Told) {
+        let source = match &self.source {
+            StructureSource::Resonator { .. } => format!(
+                "resonator: {} elastic modes, and the static residual of all others",
+                self.modes
+            ),
+            StructureSource::Oscillator { .. } => "one mass, three degrees of freedom".to_owned(),
+        };
+        told.add("structure", source, self.why.of("source"));
+    }
+
+    /// Where the contact elements are.
+    pub fn layout(&self) -> Layout {
+        match &self.source {
+            StructureSource::Oscillator { .. } => Layout {
+                centres: vec![[0.0; 2]],
+                area: 0.0,
+                lever: 0.0,
+            },
+            StructureSource::Resonator { geometry } => Layout {
+                centres: geometry.contact_centres(),
+                area: geometry.contact_area(),
+                lever: 0.5 * geometry.lap_length,
+            },
+        }
+    }
+
+    /// Contact elements along x and y, were there no hole, and the side lengths that they cover \[m\]; none where there is one alone.
+    pub fn lattice(&self) -> Option<([usize; 2], [f64; 2])> {
+        match &self.source {
+            StructureSource::Oscillator { .. } => None,
+            StructureSource::Resonator { geometry } => Some((
+                [geometry.lap_cells; 2],
+                [geometry.lap_length, geometry.arm_height],
+            )),
+        }
+    }
+
+    /// The ports of the vibration that are no contact ports, in their order: those of the loads and of the response, each once.
+    /// The mass of an oscillator is its contact, unless it has none.
+    pub fn points(&self, response: &Response, has_contact: bool) -> Vec<Port> {
+        match &self.source {
+            StructureSource::Oscillator { .. } if has_contact => Vec::new(),
+            StructureSource::Oscillator { .. } => (0..3)
+                .map(|axis| Port {
+                    at: response.at.at.clone(),
+                    axis,
+                })
+                .collect(),
+            StructureSource::Resonator { .. } => {
+                let mut points: Vec<Port> = Vec::new();
+                let loads = response.forces.iter().map(|force| &force.port);
+                for port in loads.chain([&response.at]) {
+                    if !points.contains(port) {
+                        points.push(port.clone());
+                    }
+                }
+                points
+            }
+        }
+    }
+
+    /// The vibration, but for its contact elements. `reduced` is the structure, none for an oscillator; damping in modes of the stuck
+    /// joint is that of the `unworn` contact elements.
+    ///
+    /// # Errors
+    /// [`DynamicsError`] for numbers that the dynamics refuses.
+    ///
+    /// # Panics
+    /// On a resonator that is not reduced.
+    pub fn vibration(
+        &self,
+        response: &Response,
+        has_contact: bool,
+        reduced: Option<&Reduced>,
+        unworn: &[ContactElement],
+    ) -> Result<Vibration, DynamicsError> {
+        let springs = reference_springs(unworn);
+        let springs = (response.damping_basis == DampingBasis::Stuck).then_some(&springs[..]);
+        let points = self.points(response, has_contact);
+        let place = |port: &Port| points.iter().position(|p| p == port).unwrap_or(0);
+        let (model, first): (SecondOrder, Option<usize>) = match &self.source {
+            StructureSource::Oscillator {
+                mass,
+                damping,
+                stiffness,
+            } => {
+                let own = mass_on_springs(*mass, *damping, *stiffness, 3 * unworn.len())?;
+                (damped(own, response, springs)?, None)
+            }
+            StructureSource::Resonator { .. } => {
+                let reduced = reduced.expect("the structure is reduced before it vibrates");
+                let numbers: Option<Vec<usize>> = points
+                    .iter()
+                    .map(|port| reduced.ports.of_point(&port.at, port.axis))
+                    .collect();
+                let numbers = numbers.expect("a recipe has the points of its structure");
+                let damping = Damping {
+                    ratio: response.damping_ratio,
+                    springs,
+                };
+                (
+                    reduced_model(reduced, &numbers, damping)?,
+                    Some(reduced.ports.contact_ports()),
+                )
+            }
+        };
+        let number = |port: &Port| first.map_or(port.axis, |first| first + place(port));
+        Ok(Vibration {
+            loads: response
+                .forces
+                .iter()
+                .map(|force| Load {
+                    port: number(&force.port),
+                    harmonic: force.harmonic,
+                    cosine: force.amplitude * force.phase.cos(),
+                    sine: if force.harmonic == 0 {
+                        0.0
+                    } else {
+                        -force.amplitude * force.phase.sin()
+                    },
+                })
+                .collect(),
+            response_port: number(&response.at),
+            harmonics: Harmonics::new(&response.harmonics)?,
+            settings: Settings {
+                samples: response.samples,
+                ..Settings::default()
+            },
+            range: (response.frequency[0] * TAU, response.frequency[1] * TAU),
+            model,
+        })
+    }
+}
+
+/// An oscillator with a damping ratio beside its dampers.
+fn damped(
+    mut model: SecondOrder,
+    response: &Response,
+    springs: Option<&[f64]>,
+) -> Result<SecondOrder, DynamicsError> {
+    if response.damping_ratio > 0.0 {
+        let own = model.damping.clone();
+        let none = vec![0.0; model.contact_dofs];
+        model = model.with_damping_ratio(response.damping_ratio, springs.unwrap_or(&none))?;
+        for axis in 0..3 {
+            let sum = model.damping.at(axis, axis) + own.at(axis, axis);
+            model.damping.set(axis, axis, sum);
+        }
+    }
+    Ok(model)
+}
+

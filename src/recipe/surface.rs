@@ -1,0 +1,250 @@
+//! Where a surface comes from, and which cells of a grid belong to the joint.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::Reasons;
+use crate::grid::{Grid, Patch};
+use crate::model_update::{ContactElements, ModelUpdateError};
+use crate::surface::SurfaceError;
+use crate::surface::generate::{self, Generated, RandomSurface, Spectrum};
+use crate::surface::prepare::{Detrend, Fill};
+
+/// The cells of a rough joint and its unworn heights.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Surface {
+    /// Side lengths along x and y \[m\].
+    pub size: [f64; 2],
+    /// Cells along x and y.
+    pub grid: [usize; 2],
+    /// Which of them belong to the joint.
+    pub cells: Cells,
+    /// How many that are; of a measured surface fewer may have a height.
+    pub kept: usize,
+    /// Where the heights come from.
+    pub heights: Heights,
+    /// Hash of the file that they come from; none of a surface that is generated.
+    pub content: Option<String>,
+    /// The reasons.
+    pub why: Reasons,
+}
+
+impl Surface {
+    /// The grid.
+    pub fn grid(&self) -> Grid {
+        Grid::over(self.size, self.grid)
+    }
+}
+
+/// Which cells of a grid belong to a joint.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Cells {
+    /// All of them.
+    All,
+    /// Those whose centre lies outside of a round hole in the middle.
+    Hole {
+        /// Diameter \[m\].
+        diameter: f64,
+    },
+    /// Those whose centre lies in a contact element.
+    Elements {
+        /// Elements along x and y, were there no hole.
+        counts: [usize; 2],
+        /// Those of them that are in the hole.
+        absent: Vec<[usize; 2]>,
+    },
+}
+
+/// Where the heights come from: positive towards the other body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Heights {
+    /// Gaussian heights with a Gaussian autocorrelation, exp(−(x²/clx² + y²/cly²)).
+    Gaussian {
+        /// Root mean square height \[m\].
+        rq: f64,
+        /// Lengths along x and y at which the autocorrelation is 1/e \[m\].
+        correlation_length: [f64; 2],
+        /// Seed of the random stream.
+        seed: u64,
+    },
+    /// Gaussian heights with an exponential autocorrelation.
+    Exponential {
+        /// Root mean square height \[m\].
+        rq: f64,
+        /// Lengths along x and y at which the autocorrelation is 1/e \[m\].
+        correlation_length: [f64; 2],
+        /// Seed of the random stream.
+        seed: u64,
+    },
+    /// Gaussian heights with a self-affine power spectrum.
+    SelfAffine {
+        /// Root mean square height \[m\].
+        rq: f64,
+        /// Hurst exponent.
+        hurst: f64,
+        /// Wavelength above which the spectrum is flat \[m\].
+        rolloff_wavelength: f64,
+        /// Wavelength below which there is no roughness \[m\]; none: down to the grid.
+        cutoff_wavelength: Option<f64>,
+        /// Seed of the random stream.
+        seed: u64,
+    },
+    /// A perfectly flat surface.
+    Flat,
+    /// A sphere with its apex at height 0 in the middle of the joint.
+    Sphere {
+        /// Radius \[m\].
+        radius: f64,
+    },
+    /// Heights from a file.
+    File(HeightsFile),
+}
+
+/// Heights from a file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HeightsFile {
+    /// The file, absolute; where it stands is not part of a recipe.
+    #[serde(skip)]
+    pub path: PathBuf,
+    /// Metres per unit of height, for a file that does not carry its unit.
+    pub unit: Option<f64>,
+    /// What is subtracted from the heights.
+    pub detrend: Detrend,
+    /// What becomes of points without a height.
+    pub fill: Fill,
+    /// Distance of the points along x and y \[m\], in place of what the file says.
+    pub spacing: Option<[f64; 2]>,
+}
+
+impl Heights {
+    /// The file that the heights come from.
+    pub fn file(&self) -> Option<&HeightsFile> {
+        match self {
+            Heights::File(file) => Some(file),
+            _ => None,
+        }
+    }
+
+    /// Root mean square height \[m\] that is asked for.
+    pub fn rq(&self) -> Option<f64> {
+        match self {
+            Heights::Gaussian { rq, .. }
+            | Heights::Exponential { rq, .. }
+            | Heights::SelfAffine { rq, .. } => Some(*rq),
+            Heights::Flat | Heights::Sphere { .. } | Heights::File(_) => None,
+        }
+    }
+
+    /// Lengths along x and y at which the autocorrelation is 1/e \[m\], where they are asked for.
+    pub fn correlation_length(&self) -> Option<[f64; 2]> {
+        match self {
+            Heights::Gaussian {
+                correlation_length, ..
+            }
+            | Heights::Exponential {
+                correlation_length, ..
+            } => Some(*correlation_length),
+            _ => None,
+        }
+    }
+
+    /// True of a sphere.
+    pub fn is_sphere(&self) -> bool {
+        matches!(self, Heights::Sphere { .. })
+    }
+
+    /// The heights on a patch; none where they come from a file.
+    ///
+    /// # Errors
+    /// [`SurfaceError`] for numbers without sense, or too few cells for them.
+    pub fn generate(&self, patch: &Patch) -> Result<Option<Generated>, SurfaceError> {
+        let exact = |heights| Generated {
+            heights,
+            warnings: Vec::new(),
+        };
+        let (rq, spectrum, seed) = match self {
+            Heights::File(_) => return Ok(None),
+            Heights::Flat => return Ok(Some(exact(generate::flat(patch)))),
+            Heights::Sphere { radius } => {
+                return Ok(Some(exact(generate::sphere(patch, *radius)?)));
+            }
+            Heights::Gaussian {
+                rq,
+                correlation_length,
+                seed,
+            } => {
+                let correlation_length = *correlation_length;
+                (rq, Spectrum::Gaussian { correlation_length }, seed)
+            }
+            Heights::Exponential {
+                rq,
+                correlation_length,
+                seed,
+            } => {
+                let correlation_length = *correlation_length;
+                (rq, Spectrum::Exponential { correlation_length }, seed)
+            }
+            Heights::SelfAffine {
+                rq,
+                hurst,
+                rolloff_wavelength,
+                cutoff_wavelength,
+                seed,
+            } => {
+                let spectrum = Spectrum::SelfAffine {
+                    hurst: *hurst,
+                    rolloff_wavelength: *rolloff_wavelength,
+                    cutoff_wavelength: cutoff_wavelength.unwrap_or(0.0),
+                };
+                (rq, spectrum, seed)
+            }
+        };
+        let surface = RandomSurface {
+            rq: *rq,
+            spectrum,
+            seed: *seed,
+        };
+        generate::random(patch, &surface).map(Some)
+    }
+
+    /// Seed of the random stream, of a surface that has one.
+    pub fn seed(&self) -> Option<u64> {
+        match self {
+            Heights::Gaussian { seed, .. }
+            | Heights::Exponential { seed, .. }
+            | Heights::SelfAffine { seed, .. } => Some(*seed),
+            Heights::Flat | Heights::Sphere { .. } | Heights::File(_) => None,
+        }
+    }
+}
+
+impl Surface {
+    /// The contact elements whose cells are those of the joint, if they are.
+    ///
+    /// # Errors
+    /// [`ModelUpdateError`] where the grid is coarser than the elements.
+    pub fn contact_elements(&self) -> Result<Option<ContactElements>, ModelUpdateError> {
+        let Cells::Elements { counts, absent } = &self.cells else {
+            return Ok(None);
+        };
+        let all = (0..counts[0]).flat_map(|i| (0..counts[1]).map(move |j| [i, j]));
+        let cells: Vec<[usize; 2]> = all.filter(|cell| !absent.contains(cell)).collect();
+        ContactElements::new(self.grid(), *counts, &cells).map(Some)
+    }
+
+    /// The grid and the cells of it that belong to the joint.
+    ///
+    /// # Errors
+    /// As for [`Surface::contact_elements`].
+    pub fn patch(&self) -> Result<Patch, ModelUpdateError> {
+        Ok(match (self.contact_elements()?, &self.cells) {
+            (Some(elements), _) => elements.patch().clone(),
+            (None, Cells::Hole { diameter }) => Patch::with_hole(self.grid(), *diameter),
+            (None, _) => Patch::full(self.grid()),
+        })
+    }
+}
+

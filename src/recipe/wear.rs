@@ -1,0 +1,44 @@
+//! Wear over many cycles.
+
+use serde::{Deserialize, Serialize};
+
+use super::told::Told;
+use crate::wear::{Scheme, WearLaw};
+
+/// Wear over many cycles. At least one of `cycles` and `volume` is there; the run ends at the first that is reached.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Wear {
+    /// Worn volume per dissipated energy \[m³/J\], [A eq. 2.5].
+    pub coefficient: f64,
+    /// Number of cycles to reach.
+    pub cycles: Option<u64>,
+    /// Worn volume to reach \[m³\].
+    pub volume: Option<f64>,
+    /// How a wear step is taken.
+    pub scheme: Scheme,
+    /// Largest local wear depth of a step \[m\]; always there for an explicit scheme.
+    pub depth_step: Option<f64>,
+    /// Relative error that a wear step may make.
+    pub tolerance: f64,
+}
+
+impl Wear {
+    /// True if these cycles, or this worn volume \[m³\], end the run.
+    pub fn is_reached(&self, cycles: u64, volume: f64) -> bool {
+        self.cycles.is_some_and(|end| cycles >= end) || self.volume.is_some_and(|end| volume >= end)
+    }
+
+    /// The wear law.
+    pub fn law(&self) -> WearLaw {
+        WearLaw {
+            coefficient: self.coefficient,
+        }
+    }
+
+    /// Says how a wear step is taken.
+    pub(super) fn tell(&self, told: &mut Told) {
+        let depth_step = self.depth_step.unwrap_or(f64::NAN);
+        let (choice, why) = self.scheme.told(self.tolerance, depth_step);
+        told.add("wear", choice, why);
+    }
+}

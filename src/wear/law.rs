@@ -1,0 +1,30 @@
+//! The wear law: worn volume goes with dissipated energy.
+
+/// Wear by dissipated energy.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WearLaw {
+    /// Worn volume per dissipated energy α \[m³/J\].
+    pub coefficient: f64,
+}
+
+impl WearLaw {
+    /// Worn volume V = α E \[m³\] of a dissipated energy \[J\], [A eq. 2.5].
+    pub fn volume(self, energy: f64) -> f64 {
+        self.coefficient * energy
+    }
+
+    /// Dissipated energy \[J\] of a worn volume \[m³\], [A eq. 2.5].
+    pub fn energy(self, volume: f64) -> f64 {
+        volume / self.coefficient
+    }
+
+    /// Wear depth Δh = α ∫ q·ds \[m\] of an energy that is dissipated per area \[J/m²\], [A eq. 2.6].
+    pub fn depth(self, energy: f64) -> f64 {
+        self.coefficient * energy
+    }
+
+    /// Wear depth \[m\] after so many equal cycles, per energy that each dissipates per area \[m³/J\]: N α.
+    pub fn over(self, cycles: u64) -> f64 {
+        cycles as f64 * self.coefficient
+    }
+}
