@@ -73,7 +73,7 @@ fn names(code: &str, path: &str) -> bool {
 
 /// The modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
 fn modules(source: &Source) -> Vec<String> {
-    const MODULES: [&str; 25] = [
+    const MODULES: [&str; 26] = [
         "cli",
         "contact",
         "doctor",
@@ -86,6 +86,7 @@ fn modules(source: &Source) -> Vec<String> {
         "progress",
         "recipe",
         "reference",
+        "rehearsal",
         "report",
         "scene",
         "stages",
@@ -205,6 +206,25 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "scene",
         ],
     ),
+    (
+        "rehearsal/",
+        &[
+            "contact",
+            "doctor",
+            "dynamics",
+            "fft",
+            "grid",
+            "recipe",
+            "rehearsal",
+            "scene",
+            "stages",
+            "store",
+            "structure",
+            "surface",
+            "tables",
+            "wear",
+        ],
+    ),
     ("report/", &["recipe", "scene", "tables", "store", "report"]),
     ("study/", &["recipe", "tables", "report", "study"]),
     (
@@ -306,7 +326,15 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
     (&["png", "base64"], &["report/plot/"]),
     (&["clap", "clap_complete", "signal_hook"], &["cli/"]),
     (&["indicatif"], &["progress.rs"]),
-    (&["blake3"], &["json.rs", "store/", "scene/plan/files.rs"]),
+    (
+        &["blake3"],
+        &[
+            "json.rs",
+            "store/",
+            "scene/plan/files.rs",
+            "rehearsal/files.rs",
+        ],
+    ),
     (&["fs4"], &["store/file_system.rs"]),
     (&["toml"], &["scene/", "tables/"]),
     (&["npyz", "quick_xml", "zip::"], &["surface/readers/"]),
@@ -368,6 +396,8 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "stages/surface.rs",
             "store/file_system.rs",
             "doctor/machine.rs",
+            "rehearsal/mod.rs",
+            "rehearsal/course.rs",
         ],
     ),
 ];
