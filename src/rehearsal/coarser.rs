@@ -128,21 +128,21 @@ fn plane(grid: [usize; 2], boundary: Boundary) -> [usize; 2] {
     }
 }
 
-/// The same with few samples of its cycle, and none of them for an extrapolation; none where the cycle is not stepped.
-pub(super) fn with_few_samples(inputs: &Inputs) -> Option<Inputs> {
+/// The same with few samples of its cycle, and none of them for an extrapolation, and how many times as many it has; none where what is
+/// prescribed is not stepped.
+pub(super) fn with_few_samples(inputs: &Inputs) -> Option<(Inputs, f64)> {
     let mut inputs = inputs.clone();
+    let samples = inputs.motion.samples();
     let cycle = inputs.recipe.joints.first_mut()?.cycle.as_mut()?;
-    let stepped = cycle.march == Some(March::Stepped) || cycle.march.is_none();
-    let samples = match cycle.march {
-        Some(_) => inputs.motion.samples(),
-        None => cycle.steps,
-    };
     let every = samples / FEW_SAMPLES;
-    if !stepped || every < 2 {
+    if cycle.march != Some(March::Stepped) || every < 2 {
         return None;
     }
+    // Half of the samples are marched too where a cycle is extrapolated.
+    let marched = if cycle.extrapolate { 1.5 } else { 1.0 };
     cycle.steps = cycle.steps.div_ceil(every);
     cycle.extrapolate = false;
     inputs.motion = inputs.motion.every(every);
-    Some(inputs)
+    let times = marched * samples as f64 / inputs.motion.samples() as f64;
+    Some((inputs, times))
 }

@@ -138,6 +138,17 @@ impl Totals {
         }
     }
 
+    /// With as many times the samples of a cycle: the nearer they are to each other, the fewer pairs a sample takes, so that pairs grow by
+    /// something between that number and its root.
+    pub fn with_samples(&self, times: f64) -> Totals {
+        let more = times.powf(0.75);
+        Totals {
+            steps: self.steps,
+            first: more * self.first,
+            step: more * self.step,
+        }
+    }
+
     /// All pairs of a run with so many wear iterations.
     pub fn pairs(&self, steps: f64) -> f64 {
         self.first + steps * self.step

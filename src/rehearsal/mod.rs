@@ -10,7 +10,7 @@
 //!    the scene. Tolerances, motion, structure and elements are those of the scene. Where there is no room for a coarser grid the
 //!    scene itself is rehearsed, as far as the time allows.
 //! 2. **Time.** A rehearsal spends a counted number of operations, so that it comes to the same each time and anywhere. On one idle
-//!    core of today they take some three seconds; a rehearsal that would take longer than it may ends between two stages. A course of
+//!    core of today they take some three seconds; a rehearsal that would take longer than it may is refused, with the reason. A course of
 //!    wear that is not rehearsed to its end goes on as one does that is marched with few samples of the cycle or on the coarser grid,
 //!    else as its last steps did.
 //! 3. **Numbers.** Iterations, and transform pairs of each stage in the unworn iteration and in the mean of the others, go on in the
@@ -38,6 +38,8 @@ mod seconds;
 mod stability;
 
 use std::path::PathBuf;
+use std::sync::mpsc;
+use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::recipe::{Inputs, Recipe};
@@ -55,6 +57,8 @@ pub use seconds::Seconds;
 const OPERATIONS: f64 = 3e10;
 /// Operations that an iteration takes beside its pairs, in the time of transforms: some ten milliseconds of tables and small loops.
 const ITERATION: f64 = 1.5e8;
+/// Pairs that an unworn contact takes at least, with its stiffness.
+const LEAST_PAIRS: f64 = 50.0;
 /// Parts of all operations for the coarser grid: of a course that can be marched with few samples too, of one that cannot, and for
 /// that with few samples.
 const COARSER: [f64; 2] = [0.4, 0.6];
@@ -68,9 +72,13 @@ const NO_ROOM: f64 = 0.8;
 /// Power of the cells a side by which the operations of a run grow: those of a transform, with a logarithm.
 const GROWTH: f64 = 2.3;
 /// By which factor the bytes of a table may be more or fewer than its rows say: they compress otherwise.
-const TABLES: f64 = 1.1;
+const TABLES: f64 = 1.2;
 /// Part of the time that a rehearsal may take after which nothing is begun.
 const WITHIN: f64 = 0.85;
+
+/// What is said of a cycle that is too long for a rehearsal.
+const TOO_MANY_SAMPLES: &str =
+    "a cycle takes longer than a rehearsal, and was rehearsed with few of its samples";
 
 /// What a rehearsal may use.
 #[derive(Debug, Clone)]
@@ -110,8 +118,30 @@ pub fn memory(inputs: &Inputs) -> (u64, Option<u64>) {
     memory::peak(inputs, &Counted::of(&inputs.recipe))
 }
 
-/// Rehearses a run.
+/// Rehearses a run. It is over after `options.most`, though what is under way then, which cannot be interrupted, ends by itself at the
+/// next stage.
 pub fn rehearse(inputs: &Inputs, options: &Options) -> Rehearsal {
+    let begin = Instant::now();
+    let (sender, receiver) = mpsc::channel();
+    let (own, own_options) = (inputs.clone(), options.clone());
+    // Nobody listens any more to one that is late.
+    thread::spawn(move || drop(sender.send(rehearsed(&own, &own_options))));
+    receiver.recv_timeout(options.most).unwrap_or_else(|_| {
+        let mut cost = counted_cost(inputs, &Counted::of(&inputs.recipe));
+        cost.not_rehearsed.push(format!(
+            "a single stage on the coarsest grid takes longer than {:.0} s, the time of a rehearsal",
+            options.most.as_secs_f64()
+        ));
+        Rehearsal {
+            cost,
+            seconds: None,
+            warning: None,
+            took: begin.elapsed().as_secs_f64(),
+        }
+    })
+}
+
+fn rehearsed(inputs: &Inputs, options: &Options) -> Rehearsal {
     let begin = Instant::now();
     let counted = Counted::of(&inputs.recipe);
     let mut rehearsing = Rehearsing {
@@ -158,13 +188,14 @@ pub fn rehearse(inputs: &Inputs, options: &Options) -> Rehearsal {
 struct Found {
     /// On the grid of the scene.
     totals: Totals,
-    /// On the finest grid that was rehearsed, with its inputs and the course there.
+    /// On the finest grid that was rehearsed.
     finest: Totals,
+    /// The longest course, with its inputs.
     inputs: Inputs,
     course: Course,
     /// Bytes of an iteration on the grid of the scene.
     bytes: Range,
-    /// By which power of a doubt numbers may be off: 0 from the scene itself, 2 from one coarser grid alone.
+    /// By which power of a doubt numbers may be off: 0 from the scene itself, 1 from two grids, 2 from one, 3 from few samples on it.
     doubts: i32,
 }
 
@@ -212,8 +243,12 @@ impl Rehearsing<'_> {
             stage,
         };
         let cells = recipe.surface().map_or([0; 2], |surface| surface.grid);
-        let why = match course(inputs, &bounds) {
-            Ok(course) if !course.iterations.is_empty() => {
+        let why = match LEAST_PAIRS * bounds.pair > self.left {
+            true => Ok(None),
+            false => course(inputs, &bounds).map(Some),
+        };
+        let why = match why {
+            Ok(Some(course)) if !course.iterations.is_empty() => {
                 let operations = spent(recipe, &course);
                 self.left = (self.left - operations).max(0.0);
                 self.rehearsed.push(Grid {
@@ -224,7 +259,11 @@ impl Rehearsing<'_> {
                 });
                 return Some(course);
             }
-            Ok(course) => course.broken_off.unwrap_or_default(),
+            Ok(Some(course)) => course.broken_off.unwrap_or_default(),
+            Ok(None) => format!(
+                "on {} x {} cells a contact takes longer than what is left of a rehearsal",
+                cells[0], cells[1]
+            ),
             Err(error) => format!("on {} x {} cells: {error}", cells[0], cells[1]),
         };
         if !self.not_rehearsed.contains(&why) {
@@ -242,18 +281,35 @@ impl Rehearsing<'_> {
             coarsest = 1.0;
         }
         let coarse = coarser::on_grid(inputs, coarser::counts(recipe, coarsest))?;
-        let sampled = coarser::with_few_samples(&coarse);
+        // A cycle of many samples takes long: one of few says how long, and how wear goes on.
+        let mut few = None;
+        if let Some((sampled, times)) = coarser::with_few_samples(&coarse) {
+            let course = self.run(&sampled, FEW_SAMPLES * OPERATIONS, None)?;
+            let pair = operations_of_pair(&sampled.recipe);
+            let unworn = pair * course.iterations[0].pairs.values().sum::<f64>();
+            if 2.0 * times * unworn > self.left {
+                self.not_rehearsed.push(TOO_MANY_SAMPLES.to_owned());
+                let of_few = Totals::of(&course, wear, None)?;
+                let totals = of_few.with_samples(times);
+                let bytes = bytes([&course; 2], [coarsest; 2]);
+                return Some(Found {
+                    totals,
+                    finest: totals,
+                    inputs: sampled,
+                    course,
+                    bytes,
+                    doubts: 3,
+                });
+            }
+            few = Some(course);
+        }
         let part = match coarsest < 1.0 {
-            true => COARSER[usize::from(sampled.is_none())],
-            false => 1.0 - FEW_SAMPLES,
+            true => COARSER[usize::from(few.is_none())],
+            false => 1.0,
         };
         let first = self.run(&coarse, part * OPERATIONS, None)?;
-        let mut few = None;
-        if let Some(sampled) = sampled.filter(|_| first.broken_off.is_some()) {
-            few = self.run(&sampled, FEW_SAMPLES * OPERATIONS, None);
-        }
         // Steps go on as those with few samples, pairs do not.
-        let whole = match &few {
+        let whole = match few.as_ref().filter(|_| first.broken_off.is_some()) {
             Some(few) => Some((few, false)),
             None => Some((&first, true)),
         };
@@ -273,49 +329,61 @@ impl Rehearsing<'_> {
                 .run(&fine, self.left, None)
                 .map(|course| (fine, course));
         }
-        // Some of the tables have a row a cell, others do not.
-        let (bytes, cells) = (first.iterations[0].bytes, 2.0 * (1.0 / coarsest).ln());
-        let power = second.as_ref().map(|(_, second)| {
-            let power = (second.iterations[0].bytes / bytes).ln() / (2.0 * (finer / coarsest).ln());
-            power.clamp(0.0, 1.0)
-        });
-        let by_power = |power: f64| (power * cells).exp();
-        let mean = |course: &Course| {
-            let all = course.iterations.iter().map(|iteration| iteration.bytes);
-            all.sum::<f64>() / course.iterations.len() as f64
-        };
-        let bytes = match power {
-            Some(power) => Range::within(mean(&first) * by_power(power), TABLES),
-            None => Range {
-                expected: mean(&first) * by_power(0.5),
-                least: mean(&first),
-                most: mean(&first) * by_power(1.0),
-            },
-        };
         let two = second
             .and_then(|(fine, second)| Some((Totals::of(&second, wear, whole)?, fine, second)));
         Some(match two {
-            Some((finest, inputs, course)) => Found {
-                // The scene's cells over the finer grid's, in steps of that from the coarser one.
-                totals: finest
-                    .extrapolated(&of_first, (1.0 / finer).ln() / (finer / coarsest).ln()),
-                finest,
-                inputs,
-                course,
-                bytes,
-                doubts: 1,
-            },
+            Some((finest, fine, second)) => {
+                let bytes = bytes([&first, &second], [coarsest, finer]);
+                let longer = second.iterations.len() >= first.iterations.len().div_ceil(2);
+                let (inputs, course) = if longer {
+                    (fine, second)
+                } else {
+                    (coarse, first)
+                };
+                Found {
+                    // The scene's cells over the finer grid's, in steps of that from the coarser one.
+                    totals: finest
+                        .extrapolated(&of_first, (1.0 / finer).ln() / (finer / coarsest).ln()),
+                    finest,
+                    inputs,
+                    course,
+                    bytes,
+                    doubts: 1,
+                }
+            }
             None => Found {
                 totals: of_first,
                 finest: of_first,
+                bytes: bytes([&first; 2], [coarsest; 2]),
                 inputs: coarse,
                 doubts: match coarsest < 1.0 || first.broken_off.is_some() {
                     true => 2,
                     false => 0,
                 },
                 course: first,
-                bytes,
             },
         })
     }
+}
+
+/// Bytes of an iteration on the grid of the scene, from courses on grids with these parts of its cells a side: some of the tables have a
+/// row a cell, others do not. Of one grid alone it is not known how many.
+fn bytes(courses: [&Course; 2], parts: [f64; 2]) -> Range {
+    let [unworn, finer] = courses.map(|course| course.iterations[0].bytes);
+    let all = courses[0]
+        .iterations
+        .iter()
+        .map(|iteration| iteration.bytes);
+    let mean = all.sum::<f64>() / courses[0].iterations.len() as f64;
+    let cells = -2.0 * parts[0].ln();
+    let by_power = |power: f64| mean * (power * cells).exp();
+    if parts[0] == parts[1] {
+        return Range {
+            expected: by_power(0.5),
+            least: by_power(0.0),
+            most: by_power(1.0),
+        };
+    }
+    let power = (finer / unworn).ln() / (2.0 * (parts[1] / parts[0]).ln());
+    Range::within(by_power(power.clamp(0.0, 1.0)), TABLES)
 }

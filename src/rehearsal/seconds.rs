@@ -48,9 +48,9 @@ pub(super) fn expected(inputs: &Inputs, found: &Found, cost: &Cost) -> Seconds {
     let (mut contact, mut pairs, mut response) = (0.0, 0.0, None);
     for (k, iteration) in found.course.iterations.iter().enumerate() {
         // A course that was broken off stands for the whole.
-        let weight = match (k, found.finest.steps.expected) {
-            (0, _) => 1.0,
-            (_, steps) => steps / (found.course.iterations.len() - 1) as f64,
+        let weight = match k {
+            0 => 1.0,
+            _ => steps / (found.course.iterations.len() - 1) as f64,
         };
         pairs += weight * iteration.pairs.values().sum::<f64>();
         for (stage, seconds) in &iteration.seconds {

@@ -188,20 +188,32 @@ fn a_rehearsal_of_each_kind_of_pipeline_ends() {
     }
 }
 
-/// An orbit of the published joint takes minutes: what is said of it after a rehearsal has a range, of no more than some ten.
+/// A load that varies makes cycles of many samples, which a rehearsal has no time for on a joint of many asperities.
 #[test]
 fn a_course_that_is_broken_off_has_a_range() {
-    let orbit = [
-        "motion.amplitude=[\"5 um\", \"5 um\"]",
-        "motion.phase=[\"0 deg\", \"90 deg\"]",
+    let sets = [
+        "joint.grid=[110, 100]",
+        "surface.correlation_length=0.1 mm",
+        "motion.normal_load_amplitude=60 N",
     ];
-    let cost = rehearsed(&Bench::new(), &pipeline("prescribed_fretting"), &orbit).cost;
+    let cost = rehearsed(&Bench::new(), "small.toml", &sets).cost;
     assert!(cost.rehearsed.iter().any(|grid| !grid.whole), "{cost:?}");
     for range in [cost.iterations, cost.fft_pairs, cost.disk] {
         let range = range.expect("said");
         assert!(range.least < range.expected && range.expected < range.most);
-        assert!(range.most < 15.0 * range.least, "{range:?}");
+        assert!(range.most < 30.0 * range.least, "{range:?}");
     }
+}
+
+/// What takes longer than a rehearsal may is refused in time, with the reason, and what is counted is said.
+#[test]
+fn a_rehearsal_ends_in_time() {
+    let scene = scene::load(Path::new(&pipeline("lap_joint")), &[]).expect("a scene");
+    let most = Duration::from_millis(50);
+    let options = Options { cache: None, most };
+    let found = rehearsal::rehearse(&Plan::of(&scene).expect("a plan").inputs, &options);
+    assert!(found.cost.memory > 100_000_000 && found.cost.disk.is_none());
+    assert_eq!(found.cost.not_rehearsed.len(), 1, "{:?}", found.cost);
 }
 
 /// A run is the same whether it was planned or not, and what it keeps of its plan is nothing that was rehearsed.

@@ -3,8 +3,8 @@
     python tests/plan/rehearsed.py FRETWEAR [--each N] [--seed S] [--kind KIND] [--folder DIR]
 
 For each kind of motion it draws N scenes, plans and runs them, and prints for iterations, FFT pairs and disk the share of scenes
-that are within a factor of 1.5 of the expected number or within the printed range, and the median width of the range (most over
-least). By hand: it takes some minutes. Needs nothing but Python.
+that are within a factor of 1.5 of the expected number or within the printed range, those of which nothing is said, and the median width of
+the range (most over least). By hand: it takes some minutes. Needs nothing but Python.
 """
 
 import argparse
@@ -160,15 +160,16 @@ def main():
                 expected, spent = row[figure]
                 words.append(f"{figure} {spent:.0f} " + (f"({expected['least']:.0f} {expected['expected']:.0f} {expected['most']:.0f})" if expected else "(not said)"))
             print(", ".join(words), *plan["cost"]["not_rehearsed"], file=sys.stderr, flush=True)
-    print("| motion | scenes | figure | within 1.5 | in the range | either | median most/least | longest rehearsal / s |")
-    print("|---|---|---|---|---|---|---|---|")
+    print("| motion | scenes | figure | refused | within 1.5 | in the range | either | median most/least | longest rehearsal / s |")
+    print("|---|---|---|---|---|---|---|---|---|")
     for kind, rows in found.items():
         for figure in FIGURES:
-            within = held = either = 0
+            refused = within = held = either = 0
             widths = []
             for row in rows:
                 expected, spent = row[figure]
                 if not expected:
+                    refused += 1
                     continue
                 close = spent <= FACTOR * expected["expected"] and expected["expected"] <= FACTOR * spent
                 inside = expected["least"] <= spent <= expected["most"]
@@ -177,7 +178,7 @@ def main():
                     widths.append(expected["most"] / expected["least"])
             width = f"{statistics.median(widths):.2f}" if widths else "-"
             longest = max((row["took"] for row in rows), default=0.0)
-            print(f"| {kind} | {len(rows)} | {figure} | {within} | {held} | {either} | {width} | {longest:.1f} |")
+            print(f"| {kind} | {len(rows)} | {figure} | {refused} | {within} | {held} | {either} | {width} | {longest:.1f} |")
 
 
 main()
