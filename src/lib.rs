@@ -71,6 +71,7 @@ pub mod linalg;
 pub mod model_update;
 pub mod recipe;
 pub mod reference;
+pub mod rehearsal;
 pub mod report;
 pub mod scene;
 pub mod stages;

@@ -73,7 +73,7 @@ fn names(code: &str, path: &str) -> bool {
 
 /// The modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
 fn modules(source: &Source) -> Vec<String> {
-    const MODULES: [&str; 25] = [
+    const MODULES: [&str; 26] = [
         "cli",
         "contact",
         "doctor",
@@ -86,6 +86,7 @@ fn modules(source: &Source) -> Vec<String> {
         "progress",
         "recipe",
         "reference",
+        "rehearsal",
         "report",
         "scene",
         "stages",
@@ -205,6 +206,25 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "scene",
         ],
     ),
+    (
+        "rehearsal/",
+        &[
+            "contact",
+            "doctor",
+            "dynamics",
+            "fft",
+            "grid",
+            "recipe",
+            "rehearsal",
+            "scene",
+            "stages",
+            "store",
+            "structure",
+            "surface",
+            "tables",
+            "wear",
+        ],
+    ),
     ("report/", &["recipe", "scene", "tables", "store", "report"]),
     ("study/", &["recipe", "tables", "report", "study"]),
     (
@@ -306,7 +326,15 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
     (&["png", "base64"], &["report/plot/"]),
     (&["clap", "clap_complete", "signal_hook"], &["cli/"]),
     (&["indicatif"], &["progress.rs"]),
-    (&["blake3"], &["json.rs", "store/", "scene/plan/files.rs"]),
+    (
+        &["blake3"],
+        &[
+            "json.rs",
+            "store/",
+            "scene/plan/files.rs",
+            "rehearsal/files.rs",
+        ],
+    ),
     (&["fs4"], &["store/file_system.rs"]),
     (&["toml"], &["scene/", "tables/"]),
     (&["npyz", "quick_xml", "zip::"], &["surface/readers/"]),
@@ -369,6 +397,8 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "stages/solvers.rs",
             "store/file_system.rs",
             "doctor/machine.rs",
+            "rehearsal/mod.rs",
+            "rehearsal/course.rs",
         ],
     ),
 ];
@@ -421,4 +451,64 @@ fn what_counts_as_an_import() {
     );
     assert!(at("wear/joint.rs", "use crate::storehouse;").is_empty());
     assert!(names("use rustfft::Fft;", "rustfft") && !names("my_rustfft()", "rustfft"));
+}
+
+/// A kind of something is told apart in one place, so that another kind has one place to be added to; beside it stand the words for it
+/// in a scene.
+#[test]
+fn each_kind_is_matched_in_one_file() {
+    const KINDS: [(&[&str], &[&str]); 6] = [
+        (
+            &["StructureSource::", "Structure::"],
+            &["recipe/structure.rs"],
+        ),
+        (
+            &["Heights::", "Surface::"],
+            &["recipe/surface.rs", "scene/resolve/surface.rs"],
+        ),
+        (&["Scheme::"], &["wear/scheme.rs", "scene/keys/cycles.rs"]),
+        (
+            &["Preset::"],
+            &[
+                "scene/keys/fidelity.rs",
+                "scene/reader.rs",
+                "scene/resolve/cycles.rs",
+            ],
+        ),
+        (
+            &["Coupling::Indented"],
+            &[
+                "recipe/contact.rs",
+                "scene/plan/rough.rs",
+                "scene/variants/values.rs",
+                "stages/static_contact.rs",
+            ],
+        ),
+        (
+            &["Cells::"],
+            &[
+                "recipe/surface.rs",
+                "scene/plan/rough.rs",
+                "rehearsal/coarser.rs",
+            ],
+        ),
+    ];
+    for (kinds, places) in KINDS {
+        for source in sources() {
+            for kind in kinds {
+                let found = source.code.match_indices(kind).any(|(at, _)| {
+                    let before = source.code[..at].chars().next_back();
+                    let after = source.code[at + kind.len()..].chars().next();
+                    let whole = !before.is_some_and(|c| c.is_alphanumeric() || c == ':');
+                    // What is in capitals at its beginning is a kind; what is not, a function.
+                    whole && after.is_some_and(char::is_uppercase)
+                });
+                assert!(
+                    !found || places.contains(&source.path.as_str()),
+                    "src/{} tells kinds of {kind} apart, which belongs to {places:?}",
+                    source.path
+                );
+            }
+        }
+    }
 }

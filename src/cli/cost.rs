@@ -1,175 +1,161 @@
-//! What a run is expected to cost on this machine, and what it has cost.
+//! What a run will cost, and what it has cost.
 
-use fretwear::contact::HalfSpace;
-use fretwear::doctor;
-use fretwear::grid::Grid;
-use fretwear::recipe::{Contact, Surface};
+use std::time::Duration;
+
+use fretwear::rehearsal::{self, Cost, Options, Range, Rehearsal};
 use fretwear::scene::Plan;
-use fretwear::scene::plan::Rates;
-use fretwear::stages::{Spent, Stage};
+use fretwear::stages::Spent;
 use serde_json::{Value, json};
 
+use super::run::cache_folder;
 use crate::terminal::Results;
 
-/// How fast this machine is, as far as the cost asks.
-fn rates(plan: &Plan) -> Rates {
-    let (cost, recipe) = (&plan.cost, &plan.inputs.recipe);
-    let rough = recipe.surface().zip(recipe.contact());
-    let dense = cost.structure_operations + cost.response_operations;
-    Rates {
-        pair: rough.map_or(0.0, |(surface, contact)| seconds_of_pair(surface, contact)),
-        operation: if dense > 0.0 {
-            doctor::seconds_of_operation()
-        } else {
-            0.0
-        },
-    }
-}
+/// Time after which a rehearsal ends \[s\].
+const LONGEST_REHEARSAL: Duration = Duration::from_secs(5);
 
-/// Cells along a side of the largest plane that is measured: the scene that is planned may be more than the machine holds.
-const LARGEST_MEASURED: usize = 1024;
-
-/// A pair of transforms on this scene's plane \[s\]. That of a larger plane than is measured follows as n log n.
-fn seconds_of_pair(surface: &Surface, contact: &Contact) -> f64 {
-    let asked = surface.grid();
-    let counts = [asked.nx, asked.ny].map(|n| n.min(LARGEST_MEASURED));
-    let measured = Grid::over(
-        [asked.nx as f64 * asked.dx, asked.ny as f64 * asked.dy],
-        counts,
-    );
-    let mut half_space = HalfSpace::new(measured, contact.bodies, contact.boundary);
-    let operations = |grid: Grid| grid.len() as f64 * (grid.len() as f64).log2();
-    let ratio = if counts == [asked.nx, asked.ny] {
-        1.0
-    } else {
-        operations(asked) / operations(measured)
+/// Rehearses what a scene needs, for its cost.
+pub fn rehearsed(plan: &Plan) -> Rehearsal {
+    let options = Options {
+        cache: cache_folder(),
+        most: LONGEST_REHEARSAL,
     };
-    doctor::seconds_of_pair(&mut half_space) * ratio
+    rehearsal::rehearse(&plan.inputs, &options)
 }
 
-/// Prints what a scene is expected to cost here.
-pub fn write_expected(out: &mut Results, plan: &Plan) {
-    let cost = &plan.cost;
+/// Prints what a scene will cost here.
+pub fn write_expected(out: &mut Results, rehearsal: &Rehearsal) {
+    let Cost {
+        memory,
+        memory_cached,
+        unknowns,
+        ..
+    } = rehearsal.cost;
+    let cost = &rehearsal.cost;
     let mut line = |name: &str, text: String| writeln!(out, "    {name:<13} {text}");
-    let cached = cost.memory_cached.map_or_else(String::new, |cached| {
+    let cached = memory_cached.map_or_else(String::new, |cached| {
         format!("; {} with the structure in the cache", megabytes(cached))
     });
-    line("memory", format!("{}{cached}", megabytes(cost.memory)));
-    if cost.unknowns > 0 {
-        let unknowns = cost.unknowns;
+    line("memory", format!("{}{cached}", megabytes(memory)));
+    if unknowns > 0 {
         line(
             "unknowns",
             format!("{unknowns} of the harmonic balance at most"),
         );
     }
-    if cost.iterations > 0.0 {
-        let [least, most] = cost.iterations_range;
+    let number = |value: f64| format!("{value:.0}");
+    if let Some(iterations) = cost.iterations.filter(|found| found.expected > 0.0) {
+        let text = range(iterations, number);
         line(
             "iterations",
-            format!(
-                "about {:.0} ({least:.0} to {most:.0}); decided step by step, by the error of each",
-                cost.iterations
+            format!("{text}; decided step by step, by the error of each"),
+        );
+    }
+    if let Some(vibrations) = cost.vibrations {
+        line("vibrations", format!("about {vibrations:.0}"));
+    }
+    if let Some(disk) = cost.disk {
+        line("disk", range(disk, |bytes| megabytes(bytes as u64)));
+    }
+    if let Some(pairs) = cost.fft_pairs.filter(|found| found.expected > 0.0) {
+        line("FFT pairs", range(pairs, number));
+    }
+    if let Some(seconds) = rehearsal.seconds {
+        let parts = [
+            (
+                "at least, structure, unless it is in the cache",
+                seconds.structure,
             ),
-        );
+            ("contact and wear", seconds.contact),
+            ("vibration", seconds.response.unwrap_or(0.0)),
+        ];
+        let parts: Vec<String> = parts
+            .iter()
+            .filter(|(_, s)| *s >= 0.05)
+            .map(|(name, s)| format!("{name} {s:.1} s"))
+            .collect();
+        let parts = if parts.len() > 1 {
+            format!(" ({})", parts.join(", "))
+        } else {
+            String::new()
+        };
+        let unknown = if cost.contact_elements > 0 && seconds.response.is_none() {
+            ", and the vibration"
+        } else {
+            ""
+        };
+        // Of what takes its time with pairs.
+        let [least, most] = cost.fft_pairs.map_or([1.0; 2], |pairs| {
+            [pairs.least, pairs.most].map(|bound| bound / pairs.expected.max(1.0))
+        });
+        let with = |part: f64| seconds.total() + (part - 1.0) * seconds.contact;
+        let time = Range {
+            expected: seconds.total(),
+            least: with(least),
+            most: with(most),
+        };
+        let time = range(time, |seconds| format!("{seconds:.1} s"));
+        line("time", format!("{time}{unknown} here, one thread{parts}"));
     }
-    line("disk", megabytes(cost.disk));
-    if cost.fft_pairs > 0.0 {
-        let [least, most] = cost.fft_pairs_range;
-        line(
-            "FFT pairs",
-            format!("about {:.0} ({least:.0} to {most:.0})", cost.fft_pairs),
-        );
-    }
-    let seconds = cost.seconds(rates(plan));
-    let parts = [
-        ("structure, unless it is in the cache", seconds.structure),
-        ("contact and wear", seconds.contact),
-        ("vibration", seconds.response),
-        ("writing", seconds.writing),
-    ];
-    let parts: Vec<String> = parts
+    let grids: Vec<String> = cost
+        .rehearsed
         .iter()
-        .filter(|(_, s)| *s >= 0.05)
-        .map(|(name, s)| format!("{name} {s:.1} s"))
+        .filter(|grid| grid.cells[0] > 0)
+        .map(|grid| format!("{} x {}", grid.cells[0], grid.cells[1]))
         .collect();
-    let parts = if parts.len() > 1 {
-        format!(" ({})", parts.join(", "))
-    } else {
+    let grids = if grids.is_empty() {
         String::new()
+    } else {
+        format!(", on {} cells", grids.join(" and "))
     };
-    line(
-        "time",
-        format!("about {:.1} s here, one thread{parts}", seconds.total()),
-    );
+    line("rehearsed", format!("in {:.1} s{grids}", rehearsal.took));
+    for why in &cost.not_rehearsed {
+        line("not rehearsed", why.clone());
+    }
 }
 
-/// What a finished run was expected to cost, and what it did, as one line.
-pub fn compared_in_words(plan: &Plan, spent: &Spent) -> String {
-    let cost = &plan.cost;
-    let reduced = spent.seconds.contains_key(Stage::Structure.name());
+fn range(range: Range, text: impl Fn(f64) -> String) -> String {
+    let Range {
+        expected,
+        least,
+        most,
+    } = range;
+    if least == most {
+        return text(expected);
+    }
+    format!(
+        "about {} ({} to {})",
+        text(expected),
+        text(least),
+        text(most)
+    )
+}
+
+/// What a finished run has cost, as one line.
+pub fn in_words(spent: &Spent) -> String {
     let mut parts = Vec::new();
-    if cost.iterations > 0.0 {
-        parts.push(format!(
-            "{} iterations (expected {:.0})",
-            spent.wear_iterations, cost.iterations
-        ));
+    if spent.wear_iterations > 0 {
+        parts.push(format!("{} iterations", spent.wear_iterations));
     }
-    if cost.fft_pairs > 0.0 {
-        parts.push(format!(
-            "{:.0} FFT pairs ({:.0})",
-            spent.total_pairs(),
-            cost.fft_pairs
-        ));
+    if spent.total_pairs() > 0.0 {
+        parts.push(format!("{:.0} FFT pairs", spent.total_pairs()));
     }
-    parts.push(format!(
-        "{:.1} s ({:.1})",
-        spent.total_seconds(),
-        expected_seconds(plan, spent)
-    ));
-    parts.push(format!(
-        "{} of disk ({})",
-        megabytes(spent.disk),
-        megabytes(cost.disk)
-    ));
+    parts.push(format!("{:.1} s", spent.total_seconds()));
+    parts.push(format!("{} of disk", megabytes(spent.disk)));
     if let Some(peak) = peak_memory() {
-        let expected = match cost.memory_cached {
-            Some(cached) if !reduced => cached,
-            _ => cost.memory,
-        };
-        parts.push(format!(
-            "{} of memory ({})",
-            megabytes(peak),
-            megabytes(expected)
-        ));
+        parts.push(format!("{} of memory", megabytes(peak)));
     }
     format!("  {:<24} {}", "cost", parts.join(", "))
 }
 
-/// Seconds that the stages of a run are expected to take here.
-fn expected_seconds(plan: &Plan, spent: &Spent) -> f64 {
-    let reduced = spent.seconds.contains_key(Stage::Structure.name());
-    plan.cost.seconds(rates(plan)).computing(reduced)
-}
-
-/// The same for programs: what a plan expects (the `cost` of `plan.json`) and what was spent, under the same names. Seconds are
-/// expected of a machine at a moment: a finished run says the same each time it is asked.
-pub fn compared(expected: &Value, spent: &Spent) -> Value {
+/// The same for programs.
+pub fn spent(spent: &Spent) -> Value {
     json!({
-        "predicted": {
-            "wear_iterations": expected["iterations"],
-            "fft_pairs": expected["fft_pairs"],
-            "fft_pairs_by_stage": expected["fft_pairs_by_stage"],
-            "disk_bytes": expected["disk"],
-            "memory_bytes": expected["memory"],
-        },
-        "actual": {
-            "wear_iterations": spent.wear_iterations,
-            "pruned_iterations": spent.pruned,
-            "fft_pairs": spent.total_pairs(),
-            "fft_pairs_by_stage": spent.fft_pairs,
-            "disk_bytes": spent.disk,
-            "seconds": spent.total_seconds(),
-        },
+        "wear_iterations": spent.wear_iterations,
+        "pruned_iterations": spent.pruned,
+        "fft_pairs": spent.total_pairs(),
+        "fft_pairs_by_stage": spent.fft_pairs,
+        "disk_bytes": spent.disk,
+        "seconds": spent.total_seconds(),
     })
 }
 

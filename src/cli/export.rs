@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use fretwear::scene::{self, Contact, Structure};
+use fretwear::scene::{self, Contact};
 use fretwear::structure::deck::Deck;
 use fretwear::structure::resonator::Resonator;
 use serde_json::json;

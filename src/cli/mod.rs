@@ -69,9 +69,14 @@ enum Command {
     /// The same command twice is right: a run continues from its last commit, and a finished one prints its summary again.
     Run(RunArguments),
     /// Say what a scene will compute, why, and what it costs
+    ///
+    /// The cost is rehearsed on coarser grids, in some seconds. A run that was planned computes the same as one that was not.
     Plan {
         #[command(flatten)]
         scene: SceneArguments,
+        /// Everything but the cost, at once
+        #[arg(long)]
+        no_rehearsal: bool,
         /// Print one JSON object
         #[arg(long)]
         json: bool,
@@ -513,7 +518,12 @@ fn perform(command: Command, out: &mut Results) -> Result<Exit, CliError> {
     match command {
         Command::Run(arguments) => run::run(arguments, out),
         Command::Plan { scene, graph, .. } if graph => show::graph(&scene.scene, &scene.sets, out),
-        Command::Plan { scene, json, .. } => show::plan(&scene.scene, &scene.sets, json, out),
+        Command::Plan {
+            scene,
+            no_rehearsal,
+            json,
+            ..
+        } => show::plan(&scene.scene, &scene.sets, !no_rehearsal, json, out),
         Command::Stage(arguments) => stage::stage(&arguments, out),
         Command::Status { run, json } => status::status(&run, json, out),
         Command::Verify { run } => show::verify(&run, out),

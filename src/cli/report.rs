@@ -22,9 +22,7 @@ pub fn outcome(outcome: &Outcome, plan: &Plan, root: &Path, as_json: bool, out: 
             json!(outcome.spent.fft_pairs),
         );
         if outcome.wear_iteration.is_some() {
-            let (expected, spent) = (json!(plan.cost), &outcome.spent);
-            let compared = cost::compared(&expected, spent);
-            object.insert("cost".to_owned(), compared);
+            object.insert("cost".to_owned(), cost::spent(&outcome.spent));
         }
         return out.json(&Value::Object(object));
     }

@@ -67,7 +67,7 @@ pub fn run(arguments: RunArguments, out: &mut Results) -> Result<Exit, CliError>
     report::outcome(&outcome, &plan, &root, arguments.json, out);
     if outcome.ending == Ending::Done && !arguments.json && !arguments.execution.quiet {
         // About this machine and this moment, and no result.
-        say(&cost::compared_in_words(&plan, &outcome.spent));
+        say(&cost::in_words(&outcome.spent));
     }
     if outcome.ending == Ending::Stopped {
         say(&format!("stopped; continue with: {}", continuation(&root)));

@@ -12,22 +12,28 @@ use serde_json::json;
 use super::{CliError, Exit, cost};
 use crate::terminal::Results;
 
-/// Prints what a scene needs, and what it is expected to cost here.
+/// Prints what a scene needs, and what it will cost here, if that is to be rehearsed.
 pub fn plan(
     path: &Path,
     sets: &[String],
+    rehearse: bool,
     as_json: bool,
     out: &mut Results,
 ) -> Result<Exit, CliError> {
     let scene = scene::load(path, sets)?;
-    let plan = Plan::of(&scene)?;
+    let mut plan = Plan::of(&scene)?;
+    let mut printed = json!({ "recipe": plan.inputs.recipe, "decisions": plan.decisions });
+    let mut rehearsal = None;
     if as_json {
-        out.json(&json!({
-            "recipe": plan.inputs.recipe,
-            "decisions": plan.decisions,
-            "warnings": plan.warnings,
-            "cost": plan.cost,
-        }));
+        if rehearse {
+            let found = cost::rehearsed(&plan);
+            said_once(&mut plan.warnings, found.warning);
+            printed["cost"] = json!(found.cost);
+            // Of the machine, where the rest is of the scene.
+            printed["seconds"] = json!({ "run": found.seconds, "rehearsal": found.took });
+        }
+        printed["warnings"] = json!(plan.warnings);
+        out.json(&printed);
         return Ok(Exit::Done);
     }
     if let Some(title) = &scene.title {
@@ -37,11 +43,18 @@ pub fn plan(
         writeln!(out, "{}: {}", decision.what, decision.choice);
         writeln!(out, "    {}", decision.why);
     }
+    if rehearse {
+        let found = cost::rehearsed(&plan);
+        said_once(&mut plan.warnings, found.warning.clone());
+        rehearsal = Some(found);
+    }
     for warning in &plan.warnings {
         writeln!(out, "\nwarning: {warning}");
     }
-    writeln!(out, "\nestimated cost");
-    cost::write_expected(out, &plan);
+    if let Some(rehearsal) = &rehearsal {
+        writeln!(out, "\nrehearsed cost");
+        cost::write_expected(out, rehearsal);
+    }
     Ok(Exit::Done)
 }
 
@@ -51,6 +64,13 @@ pub fn graph(path: &Path, sets: &[String], out: &mut Results) -> Result<Exit, Cl
     let recipe = Plan::of(&scene)?.inputs.recipe;
     write!(out, "{}", stages::graph(&recipe));
     Ok(Exit::Done)
+}
+
+/// Both warnings are about the explicit step.
+fn said_once(warnings: &mut Vec<String>, more: Option<String>) {
+    if warnings.is_empty() {
+        warnings.extend(more);
+    }
 }
 
 /// Prints what verifies and what does not.

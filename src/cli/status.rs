@@ -35,9 +35,8 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
     if as_json {
         let mut object = summary.as_ref().map(row).unwrap_or_default();
         describe(&mut object, root, &standing, holder);
-        if let (Some(_), Some(plan)) = (standing.wear_iteration, plan) {
-            let spent = Spent::of(&reader)?;
-            object.insert("cost".to_owned(), cost::compared(&plan["cost"], &spent));
+        if standing.wear_iteration.is_some() {
+            object.insert("cost".to_owned(), cost::spent(&Spent::of(&reader)?));
         }
         object.insert("damage".to_owned(), json!(damaged));
         out.json(&Value::Object(object));

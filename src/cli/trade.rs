@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use fretwear::rehearsal;
 use fretwear::report::trade::{self, Trade, Trial};
 use fretwear::scene::variants::{self, BALANCED, Choice, LeftOut, REFERENCE, Variant, Variants};
 use fretwear::scene::{self, Plan, Scene};
@@ -122,11 +123,12 @@ fn run_all(
     let mut reference = None;
     let mut trials = Vec::new();
     for ((job, run), failure) in jobs.iter().zip(&runs).zip(ran.ended) {
-        let cost = &job.plan.cost;
+        // Runs share the structure.
+        let (cold, cached) = rehearsal::memory(&job.plan.inputs);
         trials.push(Trial {
             variant: job.variant.clone(),
             root: run.root.clone(),
-            memory: cost.memory_cached.unwrap_or(cost.memory),
+            memory: cached.unwrap_or(cold),
             failure: failure.as_ref().map(ToString::to_string),
         });
         if job.variant.name == REFERENCE {

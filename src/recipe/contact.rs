@@ -8,9 +8,9 @@ use crate::contact::normal::{NormalOptions, Rotation};
 use crate::contact::tangential::TangentialOptions;
 use crate::contact::{Boundary, HalfSpace, Pair, Shear};
 use crate::grid::Patch;
+use crate::wear::cycle::March;
 use crate::wear::joint::FrettingOptions;
 use crate::wear::{FrettingJoint, Motion};
-use crate::wear::cycle::March;
 
 /// A rough contact on half spaces.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

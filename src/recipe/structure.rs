@@ -46,7 +46,24 @@ pub enum StructureSource {
     },
 }
 
+impl From<Resonator> for StructureSource {
+    fn from(geometry: Resonator) -> Self {
+        StructureSource::Resonator {
+            geometry: Box::new(geometry),
+        }
+    }
+}
+
 impl StructureSource {
+    /// An oscillator of mass \[kg\], damping \[N s/m\] and stiffness \[N/m\] along x, y, z.
+    pub fn oscillator(mass: [f64; 3], damping: [f64; 3], stiffness: [f64; 3]) -> Self {
+        StructureSource::Oscillator {
+            mass,
+            damping,
+            stiffness,
+        }
+    }
+
     /// The geometry of what is meshed and reduced; none of an oscillator.
     pub fn resonator(&self) -> Option<&Resonator> {
         match self {
@@ -260,4 +277,3 @@ fn damped(
     }
     Ok(model)
 }
-

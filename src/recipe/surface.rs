@@ -151,9 +151,22 @@ impl Heights {
         }
     }
 
-    /// True of a sphere.
-    pub fn is_sphere(&self) -> bool {
-        matches!(self, Heights::Sphere { .. })
+    /// Wavelength above which a spectrum is flat \[m\], of a self-affine surface.
+    pub fn rolloff_wavelength(&self) -> Option<f64> {
+        match self {
+            Heights::SelfAffine {
+                rolloff_wavelength, ..
+            } => Some(*rolloff_wavelength),
+            _ => None,
+        }
+    }
+
+    /// Radius of a sphere \[m\].
+    pub fn sphere_radius(&self) -> Option<f64> {
+        match self {
+            Heights::Sphere { radius } => Some(*radius),
+            _ => None,
+        }
     }
 
     /// The heights on a patch; none where they come from a file.
@@ -247,4 +260,3 @@ impl Surface {
         })
     }
 }
-

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::html::{NONE, Section, escaped, table};
+use super::html::{Section, escaped, table};
 use super::quantity::{self, number};
 use super::run_tables::{numbers, texts};
 use super::{ReportError, RunTables};
@@ -118,22 +118,11 @@ fn decisions(runs: &[RunTables]) -> Section {
 }
 
 /// What is told of the cost of a run.
-const COSTS: [&str; 5] = [
-    "wear iterations",
-    "FFT pairs",
-    "disk / MB",
-    "memory / MB",
-    "time / s",
-];
+const COSTS: [&str; 4] = ["wear iterations", "FFT pairs", "disk / MB", "time / s"];
 
 fn cost(runs: &[RunTables]) -> Result<Section, ReportError> {
     let (mut costs, mut details) = (Vec::new(), String::new());
     for run in runs {
-        let expected = run.plan().map_or(&Value::Null, |plan| &plan["cost"]);
-        let predicted = |name: &str, unit: f64| {
-            let value = expected[name].as_f64();
-            value.map_or(NONE.to_owned(), |value| number(value / unit))
-        };
         let mut disk = 0;
         for k in run.iterations() {
             let commit = run.reader().commit_of(*k);
@@ -142,15 +131,10 @@ fn cost(runs: &[RunTables]) -> Result<Section, ReportError> {
         let spent = run.history()?.cost();
         let sum = |of: fn(&StageCost) -> f64| -> f64 { spent.values().map(of).sum() };
         costs.push([
-            [predicted("iterations", 1.0), run.latest().to_string()],
-            [
-                predicted("fft_pairs", 1.0),
-                number(sum(|cost| cost.fft_pairs)),
-            ],
-            [predicted("disk", 1e6), number(disk as f64 / 1e6)],
-            // The tables hold neither the memory that was needed nor seconds that were expected.
-            [predicted("memory", 1e6), NONE.to_owned()],
-            [NONE.to_owned(), number(sum(|cost| cost.seconds))],
+            run.latest().to_string(),
+            number(sum(|cost| cost.fft_pairs)),
+            number(disk as f64 / 1e6),
+            number(sum(|cost| cost.seconds)),
         ]);
         let stages: Vec<Vec<String>> = spent
             .iter()
@@ -171,22 +155,16 @@ fn cost(runs: &[RunTables]) -> Result<Section, ReportError> {
     let costs = match &costs[..] {
         [cost] => {
             let rows = COSTS.iter().zip(cost);
-            let rows = rows.map(|(name, [expected, spent])| {
-                vec![(*name).to_owned(), expected.clone(), spent.clone()]
-            });
-            let heads = words(["cost", "predicted", "actual"]);
+            let rows = rows.map(|(name, spent)| vec![(*name).to_owned(), spent.clone()]);
+            let heads = words(["cost", ""]);
             table(&heads, &rows.collect::<Vec<_>>(), true)
         }
         costs => {
             let rows = runs.iter().zip(costs).map(|(run, cost)| {
-                let cells = cost
-                    .iter()
-                    .map(|[expected, spent]| format!("{expected} / {spent}"));
-                std::iter::once(run.name().to_owned())
-                    .chain(cells)
-                    .collect()
+                let name = std::iter::once(run.name().to_owned());
+                name.chain(cost.iter().cloned()).collect()
             });
-            let mut heads = vec!["predicted / actual".to_owned()];
+            let mut heads = vec![String::new()];
             heads.extend(COSTS.map(str::to_owned));
             table(&heads, &rows.collect::<Vec<_>>(), true)
         }

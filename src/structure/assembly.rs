@@ -173,7 +173,7 @@ impl System {
 }
 
 /// Neighbours of each node, itself left out, from groups of nodes that are coupled to each other.
-fn adjacency(groups: &[Vec<usize>], count: usize) -> (Vec<usize>, Vec<usize>) {
+pub(super) fn adjacency(groups: &[Vec<usize>], count: usize) -> (Vec<usize>, Vec<usize>) {
     let mut of_node: Vec<Vec<usize>> = vec![Vec::new(); count];
     for (g, group) in groups.iter().enumerate() {
         for &n in group {

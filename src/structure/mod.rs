@@ -17,5 +17,7 @@ pub mod modes;
 pub mod order;
 pub mod reduction;
 pub mod resonator;
+mod work;
 
 pub use error::StructureError;
+pub use work::Work;

@@ -11,7 +11,10 @@ pub fn cycles(depth_step: f64, deepest: f64) -> u64 {
 /// h ← h + N Δh [A eq. 2.8], written for the wear depth \[m\]; `energy` is that of a cycle per area \[J/m²\].
 pub fn advance(wear: &[f64], energy: &[f64], law: WearLaw, cycles: u64) -> Vec<f64> {
     let reach = law.over(cycles);
-    wear.iter().zip(energy).map(|(w, e)| w + reach * e).collect()
+    wear.iter()
+        .zip(energy)
+        .map(|(w, e)| w + reach * e)
+        .collect()
 }
 
 /// The smallest eigenvalue of the half spaces' compliance on a grid, in parts of a cell's own compliance: that of pressures

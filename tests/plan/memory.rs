@@ -1,9 +1,12 @@
-//! The memory that a plan says against the peak that the operating system counts of a run.
+//! The memory that is counted from a recipe against the peak that the operating system counts of a run.
 #![cfg(target_os = "linux")]
 
 use std::fs;
 use std::path::Path;
 use std::time::Duration;
+
+use fretwear::rehearsal;
+use fretwear::scene::{self, Plan};
 
 use crate::support::Bench;
 
@@ -30,7 +33,18 @@ fn measured(bench: &Bench, arguments: &[String]) -> f64 {
     peak
 }
 
-/// The memory that the plan says, under one name of its cost, against that of a run.
+/// The memory of a scene as it is counted \[B\], of a run that reduces its structure or finds it reduced.
+fn planned(scene: &Path, sets: &[&str], cost: &str) -> f64 {
+    let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+    let scene = scene::load(scene, &sets).expect("a scene");
+    let (cold, cached) = rehearsal::memory(&Plan::of(&scene).expect("a plan").inputs);
+    match cost {
+        "memory" => cold as f64,
+        _ => cached.expect("a structure") as f64,
+    }
+}
+
+/// The memory that is counted, under one name of the cost, against that of a run.
 fn check(bench: &Bench, scene: &str, sets: &[&str], cost: &str) {
     let with = |words: &[&str]| -> Vec<String> {
         let sets = sets.iter().flat_map(|set| ["--set", set]);
@@ -41,9 +55,7 @@ fn check(bench: &Bench, scene: &str, sets: &[&str], cost: &str) {
             .map(str::to_owned)
             .collect()
     };
-    let planned = bench.done(&with(&["plan", scene, "--json"])).json()["cost"][cost]
-        .as_f64()
-        .expect("bytes");
+    let planned = planned(&bench.path(scene), sets, cost);
     let measured = measured(bench, &with(&["run", scene, "--json", "--run", "run"]));
     fs::remove_dir_all(bench.path("run")).expect("removed");
     assert!(
@@ -52,18 +64,21 @@ fn check(bench: &Bench, scene: &str, sets: &[&str], cost: &str) {
     );
 }
 
-/// The memory that a plan says of a scene of the bench, and that of its run \[B\].
+/// The memory that is counted of a scene of the bench, and that of its run \[B\].
 pub fn planned_and_measured(scene: &str, sets: &[&str]) -> (f64, f64) {
     let bench = Bench::new();
-    let with = |words: &[&str]| -> Vec<String> {
-        let words = words.iter().chain(sets);
-        words.map(|word| (*word).to_owned()).collect()
-    };
-    let plan = bench.done(&with(&["plan", scene, "--json"])).json();
-    let planned = plan["cost"]["memory"].as_f64().expect("bytes");
+    let words = ["run", scene, "--run", "run"]
+        .into_iter()
+        .chain(sets.iter().copied());
+    let arguments: Vec<String> = words.map(str::to_owned).collect();
+    let keys: Vec<&str> = sets
+        .iter()
+        .copied()
+        .filter(|word| *word != "--set")
+        .collect();
     (
-        planned,
-        measured(&bench, &with(&["run", scene, "--run", "run"])),
+        planned(&bench.path(scene), &keys, "memory"),
+        measured(&bench, &arguments),
     )
 }
 

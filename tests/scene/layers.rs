@@ -249,7 +249,7 @@ fn paths_start_at_their_file_and_in_a_set_at_the_working_folder() {
         )
         .with("top.toml", "base = \"sub/measured.toml\"\n");
     let path = |name: &str, sets: &[&str]| match folder.scene(name, sets).the_surface() {
-        Surface::File { path, .. } => path,
+        Surface::File(file) => file.path,
         other => panic!("{other:?}"),
     };
     assert_eq!(path("top.toml", &[]), folder.path("sub/maps/heights.npy"));

@@ -3,9 +3,9 @@
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
-use fretwear::scene::{
-    Boundary, CycleMode, Detrend, Fill, Keep, Motion, Preset, Scheme, Surface, Transverse,
-};
+use fretwear::recipe::HeightsFile;
+use fretwear::scene::{Boundary, Detrend, Fill, Keep, Motion, Preset, Scheme, Surface, Transverse};
+use fretwear::wear::cycle::March;
 
 use super::{Folder, Sections, absolute, case, case_with, edited};
 
@@ -128,13 +128,13 @@ fn surfaces_of_every_kind() {
     );
     assert_eq!(
         kind(&["surface.kind=file", "surface.path=heights.npy"]),
-        Surface::File {
+        Surface::File(HeightsFile {
             path: absolute(Path::new("heights.npy")),
             unit: None,
             detrend: Detrend::Plane,
             fill: Fill::Interpolate,
             spacing: None
-        }
+        })
     );
     assert_eq!(
         kind(&[
@@ -145,13 +145,13 @@ fn surfaces_of_every_kind() {
             "surface.fill=mask",
             "surface.spacing=[\"2 um\", \"3 um\"]",
         ]),
-        Surface::File {
+        Surface::File(HeightsFile {
             path: "/data/heights.csv".into(),
             unit: Some(1e-6),
             detrend: Detrend::Quadratic,
             fill: Fill::Mask,
             spacing: Some([2e-6, 3e-6])
-        }
+        })
     );
     let Surface::Gaussian {
         correlation_length, ..
@@ -245,7 +245,7 @@ fn a_tolerance_sets_the_knobs_by_what_each_adds_to_the_error() {
 fn the_paper_preset_is_explicit_and_stepped_unless_told_otherwise() {
     let paper = case_with(&["fidelity.preset=paper"]);
     let wear = paper.wear.expect("a [wear] section");
-    assert_eq!(paper.fidelity.cycle, Some(CycleMode::Stepped));
+    assert_eq!(paper.fidelity.cycle, Some(March::Stepped));
     assert_eq!(paper.fidelity.steps_per_cycle, 32);
     assert!(!paper.fidelity.cycle_extrapolation);
     assert_eq!(
@@ -259,7 +259,7 @@ fn the_paper_preset_is_explicit_and_stepped_unless_told_otherwise() {
         "wear.depth_step=0.01 um",
     ]);
     let wear = other.wear.expect("a [wear] section");
-    assert_eq!(other.fidelity.cycle, Some(CycleMode::Reversal));
+    assert_eq!(other.fidelity.cycle, Some(March::Reversal));
     assert_eq!(
         (wear.scheme, wear.depth_step),
         (Scheme::Explicit, Some(1e-8))

@@ -16,10 +16,15 @@ use fretwear::grid::{Grid, Patch};
 use fretwear::wear::cycle::March;
 use fretwear::wear::implicit::{Limits, Step, advance};
 use fretwear::wear::joint::{FrettingOptions, WornState};
-use fretwear::wear::{FrettingJoint, Motion};
+use fretwear::wear::{FrettingJoint, Motion, WearLaw};
 
 /// Wear coefficient of the published case [m³/J].
 pub const COEFFICIENT: f64 = 2e-15;
+
+/// The wear law of the published case.
+pub const LAW: WearLaw = WearLaw {
+    coefficient: COEFFICIENT,
+};
 
 /// Load on the small joint [N]: 20 MPa in the mean.
 pub const LOAD: f64 = 320.0;
@@ -114,8 +119,7 @@ pub fn wear_by_equal_steps(joint: &mut FrettingJoint, cycles: u64, steps: u64) -
             depth_step: None,
             remaining: u64::MAX,
         };
-        let step = advance(joint, &state, COEFFICIENT, (cycles / steps) as f64, limits)
-            .expect("wear step");
+        let step = advance(joint, &state, LAW, (cycles / steps) as f64, limits).expect("wear step");
         error += step.error;
         state = after(joint, step);
     }

@@ -3,7 +3,7 @@ use fretwear::wear::explicit;
 use fretwear::wear::implicit::{Limits, advance, first_proposal};
 use fretwear::wear::{FrettingJoint, Motion};
 
-use super::{COEFFICIENT, LOAD, after, difference_l1, joint, unworn, wear_by_equal_steps};
+use super::{COEFFICIENT, LAW, LOAD, after, difference_l1, joint, unworn, wear_by_equal_steps};
 
 /// The order a second-order scheme must show, and how far a fit over a few halvings may be off.
 const ORDER: f64 = 2.0;
@@ -65,7 +65,7 @@ fn controlled_steps_land_on_the_cycles_within_the_tolerance() {
         let (truth, _) = wear_by_equal_steps(&mut joint, cycles, 64);
         for tolerance in [0.03, 0.003] {
             let mut state = unworn(&mut joint);
-            let mut proposal = first_proposal(&joint, &state, COEFFICIENT);
+            let mut proposal = first_proposal(&joint, &state, LAW);
             let mut done = 0;
             while done < cycles {
                 let limits = Limits {
@@ -73,8 +73,7 @@ fn controlled_steps_land_on_the_cycles_within_the_tolerance() {
                     depth_step: None,
                     remaining: cycles - done,
                 };
-                let step =
-                    advance(&mut joint, &state, COEFFICIENT, proposal, limits).expect("wear step");
+                let step = advance(&mut joint, &state, LAW, proposal, limits).expect("wear step");
                 (done, proposal) = (done + step.cycles, step.proposal);
                 state = after(&mut joint, step);
             }
@@ -97,7 +96,7 @@ fn only_cells_that_slipped_in_contact_are_touched() {
         depth_step: None,
         remaining: u64::MAX,
     };
-    let step = advance(&mut joint, &state, COEFFICIENT, 2e5, limits).expect("wear step");
+    let step = advance(&mut joint, &state, LAW, 2e5, limits).expect("wear step");
     let worn: Vec<bool> = step.wear.iter().map(|&w| w > 0.0).collect();
     let next = after(&mut joint, step.clone());
     let mut counts = [0; 2];
@@ -129,7 +128,7 @@ fn the_step_wears_what_it_dissipates() {
             depth_step: None,
             remaining: u64::MAX,
         };
-        let step = advance(&mut joint, &state, COEFFICIENT, 4.0, limits).expect("wear step");
+        let step = advance(&mut joint, &state, LAW, 4.0, limits).expect("wear step");
         let ratio = joint.volume(&step.wear) / (4.0 * COEFFICIENT * state.cycle.dissipation);
         // Four cycles of some 10⁵ change the rate by some 1e-4.
         assert!((ratio - 1.0).abs() < 1e-3, "amplitude {amplitude}: {ratio}");
@@ -141,7 +140,7 @@ fn the_local_wear_sums_to_the_global_one() {
     // V = α Σ E_d [A eq. 2.5] against the sum of [A eq. 2.6] over cells.
     let mut joint = reversal(CASES[1].0);
     let state = unworn(&mut joint);
-    let wear = explicit::advance(&state.wear, &state.cycle.energy, COEFFICIENT, 1000);
+    let wear = explicit::advance(&state.wear, &state.cycle.energy, LAW, 1000);
     let ratio = joint.volume(&wear) / (1000.0 * COEFFICIENT * state.cycle.dissipation);
     assert!((ratio - 1.0).abs() < ROUNDING);
 }
@@ -162,12 +161,7 @@ fn short_explicit_steps_and_the_implicit_step_agree() {
     for steps in [20, 40] {
         let mut state = unworn(&mut joint);
         for _ in 0..steps {
-            let wear = explicit::advance(
-                &state.wear,
-                &state.cycle.energy,
-                COEFFICIENT,
-                cycles / steps,
-            );
+            let wear = explicit::advance(&state.wear, &state.cycle.energy, LAW, cycles / steps);
             let contact = joint
                 .static_contact(&wear, Some(&state.pressure))
                 .expect("static contact");
@@ -199,7 +193,7 @@ fn a_depth_step_caps_the_implicit_step() {
         depth_step: Some(0.02e-6),
         remaining: u64::MAX,
     };
-    let step = advance(&mut joint, &state, COEFFICIENT, 1e9, limits).expect("wear step");
+    let step = advance(&mut joint, &state, LAW, 1e9, limits).expect("wear step");
     let deepest = step.wear.iter().fold(0.0f64, |m, w| m.max(*w));
     assert!(deepest <= 0.02e-6, "deepest wear {deepest}");
     assert!(step.cycles > 1);
@@ -215,7 +209,7 @@ fn a_changing_load_wears_cells_that_the_mean_load_does_not_touch() {
         depth_step: None,
         remaining: u64::MAX,
     };
-    let step = advance(&mut joint, &state, COEFFICIENT, 100.0, limits).expect("wear step");
+    let step = advance(&mut joint, &state, LAW, 100.0, limits).expect("wear step");
     let outside = (0..step.wear.len())
         .filter(|&c| state.pressure[c] == 0.0 && step.wear[c] > 0.0)
         .count();
@@ -237,7 +231,7 @@ fn steps_of_any_size_stay_finite_and_positive() {
             depth_step: None,
             remaining: u64::MAX,
         };
-        let step = advance(&mut joint, &state, COEFFICIENT, cycles, limits).expect("wear step");
+        let step = advance(&mut joint, &state, LAW, cycles, limits).expect("wear step");
         assert!(
             step.wear.iter().all(|w| w.is_finite() && *w >= 0.0),
             "{cycles} cycles"
@@ -254,14 +248,14 @@ fn wear_that_dies_out_comes_to_its_end() {
     let cycles = 1_000_000_000_000;
     let (mut state, mut done, mut steps) = (unworn(&mut joint), 0, 0);
     let first = state.cycle.dissipation;
-    let mut proposal = first_proposal(&joint, &state, COEFFICIENT);
+    let mut proposal = first_proposal(&joint, &state, LAW);
     while done < cycles {
         let limits = Limits {
             tolerance: 0.01,
             depth_step: None,
             remaining: cycles - done,
         };
-        let step = advance(&mut joint, &state, COEFFICIENT, proposal, limits).expect("wear step");
+        let step = advance(&mut joint, &state, LAW, proposal, limits).expect("wear step");
         (done, proposal, steps) = (done + step.cycles, step.proposal, steps + 1);
         state = after(&mut joint, step);
     }
@@ -298,12 +292,12 @@ fn the_explicit_limit_is_where_alternating_pressures_begin_to_grow() {
     let cycles = 1_000_000;
     let exact = cycles as f64 * COEFFICIENT * 0.6 * 1e-6 / (2.0 * lambda);
     let compliance = joint.half_space.self_compliance();
-    let found = explicit::beyond_stability(&slip, &pressure, 0.6, COEFFICIENT, cycles, compliance);
+    let found = explicit::beyond_stability(&slip, &pressure, 0.6, LAW, cycles, compliance);
     // The limit is a warning: its scale counts, not its digits (cells are not square, edges soften).
     assert!((found / exact - 1.0).abs() < 0.2, "{found} for {exact}");
     let open = vec![0.0; grid.len()];
     assert_eq!(
-        explicit::beyond_stability(&slip, &open, 0.6, COEFFICIENT, cycles, compliance),
+        explicit::beyond_stability(&slip, &open, 0.6, LAW, cycles, compliance),
         0.0
     );
 }

@@ -29,7 +29,7 @@ pub struct Trial {
     pub variant: Variant,
     /// Folder of its run.
     pub root: PathBuf,
-    /// Peak of memory that its plan predicts \[B\].
+    /// Peak of memory, counted from its recipe \[B\].
     pub memory: u64,
     /// Why it did not come to its end; none if it did.
     pub failure: Option<String>,
@@ -46,7 +46,7 @@ pub struct Row {
     pub seconds: f64,
     /// Transform pairs of all its iterations.
     pub fft_pairs: f64,
-    /// Peak of memory that its plan predicts \[B\].
+    /// Peak of memory, counted from its recipe \[B\].
     pub memory: u64,
     /// Wear iterations.
     pub iterations: u64,

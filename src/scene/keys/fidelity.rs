@@ -1,12 +1,12 @@
 //! `[fidelity]`
 
-use super::Default::{Absent, ByPreset, Is, Rule};
+use super::Default::{Absent, ByPreset, Is};
 use super::keys;
 use super::value::{Even, Integer, Quantity, TOLERANCE, integer};
 use super::word::{Boolean, Choice};
 use crate::scene::Preset;
-use crate::wear::cycle::March;
 use crate::units::Dimension;
+use crate::wear::cycle::March;
 
 /// A cycle finer than this has no meaning that the tolerances would not swallow; a larger number is a slip of the keyboard.
 const LARGEST_STEPS: u64 = 65_536;
@@ -49,7 +49,7 @@ keys! {
     /// Whether a stepped cycle is extrapolated to steps of no length, from its steps and half of them.
     CYCLE_EXTRAPOLATION: Boolean = "fidelity.cycle_extrapolation", ByPreset(["false", "true", "true", "true"]), Boolean;
     /// Steps in which the load rises on bodies of different materials with friction, which slip under it.
-    LOAD_STEPS: Integer<usize> = "fidelity.load_steps", Rule("by preset, as the plan says"), integer(1, LARGEST_STEPS, "16");
+    LOAD_STEPS: Integer<usize> = "fidelity.load_steps", ByPreset(["16", "8", "16", "64"]), integer(1, LARGEST_STEPS, "16");
     // The explicit scheme of the paper has no tolerance; the value serves a scene that asks for the implicit one.
     /// Relative error that a wear step may make; the same as wear.tolerance.
     WEAR_TOLERANCE: Quantity = "fidelity.wear_tolerance", ByPreset(["0.01", "0.05", "0.015", "1e-3"]), tolerance("0.01");

@@ -1,37 +1,24 @@
 //! What a scene needs: the one place that decides what will exist.
 //!
-//! A [`Plan`] has the recipe of a run and what it is expected to cost, in cells, transform pairs and bytes, never in seconds, so
-//! that equal scenes give equal plans on every machine.
+//! A [`Plan`] has the recipe of a run. It computes nothing, so that it costs a run no time, and equal scenes give equal plans on every
+//! machine. What a run will cost is rehearsed where somebody asks for it ([`crate::rehearsal`]).
 
-mod bearing;
-mod before;
-mod cost;
-mod course;
-mod disk;
 mod files;
-mod memory;
 mod rough;
-mod seconds;
-mod solves;
 mod stability;
 mod vibration;
-mod vibration_cost;
 
-use std::collections::BTreeMap;
-
-use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::Scene;
 use super::canonical::FOLLOWING_KEYS;
 use crate::recipe::{CycleError, Decision, Identity, Inputs, Joint, Recipe, told};
 use crate::wear::Motion;
-use before::Texture;
 use files::Files;
 use rough::{Contents, motion_of};
 
 pub use files::{HistoryProblem, InputError};
-pub use seconds::{Rates, Seconds};
+pub use stability::explicit_step;
 
 /// A scene that is well written and cannot be run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -112,47 +99,7 @@ pub enum PlanError {
     },
 }
 
-/// What the decided things are expected to cost. Estimates are rounded to three digits, more than there are right.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Cost {
-    /// Contact elements of the structure.
-    pub contact_elements: usize,
-    /// Unknowns of the harmonic balance if every contact element were active.
-    pub unknowns: usize,
-    /// Cells of the joint; 0 without a rough surface.
-    pub cells: usize,
-    /// Points of the plane that fields are transformed on.
-    pub plane: [usize; 2],
-    /// Peak of memory of the whole program \[B\]: what is allocated at its fullest moment.
-    pub memory: u64,
-    /// The same of a run that finds its structure reduced already \[B\]; none where nothing is to be reduced.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub memory_cached: Option<u64>,
-    /// Disk of all iterations that are kept \[B\].
-    pub disk: u64,
-    /// Disk of one iteration, in the mean \[B\].
-    pub disk_per_iteration: u64,
-    /// Wear iterations; 0 without wear.
-    pub iterations: f64,
-    /// Between which they should lie.
-    pub iterations_range: [f64; 2],
-    /// Transform pairs of the whole run.
-    pub fft_pairs: f64,
-    /// Between which they should lie.
-    pub fft_pairs_range: [f64; 2],
-    /// The pairs by stage, and by part of a stage that is told apart, as the `timing` table names them.
-    pub fft_pairs_by_stage: BTreeMap<String, f64>,
-    /// Transform pairs of one iteration, in the mean.
-    pub pairs_per_iteration: f64,
-    /// Times that the model is updated.
-    pub updates: f64,
-    /// Operations on dense matrices to reduce the structure; none where nothing is to be reduced.
-    pub structure_operations: f64,
-    /// Operations on dense matrices of all vibrations.
-    pub response_operations: f64,
-}
-
-/// What a scene needs: the recipe of its run with what its files say, and what it is expected to cost.
+/// What a scene needs: the recipe of its run with what its files say.
 #[derive(Debug, Clone)]
 pub struct Plan {
     /// All that a run is computed from.
@@ -161,8 +108,6 @@ pub struct Plan {
     pub decisions: Vec<Decision>,
     /// What the user should change or know before it runs.
     pub warnings: Vec<String>,
-    /// What it is expected to cost.
-    pub cost: Cost,
 }
 
 impl Plan {
@@ -173,26 +118,15 @@ impl Plan {
     pub fn of(scene: &Scene) -> Result<Plan, InputError> {
         let files = Files::read(scene)?;
         let recipe = decide(scene, &files.motion, &files.contents)?;
-        let texture = files
-            .measured
-            .as_deref()
-            .map(|on_joint| Texture::of(&on_joint.patch, &on_joint.heights));
-        let (cost, wearing) = cost::cost(scene, &files.motion, texture, &recipe);
-        let stability = wearing.and_then(|wearing| stability::decide(&wearing));
-        let mut decisions = told(&recipe);
-        let mut warnings = Vec::new();
-        if let Some((decision, warning)) = stability {
-            let after = decisions.iter().position(|d| d.what == "wear");
-            decisions.insert(after.map_or(decisions.len(), |wear| wear + 1), decision);
-            warnings.extend(warning);
-        }
+        let warnings: Vec<String> = stability::warning(&recipe).into_iter().collect();
+        let decisions = told(&recipe);
         Ok(Plan {
             inputs: Inputs {
                 identity: Identity {
                     scene: files.canonical,
                     following: FOLLOWING_KEYS,
                     scene_toml: scene.to_toml(),
-                    plan: json!({ "recipe": recipe, "warnings": warnings, "cost": cost }),
+                    plan: json!({ "recipe": recipe, "warnings": warnings }),
                 },
                 motion: files.motion,
                 measured: files.measured,
@@ -200,7 +134,6 @@ impl Plan {
             },
             decisions,
             warnings,
-            cost,
         })
     }
 }

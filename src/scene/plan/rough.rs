@@ -5,10 +5,8 @@ use crate::contact::{Shear, normal};
 use crate::fft::fast_length;
 use crate::grid::{Grid, Patch};
 use crate::recipe::{self, Coupling, CycleError, Reasons, why_computed};
-use crate::scene::{
-    Boundary, Contact, Fidelity, Preset, Rotation, RoughJoint, Scene, Torsion,
-    Transverse,
-};
+use crate::scene::keys::fidelity::LOAD_STEPS;
+use crate::scene::{Boundary, Contact, Fidelity, Rotation, RoughJoint, Scene, Torsion, Transverse};
 use crate::wear::cycle::March;
 use crate::wear::{Channel, Harmonic, Motion};
 
@@ -222,11 +220,9 @@ fn coupling(scene: &Scene, rough: &RoughJoint) -> Result<Coupling, PlanError> {
 
 /// Their number is an error of first order: 16 change the approach by 2e-4 of it and the largest pressure by 5e-4, against 64.
 fn load_steps(fidelity: &Fidelity) -> usize {
-    fidelity.load_steps.unwrap_or(match fidelity.preset {
-        Preset::Fast => 8,
-        Preset::Paper | Preset::Balanced => 16,
-        Preset::Reference => 64,
-    })
+    let of_preset = || LOAD_STEPS.default.of(fidelity.preset)?.parse().ok();
+    let steps = fidelity.load_steps.or_else(of_preset);
+    steps.expect("the key is declared with a number for each preset")
 }
 
 fn cycle(
@@ -425,10 +421,7 @@ fn march(cycle: Option<March>, motion: &Motion) -> Result<March, PlanError> {
     let straight = motion.straight().is_some();
     match cycle {
         Some(March::Stepped) => Ok(March::Stepped),
-        Some(mode) if !straight => Err(CycleError::NotStraight {
-            mode: mode.word(),
-        }
-        .into()),
+        Some(mode) if !straight => Err(CycleError::NotStraight { mode: mode.word() }.into()),
         Some(March::Superposition) => {
             let moving = || motion.channels().filter(|channel| channel.moves());
             let forces = moving().filter(|channel| channel.is_force()).count();

@@ -1,60 +1,31 @@
-//! Whether the explicit wear step of a scene is stable, as far as that is known before a run.
-//!
-//! A step of depth d, reached by the cell that wears fastest under its pressure p, makes N α µ·(slip path) = d/p on every cell
-//! that slips as far: more than twice the smallest eigenvalue of the compliance if d > 2 λ_min p. The pressure falls while
-//! wear spreads the load, so that a step which is stable at first need not stay so.
+//! What is known of the stability of an explicit wear step before a contact is.
 
-use super::before::Before;
-use super::course::Course;
-use crate::recipe::Decision;
-use crate::scene::{Scheme, Surface, Wear};
+use std::f64::consts::PI;
+
+use crate::contact::cell_integrals;
+use crate::recipe::Recipe;
 use crate::wear::explicit;
 
-/// What wears, and how it is expected to.
-pub(super) struct Wearing<'a> {
-    pub wear: &'a Wear,
-    pub surface: &'a Surface,
-    pub cap: Option<f64>,
-    pub before: Before,
-    pub course: Course,
+/// The explicit step of a recipe \[m\], and the longest that is stable under this pressure \[Pa\] on its cells: a step of depth d,
+/// reached by the cell that wears fastest under its pressure p, makes N α µ·(slip path) = d/p on every cell that slips as far, which
+/// is stable up to twice the smallest eigenvalue of the compliance. None without an explicit step of a given depth.
+pub fn explicit_step(recipe: &Recipe, pressure: f64) -> Option<[f64; 2]> {
+    let (wear, contact) = (recipe.wear.as_ref()?, recipe.contact()?);
+    let depth_step = wear.depth_step.filter(|_| wear.scheme.is_explicit())?;
+    let grid = recipe.surface()?.grid();
+    let cell = cell_integrals(0.0, 0.0, grid.dx, grid.dy).inverse;
+    let own = cell / (PI * contact.bodies.effective_modulus());
+    Some([depth_step, explicit::largest_stable_depth(pressure, own)])
 }
 
-/// What is decided about the explicit step, if there is one, and the warning where it is not stable.
-pub(super) fn decide(wearing: &Wearing) -> Option<(Decision, Option<String>)> {
-    let (Scheme::Explicit, Some(depth_step)) = (wearing.wear.scheme, wearing.wear.depth_step)
-    else {
-        return None;
-    };
-    let before = &wearing.before;
-    let worn = (before.nominal / wearing.course.area).min(before.peak);
-    let limit = |pressure| explicit::largest_stable_depth(pressure, before.self_compliance);
-    let (first, last) = (limit(before.peak), limit(worn));
-    let choice = if depth_step > first {
-        "beyond stability from the first step on"
-    } else if depth_step > last {
-        "stable at first, beyond stability once wear has spread the load"
-    } else {
-        "stable"
-    };
-    let source = match (wearing.cap, wearing.surface) {
-        (Some(cap), _) if cap <= before.peak => "contact.pressure_cap",
-        (_, Surface::Sphere { .. }) => "Hertz",
-        (_, Surface::Flat) => "the edge of a flat punch, some five times the mean",
-        _ => "a rough contact, E* times rms slope",
-    };
-    let turns = depth_step / limit(1.0);
-    let decision = Decision {
-        what: "stability of the explicit step".to_owned(),
-        choice: choice.to_owned(),
-        why: format!(
-            "stable up to wear.depth_step = {first:.2e} m at the largest unworn pressure of {:.2e} Pa ({source}), and up to {last:.2e} m at the {worn:.2e} Pa that the worn contact bears in the mean: {depth_step:e} m needs {turns:.2e} Pa on the cells that wear fastest",
-            before.peak
-        ),
-    };
-    let warning = (depth_step > last).then(|| {
+/// The warning for an explicit step that is unstable under the cap on the pressure. Whether another one is, or becomes so, is known once
+/// the pressures are.
+pub(super) fn warning(recipe: &Recipe) -> Option<String> {
+    let cap = recipe.contact()?.pressure_cap?;
+    let [depth_step, longest] = explicit_step(recipe, cap)?;
+    (depth_step > longest).then(|| {
         format!(
-            "wear.depth_step = {depth_step:e} m is {choice}: cells below {turns:.2e} Pa overshoot, lift off and come back, and the contact area will be wrong; at most {last:.2e} m is stable throughout; make wear.depth_step smaller or wear.scheme \"implicit\""
+            "wear.depth_step = {depth_step:e} m is beyond stability from the first step on: at most {longest:.2e} m is stable under contact.pressure_cap = {cap:e} Pa, and the contact area will be wrong; make wear.depth_step smaller or wear.scheme \"implicit\""
         )
-    });
-    Some((decision, warning))
+    })
 }

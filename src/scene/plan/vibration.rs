@@ -34,8 +34,10 @@ fn response(scene: &Scene, dynamics: &Dynamics) -> recipe::Response {
     why.add(
         "harmonics",
         match scene.fidelity.harmonic_tolerance {
-            Some(_) => "no dynamics.harmonics; the expected cost is that of those to begin with, each extension takes some three times as long",
-            None if has_contact => "not extended; what those left out would change is in dynamic_response",
+            Some(_) => "no dynamics.harmonics; each extension takes some three times as long",
+            None if has_contact => {
+                "not extended; what those left out would change is in dynamic_response"
+            }
             None => "a linear response has no others than its forces",
         },
     );

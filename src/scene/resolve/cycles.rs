@@ -8,8 +8,7 @@ use crate::scene::keys::{
 };
 use crate::scene::reader::Reader;
 use crate::scene::{
-    Boundary, Contact, Dynamics, Fidelity, Motion, Preset, Torsion, Transverse, Update,
-    Wear,
+    Boundary, Contact, Dynamics, Fidelity, Motion, Preset, Torsion, Transverse, Update, Wear,
 };
 
 /// Largest wear depth of an explicit step of the `paper` preset \[m\]: what [A §4a] takes at Rq 5 and 10 µm.

@@ -22,20 +22,18 @@ pub(super) fn structure(
         (Body::Oscillator, ..) => oscillator(reader).map(Some),
         (Body::Resonator, Some(joint), Some(material)) => {
             let geometry = resonator(reader, joint, material, !has_contact)?;
-            Ok(Some(Structure::Resonator {
-                geometry: Box::new(geometry),
-            }))
+            Ok(Some(geometry.into()))
         }
         _ => Ok(None),
     }
 }
 
 fn oscillator(reader: &Reader<'_>) -> Result<Structure> {
-    Ok(Structure::Oscillator {
-        mass: reader.required(&MASS)?,
-        damping: reader.value(&DAMPING)?,
-        stiffness: reader.required(&STIFFNESS)?,
-    })
+    Ok(Structure::oscillator(
+        reader.required(&MASS)?,
+        reader.value(&DAMPING)?,
+        reader.required(&STIFFNESS)?,
+    ))
 }
 
 fn resonator(

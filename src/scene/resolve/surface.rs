@@ -1,9 +1,9 @@
 //! `[surface]`
 
 use super::Result;
+use crate::recipe::HeightsFile;
 use crate::scene::keys::{lines, surface::*};
 use crate::scene::reader::Reader;
-use crate::recipe::HeightsFile;
 use crate::scene::{Joint, Surface};
 
 /// What a surface might begin with.

@@ -3,7 +3,7 @@
 use super::{Choice, Knob};
 use crate::recipe::{Coupling, Recipe};
 use crate::scene::keys::contact::STIFFNESS;
-use crate::scene::{Dynamics, Motion, Scene, Scheme, Structure};
+use crate::scene::{Dynamics, Motion, Scene};
 use crate::wear::cycle::March;
 
 /// Errors of the worn volume to be kept within.
@@ -105,7 +105,10 @@ pub(super) fn values(
         }
         "harmonics" => Ok(scene.dynamics.as_ref().map(harmonics).unwrap_or_default()),
         "modes" | "elements" | "stiffness"
-            if scene.structure.as_ref().is_none_or(|s| s.resonator().is_none()) =>
+            if scene
+                .structure
+                .as_ref()
+                .is_none_or(|s| s.resonator().is_none()) =>
         {
             Err("there is no [structure] of finite elements")
         }

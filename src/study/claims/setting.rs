@@ -68,7 +68,7 @@ impl Setting {
             rq,
             correlation_length,
             pressure_cap: contact.and_then(|contact| contact.pressure_cap),
-            sphere: heights.is_some_and(|heights| heights.is_sphere()),
+            sphere: heights.is_some_and(|heights| heights.sphere_radius().is_some()),
             update: match &scene["update"] {
                 Value::Null => "never".to_owned(),
                 update => update.to_string(),

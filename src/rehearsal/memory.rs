@@ -1,0 +1,98 @@
+//! The peak of memory of a run: what is allocated at its fullest moments, field by field.
+//!
+//! Every count here is one of the code that allocates: the transforms of [`crate::contact::HalfSpace`], the fields of the solvers,
+//! of a cycle and of a wear step, the matrices of a structure. A test holds the sum to what the operating system measures of a run.
+
+use super::cost::Counted;
+use crate::contact::Shear;
+use crate::dynamics::Harmonics;
+use crate::recipe::Inputs;
+use crate::wear::cycle::March;
+
+/// A number \[B\].
+const DOUBLE: f64 = 8.0;
+/// The program before it computes: its code and tables, as measured of a run without contact \[B\].
+const PROGRAM: f64 = 22.5 * 1024.0 * 1024.0;
+/// Matrices of the contact's degrees of freedom at the fullest moment of a harmonic balance beside the Jacobians of its elements;
+/// those of the structure and its closed model, which stay; and sets of the Jacobians at once.
+const RESPONSE: f64 = 8.0;
+const MODEL: f64 = 3.0;
+const SETS: f64 = 3.5;
+/// Fields of one normal solve: the solver's own with its lists of cells, the worn heights, and the gap that it leaves.
+const NORMAL_SOLVE: f64 = 12.0;
+/// Part of the cells in contact, by which the arrays of a tangential solve count: more than a rough joint has.
+const IN_CONTACT: f64 = 0.3;
+
+/// Bytes at the fullest moment, of a run that reduces its structure and of one that finds it reduced; the latter where there is
+/// something to reduce.
+pub(super) fn peak(inputs: &Inputs, counted: &Counted) -> (u64, Option<u64>) {
+    let [held, fullest] = doubles(inputs).map(|doubles| DOUBLE * doubles);
+    let ports = 3.0 * counted.contact_elements as f64;
+    let reduction = counted.reduction.map_or(0.0, |work| work.memory);
+    let orders = inputs.recipe.response.as_ref().map(|r| &r.harmonics[..]);
+    let beyond = orders.and_then(|orders| Harmonics::new(orders).ok());
+    // Those tried for the error of what is left out are among them.
+    let coefficients = beyond.map_or(0, |own| own.beyond().coefficients()) as f64;
+    // A vibration is computed while the contact's kernels and fields are kept, and the other way round.
+    let jacobians = 3.0 * ports * coefficients.powi(2);
+    let response = DOUBLE * (ports * ports * RESPONSE + SETS * jacobians);
+    let model = DOUBLE * ports * ports * MODEL;
+    let cached = (held + response).max(fullest + model);
+    // The reduction is over, and its memory given back, before anything else is there.
+    let bytes = |more: f64| (PROGRAM + more) as u64;
+    (
+        bytes(cached.max(reduction)),
+        (reduction > 0.0).then(|| bytes(cached)),
+    )
+}
+
+/// Numbers between the stages, and at the fullest moment of one.
+fn doubles(inputs: &Inputs) -> [f64; 2] {
+    let recipe = &inputs.recipe;
+    let (Some(surface), Some(contact)) = (recipe.surface(), recipe.contact()) else {
+        return [0.0; 2];
+    };
+    let cells = surface.grid().len() as f64;
+    let padding = (contact.plane[0] * contact.plane[1]) as f64 / cells;
+    let axes = match contact.shear {
+        Shear::AlongX => 1.0,
+        Shear::InPlane => 2.0,
+    };
+    // A real kernel on half the plane and one of the preconditioner's; what fields pass through is padded along y alone.
+    let kernels = |number: f64| number * (0.5 * padding + 0.5);
+    let planes = |number: f64| number * (padding.sqrt() + 1.0);
+    let half_space = kernels(1.0 + 3.0 * axes - 2.0) + planes(axes);
+    // Heights, wear, pressure and gap of the static contact, and a byte each for the masks.
+    let held = 4.25;
+    let kept = half_space + held;
+    let indentation = held + NORMAL_SOLVE;
+    let fullest = limits(inputs).map_or(indentation, |limits| {
+        // Shear, path, energy.
+        let cycle_result = axes + 2.0;
+        let step = 4.0 * axes + IN_CONTACT * (9.0 * axes + axes * axes + 3.5);
+        let cycle = limits + cycle_result + 2.0 * axes + step;
+        let wear = recipe.wear.as_ref();
+        if wear.is_none_or(|wear| wear.scheme.needs_depth_step()) {
+            let plain = held + cycle.max(NORMAL_SOLVE);
+            return (plain + cycle_result).max(indentation);
+        }
+        // The state that the step begins from, the rates of wear there, and what is worn and yields at half of it.
+        let begun = held + cycle_result + 2.0 + 3.0 + 2.0;
+        // What its two stages add to that: bases, compliances, rates, pressures, gaps and wear.
+        let stages = cycle_result + 2.0 + 1.0 + 2.0 + 3.0 + 1.0 + NORMAL_SOLVE;
+        begun + stages.max(cycle)
+    });
+    [kept, half_space + fullest].map(|fields| cells * fields)
+}
+
+/// Friction limits that a cycle holds at once; none without one.
+fn limits(inputs: &Inputs) -> Option<f64> {
+    let cycle = inputs.recipe.cycle()?;
+    Some(match (cycle.march, cycle.asked) {
+        (Some(March::Stepped), _) if !inputs.motion.constant_load() => {
+            inputs.motion.samples() as f64
+        }
+        (None, Some(March::Stepped)) => cycle.steps as f64,
+        _ => 1.0,
+    })
+}

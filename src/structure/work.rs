@@ -1,0 +1,112 @@
+//! What the reduction of a resonator takes, counted from its mesh before a number of it is computed.
+
+use super::StructureError;
+use super::assembly::adjacency;
+use super::order::nested_dissection;
+use super::resonator::Resonator;
+
+/// Degrees of freedom of a node.
+const AXES: f64 = 3.0;
+/// A number, and a number with its place in a sparse matrix \[B\].
+const NUMBER: f64 = 8.0;
+const ENTRY: f64 = 16.0;
+/// Vectors of the search for modes: an iteration that finds so many modes to its tolerance looks at some twice as many.
+const VECTORS_A_MODE: f64 = 2.0;
+
+/// Operations and memory of a reduction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Work {
+    /// Entries of the factor of the stiffness.
+    pub factor_entries: f64,
+    /// Products and sums of two factors, of the flexibilities at the ports, and of the solves for the modes.
+    pub operations: f64,
+    /// Bytes at the fullest moment: stiffness and mass, the sum of both that is factored, its factor, and the rows of the ports.
+    pub memory: f64,
+}
+
+impl Resonator {
+    /// What [`Resonator::reduce`] takes for this number of modes: the pattern of the factor follows from the mesh.
+    ///
+    /// # Errors
+    /// [`StructureError`] for dimensions that make no mesh.
+    pub fn work(&self, modes: usize) -> Result<Work, StructureError> {
+        let meshed = self.mesh()?;
+        let count = meshed.mesh.nodes.len();
+        let groups: Vec<Vec<usize>> = meshed
+            .mesh
+            .elements
+            .iter()
+            .map(|element| element.nodes.to_vec())
+            .collect();
+        let (starts, neighbours) = adjacency(&groups, count);
+        let mut last: Vec<usize> = meshed
+            .contacts
+            .iter()
+            .flat_map(|contact| contact.pairs.iter().flat_map(|&(a, b)| [a, b]))
+            .chain(
+                meshed
+                    .points
+                    .iter()
+                    .flat_map(|p| p.weights.iter().map(|w| w.0)),
+            )
+            .collect();
+        last.sort_unstable();
+        last.dedup();
+        let order = nested_dissection(&meshed.mesh.nodes, &starts, &neighbours, &last);
+        let below = below_diagonal(&order, &starts, &neighbours);
+        let (mut factor_entries, mut factor) = (0.0, 0.0);
+        for column in below {
+            // The three columns of a node have one another's rows too.
+            for own in 1..=3 {
+                let rows = AXES * column as f64 + own as f64;
+                factor_entries += rows;
+                factor += rows * rows;
+            }
+        }
+        let held = AXES * last.len() as f64;
+        let ports = AXES * (meshed.contacts.len() + meshed.points.len()) as f64;
+        let at_ports = held * held * ports + held * ports * ports;
+        let vectors = VECTORS_A_MODE * modes as f64;
+        let size = AXES * count as f64;
+        let solves = vectors * 4.0 * factor_entries + 4.0 * size * vectors * vectors;
+        let pairs = neighbours.len() as f64 / 2.0 + count as f64;
+        // The mass couples an axis with itself alone.
+        let [stiffness, mass] = [9.0, 3.0].map(|coupled| ENTRY * coupled * pairs);
+        let flexibility = NUMBER * (held * held + held * ports + 2.0 * ports * ports);
+        let basis = NUMBER * size * vectors;
+        Ok(Work {
+            factor_entries,
+            operations: 2.0 * (factor + at_ports) + solves,
+            memory: 2.0 * stiffness + mass + NUMBER * factor_entries + flexibility.max(basis),
+        })
+    }
+}
+
+/// Rows below the diagonal in each column of the factor, in the order of elimination: row i fills the columns on the way from each
+/// of its entries up the tree of elimination to i.
+fn below_diagonal(order: &[usize], starts: &[usize], neighbours: &[usize]) -> Vec<usize> {
+    const NONE: usize = usize::MAX;
+    let count = order.len();
+    let mut place = vec![0; count];
+    for (at, &node) in order.iter().enumerate() {
+        place[node] = at;
+    }
+    let (mut parent, mut reached) = (vec![NONE; count], vec![NONE; count]);
+    let mut below = vec![0; count];
+    for row in 0..count {
+        reached[row] = row;
+        let node = order[row];
+        for &other in &neighbours[starts[node]..starts[node + 1]] {
+            let mut column = place[other];
+            while column < row && reached[column] != row {
+                reached[column] = row;
+                below[column] += 1;
+                if parent[column] == NONE {
+                    parent[column] = row;
+                }
+                column = parent[column];
+            }
+        }
+    }
+    below
+}
