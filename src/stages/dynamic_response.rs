@@ -17,7 +17,7 @@ use crate::recipe::Layout;
 use crate::recipe::{Part, Recipe};
 use crate::tables::{TableName, typed};
 
-/// The steady vibration at resonance, [A eq. 2.9]: computed where the contact elements are new, else that of the iteration before.
+/// The steady vibration at resonance, [A eq. 2.1–2.2]: computed where the contact elements are new, else that of the iteration before.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::DynamicResponse,
     when: When::Always,

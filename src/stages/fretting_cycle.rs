@@ -10,7 +10,7 @@ use crate::recipe::{Motion, Part};
 use crate::tables::{TableName, typed};
 use crate::wear::cycle::{Instant, March};
 
-/// Shear, slip and dissipation over the steady cycle, [A §2b], from the shear of the static contact on.
+/// Shear, slip and dissipation over the steady cycle, [A §2e, eq. 2.6], from the shear of the static contact on.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::FrettingCycle,
     when: When::Always,

@@ -12,7 +12,7 @@ use crate::recipe::{Contact, Part};
 use crate::tables::{TableName, typed};
 use crate::wear::FrettingJoint;
 
-/// The contact elements in force: renewed where the update criterion says so, [A §3d].
+/// The contact elements in force: renewed where the update criterion says so, [A §2e, §4d(i)].
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::ModelUpdate,
     when: When::Always,

@@ -36,7 +36,7 @@ pub const UNWORN: Declaration = Declaration {
     compute: unworn,
 };
 
-/// The wear after as many cycles as the step control allows, [A eq. 2.6], and the contact that it predicts.
+/// The wear after as many cycles as the step control allows, [A eq. 2.6–2.8], and the contact that it predicts.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::Wear,
     when: When::Worn,
