@@ -11,10 +11,10 @@
 //!
 //! | symbol | in the code | unit | meaning and sign | source |
 //! |---|---|---|---|---|
-//! | h | `heights` | m | composite height of the rough surface, positive towards the other body | \[A §2d\] |
+//! | h | `heights` | m | composite height of the rough surface, positive towards the other body | \[A §2e\] |
 //! | δ | `approach` | m | rigid approach of the bodies, positive when pressed together | \[A §2e\] |
 //! | p | `pressure` | Pa | positive in compression; 0 to the cap | \[A eq. 2.3, 4.3\] |
-//! | q | `shear` | Pa | shear traction, positive under a motion of the upper body along the axis; at most µp | \[A §2e\] |
+//! | q | `shear` | Pa | shear traction, positive under a motion of the upper body along the axis; at most µp | \[A §2d\] |
 //! | u | `displacement` | m | of the upper body against the lower one, along x and y | \[A §2e\] |
 //! | v | `slip`, `slip_path` | m | slip of a point, and the length of its way in a cycle | \[A eq. 2.6\] |
 //! | N, T | `normal_load`, `force` | N | resultants of p and q | \[A §2e\] |

@@ -16,7 +16,7 @@ use crate::recipe::{Coupling, Part};
 use crate::tables::{TableName, typed};
 use crate::wear::FrettingJoint;
 
-/// The static contact of the worn surface, [A eq. 2.3], from the pressure that a wear step predicts. Its fields hold the predicted
+/// The static contact of the worn surface, [A eq. 2.3–2.4], from the pressure that a wear step predicts. Its fields hold the predicted
 /// shear too, for the cycle to start from.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::StaticContact,

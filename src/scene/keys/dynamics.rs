@@ -56,7 +56,7 @@ keys! {
     RESPONSE_AT: Choice<&'static str> = "dynamics.response.at", Rule("that of the drive"), POINTS_OF_STRUCTURES;
     /// Along which axis the displacement is read.
     RESPONSE_DIRECTION: Choice<usize> = "dynamics.response.direction", Rule("that of the drive"), DIRECTIONS;
-    /// Orders of the harmonics of the response [A eq. 2.1]. Without this key more are added until fidelity.harmonic_tolerance is met.
+    /// Orders of the harmonics of the response [A eq. 2.2]. Without this key more are added until fidelity.harmonic_tolerance is met.
     HARMONICS: Integers = "dynamics.harmonics", Rule("[0, 1, 2, 3] and those of the forces"),
         Integers(MOST_HARMONICS, "a list of different integers of 0 to 1000, 0 and 1 among them, such as [0, 1, 2, 3]");
     /// Elastic modes of the reduced structure, beside the static residual of all others [A §3]. Not of an oscillator.
@@ -68,7 +68,7 @@ keys! {
         ("stuck", DampingBasis::Stuck, "with all springs of the unworn contact"),
         ("free", DampingBasis::Free, "without contact springs"),
     ]);
-    /// How friction limits the tangential force T of a contact element under its normal load N [A §2c].
+    /// How friction limits the tangential force T of a contact element under its normal load N [A §2b].
     FRICTION_LAW: Choice<FrictionLaw> = "dynamics.friction_law", Is("cone"), Choice(&[
         ("cone", FrictionLaw::Cone, "|T| <= mu N, slip along the force"),
         ("box", FrictionLaw::Box, "|Tx| <= mu N and |Ty| <= mu N, each for itself"),

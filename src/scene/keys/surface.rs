@@ -21,7 +21,7 @@ keys! {
         ("sphere", "sphere", "a sphere, its apex at height 0 in the middle of the joint"),
         ("file", "file", "a measured topography"),
     ]);
-    /// Root mean square height. The surface is scaled to have exactly this [A eq. 4.1].
+    /// Root mean square height. The surface is scaled to have exactly this.
     RQ: Quantity = "surface.rq", Required, length("5 um"), of ["gaussian", "exponential", "self_affine"];
     /// Lengths along x and y at which the autocorrelation has fallen to 1/e.
     CORRELATION_LENGTH: List<2> = "surface.correlation_length", Required,
