@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::told::Told;
+use super::decision::Told;
 use super::{Reasons, Surface};
 use crate::contact::normal::{NormalOptions, Rotation};
 use crate::contact::tangential::TangentialOptions;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::told::Told;
+use super::decision::Told;
 use super::{Contact, Reasons};
 use crate::wear::cycle::March;
 use crate::wear::{self, Harmonic};

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Reasons;
-use super::told::Told;
+use super::decision::Told;
 use crate::dynamics::{ContactElement, FrictionLaw};
 use crate::model_update::{Criterion, Distribution, ElementParameters, StiffnessKind};
 

@@ -6,6 +6,7 @@
 
 mod contact;
 mod cycle;
+mod decision;
 mod elements;
 mod inputs;
 mod parts;
@@ -24,13 +25,14 @@ pub use crate::wear::Scheme;
 pub use contact::{Contact, Coupling};
 pub(crate) use cycle::why_computed;
 pub use cycle::{Cycle, CycleError, Motion, STRAIGHT};
+pub use decision::Decision;
 pub use elements::{ElementStiffness, Elements, Layout};
 pub use inputs::{Identity, Inputs};
 pub use parts::Part;
 pub use response::{DampingBasis, Force, Port, Response};
 pub use structure::{Structure, StructureSource};
 pub use surface::{Cells, Heights, HeightsFile, Surface};
-pub use told::{Decision, told};
+pub use told::told;
 pub use wear::Wear;
 
 /// Everything that a run will use.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::told::Told;
+use super::decision::Told;
 use super::{Reasons, Recipe};
 
 /// A point of a structure and a direction.

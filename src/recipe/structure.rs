@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
-use super::told::Told;
+use super::decision::Told;
 use super::{DampingBasis, Layout, Port, Reasons, Response};
 use crate::dynamics::oscillator::mass_on_springs;
 use crate::dynamics::reduced::{Damping, reduced_model, reference_springs};

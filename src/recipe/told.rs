@@ -1,24 +1,12 @@
 //! A recipe in words: what will exist, what will not, and why. Each part of it says its own.
 
-use serde::Serialize;
-
 use super::Recipe;
 use super::cycle::CYCLE;
-
-/// One decision: what, whether it will exist, and why.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Decision {
-    /// What it is about.
-    pub what: String,
-    /// What was decided.
-    pub choice: String,
-    /// Why.
-    pub why: String,
-}
+use super::decision::{Decision, Told};
 
 /// The decisions of a recipe, in the order of the stages that they are about.
 pub fn told(recipe: &Recipe) -> Vec<Decision> {
-    let mut told = Told(Vec::new());
+    let mut told = Told::default();
     let elements = recipe.elements();
     if let (Some(surface), Some(contact)) = (recipe.surface(), recipe.contact()) {
         contact.tell(surface, &mut told);
@@ -49,17 +37,4 @@ pub fn told(recipe: &Recipe) -> Vec<Decision> {
         elements.tell_stiffness(recipe.wear.is_some(), &mut told);
     }
     told.0
-}
-
-/// The decisions that were told so far.
-pub(super) struct Told(Vec<Decision>);
-
-impl Told {
-    pub(super) fn add(&mut self, what: &str, choice: impl Into<String>, why: &str) {
-        self.0.push(Decision {
-            what: what.to_owned(),
-            choice: choice.into(),
-            why: why.to_owned(),
-        });
-    }
 }

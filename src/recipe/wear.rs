@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::told::Told;
+use super::decision::Told;
 use crate::wear::{Scheme, WearLaw};
 
 /// Wear over many cycles. At least one of `cycles` and `volume` is there; the run ends at the first that is reached.

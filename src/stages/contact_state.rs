@@ -10,7 +10,7 @@ use crate::dynamics::{Harmonics, Sampling};
 use crate::grid::{ByAxis, Patch};
 use crate::model_update::{ElementParameters, fine_displacement};
 use crate::recipe::{Contact, Recipe};
-use crate::tables::typed;
+use crate::tables::{TableError, TableName, typed};
 use crate::wear::{Channel, Motion};
 
 /// Samples of a cycle at which a computed motion is looked at: reversals are found to 2e-5 of the reach.
@@ -65,6 +65,18 @@ pub fn solution_of(row: &typed::StaticContact, fields: Fields) -> NormalSolution
         moment: or_zero([row.moment_x, row.moment_y]),
         error: row.error,
     }
+}
+
+/// A column that every state of wear has.
+pub fn there<'a, T>(
+    table: TableName,
+    value: &'a Option<T>,
+    column: &str,
+) -> Result<&'a T, TableError> {
+    value.as_ref().ok_or_else(|| TableError::MissingColumn {
+        table: table.as_str().to_owned(),
+        column: column.to_owned(),
+    })
 }
 
 /// The wear of an iteration on all cells; none of the unworn state and in a scene without wear.

@@ -3,10 +3,11 @@
 use super::RunError;
 use super::contact_elements::element_table;
 use super::contact_state::{harmonics_of, parameters_of};
-use super::declaration::{Declaration, Stage, When};
+use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
+use super::reduced;
 use super::solvers::{Solvers, given, layout};
-use super::structure;
+use super::stage::{Stage, When};
 use crate::dynamics::closure::ClosureEnergy;
 use crate::dynamics::cycle::{JointCycle, JointSummary, joint_cycle};
 use crate::dynamics::{
@@ -28,10 +29,10 @@ pub const DECLARATION: Declaration = Declaration {
         Part::Response,
     ],
     reads: &[
-        structure::TABLES[0],
-        structure::TABLES[1],
-        structure::TABLES[2],
-        structure::TABLES[3],
+        reduced::TABLES[0],
+        reduced::TABLES[1],
+        reduced::TABLES[2],
+        reduced::TABLES[3],
         TableName::ReferenceElement,
         TableName::ModelUpdate,
         TableName::ContactElement,

@@ -23,7 +23,7 @@ pub enum RunError {
     #[error("{stage} of iteration {wear_iteration}: {source}")]
     Contact {
         /// The stage.
-        stage: super::Stage,
+        stage: super::stage::Stage,
         /// The iteration.
         wear_iteration: u64,
         /// What is wrong.
@@ -33,7 +33,7 @@ pub enum RunError {
     #[error("{stage} of iteration {wear_iteration}: {source}")]
     Wear {
         /// The stage.
-        stage: super::Stage,
+        stage: super::stage::Stage,
         /// The iteration.
         wear_iteration: u64,
         /// What is wrong.
@@ -46,9 +46,9 @@ pub enum RunError {
     )]
     NoSuchStage {
         /// The stage asked for.
-        stage: super::Stage,
+        stage: super::stage::Stage,
         /// Those there are.
-        stages: Vec<super::Stage>,
+        stages: Vec<super::stage::Stage>,
     },
     /// A table that a stage reads and that is not there.
     #[error(
@@ -56,7 +56,7 @@ pub enum RunError {
     )]
     NotComputed {
         /// The stage.
-        stage: super::Stage,
+        stage: super::stage::Stage,
         /// The table.
         table: crate::tables::TableName,
     },

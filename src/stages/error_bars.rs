@@ -1,8 +1,8 @@
 //! The error bars of a worn state.
 
 use super::RunError;
+use super::contact_state::there;
 use super::reads::Reads;
-use super::wear::there;
 use crate::recipe::Wear;
 use crate::tables::TableName;
 use crate::tables::typed::{self, Summary};

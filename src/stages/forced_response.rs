@@ -3,13 +3,14 @@
 use super::RunError;
 use super::contact_elements::parameters;
 use super::contact_state::{harmonics_of, parameters_of};
-use super::declaration::{Declaration, Stage, When};
+use super::declaration::Declaration;
 use super::dynamic_response::{
     contact_elements, failed, harmonic_tolerance, start_of, tell_missed,
 };
 use super::reads::{Outputs, Reads};
+use super::reduced;
 use super::solvers::{Solvers, given};
-use super::structure;
+use super::stage::{Stage, When};
 use crate::dynamics::vibration::ForcedPoint;
 use crate::dynamics::{ContactElement, HarmonicBalance, Resonance, Vibration};
 use crate::model_update::ElementParameters;
@@ -28,10 +29,10 @@ pub const DECLARATION: Declaration = Declaration {
         Part::Response,
     ],
     reads: &[
-        structure::TABLES[0],
-        structure::TABLES[1],
-        structure::TABLES[2],
-        structure::TABLES[3],
+        reduced::TABLES[0],
+        reduced::TABLES[1],
+        reduced::TABLES[2],
+        reduced::TABLES[3],
         TableName::Surface,
         TableName::Reference,
         TableName::ReferenceElement,

@@ -3,9 +3,10 @@
 use super::RunError;
 use super::contact_state::{Fields, let_move, on_axes, solution_of, wear_of};
 use super::curves::{self, Curve};
-use super::declaration::{Declaration, Stage, When};
+use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
+use super::stage::{Stage, When};
 use crate::recipe::{Motion, Part};
 use crate::tables::{TableName, typed};
 use crate::wear::cycle::{Instant, March};

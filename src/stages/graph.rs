@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::declaration::{Declaration, Stage, When, is_in, stages_of};
+use super::declaration::{Declaration, is_in};
+use super::list::stages_of;
 use super::runner::writer_before;
+use super::stage::{Stage, When};
 use crate::recipe::Recipe;
 use crate::tables::TableName;
 

@@ -1,9 +1,10 @@
 //! The fine contact against the contact elements of the structure: what both say of the same quantity.
 
 use super::RunError;
-use super::declaration::{Declaration, Stage, When};
+use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, smooth};
+use super::stage::{Stage, When};
 use crate::dynamics::cycle::half_range;
 use crate::model_update::Compliance;
 use crate::recipe::Part;

@@ -19,15 +19,19 @@ mod fretting_cycle;
 mod graph;
 mod indentation;
 mod ledger;
+mod list;
 mod model_update;
 mod moment;
+mod observer;
 mod reads;
 mod recompute;
+mod reduced;
 mod reference;
 mod run;
 mod runner;
 mod solvers;
 mod spent;
+mod stage;
 mod standing;
 mod static_contact;
 mod structure;
@@ -35,26 +39,13 @@ mod summary;
 mod surface;
 mod wear;
 
-pub use declaration::{Declaration, Stage, UnknownStage, When, is_in, stages_of};
+pub use declaration::{Declaration, is_in};
 pub use error::RunError;
 pub use graph::graph;
+pub use list::{STAGES, stages_of};
+pub use observer::{Observer, Progress};
 pub use recompute::{Recomputed, recompute};
-pub use run::{Ending, FREE_KEYS, Observer, Outcome, Progress, RunOptions, Source, run};
+pub use run::{Ending, FREE_KEYS, Outcome, RunOptions, Source, run};
 pub use spent::Spent;
+pub use stage::{Stage, UnknownStage, When};
 pub use standing::{LastUpdate, Standing};
-
-/// All stages, in the order in which they are passed through.
-pub const STAGES: [&Declaration; 12] = [
-    &structure::DECLARATION,
-    &surface::DECLARATION,
-    &reference::DECLARATION,
-    &wear::UNWORN,
-    &wear::DECLARATION,
-    &static_contact::DECLARATION,
-    &model_update::DECLARATION,
-    &dynamic_response::DECLARATION,
-    &forced_response::DECLARATION,
-    &fretting_cycle::DECLARATION,
-    &ledger::DECLARATION,
-    &summary::DECLARATION,
-];

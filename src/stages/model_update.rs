@@ -2,10 +2,11 @@
 
 use super::RunError;
 use super::contact_elements::{element_table, parameters};
-use super::declaration::{Declaration, Stage, When};
+use super::declaration::Declaration;
 use super::error::NumericsError;
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, layout, smooth};
+use super::stage::{Stage, When};
 use super::static_contact::stiffnesses;
 use crate::model_update::{Compliance, Criterion, DueTo, UpdateState};
 use crate::recipe::{Contact, Part};

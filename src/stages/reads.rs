@@ -1,8 +1,8 @@
 //! What a stage is given, and what it gives back.
 
 use super::RunError;
-use super::declaration::Declaration;
 use super::error::NumericsError;
+use super::stage::Stage;
 use crate::recipe::{Inputs, Part, Recipe};
 use crate::surface::prepare::Prepared;
 use crate::tables::{TableName, Tables, TypedTable};
@@ -16,10 +16,23 @@ pub struct Reads<'a> {
     pub wear_iteration: u64,
     /// Whether the curves behind the stiffnesses belong to this iteration.
     pub curves_due: bool,
-    declaration: &'static Declaration,
+    declared: Declared,
     inputs: &'a Inputs,
     tables: [&'a Tables; 2],
     before: &'a Tables,
+}
+
+/// What a stage declares that it reads.
+#[derive(Clone, Copy)]
+pub struct Declared {
+    /// Which stage.
+    pub stage: Stage,
+    /// Parts of the recipe.
+    pub recipe: &'static [Part],
+    /// Tables of the run and of its own iteration.
+    pub reads: &'static [TableName],
+    /// Tables of the iteration before.
+    pub before: &'static [TableName],
 }
 
 /// What a stage has computed.
@@ -48,7 +61,7 @@ impl<'a> Reads<'a> {
     /// What of a run the stage sees. `tables` are those of the iteration, as the stages before this one have written them, and those of
     /// the run; `before` are those of the iteration before, if there is one.
     pub fn new(
-        declaration: &'static Declaration,
+        declared: Declared,
         inputs: &'a Inputs,
         wear_iteration: u64,
         curves_due: bool,
@@ -56,10 +69,10 @@ impl<'a> Reads<'a> {
         before: &'a Tables,
     ) -> Reads<'a> {
         Reads {
-            recipe: inputs.recipe.only(declaration.recipe),
+            recipe: inputs.recipe.only(declared.recipe),
             wear_iteration,
-            curves_due: curves_due && declaration.recipe.contains(&Part::Curves),
-            declaration,
+            curves_due: curves_due && declared.recipe.contains(&Part::Curves),
+            declared,
             inputs,
             tables,
             before,
@@ -73,7 +86,7 @@ impl<'a> Reads<'a> {
 
     /// A table of the run or of this iteration; none where there is none.
     pub fn maybe<T: TypedTable>(&self) -> Result<Option<T>, RunError> {
-        self.require_declared(T::TABLE, self.declaration.reads);
+        self.require_declared(T::TABLE, self.declared.reads);
         let table = self.tables.iter().find_map(|of| of.get(&T::TABLE));
         Ok(table.map(T::of).transpose()?)
     }
@@ -85,7 +98,7 @@ impl<'a> Reads<'a> {
 
     /// A table of the iteration before; none where there is none, and none of the unworn state.
     pub fn maybe_before<T: TypedTable>(&self) -> Result<Option<T>, RunError> {
-        self.require_declared(T::TABLE, self.declaration.before);
+        self.require_declared(T::TABLE, self.declared.before);
         let table = self.before.get(&T::TABLE);
         Ok(table.map(T::of).transpose()?)
     }
@@ -104,7 +117,7 @@ impl<'a> Reads<'a> {
 
     /// The error of a run whose stage failed.
     pub fn failed(&self, error: NumericsError) -> RunError {
-        let (stage, wear_iteration) = (self.declaration.stage, self.wear_iteration);
+        let (stage, wear_iteration) = (self.declared.stage, self.wear_iteration);
         match error {
             NumericsError::ModelUpdate(source) => RunError::ModelUpdate(source),
             NumericsError::Wear(WearError::Contact(source)) => RunError::Contact {
@@ -122,13 +135,13 @@ impl<'a> Reads<'a> {
 
     fn missing(&self, table: TableName) -> RunError {
         RunError::NotComputed {
-            stage: self.declaration.stage,
+            stage: self.declared.stage,
             table,
         }
     }
 
     fn require_declared(&self, table: TableName, declared: &[TableName]) {
-        let stage = self.declaration.stage;
+        let stage = self.declared.stage;
         assert!(
             declared.contains(&table),
             "{stage} reads {table} and does not declare it"
@@ -136,9 +149,9 @@ impl<'a> Reads<'a> {
     }
 
     fn require_part(&self, part: Part) {
-        let (stage, name) = (self.declaration.stage, part.name());
+        let (stage, name) = (self.declared.stage, part.name());
         assert!(
-            self.declaration.recipe.contains(&part),
+            self.declared.recipe.contains(&part),
             "{stage} reads {name} and does not declare it"
         );
     }

@@ -2,10 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::declaration::{Declaration, Stage, When, is_in};
+use super::RunError;
+use super::declaration::{Declaration, is_in};
+use super::list::STAGES;
 use super::moment::Moment;
+use super::observer::Observer;
 use super::runner::{Runner, stages_in, writer_before};
-use super::{Observer, RunError, STAGES};
+use super::stage::{Stage, When};
 use crate::recipe::{Inputs, Recipe};
 use crate::store::RunReader;
 use crate::tables::{TableName, Tables};

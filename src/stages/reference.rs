@@ -3,10 +3,11 @@
 use super::RunError;
 use super::contact_elements::{linearise, springs};
 use super::contact_state::contact_of;
-use super::declaration::{Declaration, Stage, When};
+use super::declaration::Declaration;
 use super::error::NumericsError;
 use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
+use super::stage::{Stage, When};
 use crate::model_update::{Compliance, ElementParameters, StiffnessKind};
 use crate::recipe::{ElementStiffness, Part};
 use crate::tables::{TableName, typed};

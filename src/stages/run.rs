@@ -5,12 +5,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::RunError;
-use super::declaration::{Stage, When, stages_of};
+use super::list::stages_of;
+use super::observer::{Observer, Progress};
 use super::runner::Runner;
 use super::spent::Spent;
+use super::stage::{Stage, When};
 use crate::model_update::Criterion;
 use crate::recipe::{Inputs, Keep as KeepOf, Recipe};
-use crate::store::{Cache, FileSystem, Keep, Opening, RunIdentity, RunStore};
+use crate::store::{Cache, FileSystem, Keep, RunIdentity, RunStore};
 use crate::tables::{Table, TableName, typed};
 
 /// Keys that cannot alter what is already computed: where a run stops and what it keeps.
@@ -53,31 +55,6 @@ pub struct RunOptions<'a> {
     /// Asked before every iteration but the unworn one, with the number of iterations that this start has committed; true ends
     /// the run there.
     pub stop: &'a dyn Fn(u64) -> bool,
-}
-
-/// Who watches a run.
-pub trait Observer {
-    /// The run is open: where it continues, and what was found.
-    fn opened(&self, opening: &Opening);
-    /// Something the user should know.
-    fn notice(&self, text: &str);
-    /// A stage begins.
-    fn stage(&self, stage: Stage, wear_iteration: u64);
-    /// An iteration is committed.
-    fn committed(&self, progress: &Progress);
-}
-
-/// How far a run is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
-    /// The iteration.
-    pub wear_iteration: u64,
-    /// Cycles behind it; 0 without wear.
-    pub cycles: u64,
-    /// Worn volume \[m³\].
-    pub volume: f64,
-    /// Estimated relative error of the wear field.
-    pub error: f64,
 }
 
 /// Why a run came back.

@@ -4,11 +4,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
-use super::declaration::{Declaration, Stage, When, is_in, is_once, stages_of};
+use super::RunError;
+use super::declaration::{Declaration, is_in};
+use super::list::stages_of;
 use super::moment::Moment;
+use super::observer::Observer;
 use super::reads::Reads;
 use super::solvers::Solvers;
-use super::{Observer, RunError};
+use super::stage::{Stage, When};
 use crate::recipe::{Inputs, Part, Recipe};
 use crate::store::{Cache, Kept, RunReader, RunStore, StageKey, StoreError};
 use crate::tables::{Table, TableName, Tables, TypedTable, typed};
@@ -211,7 +214,7 @@ impl<'a> Runner<'a> {
         let begin = Instant::now();
         let given = [tables, &self.once];
         let reads = Reads::new(
-            stage,
+            stage.declared(),
             self.inputs,
             wear_iteration,
             curves_due,
@@ -340,7 +343,6 @@ fn written_again(recipe: &Recipe, wear_iteration: u64, stage: &Declaration) -> V
 
 /// A table of a committed iteration. Runs of earlier versions have what the cycle found in their summary alone.
 fn committed(reader: &RunReader, wear_iteration: u64, name: TableName) -> Result<Table, RunError> {
-    debug_assert!(!is_once(name));
     match reader.read(wear_iteration, name) {
         Err(StoreError::NoTable { .. }) if name == TableName::FrettingCycle => {
             let summary: typed::Summary = reader.typed(wear_iteration)?;

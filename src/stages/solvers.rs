@@ -7,7 +7,7 @@ use std::time::Instant;
 use super::RunError;
 use super::error::NumericsError;
 use super::reads::Reads;
-use super::structure::reduced_of;
+use super::reduced::reduced_of;
 use crate::dynamics::Vibration;
 use crate::grid::Patch;
 use crate::model_update::{Compliance, ContactElements, ElementParameters};

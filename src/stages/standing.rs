@@ -1,7 +1,8 @@
 //! How far a run is, read from what it has committed and drafted: the same for who computes it and for who only looks.
 
+use super::RunError;
 use super::runner::stages_in;
-use super::{RunError, Stage};
+use super::stage::Stage;
 use crate::recipe::Recipe;
 use crate::store::{RunReader, StoreError};
 use crate::tables::typed;

@@ -3,11 +3,12 @@
 use super::RunError;
 use super::contact_state::{Fields, contact_of, wear_of};
 use super::curves::{self, Curve};
-use super::declaration::{Declaration, Stage, When};
+use super::declaration::Declaration;
 use super::error::NumericsError;
 use super::indentation::indent;
 use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
+use super::stage::{Stage, When};
 use crate::contact::normal::{Control, NormalSolution, Rotation};
 use crate::contact::stiffness::Direction;
 use crate::contact::{Shear, stiffness};

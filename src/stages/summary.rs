@@ -1,10 +1,11 @@
 //! One row on the state of the run.
 
 use super::RunError;
-use super::declaration::{Declaration, Stage, When};
+use super::declaration::Declaration;
 use super::error_bars::{Before, InForce, Sources, error_bars};
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, patch_and_height};
+use super::stage::{Stage, When};
 use crate::recipe::Part;
 use crate::surface::statistics::roughness;
 use crate::tables::{TableName, typed};

@@ -1,9 +1,10 @@
 //! The unworn surface, once a run.
 
 use super::RunError;
-use super::declaration::{Declaration, Stage, When};
+use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
+use super::stage::{Stage, When};
 use crate::grid::Patch;
 use crate::recipe::{self, Part};
 use crate::tables::{TableName, typed};

@@ -1,15 +1,16 @@
 //! The wear step from one committed iteration to the next.
 
 use super::RunError;
-use super::contact_state::{Fields, contact_of, let_move, on_axes, wear_of};
-use super::declaration::{Declaration, Stage, When};
+use super::contact_state::{Fields, contact_of, let_move, on_axes, there, wear_of};
+use super::declaration::Declaration;
 use super::error::NumericsError;
 use super::model_update::NextUpdate;
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, patch_and_height};
+use super::stage::{Stage, When};
 use crate::grid::Patch;
 use crate::recipe::{Part, Wear};
-use crate::tables::{TableError, TableName, typed};
+use crate::tables::{TableName, typed};
 use crate::wear::cycle::CycleSolution;
 use crate::wear::implicit::{self, Limits, Step};
 use crate::wear::joint::WornState;
@@ -126,18 +127,6 @@ impl Before {
             },
         })
     }
-}
-
-/// A column that every state of wear has.
-pub fn there<'a, T>(
-    table: TableName,
-    value: &'a Option<T>,
-    column: &str,
-) -> Result<&'a T, TableError> {
-    value.as_ref().ok_or_else(|| TableError::MissingColumn {
-        table: table.as_str().to_owned(),
-        column: column.to_owned(),
-    })
 }
 
 fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {

@@ -1,0 +1,29 @@
+//! All stages.
+
+use super::declaration::Declaration;
+use super::{
+    dynamic_response, forced_response, fretting_cycle, ledger, model_update, reference,
+    static_contact, structure, summary, surface, wear,
+};
+use crate::recipe::Recipe;
+
+/// All stages, in the order in which they are passed through.
+pub const STAGES: [&Declaration; 12] = [
+    &structure::DECLARATION,
+    &surface::DECLARATION,
+    &reference::DECLARATION,
+    &wear::UNWORN,
+    &wear::DECLARATION,
+    &static_contact::DECLARATION,
+    &model_update::DECLARATION,
+    &dynamic_response::DECLARATION,
+    &forced_response::DECLARATION,
+    &fretting_cycle::DECLARATION,
+    &ledger::DECLARATION,
+    &summary::DECLARATION,
+];
+
+/// The stages of a recipe, in their order.
+pub fn stages_of(recipe: &Recipe) -> impl Iterator<Item = &'static Declaration> {
+    STAGES.into_iter().filter(|stage| stage.is_in(recipe))
+}

@@ -1,0 +1,63 @@
+//! The reduced structure of a run, from its tables.
+
+use super::RunError;
+use super::reads::Reads;
+use crate::linalg::Matrix;
+use crate::structure::reduction::{Ports, Reduced};
+use crate::tables::{TableName, typed};
+
+/// The tables of a reduced structure.
+pub const TABLES: [TableName; 4] = [
+    TableName::Structure,
+    TableName::StructurePort,
+    TableName::StructureMode,
+    TableName::StructureResidual,
+];
+
+/// The reduced structure as its tables hold it; none of an oscillator.
+pub fn reduced_of(reads: &Reads) -> Result<Option<Reduced>, RunError> {
+    let Some(structure) = reads.maybe::<typed::Structure>()? else {
+        return Ok(None);
+    };
+    let port: typed::StructurePort = reads.table()?;
+    let typed::StructureMode {
+        frequency, shape, ..
+    } = reads.table()?;
+    let residual: typed::StructureResidual = reads.table()?;
+    let count = port.element.len();
+    let contacts = port.element.iter().filter(|e| **e >= 0).count() / 3;
+    let of_mode: Vec<f64> = frequency.iter().copied().step_by(count).collect();
+    let rigid = of_mode.iter().filter(|f| **f == 0.0).count();
+    let part = |first: usize, modes: usize| {
+        Matrix::from_fn(count, modes, |p, r| shape[(first + r) * count + p])
+    };
+    let symmetric = |values: &[f64]| {
+        Matrix::from_fn(count, count, |i, j| {
+            let (row, column) = (i.max(j), i.min(j));
+            values[row * (row + 1) / 2 + column]
+        })
+    };
+    Ok(Some(Reduced {
+        ports: Ports {
+            // What a port is a combination of matters to the reduction alone.
+            combinations: vec![Vec::new(); count],
+            contacts,
+            points: port.point[3 * contacts..]
+                .iter()
+                .step_by(3)
+                .cloned()
+                .collect(),
+        },
+        rigid: part(0, rigid),
+        omega: of_mode[rigid..]
+            .iter()
+            .map(|f| f * std::f64::consts::TAU)
+            .collect(),
+        shapes: part(rigid, of_mode.len() - rigid),
+        residual: symmetric(&residual.residual),
+        residual_slope: symmetric(&residual.residual_slope),
+        mass: structure.mass,
+        mode_residual: structure.error_modes,
+        factor_entries: structure.factor_entries as usize,
+    }))
+}
