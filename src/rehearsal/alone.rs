@@ -4,7 +4,6 @@ use super::Rehearsing;
 use super::coarser;
 use crate::contact::Shear;
 use crate::recipe::{Cycle, Inputs, Motion};
-use crate::stages::Stage;
 use crate::wear::cycle::March;
 use crate::wear::{self, Harmonic};
 
@@ -31,7 +30,7 @@ impl Rehearsing<'_> {
         let curves = std::mem::take(&mut recipe.output.curves_every);
         let coarse = coarser::counts(recipe, coarser::coarsest(inputs));
         let pressed = coarser::on_grid(&alone, coarse)?;
-        let pressed = self.run(&pressed, f64::INFINITY, Some(Stage::StaticContact));
+        let pressed = self.run(&pressed, f64::INFINITY);
         self.rehearsed.pop();
         let kt = pressed?.iterations.first()?.kt?;
         let mut axes = vec![Harmonic {

@@ -7,7 +7,6 @@ use serde::Serialize;
 use super::estimate::{digits, doubt};
 use super::{Found, Range, memory};
 use crate::recipe::{Inputs, Keep, Recipe};
-use crate::stages::Stage;
 use crate::structure::Work;
 
 /// Operations to reduce a structure, and to solve its vibration, up to which they are rehearsed.
@@ -172,11 +171,8 @@ pub(super) fn told(cost: &mut Cost, recipe: &Recipe, found: &Found, alone: bool)
     cost.iterations = Some(iterations);
     cost.fft_pairs = Some(fft_pairs.map(digits));
     cost.disk = Some(disk.map(digits));
-    let response = Stage::DynamicResponse.name();
-    let shaken = rehearsed
-        .iter()
-        .filter(|i| i.seconds.contains_key(response));
-    cost.vibrations = Some(shaken.count() as f64).filter(|count| *count > 0.0);
+    let responses = rehearsed.iter().filter(|i| i.is_response_new);
+    cost.vibrations = Some(responses.count() as f64).filter(|count| *count > 0.0);
 }
 
 /// Iterations that are kept of a run with so many wear iterations.

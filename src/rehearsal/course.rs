@@ -27,6 +27,8 @@ pub(super) struct Iteration {
     /// Transform pairs and seconds by stage.
     pub pairs: BTreeMap<String, f64>,
     pub seconds: BTreeMap<String, f64>,
+    /// Whether its response was computed, and not that of the iteration before.
+    pub is_response_new: bool,
     /// Bytes of its tables.
     pub bytes: f64,
 }
@@ -53,8 +55,6 @@ pub(super) struct Bounds<'a> {
     pub no_reduction: Option<&'a str>,
     /// Where reduced structures may be.
     pub cache: Option<&'a Path>,
-    /// After which stage of the unworn joint it ends; none: it goes on.
-    pub stage: Option<Stage>,
 }
 
 /// Where a rehearsal has its files, which no path leads to.
@@ -79,7 +79,7 @@ pub(super) fn course(inputs: &Inputs, bounds: &Bounds) -> Result<Course, RunErro
         inputs,
         root: PathBuf::from(ROOT),
         source: None,
-        until: bounds.stage,
+        until: None,
         threads: 1,
         cache,
         file_system: files,
@@ -144,6 +144,9 @@ impl Watch<'_> {
             iteration.peak_pressure = number(summary.max_pressure);
             iteration.mean_pressure = number(summary.normal_load) / number(summary.contact_area);
             iteration.kt = summary.kt;
+            // A vibration without a rough contact updates nothing.
+            let vibrates = summary.peak_frequency.is_some();
+            iteration.is_response_new = summary.updated.unwrap_or(vibrates);
         }
         let tables = TableName::ALL.iter().map(|table| table.file_name());
         let lengths = tables.filter_map(|name| self.files.metadata(&folder.join(name)).ok()?);

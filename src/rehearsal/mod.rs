@@ -43,7 +43,6 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::recipe::{Inputs, Recipe};
-use crate::stages::Stage;
 
 use cost::{Counted, counted_cost, told};
 use course::{Bounds, Course, course};
@@ -228,7 +227,7 @@ fn spent(recipe: &Recipe, course: &Course) -> f64 {
 
 impl Rehearsing<'_> {
     /// A run of inputs within so many operations; none if it did not come to an iteration, and then it is told why.
-    fn run(&mut self, inputs: &Inputs, operations: f64, stage: Option<Stage>) -> Option<Course> {
+    fn run(&mut self, inputs: &Inputs, operations: f64) -> Option<Course> {
         let recipe = &inputs.recipe;
         let bounds = Bounds {
             operations: operations.min(self.left),
@@ -240,7 +239,6 @@ impl Rehearsing<'_> {
             },
             no_reduction: self.no_reduction.as_deref(),
             cache: self.options.cache.as_deref(),
-            stage,
         };
         let cells = recipe.surface().map_or([0; 2], |surface| surface.grid);
         let why = match LEAST_PAIRS * bounds.pair > self.left {
@@ -283,8 +281,9 @@ impl Rehearsing<'_> {
         let coarse = coarser::on_grid(inputs, coarser::counts(recipe, coarsest))?;
         // A cycle of many samples takes long: one of few says how long, and how wear goes on.
         let mut few = None;
-        if let Some((sampled, times)) = coarser::with_few_samples(&coarse) {
-            let course = self.run(&sampled, FEW_SAMPLES * OPERATIONS, None)?;
+        if let Some((sampled, times)) = coarser::with_few_samples(&coarse)
+            && let Some(course) = self.run(&sampled, FEW_SAMPLES * OPERATIONS)
+        {
             let pair = operations_of_pair(&sampled.recipe);
             let unworn = pair * course.iterations[0].pairs.values().sum::<f64>();
             if 2.0 * times * unworn > self.left {
@@ -307,7 +306,7 @@ impl Rehearsing<'_> {
             true => COARSER[usize::from(few.is_none())],
             false => 1.0,
         };
-        let first = self.run(&coarse, part * OPERATIONS, None)?;
+        let first = self.run(&coarse, part * OPERATIONS)?;
         // Steps go on as those with few samples, pairs do not.
         let whole = match few.as_ref().filter(|_| first.broken_off.is_some()) {
             Some(few) => Some((few, false)),
@@ -325,9 +324,7 @@ impl Rehearsing<'_> {
         let mut second = None;
         if coarsest < 1.0 {
             let fine = coarser::on_grid(inputs, coarser::counts(recipe, finer))?;
-            second = self
-                .run(&fine, self.left, None)
-                .map(|course| (fine, course));
+            second = self.run(&fine, self.left).map(|course| (fine, course));
         }
         let two = second
             .and_then(|(fine, second)| Some((Totals::of(&second, wear, whole)?, fine, second)));

@@ -54,7 +54,8 @@ pub(super) fn expected(inputs: &Inputs, found: &Found, cost: &Cost) -> Seconds {
         };
         pairs += weight * iteration.pairs.values().sum::<f64>();
         for (stage, seconds) in &iteration.seconds {
-            if stage.starts_with(Stage::DynamicResponse.name()) {
+            let dynamics = [Stage::DynamicResponse, Stage::ForcedResponse];
+            if dynamics.iter().any(|s| stage.starts_with(s.name())) {
                 *response.get_or_insert(0.0) += weight * seconds;
             } else if !stage.starts_with(Stage::Structure.name()) {
                 contact += weight * seconds;

@@ -46,7 +46,10 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
         tangential_tolerance: reader.value_or(&TANGENTIAL_TOLERANCE, cycles, preset)?,
         cycle_tolerance: reader.value_or(&CYCLE_TOLERANCE, cycles, preset)?,
         cycle_extrapolation: reader.value_or(&CYCLE_EXTRAPOLATION, None, preset)?,
-        load_steps: reader.get(&LOAD_STEPS)?,
+        // Those of the preset stay out of the scene: of alike bodies they mean nothing.
+        load_steps: reader
+            .get(&LOAD_STEPS)?
+            .filter(|steps| LOAD_STEPS.default.of(preset) != Some(&steps.to_string())),
         // Of a scene that vibrates it is read where its harmonics are known.
         aft_samples: match target {
             Some(error) => samples_for(error),
