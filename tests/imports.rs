@@ -398,7 +398,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "store/file_system.rs",
             "doctor/machine.rs",
             "rehearsal/mod.rs",
-            "rehearsal/course.rs",
+            "rehearsal/rehearsed_run.rs",
         ],
     ),
 ];

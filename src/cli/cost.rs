@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use fretwear::rehearsal::{self, Cost, Options, Range, Rehearsal};
 use fretwear::scene::Plan;
-use fretwear::stages::Spent;
+use fretwear::stages::RunCost;
 use serde_json::{Value, json};
 
 use super::run::cache_folder;
@@ -131,7 +131,7 @@ fn range(range: Range, text: impl Fn(f64) -> String) -> String {
 }
 
 /// What a finished run has cost, as one line.
-pub fn in_words(spent: &Spent) -> String {
+pub fn in_words(spent: &RunCost) -> String {
     let mut parts = Vec::new();
     if spent.wear_iterations > 0 {
         parts.push(format!("{} iterations", spent.wear_iterations));
@@ -148,7 +148,7 @@ pub fn in_words(spent: &Spent) -> String {
 }
 
 /// The same for programs.
-pub fn spent(spent: &Spent) -> Value {
+pub fn spent(spent: &RunCost) -> Value {
     json!({
         "wear_iterations": spent.wear_iterations,
         "pruned_iterations": spent.pruned,

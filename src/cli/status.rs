@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use fretwear::report::{continuation, percent};
 use fretwear::scene;
-use fretwear::stages::{Spent, Standing};
+use fretwear::stages::{RunCost, RunStatus};
 use fretwear::store::{LockHolder, RealFileSystem, RunReader};
 use fretwear::tables::{Table, TableName};
 use serde_json::{Map, Value, json};
@@ -20,7 +20,7 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
     let plan = reader.plan()?;
     let recipe = scene::recipe_of_run(root, plan.as_ref(), &reader.scene_toml()?)?;
-    let standing = Standing::of(&reader, &recipe)?;
+    let standing = RunStatus::of(&reader, &recipe)?;
     let summary = standing
         .wear_iteration
         .map(|k| reader.read(k, TableName::Summary))
@@ -36,7 +36,7 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
         let mut object = summary.as_ref().map(row).unwrap_or_default();
         describe(&mut object, root, &standing, holder);
         if standing.wear_iteration.is_some() {
-            object.insert("cost".to_owned(), cost::spent(&Spent::of(&reader)?));
+            object.insert("cost".to_owned(), cost::spent(&RunCost::of(&reader)?));
         }
         object.insert("damage".to_owned(), json!(damaged));
         out.json(&Value::Object(object));
@@ -54,7 +54,7 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
 }
 
 /// Whether a run is being computed, is at its end, or waits to be continued.
-fn state(standing: &Standing, holder: Option<LockHolder>) -> &'static str {
+fn state(standing: &RunStatus, holder: Option<LockHolder>) -> &'static str {
     match (holder, standing.done) {
         (Some(_), _) => "running",
         (None, true) => "done",
@@ -65,7 +65,7 @@ fn state(standing: &Standing, holder: Option<LockHolder>) -> &'static str {
 fn describe(
     object: &mut Map<String, Value>,
     root: &Path,
-    standing: &Standing,
+    standing: &RunStatus,
     holder: Option<LockHolder>,
 ) {
     let state = state(standing, holder);
@@ -102,7 +102,7 @@ fn describe(
 fn write(
     out: &mut Results,
     root: &Path,
-    standing: &Standing,
+    standing: &RunStatus,
     holder: Option<LockHolder>,
     summary: Option<&Table>,
 ) {

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::course::{Course, Iteration};
+use super::rehearsed_run::{Iteration, RehearsedRun};
 use crate::recipe::Wear;
 
 /// What chance makes of a count on a surface of a finite number of asperities, and of a grid that they lie on otherwise. A safety
@@ -67,9 +67,9 @@ impl Totals {
     /// Of a course; the steps of a part of one go on as those of the `whole` one do, and its pairs too if that is marched alike, else as
     /// its last steps did. None of a part that says nothing of the rest.
     pub fn of(
-        course: &Course,
+        course: &RehearsedRun,
         wear: Option<&Wear>,
-        whole: Option<(&Course, bool)>,
+        whole: Option<(&RehearsedRun, bool)>,
     ) -> Option<Totals> {
         let own = Totals::so_far(&course.iterations)?;
         let done = course.iterations.len() - 1;

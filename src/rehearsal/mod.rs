@@ -30,10 +30,10 @@
 mod alone;
 mod coarser;
 mod cost;
-mod course;
 mod estimate;
 mod files;
 mod memory;
+mod rehearsed_run;
 mod seconds;
 mod stability;
 
@@ -45,8 +45,8 @@ use std::time::{Duration, Instant};
 use crate::recipe::{Inputs, Recipe};
 
 use cost::{Counted, counted_cost, told};
-use course::{Bounds, Course, course};
 use estimate::Totals;
+use rehearsed_run::{Bounds, RehearsedRun, course};
 
 pub use cost::{Cost, Grid};
 pub use estimate::Range;
@@ -191,7 +191,7 @@ struct Found {
     finest: Totals,
     /// The longest course, with its inputs.
     inputs: Inputs,
-    course: Course,
+    course: RehearsedRun,
     /// Bytes of an iteration on the grid of the scene.
     bytes: Range,
     /// By which power of a doubt numbers may be off: 0 from the scene itself, 1 from two grids, 2 from one, 3 from few samples on it.
@@ -218,16 +218,17 @@ fn operations_of_pair(recipe: &Recipe) -> f64 {
     5.0 * points * points.max(2.0).log2()
 }
 
-fn spent(recipe: &Recipe, course: &Course) -> f64 {
+fn spent(recipe: &Recipe, course: &RehearsedRun) -> f64 {
     let pair = operations_of_pair(recipe);
-    let of =
-        |iteration: &course::Iteration| ITERATION + pair * iteration.pairs.values().sum::<f64>();
+    let of = |iteration: &rehearsed_run::Iteration| {
+        ITERATION + pair * iteration.pairs.values().sum::<f64>()
+    };
     course.iterations.iter().map(of).sum()
 }
 
 impl Rehearsing<'_> {
     /// A run of inputs within so many operations; none if it did not come to an iteration, and then it is told why.
-    fn run(&mut self, inputs: &Inputs, operations: f64) -> Option<Course> {
+    fn run(&mut self, inputs: &Inputs, operations: f64) -> Option<RehearsedRun> {
         let recipe = &inputs.recipe;
         let bounds = Bounds {
             operations: operations.min(self.left),
@@ -365,7 +366,7 @@ impl Rehearsing<'_> {
 
 /// Bytes of an iteration on the grid of the scene, from courses on grids with these parts of its cells a side: some of the tables have a
 /// row a cell, others do not. Of one grid alone it is not known how many.
-fn bytes(courses: [&Course; 2], parts: [f64; 2]) -> Range {
+fn bytes(courses: [&RehearsedRun; 2], parts: [f64; 2]) -> Range {
     let [unworn, finer] = courses.map(|course| course.iterations[0].bytes);
     let all = courses[0]
         .iterations

@@ -1,12 +1,12 @@
 //! Whether the explicit wear step of a scene is stable under the pressures that were rehearsed: they fall while wear spreads the load, so
 //! that a step which is stable at first need not stay so.
 
-use super::course::Course;
+use super::rehearsed_run::RehearsedRun;
 use crate::recipe::Recipe;
 use crate::scene::plan::explicit_step;
 
 /// What to say of an explicit step that is, or becomes, unstable on the cells of the scene.
-pub(super) fn warning(recipe: &Recipe, course: &Course) -> Option<String> {
+pub(super) fn warning(recipe: &Recipe, course: &RehearsedRun) -> Option<String> {
     let (unworn, worn) = (course.iterations.first()?, course.iterations.last()?);
     let (peak, mean) = (
         unworn.peak_pressure,

@@ -29,7 +29,7 @@ impl InForce {
 }
 
 /// The iteration that a step was made from.
-pub struct Before {
+pub struct PreviousIteration {
     pub cycles: i64,
     /// Volume worn away \[m³\].
     pub volume: f64,
@@ -45,9 +45,9 @@ pub struct Before {
     summary: Summary,
 }
 
-impl Before {
+impl PreviousIteration {
     /// None of the unworn iteration.
-    pub fn of(reads: &Reads) -> Result<Option<Before>, RunError> {
+    pub fn of(reads: &Reads) -> Result<Option<PreviousIteration>, RunError> {
         let Some(summary) = reads.maybe_before::<Summary>()? else {
             return Ok(None);
         };
@@ -61,7 +61,7 @@ impl Before {
         let closure = summary.error_closure.unwrap_or(0.0);
         let whole = of(summary.error_wear_volume, "error_wear_volume")?;
         let dissipation = there(TableName::ContactField, &fields.dissipation, "dissipation")?;
-        Ok(Some(Before {
+        Ok(Some(PreviousIteration {
             cycles: *there(TableName::Summary, &summary.cycles, "cycles")?,
             volume,
             energy: of(summary.dissipated_energy_total, "dissipated_energy_total")?,
@@ -81,7 +81,7 @@ impl Before {
 /// What the error bars of an iteration follow from.
 pub struct Sources<'a> {
     /// The iteration that it was worn from.
-    pub before: Option<&'a Before>,
+    pub before: Option<&'a PreviousIteration>,
     /// The step that led to it.
     pub step: &'a typed::WearStep,
     /// What moves the joint; none where its motion is prescribed.

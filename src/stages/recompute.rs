@@ -57,7 +57,7 @@ pub fn recompute(
                 Some(before) => runner.before(reader, before)?,
                 None => Tables::new(),
             };
-            let mut again = Again {
+            let mut again = Recomputation {
                 recipe,
                 reader,
                 wear_iteration,
@@ -94,7 +94,7 @@ fn last_writer(recipe: &Recipe, wear_iteration: u64, table: TableName) -> Option
     writers.last().map(|writer| writer.stage)
 }
 
-struct Again<'a> {
+struct Recomputation<'a> {
     recipe: &'a Recipe,
     reader: &'a RunReader,
     wear_iteration: u64,
@@ -104,7 +104,7 @@ struct Again<'a> {
     done: BTreeMap<Stage, Tables>,
 }
 
-impl Again<'_> {
+impl Recomputation<'_> {
     fn compute(&mut self, stage: &'static Declaration) -> Result<Tables, RunError> {
         let k = self.wear_iteration;
         let mut tables = Tables::new();

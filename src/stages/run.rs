@@ -7,8 +7,8 @@ use std::sync::Arc;
 use super::RunError;
 use super::list::stages_of;
 use super::observer::{Observer, Progress};
+use super::run_cost::RunCost;
 use super::runner::Runner;
-use super::spent::Spent;
 use super::stage::{Stage, When};
 use crate::model_update::Criterion;
 use crate::recipe::{Inputs, Keep as KeepOf, Recipe};
@@ -78,7 +78,7 @@ pub struct Outcome {
     /// Its summary.
     pub summary: Option<Table>,
     /// What the run has cost, over all its starts.
-    pub spent: Spent,
+    pub spent: RunCost,
 }
 
 /// Begins or continues a run.
@@ -246,7 +246,7 @@ fn prune(store: &mut RunStore, inputs: &Inputs) -> Result<(), RunError> {
 fn outcome(store: &mut RunStore, inputs: &Inputs, ending: Ending) -> Result<Outcome, RunError> {
     prune(store, inputs)?;
     store.write_history()?;
-    let spent = Spent::of(store.reader())?;
+    let spent = RunCost::of(store.reader())?;
     let wear_iteration = store.latest();
     let summary = wear_iteration
         .map(|k| store.read(k, TableName::Summary))

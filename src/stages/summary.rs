@@ -2,7 +2,7 @@
 
 use super::RunError;
 use super::declaration::Declaration;
-use super::error_bars::{Before, InForce, Sources, error_bars};
+use super::error_bars::{InForce, PreviousIteration, Sources, error_bars};
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, patch_and_height};
 use super::stage::{Stage, When};
@@ -128,7 +128,7 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
     summary.error_cycle = Some(cycle.error_cycle);
     if let Some(wear) = &reads.recipe.wear {
         let law = wear.law();
-        let before = Before::of(reads)?;
+        let before = PreviousIteration::of(reads)?;
         let before = before.as_ref();
         let volume = before.map_or(0.0, |b| b.volume) + step.volume;
         // A run that began from another may wear at another coefficient than it.

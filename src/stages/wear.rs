@@ -81,7 +81,7 @@ fn unworn(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
 }
 
 /// A worn state with what the step from it goes on from.
-struct Before {
+struct PreviousState {
     state: WornState,
     cycles: u64,
     volume: f64,
@@ -89,8 +89,8 @@ struct Before {
     proposal: Option<f64>,
 }
 
-impl Before {
-    fn of(reads: &Reads, patch: &Patch) -> Result<Before, RunError> {
+impl PreviousState {
+    fn of(reads: &Reads, patch: &Patch) -> Result<PreviousState, RunError> {
         let fields: typed::ContactField = reads.before()?;
         let summary: typed::Summary = reads.before()?;
         let step: typed::WearStep = reads.before()?;
@@ -107,7 +107,7 @@ impl Before {
             Ok::<f64, RunError>(*value?)
         };
         let cycles = summary.cycles.map(|cycles| cycles as f64);
-        Ok(Before {
+        Ok(PreviousState {
             cycles: of_run(cycles, "cycles")? as u64,
             volume: of_run(summary.wear_volume, "wear_volume")?,
             proposal: (reads.wear_iteration > 1).then_some(step.next_n_cycles),
@@ -135,7 +135,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     };
     let contact = contact_of(&reads.recipe);
     let patch = solvers.joint(reads)?.patch.clone();
-    let before = Before::of(reads, &patch)?;
+    let before = PreviousState::of(reads, &patch)?;
     let of_contact: typed::StaticContact = reads.before()?;
     let response = reads.maybe_before::<typed::Response>()?;
     let elements = reads.maybe_before::<typed::ContactElement>()?;

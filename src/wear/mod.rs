@@ -16,4 +16,4 @@ pub mod superposition;
 pub use joint::{FrettingJoint, WearError};
 pub use law::WearLaw;
 pub use motion::{Channel, Harmonic, Motion};
-pub use scheme::{Advanced, Scheme};
+pub use scheme::{Scheme, StepOutcome};

@@ -21,7 +21,7 @@ pub enum Scheme {
 }
 
 /// A step that was made, with the contact that it predicts.
-pub struct Advanced {
+pub struct StepOutcome {
     /// Wear depth after it \[m\].
     pub wear: Vec<f64>,
     /// Its cycles.
@@ -87,8 +87,8 @@ impl Scheme {
         law: WearLaw,
         limits: Limits,
         implicit: impl FnOnce(&mut FrettingJoint) -> Result<Step, E>,
-    ) -> Result<Advanced, E> {
-        let of_depth = |cycles: u64, wear: Vec<f64>| Advanced {
+    ) -> Result<StepOutcome, E> {
+        let of_depth = |cycles: u64, wear: Vec<f64>| StepOutcome {
             wear,
             cycles,
             error: 0.0,
@@ -101,7 +101,7 @@ impl Scheme {
         match self {
             Scheme::Implicit => {
                 let step = implicit(joint)?;
-                Ok(Advanced {
+                Ok(StepOutcome {
                     wear: step.wear,
                     cycles: step.cycles,
                     error: step.error,
@@ -115,7 +115,7 @@ impl Scheme {
             Scheme::SemiImplicit => {
                 let cycles = by_depth(state, law, limits).min(limits.remaining);
                 let (wear, contact) = semi_implicit::advance(joint, state, law, cycles)?;
-                Ok(Advanced {
+                Ok(StepOutcome {
                     gap: Some(contact.gap),
                     pressure: contact.pressure,
                     ..of_depth(cycles, wear)

@@ -35,7 +35,7 @@ pub(super) struct Iteration {
 
 /// What was rehearsed of a course of wear.
 #[derive(Debug, Clone)]
-pub(super) struct Course {
+pub(super) struct RehearsedRun {
     pub iterations: Vec<Iteration>,
     /// Why it is not the whole; none if it is.
     pub broken_off: Option<String>,
@@ -64,7 +64,7 @@ const ROOT: &str = "/rehearsal";
 ///
 /// # Errors
 /// Those of the run but for one that was broken off; the solvers may fail on a coarser grid too.
-pub(super) fn course(inputs: &Inputs, bounds: &Bounds) -> Result<Course, RunError> {
+pub(super) fn course(inputs: &Inputs, bounds: &Bounds) -> Result<RehearsedRun, RunError> {
     let files = Arc::new(FilesInMemory::default());
     let watch = Watch {
         files: files.clone(),
@@ -98,7 +98,7 @@ pub(super) fn course(inputs: &Inputs, bounds: &Bounds) -> Result<Course, RunErro
             Err(other) => resume_unwind(other),
         },
     };
-    Ok(Course {
+    Ok(RehearsedRun {
         iterations: watch.iterations.take(),
         broken_off,
     })

@@ -7,7 +7,7 @@ use crate::store::RunReader;
 
 /// What a run has cost, over all its starts: sums over its iterations, those that are pruned too.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Spent {
+pub struct RunCost {
     /// Wear iterations committed, the unworn state not among them.
     pub wear_iterations: u64,
     /// How many of those are pruned.
@@ -20,15 +20,15 @@ pub struct Spent {
     pub disk: u64,
 }
 
-impl Spent {
+impl RunCost {
     /// Sums up a run.
     ///
     /// # Errors
     /// Those of reading it; a `timing` table that is damaged, or was and is gone, counts nothing: no result depends on it.
-    pub fn of(reader: &RunReader) -> Result<Spent, RunError> {
-        let mut spent = Spent {
+    pub fn of(reader: &RunReader) -> Result<RunCost, RunError> {
+        let mut spent = RunCost {
             wear_iterations: reader.latest().unwrap_or(0),
-            ..Spent::default()
+            ..RunCost::default()
         };
         for wear_iteration in reader.iterations() {
             spent.disk += reader.commit_of(wear_iteration)?.bytes();

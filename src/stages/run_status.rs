@@ -23,7 +23,7 @@ pub struct LastUpdate {
 
 /// How far a run is.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Standing {
+pub struct RunStatus {
     /// The last committed iteration; none before the first.
     pub wear_iteration: Option<u64>,
     /// True if the scene is computed.
@@ -48,12 +48,12 @@ pub struct Standing {
     pub seconds_left: Option<f64>,
 }
 
-impl Standing {
+impl RunStatus {
     /// Looks at the run of a recipe.
     ///
     /// # Errors
     /// Those of reading it.
-    pub fn of(reader: &RunReader, recipe: &Recipe) -> Result<Standing, RunError> {
+    pub fn of(reader: &RunReader, recipe: &Recipe) -> Result<RunStatus, RunError> {
         let latest = reader.latest();
         let next = latest.map_or(0, |k| k + 1);
         let drafted = reader.drafted(next)?;
@@ -75,7 +75,7 @@ impl Standing {
             (Some(_), ..) => false,
             (None, ..) => latest.is_some(),
         };
-        let mut standing = Standing {
+        let mut standing = RunStatus {
             wear_iteration: latest,
             done,
             stage: of_next
