@@ -84,7 +84,7 @@ enum Command {
         #[arg(long, conflicts_with = "json")]
         graph: bool,
     },
-    /// Compute a stage of a committed iteration again, from the tables of the run
+    /// Compute a stage of a committed iteration again, from the tables of the run and the files that its scene names
     ///
     /// Says whether the tables are the same to the last bit. A table that a later stage writes again is computed on the way, by the
     /// stage that wrote it first. The run is not changed.
@@ -233,7 +233,7 @@ struct StageArguments {
     /// The run and the iteration
     #[arg(long, value_name = "RUN@N", value_parser = run::parse_source)]
     run: fretwear::stages::Source,
-    /// Write the tables into this folder
+    /// Write the tables into this folder, outside of runs; no file is replaced
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
     /// Threads for the contact solvers' transforms; results do not depend on it
@@ -426,6 +426,8 @@ enum CliError {
         path: PathBuf,
         source: std::io::Error,
     },
+    #[error("{} lies within the run {}; give a folder outside of it", path.display(), run.display())]
+    WithinARun { path: PathBuf, run: PathBuf },
     #[error(
         "{stage} of iteration {wear_iteration} is not the same: {tables}; the run was computed by another version or on another processor, or its end, or the responses asked for, were others then"
     )]

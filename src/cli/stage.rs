@@ -1,6 +1,7 @@
 //! `fretwear stage`: a stage of a committed iteration, computed again.
 
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
@@ -25,8 +26,18 @@ pub fn stage(arguments: &StageArguments, out: &mut Results) -> Result<Exit, CliE
     };
     let inputs = Plan::of(&scene)?.inputs;
     reader.require_scene(&inputs.identity.scene, &FREE_KEYS)?;
-    // An iteration that is not there is told before anything is computed.
+    // An iteration that is damaged or not there is told before anything is computed, and so is a folder that is none of ours.
+    let damage = reader
+        .reports()
+        .iter()
+        .filter(|r| r.wear_iteration == wear_iteration);
+    if let Some(damage) = damage.flat_map(|report| &report.damage).next() {
+        return Err(StoreError::Damaged(damage.clone()).into());
+    }
     reader.commit_of(wear_iteration)?;
+    if let Some(folder) = &arguments.output {
+        require_beside_runs(folder)?;
+    }
     let watcher = Watcher::new(&inputs.recipe, run, arguments.json);
     let begin = Instant::now();
     let stage = arguments.name;
@@ -84,8 +95,29 @@ pub fn stage(arguments: &StageArguments, out: &mut Results) -> Result<Exit, CliE
     }
 }
 
+/// Makes the folder, and refuses one within a run: what is there is committed.
+fn require_beside_runs(folder: &Path) -> Result<(), CliError> {
+    let failed = |source| CliError::Export {
+        path: folder.to_owned(),
+        source,
+    };
+    fs::create_dir_all(folder).map_err(failed)?;
+    let resolved = fs::canonicalize(folder).map_err(failed)?;
+    match resolved
+        .ancestors()
+        .find(|above| above.join("run.json").exists())
+    {
+        Some(run) => Err(CliError::WithinARun {
+            path: folder.to_owned(),
+            run: run.to_owned(),
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Writes a file that is not there yet.
 fn write(folder: &Path, file: &str, bytes: &[u8]) -> Result<(), CliError> {
     let path = folder.join(file);
-    let written = fs::create_dir_all(folder).and_then(|()| fs::write(&path, bytes));
+    let written = fs::File::create_new(&path).and_then(|mut file| file.write_all(bytes));
     written.map_err(|source| CliError::Export { path, source })
 }

@@ -52,13 +52,45 @@ pub enum RunError {
     },
     /// A table that a stage reads and that is not there.
     #[error(
-        "{stage} reads the table {table}, which is not there; recompute the run from an earlier iteration"
+        "the table {table} of {stage} is not there: start the run again, which computes it, or begin from an earlier iteration"
     )]
     NotComputed {
         /// The stage.
         stage: super::stage::Stage,
         /// The table.
         table: crate::tables::TableName,
+    },
+    /// A stage that an iteration does not pass through.
+    #[error(
+        "iteration {wear_iteration} has no stage {stage}; it has {}",
+        stages.iter().map(|s| s.name()).collect::<Vec<_>>().join(", ")
+    )]
+    NotInIteration {
+        /// The stage asked for.
+        stage: super::stage::Stage,
+        /// The iteration.
+        wear_iteration: u64,
+        /// Those there are.
+        stages: Vec<super::stage::Stage>,
+    },
+    /// A stage cannot be computed again without the iteration before, which is pruned or damaged.
+    #[error(
+        "iteration {wear_iteration} is computed from iteration {}, which the run does not hold (pruned, or damaged); iterations after one that it holds can be computed again",
+        wear_iteration - 1
+    )]
+    WithoutTheOneBefore {
+        /// The iteration asked for.
+        wear_iteration: u64,
+    },
+    /// An iteration that a sibling took over from a run of another scene.
+    #[error(
+        "iteration {wear_iteration} was computed in the run {run}, of another scene: ask that run"
+    )]
+    OfAnotherScene {
+        /// The iteration asked for.
+        wear_iteration: u64,
+        /// Name of the run that it comes from.
+        run: String,
     },
     /// The structure cannot be meshed or reduced.
     #[error("structure: {0}")]
@@ -147,7 +179,12 @@ impl RunError {
     pub fn is_scene(&self) -> bool {
         matches!(
             self,
-            RunError::NoSuchStage { .. } | RunError::Cycle(_) | RunError::Surface(_)
+            RunError::NoSuchStage { .. }
+                | RunError::NotInIteration { .. }
+                | RunError::WithoutTheOneBefore { .. }
+                | RunError::OfAnotherScene { .. }
+                | RunError::Cycle(_)
+                | RunError::Surface(_)
         )
     }
 }

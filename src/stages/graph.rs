@@ -77,10 +77,27 @@ fn group(
             true => String::new(),
             false => format!("<br/><i>{}</i>", parts.join(", ")),
         };
-        writeln!(text, "    {0}[\"<b>{0}</b>{of_recipe}\"]", stage.stage)
+        let unread: Vec<&str> = stage
+            .writes_in(recipe)
+            .filter(|table| !is_read(recipe, *table))
+            .map(TableName::as_str)
+            .collect();
+        let unread = match unread.is_empty() {
+            true => String::new(),
+            false => format!("<br/>writes {}", unread.join(", ")),
+        };
+        let name = stage.stage;
+        writeln!(text, "    {name}[\"<b>{name}</b>{of_recipe}{unread}\"]")
             .expect("a text takes all");
     }
     text.push_str("  end\n");
+}
+
+/// True if an arrow of the diagram carries a table.
+fn is_read(recipe: &Recipe, table: TableName) -> bool {
+    let wears = recipe.wear.is_some();
+    let mut readers = stages_of(recipe);
+    readers.any(|stage| stage.reads.contains(&table) || wears && stage.before.contains(&table))
 }
 
 fn arrows(

@@ -7,11 +7,11 @@ use super::declaration::{Declaration, is_in};
 use super::list::STAGES;
 use super::moment::Moment;
 use super::observer::Observer;
-use super::runner::{Runner, stages_in, writer_before};
+use super::runner::{Runner, committed, stages_in, writer_before};
 use super::stage::{Stage, When};
 use crate::recipe::{Inputs, Recipe};
 use crate::store::RunReader;
-use crate::tables::{TableName, Tables};
+use crate::tables::{Table, TableName, Tables};
 
 /// A stage that was computed again.
 pub struct Recomputed {
@@ -26,7 +26,8 @@ pub struct Recomputed {
 /// what is committed; a table that a later stage has written again is computed again by the stage that wrote it first.
 ///
 /// # Errors
-/// [`RunError::NoSuchStage`], those of reading the run, an iteration that is pruned among them, and those of the stage.
+/// [`RunError::NotInIteration`], [`RunError::WithoutTheOneBefore`], [`RunError::OfAnotherScene`], those of reading the run, and those of the
+/// stage.
 pub fn recompute(
     reader: &RunReader,
     inputs: &Inputs,
@@ -43,8 +44,13 @@ pub fn recompute(
     let all: Vec<&'static Declaration> = once.chain(of_iteration()).collect();
     let Some(declaration) = all.iter().copied().find(|s| s.stage == stage) else {
         let stages = all.iter().map(|s| s.stage).collect();
-        return Err(RunError::NoSuchStage { stage, stages });
+        return Err(RunError::NotInIteration {
+            stage,
+            wear_iteration,
+            stages,
+        });
     };
+    require_own(reader, wear_iteration)?;
     let mut runner = Runner::new(inputs, threads, observer);
     runner.take_once(reader)?;
     let tables = match declaration.when {
@@ -54,6 +60,9 @@ pub fn recompute(
         }
         _ => {
             let before = match wear_iteration.checked_sub(1) {
+                Some(before) if reader.commit_of(before).is_err() => {
+                    return Err(RunError::WithoutTheOneBefore { wear_iteration });
+                }
                 Some(before) => runner.before(reader, before)?,
                 None => Tables::new(),
             };
@@ -85,6 +94,21 @@ pub fn recompute(
         }
     }
     Ok(Recomputed { tables, same })
+}
+
+/// Refuses an iteration that a sibling took over from a run of another scene.
+fn require_own(reader: &RunReader, wear_iteration: u64) -> Result<(), RunError> {
+    let record = reader.record();
+    let origin = record.origin.as_ref();
+    match origin.filter(|origin| wear_iteration <= origin.wear_iteration) {
+        Some(origin) if reader.scene_hash_of(wear_iteration)? != record.scene_hash => {
+            Err(RunError::OfAnotherScene {
+                wear_iteration,
+                run: origin.run.clone(),
+            })
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The stage whose version of a table an iteration holds.
@@ -128,13 +152,13 @@ impl Recomputation<'_> {
         self.runner.compute(stage, k, curves, &tables, &self.before)
     }
 
-    /// A table of the iteration; none where it was not due.
-    fn committed(&self, name: TableName) -> Result<Option<crate::tables::Table>, RunError> {
+    /// A table of the iteration; none where it was not due. What the cycle found is always there, if only in the summary.
+    fn committed(&self, name: TableName) -> Result<Option<Table>, RunError> {
         let commit = self.reader.commit_of(self.wear_iteration)?;
-        match commit.table(name.as_str()) {
-            Some(_) => Ok(Some(self.reader.read(self.wear_iteration, name)?)),
-            None => Ok(None),
-        }
+        let is_there = commit.table(name.as_str()).is_some() || name == TableName::FrettingCycle;
+        is_there
+            .then(|| committed(self.reader, self.wear_iteration, name))
+            .transpose()
     }
 
     fn again(&mut self, stage: &'static Declaration) -> Result<Tables, RunError> {

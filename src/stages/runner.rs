@@ -137,13 +137,18 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// Takes up the tables of a run that are there, whatever they were computed from.
+    /// Takes up the tables of a run, whatever they were computed from.
+    ///
+    /// # Errors
+    /// [`RunError::NotComputed`] for one that the run does not have yet.
     pub fn take_once(&mut self, reader: &RunReader) -> Result<(), RunError> {
         let recipe = self.recipe();
-        let stages = stages_of(recipe).filter(|stage| stage.when == When::Once);
-        for name in stages.flat_map(|stage| stage.writes_in(recipe)) {
-            if let Some(table) = reader.read_once(name)? {
-                self.once.insert(name, table);
+        for stage in stages_of(recipe).filter(|stage| stage.when == When::Once) {
+            for table in stage.writes_in(recipe) {
+                let stage = stage.stage;
+                let found = reader.read_once(table)?;
+                let found = found.ok_or(RunError::NotComputed { stage, table })?;
+                self.once.insert(table, found);
             }
         }
         Ok(())
@@ -181,8 +186,8 @@ impl<'a> Runner<'a> {
             let curves = moment.curves_due;
             let key = self.key(stage, wear_iteration, &keys, parent.as_ref(), curves);
             let written = match draft.get(&key)? {
-                Kept::Valid(written) => written,
-                Kept::Stale(_) => {
+                Kept::Valid(written) if is_whole(recipe, stage, &written) => written,
+                _ => {
                     let written = self.compute(stage, wear_iteration, curves, &tables, &before)?;
                     let interim = written_again(recipe, wear_iteration, stage);
                     draft.put(&key, &written, &interim)?;
@@ -333,6 +338,15 @@ fn own(store: &RunStore, names: &[TableName], key: &StageKey) -> Result<Option<T
     Ok(Some(found))
 }
 
+/// True if the tables that a stage has left are all that a run of this recipe has of it. What else there may be depends on what is due,
+/// and a vibration has no tables of a resonance that it does not have.
+fn is_whole(recipe: &Recipe, stage: &Declaration, written: &Tables) -> bool {
+    const WHERE_DUE: [TableName; 2] = [TableName::Indentation, TableName::Hysteresis];
+    let is_alone = recipe.surface().is_none();
+    let mut always = stage.writes_in(recipe).filter(|t| !WHERE_DUE.contains(t));
+    is_alone || always.all(|table| written.contains_key(&table))
+}
+
 /// The tables of a stage that a later one of the same iteration writes again.
 fn written_again(recipe: &Recipe, wear_iteration: u64, stage: &Declaration) -> Vec<TableName> {
     let later = stages_in(recipe, wear_iteration).filter(|later| later.stage > stage.stage);
@@ -341,8 +355,12 @@ fn written_again(recipe: &Recipe, wear_iteration: u64, stage: &Declaration) -> V
     written.filter(|table| later.contains(table)).collect()
 }
 
-/// A table of a committed iteration. Runs of earlier versions have what the cycle found in their summary alone.
-fn committed(reader: &RunReader, wear_iteration: u64, name: TableName) -> Result<Table, RunError> {
+/// A table of a committed iteration that its recipe has. Runs of earlier versions have what the cycle found in their summary alone.
+pub fn committed(
+    reader: &RunReader,
+    wear_iteration: u64,
+    name: TableName,
+) -> Result<Table, RunError> {
     match reader.read(wear_iteration, name) {
         Err(StoreError::NoTable { .. }) if name == TableName::FrettingCycle => {
             let summary: typed::Summary = reader.typed(wear_iteration)?;

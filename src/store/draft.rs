@@ -61,6 +61,13 @@ impl StageEntry {
                 false => entry.check_name(table).map(|()| (table, entry)),
             }
         });
+        if self
+            .tables
+            .values()
+            .any(|entry| entry.stage_key != self.key.hash())
+        {
+            return Err("a table is of another key".to_owned());
+        }
         tables.collect()
     }
 }
@@ -117,7 +124,7 @@ impl Draft {
             return Ok(Kept::Stale(Recompute::NotThere));
         }
         let damaged = |damage| Ok(Kept::Stale(Recompute::Damaged(damage)));
-        let of_stage: StageEntry = match read_sealed(&self.files, &key_path, Seal::IfThere)? {
+        let of_stage: StageEntry = match read_sealed(&self.files, &key_path, Seal::Required)? {
             Ok(of_stage) => of_stage,
             Err(damage) => return damaged(damage),
         };
@@ -138,8 +145,14 @@ impl Draft {
         };
         let mut tables = Tables::new();
         for (table, entry) in &entries {
-            match read_file(&self.files, self.folder.join(&entry.file), *table, entry)? {
-                Ok(values) => tables.insert(*table, values),
+            let path = self.folder.join(&entry.file);
+            match read_file(&self.files, path.clone(), *table, entry)? {
+                Ok(values) if describes(entry, &values) => tables.insert(*table, values),
+                Ok(_) => {
+                    let reason = "its key file gives other rows or columns".to_owned();
+                    let kind = DamageKind::Unreadable { reason };
+                    return damaged(Damage { path, kind });
+                }
                 Err(damage) => return damaged(damage),
             };
         }
@@ -207,6 +220,12 @@ impl Draft {
     }
 }
 
+/// True if an entry has the rows and columns of a table: both go into the commit.
+fn describes(entry: &TableEntry, table: &Table) -> bool {
+    let columns = table.columns().map(|(column, _)| &column.name);
+    entry.rows == table.rows() && columns.eq(&entry.columns)
+}
+
 /// The file of a table, and its entry.
 pub(super) fn encode(
     path: &Path,
@@ -247,12 +266,13 @@ pub(super) fn read_keyed(
     key_path: &Path,
     table: TableName,
     key: &StageKey,
+    seal: Seal,
 ) -> Result<(Kept, Option<TableEntry>), StoreError> {
     let stale = |why| Ok((Kept::Stale(why), None));
     if !files.is_there(key_path)? {
         return stale(Recompute::NotThere);
     }
-    let keyed: KeyedEntry = match read_sealed(files, key_path, Seal::IfThere)? {
+    let keyed: KeyedEntry = match read_sealed(files, key_path, seal)? {
         Ok(keyed) => keyed,
         Err(damage) => return stale(Recompute::Damaged(damage)),
     };
@@ -348,7 +368,7 @@ fn whole_stage(
     draft: &Path,
     key_path: &Path,
 ) -> Result<Option<(String, Vec<String>)>, StoreError> {
-    let Ok(of_stage) = read_sealed::<StageEntry>(files, key_path, Seal::IfThere)? else {
+    let Ok(of_stage) = read_sealed::<StageEntry>(files, key_path, Seal::Required)? else {
         return Ok(None);
     };
     let stage = of_stage.key.stage();

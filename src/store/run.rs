@@ -145,7 +145,8 @@ impl RunStore {
     pub fn once(&self, table: TableName, key: &StageKey) -> Result<Kept, StoreError> {
         let folder = self.layout().once();
         let key_path = folder.join(format!("{table}.json"));
-        Ok(read_keyed(self.files(), &folder, &key_path, table, key)?.0)
+        let seal = self.reader.record.seal();
+        Ok(read_keyed(self.files(), &folder, &key_path, table, key, seal)?.0)
     }
 
     /// Writes a table that is computed once a run, in place of one that is there.

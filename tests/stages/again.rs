@@ -182,10 +182,41 @@ fn of_a_sibling_under_another_load() {
     Start::new(scene.clone(), &root).from(&a, 1).done();
     let inputs = Plan::of(&scene).expect("a plan").inputs;
     for stage in [Stage::Wear, Stage::StaticContact, Stage::FrettingCycle] {
-        let found = recompute(&reader(&root), &inputs, stage, 2, 1, &Seen::default());
-        let found = found.unwrap_or_else(|error| panic!("{error}"));
+        let of = |k| recompute(&reader(&root), &inputs, stage, k, 1, &Seen::default());
+        let found = of(2).unwrap_or_else(|error| panic!("{error}"));
         assert!(found.same.values().all(|same| *same), "{stage}");
+        // What was inherited is of another scene.
+        let refused = of(1).err().expect("it is of another scene").to_string();
+        assert!(refused.contains("was computed in the run a"), "{refused}");
     }
+}
+
+#[test]
+fn of_a_pruned_or_damaged_iteration() {
+    let bench = Bench::new();
+    let sets = [
+        "--set",
+        "wear.tolerance=1e-4",
+        "--set",
+        "output.keep={ every = 2, last = 1 }",
+    ];
+    bench.done(&[&["run", "small.toml", "--run", "a"][..], &sets].concat());
+    let did = bench.fretwear(&["stage", "wear", "--run", "a@2"]);
+    let said = "iteration 2 is computed from iteration 1, which the run does not hold";
+    assert!(did.stderr().contains(said), "{}", did.stderr());
+    assert_eq!(did.code(), 2);
+    fs::write(
+        bench.path("a/iterations/wear_iteration=2/wear_field.parquet"),
+        "x",
+    )
+    .expect("written");
+    let did = bench.fretwear(&["stage", "wear", "--run", "a@2"]);
+    assert!(
+        did.stderr().contains("wear_field.parquet"),
+        "{}",
+        did.stderr()
+    );
+    assert_eq!(did.code(), 4);
 }
 
 #[test]
@@ -209,9 +240,25 @@ fn by_the_command() {
     }
     let did = bench.done(&["stage", "wear", "--run", &at, "--json"]);
     assert_eq!(did.json()["same"]["wear_field"], true);
+    // Nothing that is there is replaced, least of all in a run.
+    for (folder, said) in [
+        ("tables", "File exists"),
+        ("a", "lies within the run"),
+        ("a/iterations/wear_iteration=1", "lies within the run"),
+        ("a/staging/../new", "lies within the run"),
+    ] {
+        let did = bench.fretwear(&["stage", "fretting_cycle", "--run", &at, "-o", folder]);
+        assert_eq!(did.code(), 1, "{folder}");
+        assert!(did.stderr().contains(said), "{}", did.stderr());
+    }
+    bench.done(&["verify", "a"]);
     for (arguments, code, said) in [
         (["stage", "wear", "--run", "a@99"], 2, "has no iteration 99"),
-        (["stage", "wear", "--run", "a@0"], 2, "has no stage wear"),
+        (
+            ["stage", "wear", "--run", "a@0"],
+            2,
+            "iteration 0 has no stage wear; it has surface, unworn,",
+        ),
         (
             ["stage", "ledger", "--run", "a@1"],
             2,

@@ -348,7 +348,6 @@ fn a_draft_that_names_another_file_is_computed_again() {
     let mut text: Value = serde_json::from_slice(&fs::read(&path).expect("a key")).expect("JSON");
     let inside = text.pointer_mut("/tables/cycle/file").expect("a file");
     *inside = json!("../keys-0/cycle.json");
-    // Without its seal the text counts as it stands.
     text.as_object_mut().expect("an object").remove("seal");
     fs::write(&path, text.to_string()).expect("written");
     let kept = draft.get(&key).expect("readable");
