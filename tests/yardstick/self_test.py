@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from compare import Findings, compare_column, compare_runs, compare_starts
+from compare import NEW_TABLE, Finding, Findings, compare_column, compare_runs, compare_starts
 from folders import open_run
 
 REPOSITORY = Path(__file__).resolve().parents[2]
