@@ -28,7 +28,7 @@ pub struct RunStatus {
     pub wear_iteration: Option<u64>,
     /// True if the scene is computed.
     pub done: bool,
-    /// The stage that comes next, or is being computed; none of a run that is done, or before its surface.
+    /// The stage that comes next, or is being computed; the last one while the iteration is committed. None of a run that is done.
     pub stage: Option<Stage>,
     /// The stages that are passed already of the iteration after the last.
     pub draft: Vec<Stage>,
@@ -75,12 +75,12 @@ impl RunStatus {
             (Some(_), ..) => false,
             (None, ..) => latest.is_some(),
         };
+        let is_ahead = |stage: &&Stage| draft.last().is_none_or(|last| *stage > last);
+        let stage = of_next.iter().find(is_ahead).or(of_next.last()).copied();
         let mut standing = RunStatus {
             wear_iteration: latest,
             done,
-            stage: of_next
-                .into_iter()
-                .find(|stage| !done && draft.last().is_none_or(|last| stage > last)),
+            stage: stage.filter(|_| !done),
             draft,
             cycles,
             cycles_goal: goals.0,
