@@ -68,6 +68,7 @@ mod files;
 pub mod grid;
 pub mod json;
 pub mod linalg;
+pub mod material;
 pub mod model_update;
 pub mod recipe;
 pub mod reference;

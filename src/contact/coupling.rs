@@ -25,9 +25,9 @@
 
 use std::f64::consts::TAU;
 
+use super::Pair;
 use super::half_space::Boundary;
 use super::kernel::coupling_integrals;
-use super::material::Pair;
 use crate::fft::{Convolution, Workspace};
 use crate::grid::{ByAxis, Grid};
 

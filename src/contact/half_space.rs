@@ -7,9 +7,9 @@ use std::f64::consts::{PI, TAU};
 
 use serde::{Deserialize, Serialize};
 
+use super::Pair;
 use super::coupling::Coupling;
 use super::kernel::{CellIntegrals, cell_integrals};
-use super::material::Pair;
 use crate::fft::{Convolution, VectorKernel, Workspace, fast_length};
 use crate::grid::{ByAxis, Grid};
 

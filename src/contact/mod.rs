@@ -8,13 +8,14 @@ mod error;
 mod far_field;
 mod half_space;
 mod kernel;
-mod material;
 pub mod normal;
+mod pair;
 pub mod stiffness;
 mod sums;
 pub mod tangential;
 
+pub use crate::material::Elastic;
 pub use error::ContactError;
 pub use half_space::{Boundary, HalfSpace, Shear};
 pub use kernel::{CellIntegrals, cell_integrals, coupling_integrals};
-pub use material::{Elastic, Pair};
+pub use pair::{Coupling, Pair};

@@ -12,18 +12,7 @@
 use super::DynamicsError;
 use super::aft::{Closure, Derivative, InterfaceElement};
 use super::march::March;
-use super::slider;
-
-/// How friction limits the two tangential forces of an element.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum FrictionLaw {
-    /// `|T| ≤ µN`: isotropic, slip along the force.
-    #[default]
-    Cone,
-    /// `|T_x| ≤ µN` and `|T_y| ≤ µN`, independent of each other.
-    Box,
-}
+use super::slider::FrictionLaw;
 
 /// What an element does over a cycle at its worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -181,11 +170,7 @@ impl InterfaceElement for ContactElement {
                 return load <= 0.0;
             }
             let limit = self.friction_coefficient * load;
-            let inside = match self.law {
-                FrictionLaw::Cone => slider::magnitude([kt * u[0], kt * u[1]]) <= limit,
-                FrictionLaw::Box => (kt * u[0]).abs() <= limit && (kt * u[1]).abs() <= limit,
-            };
-            load >= 0.0 && inside
+            load >= 0.0 && self.law.holds([kt * u[0], kt * u[1]], limit)
         })
     }
 

@@ -34,7 +34,7 @@ pub mod vibration;
 
 pub use aft::{InterfaceElement, Sampling};
 pub use closed_model::{ClosedModel, Core};
-pub use contact_element::{ContactElement, ElementState, FrictionLaw};
+pub use contact_element::{ContactElement, ElementState};
 pub use continuation::{Continuation, ContinuationSettings};
 pub use cycle::{JointCycle, JointSummary};
 pub use error::DynamicsError;
@@ -44,5 +44,6 @@ pub use linear_model::{LinearModel, Receptance, SecondOrder};
 pub use oscillator::Oscillator;
 pub use reduced::{Damping, reduced_model, reference_springs};
 pub use response::{Energy, Response, Start};
+pub use slider::FrictionLaw;
 pub use truncation::{Resolved, Truncation};
 pub use vibration::{ForcedPoint, Resonance, Vibration};

@@ -4,7 +4,42 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::contact_element::FrictionLaw;
+/// How friction limits the two tangential forces of an element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FrictionLaw {
+    /// `|T| ≤ µN`: isotropic, slip along the force.
+    #[default]
+    Cone,
+    /// `|T_x| ≤ µN` and `|T_y| ≤ µN`, independent of each other.
+    Box,
+}
+
+impl FrictionLaw {
+    /// True if friction of this limit \[N\] holds the tangential force.
+    pub(super) fn holds(self, force: [f64; 2], limit: f64) -> bool {
+        match self {
+            FrictionLaw::Cone => magnitude(force) <= limit,
+            FrictionLaw::Box => force.iter().all(|t| t.abs() <= limit),
+        }
+    }
+
+    /// The law in symbols, T the tangential and N the normal force.
+    pub fn formula(self) -> &'static str {
+        match self {
+            FrictionLaw::Cone => "|T| <= mu N",
+            FrictionLaw::Box => "|Tx| and |Ty| <= mu N each",
+        }
+    }
+
+    /// The value of `dynamics.friction_law`.
+    pub fn word(self) -> &'static str {
+        match self {
+            FrictionLaw::Cone => "cone",
+            FrictionLaw::Box => "box",
+        }
+    }
+}
 
 /// Inputs of a step: force (2), displacement increment (2), normal load before and after.
 pub(super) const INPUTS: usize = 6;
@@ -200,7 +235,7 @@ pub(super) fn step<T: Number>(
             (clamped, step)
         }
         FrictionLaw::Cone => {
-            if magnitude(trial.map(T::value)) <= limit.value() {
+            if law.holds(trial.map(T::value), limit.value()) {
                 return (trial, Step::Stick);
             }
             let limit_before = if closes {

@@ -6,7 +6,7 @@ use super::decision::Told;
 use super::{Reasons, Surface};
 use crate::contact::normal::{NormalOptions, Rotation};
 use crate::contact::tangential::TangentialOptions;
-use crate::contact::{Boundary, HalfSpace, Pair, Shear};
+use crate::contact::{Boundary, Coupling, HalfSpace, Pair, Shear};
 use crate::grid::Patch;
 use crate::wear::cycle::March;
 use crate::wear::joint::FrettingOptions;
@@ -47,21 +47,6 @@ pub struct Contact {
     pub cycle_tolerance: f64,
     /// The reasons.
     pub why: Reasons,
-}
-
-/// What elastically different bodies have of each other's tractions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Coupling {
-    /// Nothing: they are alike, or nothing of it matters.
-    None,
-    /// No shear: only the tangential stiffness knows.
-    Frictionless,
-    /// Shear by pressing them together with friction.
-    Indented {
-        /// Steps in which the load rises.
-        load_steps: usize,
-    },
 }
 
 impl Contact {

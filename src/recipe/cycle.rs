@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::decision::Told;
 use super::{Contact, Reasons};
 use crate::wear::cycle::March;
-use crate::wear::{self, Harmonic};
+use crate::wear::{HarmonicMotion, Motion};
 
 /// What the decisions on a cycle are called.
 pub(super) const CYCLE: &str = "fretting cycle";
@@ -39,7 +39,7 @@ pub enum CycleError {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Cycle {
     /// What moves the joint.
-    pub motion: Motion,
+    pub motion: MotionSource,
     /// How the cycle is marched; none: decided from the motion that is computed, unless `asked` says so.
     pub march: Option<March>,
     /// How a computed motion is to be marched, if it allows it; none: between its reversals where it is straight and steady enough.
@@ -52,19 +52,12 @@ pub struct Cycle {
     pub why: Reasons,
 }
 
-/// What moves a joint.
+/// Where the motion of a joint comes from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
-pub enum Motion {
-    /// `amplitude · cos(2πt/T + phase)` of each channel, under `N(t) = normal_load + normal_load_amplitude · cos(2πt/T)`.
-    Harmonic {
-        /// Along x, and along y where there is shear.
-        axes: Vec<Harmonic>,
-        /// About z.
-        rotation: Option<Harmonic>,
-        /// Half range of the normal load \[N\].
-        normal_load_amplitude: f64,
-    },
+pub enum MotionSource {
+    /// It is harmonic.
+    Harmonic(HarmonicMotion),
     /// One cycle as a table in a file.
     History {
         /// Hash of its content.
@@ -80,22 +73,11 @@ pub enum Motion {
 
 impl Cycle {
     /// The motion that the numbers of the recipe give; that of a file, and one that is computed, are none.
-    pub fn harmonic_motion(&self, normal_load: f64) -> Option<wear::Motion> {
-        let Motion::Harmonic {
-            axes,
-            rotation,
-            normal_load_amplitude,
-        } = &self.motion
-        else {
-            return None;
-        };
-        Some(wear::Motion::driven(
-            axes,
-            *rotation,
-            normal_load,
-            *normal_load_amplitude,
-            self.steps,
-        ))
+    pub fn harmonic_motion(&self, normal_load: f64) -> Option<Motion> {
+        match &self.motion {
+            MotionSource::Harmonic(motion) => Some(motion.sampled(normal_load, self.steps)),
+            _ => None,
+        }
     }
 
     /// The motion that is marched for a computed one, and how: between its reversals where it is straight and steady enough, else at
@@ -105,7 +87,7 @@ impl Cycle {
     ///
     /// # Errors
     /// [`CycleError::NotStraight`] where `reversal` is asked for and not possible, [`CycleError::LiftsOff`].
-    pub fn of_computed(&self, fine: &wear::Motion) -> Result<(wear::Motion, March), CycleError> {
+    pub fn of_computed(&self, fine: &Motion) -> Result<(Motion, March), CycleError> {
         let loads = fine.normal_load.iter().copied();
         let least = loads.fold(f64::INFINITY, f64::min);
         if least <= 0.0 {
@@ -128,7 +110,7 @@ impl Cycle {
 
     /// Says what was decided about the cycle.
     pub(super) fn tell(&self, contact: &Contact, told: &mut Told) {
-        if let Motion::Harmonic { axes, rotation, .. } = &self.motion {
+        if let MotionSource::Harmonic(HarmonicMotion { axes, rotation, .. }) = &self.motion {
             if axes
                 .iter()
                 .any(|axis| axis.is_force && axis.amplitude != 0.0)
@@ -154,7 +136,7 @@ impl Cycle {
             }
         }
         let samples = match &self.motion {
-            Motion::History { samples, .. } => *samples,
+            MotionSource::History { samples, .. } => *samples,
             _ => self
                 .harmonic_motion(contact.normal_load)
                 .map_or(self.steps, |motion| motion.samples()),

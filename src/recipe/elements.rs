@@ -105,10 +105,7 @@ impl Elements {
 
     /// Says what the contact elements are.
     pub(super) fn tell(&self, told: &mut Told) {
-        let law = match self.friction_law {
-            FrictionLaw::Cone => "|T| <= mu N",
-            FrictionLaw::Box => "|Tx| and |Ty| <= mu N each",
-        };
+        let law = self.friction_law.formula();
         let choice = format!("{}, three-dimensional, {law}", self.count);
         told.add("contact elements", choice, self.why.of("friction_law"));
         told.add(

@@ -22,9 +22,9 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::model_update::Criterion;
 pub use crate::wear::Scheme;
-pub use contact::{Contact, Coupling};
+pub use contact::Contact;
 pub(crate) use cycle::why_computed;
-pub use cycle::{Cycle, CycleError, Motion, STRAIGHT};
+pub use cycle::{Cycle, CycleError, MotionSource, STRAIGHT};
 pub use decision::Decision;
 pub use elements::{ElementStiffness, Elements, Layout};
 pub use inputs::{Identity, Inputs};

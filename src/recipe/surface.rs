@@ -234,6 +234,16 @@ impl Heights {
     }
 }
 
+impl Cells {
+    /// Contact elements along x and y; none of a joint without.
+    pub fn element_counts(&self) -> [usize; 2] {
+        match self {
+            Cells::Elements { counts, .. } => *counts,
+            Cells::All | Cells::Hole { .. } => [0; 2],
+        }
+    }
+}
+
 impl Surface {
     /// The contact elements whose cells are those of the joint, if they are.
     ///

@@ -3,9 +3,9 @@
 use super::Rehearsing;
 use super::coarser;
 use crate::contact::Shear;
-use crate::recipe::{Cycle, Inputs, Motion};
+use crate::recipe::{Cycle, Inputs, MotionSource};
 use crate::wear::cycle::March;
-use crate::wear::{self, Harmonic};
+use crate::wear::{Harmonic, HarmonicMotion};
 
 impl Rehearsing<'_> {
     /// The rough contact under a straight motion, as long as its stiffness bears up to sliding; none where it cannot be solved.
@@ -40,13 +40,14 @@ impl Rehearsing<'_> {
         }];
         axes.extend(along_y);
         let mut cycle: Cycle = cycle?;
-        alone.motion = wear::Motion::driven(&axes, None, load, 0.0, cycle.steps);
-        cycle.march = Some(March::Reversal);
-        cycle.motion = Motion::Harmonic {
+        let motion = HarmonicMotion {
             axes,
             rotation: None,
             normal_load_amplitude: 0.0,
         };
+        alone.motion = motion.sampled(load, cycle.steps);
+        cycle.march = Some(March::Reversal);
+        cycle.motion = MotionSource::Harmonic(motion);
         let recipe = &mut alone.recipe;
         recipe.joints.first_mut()?.cycle = Some(cycle);
         recipe.wear = wear;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::contact::Boundary;
 use crate::fft::fast_length;
-use crate::recipe::{Cells, Inputs, Recipe, Surface};
+use crate::recipe::{Inputs, Recipe, Surface};
 use crate::surface::correlation::autocorrelation;
 use crate::surface::prepare::{self, Detrend, Fill, PrepareOptions};
 use crate::surface::topography::Topography;
@@ -29,10 +29,7 @@ pub(super) fn coarsest(inputs: &Inputs) -> f64 {
     let lengths = cell_lengths(inputs, surface);
     let least = |axis: usize| {
         let resolved = lengths[axis].map_or(0.0, |cell| (surface.size[axis] / cell).ceil());
-        let elements = match &surface.cells {
-            Cells::Elements { counts, .. } => counts[axis],
-            _ => 0,
-        };
+        let elements = surface.cells.element_counts()[axis];
         let cells = resolved.max(FEWEST_CELLS.max(elements) as f64);
         cells / surface.grid[axis] as f64
     };

@@ -18,8 +18,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::contact::{Elastic, Pair};
+use crate::contact::Pair;
 use crate::grid::{Grid, Patch};
+use crate::material::Elastic;
 use crate::model_update::{ContactElements, ModelUpdateError};
 use crate::recipe::Recipe;
 use crate::wear::cycle::March;
@@ -47,7 +48,7 @@ pub struct Scene {
     /// Extent, grid and contact elements of the joint; none for an oscillator.
     pub joint: Option<Joint>,
     /// Elastic constants and density of the bodies; none for an oscillator.
-    pub material: Option<Material>,
+    pub material: Option<Bodies>,
     /// The rough surface (one composite surface against a flat); none where the stiffness of the contact is given, or there
     /// is no contact.
     pub surface: Option<Surface>,
@@ -93,21 +94,20 @@ pub struct Hole {
 
 /// `[material]`
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Material {
+pub struct Bodies {
     /// The body below the joint.
     pub lower: Solid,
     /// The body above the joint.
     pub upper: Solid,
 }
 
-/// An isotropic linear elastic body.
+/// What a scene says of a body's material.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Solid {
-    /// Young's modulus \[Pa\].
-    pub youngs_modulus: f64,
-    /// Poisson's ratio.
-    pub poisson_ratio: f64,
-    /// Density \[kg/m³\].
+    /// Its elastic constants.
+    #[serde(flatten)]
+    pub elastic: Elastic,
+    /// Density \[kg/m³\]; only a structure needs it.
     pub density: Option<f64>,
 }
 
@@ -198,16 +198,12 @@ pub struct Dynamics {
     pub points: Option<usize>,
 }
 
-impl Material {
+impl Bodies {
     /// The elastic constants of both bodies.
     pub fn pair(&self) -> Pair {
-        let elastic = |solid: &Solid| Elastic {
-            youngs_modulus: solid.youngs_modulus,
-            poisson_ratio: solid.poisson_ratio,
-        };
         Pair {
-            lower: elastic(&self.lower),
-            upper: elastic(&self.upper),
+            lower: self.lower.elastic,
+            upper: self.upper.elastic,
         }
     }
 }
@@ -379,7 +375,7 @@ pub struct RoughJoint<'a> {
     /// Extent and contact elements.
     pub joint: &'a Joint,
     /// The two bodies.
-    pub material: &'a Material,
+    pub material: &'a Bodies,
     /// The surface.
     pub surface: &'a Surface,
     /// Friction, load and boundary conditions.

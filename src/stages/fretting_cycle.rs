@@ -2,13 +2,13 @@
 
 use super::RunError;
 use super::contact_state::{Fields, let_move, on_axes, solution_of, wear_of};
-use super::curves::{self, Curve};
 use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
-use crate::recipe::{Motion, Part};
+use crate::recipe::{MotionSource, Part};
 use crate::tables::{TableName, typed};
+use crate::wear::curves::{self, Curve};
 use crate::wear::cycle::{Instant, March};
 
 /// Shear, slip and dissipation over the steady cycle, [A §2e, eq. 2.6], from the shear of the static contact on.
@@ -99,7 +99,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
 /// a history is a history with the same result.
 fn recorded<'a>(reads: &Reads, march: March, instants: &'a [Instant]) -> Vec<&'a Instant> {
     let motion = reads.recipe.cycle().map(|cycle| &cycle.motion);
-    let halved = matches!(motion, Some(Motion::History { halved: true, .. }));
+    let halved = matches!(motion, Some(MotionSource::History { halved: true, .. }));
     let every = match halved && march == March::Stepped {
         true => 2,
         false => 1,

@@ -9,7 +9,6 @@
 
 mod contact_elements;
 mod contact_state;
-mod curves;
 mod declaration;
 mod dynamic_response;
 mod error;
@@ -17,7 +16,6 @@ mod error_bars;
 mod forced_response;
 mod fretting_cycle;
 mod graph;
-mod indentation;
 mod ledger;
 mod list;
 mod model_update;

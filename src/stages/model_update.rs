@@ -7,7 +7,6 @@ use super::error::NumericsError;
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, layout, smooth};
 use super::stage::{Stage, When};
-use super::static_contact::stiffnesses;
 use crate::model_update::{Compliance, Criterion, DueTo, UpdateState};
 use crate::recipe::{Contact, Part};
 use crate::tables::{TableName, typed};
@@ -173,7 +172,7 @@ impl NextUpdate {
     ) -> Result<f64, NumericsError> {
         let (kn, kt) = match self.criterion {
             Criterion::StiffnessChange(_) => {
-                stiffnesses(joint, pressure, contact.shear, contact.coupling)?
+                joint.stiffness(pressure, contact.shear, contact.coupling)?
             }
             _ => (f64::INFINITY, f64::INFINITY),
         };

@@ -2,20 +2,19 @@
 
 use super::RunError;
 use super::contact_state::{Fields, contact_of, wear_of};
-use super::curves::{self, Curve};
 use super::declaration::Declaration;
 use super::error::NumericsError;
-use super::indentation::indent;
 use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use crate::contact::normal::{Control, NormalSolution, Rotation};
-use crate::contact::stiffness::Direction;
-use crate::contact::{Shear, stiffness};
+use crate::contact::stiffness;
 use crate::model_update::{Approach, Bolt, preload};
-use crate::recipe::{Coupling, Part};
+use crate::recipe::Part;
 use crate::tables::{TableName, typed};
 use crate::wear::FrettingJoint;
+use crate::wear::curves::{self, Curve};
+use crate::wear::indentation::{Friction, indent};
 
 /// The static contact of the worn surface, [A eq. 2.3–2.4], from the pressure that a wear step predicts. Its fields hold the predicted
 /// shear too, for the cycle to start from.
@@ -44,7 +43,7 @@ pub const DECLARATION: Declaration = Declaration {
 struct Pressed {
     load: f64,
     solution: NormalSolution,
-    friction: Option<super::indentation::Friction>,
+    friction: Option<Friction>,
     shear: Option<crate::grid::ByAxis<Vec<f64>>>,
     curve: Option<Curve>,
 }
@@ -71,9 +70,9 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let start = predicted.as_ref().map(|fields| &fields.pressure[..]);
     let bolt = bolt(reads)?;
     let load = load(reads)?;
-    let (pressed, solve_pairs) =
-        solvers.work(reads, None, |joint| match (coupling, contact.approach) {
-            (Coupling::Indented { load_steps }, _) => {
+    let (pressed, solve_pairs) = solvers.work(reads, None, |joint| {
+        match (coupling.load_steps(), contact.approach) {
+            (Some(load_steps), _) => {
                 let found = indent(joint, shear, load, load_steps)?;
                 Ok(Pressed {
                     load,
@@ -83,15 +82,16 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
                     curve: Some(found.curve),
                 })
             }
-            (_, None) => {
+            (None, None) => {
                 let (load, solution) = borne(joint, bolt, load, &wear, start)?;
                 Ok(Pressed::without_friction(load, solution))
             }
-            (_, Some(approach)) => {
+            (None, Some(approach)) => {
                 let solution = joint.pressed(&wear, None, Control::Approach(approach), start)?;
                 Ok(Pressed::without_friction(solution.load, solution))
             }
-        })?;
+        }
+    })?;
     let Pressed {
         load,
         solution,
@@ -99,7 +99,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         ..
     } = pressed;
     let ((kn, kt), stiffness_pairs) = solvers.work(reads, Some("stiffness"), |joint| {
-        stiffnesses(joint, &solution.pressure, shear, coupling)
+        Ok(joint.stiffness(&solution.pressure, shear, coupling)?)
     })?;
     let (curve, curve_pairs) = match (reads.curves_due, pressed.curve) {
         (false, _) => (None, 0.0),
@@ -167,7 +167,7 @@ fn load(reads: &Reads) -> Result<f64, RunError> {
 }
 
 /// Static load \[N\] and contact of a worn joint, under `load` or what its bolt has left of it, which is looked for from there.
-pub fn borne(
+fn borne(
     joint: &mut FrettingJoint,
     bolt: Option<Bolt>,
     load: f64,
@@ -178,34 +178,6 @@ pub fn borne(
         Some(bolt) => clamped(joint, bolt, load, wear, start),
         None => Ok((load, joint.contact(wear, None, load, start)?)),
     }
-}
-
-/// kn and kt \[N/m\]: capped cells count in kt alone; kn is that of bodies that turn where the rotation is free. Those of coupled
-/// bodies are at full stick, but for kn without friction.
-pub fn stiffnesses(
-    joint: &mut FrettingJoint,
-    pressure: &[f64],
-    shear: Shear,
-    coupling: Coupling,
-) -> Result<(f64, f64), NumericsError> {
-    let limit = joint.pressure_cap.unwrap_or(f64::INFINITY);
-    let elastic: Vec<bool> = pressure.iter().map(|&p| p > 0.0 && p < limit).collect();
-    let contact: Vec<bool> = pressure.iter().map(|&p| p > 0.0).collect();
-    let half_space = &mut joint.half_space;
-    let kt = match coupling {
-        Coupling::None => stiffness::tangential(half_space, &contact, shear)?,
-        _ => stiffness::coupled(half_space, Direction::AlongX, &elastic, &contact, shear)?,
-    };
-    let kn = match (coupling, joint.rotation) {
-        (Coupling::None | Coupling::Frictionless, Rotation::Given(_)) => {
-            stiffness::normal(half_space, &elastic)?
-        }
-        (Coupling::None | Coupling::Frictionless, Rotation::Free { .. }) => {
-            stiffness::turning(half_space, &elastic)?
-        }
-        _ => stiffness::coupled(half_space, Direction::Normal, &elastic, &contact, shear)?,
-    };
-    Ok((kn.total, kt.total))
 }
 
 /// The contact of a worn joint under what its bolt has left of the load.
@@ -223,12 +195,7 @@ fn clamped(
         |load| -> Result<Approach, NumericsError> {
             let from = last.as_ref().map(|l| &l.pressure[..]).or(start);
             let solution = joint.contact(wear, None, load, from)?;
-            let cap = joint.pressure_cap.unwrap_or(f64::INFINITY);
-            let elastic: Vec<bool> = solution
-                .pressure
-                .iter()
-                .map(|&p| p > 0.0 && p < cap)
-                .collect();
+            let elastic = joint.elastic_cells(&solution.pressure);
             let kn = stiffness::normal(&mut joint.half_space, &elastic)?;
             let approach = Approach {
                 approach: solution.approach,

@@ -158,8 +158,8 @@ impl Display for Deck<'_> {
             writeln!(out, "{}, {x}, {y}, {z}", n + 1)?;
         }
         for (m, material) in mesh.materials.iter().enumerate() {
-            let modulus = Number(material.youngs_modulus);
-            let poisson = Number(material.poisson_ratio);
+            let modulus = Number(material.elastic.youngs_modulus);
+            let poisson = Number(material.elastic.poisson_ratio);
             let density = Number(material.density);
             writeln!(out, "*MATERIAL, NAME=MATERIAL_{}", m + 1)?;
             writeln!(out, "*ELASTIC\n{modulus}, {poisson}")?;

@@ -3,6 +3,7 @@
 //! Nodes are ordered as in Abaqus and CalculiX (`C3D8`): four nodes of one face, counter-clockwise seen from the opposite face,
 //! then the four opposite ones. Degree of freedom 3·n + a is node n along axis a.
 
+use crate::material::Material;
 use crate::structure::StructureError;
 
 /// Which hexahedron.
@@ -16,43 +17,41 @@ pub enum Formulation {
     IncompatibleModes,
 }
 
-/// Linear elastic, isotropic material with mass.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Material {
-    /// Young's modulus \[Pa\].
-    pub youngs_modulus: f64,
-    /// Poisson ratio.
-    pub poisson_ratio: f64,
-    /// Density \[kg/m³\].
-    pub density: f64,
-}
-
-impl Material {
-    /// Refuses a material that no elastic solid has.
-    pub fn check(&self) -> Result<(), StructureError> {
-        let out_of_range = |name, value, expected| StructureError::OutOfRange {
+/// Refuses a material that no elastic solid has.
+///
+/// # Errors
+/// [`StructureError::OutOfRange`] with the name of the constant.
+pub fn check(material: &Material) -> Result<(), StructureError> {
+    let Material { elastic, density } = *material;
+    let within = |name, value: f64, holds: bool, expected| {
+        if holds && value.is_finite() {
+            return Ok(());
+        }
+        Err(StructureError::OutOfRange {
             name,
             value,
             expected,
-        };
-        if !(self.youngs_modulus > 0.0 && self.youngs_modulus.is_finite()) {
-            let expected = "a positive number of pascals";
-            return Err(out_of_range(
-                "youngs_modulus",
-                self.youngs_modulus,
-                expected,
-            ));
-        }
-        if !(self.poisson_ratio > -1.0 && self.poisson_ratio < 0.5) {
-            let expected = "above -1 and below 0.5";
-            return Err(out_of_range("poisson_ratio", self.poisson_ratio, expected));
-        }
-        if !(self.density > 0.0 && self.density.is_finite()) {
-            let expected = "a positive number of kg/m³";
-            return Err(out_of_range("density", self.density, expected));
-        }
-        Ok(())
-    }
+        })
+    };
+    let (modulus, ratio) = (elastic.youngs_modulus, elastic.poisson_ratio);
+    within(
+        "youngs_modulus",
+        modulus,
+        modulus > 0.0,
+        "a positive number of pascals",
+    )?;
+    within(
+        "poisson_ratio",
+        ratio,
+        ratio > -1.0 && ratio < 0.5,
+        "above -1 and below 0.5",
+    )?;
+    within(
+        "density",
+        density,
+        density > 0.0,
+        "a positive number of kg/m³",
+    )
 }
 
 /// Degrees of freedom of the element.
@@ -142,8 +141,9 @@ pub fn matrices(
     formulation: Formulation,
     element: usize,
 ) -> Result<ElementMatrices, StructureError> {
-    let shear = 0.5 * material.youngs_modulus / (1.0 + material.poisson_ratio);
-    let lame = 2.0 * shear * material.poisson_ratio / (1.0 - 2.0 * material.poisson_ratio);
+    let ratio = material.elastic.poisson_ratio;
+    let shear = material.elastic.shear_modulus();
+    let lame = 2.0 * shear * ratio / (1.0 - 2.0 * ratio);
     let (centre_determinant, centre_inverse) = invert(&jacobian(nodes, [0.0; 3]));
     let gradients = match formulation {
         Formulation::Plain => 8,

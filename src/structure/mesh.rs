@@ -1,7 +1,8 @@
 //! Meshes of hexahedra, and points on them.
 
+use crate::material::Material;
 use crate::structure::StructureError;
-use crate::structure::element::{Material, invert, jacobian, shape};
+use crate::structure::element::{self, invert, jacobian, shape};
 
 /// An 8-node hexahedron of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -107,7 +108,7 @@ impl Mesh {
     /// Checks that every element has nodes and a material that exist, and every material is one.
     pub fn check(&self) -> Result<(), StructureError> {
         for material in &self.materials {
-            material.check()?;
+            element::check(material)?;
         }
         for element in &self.elements {
             for &index in &element.nodes {

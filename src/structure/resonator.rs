@@ -13,9 +13,10 @@
 
 use std::collections::HashMap;
 
+use crate::material::{Elastic, Material};
 use crate::structure::StructureError;
 use crate::structure::assembly::System;
-use crate::structure::element::{Formulation, Material};
+use crate::structure::element::{self, Formulation};
 use crate::structure::mesh::{Hexahedron, Mesh, Point, corners};
 use crate::structure::modes::ModeOptions;
 use crate::structure::reduction::{self, Ports, Reduced};
@@ -98,8 +99,10 @@ impl Default for Resonator {
             // 57.99 mm² of an M10 thread over the nine cells' 39.89 mm².
             bolt_modulus_factor: 1.453_634_085_213_032_7,
             material: Material {
-                youngs_modulus: 198.4e9,
-                poisson_ratio: 0.3,
+                elastic: Elastic {
+                    youngs_modulus: 198.4e9,
+                    poisson_ratio: 0.3,
+                },
                 density: 7949.0,
             },
             lap_cells: 19,
@@ -220,7 +223,7 @@ impl Resonator {
     /// # Errors
     /// The first dimension or count that makes no resonator, by the name of its field.
     pub fn check(&self) -> Result<(), StructureError> {
-        self.material.check()?;
+        element::check(&self.material)?;
         for (name, value) in [
             ("lap_length", self.lap_length),
             ("arm_height", self.arm_height),
@@ -337,7 +340,7 @@ impl Resonator {
             .to(half_depth, self.half_depth_cells)
             .to(half_depth + self.head_thickness, self.head_cells);
         let mut bolt = self.material;
-        bolt.youngs_modulus *= self.bolt_modulus_factor;
+        bolt.elastic.youngs_modulus *= self.bolt_modulus_factor;
         let mut builder = Builder {
             tied: self.tied,
             x: x.0,

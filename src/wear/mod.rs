@@ -1,9 +1,11 @@
 //! Fretting of a joint under a given motion: the steady cycle, the energy it dissipates, and the wear that follows.
 
+pub mod curves;
 pub mod cycle;
 pub mod error_bar;
 pub mod explicit;
 pub mod implicit;
+pub mod indentation;
 pub mod joint;
 pub mod landing;
 mod law;
@@ -11,9 +13,10 @@ pub mod motion;
 pub mod sampled;
 mod scheme;
 pub mod semi_implicit;
+mod stiffness;
 pub mod superposition;
 
 pub use joint::{FrettingJoint, WearError};
 pub use law::WearLaw;
-pub use motion::{Channel, Harmonic, Motion};
+pub use motion::{Channel, Harmonic, HarmonicMotion, Motion};
 pub use scheme::{Scheme, StepOutcome};

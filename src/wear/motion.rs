@@ -87,46 +87,27 @@ pub struct Harmonic {
     pub is_force: bool,
 }
 
-/// A motion along a straight line that only turns at its two ends, under constant load and about zero.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StraightMotion {
-    /// Values of the channels at the end that is reached at `top`, as [`Motion::at`] has them; the other end is its negative.
-    pub end: Vec<f64>,
-    /// Sample of that end.
-    pub top: usize,
-    /// Sample of the other end.
-    pub bottom: usize,
+/// What drives a joint harmonically, under the normal load `load + normal_load_amplitude · cos(2πt/T)`.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct HarmonicMotion {
+    /// Along x, and along y where there is shear.
+    pub axes: Vec<Harmonic>,
+    /// About z.
+    pub rotation: Option<Harmonic>,
+    /// Half range of the normal load \[N\].
+    pub normal_load_amplitude: f64,
 }
 
-impl Motion {
-    /// Harmonic displacement `amplitude · cos(2πt/T + phase)` along each axis, under `load + load_amplitude · cos(2πt/T)`: half of the
-    /// samples equally spaced, with the two ends of a motion whose axes turn together, and one in the middle between any two of
-    /// these. So every other one is a motion of its own.
-    pub fn harmonic(axes: &[(f64, f64)], load: f64, load_amplitude: f64, samples: usize) -> Self {
-        let axes: Vec<Harmonic> = axes
-            .iter()
-            .map(|&(amplitude, phase)| Harmonic {
-                amplitude,
-                phase,
-                is_force: false,
-            })
-            .collect();
-        Motion::driven(&axes, None, load, load_amplitude, samples)
-    }
-
-    /// As [`Motion::harmonic`], with displacement or force given along each axis, and with a rotation about z or without.
-    pub fn driven(
-        axes: &[Harmonic],
-        rotation: Option<Harmonic>,
-        load: f64,
-        load_amplitude: f64,
-        samples: usize,
-    ) -> Self {
+impl HarmonicMotion {
+    /// One cycle about the mean `load`: half of the samples equally spaced, with the two ends of a motion whose axes turn together, and
+    /// one in the middle between any two of these. So every other one is a motion of its own.
+    pub fn sampled(&self, load: f64, samples: usize) -> Motion {
         let half = samples.div_ceil(2);
         let mut time: Vec<f64> = (0..half).map(|k| k as f64 / half as f64).collect();
-        let moving: Vec<f64> = axes
+        let moving: Vec<f64> = self
+            .axes
             .iter()
-            .chain(&rotation)
+            .chain(&self.rotation)
             .filter(|channel| channel.amplitude != 0.0)
             .map(|channel| channel.phase / TAU)
             .collect();
@@ -156,14 +137,46 @@ impl Motion {
             }
         };
         Motion {
-            drive: axes.iter().map(channel).collect(),
-            rotation: rotation.as_ref().map(channel),
+            drive: self.axes.iter().map(channel).collect(),
+            rotation: self.rotation.as_ref().map(channel),
             normal_load: time
                 .iter()
-                .map(|t| load + load_amplitude * (TAU * t).cos())
+                .map(|t| load + self.normal_load_amplitude * (TAU * t).cos())
                 .collect(),
             time,
         }
+    }
+}
+
+/// A motion along a straight line that only turns at its two ends, under constant load and about zero.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StraightMotion {
+    /// Values of the channels at the end that is reached at `top`, as [`Motion::at`] has them; the other end is its negative.
+    pub end: Vec<f64>,
+    /// Sample of that end.
+    pub top: usize,
+    /// Sample of the other end.
+    pub bottom: usize,
+}
+
+impl Motion {
+    /// Harmonic displacement `amplitude · cos(2πt/T + phase)` along each axis, under `load + load_amplitude · cos(2πt/T)`, sampled as
+    /// by [`HarmonicMotion::sampled`].
+    pub fn harmonic(axes: &[(f64, f64)], load: f64, load_amplitude: f64, samples: usize) -> Self {
+        let axes: Vec<Harmonic> = axes
+            .iter()
+            .map(|&(amplitude, phase)| Harmonic {
+                amplitude,
+                phase,
+                is_force: false,
+            })
+            .collect();
+        let motion = HarmonicMotion {
+            axes,
+            rotation: None,
+            normal_load_amplitude: load_amplitude,
+        };
+        motion.sampled(load, samples)
     }
 
     /// A joint that only bears a load.

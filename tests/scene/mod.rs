@@ -16,7 +16,7 @@ mod vibration;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use fretwear::scene::{Contact, Joint, Material, Scene, SceneError, Surface, load};
+use fretwear::scene::{Bodies, Contact, Joint, Scene, SceneError, Surface, load};
 use tempfile::TempDir;
 
 /// A scene that uses most sections, one key a line, so that a test can change one of them.
@@ -149,7 +149,7 @@ impl Folder {
 /// The sections that a scene of a rough joint has.
 trait Sections {
     fn the_joint(&self) -> &Joint;
-    fn the_material(&self) -> &Material;
+    fn the_material(&self) -> &Bodies;
     fn the_surface(&self) -> Surface;
     fn the_contact(&self) -> &Contact;
 }
@@ -159,7 +159,7 @@ impl Sections for Scene {
         self.joint.as_ref().expect("a joint")
     }
 
-    fn the_material(&self) -> &Material {
+    fn the_material(&self) -> &Bodies {
         self.material.as_ref().expect("a material")
     }
 

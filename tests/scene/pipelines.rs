@@ -36,7 +36,7 @@ fn every_shipped_scene_loads_and_has_a_title() {
 #[test]
 fn the_published_parameters() {
     let scene = shipped("prescribed_fretting.toml");
-    assert_eq!(scene.the_material().upper.youngs_modulus, 198.4e9);
+    assert_eq!(scene.the_material().upper.elastic.youngs_modulus, 198.4e9);
     assert_eq!(scene.the_material().upper.density, Some(7949.0));
     assert_eq!(scene.the_joint().size, [0.04; 2]);
     assert_eq!(scene.the_joint().grid.expect("grid"), [256; 2]);
@@ -179,10 +179,10 @@ fn the_sphere_fits_its_patch_and_slips_partially() {
         panic!("not a harmonic motion");
     };
     let solid = scene.the_material().lower;
-    let (load, nu) = (scene.the_contact().normal_load, solid.poisson_ratio);
+    let (load, nu) = (scene.the_contact().normal_load, solid.elastic.poisson_ratio);
     let friction = scene.the_contact().friction_coefficient.expect("friction");
-    let contact_modulus = solid.youngs_modulus / (2.0 * (1.0 - nu * nu));
-    let shear_modulus = solid.youngs_modulus / (2.0 * (1.0 + nu));
+    let contact_modulus = solid.elastic.youngs_modulus / (2.0 * (1.0 - nu * nu));
+    let shear_modulus = solid.elastic.youngs_modulus / (2.0 * (1.0 + nu));
     let a = (0.75 * load * radius / contact_modulus).cbrt();
     let sliding = 3.0 * friction * load / (8.0 * a) * (2.0 - nu) / shear_modulus;
     assert!((a / (0.5 * scene.the_joint().size[1]) - 0.33).abs() < STATED);

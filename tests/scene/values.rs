@@ -22,8 +22,8 @@ fn a_case_with_its_defaults() {
         Some(0.011)
     );
     for solid in [scene.the_material().lower, scene.the_material().upper] {
-        assert_eq!(solid.youngs_modulus, 198.4e9);
-        assert_eq!(solid.poisson_ratio, 0.3);
+        assert_eq!(solid.elastic.youngs_modulus, 198.4e9);
+        assert_eq!(solid.elastic.poisson_ratio, 0.3);
         assert_eq!(solid.density, None);
     }
     assert_eq!(
@@ -93,11 +93,14 @@ fn one_body_may_differ() {
         .scene("case.toml", &[]);
     let (lower, upper) = (scene.the_material().lower, scene.the_material().upper);
     assert_eq!(
-        (lower.youngs_modulus, lower.density),
+        (lower.elastic.youngs_modulus, lower.density),
         (198.4e9, Some(7949.0))
     );
-    assert_eq!((upper.youngs_modulus, upper.density), (70e9, Some(2700.0)));
-    assert_eq!(upper.poisson_ratio, 0.3);
+    assert_eq!(
+        (upper.elastic.youngs_modulus, upper.density),
+        (70e9, Some(2700.0))
+    );
+    assert_eq!(upper.elastic.poisson_ratio, 0.3);
 }
 
 #[test]

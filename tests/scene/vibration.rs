@@ -123,7 +123,7 @@ fn every_dimension_of_the_resonator_is_a_key() {
         ],
     );
     let mut material = Resonator::default().material;
-    material.youngs_modulus = 200e9;
+    material.elastic.youngs_modulus = 200e9;
     let expected = Resonator {
         lap_length: 0.04,
         arm_height: 0.038,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use fretwear::recipe::Coupling;
+use fretwear::contact::Coupling;
 use fretwear::scene::Plan;
 use fretwear::stages::Stage;
 use fretwear::tables::TableName;

@@ -2,15 +2,18 @@
 
 use std::f64::consts::TAU;
 
+use fretwear::material::{Elastic, Material};
 use fretwear::structure::StructureError;
 use fretwear::structure::assembly::{Spring, System};
-use fretwear::structure::element::{Formulation, Material};
+use fretwear::structure::element::Formulation;
 use fretwear::structure::mesh::Mesh;
 use fretwear::structure::modes::{ModeOptions, Modes, lowest, rigid_modes, shift};
 
 const STEEL: Material = Material {
-    youngs_modulus: 198.4e9,
-    poisson_ratio: 0.3,
+    elastic: Elastic {
+        youngs_modulus: 198.4e9,
+        poisson_ratio: 0.3,
+    },
     density: 7949.0,
 };
 const SIZE: [f64; 3] = [0.4, 0.016, 0.022];
@@ -29,13 +32,13 @@ fn bar(cells: [usize; 3], formulation: Formulation) -> System {
 /// First flexural frequency of a free bar \[Hz\] bending in the direction of `height`: Timoshenko's theory as evaluated in
 /// ASTM E1876, eqs. 1 and 2, good to 0.1 %.
 fn flexural(length: f64, height: f64) -> f64 {
-    let (ratio, nu) = ((height / length).powi(2), STEEL.poisson_ratio);
+    let (ratio, nu) = ((height / length).powi(2), STEEL.elastic.poisson_ratio);
     let correction = 1.0 + 6.585 * (1.0 + 0.0752 * nu + 0.8109 * nu * nu) * ratio
         - 0.868 * ratio * ratio
         - 8.340 * (1.0 + 0.2023 * nu + 2.173 * nu * nu) * ratio * ratio
             / (1.0 + 6.338 * (1.0 + 0.1408 * nu + 1.536 * nu * nu) * ratio);
     // E = 0.9465 (m f²/b)(L³/h³) T with m = ρ L b h.
-    (STEEL.youngs_modulus * height * height
+    (STEEL.elastic.youngs_modulus * height * height
         / (0.9465 * STEEL.density * length.powi(4) * correction))
         .sqrt()
 }

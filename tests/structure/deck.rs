@@ -2,10 +2,11 @@
 
 use std::collections::HashMap;
 
+use fretwear::material::{Elastic, Material};
 use fretwear::structure::StructureError;
 use fretwear::structure::assembly::{Spring, System};
 use fretwear::structure::deck::Deck;
-use fretwear::structure::element::{Formulation, Material};
+use fretwear::structure::element::Formulation;
 use fretwear::structure::mesh::{Hexahedron, Mesh};
 use fretwear::structure::resonator::{Resonator, ResonatorMesh};
 
@@ -87,8 +88,10 @@ fn mesh_of(cards: &[Card]) -> Mesh {
     }
     let elastic = of(cards, "ELASTIC").into_iter().zip(of(cards, "DENSITY"));
     let materials = elastic.map(|(elastic, density)| Material {
-        youngs_modulus: elastic.numbers()[0][0],
-        poisson_ratio: elastic.numbers()[0][1],
+        elastic: Elastic {
+            youngs_modulus: elastic.numbers()[0][0],
+            poisson_ratio: elastic.numbers()[0][1],
+        },
         density: density.numbers()[0][0],
     });
     let mut elements = HashMap::new();
@@ -163,9 +166,9 @@ fn the_deck_has_the_mesh() {
     assert_eq!(found.elements, tied.mesh.elements);
     assert_eq!(found.materials.len(), 2);
     for (found, expected) in found.materials.iter().zip(&tied.mesh.materials) {
-        let modulus = found.youngs_modulus / expected.youngs_modulus;
+        let modulus = found.elastic.youngs_modulus / expected.elastic.youngs_modulus;
         assert!((modulus - 1.0).abs() <= WRITTEN, "{modulus}");
-        assert_eq!(found.poisson_ratio, expected.poisson_ratio);
+        assert_eq!(found.elastic.poisson_ratio, expected.elastic.poisson_ratio);
         assert_eq!(found.density, expected.density);
     }
     assert_eq!(found.nodes.len(), tied.mesh.nodes.len());

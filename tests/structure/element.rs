@@ -1,15 +1,18 @@
 //! Patch test, rigid motions, eigenvalues and bending of single elements and small patches.
 
 use fretwear::linalg::Matrix;
+use fretwear::material::{Elastic, Material};
 use fretwear::structure::StructureError;
 use fretwear::structure::assembly::System;
-use fretwear::structure::element::{ElementMatrices, Formulation, Material, matrices};
+use fretwear::structure::element::{ElementMatrices, Formulation, matrices};
 use fretwear::structure::mesh::Mesh;
 
 const BOTH: [Formulation; 2] = [Formulation::Plain, Formulation::IncompatibleModes];
 const STEEL: Material = Material {
-    youngs_modulus: 198.4e9,
-    poisson_ratio: 0.3,
+    elastic: Elastic {
+        youngs_modulus: 198.4e9,
+        poisson_ratio: 0.3,
+    },
     density: 7949.0,
 };
 const SHEAR: f64 = 198.4e9 / 2.6;
@@ -202,10 +205,13 @@ fn a_material_that_none_is_is_refused() {
         Err(StructureError::OutOfRange { name, .. }) => name,
         other => panic!("{:?}", other.err()),
     };
-    mesh.materials[0].poisson_ratio = 0.5;
+    mesh.materials[0].elastic.poisson_ratio = 0.5;
     assert_eq!(refused(&mesh), "poisson_ratio");
     mesh.materials[0] = Material {
-        youngs_modulus: 0.0,
+        elastic: Elastic {
+            youngs_modulus: 0.0,
+            ..STEEL.elastic
+        },
         ..STEEL
     };
     assert_eq!(refused(&mesh), "youngs_modulus");

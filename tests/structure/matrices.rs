@@ -4,8 +4,9 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use fretwear::linalg::Matrix;
+use fretwear::material::{Elastic, Material};
 use fretwear::structure::assembly::System;
-use fretwear::structure::element::{Formulation, Material};
+use fretwear::structure::element::Formulation;
 use fretwear::structure::mesh::Mesh;
 
 const FOLDER: &str = "FRETWEAR_REAL_DATA";
@@ -23,8 +24,10 @@ fn folder() -> Option<PathBuf> {
 /// The block of the decks, 30×20×20 mm in 3×2×2 elements: its nodes are numbered as in them.
 fn block(formulation: Formulation) -> System {
     let steel = Material {
-        youngs_modulus: 198.4e9,
-        poisson_ratio: 0.3,
+        elastic: Elastic {
+            youngs_modulus: 198.4e9,
+            poisson_ratio: 0.3,
+        },
         density: 7949.0,
     };
     let mesh = Mesh::block([0.03, 0.02, 0.02], [3, 2, 2], steel);

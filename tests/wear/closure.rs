@@ -6,10 +6,10 @@ use fretwear::dynamics::closure::ClosureEnergy;
 use fretwear::dynamics::cycle::joint_cycle;
 use fretwear::dynamics::{ContactElement, FrictionLaw, Harmonics, Sampling};
 use fretwear::model_update::Linearisation;
+use fretwear::wear::Harmonic;
 use fretwear::wear::cycle::March;
-use fretwear::wear::{Harmonic, Motion};
 
-use super::{FRICTION, LOAD, joint, unworn};
+use super::{FRICTION, driven, joint, unworn};
 
 /// Contact elements along x and y.
 const ELEMENTS: [usize; 2] = [8, 8];
@@ -29,7 +29,7 @@ fn harmonic(amplitude: f64) -> Harmonic {
 /// Energy of a cycle of the fine contact: the middle moves by [`AMPLITUDE`] along x, the bodies turn by `angle` in phase with it.
 fn fine(angle: f64) -> f64 {
     let axes = [harmonic(AMPLITUDE), harmonic(0.0)];
-    let motion = Motion::driven(&axes, Some(harmonic(angle)), LOAD, 0.0, 16);
+    let motion = driven(&axes, Some(harmonic(angle)));
     unworn(&mut joint(motion, March::Reversal))
         .cycle
         .dissipation
@@ -37,7 +37,7 @@ fn fine(angle: f64) -> f64 {
 
 /// The contact elements of the joint and where they are, as a structure gets them.
 fn elements() -> (Vec<ContactElement>, Vec<[f64; 2]>) {
-    let motion = Motion::driven(&[harmonic(0.0)], None, LOAD, 0.0, 16);
+    let motion = driven(&[harmonic(0.0)], None);
     let mut joint = joint(motion, March::Reversal);
     let pressure = unworn(&mut joint).pressure;
     let grid = joint.patch.grid;

@@ -6,7 +6,7 @@ use fretwear::contact::normal::Rotation;
 use fretwear::wear::cycle::{CycleSolution, March};
 use fretwear::wear::{Harmonic, Motion};
 
-use super::{FRICTION, LOAD, joint, unworn};
+use super::{FRICTION, LOAD, driven, joint, unworn};
 
 /// What the tolerances of [`super::EXACT`] leave in energies, forces and displacements.
 const SOLVER: f64 = 1e-5;
@@ -24,7 +24,7 @@ fn harmonic(amplitude: f64, is_force: bool) -> Harmonic {
 }
 
 fn cycle(axes: &[Harmonic], rotation: Option<Harmonic>, march: March) -> CycleSolution {
-    let motion = Motion::driven(axes, rotation, LOAD, 0.0, 16);
+    let motion = driven(axes, rotation);
     unworn(&mut joint(motion, march)).cycle
 }
 
@@ -138,7 +138,7 @@ fn a_rotation_in_phase_is_straight() {
             phase,
             is_force: false,
         };
-        Motion::driven(&[harmonic(1e-6, false); 2], Some(turn), LOAD, 0.0, 16)
+        driven(&[harmonic(1e-6, false); 2], Some(turn))
     };
     let straight = motion(0.0).straight().expect("straight");
     assert_eq!(straight.end, vec![1e-6, 1e-6, 2e-4]);

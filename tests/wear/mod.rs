@@ -16,7 +16,7 @@ use fretwear::grid::{Grid, Patch};
 use fretwear::wear::cycle::March;
 use fretwear::wear::implicit::{Limits, Step, advance};
 use fretwear::wear::joint::{FrettingOptions, WornState};
-use fretwear::wear::{FrettingJoint, Motion, WearLaw};
+use fretwear::wear::{FrettingJoint, Harmonic, HarmonicMotion, Motion, WearLaw};
 
 /// Wear coefficient of the published case [m³/J].
 pub const COEFFICIENT: f64 = 2e-15;
@@ -46,6 +46,16 @@ pub const EXACT: FrettingOptions = FrettingOptions {
     cycle_tolerance: 1e-6,
     extrapolate: true,
 };
+
+/// A motion of these channels under [`LOAD`], in 16 samples.
+pub fn driven(axes: &[Harmonic], rotation: Option<Harmonic>) -> Motion {
+    let motion = HarmonicMotion {
+        axes: axes.to_vec(),
+        rotation,
+        normal_load_amplitude: 0.0,
+    };
+    motion.sampled(LOAD, 16)
+}
 
 /// A rough joint of 4 × 4 mm on 40 × 32 cells, its heights a fixed sum of waves with an amplitude near 1 µm.
 pub fn joint(motion: Motion, march: March) -> FrettingJoint {

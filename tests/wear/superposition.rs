@@ -7,7 +7,7 @@ use fretwear::reference::CattaneoMindlin;
 use fretwear::wear::cycle::{CycleSolution, March};
 use fretwear::wear::{FrettingJoint, Harmonic, Motion, WearError};
 
-use super::{EXACT, FRICTION, LOAD, difference, difference_l1, joint, unworn};
+use super::{EXACT, FRICTION, LOAD, difference, difference_l1, driven, joint, unworn};
 
 /// Partial slip of the rough joint: two fifths of the sliding force.
 const PARTIAL: f64 = 0.35e-6;
@@ -129,7 +129,7 @@ fn a_given_force_is_met() {
             phase: 0.0,
             is_force: true,
         };
-        Motion::driven(&[harmonic], None, LOAD, 0.0, 16)
+        driven(&[harmonic], None)
     };
     let found = rough(motion(force), March::Superposition, 0.3);
     let exact = rough(motion(force), March::Reversal, 0.3);
@@ -168,7 +168,6 @@ fn what_it_cannot_superpose_is_refused() {
         let contact = joint.static_contact(&wear, None).expect("static contact");
         joint.cycle(&wear, &contact, None).map(|_| ())
     };
-    let driven = |axes: &[Harmonic], rotation| Motion::driven(axes, rotation, LOAD, 0.0, 16);
     let mixed = [harmonic(PARTIAL, false), harmonic(10.0, true)];
     assert_eq!(refused(driven(&mixed, None)), Err(WearError::NotSuperposed));
     let along = [harmonic(PARTIAL, false), harmonic(0.0, false)];

@@ -1,14 +1,14 @@
 //! The rough contact of a scene: what is decided about it.
 
 use super::PlanError;
-use crate::contact::{Shear, normal};
+use crate::contact::{Coupling, Shear, normal};
 use crate::fft::fast_length;
 use crate::grid::{Grid, Patch};
-use crate::recipe::{self, Coupling, CycleError, Reasons, why_computed};
+use crate::recipe::{self, CycleError, MotionSource, Reasons, why_computed};
 use crate::scene::keys::fidelity::LOAD_STEPS;
 use crate::scene::{Boundary, Contact, Fidelity, Rotation, RoughJoint, Scene, Torsion, Transverse};
 use crate::wear::cycle::March;
-use crate::wear::{Channel, Harmonic, Motion};
+use crate::wear::{Channel, Harmonic, HarmonicMotion, Motion};
 
 /// Points of the plane that fields of a scene are transformed on.
 pub(super) fn plane(grid: Grid, boundary: Boundary) -> [usize; 2] {
@@ -85,8 +85,7 @@ fn surface(rough: &RoughJoint, patch: &Patch, contents: &Contents) -> recipe::Su
 fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanError> {
     let (contact, fidelity) = (rough.contact, &scene.fidelity);
     let bodies = rough.material.pair();
-    let coupling = coupling(scene, rough)?;
-    let beta = bodies.dundurs_beta();
+    let (coupling, of_coupling) = coupling(scene, rough)?;
     let mut why = Reasons::default();
     why.add(
         "boundary",
@@ -106,18 +105,7 @@ fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanErr
             None => "no contact.pressure_cap: elastic",
         },
     );
-    why.add(
-        "coupling",
-        match coupling {
-            Coupling::None => "the bodies are elastically alike (Dundurs' beta = 0): pressure causes no slip".to_owned(),
-            Coupling::Frictionless => format!(
-                "Dundurs' beta = {beta:.4}, and no contact.friction_coefficient: without shear the pressure is that of alike bodies of the same E*"
-            ),
-            Coupling::Indented { .. } => format!(
-                "Dundurs' beta = {beta:.4}: pressing the bodies together makes them slip; kn and kt are of full stick"
-            ),
-        },
-    );
+    why.add("coupling", of_coupling);
     why.add(
         "shear",
         match contact.transverse {
@@ -170,12 +158,13 @@ fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanErr
     })
 }
 
-/// What elastically different bodies make of a scene. Cycles and wear of such bodies are refused: their pressure changes with
+/// What elastically different bodies make of a scene, and why. Cycles and wear of such bodies are refused: their pressure changes with
 /// the shear of every instant, which the cycle and the wear step take to be constant.
-fn coupling(scene: &Scene, rough: &RoughJoint) -> Result<Coupling, PlanError> {
+fn coupling(scene: &Scene, rough: &RoughJoint) -> Result<(Coupling, String), PlanError> {
     let pair = rough.material.pair();
     if !pair.is_coupled() {
-        return Ok(Coupling::None);
+        let why = "the bodies are elastically alike (Dundurs' beta = 0): pressure causes no slip";
+        return Ok((Coupling::None, why.to_owned()));
     }
     let beta = pair.dundurs_beta();
     if scene.motion.is_some() || scene.dynamics.is_some() {
@@ -183,7 +172,10 @@ fn coupling(scene: &Scene, rough: &RoughJoint) -> Result<Coupling, PlanError> {
     }
     let contact = rough.contact;
     if contact.friction_coefficient.unwrap_or(0.0) == 0.0 {
-        return Ok(Coupling::Frictionless);
+        let why = format!(
+            "Dundurs' beta = {beta:.4}, and no contact.friction_coefficient: without shear the pressure is that of alike bodies of the same E*"
+        );
+        return Ok((Coupling::Frictionless, why));
     }
     let refused = [
         (
@@ -212,9 +204,13 @@ fn coupling(scene: &Scene, rough: &RoughJoint) -> Result<Coupling, PlanError> {
             instead,
             beta,
         }),
-        None => Ok(Coupling::Indented {
-            load_steps: load_steps(&scene.fidelity),
-        }),
+        None => {
+            let load_steps = load_steps(&scene.fidelity);
+            let why = format!(
+                "Dundurs' beta = {beta:.4}: pressing the bodies together makes them slip; kn and kt are of full stick"
+            );
+            Ok((Coupling::Indented { load_steps }, why))
+        }
     }
 }
 
@@ -236,11 +232,11 @@ fn cycle(
     let (motion, march, asked) = if scene.dynamics.is_some() {
         let asked = fidelity.cycle;
         why.add("march", why_computed(asked));
-        (recipe::Motion::Computed, None, asked)
+        (MotionSource::Computed, None, asked)
     } else {
-        let Some(given) = &scene.motion else {
+        if scene.motion.is_none() {
             return Ok(None);
-        };
+        }
         let march = march(fidelity.cycle, motion)?;
         why.add(
             "march",
@@ -252,7 +248,7 @@ fn cycle(
             },
         );
         (
-            prescribed(scene, contact, given, motion, contents),
+            prescribed(scene, contact, motion, contents),
             Some(march),
             None,
         )
@@ -270,28 +266,17 @@ fn cycle(
 fn prescribed(
     scene: &Scene,
     contact: &Contact,
-    given: &crate::scene::Motion,
     motion: &Motion,
     contents: &Contents,
-) -> recipe::Motion {
-    match given {
-        crate::scene::Motion::History { .. } => {
+) -> MotionSource {
+    match harmonic(scene, contact) {
+        Some(motion) => MotionSource::Harmonic(motion),
+        None => {
             let (content, halved) = contents.history.clone().unwrap_or_default();
-            recipe::Motion::History {
+            MotionSource::History {
                 content,
                 samples: motion.samples(),
                 halved,
-            }
-        }
-        crate::scene::Motion::Harmonic {
-            normal_load_amplitude,
-            ..
-        } => {
-            let (axes, rotation) = channels(scene, contact);
-            recipe::Motion::Harmonic {
-                axes,
-                rotation,
-                normal_load_amplitude: *normal_load_amplitude,
             }
         }
     }
@@ -299,34 +284,24 @@ fn prescribed(
 
 /// The harmonic motion of a scene; none where there is no such motion.
 pub(super) fn motion_of(scene: &Scene, contact: &Contact) -> Motion {
-    let Some(crate::scene::Motion::Harmonic {
-        normal_load_amplitude,
-        ..
-    }) = &scene.motion
-    else {
-        return Motion::none(contact.normal_load);
-    };
-    let (axes, rotation) = channels(scene, contact);
-    Motion::driven(
-        &axes,
-        rotation,
-        contact.normal_load,
-        *normal_load_amplitude,
-        scene.fidelity.steps_per_cycle,
+    let (load, samples) = (contact.normal_load, scene.fidelity.steps_per_cycle);
+    harmonic(scene, contact).map_or_else(
+        || Motion::none(load),
+        |motion| motion.sampled(load, samples),
     )
 }
 
 /// What a harmonic motion drives along the axes, and about z.
-fn channels(scene: &Scene, contact: &Contact) -> (Vec<Harmonic>, Option<Harmonic>) {
+fn harmonic(scene: &Scene, contact: &Contact) -> Option<HarmonicMotion> {
     let Some(crate::scene::Motion::Harmonic {
         amplitude,
         force,
         torsion,
         phase,
-        ..
+        normal_load_amplitude,
     }) = &scene.motion
     else {
-        return (Vec::new(), None);
+        return None;
     };
     let of_force = |axis: usize| force.map(|force| force[axis]);
     let axis = |axis: usize, force: Option<f64>| Harmonic {
@@ -353,7 +328,11 @@ fn channels(scene: &Scene, contact: &Contact) -> (Vec<Harmonic>, Option<Harmonic
             is_force,
         }
     });
-    (axes, rotation)
+    Some(HarmonicMotion {
+        axes,
+        rotation,
+        normal_load_amplitude: *normal_load_amplitude,
+    })
 }
 
 fn check(

@@ -1,7 +1,7 @@
 //! The vibrating structure of a scene: what is decided about it.
 
 use crate::recipe::{self, ElementStiffness, Reasons};
-use crate::scene::{Contact, DampingBasis, Dynamics, FrictionLaw, Scene, Stiffness};
+use crate::scene::{Contact, DampingBasis, Dynamics, Scene, Stiffness};
 
 /// Contact elements of the structure.
 pub(super) fn contact_elements(scene: &Scene) -> usize {
@@ -72,10 +72,10 @@ pub(super) fn elements(scene: &Scene) -> Option<recipe::Elements> {
     let mut why = Reasons::default();
     why.add(
         "friction_law",
-        match dynamics.friction_law {
-            FrictionLaw::Cone => "dynamics.friction_law = \"cone\"",
-            FrictionLaw::Box => "dynamics.friction_law = \"box\"",
-        },
+        format!(
+            "dynamics.friction_law = \"{}\"",
+            dynamics.friction_law.word()
+        ),
     );
     let stiffness = stiffness(scene, contact, &mut why);
     let update = scene.update.unwrap_or_default();

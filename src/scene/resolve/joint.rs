@@ -1,9 +1,10 @@
 //! `[joint]` and `[material]`
 
 use super::{Body, Result};
+use crate::material::Elastic;
 use crate::scene::keys::{Key, Quantity, contact, joint::*, lines};
 use crate::scene::reader::Reader;
-use crate::scene::{Hole, Joint, Material, Motion, Resonator, Scene, Solid};
+use crate::scene::{Bodies, Hole, Joint, Motion, Resonator, Scene, Solid};
 
 pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
     let example = match body {
@@ -107,7 +108,7 @@ fn check_hole(
     ))
 }
 
-pub(super) fn material(reader: &Reader<'_>, body: Body) -> Result<Option<Material>> {
+pub(super) fn material(reader: &Reader<'_>, body: Body) -> Result<Option<Bodies>> {
     let example = match body {
         Body::Joint => lines(&[&YOUNGS_MODULUS, &POISSON_RATIO]),
         Body::Resonator => lines(&[&YOUNGS_MODULUS, &POISSON_RATIO, &DENSITY]),
@@ -127,15 +128,18 @@ pub(super) fn material(reader: &Reader<'_>, body: Body) -> Result<Option<Materia
         Ok(reader.get(own)?.or(common))
     };
     let solid = |[modulus, ratio, density]: [&Key<Quantity>; 3]| -> Result<Solid> {
-        Ok(Solid {
+        let elastic = Elastic {
             youngs_modulus: either(modulus, &YOUNGS_MODULUS)?
                 .ok_or_else(|| reader.missing(&YOUNGS_MODULUS, ""))?,
             poisson_ratio: either(ratio, &POISSON_RATIO)?
                 .ok_or_else(|| reader.missing(&POISSON_RATIO, ""))?,
+        };
+        Ok(Solid {
+            elastic,
             density: either(density, &DENSITY)?,
         })
     };
-    Ok(Some(Material {
+    Ok(Some(Bodies {
         lower: solid([&LOWER_YOUNGS_MODULUS, &LOWER_POISSON_RATIO, &LOWER_DENSITY])?,
         upper: solid([&UPPER_YOUNGS_MODULUS, &UPPER_POISSON_RATIO, &UPPER_DENSITY])?,
     }))

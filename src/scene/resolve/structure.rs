@@ -1,11 +1,12 @@
 //! `[structure]`
 
 use super::{Body, Result};
+use crate::material::Material;
 use crate::scene::error::SceneError;
 use crate::scene::keys::{self, joint::DENSITY, structure::*};
 use crate::scene::reader::Reader;
-use crate::scene::{Joint, Material, Resonator, Structure};
-use crate::structure::{StructureError, element};
+use crate::scene::{Bodies, Joint, Resonator, Structure};
+use crate::structure::StructureError;
 
 /// Cells of the box around a mesh: the factors of the matrices of so many take some hundred gigabytes.
 const MOST_CELLS: f64 = 4e6;
@@ -15,13 +16,13 @@ pub(super) fn structure(
     reader: &Reader<'_>,
     body: Body,
     joint: Option<&Joint>,
-    material: Option<Material>,
+    bodies: Option<Bodies>,
     has_contact: bool,
 ) -> Result<Option<Structure>> {
-    match (body, joint, material) {
+    match (body, joint, bodies) {
         (Body::Oscillator, ..) => oscillator(reader).map(Some),
-        (Body::Resonator, Some(joint), Some(material)) => {
-            let geometry = resonator(reader, joint, material, !has_contact)?;
+        (Body::Resonator, Some(joint), Some(bodies)) => {
+            let geometry = resonator(reader, joint, bodies, !has_contact)?;
             Ok(Some(geometry.into()))
         }
         _ => Ok(None),
@@ -36,12 +37,7 @@ fn oscillator(reader: &Reader<'_>) -> Result<Structure> {
     ))
 }
 
-fn resonator(
-    reader: &Reader<'_>,
-    joint: &Joint,
-    material: Material,
-    tied: bool,
-) -> Result<Resonator> {
+fn resonator(reader: &Reader<'_>, joint: &Joint, bodies: Bodies, tied: bool) -> Result<Resonator> {
     let resonator = Resonator {
         lap_length: joint.size[0],
         arm_height: joint.size[1],
@@ -57,7 +53,7 @@ fn resonator(
         wall_thickness: reader.value(&WALL_THICKNESS)?,
         head_thickness: reader.value(&HEAD_THICKNESS)?,
         bolt_modulus_factor: reader.value(&BOLT_MODULUS_FACTOR)?,
-        material: one_material(reader, material)?,
+        material: one_material(reader, bodies)?,
         lap_cells: joint
             .elements
             .map_or(Resonator::default().lap_cells, |count| count[0]),
@@ -87,14 +83,15 @@ fn resonator(
 }
 
 /// The material of both bodies, which a resonator has in common.
-fn one_material(reader: &Reader<'_>, material: Material) -> Result<element::Material> {
-    let (lower, upper) = (material.lower, material.upper);
+fn one_material(reader: &Reader<'_>, bodies: Bodies) -> Result<Material> {
+    let (lower, upper) = (bodies.lower, bodies.upper);
+    let (below, above) = (lower.elastic, upper.elastic);
     for (name, differs) in [
         (
             "youngs_modulus",
-            lower.youngs_modulus != upper.youngs_modulus,
+            below.youngs_modulus != above.youngs_modulus,
         ),
-        ("poisson_ratio", lower.poisson_ratio != upper.poisson_ratio),
+        ("poisson_ratio", below.poisson_ratio != above.poisson_ratio),
         ("density", lower.density != upper.density),
     ] {
         let of = |body| keys::join(&keys::join("material", body), name);
@@ -109,9 +106,8 @@ fn one_material(reader: &Reader<'_>, material: Material) -> Result<element::Mate
             return Err(reader.conflict(key.as_str(), reason));
         }
     }
-    Ok(element::Material {
-        youngs_modulus: lower.youngs_modulus,
-        poisson_ratio: lower.poisson_ratio,
+    Ok(Material {
+        elastic: below,
         density: lower.density.ok_or_else(|| reader.missing(&DENSITY, ""))?,
     })
 }

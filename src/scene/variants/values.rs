@@ -1,7 +1,7 @@
 //! The values that each knob of a scene is tried at.
 
 use super::{Choice, Knob};
-use crate::recipe::{Coupling, Recipe};
+use crate::recipe::Recipe;
 use crate::scene::keys::contact::STIFFNESS;
 use crate::scene::{Dynamics, Motion, Scene};
 use crate::wear::cycle::March;
@@ -42,16 +42,16 @@ pub(super) fn values(
     let moved = scene.dynamics.is_some() || scene.motion.is_some();
     // A computed motion decides for itself how it is marched.
     let march = recipe.cycle().and_then(|cycle| cycle.march);
-    let coupling = recipe
+    let load_steps = recipe
         .contact()
-        .map_or(Coupling::None, |contact| contact.coupling);
+        .and_then(|contact| contact.coupling.load_steps());
     let stepped = march == Some(March::Stepped) || scene.dynamics.is_some();
     match knob.name {
         "normal_tolerance" if rough => Ok(decades(fidelity.normal_tolerance)),
         "tangential_tolerance" | "cycle_tolerance" | "cycle" | "steps_per_cycle" if !rough => {
             Err(RIGID)
         }
-        "tangential_tolerance" if moved || matches!(coupling, Coupling::Indented { .. }) => {
+        "tangential_tolerance" if moved || load_steps.is_some() => {
             Ok(decades(fidelity.tangential_tolerance))
         }
         "tangential_tolerance" | "cycle_tolerance" | "cycle" | "steps_per_cycle" if !moved => {
@@ -70,11 +70,9 @@ pub(super) fn values(
             even,
         )),
         "cycle" => Ok(cycles(march)),
-        "load_steps" => match coupling {
-            Coupling::Indented { load_steps } => {
-                Ok(counts(load_steps, [1.0 / 4.0, 1.0 / 2.0, 2.0], whole))
-            }
-            _ => Err("the bodies are not pressed together in steps"),
+        "load_steps" => match load_steps {
+            Some(steps) => Ok(counts(steps, [1.0 / 4.0, 1.0 / 2.0, 2.0], whole)),
+            None => Err("the bodies are not pressed together in steps"),
         },
         "tolerance" | "wear_tolerance" | "scheme" if scene.wear.is_none() => {
             Err("there is no [wear]")

@@ -4,7 +4,7 @@ use crate::contact::ContactError;
 use crate::contact::normal::NormalSolution;
 use crate::contact::tangential::TangentialOptions;
 use crate::grid::ByAxis;
-use crate::wear::cycle::CycleSolution;
+use crate::wear::cycle::{CycleSolution, March};
 use crate::wear::{FrettingJoint, WearError};
 
 /// Loads of the indentation curve below the static load, in parts of it, from there down, and the one above.
@@ -18,14 +18,17 @@ const BRANCH: usize = 8;
 /// ends are as exact as the cycle.
 const INNER: f64 = 1e-2;
 
-/// Load against displacement.
+/// Load against displacement, point by point.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Curve {
+    /// Normal load or tangential force \[N\].
     pub load: Vec<f64>,
+    /// Approach or tangential displacement \[m\].
     pub displacement: Vec<f64>,
 }
 
 impl Curve {
+    /// Adds a point at the end.
     pub fn push(&mut self, load: f64, displacement: f64) {
         self.load.push(load);
         self.displacement.push(displacement);
@@ -33,7 +36,10 @@ impl Curve {
 }
 
 /// Normal load over approach about the static contact under `load`. Loads that a pressure cap does not carry are left out, and
-/// those too small to have the moments that the joint bears.
+/// those too small to have the moments that the joint bears. From no load on, the load rises.
+///
+/// # Errors
+/// [`WearError::Contact`].
 pub fn indentation(
     joint: &mut FrettingJoint,
     wear: &[f64],
@@ -74,6 +80,9 @@ pub fn indentation(
 
 /// Tangential force along x over displacement along x. The loop of a straight motion is twice its first loading, turned
 /// about the reversals (Masing); otherwise the instants of the cycle are the loop.
+///
+/// # Errors
+/// [`WearError::Contact`].
 pub fn hysteresis(
     joint: &mut FrettingJoint,
     contact: &NormalSolution,
@@ -83,7 +92,7 @@ pub fn hysteresis(
     let Some(motion) = joint
         .motion
         .straight()
-        .filter(|_| joint.march != crate::wear::cycle::March::Stepped)
+        .filter(|_| joint.march != March::Stepped)
     else {
         for instant in &cycle.instants {
             curve.push(instant.force[0], instant.displacement[0]);

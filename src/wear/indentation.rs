@@ -1,15 +1,14 @@
 //! Pressing elastically different bodies together with friction: they slip under the rising load.
 
 use super::curves::Curve;
-use super::error::NumericsError;
+use super::{FrettingJoint, WearError};
 use crate::contact::Shear;
 use crate::contact::coupled::{self, CoupledOptions};
 use crate::contact::normal::{Control, NormalProblem, NormalSolution};
 use crate::grid::ByAxis;
-use crate::wear::FrettingJoint;
 
 /// What friction did in a static contact.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Friction {
     /// Newton steps of all load steps.
     pub steps: usize,
@@ -18,22 +17,28 @@ pub struct Friction {
 }
 
 /// A contact that was pressed together.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Indented {
     /// That under the full load; its iterations are those of all load steps.
     pub solution: NormalSolution,
+    /// Shear traction on the upper body \[Pa\], row-major with x fastest.
     pub shear: ByAxis<Vec<f64>>,
+    /// What friction took.
     pub friction: Friction,
     /// Load over approach on the way.
     pub curve: Curve,
 }
 
-/// Presses a joint together in equal steps up to `load`.
+/// Presses a joint together in equal steps up to `load` \[N\].
+///
+/// # Errors
+/// [`WearError::Contact`].
 pub fn indent(
     joint: &mut FrettingJoint,
     shear: Shear,
     load: f64,
     load_steps: usize,
-) -> Result<Indented, NumericsError> {
+) -> Result<Indented, WearError> {
     let problem = NormalProblem {
         patch: &joint.patch,
         height: &joint.height,

@@ -1,27 +1,13 @@
-//! Elastic constants of the two bodies and of the pair.
+//! Elastic constants of two bodies together.
 
 use serde::{Deserialize, Serialize};
 
 use std::f64::consts::PI;
 
+use crate::material::Elastic;
+
 /// |β| below which bodies count as elastically alike: rounding of equal constants.
 const ALIKE: f64 = 1e-12;
-
-/// Linear elastic, isotropic material of one body.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Elastic {
-    /// Young's modulus \[Pa\].
-    pub youngs_modulus: f64,
-    /// Poisson ratio.
-    pub poisson_ratio: f64,
-}
-
-impl Elastic {
-    /// Shear modulus G = E / 2(1 + ν) \[Pa\].
-    pub fn shear_modulus(&self) -> f64 {
-        0.5 * self.youngs_modulus / (1.0 + self.poisson_ratio)
-    }
-}
 
 /// The two bodies in contact.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -77,5 +63,30 @@ impl Pair {
 
     fn sum(&self, term: impl Fn(&Elastic) -> f64) -> f64 {
         term(&self.lower) + term(&self.upper)
+    }
+}
+
+/// What elastically different bodies have of each other's tractions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Coupling {
+    /// Nothing: they are alike, or nothing of it matters.
+    None,
+    /// No shear: only the tangential stiffness knows.
+    Frictionless,
+    /// Shear by pressing them together with friction.
+    Indented {
+        /// Steps in which the load rises.
+        load_steps: usize,
+    },
+}
+
+impl Coupling {
+    /// Steps in which the load rises, where it rises in steps.
+    pub fn load_steps(self) -> Option<usize> {
+        match self {
+            Coupling::Indented { load_steps } => Some(load_steps),
+            Coupling::None | Coupling::Frictionless => None,
+        }
     }
 }
