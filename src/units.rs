@@ -3,6 +3,16 @@
 //! A unit is a product or quotient of powers of prefixed units. Its dimension is checked against the one that is expected, so
 //! that a pressure is never taken for a force. Scaling by powers of ten is exact: it moves the decimal exponent of the text
 //! before the one rounding to `f64`, so `"5 um"` and `"0.005 mm"` are the same number, bit for bit.
+//!
+//! ```
+//! use fretwear::units::{Dimension, parse};
+//!
+//! assert_eq!(parse("0.12 kN", Dimension::FORCE)?, 120.0);
+//! // A wrong unit is an error that says what would be right.
+//! let error = parse("120 MPa", Dimension::FORCE).unwrap_err();
+//! assert!(error.to_string().contains("N"));
+//! # Ok::<(), fretwear::units::UnitError>(())
+//! ```
 
 mod expression;
 

@@ -6,6 +6,29 @@
 //! [`normal`] and [`tangential`] take the blocks of K by themselves: kn where the surfaces slide freely, kt at given pressures.
 //! [`coupled`] takes both together, for bodies that differ elastically and cells that stick: normal motion then shears them
 //! and tangential motion presses them, which makes both stiffer, by a part of the order β².
+//!
+//! ```
+//! use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair, stiffness};
+//! use fretwear::grid::Grid;
+//! use fretwear::reference::CircularPunch;
+//!
+//! // A flat round punch of 0.4 mm radius, on cells.
+//! let (radius, grid) = (0.4e-3, Grid::over([1e-3, 0.9e-3], [80, 64]));
+//! let steel = Pair::same(Elastic { youngs_modulus: 198.4e9, poisson_ratio: 0.3 });
+//! let under = |c| {
+//!     let (i, j) = grid.cell(c);
+//!     let (x, y) = grid.centre(i, j);
+//!     x.hypot(y) <= radius
+//! };
+//! let cells: Vec<bool> = (0..grid.len()).map(under).collect();
+//! let mut half_space = HalfSpace::new(grid, steel, Boundary::Free);
+//! let kn = stiffness::normal(&mut half_space, &cells)?.total;
+//!
+//! // 2 E* a.
+//! let exact = CircularPunch { radius, pair: steel }.normal_stiffness();
+//! assert!((kn / exact - 1.0).abs() < 0.01);
+//! # Ok::<(), fretwear::contact::ContactError>(())
+//! ```
 
 use super::cells::{gather, scatter};
 use super::coarse::Coarse;

@@ -8,6 +8,40 @@
 //! the two bodies; n is positive when the bodies approach. Displacement zero is the preloaded state. A contact force is
 //! positive along its displacement and is subtracted in the equation of motion, so its work over a cycle is what it takes from
 //! the structure. Everything is in SI units, frequencies are angular \[rad/s\] unless a name says otherwise.
+//!
+//! ```
+//! use std::f64::consts::TAU;
+//! use fretwear::dynamics::{ContactElement, FrictionLaw, HarmonicBalance, Harmonics, Oscillator, Settings};
+//!
+//! // A mass of 1.5 kg on a spring, and a friction contact beside it.
+//! let oscillator = Oscillator {
+//!     mass: [1.5; 3],
+//!     damping: [300.0; 3],
+//!     stiffness: [4e7; 3],
+//!     element: ContactElement {
+//!         area: 4e-6,
+//!         friction_coefficient: 0.6,
+//!         normal_load: 90.0,
+//!         gap: 0.0,
+//!         tangential_stiffness: 2.5e7,
+//!         normal_stiffness: 3.5e7,
+//!         law: FrictionLaw::Cone,
+//!     },
+//! };
+//! let load = Oscillator::load(0, 120.0, 0.0);
+//! let balance = HarmonicBalance::new(
+//!     &oscillator.model()?,
+//!     vec![oscillator.element],
+//!     Harmonics::up_to(5),
+//!     vec![load],
+//!     Settings::default(),
+//! )?;
+//! let response = balance.solve(TAU * 850.0, None)?;
+//! // What the load puts in, friction and damping take out.
+//! assert!(response.energy.friction > 0.0);
+//! assert!(response.energy.imbalance() < 1e-6);
+//! # Ok::<(), fretwear::dynamics::DynamicsError>(())
+//! ```
 
 pub mod aft;
 mod closed_model;

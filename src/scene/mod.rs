@@ -2,6 +2,21 @@
 //!
 //! [`load`] reads a file, the files it is based on and the `--set` of a command line, refuses what it does not know, and gives a
 //! [`Scene`]. A scene knows what is wanted; what is built for it is decided elsewhere.
+//!
+//! ```
+//! use std::path::Path;
+//! use fretwear::scene::{self, Plan};
+//!
+//! let sets = ["joint.grid=[60, 48]".to_owned()];
+//! let scene = scene::load(Path::new("pipelines/prescribed_fretting.toml"), &sets)?;
+//! let plan = Plan::of(&scene)?;
+//! // The recipe has every number that a run would use, and the plan says why.
+//! assert_eq!(plan.inputs.recipe.surface().map(|surface| surface.grid), Some([60, 48]));
+//! for decision in &plan.decisions {
+//!     println!("{decision:?}");
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod canonical;
 mod document;

@@ -7,6 +7,22 @@
 //! - [`deck`]: the resonator as an input deck of other finite-element programs.
 //!
 //! Degree of freedom 3·n + a is the displacement of node n along axis a (x, y, z) \[m\]. Everything is in SI.
+//!
+//! ```
+//! use fretwear::material::{Elastic, Material};
+//! use fretwear::structure::element::Formulation;
+//! use fretwear::structure::{assembly::System, mesh::Mesh};
+//!
+//! let steel = Material {
+//!     elastic: Elastic { youngs_modulus: 198.4e9, poisson_ratio: 0.3 },
+//!     density: 7949.0,
+//! };
+//! let block = Mesh::block([0.1, 0.02, 0.03], [10, 3, 4], steel);
+//! let system = System::assemble(&block, Formulation::IncompatibleModes, &[])?;
+//! assert_eq!(system.size(), 3 * 11 * 4 * 5);
+//! assert!((system.total_mass() / (7949.0 * 0.1 * 0.02 * 0.03) - 1.0).abs() < 1e-12);
+//! # Ok::<(), fretwear::structure::StructureError>(())
+//! ```
 
 pub mod assembly;
 pub mod deck;

@@ -9,6 +9,25 @@
 //! finer grid adds shorter waves and leaves the others as they are. A grid of nx cells resolves |m| < nx / 2; the Nyquist wave
 //! of an even grid, of which only one phase would be visible, is left out. What remains grid-dependent is the last step, the
 //! exact Rq and zero mean over the kept cells: a factor and a shift that tend to a limit as the grid is refined.
+//!
+//! ```
+//! use fretwear::grid::{Grid, Patch};
+//! use fretwear::surface::generate::{RandomSurface, Spectrum, random};
+//! use fretwear::surface::statistics::roughness;
+//!
+//! // A joint of 8 x 6 mm with a hole, Rq 5 µm.
+//! let patch = Patch::with_hole(Grid::over([8e-3, 6e-3], [160, 100]), 3e-3);
+//! let surface = RandomSurface {
+//!     rq: 5e-6,
+//!     spectrum: Spectrum::Gaussian { correlation_length: [0.5e-3, 0.4e-3] },
+//!     seed: 1,
+//! };
+//! let generated = random(&patch, &surface)?;
+//! assert!(generated.warnings.is_empty());
+//! // Rq is exact over the cells outside the hole, and the mean is zero.
+//! assert!((roughness(&patch, &generated.heights)?.rq / 5e-6 - 1.0).abs() < 1e-12);
+//! # Ok::<(), fretwear::surface::SurfaceError>(())
+//! ```
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,14 @@
 //! The wear law: worn volume goes with dissipated energy.
+//!
+//! ```
+//! use fretwear::wear::WearLaw;
+//!
+//! // 2000 µm³/J, over a million cycles of 0.1 mJ.
+//! let law = WearLaw { coefficient: 2e-15 };
+//! let volume = law.volume(1e6 * 1e-4);
+//! assert!((volume / 2e-13 - 1.0).abs() < 1e-12);
+//! assert!((law.energy(volume) / 100.0 - 1.0).abs() < 1e-12);
+//! ```
 
 /// Wear by dissipated energy.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -21,6 +21,44 @@
 //!
 //! The certificate is the relative duality gap Σ(µp|s| − q·s)/Σ µp|s|: it bounds the error of F and of the dissipation, as
 //! neither a small change of q nor of the force does. It is taken of a slip that is computed anew from the shear returned.
+//!
+//! ```
+//! use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
+//! use fretwear::contact::tangential::{self, Drive, TangentialOptions, TangentialProblem};
+//! use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair};
+//! use fretwear::grid::{Grid, Patch};
+//! use fretwear::reference::CattaneoMindlin;
+//!
+//! // A sphere on a flat, moved along x by half of what it takes to slide.
+//! let steel = Pair::same(Elastic { youngs_modulus: 198.4e9, poisson_ratio: 0.0 });
+//! let exact = CattaneoMindlin { radius: 0.1, load: 100.0, friction_coefficient: 0.6, pair: steel };
+//! let displacement = 0.5 * exact.sliding_displacement();
+//!
+//! let patch = Patch::full(Grid::over([1.1e-3, 1.0e-3], [80, 64]));
+//! let grid = patch.grid;
+//! let height = |c| {
+//!     let (i, j) = grid.cell(c);
+//!     let (x, y) = grid.centre(i, j);
+//!     -(x * x + y * y) / (2.0 * exact.radius)
+//! };
+//! let heights: Vec<f64> = (0..grid.len()).map(height).collect();
+//! let mut half_space = HalfSpace::new(grid, steel, Boundary::Free);
+//! let problem = NormalProblem::new(&patch, &heights, exact.load);
+//! let contact = normal::solve(&mut half_space, &problem, None, NormalOptions::default())?;
+//! let limit: Vec<f64> = contact.pressure.iter().map(|p| exact.friction_coefficient * p).collect();
+//!
+//! let problem = TangentialProblem {
+//!     patch: &patch,
+//!     limit: &limit,
+//!     previous: None,
+//!     drive: &vec![Drive::Displacement(displacement)],
+//!     rotation: None,
+//!     offset: None,
+//! };
+//! let step = tangential::solve(&mut half_space, &problem, None, TangentialOptions::default())?;
+//! assert!((step.force[0] / exact.force(displacement) - 1.0).abs() < 0.01);
+//! # Ok::<(), fretwear::contact::ContactError>(())
+//! ```
 
 mod coarse;
 mod conjugate;
