@@ -2,14 +2,13 @@
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
 use super::files::FilesInMemory;
 use crate::recipe::Inputs;
-use crate::stages::{self, Observer, Progress, RunError, RunOptions, Stage};
+use crate::stages::{self, Ending, Observer, Progress, RunError, RunOptions, Stage};
 use crate::store::{Cache, FileSystem, Opening, RealFileSystem};
 use crate::tables::{TableName, TypedTable, from_parquet, typed};
 
@@ -71,6 +70,7 @@ pub(super) fn course(inputs: &Inputs, bounds: &Bounds) -> Result<RehearsedRun, R
         bounds: *bounds,
         iterations: RefCell::default(),
         spent: Cell::default(),
+        broken_off: RefCell::default(),
     };
     let cache = bounds
         .cache
@@ -85,27 +85,16 @@ pub(super) fn course(inputs: &Inputs, bounds: &Bounds) -> Result<RehearsedRun, R
         file_system: files,
         stop: &|_| watch.spent.get() >= bounds.operations || Instant::now() >= bounds.until,
     };
-    // A run has no other end within an iteration than an error or the end of its thread's stack.
-    let run = catch_unwind(AssertUnwindSafe(|| stages::run(&options, &watch)));
-    let broken_off = match run {
-        Ok(Ok(outcome)) if outcome.ending == stages::Ending::Stopped => {
-            Some("the course of wear is longer than the time of a rehearsal".to_owned())
-        }
-        Ok(Ok(_)) => None,
-        Ok(Err(error)) => return Err(error),
-        Err(payload) => match payload.downcast::<BrokenOff>() {
-            Ok(broken) => Some(broken.0),
-            Err(other) => resume_unwind(other),
-        },
-    };
+    let ending = stages::run(&options, &watch)?.ending;
+    let broken_off = (ending == Ending::Stopped).then(|| {
+        let longer = || "the course of wear is longer than the time of a rehearsal".to_owned();
+        watch.broken_off.take().unwrap_or_else(longer)
+    });
     Ok(RehearsedRun {
         iterations: watch.iterations.take(),
         broken_off,
     })
 }
-
-/// What unwinds a run that is not to go on.
-struct BrokenOff(String);
 
 struct Watch<'a> {
     files: Arc<FilesInMemory>,
@@ -113,6 +102,8 @@ struct Watch<'a> {
     iterations: RefCell<Vec<Iteration>>,
     /// Operations of transforms.
     spent: Cell<f64>,
+    /// Why the run has ended before a stage.
+    broken_off: RefCell<Option<String>>,
 }
 
 impl Watch<'_> {
@@ -160,16 +151,18 @@ impl Observer for Watch<'_> {
 
     fn notice(&self, _text: &str) {}
 
-    fn stage(&self, stage: Stage, _wear_iteration: u64) {
+    fn stage(&self, _stage: Stage, _wear_iteration: u64) {}
+
+    fn ends_before(&self, stage: Stage) -> bool {
         let reduces = stage == Stage::Structure;
         let why = match self.bounds.no_reduction.filter(|_| reduces) {
-            Some(why) => why.to_owned(),
-            None if Instant::now() >= self.bounds.until => {
-                format!("the time of a rehearsal was over before {stage}")
-            }
-            None => return,
+            Some(why) => Some(why.to_owned()),
+            None => (Instant::now() >= self.bounds.until)
+                .then(|| format!("the time of a rehearsal was over before {stage}")),
         };
-        resume_unwind(Box::new(BrokenOff(why)));
+        let ends = why.is_some();
+        *self.broken_off.borrow_mut() = why;
+        ends
     }
 
     fn committed(&self, progress: &Progress) {

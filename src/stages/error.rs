@@ -50,6 +50,9 @@ pub enum RunError {
         /// Those there are.
         stages: Vec<super::stage::Stage>,
     },
+    /// The observer has ended the run before a stage; no failure.
+    #[error("the run was ended before {0}")]
+    EndedBefore(super::stage::Stage),
     /// A table that a stage reads and that is not there.
     #[error(
         "the table {table} of {stage} is not there: start the run again, which computes it, or begin from an earlier iteration"

@@ -11,6 +11,10 @@ pub trait Observer {
     fn notice(&self, text: &str);
     /// A stage begins.
     fn stage(&self, stage: Stage, wear_iteration: u64);
+    /// True to end the run before a stage that would be computed now. What the stages before it have found is kept.
+    fn ends_before(&self, _stage: Stage) -> bool {
+        false
+    }
     /// An iteration is committed.
     fn committed(&self, progress: &Progress);
 }

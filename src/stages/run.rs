@@ -89,7 +89,10 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
     let inputs = options.inputs;
     check_until(&inputs.recipe, options.until)?;
     let mut store = open(options, observer)?;
-    let ending = pass_through(options, &mut store, observer)?;
+    let ending = match pass_through(options, &mut store, observer) {
+        Err(RunError::EndedBefore(_)) => Ending::Stopped,
+        ended => ended?,
+    };
     outcome(&mut store, inputs, ending)
 }
 

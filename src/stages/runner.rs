@@ -207,6 +207,9 @@ impl<'a> Runner<'a> {
     }
 
     /// Computes a stage from the tables of its own iteration and of the one before.
+    ///
+    /// # Errors
+    /// Those of the stage, and [`RunError::EndedBefore`] if the observer ends the run there.
     pub fn compute(
         &mut self,
         stage: &'static Declaration,
@@ -215,6 +218,9 @@ impl<'a> Runner<'a> {
         tables: &Tables,
         before: &Tables,
     ) -> Result<Tables, RunError> {
+        if self.observer.ends_before(stage.stage) {
+            return Err(RunError::EndedBefore(stage.stage));
+        }
         self.observer.stage(stage.stage, wear_iteration);
         let begin = Instant::now();
         let given = [tables, &self.once];
