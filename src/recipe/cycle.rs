@@ -64,7 +64,7 @@ pub enum MotionSource {
         content: String,
         /// Samples of the cycle.
         samples: usize,
-        /// Whether every other of them is one in the middle between those of the file.
+        /// Whether every other of them is there to extrapolate the cycle.
         halved: bool,
     },
     /// What the response of the structure gives the joint.

@@ -170,6 +170,8 @@ fn rehearsed(inputs: &Inputs, options: &Options) -> Rehearsal {
     let mut warning = None;
     if let Some(found) = &found {
         told(&mut cost, &rehearsed.recipe, found, alone.is_some());
+        let of_motion = alone.as_ref().and_then(|_| cost::straight(&inputs.recipe));
+        rehearsing.not_rehearsed.extend(of_motion);
         warning = stability::warning(&inputs.recipe, &found.course);
     }
     cost.rehearsed = rehearsing.rehearsed;

@@ -95,8 +95,8 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     Ok(outputs)
 }
 
-/// The instants that are written: a history's own, not those between them at which it is marched too. So the cycle of a run with
-/// a history is a history with the same result.
+/// The instants that are written: not those between them at which a history is marched too, to extrapolate it. So the cycle of a run
+/// with a history is a history with the same result.
 fn recorded<'a>(reads: &Reads, march: March, instants: &'a [Instant]) -> Vec<&'a Instant> {
     let motion = reads.recipe.cycle().map(|cycle| &cycle.motion);
     let halved = matches!(motion, Some(MotionSource::History { halved: true, .. }));

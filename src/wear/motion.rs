@@ -207,6 +207,15 @@ impl Motion {
         }
     }
 
+    /// The same motion with the middles of its samples, of those, and so on, until it has at least `samples`.
+    pub fn refined(self, samples: usize) -> Motion {
+        let mut motion = self;
+        while motion.samples() < samples {
+            motion = motion.halved();
+        }
+        motion
+    }
+
     /// Every `step`-th sample, from the first on.
     pub fn every(&self, step: usize) -> Motion {
         let thin = |series: &Vec<f64>| series.iter().copied().step_by(step).collect();

@@ -131,6 +131,8 @@ const SMALLER: [(&str, &[&str]); 4] = [
             "dynamics.modes=10",
             "dynamics.harmonics=[0, 1]",
             "dynamics.points=3",
+            "dynamics.force.amplitude=\"300 N\"",
+            "fidelity.steps_per_cycle=16",
             "wear.cycles=60_000",
         ],
     ),

@@ -290,6 +290,51 @@ fn a_history_from_csv_and_from_another_run() {
     );
 }
 
+/// A history is straight between its rows, so that rows on these lines change nothing but the steps.
+#[test]
+fn rows_on_the_lines_of_a_history_change_nothing_beyond_the_error_bars() {
+    const CORNERS: [(f64, [f64; 2]); 4] = [
+        (0.0, [2e-6, 0.0]),
+        (0.25, [-1e-6, 1.5e-6]),
+        (0.6, [0.0, -1.5e-6]),
+        (1.0, [2e-6, 0.0]),
+    ];
+    let bench = Bench::new();
+    let energy = |pieces: u32| {
+        let mut csv = String::from("time,displacement_x,displacement_y\n");
+        for pair in CORNERS.windows(2) {
+            for k in 0..pieces {
+                let part = f64::from(k) / f64::from(pieces);
+                let at = |a: f64, b: f64| a + part * (b - a);
+                let [(t, u), (next, v)] = [pair[0], pair[1]];
+                let (x, y) = (at(u[0], v[0]), at(u[1], v[1]));
+                csv += &format!("{},{x},{y}\n", at(t, next));
+            }
+        }
+        let name = format!("{pieces}.csv");
+        bench.write(&name, csv);
+        let (head, tail) = SMALL
+            .split_once("amplitude = \"1 um\"")
+            .expect("an amplitude");
+        let scene = format!("{pieces}.toml");
+        bench.write(&scene, format!("{head}history = \"{name}\"{tail}"));
+        let root = bench.path(&format!("of_{pieces}"));
+        Start::new(bench.scene(&scene, &["wear.cycles=1000"]), &root).done();
+        let of = |column| summary(&root, 0, column);
+        (of("dissipated_energy"), of("error_cycle"))
+    };
+    let (exact, own) = energy(40);
+    for pieces in [1, 3] {
+        let (found, bar) = energy(pieces);
+        let off = (found / exact - 1.0).abs();
+        assert!(
+            off < bar + own,
+            "{pieces} a side: off by {off:.2e}, bar {bar:.2e}"
+        );
+        assert!(off < 0.01, "{pieces} a side: off by {off:.2e}");
+    }
+}
+
 #[test]
 fn a_measured_surface() {
     let bench = Bench::new();

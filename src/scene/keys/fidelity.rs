@@ -38,7 +38,7 @@ keys! {
     ]);
     // An orbit and a load that varies are solved to within some 1.1 % of dissipation with 32 steps, when extrapolated, and the
     // error falls with the square of their number; the published 32 are not.
-    /// Time steps of a stepped cycle.
+    /// Time steps of a stepped cycle. A history of fewer rows is stepped between them too, one of more at all of them.
     STEPS_PER_CYCLE: Even = "fidelity.steps_per_cycle", ByPreset(["32", "32", "64", "128"]), Even(SMALLEST_STEPS, LARGEST_STEPS, "64");
     /// Relative error of a normal contact solve.
     NORMAL_TOLERANCE: Quantity = "fidelity.normal_tolerance", ByPreset(["1e-6", "1e-5", "1e-6", "1e-8"]), tolerance("1e-4");

@@ -20,7 +20,7 @@ keys! {
     KEEP_LAST: Integer = "output.keep.last", Is("1"), integer(1, MOST_ITERATIONS, "3");
     /// Whether the iterations that updated the contact elements are kept.
     KEEP_UPDATES: Boolean = "output.keep.updates", Is("true"), Boolean;
-    /// Whether the fields at every step of a cycle are written.
+    /// Whether the fields at every step of a cycle are written: not yet, so that true is refused. Those at t = 0 are in contact_field.
     CYCLE_FIELDS: Boolean = "output.cycle_fields", Is("false"), Boolean;
     /// Indentation and hysteresis curves are written every so many iterations; 0: never.
     CURVES_EVERY: Integer = "output.curves_every", Is("10"), integer(0, MOST_ITERATIONS, "5");

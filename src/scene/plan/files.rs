@@ -152,8 +152,13 @@ impl Files {
                 canonical["motion"]["content"] = json!(content);
                 let halved = scene.fidelity.cycle_extrapolation;
                 contents.history = Some((content, halved));
+                // As many steps as of any other stepped cycle, the middles that extrapolation needs among them.
+                let steps = scene.fidelity.steps_per_cycle;
                 let motion = history(contact, path, &bytes).map_err(wrong)?;
-                if halved { motion.halved() } else { motion }
+                match halved {
+                    true => motion.refined(steps.div_ceil(2)).halved(),
+                    false => motion.refined(steps),
+                }
             }
             (Some(contact), _) => motion_of(scene, contact),
             (None, _) => Motion::none(0.0),

@@ -3,7 +3,7 @@
 use super::{Choice, Knob};
 use crate::recipe::Recipe;
 use crate::scene::keys::contact::STIFFNESS;
-use crate::scene::{Dynamics, Motion, Scene};
+use crate::scene::{Dynamics, Scene};
 use crate::wear::cycle::March;
 
 /// Errors of the worn volume to be kept within.
@@ -61,9 +61,6 @@ pub(super) fn values(
             Err("the cycle is one exact solve between its reversals, not stepped")
         }
         "cycle_tolerance" => Ok(decades(fidelity.cycle_tolerance)),
-        "steps_per_cycle" if matches!(scene.motion, Some(Motion::History { .. })) => {
-            Err("the steps are those of motion.history")
-        }
         "steps_per_cycle" => Ok(counts(
             fidelity.steps_per_cycle,
             [1.0 / 4.0, 1.0 / 2.0, 2.0],
