@@ -52,6 +52,9 @@ pub struct Recipe {
     pub output: Output,
     /// Bound that is asked for on the error bar of the worn volume; none: that of the other tolerances.
     pub asked_error: Option<f64>,
+    /// Why the numbers of its parts that a preset has a say in are what they are, by their keys in a scene.
+    #[serde(default)]
+    pub why: Reasons,
 }
 
 /// A joint: rough, or of given stiffness.

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value};
 
-use super::{Joint, Keep, Output, Recipe, Wear};
+use super::{Joint, Keep, Output, Reasons, Recipe, Wear};
 
 /// A part of a recipe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,6 +82,7 @@ impl Recipe {
                 response_at,
             },
             asked_error: None,
+            why: Reasons::default(),
         }
     }
 

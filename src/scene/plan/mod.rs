@@ -4,6 +4,7 @@
 //! machine. What a run will cost is rehearsed where somebody asks for it ([`crate::rehearsal`]).
 
 mod files;
+mod numbers;
 mod rough;
 mod stability;
 mod vibration;
@@ -175,5 +176,6 @@ fn decide(scene: &Scene, motion: &Motion, contents: &Contents) -> Result<Recipe,
         wear: scene.wear.clone(),
         output: scene.output.clone(),
         asked_error: scene.fidelity.tolerance,
+        why: numbers::reasons(scene),
     })
 }
