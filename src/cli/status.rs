@@ -118,7 +118,12 @@ fn write(
     match standing.stage {
         Some(stage) if holder.is_some() => first += &format!(", {stage} of iteration {next}"),
         Some(stage) if !standing.draft.is_empty() => {
-            first += &format!(" within iteration {next}, before {stage}");
+            // All of its stages may be passed, and the commit alone left.
+            let ahead = match standing.draft.contains(&stage) {
+                true => "its commit",
+                false => stage.name(),
+            };
+            first += &format!(" within iteration {next}, before {ahead}");
         }
         _ => (),
     }

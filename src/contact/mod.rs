@@ -14,8 +14,9 @@ pub mod stiffness;
 mod sums;
 pub mod tangential;
 
-pub use crate::material::Elastic;
 pub use error::ContactError;
 pub use half_space::{Boundary, HalfSpace, Shear};
 pub use kernel::{CellIntegrals, cell_integrals, coupling_integrals};
 pub use pair::{Coupling, Pair};
+
+pub use crate::material::Elastic;

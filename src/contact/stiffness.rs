@@ -66,6 +66,12 @@ pub struct Stiffness {
     pub iterations: usize,
 }
 
+/// Cells in contact below the pressure cap: those that a higher load presses further.
+pub fn elastic_cells(pressure: &[f64], pressure_cap: Option<f64>) -> Vec<bool> {
+    let cap = pressure_cap.unwrap_or(f64::INFINITY);
+    pressure.iter().map(|&p| p > 0.0 && p < cap).collect()
+}
+
 /// kn = 1ᵀ K_CC⁻¹ 1 dA over the cells of `set`, for bodies that do not turn.
 pub fn normal(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, ContactError> {
     normal_under(half_space, set, RESIDUAL, |_| 1.0)

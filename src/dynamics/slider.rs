@@ -31,14 +31,6 @@ impl FrictionLaw {
             FrictionLaw::Box => "|Tx| and |Ty| <= mu N each",
         }
     }
-
-    /// The value of `dynamics.friction_law`.
-    pub fn word(self) -> &'static str {
-        match self {
-            FrictionLaw::Cone => "cone",
-            FrictionLaw::Box => "box",
-        }
-    }
 }
 
 /// Inputs of a step: force (2), displacement increment (2), normal load before and after.

@@ -98,8 +98,7 @@ impl Linearisation {
         cap: Option<f64>,
         shear: Shear,
     ) -> Result<Self, ContactError> {
-        let cap = cap.unwrap_or(f64::INFINITY);
-        let elastic: Vec<bool> = pressure.iter().map(|&p| p > 0.0 && p < cap).collect();
+        let elastic = stiffness::elastic_cells(pressure, cap);
         let closed: Vec<bool> = pressure.iter().map(|&p| p > 0.0).collect();
         Ok(Linearisation {
             kn: stiffness::local_normal(half_space, &elastic)?,

@@ -195,7 +195,7 @@ fn clamped(
         |load| -> Result<Approach, NumericsError> {
             let from = last.as_ref().map(|l| &l.pressure[..]).or(start);
             let solution = joint.contact(wear, None, load, from)?;
-            let elastic = joint.elastic_cells(&solution.pressure);
+            let elastic = stiffness::elastic_cells(&solution.pressure, joint.pressure_cap);
             let kn = stiffness::normal(&mut joint.half_space, &elastic)?;
             let approach = Approach {
                 approach: solution.approach,

@@ -17,7 +17,7 @@ impl FrettingJoint {
         shear: Shear,
         coupling: Coupling,
     ) -> Result<(f64, f64), WearError> {
-        let elastic = self.elastic_cells(pressure);
+        let elastic = stiffness::elastic_cells(pressure, self.pressure_cap);
         let contact: Vec<bool> = pressure.iter().map(|&p| p > 0.0).collect();
         let half_space = &mut self.half_space;
         let kt = match coupling {
@@ -34,11 +34,5 @@ impl FrettingJoint {
             _ => stiffness::coupled(half_space, Direction::Normal, &elastic, &contact, shear)?,
         };
         Ok((kn.total, kt.total))
-    }
-
-    /// Cells in contact below the pressure cap: those that a higher load presses further.
-    pub fn elastic_cells(&self, pressure: &[f64]) -> Vec<bool> {
-        let cap = self.pressure_cap.unwrap_or(f64::INFINITY);
-        pressure.iter().map(|&p| p > 0.0 && p < cap).collect()
     }
 }

@@ -142,3 +142,42 @@ fn a_plan_follows_the_scene() {
         assert_eq!(changed, expected, "{set}");
     }
 }
+
+/// Each number that a preset has a say in has its reason, and a number that the recipe does not have has none.
+#[test]
+fn a_recipe_says_where_its_numbers_come_from() {
+    let bench = Bench::new();
+    let reasons = |sets: &[&str]| {
+        let mut arguments = vec!["plan", "small.toml", "--json", "--no-rehearsal"];
+        arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
+        bench.done(&arguments).json()["recipe"]["why"].clone()
+    };
+    let plain = reasons(&["fidelity.preset=fast"]);
+    assert_eq!(
+        plain["fidelity.normal_tolerance"],
+        "fidelity.preset = \"fast\""
+    );
+    assert_eq!(plain["wear.tolerance"], "wear.tolerance is given");
+    let asked = reasons(&["fidelity.tolerance=0.02", "fidelity.steps_per_cycle=40"]);
+    for (key, reason) in [
+        ("fidelity.cycle_tolerance", "fidelity.tolerance = 0.02"),
+        (
+            "fidelity.steps_per_cycle",
+            "fidelity.steps_per_cycle is given",
+        ),
+        (
+            "fidelity.cycle_extrapolation",
+            "fidelity.preset = \"balanced\"",
+        ),
+    ] {
+        assert_eq!(asked[key], reason, "{key}");
+    }
+    // The bodies are alike, and nothing vibrates.
+    for key in [
+        "fidelity.load_steps",
+        "fidelity.aft_samples",
+        "fidelity.harmonic_tolerance",
+    ] {
+        assert!(plain[key].is_null(), "{key}");
+    }
+}

@@ -193,3 +193,31 @@ fn harmonics_of_forces_stay() {
         ["harmonics-0-1-2-3", "harmonics-0-1-2-3-4-5"]
     );
 }
+
+/// More steps than a history has rows change its cycle, fewer do not.
+#[test]
+fn steps_of_a_history_are_varied_where_they_matter() {
+    let bench = Bench::new();
+    let path = bench.path("small.toml");
+    let made = |rows: u32| {
+        let mut csv = String::from("time,displacement_x,displacement_y\n");
+        for row in 0..rows {
+            let t = f64::from(row) / f64::from(rows);
+            let (y, x) = (std::f64::consts::TAU * t).sin_cos();
+            csv += &format!("{t},{},{}\n", 1e-6 * x, 5e-7 * y);
+        }
+        bench.write("orbit.csv", csv);
+        let history = format!("motion.history=\"{}\"", bench.path("orbit.csv").display());
+        variants_of(&path, &[&history], &["steps_per_cycle"])
+    };
+    let few = made(12);
+    assert!(few.left_out.is_empty(), "{:?}", few.left_out);
+    assert!(
+        names(&few)
+            .iter()
+            .any(|name| name.starts_with("steps_per_cycle"))
+    );
+    let many = made(200);
+    let reason = &many.left_out[0].reason;
+    assert!(reason.contains("more rows"), "{reason}");
+}

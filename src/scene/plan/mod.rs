@@ -13,7 +13,7 @@ use serde_json::json;
 
 use super::Scene;
 use super::canonical::FOLLOWING_KEYS;
-use crate::recipe::{CycleError, Decision, Identity, Inputs, Joint, Recipe, told};
+use crate::recipe::{CycleError, Decision, Identity, Inputs, Joint, Reasons, Recipe, told};
 use crate::wear::Motion;
 use files::Files;
 use rough::{Contents, motion_of};
@@ -168,7 +168,7 @@ fn decide(scene: &Scene, motion: &Motion, contents: &Contents) -> Result<Recipe,
     };
     let has_joint = joint.surface.is_some() || joint.elements.is_some();
     let (structure, response) = vibration::decide(scene).unzip();
-    Ok(Recipe {
+    let mut recipe = Recipe {
         title: scene.title.clone(),
         structure,
         joints: has_joint.then_some(joint).into_iter().collect(),
@@ -176,6 +176,8 @@ fn decide(scene: &Scene, motion: &Motion, contents: &Contents) -> Result<Recipe,
         wear: scene.wear.clone(),
         output: scene.output.clone(),
         asked_error: scene.fidelity.tolerance,
-        why: numbers::reasons(scene),
-    })
+        why: Reasons::default(),
+    };
+    recipe.why = numbers::reasons(scene, &recipe);
+    Ok(recipe)
 }

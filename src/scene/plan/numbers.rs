@@ -2,57 +2,45 @@
 
 use serde_json::json;
 
-use crate::recipe::Reasons;
+use crate::recipe::{Reasons, Recipe};
 use crate::scene::Scene;
-use crate::scene::keys::{self, AnyKey, Default, cycles::SCHEME, fidelity::*};
+use crate::scene::keys::{cycles::*, fidelity::*};
 
-/// The reason of each number that a preset has a say in and that this scene uses, by its key.
-pub(super) fn reasons(scene: &Scene) -> Reasons {
+/// The reason of each number of a recipe that a preset has a say in, by its key: the scene gives it, or it follows from the error that
+/// is asked for, or from the preset. How a cycle is marched has its reason in the cycle.
+pub(super) fn reasons(scene: &Scene, recipe: &Recipe) -> Reasons {
     let fidelity = &scene.fidelity;
     let given = |name: &str| {
-        let path = name.split('.');
-        let mut table = Some(scene.document());
-        let mut found = None;
-        for part in path {
-            found = table.and_then(|table| table.get(part));
-            table = found.and_then(|value| value.as_table());
-        }
-        found.is_some()
+        let (section, key) = name.split_once('.')?;
+        scene.document().get(section)?.get(key)
     };
-    let by_error = |name: &str| {
-        let alone = [
-            CYCLE.name,
-            CYCLE_EXTRAPOLATION.name,
-            LOAD_STEPS.name,
-            SCHEME.name,
-        ];
-        fidelity.tolerance.filter(|_| !alone.contains(&name))
-    };
+    let load_steps = recipe.contact().and_then(|c| c.coupling.load_steps());
+    let (cycle, wear) = (recipe.cycle().is_some(), recipe.wear.is_some());
+    let sheared = cycle || load_steps.is_some();
+    let vibrates = recipe.response.is_some();
+    let extended = fidelity.harmonic_tolerance.is_some();
+    // Keys that give a number, whether the recipe has it, and whether it follows from an error that is asked for.
+    let numbers: [(&[&str], bool, bool); 10] = [
+        (&[NORMAL_TOLERANCE.name], recipe.contact().is_some(), true),
+        (&[TANGENTIAL_TOLERANCE.name], sheared, true),
+        (&[LOAD_STEPS.name], load_steps.is_some(), false),
+        (&[CYCLE_TOLERANCE.name], cycle, true),
+        (&[STEPS_PER_CYCLE.name], cycle, true),
+        (&[CYCLE_EXTRAPOLATION.name], cycle, false),
+        (&[WEAR_STEP_TOLERANCE.name, WEAR_TOLERANCE.name], wear, true),
+        (&[SCHEME.name], wear, false),
+        (&[AFT_SAMPLES.name], vibrates, true),
+        (&[HARMONIC_TOLERANCE.name], extended, true),
+    ];
     let mut why = Reasons::default();
-    let has_say = |key: &&AnyKey| matches!(key.default, Default::ByPreset(_));
-    for key in keys::all()
-        .filter(has_say)
-        .filter(|key| is_used(scene, key.name))
-    {
-        let name = key.name;
-        let own = [name, "wear.tolerance"];
-        let own = &own[..if name == WEAR_TOLERANCE.name { 2 } else { 1 }];
-        let reason = match (own.iter().find(|name| given(name)), by_error(name)) {
-            (Some(given), _) => format!("{given} is given"),
+    for (keys, _, by_error) in numbers.into_iter().filter(|number| number.1) {
+        let own = keys.iter().find(|name| given(name).is_some());
+        let reason = match (own, fidelity.tolerance.filter(|_| by_error)) {
+            (Some(own), _) => format!("{own} is given"),
             (None, Some(error)) => format!("fidelity.tolerance = {error}"),
             (None, None) => format!("fidelity.preset = {}", json!(fidelity.preset)),
         };
-        why.add(name, reason);
+        why.add(keys[0], reason);
     }
     why
-}
-
-fn is_used(scene: &Scene, name: &str) -> bool {
-    let of_wear = [SCHEME.name, WEAR_TOLERANCE.name];
-    let of_vibration = [AFT_SAMPLES.name, HARMONIC_TOLERANCE.name];
-    match name {
-        _ if of_wear.contains(&name) => scene.wear.is_some(),
-        _ if of_vibration.contains(&name) => scene.dynamics.is_some(),
-        _ => scene.surface.is_some(),
-    }
 }

@@ -1,5 +1,7 @@
 //! The vibrating structure of a scene: what is decided about it.
 
+use serde_json::json;
+
 use crate::recipe::{self, ElementStiffness, Reasons};
 use crate::scene::{Contact, DampingBasis, Dynamics, Scene, Stiffness};
 
@@ -72,10 +74,7 @@ pub(super) fn elements(scene: &Scene) -> Option<recipe::Elements> {
     let mut why = Reasons::default();
     why.add(
         "friction_law",
-        format!(
-            "dynamics.friction_law = \"{}\"",
-            dynamics.friction_law.word()
-        ),
+        format!("dynamics.friction_law = {}", json!(dynamics.friction_law)),
     );
     let stiffness = stiffness(scene, contact, &mut why);
     let update = scene.update.unwrap_or_default();

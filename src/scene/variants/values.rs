@@ -1,7 +1,7 @@
 //! The values that each knob of a scene is tried at.
 
 use super::{Choice, Knob};
-use crate::recipe::Recipe;
+use crate::recipe::{MotionSource, Recipe};
 use crate::scene::keys::contact::STIFFNESS;
 use crate::scene::{Dynamics, Scene};
 use crate::wear::cycle::March;
@@ -61,6 +61,9 @@ pub(super) fn values(
             Err("the cycle is one exact solve between its reversals, not stepped")
         }
         "cycle_tolerance" => Ok(decades(fidelity.cycle_tolerance)),
+        "steps_per_cycle" if has_rows_enough(recipe, fidelity.steps_per_cycle) => {
+            Err("motion.history has more rows than a cycle has steps")
+        }
         "steps_per_cycle" => Ok(counts(
             fidelity.steps_per_cycle,
             [1.0 / 4.0, 1.0 / 2.0, 2.0],
@@ -324,4 +327,11 @@ fn grids(scene: &Scene, largest: Option<usize>) -> Values {
         grid = grid.map(|n| 2 * n);
     }
     values
+}
+
+/// True if a cycle is stepped at the rows of a history, whatever number of steps is asked for, up to twice `steps`: it is refined by
+/// halves up to that number, and no further.
+fn has_rows_enough(recipe: &Recipe, steps: usize) -> bool {
+    let motion = recipe.cycle().map(|cycle| &cycle.motion);
+    matches!(motion, Some(MotionSource::History { samples, .. }) if *samples >= 2 * steps)
 }
