@@ -2,6 +2,7 @@
 //!
 //! The Jacobian is the exact derivative of what was sampled: its error does not depend on the number of samples.
 
+use super::march::Slope;
 use super::{DynamicsError, Harmonics};
 
 /// An element of the interface: what force it has at given displacements over a cycle.
@@ -20,12 +21,14 @@ pub trait InterfaceElement {
     /// Whether at every sample the force is exactly reference stiffness times displacement.
     fn follows_reference(&self, displacement: &[[f64; 3]]) -> bool;
 
-    /// Forces \[N\] over the steady cycle, and their derivative if asked for.
+    /// Forces \[N\] over the steady cycle, and their derivative if asked for, in arrays of any content; `scratch` is there to work
+    /// in.
     fn sample(
         &self,
         displacement: &[[f64; 3]],
         force: &mut [[f64; 3]],
         derivative: Option<&mut Derivative<'_>>,
+        scratch: &mut Scratch,
     ) -> Closure;
 }
 
@@ -47,6 +50,19 @@ impl Closure {
         change: 0.0,
         largest: 0.0,
     };
+
+    /// That of two forces which add up: the largest values do, and so do the changes.
+    pub(super) fn and(self, other: Closure) -> Closure {
+        if self.largest == 0.0 {
+            return other;
+        }
+        let largest = self.largest + other.largest;
+        Closure {
+            cycles: self.cycles.max(other.cycles),
+            change: (self.change * self.largest + other.change * other.largest) / largest,
+            largest,
+        }
+    }
 }
 
 /// Derivatives of the sampled forces with respect to the coefficients of displacement.
@@ -82,12 +98,24 @@ pub struct Sampling {
     analysis: Vec<f64>,
 }
 
+/// Arrays that the law of an element works in, of any content between its uses.
+#[derive(Debug, Clone, Default)]
+pub struct Scratch {
+    /// Tangential forces of a slider at the samples.
+    pub(super) force: Vec<[f64; 2]>,
+    /// What its steps depend on.
+    pub(super) slopes: Vec<Slope>,
+    /// Derivative of its force with respect to the coefficients, x then y.
+    pub(super) tangent: Vec<f64>,
+}
+
 /// Arrays that [`Sampling::evaluate`] works in.
 #[derive(Debug, Clone)]
 pub struct Workspace {
     displacement: Vec<[f64; 3]>,
     force: Vec<[f64; 3]>,
     derivative: Vec<f64>,
+    scratch: Scratch,
 }
 
 impl Sampling {
@@ -177,6 +205,7 @@ impl Sampling {
             displacement: vec![[0.0; 3]; self.samples],
             force: vec![[0.0; 3]; self.samples],
             derivative: vec![0.0; self.samples * 9 * n],
+            scratch: Scratch::default(),
         }
     }
 
@@ -195,7 +224,8 @@ impl Sampling {
         let n = self.harmonics.coefficients();
         self.synthesise_into(displacement, &mut work.displacement);
         let Some(jacobian) = jacobian else {
-            let closure = element.sample(&work.displacement, &mut work.force, None);
+            let closure =
+                element.sample(&work.displacement, &mut work.force, None, &mut work.scratch);
             self.analyse_into(&work.force, force);
             return closure;
         };
@@ -204,7 +234,12 @@ impl Sampling {
             basis: &self.basis,
             values: &mut work.derivative,
         };
-        let closure = element.sample(&work.displacement, &mut work.force, Some(&mut derivative));
+        let closure = element.sample(
+            &work.displacement,
+            &mut work.force,
+            Some(&mut derivative),
+            &mut work.scratch,
+        );
         self.analyse_into(&work.force, force);
         jacobian.fill(0.0);
         let width = 3 * n;

@@ -4,6 +4,7 @@
 use super::Sampling;
 use super::contact_element::{ContactElement, ElementCycle, ElementState};
 use super::cycle::JointCycle;
+use super::slider::Slider;
 
 /// Energies of a cycle of the joint with and without the closures.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -35,31 +36,19 @@ impl ClosureEnergy {
         let pairs = elements.iter().zip(&moved);
         let cycles: Vec<ElementCycle> = pairs.map(|(e, u)| e.cycle(u)).collect();
         let loaded: Vec<usize> = (0..elements.len())
-            .filter(|&e| elements[e].normal_load > 0.0)
+            .filter(|&e| elements[e].normal_load() > 0.0)
             .collect();
-        let sum = |of: fn(&ContactElement) -> f64| loaded.iter().map(|&e| of(&elements[e])).sum();
-        let Some(first) = loaded.first() else {
+        if loaded.is_empty() {
             return ClosureEnergy::default();
-        };
-        let whole = ContactElement {
-            area: sum(|e| e.area),
-            normal_load: sum(|e| e.normal_load),
-            tangential_stiffness: sum(|e| e.tangential_stiffness),
-            normal_stiffness: sum(|e| e.normal_stiffness),
-            ..elements[*first]
-        };
+        }
+        let whole = joined(loaded.iter().map(|&e| &elements[e]));
+        let load = whole.normal_load();
         // The normal displacement that gives the total load: its mean over the area is that of elements which open, too.
         let mean: Vec<[f64; 3]> = joint
             .displacement
             .iter()
             .zip(&joint.force)
-            .map(|(u, force)| {
-                let normal = match whole.normal_stiffness {
-                    0.0 => 0.0,
-                    kn => (force[2] - whole.normal_load) / kn,
-                };
-                [u[0], u[1], normal]
-            })
+            .map(|(u, force)| [u[0], u[1], whole.displacement_under(force[2])])
             .collect();
         let together = whole.cycle(&mean);
         let apart: f64 = cycles.iter().map(|c| c.dissipated_energy).sum();
@@ -67,7 +56,7 @@ impl ClosureEnergy {
             .iter()
             .filter(|&&e| cycles[e].state != ElementState::Stick)
             .map(|&e| {
-                let part = elements[e].normal_load / whole.normal_load;
+                let part = elements[e].normal_load() / load;
                 let own = friction_work(&moved[e], |j| cycles[e].force[j][2]);
                 let closed = friction_work(&mean, |j| part * together.force[j][2]);
                 elements[e].friction_coefficient * (own - closed)
@@ -77,6 +66,33 @@ impl ClosureEnergy {
             mean_motion: together.dissipated_energy,
             error: (apart - together.dissipated_energy).abs().max(slid.abs()),
         }
+    }
+}
+
+/// Elements that move alike, with at least one among them, as one of the friction of the first: sliders of the same number are one.
+fn joined<'a>(elements: impl Iterator<Item = &'a ContactElement> + Clone) -> ContactElement {
+    let first = elements.clone().next().expect("an element");
+    let number = elements.clone().map(|e| e.sliders.len()).max();
+    let slider = |k: usize| {
+        let alike = elements.clone().filter_map(move |e| e.sliders.get(k));
+        let sum = |of: fn(&Slider) -> f64| -> f64 { alike.clone().map(of).sum() };
+        let normal_stiffness = sum(|s| s.normal_stiffness);
+        let lost = sum(|s| s.normal_stiffness * s.gap);
+        Slider {
+            normal_load: sum(|s| s.normal_load),
+            gap: match normal_stiffness {
+                0.0 => 0.0,
+                kn => lost / kn,
+            },
+            tangential_stiffness: sum(|s| s.tangential_stiffness),
+            normal_stiffness,
+        }
+    };
+    ContactElement {
+        area: elements.clone().map(|e| e.area).sum(),
+        friction_coefficient: first.friction_coefficient,
+        law: first.law,
+        sliders: (0..number.unwrap_or(0)).map(slider).collect(),
     }
 }
 

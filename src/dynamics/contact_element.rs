@@ -1,47 +1,48 @@
-//! The three-dimensional contact element [A §2b, fig. 3]: two coupled Jenkins elements in the plane, a unilateral spring along
-//! the normal.
+//! The three-dimensional contact element [A §2b, fig. 3] as a bank of parallel sliders.
 //!
-//! Normal load `N(t) = max(0, N₀ + k_n (u_n − g₀))`; the tangential force `T = k_t (u_t − w)` follows the slider w, which moves
-//! when `T` would leave the friction limit of `N(t)`. Without load the slider goes with the displacement and `T = 0`.
+//! All sliders of an element see its displacement, and their forces add up. Each is two coupled Jenkins elements in the plane and a
+//! unilateral spring along the normal: the normal load is `N(t) = max(0, N₀ + k_n (u_n − g₀))`; the tangential force
+//! `T = k_t (u_t − w)` follows the slider's position w, which moves when `T` would leave the friction limit of `N(t)`. Without load
+//! the slider goes with the displacement and `T = 0`. The element of [A] is the bank of one.
 //!
-//! *Start of the slider.* A mean tangential force can be locked in by friction, so the mean is unique only together with a
+//! Under a steady load a bank that is pulled along a line has a piecewise linear, concave force (Iwan 1966); as its sliders have
+//! limits of their own normal loads, its stiffness and strength follow the load, and no history makes it give energy: the idea
+//! of reduced dimensionality (Popov and Heß 2015).
+//!
+//! *Start of the sliders.* A mean tangential force can be locked in by friction, so the mean is unique only together with a
 //! history. It is this one: at the preloaded state u = 0 and w = 0; from there to the first sample in one step, then cycle after
 //! cycle to the steady one. Between samples the displacement goes straight and the load changes linearly, for which the law is
 //! integrated exactly.
 
 use super::DynamicsError;
-use super::aft::{Closure, Derivative, InterfaceElement};
+use super::aft::{Closure, Derivative, InterfaceElement, Scratch};
 use super::march::March;
-use super::slider::FrictionLaw;
+use super::slider::{FrictionLaw, Slider};
 
 /// What an element does over a cycle at its worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ElementState {
-    /// Loaded and without slip throughout.
+    /// Loaded throughout, and no slider slips.
     Stick,
-    /// Loaded throughout, slips somewhere.
+    /// Loaded throughout; sliders slip, but in no step between samples all that are loaded. A bank of one never does.
+    Partial,
+    /// Loaded throughout; somewhere all sliders that are loaded slip.
     Slip,
-    /// Without load somewhere.
+    /// No slider is loaded somewhere.
     Open,
 }
 
 /// Parameters of a contact element.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ContactElement {
     /// Area A \[m²\]; enters sums over elements, not the law.
     pub area: f64,
-    /// Friction coefficient µ.
+    /// Friction coefficient µ of all sliders.
     pub friction_coefficient: f64,
-    /// Normal load N₀ at u = 0 \[N\].
-    pub normal_load: f64,
-    /// Gap g₀ at u = 0 \[m\]; only an unloaded element has one.
-    pub gap: f64,
-    /// Tangential stiffness k_t \[N/m\].
-    pub tangential_stiffness: f64,
-    /// Normal stiffness k_n \[N/m\].
-    pub normal_stiffness: f64,
     /// Friction law.
     pub law: FrictionLaw,
+    /// The sliders, one or more.
+    pub sliders: Vec<Slider>,
 }
 
 /// Forces and slip of one element over its steady cycle, at the samples of the displacement.
@@ -49,11 +50,9 @@ pub struct ContactElement {
 pub struct ElementCycle {
     /// `[T_x, T_y, N]` \[N\]; N is the whole normal load, not its change.
     pub force: Vec<[f64; 3]>,
-    /// Position of the slider, (x, y) \[m\].
-    pub slider: Vec<[f64; 2]>,
-    /// Energy dissipated in one cycle, Σ T·Δw \[J\].
+    /// Energy dissipated in one cycle, Σ T·Δw of all sliders \[J\].
     pub dissipated_energy: f64,
-    /// Path of the slider in one cycle, Σ |Δw| \[m\].
+    /// Path in one cycle, Σ |Δw|, the mean of the sliders weighted by their static strength \[m\].
     pub slip_path: f64,
     /// The worst state.
     pub state: ElementState,
@@ -62,116 +61,209 @@ pub struct ElementCycle {
 }
 
 impl ContactElement {
-    /// Normal load at the normal displacement `u` without the limit at zero \[N\].
-    pub(super) fn bilateral_load(&self, u: f64) -> f64 {
-        self.normal_load + self.normal_stiffness * (u - self.gap)
+    /// Normal load at u = 0 \[N\].
+    pub fn normal_load(&self) -> f64 {
+        self.sum(|slider| slider.normal_load)
     }
 
-    /// Tangential stiffness, or none if there is no friction to hold it.
-    fn gripping_stiffness(&self) -> f64 {
-        if self.friction_coefficient > 0.0 {
-            self.tangential_stiffness
-        } else {
-            0.0
+    /// Normal stiffness of all sliders together \[N/m\].
+    pub fn normal_stiffness(&self) -> f64 {
+        self.sum(|slider| slider.normal_stiffness)
+    }
+
+    /// Tangential stiffness of all sliders together, before any of them slips \[N/m\].
+    pub fn tangential_stiffness(&self) -> f64 {
+        self.sum(|slider| slider.tangential_stiffness)
+    }
+
+    fn sum(&self, of: impl Fn(&Slider) -> f64) -> f64 {
+        self.sliders.iter().map(of).sum()
+    }
+
+    /// The normal displacement under the load `load` > 0 \[m\]; 0 without normal stiffness.
+    pub(super) fn displacement_under(&self, load: f64) -> f64 {
+        let sum = |loaded: &[&Slider], of: fn(&Slider) -> f64| -> f64 {
+            loaded.iter().map(|slider| of(slider)).sum()
+        };
+        let mut loaded: Vec<&Slider> = self.sliders.iter().collect();
+        let mut displacement = 0.0;
+        // The load is a convex function of the displacement: from all sliders, whose springs also pull, Newton's method takes off
+        // those that do until none is left.
+        loop {
+            let stiffness = sum(&loaded, |s| s.normal_stiffness);
+            if stiffness == 0.0 {
+                return displacement;
+            }
+            let at_rest = sum(&loaded, |s| s.normal_load);
+            let lost = sum(&loaded, |s| s.normal_stiffness * s.gap);
+            displacement = (load - at_rest + lost) / stiffness;
+            let before = loaded.len();
+            loaded.retain(|slider| slider.bilateral_load(displacement) > 0.0);
+            if loaded.len() == before {
+                return displacement;
+            }
         }
     }
 
     /// Forces and slip over the steady cycle of `displacement` (`[x, y, n]` at equidistant samples).
     pub fn cycle(&self, displacement: &[[f64; 3]]) -> ElementCycle {
-        let mut force = vec![[0.0; 3]; displacement.len()];
-        let closure = self.sample(displacement, &mut force, None);
-        let kt = self.gripping_stiffness();
         let mut cycle = ElementCycle {
-            force,
-            slider: Vec::with_capacity(displacement.len()),
+            force: vec![[0.0; 3]; displacement.len()],
             dissipated_energy: 0.0,
             slip_path: 0.0,
             state: ElementState::Stick,
-            closure,
-        };
-        for (u, force) in displacement.iter().zip(&mut cycle.force) {
-            let load = self.bilateral_load(u[2]);
-            force[2] = load.max(0.0);
-            let lag = |d: usize| if kt > 0.0 { force[d] / kt } else { 0.0 };
-            cycle.slider.push([u[0] - lag(0), u[1] - lag(1)]);
-            if load <= 0.0 {
-                cycle.state = ElementState::Open;
-            }
-        }
-        let Some(&last) = cycle.slider.last() else {
-            return cycle;
+            closure: Closure::EXACT,
         };
         let scale = displacement
             .iter()
             .fold(0.0_f64, |s, u| s.max(u[0].abs()).max(u[1].abs()));
-        let mut before = last;
-        for (slider, force) in cycle.slider.iter().zip(&cycle.force) {
-            let moved = [slider[0] - before[0], slider[1] - before[1]];
-            before = *slider;
-            let path = moved[0].hypot(moved[1]);
-            // Rounding of u − T/k_t is not slip.
-            if path > 8.0 * f64::EPSILON * scale {
-                cycle.dissipated_energy += force[0] * moved[0] + force[1] * moved[1];
-                cycle.slip_path += path;
-                cycle.state = cycle.state.max(ElementState::Slip);
+        let mut scratch = Scratch::default();
+        // Of every step, the sliders that are loaded, and those of them that slip.
+        let mut count = vec![(0_usize, 0_usize); displacement.len()];
+        let strength = self.normal_load();
+        for slider in &self.sliders {
+            let share = if strength > 0.0 {
+                slider.normal_load / strength
+            } else {
+                1.0 / self.sliders.len() as f64
+            };
+            let kt = slider.gripping_stiffness(self.friction_coefficient);
+            let closure = if self.is_linear(slider, displacement) {
+                let kt = if slider.bears() { kt } else { 0.0 };
+                scratch.force.clear();
+                let force = displacement.iter().map(|u| [kt * u[0], kt * u[1]]);
+                scratch.force.extend(force);
+                linear(kt, displacement)
+            } else {
+                self.march(slider, displacement, None, &mut scratch)
+            };
+            cycle.closure = cycle.closure.and(closure);
+            let position = |j: usize| {
+                let (u, force) = (displacement[j], scratch.force[j]);
+                let lag = |d: usize| if kt > 0.0 { force[d] / kt } else { 0.0 };
+                [u[0] - lag(0), u[1] - lag(1)]
+            };
+            let mut before = match displacement.len() {
+                0 => [0.0; 2],
+                samples => position(samples - 1),
+            };
+            for (j, (u, sum)) in displacement.iter().zip(&mut cycle.force).enumerate() {
+                let (load, force) = (slider.bilateral_load(u[2]), scratch.force[j]);
+                sum[0] += force[0];
+                sum[1] += force[1];
+                sum[2] += load.max(0.0);
+                let now = position(j);
+                let moved = [now[0] - before[0], now[1] - before[1]];
+                before = now;
+                let path = moved[0].hypot(moved[1]);
+                // Rounding of u − T/k_t is not slip.
+                let slips = path > 8.0 * f64::EPSILON * scale;
+                if slips {
+                    cycle.dissipated_energy += force[0] * moved[0] + force[1] * moved[1];
+                    cycle.slip_path += share * path;
+                }
+                if load > 0.0 {
+                    count[j].0 += 1;
+                    count[j].1 += usize::from(slips);
+                }
             }
         }
+        for (loaded, slipping) in count {
+            cycle.state = cycle.state.max(match slipping {
+                _ if loaded == 0 => ElementState::Open,
+                0 => ElementState::Stick,
+                _ if slipping == loaded => ElementState::Slip,
+                _ => ElementState::Partial,
+            });
+        }
         cycle
+    }
+
+    /// Whether a slider of a bank need not march, as it follows its reference. A slider alone marches: its element, if it follows, is
+    /// hardly ever asked.
+    fn is_linear(&self, slider: &Slider, displacement: &[[f64; 3]]) -> bool {
+        self.sliders.len() > 1
+            && slider.follows_reference(self.law, self.friction_coefficient, displacement)
+    }
+
+    /// Tangential forces of a slider in `scratch`; their derivatives are added.
+    fn march(
+        &self,
+        slider: &Slider,
+        displacement: &[[f64; 3]],
+        derivative: Option<&mut Derivative<'_>>,
+        scratch: &mut Scratch,
+    ) -> Closure {
+        if slider.gripping_stiffness(self.friction_coefficient) == 0.0 {
+            scratch.force.clear();
+            scratch.force.resize(displacement.len(), [0.0; 2]);
+            return Closure::EXACT;
+        }
+        let march = March {
+            slider,
+            friction: self.friction_coefficient,
+            law: self.law,
+            displacement,
+            by_fixed_point: self.sliders.len() > 1,
+        };
+        march.run(derivative, scratch)
     }
 }
 
 impl InterfaceElement for ContactElement {
     fn check(&self, element: usize) -> Result<(), DynamicsError> {
-        let numbers = [
+        let refused = |name, value, expected| {
+            Err(DynamicsError::Element {
+                element,
+                name,
+                value,
+                expected,
+            })
+        };
+        if self.sliders.is_empty() {
+            return refused("the number of sliders", 0.0, "one or more");
+        }
+        let own = [
             ("the area", self.area),
             ("the friction coefficient", self.friction_coefficient),
-            ("the normal load", self.normal_load),
-            ("the gap", self.gap),
-            ("the tangential stiffness", self.tangential_stiffness),
-            ("the normal stiffness", self.normal_stiffness),
         ];
-        for (name, value) in numbers {
+        let of_sliders = self.sliders.iter().flat_map(|slider| {
+            [
+                ("the normal load", slider.normal_load),
+                ("the gap", slider.gap),
+                ("the tangential stiffness", slider.tangential_stiffness),
+                ("the normal stiffness", slider.normal_stiffness),
+            ]
+        });
+        for (name, value) in own.into_iter().chain(of_sliders) {
             if !(value >= 0.0 && value.is_finite()) {
-                return Err(DynamicsError::Element {
-                    element,
-                    name,
-                    value,
-                    expected: "a finite number, zero or more",
-                });
+                return refused(name, value, "a finite number, zero or more");
             }
         }
-        if self.gap > 0.0 && self.normal_load > 0.0 {
-            return Err(DynamicsError::Element {
-                element,
-                name: "the gap",
-                value: self.gap,
-                expected: "zero where there is a normal load: an element that is open at rest bears none",
-            });
+        for slider in &self.sliders {
+            if slider.gap > 0.0 && slider.normal_load > 0.0 {
+                return refused(
+                    "the gap",
+                    slider.gap,
+                    "zero where there is a normal load: an element that is open at rest bears none",
+                );
+            }
         }
         Ok(())
     }
 
     fn reference_stiffness(&self) -> [f64; 3] {
-        let bears = self.normal_load > 0.0 || (self.gap == 0.0 && self.normal_stiffness > 0.0);
-        if bears {
-            let kt = self.gripping_stiffness();
-            [kt, kt, self.normal_stiffness]
-        } else {
-            [0.0; 3]
-        }
+        let bearing = self.sliders.iter().filter(|slider| slider.bears());
+        bearing.fold([0.0; 3], |[x, y, n], slider| {
+            let kt = slider.gripping_stiffness(self.friction_coefficient);
+            [x + kt, y + kt, n + slider.normal_stiffness]
+        })
     }
 
     fn follows_reference(&self, displacement: &[[f64; 3]]) -> bool {
-        let [kt, _, kn] = self.reference_stiffness();
-        let bears = self.normal_load > 0.0 || kn > 0.0;
-        displacement.iter().all(|u| {
-            let load = self.bilateral_load(u[2]);
-            if !bears {
-                return load <= 0.0;
-            }
-            let limit = self.friction_coefficient * load;
-            load >= 0.0 && self.law.holds([kt * u[0], kt * u[1]], limit)
-        })
+        let (law, friction) = (self.law, self.friction_coefficient);
+        let mut sliders = self.sliders.iter();
+        sliders.all(|slider| slider.follows_reference(law, friction, displacement))
     }
 
     fn sample(
@@ -179,19 +271,32 @@ impl InterfaceElement for ContactElement {
         displacement: &[[f64; 3]],
         force: &mut [[f64; 3]],
         mut derivative: Option<&mut Derivative<'_>>,
+        scratch: &mut Scratch,
     ) -> Closure {
         if let Some(derivative) = derivative.as_deref_mut() {
             derivative.values.fill(0.0);
         }
         self.normal_forces(displacement, force, derivative.as_deref_mut());
-        if self.gripping_stiffness() == 0.0 {
-            return Closure::EXACT;
+        let mut closure = Closure::EXACT;
+        let mut stuck = 0.0;
+        for slider in &self.sliders {
+            if self.is_linear(slider, displacement) {
+                if slider.bears() {
+                    stuck += slider.gripping_stiffness(self.friction_coefficient);
+                }
+                continue;
+            }
+            let own = self.march(slider, displacement, derivative.as_deref_mut(), scratch);
+            closure = closure.and(own);
+            for (sum, own) in force.iter_mut().zip(&scratch.force) {
+                sum[0] += own[0];
+                sum[1] += own[1];
+            }
         }
-        let march = March {
-            element: self,
-            displacement,
-        };
-        march.run(force, derivative)
+        if stuck > 0.0 {
+            closure = closure.and(stretch(stuck, displacement, force, derivative));
+        }
+        closure
     }
 }
 
@@ -203,17 +308,54 @@ impl ContactElement {
         mut derivative: Option<&mut Derivative<'_>>,
     ) {
         for (j, (u, force)) in displacement.iter().zip(force).enumerate() {
-            let load = self.bilateral_load(u[2]);
-            *force = [0.0, 0.0, load.max(0.0) - self.normal_load];
-            if load > 0.0
-                && let Some(derivative) = derivative.as_deref_mut()
-            {
+            let (mut change, mut stiffness) = (0.0, 0.0);
+            for slider in &self.sliders {
+                let load = slider.bilateral_load(u[2]);
+                change += load.max(0.0) - slider.normal_load;
+                if load > 0.0 {
+                    stiffness += slider.normal_stiffness;
+                }
+            }
+            *force = [0.0, 0.0, change];
+            if let Some(derivative) = derivative.as_deref_mut() {
                 let n = derivative.coefficients;
                 for c in 0..n {
-                    let slope = self.normal_stiffness * derivative.basis_at(j)[c];
+                    let slope = stiffness * derivative.basis_at(j)[c];
                     derivative.row_mut(j, 2)[2 * n + c] = slope;
                 }
             }
         }
+    }
+}
+
+/// Adds the tangential forces of sliders that stick throughout, with the stiffness `kt` together.
+fn stretch(
+    kt: f64,
+    displacement: &[[f64; 3]],
+    force: &mut [[f64; 3]],
+    mut derivative: Option<&mut Derivative<'_>>,
+) -> Closure {
+    for (j, (u, force)) in displacement.iter().zip(force).enumerate() {
+        force[0] += kt * u[0];
+        force[1] += kt * u[1];
+        if let Some(derivative) = derivative.as_deref_mut() {
+            let n = derivative.coefficients;
+            let basis = derivative.basis;
+            for d in 0..2 {
+                let row = derivative.row_mut(j, d)[d * n..][..n].iter_mut();
+                row.zip(&basis[j * n..][..n])
+                    .for_each(|(sum, value)| *sum += kt * value);
+            }
+        }
+    }
+    linear(kt, displacement)
+}
+
+/// That of a force `kt` times the displacement.
+fn linear(kt: f64, displacement: &[[f64; 3]]) -> Closure {
+    let squares = displacement.iter().map(|u| u[0] * u[0] + u[1] * u[1]);
+    Closure {
+        largest: kt * squares.fold(0.0_f64, f64::max).sqrt(),
+        ..Closure::EXACT
     }
 }

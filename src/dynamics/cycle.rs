@@ -66,9 +66,10 @@ impl HarmonicBalance<ContactElement> {
                 }
                 total[j] += cycle.force[j][2];
             }
-            if element.normal_load > 0.0 {
+            let load = element.normal_load();
+            if load > 0.0 {
                 let amplitude = half_range(cycle.force.iter().map(|f| f[2]));
-                let share = amplitude / element.normal_load;
+                let share = amplitude / load;
                 summary.largest_normal_load = summary.largest_normal_load.max(share);
             }
         }
@@ -77,7 +78,11 @@ impl HarmonicBalance<ContactElement> {
         } else {
             summary.displacement = [0, 1, 2].map(|d| half_range(mean.iter().map(|u| u[d])));
         }
-        let preload: f64 = self.elements().iter().map(|e| e.normal_load).sum();
+        let preload: f64 = self
+            .elements()
+            .iter()
+            .map(ContactElement::normal_load)
+            .sum();
         if preload > 0.0 {
             summary.normal_load = half_range(total) / preload;
         }

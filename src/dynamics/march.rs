@@ -1,13 +1,12 @@
-//! The march of an element's slider from the preload to its steady cycle, and the derivative of that cycle.
+//! The march of a slider from the preload to its steady cycle, and the derivative of that cycle.
 //!
 //! Where the march closes slowly, the steady cycle is the fixed point of the force over one cycle, found by Newton's method; it is
-//! that of the march as long as the element slips in it.
+//! that of the march as long as the slider slips in it.
 
-use super::aft::{Closure, Derivative};
-use super::contact_element::ContactElement;
-use super::slider::{self, Dual, INPUTS, Number, Step};
+use super::aft::{Closure, Derivative, Scratch};
+use super::slider::{self, Dual, FrictionLaw, INPUTS, MEMORY, Number, Slider, Step};
 
-/// Cycles marched one after the other. The memory of most motions is gone after one; an element that slips by much less than it
+/// Cycles marched one after the other. The memory of most motions is gone after one; a slider that slips by much less than it
 /// stretches forgets a force across its motion over hundreds, and from here on its steady cycle is looked for.
 const PLAIN_CYCLES: usize = 4;
 /// Cycles at most until the steady one is found.
@@ -20,10 +19,28 @@ const STEADY: f64 = 1e-12;
 /// Determinant of 1 − A below which a cycle forgets nothing; that of a force which decays over 1e5 cycles is larger.
 const FORGETS: f64 = 1e-6;
 
-/// The slider over the samples of a cycle.
+/// A slider over the samples of a cycle.
 pub(super) struct March<'a> {
-    pub(super) element: &'a ContactElement,
+    pub(super) slider: &'a Slider,
+    pub(super) friction: f64,
+    pub(super) law: FrictionLaw,
     pub(super) displacement: &'a [[f64; 3]],
+    /// Whether the derivative is that of the fixed point wherever there is one, which costs one lap, or only after a march that
+    /// closes slowly. They differ by what the march has not forgotten yet.
+    pub(super) by_fixed_point: bool,
+}
+
+/// A steady cycle of the slider.
+struct Steady {
+    /// Force at its beginning.
+    start: [f64; 2],
+    /// Cycles marched one after the other before it, or to it if it is one of them.
+    plain: usize,
+    /// Whether it is the last of those.
+    is_plain: bool,
+    /// Whether it neither slips nor opens.
+    stuck: bool,
+    closure: Closure,
 }
 
 /// One cycle of the slider.
@@ -36,64 +53,77 @@ struct Lap {
     stuck: bool,
 }
 
-/// Derivatives of a step: of both forces with respect to its inputs.
-type Slopes = [[f64; INPUTS]; 2];
+/// Derivatives of both forces after a step with respect to its first `K` inputs.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Slope<const K: usize = INPUTS> {
+    /// None: there is no force.
+    Open,
+    /// The force before, and k_t times the displacement.
+    Stick,
+    /// All there are.
+    Other([[f64; K]; 2]),
+}
 
 impl March<'_> {
-    /// From the preload to the steady cycle, with derivatives.
+    /// From the preload to the steady cycle: the forces of its samples in `scratch`; their derivatives are added to those of others.
     pub(super) fn run(
         &self,
-        force: &mut [[f64; 3]],
-        mut derivative: Option<&mut Derivative<'_>>,
+        derivative: Option<&mut Derivative<'_>>,
+        scratch: &mut Scratch,
     ) -> Closure {
+        scratch.force.resize(self.displacement.len(), [0.0; 2]);
         let Some(&last) = self.displacement.last() else {
             return Closure::EXACT;
         };
-        let mut tangent = vec![0.0; derivative.as_ref().map_or(0, |d| 6 * d.coefficients)];
-        let mut slopes = Vec::new();
+        let steady = self.steady(last, &mut scratch.force);
+        if let Some(derivative) = derivative {
+            self.differentiate(&steady, last, derivative, scratch);
+        }
+        steady.closure
+    }
+
+    /// The steady cycle of the displacements that end in `last`.
+    fn steady(&self, last: [f64; 3], force: &mut [[f64; 2]]) -> Steady {
         let (mut start, mut from) = ([0.0; 2], [0.0; 3]);
         for cycle in 1..=PLAIN_CYCLES {
-            let lap = match derivative.as_deref_mut() {
-                None => self.lap(start, from, force),
-                Some(derivative) => {
-                    let lap = self.lap_with_slopes(start, from, force, &mut slopes);
-                    self.propagate(&slopes, cycle > 1, &mut tangent, derivative);
-                    lap
-                }
-            };
+            let lap = self.lap(start, from, force);
             // Without slip the next cycle is this one; after the first, the start was the preload rather than a cycle.
             let closure = lap.closure(cycle, start);
             if closure.change == 0.0 || cycle > 1 && closure.change <= STEADY {
-                return closure;
+                return Steady {
+                    start,
+                    plain: cycle,
+                    is_plain: true,
+                    stuck: lap.stuck,
+                    closure,
+                };
             }
             (start, from) = (lap.end, last);
         }
-        self.settle(start, last, force, &mut slopes, derivative, tangent)
+        self.settle(start, last, force)
     }
 
-    /// The steady cycle near the force `start` at its beginning; `tangent` is the derivative of that force.
-    fn settle(
-        &self,
-        mut start: [f64; 2],
-        last: [f64; 3],
-        force: &mut [[f64; 3]],
-        slopes: &mut Vec<Slopes>,
-        derivative: Option<&mut Derivative<'_>>,
-        mut tangent: Vec<f64>,
-    ) -> Closure {
+    /// The steady cycle near the force `start` at its beginning.
+    fn settle(&self, mut start: [f64; 2], last: [f64; 3], force: &mut [[f64; 2]]) -> Steady {
         let mut cycle = PLAIN_CYCLES;
         // After a guess that was none, so many cycles are marched before the next.
         let (mut wait, mut patience) = (0_usize, 1_usize);
-        let (lap, closure) = loop {
-            let lap = if wait > 0 {
-                self.lap(start, last, force)
+        loop {
+            let (lap, map) = if wait > 0 {
+                (self.lap(start, last, force), None)
             } else {
-                self.lap_with_slopes(start, last, force, slopes)
+                self.lap_with_memory(start, last, force)
             };
             cycle += 1;
             let closure = lap.closure(cycle, start);
             if closure.change <= STEADY || cycle >= MOST_CYCLES {
-                break (lap, closure);
+                return Steady {
+                    start,
+                    plain: PLAIN_CYCLES,
+                    is_plain: false,
+                    stuck: lap.stuck,
+                    closure,
+                };
             }
             let change = [lap.end[0] - start[0], lap.end[1] - start[1]];
             start = lap.end;
@@ -102,7 +132,7 @@ impl March<'_> {
                 continue;
             }
             let before = [lap.end[0] - change[0], lap.end[1] - change[1]];
-            let guess = unforgotten(slopes).and_then(|map| {
+            let guess = map.and_then(|map| {
                 let jump = map.map(|row| row[0] * change[0] + row[1] * change[1]);
                 // Where slip is about to end, the whole way leads to where there is none: any force is steady there, but it is not
                 // the one that the march leads to.
@@ -119,24 +149,43 @@ impl March<'_> {
                 Some(end) => (start, patience) = (end, 1),
                 None => (wait, patience) = (patience, 2 * patience),
             }
-        };
-        if let Some(derivative) = derivative {
-            self.lap_with_slopes(start, last, force, slopes);
-            // The derivative of a fixed point forgets how it was found. Where it remembers, that of the march is the best there is.
-            if !lap.stuck
-                && let Some(map) = unforgotten(slopes)
-            {
-                tangent.fill(0.0);
-                self.propagate(slopes, true, &mut tangent, derivative);
-                let (first, second) = tangent.split_at_mut(3 * derivative.coefficients);
+        }
+    }
+
+    /// Adds the derivatives of the forces of a steady cycle. That of a fixed point forgets how it was found. Where it remembers, that
+    /// of the march is the best there is.
+    fn differentiate(
+        &self,
+        steady: &Steady,
+        last: [f64; 3],
+        derivative: &mut Derivative<'_>,
+        scratch: &mut Scratch,
+    ) {
+        scratch.tangent.clear();
+        scratch.tangent.resize(6 * derivative.coefficients, 0.0);
+        if !steady.stuck && (self.by_fixed_point || !steady.is_plain) {
+            self.lap_with_slopes(steady.start, last, scratch);
+            if let Some(map) = unforgotten(memory(&scratch.slopes)) {
+                self.propagate(scratch, true, derivative, false);
+                let (first, second) = scratch.tangent.split_at_mut(3 * derivative.coefficients);
                 for (a, b) in first.iter_mut().zip(second) {
                     let ends = [*a, *b];
                     [*a, *b] = map.map(|row| row[0] * ends[0] + row[1] * ends[1]);
                 }
+                return self.propagate(scratch, true, derivative, true);
             }
-            self.propagate(slopes, true, &mut tangent, derivative);
         }
-        closure
+        let (mut start, mut from) = ([0.0; 2], [0.0; 3]);
+        for cycle in 1..=steady.plain {
+            start = self.lap_with_slopes(start, from, scratch).end;
+            from = last;
+            let is_last = steady.is_plain && cycle == steady.plain;
+            self.propagate(scratch, cycle > 1, derivative, is_last);
+        }
+        if !steady.is_plain {
+            self.lap_with_slopes(steady.start, last, scratch);
+            self.propagate(scratch, true, derivative, true);
+        }
     }
 
     /// Displacement increment and normal loads of the step to sample `j` of a cycle that starts at the displacement `from`.
@@ -149,113 +198,164 @@ impl March<'_> {
         let now = self.displacement[j];
         (
             [now[0] - before[0], now[1] - before[1]],
-            [before, now].map(|u| self.element.bilateral_load(u[2])),
+            [before, now].map(|u| self.slider.bilateral_load(u[2])),
         )
     }
 
-    fn lap(&self, start: [f64; 2], from: [f64; 3], force: &mut [[f64; 3]]) -> Lap {
-        let element = self.element;
-        let (kt, mu) = (element.tangential_stiffness, element.friction_coefficient);
+    fn lap(&self, start: [f64; 2], from: [f64; 3], force: &mut [[f64; 2]]) -> Lap {
+        let (law, kt, mu) = (self.law, self.slider.tangential_stiffness, self.friction);
         let mut lap = Lap::new(start);
         for (j, force) in force.iter_mut().enumerate() {
             let (delta, loads) = self.inputs(j, from);
-            let (next, step) = slider::step(element.law, kt, mu, lap.end, delta, loads);
+            let (next, step) = slider::step(law, kt, mu, lap.end, delta, loads);
             lap.advance(next, step);
-            (force[0], force[1]) = (next[0], next[1]);
+            *force = next;
         }
         lap
     }
 
-    fn lap_with_slopes(
+    /// A lap, and (1 − A)⁻¹ of it, see [`unforgotten`].
+    fn lap_with_memory(
         &self,
         start: [f64; 2],
         from: [f64; 3],
-        force: &mut [[f64; 3]],
-        slopes: &mut Vec<Slopes>,
-    ) -> Lap {
-        let element = self.element;
-        let (kt, mu) = (element.tangential_stiffness, element.friction_coefficient);
-        let mut lap = Lap::new(start);
+        force: &mut [[f64; 2]],
+    ) -> (Lap, Option<[[f64; 2]; 2]>) {
+        let mut memory = [[1.0, 0.0], [0.0, 1.0]];
+        let lap = self.lap_with(start, from, force, |slope: Slope<MEMORY>| {
+            memory = slope.after(memory);
+        });
+        (lap, unforgotten(memory))
+    }
+
+    fn lap_with_slopes(&self, start: [f64; 2], from: [f64; 3], scratch: &mut Scratch) -> Lap {
+        let Scratch { force, slopes, .. } = scratch;
         slopes.clear();
+        self.lap_with(start, from, force, |slope| slopes.push(slope))
+    }
+
+    /// A lap that tells the derivatives of each step with respect to its first `K` inputs.
+    fn lap_with<const K: usize>(
+        &self,
+        start: [f64; 2],
+        from: [f64; 3],
+        force: &mut [[f64; 2]],
+        mut tell: impl FnMut(Slope<K>),
+    ) -> Lap {
+        let (law, kt, mu) = (self.law, self.slider.tangential_stiffness, self.friction);
+        let mut lap = Lap::new(start);
         for (j, force) in force.iter_mut().enumerate() {
             let (delta, loads) = self.inputs(j, from);
-            let (plain, step) = slider::step(element.law, kt, mu, lap.end, delta, loads);
+            let (mut next, step) = slider::step(law, kt, mu, lap.end, delta, loads);
             // Most steps are sticking ones, whose derivatives are constants.
-            let (next, step) = match step {
-                Step::Open => ([Dual::constant(0.0); 2], step),
-                Step::Stick if loads[0] >= 0.0 => {
-                    let stuck = |d: usize| {
-                        let mut slope = [0.0; INPUTS];
-                        (slope[d], slope[2 + d]) = (1.0, kt);
-                        let value = plain[d];
-                        Dual { value, slope }
-                    };
-                    ([stuck(0), stuck(1)], step)
-                }
+            tell(match step {
+                Step::Open => Slope::Open,
+                Step::Stick if loads[0] >= 0.0 => Slope::Stick,
                 _ => {
                     let pair = |values: [f64; 2], index: usize| {
                         [
-                            Dual::input(values[0], index),
+                            Dual::<K>::input(values[0], index),
                             Dual::input(values[1], index + 1),
                         ]
                     };
                     let (force, delta, loads) = (pair(lap.end, 0), pair(delta, 2), pair(loads, 4));
-                    slider::step(element.law, kt, mu, force, delta, loads)
+                    let (dual, _) = slider::step(law, kt, mu, force, delta, loads);
+                    next = dual.map(Dual::value);
+                    Slope::Other(dual.map(|n| n.slope))
                 }
-            };
-            slopes.push(next.map(|n| n.slope));
-            let next = next.map(|n| n.value);
+            });
             lap.advance(next, step);
-            (force[0], force[1]) = (next[0], next[1]);
+            *force = next;
         }
         lap
     }
 
-    /// Carries the derivative of the force over a cycle and stores it at every sample; `follows`: the cycle follows another.
+    /// Carries the tangent of `scratch` over a cycle, which `follows` another or begins at the preload; with `store` the
+    /// derivative at every sample is added to `derivative`.
     fn propagate(
         &self,
-        slopes: &[Slopes],
+        scratch: &mut Scratch,
         follows: bool,
-        tangent: &mut [f64],
         derivative: &mut Derivative<'_>,
+        store: bool,
     ) {
         let n = derivative.coefficients;
         let width = 3 * n;
-        let kn = self.element.normal_stiffness;
-        let nothing = vec![0.0; n];
-        for (j, [x, y]) in slopes.iter().enumerate() {
-            let (first, second) = tangent.split_at_mut(width);
-            for (a, b) in first.iter_mut().zip(second.iter_mut()) {
-                (*a, *b) = (x[0] * *a + x[1] * *b, y[0] * *a + y[1] * *b);
-            }
-            let now = derivative.basis_at(j);
-            let before = match j {
-                0 if follows => derivative.basis_at(slopes.len() - 1),
-                0 => &nothing,
-                _ => derivative.basis_at(j - 1),
-            };
+        let (kt, kn) = (
+            self.slider.tangential_stiffness,
+            self.slider.normal_stiffness,
+        );
+        let basis = derivative.basis;
+        let (first, second) = scratch.tangent.split_at_mut(width);
+        for (j, slope) in scratch.slopes.iter().enumerate() {
+            let now = &basis[j * n..][..n];
             // Before the first sample there is the preload, on which no coefficient acts.
-            for c in 0..n {
-                let change = now[c] - before[c];
-                for (row, slope) in [(&mut *first, x), (&mut *second, y)] {
-                    row[c] += slope[2] * change;
-                    row[n + c] += slope[3] * change;
-                    row[2 * n + c] += kn * (slope[4] * before[c] + slope[5] * now[c]);
+            let before = match j {
+                0 if !follows => None,
+                0 => Some(&basis[(scratch.slopes.len() - 1) * n..][..n]),
+                _ => Some(&basis[(j - 1) * n..][..n]),
+            };
+            let before = |c: usize| before.map_or(0.0, |before| before[c]);
+            match slope {
+                Slope::Open => {
+                    first.fill(0.0);
+                    second.fill(0.0);
+                }
+                Slope::Stick => {
+                    for c in 0..n {
+                        let pull = kt * (now[c] - before(c));
+                        first[c] += pull;
+                        second[n + c] += pull;
+                    }
+                }
+                Slope::Other([x, y]) => {
+                    for (a, b) in first.iter_mut().zip(second.iter_mut()) {
+                        (*a, *b) = (x[0] * *a + x[1] * *b, y[0] * *a + y[1] * *b);
+                    }
+                    for c in 0..n {
+                        let (now, before) = (now[c], before(c));
+                        let change = now - before;
+                        for (row, slope) in [(&mut *first, x), (&mut *second, y)] {
+                            row[c] += slope[2] * change;
+                            row[n + c] += slope[3] * change;
+                            row[2 * n + c] += kn * (slope[4] * before + slope[5] * now);
+                        }
+                    }
                 }
             }
-            derivative.row_mut(j, 0).copy_from_slice(&tangent[..width]);
-            derivative.row_mut(j, 1).copy_from_slice(&tangent[width..]);
+            if store {
+                for (d, tangent) in [(0, &*first), (1, &*second)] {
+                    let row = derivative.row_mut(j, d).iter_mut();
+                    row.zip(tangent).for_each(|(sum, own)| *sum += own);
+                }
+            }
         }
     }
 }
 
-/// (1 − A)⁻¹, with A the derivative of the force at the end of a cycle with respect to that at its beginning; none if a cycle
-/// forgets nothing of it.
-fn unforgotten(slopes: &[Slopes]) -> Option<[[f64; 2]; 2]> {
-    let mut a = [[1.0, 0.0], [0.0, 1.0]];
-    for [x, y] in slopes {
-        a = [x, y].map(|row| [0, 1].map(|c| row[0] * a[0][c] + row[1] * a[1][c]));
+impl<const K: usize> Slope<K> {
+    /// The derivative of the force with respect to an earlier one, from that of the force before the step.
+    fn after(&self, before: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+        match self {
+            Slope::Open => [[0.0; 2]; 2],
+            Slope::Stick => before,
+            Slope::Other([x, y]) => {
+                [x, y].map(|row| [0, 1].map(|c| row[0] * before[0][c] + row[1] * before[1][c]))
+            }
+        }
     }
+}
+
+/// The derivative of the force at the end of a cycle with respect to that at its beginning.
+fn memory(slopes: &[Slope]) -> [[f64; 2]; 2] {
+    let none = [[1.0, 0.0], [0.0, 1.0]];
+    slopes
+        .iter()
+        .fold(none, |before, slope| slope.after(before))
+}
+
+/// (1 − A)⁻¹ of the [`memory`] A of a cycle; none if it forgets nothing.
+fn unforgotten(a: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
     let m = [[1.0 - a[0][0], -a[0][1]], [-a[1][0], 1.0 - a[1][1]]];
     let determinant = m[0][0] * m[1][1] - m[0][1] * m[1][0];
     (determinant.abs() > FORGETS).then(|| {

@@ -11,7 +11,9 @@
 //!
 //! ```
 //! use std::f64::consts::TAU;
-//! use fretwear::dynamics::{ContactElement, FrictionLaw, HarmonicBalance, Harmonics, Oscillator, Settings};
+//! use fretwear::dynamics::{
+//!     ContactElement, FrictionLaw, HarmonicBalance, Harmonics, Oscillator, Settings, Slider,
+//! };
 //!
 //! // A mass of 1.5 kg on a spring, and a friction contact beside it.
 //! let oscillator = Oscillator {
@@ -21,17 +23,19 @@
 //!     element: ContactElement {
 //!         area: 4e-6,
 //!         friction_coefficient: 0.6,
-//!         normal_load: 90.0,
-//!         gap: 0.0,
-//!         tangential_stiffness: 2.5e7,
-//!         normal_stiffness: 3.5e7,
 //!         law: FrictionLaw::Cone,
+//!         sliders: vec![Slider {
+//!             normal_load: 90.0,
+//!             gap: 0.0,
+//!             tangential_stiffness: 2.5e7,
+//!             normal_stiffness: 3.5e7,
+//!         }],
 //!     },
 //! };
 //! let load = Oscillator::load(0, 120.0, 0.0);
 //! let balance = HarmonicBalance::new(
 //!     &oscillator.model()?,
-//!     vec![oscillator.element],
+//!     vec![oscillator.element.clone()],
 //!     Harmonics::up_to(5),
 //!     vec![load],
 //!     Settings::default(),
@@ -78,6 +82,6 @@ pub use linear_model::{LinearModel, Receptance, SecondOrder};
 pub use oscillator::Oscillator;
 pub use reduced::{Damping, reduced_model, reference_springs};
 pub use response::{Energy, Response, Start};
-pub use slider::FrictionLaw;
+pub use slider::{FrictionLaw, Slider};
 pub use truncation::{Resolved, Truncation};
 pub use vibration::{ForcedPoint, Resonance, Vibration};

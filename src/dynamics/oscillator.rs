@@ -9,7 +9,7 @@ use crate::linalg::RowMatrix as Matrix;
 ///
 /// Axes are x, y (in the plane of the contact) and n (positive when the mass approaches the ground). Its ports are these three
 /// displacements.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Oscillator {
     /// Mass per axis \[kg\].
     pub mass: [f64; 3],

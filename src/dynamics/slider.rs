@@ -1,6 +1,7 @@
-//! One step of the slider of a contact element: exact for a straight step of the displacement with a linear change of the load.
+//! A slider of a contact element, and one step of it: exact for a straight step of the displacement with a linear change of the
+//! load.
 //!
-//! Written once over a [`Number`], so that the derivative is that of the very same operations.
+//! The step is written once over a [`Number`], so that the derivative is that of the very same operations.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -33,8 +34,64 @@ impl FrictionLaw {
     }
 }
 
+/// A spring along the normal that bears pressure alone, and one in the plane in series with Coulomb friction. Numbers are finite
+/// and not negative.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slider {
+    /// Normal load N₀ at u = 0 \[N\].
+    pub normal_load: f64,
+    /// Gap g₀ at u = 0 \[m\]; only an unloaded slider has one.
+    pub gap: f64,
+    /// Tangential stiffness k_t \[N/m\].
+    pub tangential_stiffness: f64,
+    /// Normal stiffness k_n \[N/m\].
+    pub normal_stiffness: f64,
+}
+
+impl Slider {
+    /// Normal load at the normal displacement `u` without the limit at zero \[N\].
+    pub(super) fn bilateral_load(&self, u: f64) -> f64 {
+        self.normal_load + self.normal_stiffness * (u - self.gap)
+    }
+
+    /// Whether it bears load at rest, or does so as soon as it is pressed.
+    pub(super) fn bears(&self) -> bool {
+        self.normal_load > 0.0 || (self.gap == 0.0 && self.normal_stiffness > 0.0)
+    }
+
+    /// Tangential stiffness, or none if there is no `friction` (µ) to hold it.
+    pub(super) fn gripping_stiffness(&self, friction: f64) -> f64 {
+        if friction > 0.0 {
+            self.tangential_stiffness
+        } else {
+            0.0
+        }
+    }
+
+    /// Whether it sticks under load, or is without, at every sample of `displacement`, as it is at rest.
+    pub(super) fn follows_reference(
+        &self,
+        law: FrictionLaw,
+        friction: f64,
+        displacement: &[[f64; 3]],
+    ) -> bool {
+        let bears = self.bears();
+        let kt = self.gripping_stiffness(friction);
+        displacement.iter().all(|u| {
+            let load = self.bilateral_load(u[2]);
+            if !bears {
+                return load <= 0.0;
+            }
+            let limit = friction * load;
+            load >= 0.0 && law.holds([kt * u[0], kt * u[1]], limit)
+        })
+    }
+}
+
 /// Inputs of a step: force (2), displacement increment (2), normal load before and after.
 pub(super) const INPUTS: usize = 6;
+/// Those of them that are the force before.
+pub(super) const MEMORY: usize = 2;
 /// Relative change of the load over a step below which its logarithmic mean is taken from a series.
 const SMALL_CHANGE: f64 = 1e-2;
 
@@ -77,22 +134,24 @@ impl Number for f64 {
     }
 }
 
-/// A number with its derivatives with respect to the inputs of the step.
+/// A number with its derivatives with respect to the first `K` inputs of the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Dual {
+pub(super) struct Dual<const K: usize> {
     pub(super) value: f64,
-    pub(super) slope: [f64; INPUTS],
+    pub(super) slope: [f64; K],
 }
 
-impl Dual {
+impl<const K: usize> Dual<K> {
     /// Input number `index`.
-    pub(super) fn input(value: f64, index: usize) -> Dual {
-        let mut slope = [0.0; INPUTS];
-        slope[index] = 1.0;
+    pub(super) fn input(value: f64, index: usize) -> Self {
+        let mut slope = [0.0; K];
+        if let Some(slope) = slope.get_mut(index) {
+            *slope = 1.0;
+        }
         Dual { value, slope }
     }
 
-    fn chain(self, value: f64, derivative: f64) -> Dual {
+    fn chain(self, value: f64, derivative: f64) -> Self {
         Dual {
             value,
             slope: self.slope.map(|s| s * derivative),
@@ -100,9 +159,9 @@ impl Dual {
     }
 }
 
-impl Add for Dual {
-    type Output = Dual;
-    fn add(self, other: Dual) -> Dual {
+impl<const K: usize> Add for Dual<K> {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
         Dual {
             value: self.value + other.value,
             slope: std::array::from_fn(|i| self.slope[i] + other.slope[i]),
@@ -110,9 +169,9 @@ impl Add for Dual {
     }
 }
 
-impl Sub for Dual {
-    type Output = Dual;
-    fn sub(self, other: Dual) -> Dual {
+impl<const K: usize> Sub for Dual<K> {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
         Dual {
             value: self.value - other.value,
             slope: std::array::from_fn(|i| self.slope[i] - other.slope[i]),
@@ -122,9 +181,9 @@ impl Sub for Dual {
 
 // The rules of derivatives mix the operations.
 #[allow(clippy::suspicious_arithmetic_impl)]
-impl Mul for Dual {
-    type Output = Dual;
-    fn mul(self, other: Dual) -> Dual {
+impl<const K: usize> Mul for Dual<K> {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
         Dual {
             value: self.value * other.value,
             slope: std::array::from_fn(|i| {
@@ -135,9 +194,9 @@ impl Mul for Dual {
 }
 
 #[allow(clippy::suspicious_arithmetic_impl)]
-impl Div for Dual {
-    type Output = Dual;
-    fn div(self, other: Dual) -> Dual {
+impl<const K: usize> Div for Dual<K> {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
         let value = self.value / other.value;
         Dual {
             value,
@@ -146,37 +205,37 @@ impl Div for Dual {
     }
 }
 
-impl Neg for Dual {
-    type Output = Dual;
-    fn neg(self) -> Dual {
+impl<const K: usize> Neg for Dual<K> {
+    type Output = Self;
+    fn neg(self) -> Self {
         self.chain(-self.value, -1.0)
     }
 }
 
-impl Number for Dual {
-    fn constant(value: f64) -> Dual {
+impl<const K: usize> Number for Dual<K> {
+    fn constant(value: f64) -> Self {
         Dual {
             value,
-            slope: [0.0; INPUTS],
+            slope: [0.0; K],
         }
     }
     fn value(self) -> f64 {
         self.value
     }
-    fn sqrt(self) -> Dual {
+    fn sqrt(self) -> Self {
         let root = self.value.sqrt();
         self.chain(root, 0.5 / root)
     }
-    fn exp(self) -> Dual {
+    fn exp(self) -> Self {
         let value = self.value.exp();
         self.chain(value, value)
     }
-    fn ln(self) -> Dual {
+    fn ln(self) -> Self {
         self.chain(self.value.ln(), 1.0 / self.value)
     }
 }
 
-/// What an element did in a step.
+/// What a slider did in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Step {
     Stick,

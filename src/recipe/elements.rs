@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Reasons;
 use super::decision::Told;
-use crate::dynamics::{ContactElement, FrictionLaw};
+use crate::dynamics::{ContactElement, FrictionLaw, Slider};
 use crate::model_update::{Criterion, Distribution, ElementParameters, StiffnessKind};
 
 /// The contact elements of a joint.
@@ -74,11 +74,13 @@ impl Elements {
             .map(|e| ContactElement {
                 area: layout.area,
                 friction_coefficient: self.friction_coefficient,
-                normal_load: parameters.normal_load[e],
-                gap: parameters.gap[e],
-                tangential_stiffness: parameters.kt[e],
-                normal_stiffness: parameters.kn[e],
                 law: self.friction_law,
+                sliders: vec![Slider {
+                    normal_load: parameters.normal_load[e],
+                    gap: parameters.gap[e],
+                    tangential_stiffness: parameters.kt[e],
+                    normal_stiffness: parameters.kn[e],
+                }],
             })
             .collect()
     }

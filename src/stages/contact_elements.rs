@@ -97,6 +97,7 @@ pub fn element_table(
     let name = |state: &ElementState| {
         match state {
             ElementState::Stick => "stick",
+            ElementState::Partial => "partial",
             ElementState::Slip => "slip",
             ElementState::Open => "open",
         }

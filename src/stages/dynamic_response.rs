@@ -206,7 +206,11 @@ fn row(
         cycle,
     );
     let count = |state| summary.count(state) as i64;
-    let load: f64 = balance.elements().iter().map(|e| e.normal_load).sum();
+    let load: f64 = balance
+        .elements()
+        .iter()
+        .map(ContactElement::normal_load)
+        .sum();
     let [about_x, about_y, about_n] = cycle.moment_variation(load * layout.lever);
     let mean = summary.displacement[0];
     let away = (summary.largest_displacement[0] - mean).max(mean - summary.least_displacement[0]);
@@ -230,7 +234,7 @@ fn row(
         iterations: resonance.iterations as i64,
         active_elements: phase.active_elements() as i64,
         sticking_elements: count(ElementState::Stick),
-        slipping_elements: count(ElementState::Slip),
+        slipping_elements: count(ElementState::Partial) + count(ElementState::Slip),
         open_elements: count(ElementState::Open),
         displacement_amplitude: mean,
         displacement_spread: spread,

@@ -133,7 +133,7 @@ fn without_friction_the_contact_is_not_there_along_the_plane() {
 fn axes_of_the_plane_may_be_exchanged() {
     for law in [FrictionLaw::Cone, FrictionLaw::Box] {
         let along_x = oscillator(law);
-        let mut along_y = along_x;
+        let mut along_y = along_x.clone();
         for values in [
             &mut along_y.mass,
             &mut along_y.damping,
@@ -212,7 +212,7 @@ fn matrices_and_receptance_are_the_same_structure() {
     let settings = Settings::default();
     let by_receptance = HarmonicBalance::new(
         &model,
-        vec![oscillator.element],
+        vec![oscillator.element.clone()],
         Harmonics::up_to(3),
         loads.to_vec(),
         settings,

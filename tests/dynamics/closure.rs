@@ -5,7 +5,7 @@ use fretwear::dynamics::cycle::joint_cycle;
 use fretwear::dynamics::{ContactElement, FrictionLaw, Harmonics, Sampling};
 use fretwear::reference::Jenkins;
 
-use super::element;
+use super::{changed, element};
 
 /// Loops of straight motion are integrated exactly but for their reversals, which samples of a cosine hit.
 const EXACT: f64 = 1e-4;
@@ -29,8 +29,8 @@ fn closure(elements: &[ContactElement], amplitudes: &[f64]) -> ClosureEnergy {
 /// Closed form.
 fn sliding(element: &ContactElement, amplitude: f64) -> f64 {
     let jenkins = Jenkins {
-        stiffness: element.tangential_stiffness,
-        limit: element.friction_coefficient * element.normal_load,
+        stiffness: element.tangential_stiffness(),
+        limit: element.friction_coefficient * element.normal_load(),
     };
     jenkins.dissipated_energy(amplitude)
 }
@@ -41,10 +41,11 @@ fn elements_that_move_alike_are_one() {
     let one = element(FrictionLaw::Cone);
     let double = ContactElement {
         area: 2.0 * one.area,
-        normal_load: 2.0 * one.normal_load,
-        tangential_stiffness: 2.0 * one.tangential_stiffness,
-        normal_stiffness: 2.0 * one.normal_stiffness,
-        ..one
+        ..changed(&one, |slider| {
+            slider.normal_load *= 2.0;
+            slider.tangential_stiffness *= 2.0;
+            slider.normal_stiffness *= 2.0;
+        })
     };
     let expected = sliding(&one, AMPLITUDE) + sliding(&double, AMPLITUDE);
     let found = closure(&[one, double], &[AMPLITUDE; 2]);
@@ -59,17 +60,13 @@ fn elements_that_move_alike_are_one() {
 #[test]
 fn unlike_loads_and_motions() {
     let light = element(FrictionLaw::Cone);
-    let heavy = ContactElement {
-        normal_load: 5.0 * light.normal_load,
-        ..light
-    };
+    let heavy = changed(&light, |slider| slider.normal_load *= 5.0);
     let amplitudes = [AMPLITUDE, 0.5 * AMPLITUDE];
     let apart = sliding(&light, amplitudes[0]) + sliding(&heavy, amplitudes[1]);
-    let whole = ContactElement {
-        normal_load: light.normal_load + heavy.normal_load,
-        tangential_stiffness: 2.0 * light.tangential_stiffness,
-        ..light
-    };
+    let whole = changed(&light, |slider| {
+        slider.normal_load += heavy.normal_load();
+        slider.tangential_stiffness *= 2.0;
+    });
     let together = sliding(&whole, 0.75 * AMPLITUDE);
     assert!(0.0 < together && together < 0.5 * apart);
     let found = closure(&[light, heavy], &amplitudes);
@@ -87,12 +84,11 @@ fn unlike_loads_and_motions() {
 /// Opposite motions have no mean; all of the work of friction is lost with it.
 #[test]
 fn motions_that_cancel() {
-    let each = ContactElement {
-        tangential_stiffness: 1e3 * element(FrictionLaw::Cone).tangential_stiffness,
-        ..element(FrictionLaw::Cone)
-    };
-    let found = closure(&[each; 2], &[AMPLITUDE, -AMPLITUDE]);
-    let work = 8.0 * each.friction_coefficient * each.normal_load * AMPLITUDE;
+    let each = changed(&element(FrictionLaw::Cone), |slider| {
+        slider.tangential_stiffness *= 1e3;
+    });
+    let found = closure(&[each.clone(), each.clone()], &[AMPLITUDE, -AMPLITUDE]);
+    let work = 8.0 * each.friction_coefficient * each.normal_load() * AMPLITUDE;
     assert_eq!(found.mean_motion, 0.0);
     assert!(
         (found.error / work - 1.0).abs() < EXACT,
@@ -104,15 +100,16 @@ fn motions_that_cancel() {
 #[test]
 fn elements_without_load_and_without_slip() {
     let loaded = element(FrictionLaw::Cone);
-    let open = ContactElement {
-        normal_load: 0.0,
-        gap: 1e-3,
-        ..loaded
-    };
-    let both = closure(&[loaded, open], &[AMPLITUDE; 2]);
+    let open = changed(&loaded, |slider| {
+        (slider.normal_load, slider.gap) = (0.0, 1e-3);
+    });
+    let both = closure(&[loaded.clone(), open.clone()], &[AMPLITUDE; 2]);
     assert!((both.mean_motion / sliding(&loaded, AMPLITUDE) - 1.0).abs() < EXACT);
     assert_eq!(closure(&[open], &[AMPLITUDE]), ClosureEnergy::default());
     assert_eq!(closure(&[], &[]), ClosureEnergy::default());
-    let stuck = closure(&[loaded; 2], &[1e-3 * AMPLITUDE, 1e-2 * AMPLITUDE]);
+    let stuck = closure(
+        &[loaded.clone(), loaded],
+        &[1e-3 * AMPLITUDE, 1e-2 * AMPLITUDE],
+    );
     assert_eq!(stuck, ClosureEnergy::default());
 }

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use fretwear::dynamics::{
     ContactElement, FrictionLaw, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Settings,
+    Slider,
 };
 use fretwear::linalg::RowMatrix as Matrix;
 
@@ -41,11 +42,13 @@ impl Joint {
             .map(|share| ContactElement {
                 area: lx * ly / (nx * ny) as f64,
                 friction_coefficient: 0.6,
-                normal_load: 3e4 * share / total,
-                gap: 0.0,
-                tangential_stiffness: 1.0e10 / n as f64,
-                normal_stiffness: 1.2e10 / n as f64,
                 law,
+                sliders: vec![Slider {
+                    normal_load: 3e4 * share / total,
+                    gap: 0.0,
+                    tangential_stiffness: 1.0e10 / n as f64,
+                    normal_stiffness: 1.2e10 / n as f64,
+                }],
             })
             .collect();
         // Coordinates: the mass along x; the lap along x, y, n and its three rotations; eight bending patterns.
@@ -121,9 +124,9 @@ impl Joint {
             .iter()
             .flat_map(|e| {
                 [
-                    e.tangential_stiffness,
-                    e.tangential_stiffness,
-                    e.normal_stiffness,
+                    e.tangential_stiffness(),
+                    e.tangential_stiffness(),
+                    e.normal_stiffness(),
                 ]
             })
             .collect();

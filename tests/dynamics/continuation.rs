@@ -102,7 +102,10 @@ fn friction_branch_is_the_response_at_its_frequencies() {
 #[test]
 fn a_gap_bends_the_resonance_over() {
     let mut oscillator = oscillator(FrictionLaw::Cone);
-    (oscillator.element.normal_load, oscillator.element.gap) = (0.0, 2e-6);
+    (
+        oscillator.element.sliders[0].normal_load,
+        oscillator.element.sliders[0].gap,
+    ) = (0.0, 2e-6);
     oscillator.damping = [150.0; 3];
     let balance = balance(
         &oscillator,

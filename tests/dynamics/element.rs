@@ -1,21 +1,23 @@
 //! Every contact law goes through the same checks: derivative against differences, closed cycle, dissipation, symmetry, limits.
 
-use fretwear::dynamics::{ElementState, FrictionLaw, Harmonics, InterfaceElement, Sampling};
+use fretwear::dynamics::{
+    ContactElement, ElementState, FrictionLaw, Harmonics, InterfaceElement, Sampling,
+};
 use fretwear::reference::Jenkins;
 
-use super::{CubicSpring, element};
+use super::{CubicSpring, changed, element};
 
 const BOTH: [FrictionLaw; 2] = [FrictionLaw::Cone, FrictionLaw::Box];
 
 /// Coefficients (H 0–3) of an orbital motion with varying normal displacement; `size` scales it to the slip limit.
-fn motion(size: f64) -> Vec<f64> {
+pub fn motion(size: f64) -> Vec<f64> {
     let x = [0.3, 2.0, -0.4, 0.3, 0.2, -0.1, 0.25];
     let y = [-0.2, 0.5, 1.4, -0.2, 0.1, 0.15, -0.3];
     let n = [0.1, 0.6, -0.5, 0.2, 0.3, 0.1, 0.05];
     [x, y, n].concat().iter().map(|v| v * size).collect()
 }
 
-fn check_derivative<E: InterfaceElement>(element: &E, at: &[f64], what: &str) {
+pub fn check_derivative<E: InterfaceElement>(element: &E, at: &[f64], what: &str) {
     let sampling = Sampling::new(Harmonics::up_to(3), 48).expect("enough samples");
     let mut work = sampling.workspace();
     let mut force = vec![0.0; 21];
@@ -52,11 +54,11 @@ fn jacobian_is_that_of_the_samples() {
         for size in [2e-7, 1e-6, 1.5e-6, 2.3e-6, 6e-6] {
             check_derivative(&loaded, &motion(size), &format!("{law:?} at {size}"));
         }
-        let mut open = loaded;
-        (open.normal_load, open.gap) = (0.0, 4e-7);
+        let open = changed(&loaded, |slider| {
+            (slider.normal_load, slider.gap) = (0.0, 4e-7);
+        });
         check_derivative(&open, &motion(2e-6), &format!("{law:?} with a gap"));
-        let mut unloaded = loaded;
-        unloaded.normal_load = 0.0;
+        let unloaded = changed(&loaded, |slider| slider.normal_load = 0.0);
         check_derivative(&unloaded, &motion(2e-6), &format!("{law:?} without load"));
     }
     check_derivative(&CubicSpring(1e18), &motion(1e-6), "cubic spring");
@@ -214,30 +216,28 @@ fn parameters_out_of_range_are_named() {
     let right = element(FrictionLaw::Cone);
     let wrong = [
         (
-            fretwear::dynamics::ContactElement {
+            ContactElement {
                 friction_coefficient: -0.1,
-                ..right
+                ..right.clone()
             },
             "the friction coefficient",
         ),
         (
-            fretwear::dynamics::ContactElement {
-                normal_load: f64::NAN,
-                ..right
+            ContactElement {
+                sliders: Vec::new(),
+                ..right.clone()
             },
+            "the number of sliders",
+        ),
+        (
+            changed(&right, |slider| slider.normal_load = f64::NAN),
             "the normal load",
         ),
         (
-            fretwear::dynamics::ContactElement {
-                normal_stiffness: f64::INFINITY,
-                ..right
-            },
+            changed(&right, |slider| slider.normal_stiffness = f64::INFINITY),
             "the normal stiffness",
         ),
-        (
-            fretwear::dynamics::ContactElement { gap: 1e-6, ..right },
-            "the gap",
-        ),
+        (changed(&right, |slider| slider.gap = 1e-6), "the gap"),
     ];
     for (element, name) in wrong {
         let message = element.check(17).expect_err("wrong").to_string();

@@ -63,7 +63,10 @@ fn without_load_and_with_gaps() {
         (1e-6, 0.0),
     ] {
         let mut oscillator = oscillator(FrictionLaw::Cone);
-        (oscillator.element.normal_load, oscillator.element.gap) = (load, gap);
+        (
+            oscillator.element.sliders[0].normal_load,
+            oscillator.element.sliders[0].gap,
+        ) = (load, gap);
         respond(&oscillator, 50.0, &format!("N₀ {load}, gap {gap}"));
     }
 }
@@ -72,18 +75,18 @@ fn without_load_and_with_gaps() {
 fn normal_stiffness_over_eight_decades() {
     for decade in 4..=12 {
         let mut oscillator = oscillator(FrictionLaw::Cone);
-        oscillator.element.normal_stiffness = 10_f64.powi(decade);
+        oscillator.element.sliders[0].normal_stiffness = 10_f64.powi(decade);
         respond(&oscillator, 100.0, &format!("k_n 1e{decade}, loaded"));
-        oscillator.element.normal_load = 0.0;
-        oscillator.element.gap = 1e-6;
+        oscillator.element.sliders[0].normal_load = 0.0;
+        oscillator.element.sliders[0].gap = 1e-6;
         respond(&oscillator, 30.0, &format!("k_n 1e{decade}, with a gap"));
     }
     for zero in [0, 1] {
         let mut oscillator = oscillator(FrictionLaw::Box);
         if zero == 0 {
-            oscillator.element.normal_stiffness = 0.0;
+            oscillator.element.sliders[0].normal_stiffness = 0.0;
         } else {
-            oscillator.element.tangential_stiffness = 0.0;
+            oscillator.element.sliders[0].tangential_stiffness = 0.0;
         }
         respond(&oscillator, 100.0, "a stiffness of zero");
     }
@@ -202,7 +205,7 @@ fn what_does_not_fit_is_refused() {
     let new = |elements: usize, loads: Vec<Load>, settings| {
         HarmonicBalance::new(
             &model,
-            vec![oscillator.element; elements],
+            vec![oscillator.element.clone(); elements],
             Harmonics::up_to(2),
             loads,
             settings,
@@ -251,7 +254,7 @@ fn what_does_not_fit_is_refused() {
     short.damping = Matrix::zeros(2, 2);
     let error = HarmonicBalance::new(
         &short,
-        vec![oscillator.element],
+        vec![oscillator.element.clone()],
         Harmonics::up_to(1),
         drive(1.0),
         usual,
@@ -270,7 +273,7 @@ fn what_does_not_fit_is_refused() {
         "{error}"
     );
     for mass in [0.0, -1.0, f64::NAN] {
-        let mut wrong = oscillator;
+        let mut wrong = oscillator.clone();
         wrong.mass[1] = mass;
         assert!(matches!(
             wrong.model(),

@@ -2,7 +2,7 @@
 
 use fretwear::dynamics::{
     ContactElement, Continuation, ContinuationSettings, DynamicsError, FrictionLaw,
-    HarmonicBalance, Oscillator, Response, Settings, Vibration,
+    HarmonicBalance, Oscillator, Response, Settings, Slider, Vibration,
 };
 
 use super::{balance, oscillator};
@@ -22,11 +22,13 @@ fn bouncing(is_pressed: bool) -> Oscillator {
         element: ContactElement {
             area: 1e-4,
             friction_coefficient: 0.3,
-            normal_load: if is_pressed { 10.0 } else { 0.0 },
-            gap: if is_pressed { 0.0 } else { 1e-3 },
-            tangential_stiffness: 1e4,
-            normal_stiffness: 3e4,
             law: FrictionLaw::Cone,
+            sliders: vec![Slider {
+                normal_load: if is_pressed { 10.0 } else { 0.0 },
+                gap: if is_pressed { 0.0 } else { 1e-3 },
+                tangential_stiffness: 1e4,
+                normal_stiffness: 3e4,
+            }],
         },
     }
 }
@@ -142,11 +144,13 @@ fn the_highest_of_several_peaks() {
     oscillator.element = ContactElement {
         area: 1e-4,
         friction_coefficient: 0.3,
-        normal_load: 1000.0,
-        gap: 0.0,
-        tangential_stiffness: 6e6,
-        normal_stiffness: 8e6,
         law: FrictionLaw::Cone,
+        sliders: vec![Slider {
+            normal_load: 1000.0,
+            gap: 0.0,
+            tangential_stiffness: 6e6,
+            normal_stiffness: 8e6,
+        }],
     };
     let range = (TURN * 160.0, TURN * 750.0);
     let vibration = Vibration {
@@ -164,7 +168,7 @@ fn the_highest_of_several_peaks() {
         range,
     };
     let balance = vibration
-        .balance(vec![oscillator.element])
+        .balance(vec![oscillator.element.clone()])
         .expect("a right oscillator");
     let resonance = vibration
         .resonance(&balance, None)
@@ -208,11 +212,13 @@ fn a_branch_with_a_corner_has_all_frequencies() {
         element: ContactElement {
             area: 1e-4,
             friction_coefficient: 0.31,
-            normal_load: 836.7,
-            gap: 0.0,
-            tangential_stiffness: 3150302.0,
-            normal_stiffness: 637879.0,
             law: FrictionLaw::Box,
+            sliders: vec![Slider {
+                normal_load: 836.7,
+                gap: 0.0,
+                tangential_stiffness: 3150302.0,
+                normal_stiffness: 637879.0,
+            }],
         },
     };
     let loads = [

@@ -1,6 +1,7 @@
 //! Steady vibration: harmonics, contact elements, harmonic balance against time integration, continuation, resonance.
 
 mod balance;
+mod bank;
 mod closure;
 mod condensation;
 mod continuation;
@@ -13,10 +14,10 @@ mod resonator;
 mod time_integration;
 mod truncation;
 
-use fretwear::dynamics::aft::{Closure, Derivative};
+use fretwear::dynamics::aft::{Closure, Derivative, Scratch};
 use fretwear::dynamics::{
     ContactElement, DynamicsError, FrictionLaw, HarmonicBalance, Harmonics, InterfaceElement, Load,
-    Oscillator, Settings,
+    Oscillator, Settings, Slider,
 };
 
 /// An element with stiffnesses of a joint, µ 0.6, preloaded.
@@ -24,12 +25,21 @@ pub fn element(law: FrictionLaw) -> ContactElement {
     ContactElement {
         area: 4.2e-6,
         friction_coefficient: 0.6,
-        normal_load: 90.0,
-        gap: 0.0,
-        tangential_stiffness: 2.5e7,
-        normal_stiffness: 3.5e7,
         law,
+        sliders: vec![Slider {
+            normal_load: 90.0,
+            gap: 0.0,
+            tangential_stiffness: 2.5e7,
+            normal_stiffness: 3.5e7,
+        }],
     }
+}
+
+/// The same element with other sliders.
+pub fn changed(element: &ContactElement, change: impl FnMut(&mut Slider)) -> ContactElement {
+    let mut element = element.clone();
+    element.sliders.iter_mut().for_each(change);
+    element
 }
 
 /// A mass of different frequency along each axis; damping is low enough for friction to matter.
@@ -52,7 +62,7 @@ pub fn balance(
     let model = oscillator.model().expect("a right oscillator");
     HarmonicBalance::new(
         &model,
-        vec![oscillator.element],
+        vec![oscillator.element.clone()],
         Harmonics::up_to(highest),
         loads.to_vec(),
         settings,
@@ -86,6 +96,7 @@ impl InterfaceElement for CubicSpring {
         displacement: &[[f64; 3]],
         force: &mut [[f64; 3]],
         derivative: Option<&mut Derivative<'_>>,
+        _: &mut Scratch,
     ) -> Closure {
         for (f, u) in force.iter_mut().zip(displacement) {
             *f = [self.0 * u[0].powi(3), 0.0, 0.0];

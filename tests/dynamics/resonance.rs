@@ -73,7 +73,7 @@ fn a_guess_in_other_harmonics_is_refused() {
 fn warm_tracking_needs_few_iterations() {
     let track = |load: f64, guess: Option<Start>| {
         let mut oscillator = oscillator(FrictionLaw::Cone);
-        oscillator.element.normal_load = load;
+        oscillator.element.sliders[0].normal_load = load;
         balance(&oscillator, 5, &drive(150.0), Settings::default())
             .phase_resonance(RANGE, guess.as_ref())
             .unwrap_or_else(|e| panic!("{e}"))

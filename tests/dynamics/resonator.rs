@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use fretwear::dynamics::cycle::joint_cycle;
 use fretwear::dynamics::{
     ContactElement, Damping, DynamicsError, ElementState, FrictionLaw, HarmonicBalance, Harmonics,
-    LinearModel, Load, SecondOrder, Settings, reduced_model, reference_springs,
+    LinearModel, Load, SecondOrder, Settings, Slider, reduced_model, reference_springs,
 };
 use fretwear::linalg::{Matrix, SparseIndefinite};
 use fretwear::structure::assembly::{Spring, System};
@@ -61,11 +61,13 @@ pub fn elements(mesh: &ResonatorMesh) -> Vec<ContactElement> {
         ContactElement {
             area: contact.area,
             friction_coefficient: 0.6,
-            normal_load: 3e4 * share,
-            gap: 0.0,
-            tangential_stiffness: 1e10 * share,
-            normal_stiffness: 1.2e10 * share,
             law: FrictionLaw::Cone,
+            sliders: vec![Slider {
+                normal_load: 3e4 * share,
+                gap: 0.0,
+                tangential_stiffness: 1e10 * share,
+                normal_stiffness: 1.2e10 * share,
+            }],
         }
     });
     each.collect()
@@ -340,7 +342,9 @@ fn joints_at_their_ends() {
     let sweep = |what: &str, force: f64, change: &dyn Fn(&mut ContactElement)| {
         attempt(what, force, change).unwrap_or_else(|e: DynamicsError| panic!("{what}: {e}"))
     };
-    let free = |e: &mut ContactElement| (e.normal_load, e.gap) = (0.0, 1.0);
+    let free = |e: &mut ContactElement| {
+        (e.sliders[0].normal_load, e.sliders[0].gap) = (0.0, 1.0);
+    };
     let (open, state) = sweep("gaps everywhere", 500.0, &free);
     assert_eq!(state, ElementState::Open);
     // Open everywhere is the structure without springs.
@@ -373,14 +377,18 @@ fn joints_at_their_ends() {
     assert!(same(&stuck, &slides) > 0.1, "a sliding joint is not");
     sweep("µ 0", 300.0, &|e| e.friction_coefficient = 0.0);
     // Touching without preload everywhere, a joint rattles: a steady state is found or refused, never made up.
-    if let Err(error) = attempt("no preload", 100.0, &|e| e.normal_load = 0.0) {
+    if let Err(error) = attempt("no preload", 100.0, &|e| e.sliders[0].normal_load = 0.0) {
         assert!(
             matches!(error, DynamicsError::NotConverged { .. }),
             "{error}"
         );
     }
-    sweep("soft normal", 300.0, &|e| e.normal_stiffness *= 1e-4);
-    sweep("hard normal", 300.0, &|e| e.normal_stiffness *= 1e3);
+    sweep("soft normal", 300.0, &|e| {
+        e.sliders[0].normal_stiffness *= 1e-4;
+    });
+    sweep("hard normal", 300.0, &|e| {
+        e.sliders[0].normal_stiffness *= 1e3;
+    });
     let error = {
         let balance = HarmonicBalance::new(
             &model,

@@ -1,41 +1,52 @@
 //! Harmonic balance against time integration of the same oscillators: the average-acceleration scheme with a return mapping of
 //! its own, marched until the transient is gone.
 
-use fretwear::dynamics::{FrictionLaw, HarmonicBalance, Harmonics, Oscillator, Response, Settings};
+use fretwear::dynamics::{
+    ContactElement, FrictionLaw, HarmonicBalance, Harmonics, Oscillator, Response, Settings,
+};
 
 use super::{CubicSpring, balance, drive, oscillator};
 
 /// Force and tangent of a contact at displacement u, given what it remembers.
-trait Contact {
+pub trait Contact {
     fn force(&self, u: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]);
     fn remember(&mut self, u: [f64; 3]);
 }
 
-struct Friction<'a> {
-    oscillator: &'a Oscillator,
-    slider: [f64; 2],
+/// A contact element that remembers where its sliders are.
+pub struct Friction<'a> {
+    element: &'a ContactElement,
+    positions: Vec<[f64; 2]>,
 }
 
 impl Friction<'_> {
-    fn evaluate(&self, u: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
-        let e = &self.oscillator.element;
+    pub fn of(element: &ContactElement) -> Friction<'_> {
+        Friction {
+            element,
+            positions: vec![[0.0; 2]; element.sliders.len()],
+        }
+    }
+
+    /// Of slider `k`.
+    fn evaluate(&self, k: usize, u: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
+        let (e, slider) = (&self.element.sliders[k], self.positions[k]);
         let (kt, kn, mu) = (
             e.tangential_stiffness,
             e.normal_stiffness,
-            e.friction_coefficient,
+            self.element.friction_coefficient,
         );
         let normal = e.normal_load + kn * (u[2] - e.gap);
         if normal <= 0.0 {
             return ([0.0, 0.0, -e.normal_load], [[0.0; 3]; 3]);
         }
         let mut force = [
-            kt * (u[0] - self.slider[0]),
-            kt * (u[1] - self.slider[1]),
+            kt * (u[0] - slider[0]),
+            kt * (u[1] - slider[1]),
             normal - e.normal_load,
         ];
         let mut tangent = [[kt, 0.0, 0.0], [0.0, kt, 0.0], [0.0, 0.0, kn]];
         let limit = mu * normal;
-        match e.law {
+        match self.element.law {
             FrictionLaw::Cone => {
                 let size = (force[0] * force[0] + force[1] * force[1]).sqrt();
                 if size > limit {
@@ -66,13 +77,25 @@ impl Friction<'_> {
 
 impl Contact for Friction<'_> {
     fn force(&self, u: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
-        self.evaluate(u)
+        let (mut force, mut tangent) = ([0.0; 3], [[0.0; 3]; 3]);
+        for k in 0..self.positions.len() {
+            let (own, slope) = self.evaluate(k, u);
+            for i in 0..3 {
+                force[i] += own[i];
+                for j in 0..3 {
+                    tangent[i][j] += slope[i][j];
+                }
+            }
+        }
+        (force, tangent)
     }
 
     fn remember(&mut self, u: [f64; 3]) {
-        let (force, _) = self.evaluate(u);
-        let kt = self.oscillator.element.tangential_stiffness;
-        self.slider = [u[0] - force[0] / kt, u[1] - force[1] / kt];
+        for (k, slider) in self.element.sliders.iter().enumerate() {
+            let (force, _) = self.evaluate(k, u);
+            let kt = slider.tangential_stiffness;
+            self.positions[k] = [u[0] - force[0] / kt, u[1] - force[1] / kt];
+        }
     }
 }
 
@@ -89,7 +112,7 @@ impl Contact for Cubic {
 }
 
 /// Displacements over the last of `periods` cycles of `steps` each, and the change from the cycle before.
-fn integrate(
+pub fn integrate(
     oscillator: &Oscillator,
     contact: &mut dyn Contact,
     load: impl Fn(f64) -> [f64; 3],
@@ -165,7 +188,7 @@ fn solve(mut m: [[f64; 3]; 3], mut r: [f64; 3]) -> [f64; 3] {
 }
 
 /// Largest difference of a response from samples over the cycle, relative to the largest displacement, without the means.
-fn error(harmonics: &Harmonics, response: &Response, samples: &[[f64; 3]]) -> f64 {
+pub fn error(harmonics: &Harmonics, response: &Response, samples: &[[f64; 3]]) -> f64 {
     let n = harmonics.coefficients();
     let mean = |d: usize| samples.iter().map(|s| s[d]).sum::<f64>() / samples.len() as f64;
     let means = [mean(0), mean(1), mean(2)];
@@ -188,10 +211,7 @@ fn jenkins_oscillator() {
         let oscillator = oscillator(law);
         let omega = 5800.0;
         let force = 260.0;
-        let mut friction = Friction {
-            oscillator: &oscillator,
-            slider: [0.0; 2],
-        };
+        let mut friction = Friction::of(&oscillator.element);
         let (samples, change) = integrate(
             &oscillator,
             &mut friction,
@@ -248,10 +268,7 @@ fn orbital_motion_with_varying_normal_load_and_with_separation() {
                     normal * (omega * t + 0.6).cos(),
                 ]
             };
-            let mut friction = Friction {
-                oscillator: &oscillator,
-                slider: [0.0; 2],
-            };
+            let mut friction = Friction::of(&oscillator.element);
             let (samples, change) =
                 integrate(&oscillator, &mut friction, value, omega, (130, 20_000));
             assert!(change < 1e-12, "transient {change}");

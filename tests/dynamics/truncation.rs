@@ -1,5 +1,7 @@
 //! The estimated errors of harmonics left out against a balance with many, and harmonics that are extended until they suffice.
 
+use std::slice::from_ref;
+
 use fretwear::dynamics::{
     ContactElement, FrictionLaw, Harmonics, Oscillator, SecondOrder, Settings, Truncation,
     Vibration,
@@ -59,7 +61,7 @@ fn estimates_hold_the_truth() {
     let sets = [&[0, 1][..], &[0, 1, 3], &[0, 1, 2, 3], &[0, 1, 3, 5]];
     for law in [FrictionLaw::Cone, FrictionLaw::Box] {
         let oscillator = oscillator(law);
-        let elements = [oscillator.element];
+        let elements = [oscillator.element.clone()];
         // Slip here and there, most of the time, nearly always.
         for force in [60.0, 150.0, 400.0] {
             let all = vibration(&oscillator, force, Harmonics::up_to(ALL));
@@ -93,14 +95,14 @@ fn estimates_hold_the_truth() {
 fn a_joint_that_sticks_leaves_nothing_out() {
     let oscillator = oscillator(FrictionLaw::Cone);
     let stuck = vibration(&oscillator, 0.5, Harmonics::up_to(1));
-    let (_, errors, _) = resolved(&[oscillator.element], &stuck, None);
+    let (_, errors, _) = resolved(from_ref(&oscillator.element), &stuck, None);
     assert_eq!(errors, Truncation::default());
 }
 
 #[test]
 fn harmonics_are_extended_until_they_suffice() {
     let oscillator = oscillator(FrictionLaw::Cone);
-    let elements = [oscillator.element];
+    let elements = [oscillator.element.clone()];
     let vibration_of = |harmonics| vibration(&oscillator, 150.0, harmonics);
     let (truth, ..) = resolved(&elements, &vibration_of(Harmonics::up_to(ALL)), None);
     let mut before = 0;
@@ -153,13 +155,13 @@ fn orders_beyond() {
 fn no_friction_has_no_error() {
     let mut opening = oscillator(FrictionLaw::Cone);
     opening.element.friction_coefficient = 0.0;
-    opening.element.tangential_stiffness = 0.0;
-    opening.element.normal_load = 10.0;
+    opening.element.sliders[0].tangential_stiffness = 0.0;
+    opening.element.sliders[0].normal_load = 10.0;
     let mut vibration = vibration(&opening, 100.0, Harmonics::up_to(5));
     vibration.loads = vec![Oscillator::load(2, 100.0, 0.0)];
     vibration.response_port = 2;
     vibration.range = (3000.0, 9000.0);
-    let (_, errors, _) = resolved(&[opening.element], &vibration, None);
+    let (_, errors, _) = resolved(from_ref(&opening.element), &vibration, None);
     println!("{errors:?}");
     assert!(
         errors.amplitude > 0.0 && errors.amplitude < 0.1,
@@ -174,7 +176,7 @@ fn a_response_that_is_zero() {
     let oscillator = oscillator(FrictionLaw::Cone);
     let mut vibration = vibration(&oscillator, 150.0, Harmonics::up_to(3));
     vibration.response_port = 1;
-    let elements = vec![oscillator.element];
+    let elements = vec![oscillator.element.clone()];
     let balance = vibration.balance(elements.clone()).expect("a balance");
     let along = balance
         .phase_resonance(RANGE, None)

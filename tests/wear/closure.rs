@@ -4,7 +4,7 @@
 use fretwear::contact::Shear;
 use fretwear::dynamics::closure::ClosureEnergy;
 use fretwear::dynamics::cycle::joint_cycle;
-use fretwear::dynamics::{ContactElement, FrictionLaw, Harmonics, Sampling};
+use fretwear::dynamics::{ContactElement, FrictionLaw, Harmonics, Sampling, Slider};
 use fretwear::model_update::Linearisation;
 use fretwear::wear::Harmonic;
 use fretwear::wear::cycle::March;
@@ -55,11 +55,13 @@ fn elements() -> (Vec<ContactElement>, Vec<[f64; 2]>) {
         let element = ContactElement {
             area: 4.0 * HALF * HALF / (nx * ny) as f64,
             friction_coefficient: FRICTION,
-            normal_load,
-            gap: 0.0,
-            tangential_stiffness: stiffness / loaded as f64,
-            normal_stiffness: stiffness / loaded as f64,
             law: FrictionLaw::Cone,
+            sliders: vec![Slider {
+                normal_load,
+                gap: 0.0,
+                tangential_stiffness: stiffness / loaded as f64,
+                normal_stiffness: stiffness / loaded as f64,
+            }],
         };
         (element, [centre(e / ny, nx), centre(e % ny, ny)])
     });

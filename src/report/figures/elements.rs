@@ -11,7 +11,7 @@ use super::surface::titled;
 use super::{Figure, Of, Study, drawn, range_of, widened};
 use crate::tables::TableName;
 
-const STATES: [&str; 3] = ["stick", "slip", "open"];
+const STATES: [&str; 4] = ["stick", "partial", "slip", "open"];
 /// One millimetre \[m\].
 const MM: f64 = 1e-3;
 
