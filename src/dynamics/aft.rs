@@ -21,6 +21,11 @@ pub trait InterfaceElement {
     /// Whether at every sample the force is exactly reference stiffness times displacement.
     fn follows_reference(&self, displacement: &[[f64; 3]]) -> bool;
 
+    /// Whether its derivative costs so much that it is to do for several states near each other.
+    fn is_costly(&self) -> bool {
+        false
+    }
+
     /// Forces \[N\] over the steady cycle, and their derivative if asked for, in arrays of any content; `scratch` is there to work
     /// in.
     fn sample(

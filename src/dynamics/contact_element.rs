@@ -204,7 +204,7 @@ impl ContactElement {
             friction: self.friction_coefficient,
             law: self.law,
             displacement,
-            by_fixed_point: self.sliders.len() > 1,
+            is_of_bank: self.sliders.len() > 1,
         };
         march.run(derivative, scratch)
     }
@@ -264,6 +264,10 @@ impl InterfaceElement for ContactElement {
         let (law, friction) = (self.law, self.friction_coefficient);
         let mut sliders = self.sliders.iter();
         sliders.all(|slider| slider.follows_reference(law, friction, displacement))
+    }
+
+    fn is_costly(&self) -> bool {
+        self.sliders.len() > 1
     }
 
     fn sample(

@@ -67,6 +67,8 @@ pub struct HarmonicBalance<E> {
     pub(super) load_ports: Vec<usize>,
     pub(super) load_rows: Vec<f64>,
     pub(super) settings: Settings,
+    /// Whether a Jacobian costs more than the further steps that an older one needs.
+    pub(super) is_costly: bool,
 }
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
@@ -133,6 +135,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
         Ok(HarmonicBalance {
             model: model.close(&springs)?,
+            is_costly: elements.iter().any(E::is_costly),
             reference,
             elements,
             sampling: Sampling::new(harmonics, settings.samples)?,

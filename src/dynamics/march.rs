@@ -9,12 +9,17 @@ use super::slider::{self, Dual, FrictionLaw, INPUTS, MEMORY, Number, Slider, Ste
 /// Cycles marched one after the other. The memory of most motions is gone after one; a slider that slips by much less than it
 /// stretches forgets a force across its motion over hundreds, and from here on its steady cycle is looked for.
 const PLAIN_CYCLES: usize = 4;
+/// The same of a slider of a bank, as some of these always slip by little.
+const FEW_CYCLES: usize = 2;
 /// Cycles at most until the steady one is found.
 const MOST_CYCLES: usize = 2000;
 /// A guess of the steady force is taken if it changes over a cycle by less than this share of the change before.
 const BETTER: f64 = 0.8;
 /// Change of the force over a cycle, relative to its largest value, at which the cycle is steady: rounding over its samples.
 const STEADY: f64 = 1e-12;
+
+/// Difference of two forces, relative to the largest, up to which they are one: rounding of a step.
+const SAME: f64 = 1e-14;
 
 /// Determinant of 1 − A below which a cycle forgets nothing; that of a force which decays over 1e5 cycles is larger.
 const FORGETS: f64 = 1e-6;
@@ -25,9 +30,9 @@ pub(super) struct March<'a> {
     pub(super) friction: f64,
     pub(super) law: FrictionLaw,
     pub(super) displacement: &'a [[f64; 3]],
-    /// Whether the derivative is that of the fixed point wherever there is one, which costs one lap, or only after a march that
-    /// closes slowly. They differ by what the march has not forgotten yet.
-    pub(super) by_fixed_point: bool,
+    /// Whether it is one of several. Much is then saved by what differs from the march of one alone in rounding, or by what the march
+    /// has not forgotten yet: where its cycles meet they are not followed on, and the derivative is that of the fixed point.
+    pub(super) is_of_bank: bool,
 }
 
 /// A steady cycle of the slider.
@@ -44,6 +49,7 @@ struct Steady {
 }
 
 /// One cycle of the slider.
+#[derive(Clone, Copy)]
 struct Lap {
     /// Force at its end.
     end: [f64; 2],
@@ -82,11 +88,23 @@ impl March<'_> {
         steady.closure
     }
 
+    fn plain_cycles(&self) -> usize {
+        if self.is_of_bank {
+            FEW_CYCLES
+        } else {
+            PLAIN_CYCLES
+        }
+    }
+
     /// The steady cycle of the displacements that end in `last`.
     fn steady(&self, last: [f64; 3], force: &mut [[f64; 2]]) -> Steady {
         let (mut start, mut from) = ([0.0; 2], [0.0; 3]);
-        for cycle in 1..=PLAIN_CYCLES {
-            let lap = self.lap(start, from, force);
+        let mut before = None;
+        for cycle in 1..=self.plain_cycles() {
+            let lap = match before {
+                Some(before) if self.is_of_bank => self.lap_after(before, from, force),
+                _ => self.lap(start, from, force),
+            };
             // Without slip the next cycle is this one; after the first, the start was the preload rather than a cycle.
             let closure = lap.closure(cycle, start);
             if closure.change == 0.0 || cycle > 1 && closure.change <= STEADY {
@@ -99,13 +117,14 @@ impl March<'_> {
                 };
             }
             (start, from) = (lap.end, last);
+            before = Some(lap);
         }
         self.settle(start, last, force)
     }
 
     /// The steady cycle near the force `start` at its beginning.
     fn settle(&self, mut start: [f64; 2], last: [f64; 3], force: &mut [[f64; 2]]) -> Steady {
-        let mut cycle = PLAIN_CYCLES;
+        let mut cycle = self.plain_cycles();
         // After a guess that was none, so many cycles are marched before the next.
         let (mut wait, mut patience) = (0_usize, 1_usize);
         loop {
@@ -119,7 +138,7 @@ impl March<'_> {
             if closure.change <= STEADY || cycle >= MOST_CYCLES {
                 return Steady {
                     start,
-                    plain: PLAIN_CYCLES,
+                    plain: self.plain_cycles(),
                     is_plain: false,
                     stuck: lap.stuck,
                     closure,
@@ -163,7 +182,7 @@ impl March<'_> {
     ) {
         scratch.tangent.clear();
         scratch.tangent.resize(6 * derivative.coefficients, 0.0);
-        if !steady.stuck && (self.by_fixed_point || !steady.is_plain) {
+        if !steady.stuck && (self.is_of_bank || !steady.is_plain) {
             self.lap_with_slopes(steady.start, last, scratch);
             if let Some(map) = unforgotten(memory(&scratch.slopes)) {
                 self.propagate(scratch, true, derivative, false);
@@ -209,6 +228,28 @@ impl March<'_> {
             let (delta, loads) = self.inputs(j, from);
             let (next, step) = slider::step(law, kt, mu, lap.end, delta, loads);
             lap.advance(next, step);
+            *force = next;
+        }
+        lap
+    }
+
+    /// The lap after another, whose forces are in `force`, up to where both are the same: friction never brings forces apart.
+    fn lap_after(&self, before: Lap, from: [f64; 3], force: &mut [[f64; 2]]) -> Lap {
+        let (law, kt, mu) = (self.law, self.slider.tangential_stiffness, self.friction);
+        let mut lap = Lap::new(before.end);
+        let same = SAME * before.largest;
+        for (j, force) in force.iter_mut().enumerate() {
+            let (delta, loads) = self.inputs(j, from);
+            let (next, step) = slider::step(law, kt, mu, lap.end, delta, loads);
+            lap.advance(next, step);
+            let apart = [next[0] - force[0], next[1] - force[1]];
+            if slider::magnitude(apart) <= same {
+                return Lap {
+                    end: before.end,
+                    largest: before.largest,
+                    stuck: lap.stuck && before.stuck,
+                };
+            }
             *force = next;
         }
         lap

@@ -14,6 +14,12 @@ use crate::linalg::add_scaled;
 const DESCENT: f64 = 0.25;
 /// Step lengths tried: 1, ½, … ; a kink of the friction law is passed by one of them or by none.
 const HALVINGS: u32 = 6;
+/// Correction from which one more step mostly converges, so that no Jacobian is wanted after it.
+const NEARLY: f64 = 1e-4;
+/// Correction from which Jacobians that cost much are kept for further steps, and the share of a correction that such a step may
+/// leave: at more, they are made anew.
+const NEAR: f64 = 2e-2;
+const CHORD: f64 = 0.1;
 /// Steps in a row that may fail to descend: the law has kinks, across which a full step often helps although it looks worse.
 const TRIALS: usize = 3;
 /// Krylov iterations from which the element part of the preconditioner is made anew.
@@ -52,11 +58,13 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             Condition::Linear { .. } => PATIENCE,
         };
         let (mut least, mut since) = (f64::INFINITY, 0);
+        // Whether the Jacobians are of a state before: their step is taken only where it is a good one.
+        let mut is_old = false;
         for iteration in 0..=self.settings.most_iterations {
             spent = iteration;
             while self.enlarge(&mut state, &at) {
                 at = self.evaluate(&state, factor, condition, Some(grip))?;
-                correction = f64::INFINITY;
+                (correction, is_old) = (f64::INFINITY, false);
             }
             let free = matches!(condition, Condition::Frequency);
             if (at.elements.is_empty() && free) || correction <= self.settings.tolerance {
@@ -65,7 +73,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 } else {
                     0.0
                 };
-                return self.response(state, factor, at.displacement, iteration, correction);
+                return self.response(state, factor, at, iteration, correction);
             }
             if iteration == self.settings.most_iterations {
                 break;
@@ -98,6 +106,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 frame = Some(now);
                 continue;
             }
+            let near = if self.is_costly { NEAR } else { NEARLY };
+            let mut is_refused = false;
             let mut best: Option<(f64, f64, State, Evaluation)> = None;
             let mut full: Option<(State, Evaluation)> = None;
             for halving in 0..HALVINGS {
@@ -107,10 +117,14 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                     continue;
                 }
                 // Most full steps are taken; of the others the Jacobian is of use only once they are.
-                let there =
-                    self.evaluate(&trial, factor, condition, (halving == 0).then_some(grip))?;
+                let wanted = (halving == 0 && before > near).then_some(grip);
+                let there = self.evaluate(&trial, factor, condition, wanted)?;
                 let left = reach.size(&measure(&there));
                 let enough = left <= (1.0 - DESCENT * length) * before;
+                is_refused = is_old && !enough && left > self.settings.tolerance;
+                if is_refused {
+                    break;
+                }
                 if best.as_ref().is_none_or(|(b, ..)| left < *b) {
                     let worse = best.replace((left, length, trial, there));
                     if let Some((_, 1.0, trial, there)) = worse {
@@ -123,6 +137,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                     break;
                 }
             }
+            if is_refused {
+                at = self.evaluate(&state, factor, condition, Some(grip))?;
+                (correction, is_old, frame) = (f64::INFINITY, false, Some(now));
+                continue;
+            }
             let Some((left, length, trial, there)) = best else {
                 break;
             };
@@ -130,7 +149,12 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             if left < before {
                 failures = 0;
                 correction = if length == 1.0 { left } else { f64::INFINITY };
-                (state, at) = (trial, there);
+                let old = std::mem::replace(&mut at, there);
+                state = trial;
+                is_old = self.is_costly && left <= CHORD * before && !at.has_jacobians();
+                if is_old {
+                    at.beyond = old.beyond;
+                }
             } else if left <= self.settings.tolerance {
                 // Rounding: neither better nor worse.
                 correction = left;
@@ -148,6 +172,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                     break;
                 };
                 (state, at) = all;
+                is_old = false;
             }
             if !at.has_jacobians() {
                 at = self.evaluate(&state, factor, condition, Some(grip))?;

@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-use super::aft::InterfaceElement;
+use super::aft::{Closure, InterfaceElement};
 use super::closed_model::Among;
 use super::krylov::{self, ElementPart, Preconditioner, dot};
 use super::{DynamicsError, HarmonicBalance};
@@ -50,7 +50,9 @@ pub(super) struct Evaluation {
     /// Forces on them: what is beyond the reference with the sign of a load, then loads.
     forces: Vec<f64>,
     /// Jacobians of what is beyond the reference, one per active element; none if not asked for.
-    beyond: Vec<Matrix>,
+    pub(super) beyond: Vec<Matrix>,
+    /// Contact forces of the active elements, and how well their cycles close.
+    pub(super) contact: Vec<(Vec<f64>, Closure)>,
     pub(super) displacement: Vec<f64>,
     pub(super) residual: Vec<f64>,
     pub(super) condition: f64,
@@ -122,12 +124,14 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let mut ports: Vec<usize> = elements.iter().flat_map(|e| 3 * e..3 * e + 3).collect();
         let mut forces = vec![0.0; elements.len() * width];
         let mut beyond = Vec::new();
+        let mut contact = Vec::with_capacity(elements.len());
         for (&element, g) in elements.iter().zip(forces.chunks_mut(width)) {
             let u = &state.contact[element * width..][..width];
             let law = &self.elements[element];
             let mut jacobian = grip.map(|_| Matrix::zeros(width, width));
             let values = jacobian.as_mut().map(Matrix::values_mut);
-            self.sampling.evaluate(law, u, g, values, &mut work);
+            let closure = self.sampling.evaluate(law, u, g, values, &mut work);
+            contact.push((g.to_vec(), closure));
             for d in 0..3 {
                 let stiffness = self.reference[element][d];
                 for i in d * n..(d + 1) * n {
@@ -174,6 +178,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             ports,
             forces,
             beyond,
+            contact,
             displacement,
             residual,
             condition,

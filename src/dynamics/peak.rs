@@ -17,6 +17,8 @@ const LEFT: f64 = 1.5;
 const FARTHEST: f64 = 0.5 * PI;
 /// Width of the bracket that ends the search \[rad\]: the amplitude of a linear peak is then right to 1e-13.
 const WIDTH: f64 = 3e-7;
+/// The same where each response is dear: right to 1e-8.
+const DEAR_WIDTH: f64 = 1e-4;
 /// Amplitude by which another peak must be higher to be it: samples let it ripple by less.
 const HIGHER: f64 = 1e-6;
 
@@ -72,9 +74,10 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         };
         // Regula falsi with halved weights (Illinois), and bisection now and then: the slope may jump.
         let (mut near_weight, mut far_weight) = (near.slope, far.slope);
+        let narrow = if self.is_costly { DEAR_WIDTH } else { WIDTH };
         for iteration in 0..60 {
             let width = far.phase - near.phase;
-            if width.abs() <= WIDTH || far.slope == 0.0 {
+            if width.abs() <= narrow || far.slope == 0.0 {
                 break;
             }
             let share = if iteration % 4 == 3 {

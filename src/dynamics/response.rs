@@ -1,8 +1,8 @@
 //! A converged steady response: what it consists of, and how it is put together and checked.
 
-use super::aft::{InterfaceElement, Workspace};
+use super::aft::InterfaceElement;
 use super::closed_model::ClosedModel;
-use super::newton_step::State;
+use super::newton_step::{Evaluation, State};
 use super::{DynamicsError, HarmonicBalance, Harmonics};
 
 /// Mean force on an unsupported motion, relative to the forces it is the balance of, that is rounding.
@@ -130,26 +130,26 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Ok((a.hypot(b), lag))
     }
 
-    /// Contact forces of every element from the converged displacements, and the worst change from one cycle to the next, relative to
-    /// the largest friction force of the joint.
+    /// Contact forces of every element at the converged displacements, those of the active ones as they were evaluated, and the worst
+    /// change from one cycle to the next, relative to the largest friction force of the joint.
     ///
     /// # Errors
     /// [`DynamicsError::NotClosed`].
     fn contact_forces(
         &self,
         contact: &[f64],
-        active: &[bool],
+        at: &Evaluation,
     ) -> Result<(Vec<f64>, f64), DynamicsError> {
         let n = self.harmonics().coefficients();
         let width = 3 * n;
         let mut force = vec![0.0; contact.len()];
-        let mut work: Workspace = self.sampling.workspace();
+        let mut active = at.elements.iter().zip(&at.contact).peekable();
         let (mut worst, mut largest) = ((0.0_f64, 0, 0), 0.0_f64);
-        for (index, element) in self.elements.iter().enumerate() {
+        for index in 0..self.elements.len() {
             let u = &contact[index * width..][..width];
             let f = &mut force[index * width..][..width];
-            if active[index] {
-                let closure = self.sampling.evaluate(element, u, f, None, &mut work);
+            if let Some((_, (evaluated, closure))) = active.next_if(|(e, _)| **e == index) {
+                f.copy_from_slice(evaluated);
                 let change = closure.change * closure.largest;
                 largest = largest.max(closure.largest);
                 if change > worst.0 {
@@ -176,18 +176,19 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Ok((force, change))
     }
 
-    /// The response of a converged state; `displacement` is that of all ports.
+    /// The response of a converged state, evaluated as `at`.
     pub(super) fn response(
         &self,
         state: State,
         factor: f64,
-        mut displacement: Vec<f64>,
+        at: Evaluation,
         iterations: usize,
         correction: f64,
     ) -> Result<Response, DynamicsError> {
         let harmonics = self.harmonics();
         let n = harmonics.coefficients();
-        let (force, closure) = self.contact_forces(&state.contact, &state.active)?;
+        let (force, closure) = self.contact_forces(&state.contact, &at)?;
+        let mut displacement = at.displacement;
         // All forces on the closed structure: loads, and contact forces beyond the reference.
         let mut ports = self.load_ports.clone();
         let mut rows: Vec<f64> = self.load_rows.iter().map(|f| factor * f).collect();
