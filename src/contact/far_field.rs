@@ -42,9 +42,10 @@ impl<const A: usize> FarField<A> {
     ) -> Self {
         let grid = half_space.grid();
         let blocks = |n: usize| (n / LEAST_CELLS).clamp(1, BLOCKS);
+        // With a compliance between nodes the far field is mostly theirs.
         let [mx, my] = match half_space.boundary() {
-            Boundary::Free => [blocks(grid.nx), blocks(grid.ny)],
-            Boundary::Periodic => [0; 2],
+            Boundary::Free if half_space.nodal().is_none() => [blocks(grid.nx), blocks(grid.ny)],
+            Boundary::Free | Boundary::Periodic => [0; 2],
         };
         let size = A * mx * my;
         let [lx, ly] = grid.size();

@@ -4,12 +4,15 @@
 //! value a cell: tractions \[Pa\], displacements \[m\].
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use super::Pair;
 use super::coupling::Coupling;
+use super::error::{ContactError, check_length};
 use super::kernel::{CellIntegrals, cell_integrals};
+use super::nodes::NodalCompliance;
 use crate::fft::{Convolution, VectorKernel, Workspace, fast_length};
 use crate::grid::{ByAxis, Grid};
 
@@ -51,6 +54,7 @@ pub struct HalfSpace {
     shear_x: Option<[Vec<f64>; 2]>,
     shear: Option<[VectorKernel; 2]>,
     coupling: Option<Coupling>,
+    nodal: Option<Arc<NodalCompliance>>,
 }
 
 impl HalfSpace {
@@ -85,7 +89,35 @@ impl HalfSpace {
             shear_x: None,
             shear: None,
             coupling: None,
+            nodal: None,
         }
+    }
+
+    /// With a compliance between nodes added to K, or without it again: see [`super::nodes`]. Preconditioners stay those of K.
+    ///
+    /// # Errors
+    /// [`ContactError::Length`] for matrices of another size than the nodes, or nodes over another grid.
+    pub fn set_nodal(&mut self, nodal: Option<Arc<NodalCompliance>>) -> Result<(), ContactError> {
+        if let Some(nodal) = &nodal {
+            nodal.check()?;
+            let cells = nodal.interpolation.grid().len();
+            check_length("half space", self.grid.len(), cells)?;
+        }
+        self.nodal = nodal;
+        Ok(())
+    }
+
+    /// Work with K alone, without what is added to it between nodes.
+    pub fn without_nodal<T>(&mut self, work: impl FnOnce(&mut HalfSpace) -> T) -> T {
+        let nodal = self.nodal.take();
+        let done = work(self);
+        self.nodal = nodal;
+        done
+    }
+
+    /// The compliance between nodes that is added to K.
+    pub fn nodal(&self) -> Option<&Arc<NodalCompliance>> {
+        self.nodal.as_ref()
     }
 
     /// Has the transforms made on as many threads. Results do not depend on their number.
@@ -129,6 +161,9 @@ impl HalfSpace {
     pub fn normal(&mut self, pressure: &[f64], displacement: &mut [f64]) {
         self.convolution
             .apply(&mut self.workspace, &self.normal, pressure, displacement);
+        if let Some(nodal) = &self.nodal {
+            nodal.add_normal(pressure, displacement);
+        }
     }
 
     /// An approximate pressure for a normal displacement: the preconditioner.
@@ -148,6 +183,9 @@ impl HalfSpace {
             self.convolution
                 .apply(&mut self.workspace, kernel, shear, displacement);
         }
+        if let Some(nodal) = &self.nodal {
+            nodal.add_shear_x(shear, displacement);
+        }
     }
 
     /// An approximate shear for a displacement along x.
@@ -162,9 +200,13 @@ impl HalfSpace {
     /// Tangential displacement under shear in both directions: u_x = K_xx ⊗ q_x + K_xy ⊗ q_y, and so on.
     pub fn shear(&mut self, shear: [&[f64]; 2], displacement: [&mut [f64]; 2]) {
         self.build_shear();
+        let [x, y] = displacement;
         if let Some([kernel, _]) = &self.shear {
             self.convolution
-                .apply_vector(&mut self.workspace, kernel, shear, displacement);
+                .apply_vector(&mut self.workspace, kernel, shear, [&mut *x, &mut *y]);
+        }
+        if let Some(nodal) = &self.nodal {
+            nodal.add_shear(shear, [x, y]);
         }
     }
 

@@ -8,6 +8,7 @@ mod error;
 mod far_field;
 mod half_space;
 mod kernel;
+pub mod nodes;
 pub mod normal;
 mod pair;
 pub mod stiffness;

@@ -4,6 +4,7 @@
 //! - [`element`]: the 8-node hexahedron, plain and with incompatible modes.
 //! - [`assembly`]: sparse stiffness and mass; [`order`]: the order of elimination.
 //! - [`modes`]: rigid and elastic modes; [`reduction`]: the model in relative contact displacements.
+//! - [`half_space`]: what a mesh has of the compliance of a half space.
 //! - [`deck`]: the resonator as an input deck of other finite-element programs.
 //!
 //! Degree of freedom 3·n + a is the displacement of node n along axis a (x, y, z) \[m\]. Everything is in SI.
@@ -28,6 +29,7 @@ pub mod assembly;
 pub mod deck;
 pub mod element;
 mod error;
+pub mod half_space;
 pub mod mesh;
 pub mod modes;
 pub mod order;

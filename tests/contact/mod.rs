@@ -15,6 +15,7 @@ mod hertz;
 mod hostile_steps;
 mod kernels;
 mod motions;
+mod nodes;
 mod pairs;
 mod random;
 mod sliding;

@@ -1,0 +1,233 @@
+//! A compliance between nodes of a coarse mesh beside that of the half spaces.
+
+use std::sync::Arc;
+
+use fretwear::contact::nodes::{Interpolation, NodalCompliance};
+use fretwear::contact::{Boundary, ContactError, Elastic, HalfSpace, Pair};
+use fretwear::grid::Grid;
+use fretwear::linalg::Matrix;
+use fretwear::structure::half_space::FaceCompliance;
+
+const STEEL: Elastic = Elastic {
+    youngs_modulus: 198.4e9,
+    poisson_ratio: 0.3,
+};
+
+/// Rounding of a sum over a grid, relative to its largest term.
+const ROUNDING: f64 = 1e-12;
+
+fn noise(count: usize, seed: f64) -> Vec<f64> {
+    let value = |c: usize| ((c as f64 + seed) * 12.9898).sin() * 43_758.545_3;
+    (0..count)
+        .map(|c| value(c) - value(c).floor() - 0.5)
+        .collect()
+}
+
+/// Matrices without any symmetry but that of a compliance.
+fn nodal(interpolation: Interpolation) -> NodalCompliance {
+    let n = interpolation.nodes();
+    let symmetric = |seed: f64| -> Vec<f64> {
+        let any = noise(n * n, seed);
+        (0..n * n)
+            .map(|k| 1e-9 * (any[k] + any[k % n * n + k / n]))
+            .collect()
+    };
+    NodalCompliance {
+        normal: symmetric(0.3),
+        xx: symmetric(0.5),
+        yy: symmetric(0.7),
+        xy: noise(n * n, 0.9).iter().map(|v| 1e-9 * v).collect(),
+        interpolation,
+    }
+}
+
+/// S as a dense matrix, from the hat functions of the nodes.
+fn weight(grid: Grid, counts: [usize; 2], cell: usize, node: usize) -> f64 {
+    let (i, j) = grid.cell(cell);
+    let hat = |at: f64, node: usize| (1.0 - (at - node as f64).abs()).max(0.0);
+    let (m, n) = (node / (counts[1] + 1), node % (counts[1] + 1));
+    hat((i as f64 + 0.5) * counts[0] as f64 / grid.nx as f64, m)
+        * hat((j as f64 + 0.5) * counts[1] as f64 / grid.ny as f64, n)
+}
+
+#[test]
+fn interpolation_is_that_of_hats() {
+    for (cells, counts) in [([13, 10], [4, 3]), ([6, 5], [6, 5]), ([5, 4], [1, 1])] {
+        let grid = Grid::over([6e-3, 5e-3], cells);
+        let interpolation = Interpolation::new(grid, counts);
+        let field = noise(grid.len(), 0.1);
+        let sums = interpolation.sums(&field);
+        for (node, sum) in sums.iter().enumerate() {
+            let terms = field.iter().enumerate();
+            let naive: f64 = terms.map(|(c, v)| v * weight(grid, counts, c, node)).sum();
+            assert!((sum - naive).abs() < ROUNDING * grid.len() as f64);
+        }
+        // Work of the field on what nodes move is that of its sums on the nodes.
+        let moved = noise(interpolation.nodes(), 0.2);
+        let mut cells = vec![0.0; grid.len()];
+        interpolation.add(1.0, &moved, &mut cells);
+        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        assert!((dot(&field, &cells) - dot(&sums, &moved)).abs() < ROUNDING * grid.len() as f64);
+        for c in 0..grid.len() {
+            let whole: f64 = interpolation.around(c).iter().map(|(_, w)| w).sum();
+            assert!((whole - 1.0).abs() < ROUNDING);
+        }
+    }
+}
+
+/// Each kernel of the half space with the nodes' compliance added, against sums over pairs of cells and nodes.
+#[test]
+fn displacements_are_those_of_a_double_sum_more() {
+    let (grid, counts) = (Grid::over([6e-3, 5e-3], [13, 10]), [4, 3]);
+    let added = nodal(Interpolation::new(grid, counts));
+    let (n, cells) = (added.interpolation.nodes(), grid.len());
+    let mut half_space = HalfSpace::new(grid, Pair::same(STEEL), Boundary::Free);
+    let shear = [noise(cells, 0.1), noise(cells, 0.6)];
+    let run = |half_space: &mut HalfSpace| {
+        let mut out = vec![vec![0.0; cells]; 4];
+        half_space.normal(&shear[0], &mut out[0]);
+        half_space.shear_x(&shear[0], &mut out[1]);
+        let [x, y] = out.get_disjoint_mut([2, 3]).expect("two fields");
+        half_space.shear([&shear[0], &shear[1]], [x, y]);
+        out
+    };
+    let plain = run(&mut half_space);
+    half_space
+        .set_nodal(Some(Arc::new(added.clone())))
+        .expect("nodes of the grid");
+    let with = run(&mut half_space);
+    let without = half_space.without_nodal(run);
+    assert_eq!(plain, without);
+    assert!(half_space.nodal().is_some());
+    let sums = |q: &[f64]| -> Vec<f64> {
+        let terms = |node: usize| (0..cells).map(move |c| (c, node));
+        (0..n)
+            .map(|node| {
+                terms(node)
+                    .map(|(c, m)| q[c] * weight(grid, counts, c, m))
+                    .sum()
+            })
+            .collect()
+    };
+    let forces = [sums(&shear[0]), sums(&shear[1])];
+    let times = |matrix: &[f64], turned: bool, v: &[f64]| -> Vec<f64> {
+        let at = |a: usize, b: usize| {
+            if turned {
+                matrix[b * n + a]
+            } else {
+                matrix[a * n + b]
+            }
+        };
+        (0..n)
+            .map(|a| (0..n).map(|b| at(a, b) * v[b]).sum())
+            .collect()
+    };
+    let plus =
+        |a: Vec<f64>, b: Vec<f64>| -> Vec<f64> { a.iter().zip(&b).map(|(a, b)| a + b).collect() };
+    let moved = [
+        times(&added.normal, false, &forces[0]),
+        times(&added.xx, false, &forces[0]),
+        plus(
+            times(&added.xx, false, &forces[0]),
+            times(&added.xy, false, &forces[1]),
+        ),
+        plus(
+            times(&added.yy, false, &forces[1]),
+            times(&added.xy, true, &forces[0]),
+        ),
+    ];
+    for (k, moved) in moved.iter().enumerate() {
+        let largest = with[k].iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        for c in 0..cells {
+            let more: f64 = (0..n)
+                .map(|node| weight(grid, counts, c, node) * moved[node])
+                .sum();
+            let expected = plain[k][c] + more * grid.cell_area();
+            assert!(
+                (with[k][c] - expected).abs() < ROUNDING * largest,
+                "field {k}, cell {c}"
+            );
+        }
+    }
+}
+
+#[test]
+fn matrices_and_grids_that_do_not_fit_are_refused() {
+    let grid = Grid::over([6e-3, 5e-3], [13, 10]);
+    let mut half_space = HalfSpace::new(grid, Pair::same(STEEL), Boundary::Free);
+    for wrong in 0..5 {
+        let other = Grid::over([6e-3, 5e-3], [12, 10]);
+        let over = if wrong == 4 { other } else { grid };
+        let mut added = nodal(Interpolation::new(over, [4, 3]));
+        let matrices = [
+            &mut added.normal,
+            &mut added.xx,
+            &mut added.yy,
+            &mut added.xy,
+        ];
+        if let Some(matrix) = matrices.into_iter().nth(wrong) {
+            matrix.pop();
+        }
+        let error = half_space.set_nodal(Some(Arc::new(added)));
+        assert!(
+            matches!(error, Err(ContactError::Length { .. })),
+            "{wrong}: {error:?}"
+        );
+    }
+}
+
+/// What a mesh has of a half space may be taken from it on every contact: what is left resists. Boxes as thick as long, and as thick as
+/// the shipped resonator's.
+#[test]
+fn what_a_mesh_leaves_of_a_half_space_is_positive_on_any_contact() {
+    let (grid, counts) = (Grid::over([12e-3, 10e-3], [24, 20]), [6, 5]);
+    let cells = grid.len();
+    for layer in [2e-3, 6e-3] {
+        let mut mesh = FaceCompliance::new(STEEL, [2e-3; 2], &[layer; 5], counts).expect("a mesh");
+        mesh.add(&mesh.clone());
+        let [normal, xx, yy, xy] = mesh.matrices().map(|m| m.into_iter().map(|c| -c).collect());
+        let interpolation = Interpolation::new(grid, counts);
+        let left = NodalCompliance {
+            interpolation,
+            normal,
+            xx,
+            yy,
+            xy,
+        };
+        let mut half_space = HalfSpace::new(grid, Pair::same(STEEL), Boundary::Free);
+        half_space
+            .set_nodal(Some(Arc::new(left)))
+            .expect("nodes of the grid");
+        let column = |half_space: &mut HalfSpace, c: usize, tangential: bool| {
+            let (mut unit, mut out) = (vec![0.0; cells], vec![0.0; cells]);
+            unit[c] = 1.0;
+            match tangential {
+                true => half_space.shear_x(&unit, &mut out),
+                false => half_space.normal(&unit, &mut out),
+            }
+            out
+        };
+        for tangential in [false, true] {
+            let columns: Vec<Vec<f64>> = (0..cells)
+                .map(|c| column(&mut half_space, c, tangential))
+                .collect();
+            // The whole face, which bounds every part of it, and parts of it by their own.
+            for coverage in [1.0, 0.82, 0.5, 0.2, 0.05] {
+                let any = noise(cells, 0.4);
+                let set: Vec<usize> = (0..cells).filter(|&c| any[c] + 0.5 <= coverage).collect();
+                let block = Matrix::from_fn(set.len(), set.len(), |i, j| {
+                    0.5 * (columns[set[j]][set[i]] + columns[set[i]][set[j]])
+                });
+                let (values, _) = block.symmetric_eigen().expect("eigenvalues");
+                let (least, largest) = values
+                    .iter()
+                    .fold((f64::INFINITY, 0.0_f64), |(l, m), v| (l.min(*v), m.max(*v)));
+                println!(
+                    "layer {layer} {tangential} {coverage}: {:.2e}",
+                    least / largest
+                );
+                assert!(least > 0.0, "{layer}, {coverage}: {least:e} of {largest:e}");
+            }
+        }
+    }
+}
