@@ -9,7 +9,7 @@ use std::path::Path;
 use std::{env, fs};
 
 /// The tables in the order in which they are told: as a run writes them, then those beside runs.
-const TABLES: [&str; 27] = [
+const TABLES: [&str; 28] = [
     "surface",
     "reference",
     "reference_element",
@@ -26,6 +26,7 @@ const TABLES: [&str; 27] = [
     "structure_mode",
     "structure_residual",
     "contact_element",
+    "contact_slider",
     "model_update",
     "response",
     "dynamic_response",

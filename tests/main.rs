@@ -2,6 +2,7 @@
 
 mod cli;
 mod contact;
+mod coupling;
 mod doctor;
 mod dynamics;
 mod imports;

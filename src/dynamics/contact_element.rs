@@ -3,7 +3,7 @@
 //! All sliders of an element see its displacement, and their forces add up. Each is two coupled Jenkins elements in the plane and a
 //! unilateral spring along the normal: the normal load is `N(t) = max(0, N₀ + k_n (u_n − g₀))`; the tangential force
 //! `T = k_t (u_t − w)` follows the slider's position w, which moves when `T` would leave the friction limit of `N(t)`. Without load
-//! the slider goes with the displacement and `T = 0`. The element of [A] is the bank of one.
+//! the slider goes with the displacement and `T = 0`. The element of [A §2b] is the bank of one.
 //!
 //! Under a steady load a bank that is pulled along a line has a piecewise linear, concave force (Iwan 1966); as its sliders have
 //! limits of their own normal loads, its stiffness and strength follow the load, and no history makes it give energy: the idea

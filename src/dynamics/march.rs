@@ -9,8 +9,6 @@ use super::slider::{self, Dual, FrictionLaw, INPUTS, MEMORY, Number, Slider, Ste
 /// Cycles marched one after the other. The memory of most motions is gone after one; a slider that slips by much less than it
 /// stretches forgets a force across its motion over hundreds, and from here on its steady cycle is looked for.
 const PLAIN_CYCLES: usize = 4;
-/// The same of a slider of a bank, as some of these always slip by little.
-const FEW_CYCLES: usize = 2;
 /// Cycles at most until the steady one is found.
 const MOST_CYCLES: usize = 2000;
 /// A guess of the steady force is taken if it changes over a cycle by less than this share of the change before.
@@ -30,8 +28,8 @@ pub(super) struct March<'a> {
     pub(super) friction: f64,
     pub(super) law: FrictionLaw,
     pub(super) displacement: &'a [[f64; 3]],
-    /// Whether it is one of several. Much is then saved by what differs from the march of one alone in rounding, or by what the march
-    /// has not forgotten yet: where its cycles meet they are not followed on, and the derivative is that of the fixed point.
+    /// Whether it is one of several. Much is then saved by what differs from the march of one alone in rounding: where its
+    /// cycles meet they are not followed on, and the derivative is that of the fixed point.
     pub(super) is_of_bank: bool,
 }
 
@@ -88,19 +86,11 @@ impl March<'_> {
         steady.closure
     }
 
-    fn plain_cycles(&self) -> usize {
-        if self.is_of_bank {
-            FEW_CYCLES
-        } else {
-            PLAIN_CYCLES
-        }
-    }
-
     /// The steady cycle of the displacements that end in `last`.
     fn steady(&self, last: [f64; 3], force: &mut [[f64; 2]]) -> Steady {
         let (mut start, mut from) = ([0.0; 2], [0.0; 3]);
         let mut before = None;
-        for cycle in 1..=self.plain_cycles() {
+        for cycle in 1..=PLAIN_CYCLES {
             let lap = match before {
                 Some(before) if self.is_of_bank => self.lap_after(before, from, force),
                 _ => self.lap(start, from, force),
@@ -124,7 +114,7 @@ impl March<'_> {
 
     /// The steady cycle near the force `start` at its beginning.
     fn settle(&self, mut start: [f64; 2], last: [f64; 3], force: &mut [[f64; 2]]) -> Steady {
-        let mut cycle = self.plain_cycles();
+        let mut cycle = PLAIN_CYCLES;
         // After a guess that was none, so many cycles are marched before the next.
         let (mut wait, mut patience) = (0_usize, 1_usize);
         loop {
@@ -138,7 +128,7 @@ impl March<'_> {
             if closure.change <= STEADY || cycle >= MOST_CYCLES {
                 return Steady {
                     start,
-                    plain: self.plain_cycles(),
+                    plain: PLAIN_CYCLES,
                     is_plain: false,
                     stuck: lap.stuck,
                     closure,

@@ -1,25 +1,39 @@
 //! The structure's contact elements over the fine grid.
 
+use std::sync::Arc;
+
 use super::ModelUpdateError;
+use crate::contact::nodes::Interpolation;
 use crate::grid::{Grid, Patch};
 
-/// Rectangular contact elements over a fine grid: those cells of an array of `counts` equal cells over the grid's rectangle
-/// that the structure has. Elements are numbered in the order in which they were given.
+/// Contact elements of a structure over a fine grid, on the faces of an array of equal rectangles over the grid's rectangle, of
+/// which the structure has some. Either each face is an element, or each node between them.
 ///
-/// The two arrays need not fit: a fine cell on a border between elements is shared by the area it has in each, and what it has
-/// in cells of the array that are no elements (the bolt hole) goes to its real elements in proportion. So the sum over the
-/// elements is the sum over the fine cells.
+/// *Faces* are numbered in the order in which they were given. The two arrays need not fit: a fine cell on a border between
+/// elements is shared by the area it has in each, and what it has in rectangles that are no elements (the bolt hole) goes to its
+/// real elements in proportion. *Nodes* are numbered with i along x slow and j along y fast; a fine cell is shared by the four
+/// around it as the bilinear interpolation between them says. Either way the sum over the elements is the sum over the fine cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactElements {
-    counts: [usize; 2],
-    cells: Vec<[usize; 2]>,
+    nodes: Option<Nodes>,
+    centres: Vec<[f64; 2]>,
+    areas: Vec<f64>,
     patch: Patch,
     /// Shares of fine cell c: `shares[offsets[c]..offsets[c + 1]]`; none for a cell outside the joint.
     offsets: Vec<usize>,
     shares: Vec<Share>,
-    /// Fine cells whose centre lies in element e: `centred[first[e]..first[e + 1]]`.
+    /// Fine cells whose centre lies in face e, or nearest to node e: `centred[first[e]..first[e + 1]]`.
     first: Vec<usize>,
     centred: Vec<usize>,
+}
+
+/// Nodes that are contact elements.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Nodes {
+    /// Between all nodes of the array, whether they are elements or not, and the fine cells.
+    pub interpolation: Arc<Interpolation>,
+    /// Number of each element's node among them, ascending.
+    pub numbers: Vec<usize>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,9 +102,14 @@ impl ContactElements {
                 elements: counts[1],
             },
         ];
+        let array = Grid::over(grid.size(), counts);
         let mut elements = ContactElements {
-            counts,
-            cells: cells.to_vec(),
+            nodes: None,
+            centres: cells
+                .iter()
+                .map(|&[i, j]| array.centre(i, j).into())
+                .collect(),
+            areas: vec![array.cell_area(); cells.len()],
             patch: Patch {
                 grid,
                 kept: vec![false; grid.len()],
@@ -127,12 +146,82 @@ impl ContactElements {
             }
             elements.offsets.push(elements.shares.len());
         }
-        for list in centred {
-            elements.first.push(elements.centred.len());
-            elements.centred.extend(list);
-        }
-        elements.first.push(elements.centred.len());
+        elements.list(centred);
         Ok(elements)
+    }
+
+    /// The elements at the nodes around the faces `cells`, (i, j) along x and y in an array of `counts` over the rectangle of `grid`.
+    ///
+    /// # Errors
+    /// As [`ContactElements::new`].
+    pub fn at_nodes(
+        grid: Grid,
+        counts: [usize; 2],
+        cells: &[[usize; 2]],
+    ) -> Result<Self, ModelUpdateError> {
+        let faces = ContactElements::new(grid, counts, cells)?;
+        let interpolation = Interpolation::new(grid, counts);
+        let width = counts[1] + 1;
+        let array = Grid::over(grid.size(), counts);
+        let mut area = vec![0.0; interpolation.nodes()];
+        for &[i, j] in cells {
+            for node in [[i, j], [i, j + 1], [i + 1, j], [i + 1, j + 1]] {
+                area[node[0] * width + node[1]] += 0.25 * array.cell_area();
+            }
+        }
+        let there: Vec<usize> = (0..area.len()).filter(|&n| area[n] > 0.0).collect();
+        let mut number = vec![None; area.len()];
+        for (element, &node) in there.iter().enumerate() {
+            number[node] = Some(element);
+        }
+        let place = |node: usize| {
+            let (i, j) = ((node / width) as f64, (node % width) as f64);
+            let along = |k: f64, count: usize, side: f64| (k - 0.5 * count as f64) * side;
+            [along(i, counts[0], array.dx), along(j, counts[1], array.dy)]
+        };
+        let interpolation = Arc::new(interpolation);
+        let mut elements = ContactElements {
+            nodes: Some(Nodes {
+                interpolation: interpolation.clone(),
+                numbers: there.clone(),
+            }),
+            centres: there.iter().map(|&node| place(node)).collect(),
+            areas: there.iter().map(|&node| area[node]).collect(),
+            patch: faces.patch,
+            offsets: vec![0],
+            shares: Vec::new(),
+            first: Vec::new(),
+            centred: Vec::new(),
+        };
+        let mut centred = vec![Vec::new(); there.len()];
+        for c in 0..grid.len() {
+            if elements.patch.kept[c] {
+                let around = interpolation.around(c);
+                // The centre of a kept cell lies in a face, or on its border: nodes beyond have no part in it.
+                let around = around.map(|(node, part)| (number[node], part));
+                let nearest = around.iter().map(|(_, part)| *part).fold(0.0, f64::max);
+                for (element, part) in around {
+                    let Some(element) = element.filter(|_| part > 0.0) else {
+                        continue;
+                    };
+                    elements.shares.push(Share { element, part });
+                    if part == nearest {
+                        centred[element].push(c);
+                    }
+                }
+            }
+            elements.offsets.push(elements.shares.len());
+        }
+        elements.list(centred);
+        Ok(elements)
+    }
+
+    fn list(&mut self, centred: Vec<Vec<usize>>) {
+        for list in centred {
+            self.first.push(self.centred.len());
+            self.centred.extend(list);
+        }
+        self.first.push(self.centred.len());
     }
 
     /// One element over the whole grid.
@@ -142,12 +231,12 @@ impl ContactElements {
 
     /// Number of elements.
     pub fn len(&self) -> usize {
-        self.cells.len()
+        self.areas.len()
     }
 
     /// Never: there is at least one element.
     pub fn is_empty(&self) -> bool {
-        self.cells.is_empty()
+        self.areas.is_empty()
     }
 
     /// The fine grid.
@@ -155,38 +244,37 @@ impl ContactElements {
         self.patch.grid
     }
 
-    /// Cells of the array along x and y, whether they are elements or not.
-    pub fn counts(&self) -> [usize; 2] {
-        self.counts
-    }
-
-    /// Cell of each element in the array, (i, j) along x and y.
-    pub fn cells(&self) -> &[[usize; 2]] {
-        &self.cells
-    }
-
-    /// The fine grid and its cells whose centre lies in an element, or on the border of one.
+    /// The fine grid and its cells whose centre lies in a face, or on the border of one.
     pub fn patch(&self) -> &Patch {
         &self.patch
     }
 
+    /// The nodes that are the elements; none where faces are.
+    pub fn nodes(&self) -> Option<&Nodes> {
+        self.nodes.as_ref()
+    }
+
     /// Centre of each element, from the centre of the joint \[m\].
-    pub fn centres(&self) -> Vec<[f64; 2]> {
-        let array = self.array();
-        self.cells
-            .iter()
-            .map(|&[i, j]| array.centre(i, j).into())
-            .collect()
+    pub fn centres(&self) -> &[[f64; 2]] {
+        &self.centres
     }
 
     /// Area of each element \[m²\]: its own, not that of the fine cells kept for it.
-    pub fn areas(&self) -> Vec<f64> {
-        vec![self.array().cell_area(); self.len()]
+    pub fn areas(&self) -> &[f64] {
+        &self.areas
     }
 
-    /// The array as a grid.
-    fn array(&self) -> Grid {
-        Grid::over(self.patch.grid.size(), self.counts)
+    /// Gap g₀ ≥ 0 of each element in a static contact with these loads: 0 where there is load \[m\].
+    ///
+    /// # Panics
+    /// As [`ContactElements::gaps`].
+    pub fn static_gaps(&self, gap: &[f64], normal_load: &[f64]) -> Vec<f64> {
+        // A loaded cell has a gap of the solver's residual, or overlaps at the cap; and an element may bear a share of a cell on its
+        // border while all cells that have their centre in it are open.
+        let pairs = self.gaps(gap).into_iter().zip(normal_load);
+        pairs
+            .map(|(gap, &load)| if load > 0.0 { 0.0 } else { gap.max(0.0) })
+            .collect()
     }
 
     /// Sum of a fine field over each element, each fine cell with its share. Cells outside the joint do not count.
@@ -224,7 +312,7 @@ impl ContactElements {
         self.integrals(pressure)
     }
 
-    /// Smallest gap on the fine cells whose centre lies in each element, or on its border \[m\] [A §2e]. Below zero where
+    /// Smallest gap on the fine cells whose centre lies in each face, or on its border, or is nearest to each node \[m\] [A §2e]. Below zero where
     /// capped cells overlap.
     ///
     /// # Panics

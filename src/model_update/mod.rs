@@ -2,19 +2,21 @@
 //!
 //! The fine contact is solved on the joint's grid, with hundreds of cells along a side; the structure has a few hundred contact
 //! elements. [`ContactElements`] is the map between both, [`Springs`] says what of the fine contact's compliance the elements
-//! get, [`ElementParameters`] is the result. [`Criterion`] decides after a wear step whether they are renewed, and [`preload`]
+//! get, [`ElementParameters`] is the result; or [`Laws`] gives each a law of its own. [`Criterion`] decides after a wear step whether they are renewed, and [`preload`]
 //! how much of the bolt's load is left.
 
 mod bolt;
 mod criterion;
 mod elements;
 mod error;
+pub mod sliders;
 mod stiffness;
 
 pub use bolt::{Approach, Bolt, PRELOAD_TOLERANCE, Preload, preload};
 pub use criterion::{Criterion, Due, DueTo, UpdateState};
-pub use elements::ContactElements;
+pub use elements::{ContactElements, Nodes};
 pub use error::ModelUpdateError;
+pub use sliders::{Laws, Sliders};
 pub use stiffness::{
     Compliance, Distribution, ElementParameters, Linearisation, SMALLEST_COMPLIANCE, Springs,
     StiffnessKind, fine_displacement,

@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ContactElements, ModelUpdateError};
+use super::{ContactElements, ModelUpdateError, Sliders};
 use crate::contact::stiffness::{self, Stiffness};
 use crate::contact::{ContactError, HalfSpace, Shear};
 use crate::grid::{ByAxis, Patch};
@@ -125,6 +125,8 @@ pub enum StiffnessKind {
     /// All of it, each element with the stiffness that the fine contact has there: none where nothing is in contact (at the
     /// published load a third of the elements at Rq 10 µm, a sixth at 5 µm), which then stays so over the cycle.
     Tangent,
+    /// None: each element is a bank of sliders, [`super::sliders`].
+    Sliders,
 }
 
 /// How a stiffness of the whole joint is divided among the elements.
@@ -211,7 +213,7 @@ impl Distribution {
     /// Part of each element; they sum to one, unless nothing is loaded.
     fn parts(self, elements: &ContactElements, normal_load: &[f64]) -> Vec<f64> {
         let weights = match self {
-            Distribution::Uniform => elements.areas(),
+            Distribution::Uniform => elements.areas().to_vec(),
             Distribution::ByLoad => normal_load.to_vec(),
         };
         let whole: f64 = weights.iter().sum();
@@ -246,6 +248,8 @@ pub struct ElementParameters {
     pub kn: Vec<f64>,
     /// Tangential stiffness kt \[N/m\].
     pub kt: Vec<f64>,
+    /// The sliders that elements are made of, where each is a bank; their loads and stiffnesses are those of the elements, parted.
+    pub sliders: Option<Sliders>,
 }
 
 impl ElementParameters {
@@ -263,18 +267,13 @@ impl ElementParameters {
         springs: Springs<'_>,
     ) -> Result<Self, ModelUpdateError> {
         let normal_load = elements.loads(pressure);
-        let mut gaps = elements.gaps(gap);
-        for (gap, &load) in gaps.iter_mut().zip(&normal_load) {
-            // A loaded cell has a gap of the solver's residual, or overlaps at the cap; and an element may bear a share of a
-            // cell on its border while all cells that have their centre in it are open.
-            *gap = if load > 0.0 { 0.0 } else { gap.max(0.0) };
-        }
         let [kn, kt] = springs.distribute(elements, &normal_load)?;
         Ok(ElementParameters {
+            gap: elements.static_gaps(gap, &normal_load),
             normal_load,
-            gap: gaps,
             kn,
             kt,
+            sliders: None,
         })
     }
 }

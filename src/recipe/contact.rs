@@ -4,10 +4,13 @@ use serde::{Deserialize, Serialize};
 
 use super::decision::Told;
 use super::{Reasons, Surface};
+use crate::contact::nodes::{Interpolation, NodalCompliance};
 use crate::contact::normal::{NormalOptions, Rotation};
 use crate::contact::tangential::TangentialOptions;
 use crate::contact::{Boundary, Coupling, HalfSpace, Pair, Shear};
-use crate::grid::Patch;
+use crate::grid::{Grid, Patch};
+use crate::structure::StructureError;
+use crate::structure::half_space::FaceCompliance;
 use crate::wear::cycle::March;
 use crate::wear::joint::FrettingOptions;
 use crate::wear::{FrettingJoint, Motion};
@@ -39,6 +42,9 @@ pub struct Contact {
     pub transverse_free: bool,
     /// Coupling of pressure and shear.
     pub coupling: Coupling,
+    /// The structure's mesh under the joint, where what it has of the bodies' compliance is left out in shear.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub structure_mesh: Option<StructureMesh>,
     /// Relative error of a normal contact solve.
     pub normal_tolerance: f64,
     /// Relative duality gap of a tangential contact solve.
@@ -49,11 +55,55 @@ pub struct Contact {
     pub why: Reasons,
 }
 
+/// A mesh of equal boxes under a joint, the same on both sides.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StructureMesh {
+    /// Boxes along x and y.
+    pub counts: [usize; 2],
+    /// Their sides \[m\].
+    pub sides: [f64; 2],
+    /// Thickness of their layers, from the joint on \[m\].
+    pub layers: Vec<f64>,
+}
+
+impl StructureMesh {
+    /// What is to be added to the compliance of half spaces so that what this mesh has of them is not counted twice.
+    fn taken_away(&self, grid: Grid, bodies: Pair) -> Result<NodalCompliance, StructureError> {
+        let of = |elastic| FaceCompliance::new(elastic, self.sides, &self.layers, self.counts);
+        let mut both = of(bodies.lower)?;
+        if bodies.upper == bodies.lower {
+            both.add(&both.clone());
+        } else {
+            both.add(&of(bodies.upper)?);
+        }
+        let [normal, xx, yy, xy] = both
+            .matrices()
+            .map(|matrix| matrix.into_iter().map(|c| -c).collect());
+        Ok(NodalCompliance {
+            interpolation: Interpolation::new(grid, self.counts),
+            normal,
+            xx,
+            yy,
+            xy,
+        })
+    }
+}
+
 impl Contact {
     /// The joint on the given unworn heights, at rest.
+    ///
+    /// # Panics
+    /// If [`Contact::structure_mesh`] is none of boxes.
     pub fn joint(&self, patch: Patch, height: Vec<f64>) -> FrettingJoint {
+        let mut half_space = HalfSpace::new(patch.grid, self.bodies, self.boundary);
+        if let Some(mesh) = &self.structure_mesh {
+            let nodal = mesh.taken_away(patch.grid, self.bodies);
+            let nodal = nodal.expect("a structure has boxes under its joint");
+            let set = half_space.set_nodal(Some(nodal.into()));
+            set.expect("nodes over the grid of the joint");
+        }
         FrettingJoint {
-            half_space: HalfSpace::new(patch.grid, self.bodies, self.boundary),
+            half_space,
             patch,
             height,
             pressure_cap: self.pressure_cap,

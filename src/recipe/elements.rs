@@ -51,8 +51,16 @@ pub enum ElementStiffness {
 impl ElementStiffness {
     /// True if each element has a stiffness of its own.
     pub fn is_tangent(&self) -> bool {
-        let tangent = StiffnessKind::Tangent;
-        matches!(self, ElementStiffness::Contact { stiffness, .. } if *stiffness == tangent)
+        self.is_kind(StiffnessKind::Tangent)
+    }
+
+    /// True if each element is a bank of sliders.
+    pub fn is_sliders(&self) -> bool {
+        self.is_kind(StiffnessKind::Sliders)
+    }
+
+    fn is_kind(&self, kind: StiffnessKind) -> bool {
+        matches!(self, ElementStiffness::Contact { stiffness, .. } if *stiffness == kind)
     }
 }
 
@@ -62,7 +70,7 @@ pub struct Layout {
     /// Centres (x, y), from the middle of the joint \[m\].
     pub centres: Vec<[f64; 2]>,
     /// Area of each \[m²\]; 0 for that of an oscillator.
-    pub area: f64,
+    pub areas: Vec<f64>,
     /// Half the length of the joint along x \[m\].
     pub lever: f64,
 }
@@ -70,19 +78,34 @@ pub struct Layout {
 impl Elements {
     /// The contact elements with these parameters.
     pub fn with(&self, layout: &Layout, parameters: &ElementParameters) -> Vec<ContactElement> {
-        (0..parameters.normal_load.len())
-            .map(|e| ContactElement {
-                area: layout.area,
-                friction_coefficient: self.friction_coefficient,
-                law: self.friction_law,
-                sliders: vec![Slider {
-                    normal_load: parameters.normal_load[e],
-                    gap: parameters.gap[e],
-                    tangential_stiffness: parameters.kt[e],
-                    normal_stiffness: parameters.kn[e],
-                }],
-            })
-            .collect()
+        let of = |e: usize, sliders: Vec<Slider>| ContactElement {
+            area: layout.areas[e],
+            friction_coefficient: self.friction_coefficient,
+            law: self.friction_law,
+            sliders,
+        };
+        let Some(banks) = &parameters.sliders else {
+            let one = |e: usize| Slider {
+                normal_load: parameters.normal_load[e],
+                gap: parameters.gap[e],
+                tangential_stiffness: parameters.kt[e],
+                normal_stiffness: parameters.kn[e],
+            };
+            let elements = 0..parameters.normal_load.len();
+            return elements.map(|e| of(e, vec![one(e)])).collect();
+        };
+        let mut elements: Vec<ContactElement> = (0..parameters.normal_load.len())
+            .map(|e| of(e, Vec::new()))
+            .collect();
+        for (s, &e) in banks.element.iter().enumerate() {
+            elements[e].sliders.push(Slider {
+                normal_load: banks.normal_load[s],
+                gap: banks.gap[s],
+                tangential_stiffness: banks.kt[s],
+                normal_stiffness: banks.kn[s],
+            });
+        }
+        elements
     }
 
     /// Parameters of elements whose stiffness is given: load and stiffness by area.
@@ -102,6 +125,7 @@ impl Elements {
             gap: vec![gap; self.count],
             kn: part(kn),
             kt: part(kt),
+            sliders: None,
         })
     }
 
@@ -127,6 +151,9 @@ impl Elements {
                     "that of the rough patch without the smooth one's compliance"
                 }
                 StiffnessKind::Tangent => "each element its own tangent",
+                StiffnessKind::Sliders => {
+                    "each element its own curve of force over displacement, a bank of sliders"
+                }
             },
         };
         told.add("contact stiffness", stiffness, self.why.of("stiffness"));

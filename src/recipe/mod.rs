@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::model_update::Criterion;
 pub use crate::wear::Scheme;
-pub use contact::Contact;
+pub use contact::{Contact, StructureMesh};
 pub(crate) use cycle::why_computed;
 pub use cycle::{Cycle, CycleError, MotionSource, STRAIGHT};
 pub use decision::Decision;

@@ -12,7 +12,7 @@ use crate::dynamics::{
     ContactElement, DynamicsError, Harmonics, Load, SecondOrder, Settings, Vibration,
 };
 use crate::structure::StructureError;
-use crate::structure::reduction::Reduced;
+use crate::structure::reduction::{ContactPorts, Reduced};
 use crate::structure::resonator::Resonator;
 
 /// What vibrates.
@@ -22,6 +22,9 @@ pub struct Structure {
     pub source: StructureSource,
     /// Elastic modes that are kept of it.
     pub modes: usize,
+    /// What its contact elements are.
+    #[serde(default, skip_serializing_if = "ContactPorts::are_faces")]
+    pub contact_ports: ContactPorts,
     /// The reasons.
     pub why: Reasons,
 }
@@ -73,10 +76,15 @@ impl StructureSource {
     }
 
     /// Number of its contact elements, where there is a contact.
-    pub fn contact_elements(&self) -> usize {
-        match self {
-            StructureSource::Resonator { geometry } => geometry.contact_cells().len(),
-            StructureSource::Oscillator { .. } => 1,
+    pub fn contact_elements(&self, ports: ContactPorts) -> usize {
+        match (self, ports) {
+            (StructureSource::Oscillator { .. }, _) => 1,
+            (StructureSource::Resonator { geometry }, ContactPorts::Faces) => {
+                geometry.contact_cells().len()
+            }
+            (StructureSource::Resonator { geometry }, ContactPorts::Nodes) => {
+                geometry.contact_nodes().len()
+            }
         }
     }
 
@@ -121,7 +129,9 @@ impl Structure {
     /// [`StructureError`] for a geometry that cannot be meshed, and for modes that are not found.
     pub fn reduce(&self) -> Result<Option<Reduced>, StructureError> {
         let resonator = self.source.resonator();
-        resonator.map(|r| r.reduce(self.modes)).transpose()
+        resonator
+            .map(|r| r.reduce(self.modes, self.contact_ports))
+            .transpose()
     }
 
     /// Says what the structure is.
@@ -141,14 +151,24 @@ impl Structure {
         match &self.source {
             StructureSource::Oscillator { .. } => Layout {
                 centres: vec![[0.0; 2]],
-                area: 0.0,
+                areas: vec![0.0],
                 lever: 0.0,
             },
-            StructureSource::Resonator { geometry } => Layout {
-                centres: geometry.contact_centres(),
-                area: geometry.contact_area(),
-                lever: 0.5 * geometry.lap_length,
-            },
+            StructureSource::Resonator { geometry } => {
+                let (centres, areas) = match self.contact_ports {
+                    ContactPorts::Faces => {
+                        let centres = geometry.contact_centres();
+                        let areas = vec![geometry.contact_area(); centres.len()];
+                        (centres, areas)
+                    }
+                    ContactPorts::Nodes => geometry.contact_nodes().into_iter().unzip(),
+                };
+                Layout {
+                    centres,
+                    areas,
+                    lever: 0.5 * geometry.lap_length,
+                }
+            }
         }
     }
 

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::Reasons;
 use crate::grid::{Grid, Patch};
 use crate::model_update::{ContactElements, ModelUpdateError};
+use crate::structure::reduction::ContactPorts;
 use crate::surface::SurfaceError;
 use crate::surface::generate::{self, Generated, RandomSurface, Spectrum};
 use crate::surface::prepare::{Detrend, Fill};
@@ -54,6 +55,9 @@ pub enum Cells {
         counts: [usize; 2],
         /// Those of them that are in the hole.
         absent: Vec<[usize; 2]>,
+        /// What a contact element is: one of these, or a node between them.
+        #[serde(default, skip_serializing_if = "ContactPorts::are_faces")]
+        ports: ContactPorts,
     },
 }
 
@@ -250,12 +254,21 @@ impl Surface {
     /// # Errors
     /// [`ModelUpdateError`] where the grid is coarser than the elements.
     pub fn contact_elements(&self) -> Result<Option<ContactElements>, ModelUpdateError> {
-        let Cells::Elements { counts, absent } = &self.cells else {
+        let Cells::Elements {
+            counts,
+            absent,
+            ports,
+        } = &self.cells
+        else {
             return Ok(None);
         };
         let all = (0..counts[0]).flat_map(|i| (0..counts[1]).map(move |j| [i, j]));
         let cells: Vec<[usize; 2]> = all.filter(|cell| !absent.contains(cell)).collect();
-        ContactElements::new(self.grid(), *counts, &cells).map(Some)
+        let elements = match ports {
+            ContactPorts::Faces => ContactElements::new(self.grid(), *counts, &cells),
+            ContactPorts::Nodes => ContactElements::at_nodes(self.grid(), *counts, &cells),
+        };
+        elements.map(Some)
     }
 
     /// The grid and the cells of it that belong to the joint.

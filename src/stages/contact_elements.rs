@@ -1,12 +1,14 @@
 //! What the fine contact gives the contact elements of a structure: loads, gaps and springs.
 
 use super::RunError;
-use super::contact_state::Fields;
+use super::contact_state::{Fields, contact_of};
 use super::reads::Reads;
 use super::solvers::{Solvers, smooth};
 use crate::contact::{ContactError, Shear};
 use crate::dynamics::ElementState;
-use crate::model_update::{Compliance, Distribution, ElementParameters, Linearisation, Springs};
+use crate::model_update::{
+    Compliance, Distribution, ElementParameters, Laws, Linearisation, Springs,
+};
 use crate::recipe::Layout;
 use crate::recipe::{ElementStiffness, Recipe};
 use crate::tables::typed;
@@ -35,9 +37,10 @@ pub fn springs<'a>(
     }
 }
 
+/// Banks of sliders begin with the tangent of each element.
 fn is_tangent(recipe: &Recipe) -> bool {
     let elements = recipe.elements();
-    elements.is_some_and(|elements| elements.stiffness.is_tangent())
+    elements.is_some_and(|of| of.stiffness.is_tangent() || of.stiffness.is_sliders())
 }
 
 /// A compliance of the whole joint to be shared among the contact elements, without that of the smooth patch if it is given.
@@ -63,28 +66,60 @@ fn shared_springs(
     }
 }
 
-/// Parameters of the contact elements as the static contact of an iteration gives them.
+/// Parameters of the contact elements as the static contact of an iteration gives them, and what their laws leave of it where each
+/// has its own.
 pub fn parameters(
     reads: &Reads,
     solvers: &mut Solvers,
     contact: &typed::StaticContact,
     fields: &typed::ContactField,
-) -> Result<ElementParameters, RunError> {
+) -> Result<(ElementParameters, Option<f64>), RunError> {
     let recipe = &reads.recipe;
     let elements = solvers.elements(reads)?;
     let smooth = smooth(reads)?;
     let Fields { gap, pressure, .. } = Fields::of(elements.patch(), fields);
+    let stiffness = recipe.elements().map(|elements| elements.stiffness);
+    if stiffness.is_some_and(|stiffness| stiffness.is_sliders()) {
+        let shear = contact_of(recipe).shear;
+        let (laws, _) = solvers.work(reads, None, |joint| {
+            let (mu, cap) = (joint.friction_coefficient, joint.pressure_cap);
+            let state = [&pressure[..], &gap[..]];
+            Ok(Laws::new(
+                &mut joint.half_space,
+                &elements,
+                state,
+                mu,
+                cap,
+                shear,
+            )?)
+        })?;
+        return Ok((laws.parameters, Some(laws.remainder)));
+    }
     if is_tangent(recipe) {
         let (linearisation, _) = solvers.work(reads, None, |joint| {
             Ok(linearise(recipe, joint, &pressure)?)
         })?;
         let springs = springs(recipe, &linearisation, smooth);
-        return Ok(ElementParameters::new(&elements, &pressure, &gap, springs)?);
+        let found = ElementParameters::new(&elements, &pressure, &gap, springs)?;
+        return Ok((found, None));
     }
     // kn and kt of the whole joint are known already: no linearisation is needed to share them.
     let total = Compliance::of(contact.kn, contact.kt);
     let springs = shared_springs(recipe, total, smooth);
-    Ok(ElementParameters::new(&elements, &pressure, &gap, springs)?)
+    let found = ElementParameters::new(&elements, &pressure, &gap, springs)?;
+    Ok((found, None))
+}
+
+/// The sliders of contact elements as a table; none where elements have none of their own.
+pub fn slider_table(parameters: &ElementParameters) -> Option<typed::ContactSlider> {
+    let sliders = parameters.sliders.as_ref()?;
+    Some(typed::ContactSlider {
+        element: sliders.element.iter().map(|&e| e as i32).collect(),
+        normal_load: sliders.normal_load.clone(),
+        gap: sliders.gap.clone(),
+        kn: sliders.kn.clone(),
+        kt: sliders.kt.clone(),
+    })
 }
 
 /// The contact elements as a table, with the worst state of each over the cycle once it is known.
@@ -107,7 +142,7 @@ pub fn element_table(
         element: (0..count as i32).collect(),
         x: layout.centres.iter().map(|c| c[0]).collect(),
         y: layout.centres.iter().map(|c| c[1]).collect(),
-        area: vec![layout.area; count],
+        area: layout.areas.clone(),
         normal_load: parameters.normal_load.clone(),
         gap: parameters.gap.clone(),
         kn: parameters.kn.clone(),

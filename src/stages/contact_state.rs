@@ -8,10 +8,10 @@ use crate::contact::normal::NormalSolution;
 use crate::dynamics::cycle::joint_cycle;
 use crate::dynamics::{Harmonics, Sampling};
 use crate::grid::{ByAxis, Patch};
-use crate::model_update::{ElementParameters, fine_displacement};
+use crate::model_update::{ElementParameters, Nodes, Sliders, fine_displacement};
 use crate::recipe::{Contact, Recipe};
 use crate::tables::{TableError, TableName, typed};
-use crate::wear::{Channel, Motion};
+use crate::wear::{Channel, Motion, OwnMotion};
 
 /// Samples of a cycle at which a computed motion is looked at: reversals are found to 2e-5 of the reach.
 const FINE_SAMPLES: usize = 512;
@@ -109,13 +109,60 @@ fn axes(recipe: &Recipe) -> usize {
     }
 }
 
-/// Parameters of contact elements as their table has them.
-pub fn parameters_of(elements: &typed::ContactElement) -> ElementParameters {
+/// Parameters of contact elements as their tables have them.
+pub fn parameters_of(
+    elements: &typed::ContactElement,
+    sliders: Option<typed::ContactSlider>,
+) -> ElementParameters {
     ElementParameters {
         normal_load: elements.normal_load.clone(),
         gap: elements.gap.clone(),
         kn: elements.kn.clone(),
         kt: elements.kt.clone(),
+        sliders: sliders.map(|table| Sliders {
+            element: table.element.iter().map(|&e| e as usize).collect(),
+            normal_load: table.normal_load,
+            gap: table.gap,
+            kn: table.kn,
+            kt: table.kt,
+        }),
+    }
+}
+
+/// The response of a vibrating joint, with the contact elements that it is of.
+pub struct ElementMotion {
+    response: typed::Response,
+    parameters: ElementParameters,
+}
+
+impl ElementMotion {
+    /// That of an iteration; none where no structure moves the joint.
+    pub fn of(reads: &Reads) -> Result<Option<ElementMotion>, RunError> {
+        let tables = (reads.maybe()?, reads.maybe()?, reads.maybe()?);
+        Ok(Self::from(tables))
+    }
+
+    /// That of the iteration before.
+    pub fn before(reads: &Reads) -> Result<Option<ElementMotion>, RunError> {
+        let tables = (
+            reads.maybe_before()?,
+            reads.maybe_before()?,
+            reads.maybe_before()?,
+        );
+        Ok(Self::from(tables))
+    }
+
+    fn from(
+        (response, elements, sliders): (
+            Option<typed::Response>,
+            Option<typed::ContactElement>,
+            Option<typed::ContactSlider>,
+        ),
+    ) -> Option<ElementMotion> {
+        Some(ElementMotion {
+            response: response?,
+            parameters: parameters_of(&elements?, sliders),
+        })
     }
 }
 
@@ -144,16 +191,14 @@ pub fn let_move(
     reads: &Reads,
     solvers: &mut Solvers,
     load: f64,
-    response: Option<(&typed::Response, &typed::ContactElement)>,
+    moved: Option<&ElementMotion>,
 ) -> Result<(), RunError> {
     let recipe = &reads.recipe;
     let Some(cycle) = recipe.cycle() else {
         unreachable!("a stage that moves the joint declares its cycle");
     };
-    let (motion, march) = match response {
-        Some((response, elements)) => {
-            cycle.of_computed(&computed(reads, load, response, elements)?)?
-        }
+    let (motion, march) = match moved {
+        Some(moved) => cycle.of_computed(&computed(reads, solvers, load, moved)?)?,
         None => {
             let mut motion = reads.motion().clone();
             // Always from the motion of the scene: shifted again and again it would hang on how often that was.
@@ -176,25 +221,33 @@ pub fn let_move(
 /// the load.
 fn computed(
     reads: &Reads,
+    solvers: &mut Solvers,
     load: f64,
-    response: &typed::Response,
-    elements: &typed::ContactElement,
+    moved: &ElementMotion,
 ) -> Result<Motion, RunError> {
     let recipe = &reads.recipe;
     let steps = recipe.cycle().map_or(1, |cycle| cycle.steps);
     let samples = steps * FINE_SAMPLES.div_ceil(steps);
-    let (harmonics, displacement) = harmonics_of(response)?;
+    let (harmonics, displacement) = harmonics_of(&moved.response)?;
     let sampling = Sampling::new(harmonics, samples)?;
     let layout = layout(reads);
-    let parameters = parameters_of(elements);
     let elements = recipe.elements();
-    let elements = elements.map(|elements| elements.with(&layout, &parameters));
+    let elements = elements.map(|elements| elements.with(&layout, &moved.parameters));
     let elements = elements.unwrap_or_default();
     let cycle = joint_cycle(&elements, &displacement, &sampling, &layout.centres)?;
     let axes = axes(recipe);
     let series = |of: &[[f64; 3]]| -> Vec<Vec<f64>> {
         let axis = |d: usize| of.iter().map(|v| v[d]).collect();
         (0..axes).map(axis).collect()
+    };
+    let own = match &moved.parameters.sliders {
+        Some(_) => {
+            let elements = solvers.elements(reads)?;
+            let nodes = elements.nodes();
+            nodes
+                .map(|nodes| own_motion(nodes, axes, &displacement, &sampling, &cycle.displacement))
+        }
+        None => None,
     };
     let mut displacement = series(&cycle.displacement);
     if let Some(smooth) = smooth(reads)? {
@@ -208,6 +261,32 @@ fn computed(
             .collect(),
         rotation: None,
         normal_load: cycle.force.iter().map(|f| f[2]).collect(),
+        own,
     };
     Ok(motion.with_mean_load(load))
+}
+
+/// What the nodes of contact elements move against the `mean` of all, sample by sample.
+fn own_motion(
+    nodes: &Nodes,
+    axes: usize,
+    displacement: &[f64],
+    sampling: &Sampling,
+    mean: &[[f64; 3]],
+) -> OwnMotion {
+    let count = nodes.interpolation.nodes();
+    let mut own = vec![vec![0.0; axes * count]; mean.len()];
+    let rows = displacement.chunks(3 * sampling.harmonics().coefficients());
+    for (&node, row) in nodes.numbers.iter().zip(rows) {
+        let samples = own.iter_mut().zip(sampling.synthesise(row)).zip(mean);
+        for ((own, u), mean) in samples {
+            for axis in 0..axes {
+                own[axis * count + node] = u[axis] - mean[axis];
+            }
+        }
+    }
+    OwnMotion {
+        interpolation: nodes.interpolation.clone(),
+        displacement: own,
+    }
 }

@@ -72,6 +72,10 @@ pub fn is_in(recipe: &Recipe, table: TableName) -> bool {
         TableName::Indentation => rough && curves,
         TableName::Hysteresis => recipe.cycle().is_some() && curves,
         TableName::Cycle | TableName::FrettingCycle => recipe.cycle().is_some(),
+        TableName::ContactSlider => {
+            let elements = recipe.elements();
+            vibrates && elements.is_some_and(|elements| elements.stiffness.is_sliders())
+        }
         TableName::ContactElement | TableName::JointCycle => {
             vibrates && recipe.elements().is_some()
         }

@@ -36,6 +36,7 @@ pub const DECLARATION: Declaration = Declaration {
         TableName::ReferenceElement,
         TableName::ModelUpdate,
         TableName::ContactElement,
+        TableName::ContactSlider,
     ],
     before: &IN_FORCE,
     writes: &IN_FORCE,
@@ -69,7 +70,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         outputs.put(&reads.before::<typed::ContactElement>()?)?;
         return Ok(outputs);
     }
-    let parameters = parameters_of(&reads.table()?);
+    let parameters = parameters_of(&reads.table()?, reads.maybe()?);
     let start = before.as_ref();
     let start = start.map(|(response, row)| start_of(response, row));
     let start = start.transpose()?;

@@ -40,6 +40,7 @@ pub const DECLARATION: Declaration = Declaration {
         TableName::ContactField,
         TableName::ModelUpdate,
         TableName::ContactElement,
+        TableName::ContactSlider,
         TableName::Response,
         TableName::DynamicResponse,
     ],
@@ -56,8 +57,8 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let balance = match reads.maybe::<typed::ModelUpdate>()? {
         Some(update) => {
             let parameters = match update.updated {
-                true => parameters_of(&reads.table()?),
-                false => parameters(reads, solvers, &reads.table()?, &reads.table()?)?,
+                true => parameters_of(&reads.table()?, reads.maybe()?),
+                false => parameters(reads, solvers, &reads.table()?, &reads.table()?)?.0,
             };
             let (balance, resonance) = worn(reads, &vibration, &parameters, &mut outputs)?;
             outputs.put(&row(&resonance))?;

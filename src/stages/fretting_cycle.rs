@@ -1,7 +1,7 @@
 //! The steady fretting cycle of an iteration.
 
 use super::RunError;
-use super::contact_state::{Fields, let_move, on_axes, solution_of, wear_of};
+use super::contact_state::{ElementMotion, Fields, let_move, on_axes, solution_of, wear_of};
 use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
@@ -30,6 +30,7 @@ pub const DECLARATION: Declaration = Declaration {
         TableName::StaticContact,
         TableName::ContactField,
         TableName::ContactElement,
+        TableName::ContactSlider,
         TableName::Response,
     ],
     before: &[],
@@ -52,12 +53,10 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let start = on_axes(&reads.recipe, &patch, std::mem::take(&mut fields.shear));
     let start = (!start.is_empty()).then_some(&start);
     let contact = solution_of(&static_contact, fields);
-    let response = reads.maybe::<typed::Response>()?;
-    let elements = reads.maybe::<typed::ContactElement>()?;
-    let response = response.as_ref().zip(elements.as_ref());
-    let_move(reads, solvers, static_contact.normal_load, response)?;
+    let moved = ElementMotion::of(reads)?;
+    let_move(reads, solvers, static_contact.normal_load, moved.as_ref())?;
     // The loop is that of force over displacement along x, if anything drives the joint there.
-    let drive = match response {
+    let drive = match moved {
         Some(_) => None,
         None => reads.motion().drive.first(),
     };

@@ -13,6 +13,14 @@ use crate::tables::{TableName, typed};
 /// A difference above this between both is told: the step from one to the other is then no small matter.
 const TOLD: f64 = 0.1;
 
+/// What is told of.
+const TOLD_OF: [&str; 3] = ["normal_load [N]", "force_x [N]", "dissipated_energy [J]"];
+
+/// True if two values of one quantity are too far apart to pass over.
+fn differ(fine: f64, dynamic: f64) -> bool {
+    (fine - dynamic).abs() > TOLD * fine.abs().max(dynamic.abs())
+}
+
 /// Load, force, displacement, energy and compliance on both scales.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::Ledger,
@@ -29,7 +37,7 @@ pub const DECLARATION: Declaration = Declaration {
         TableName::DynamicResponse,
         TableName::JointCycle,
     ],
-    before: &[],
+    before: &[TableName::Ledger],
     writes: &[TableName::Ledger],
     is_due: |_| true,
     shared: false,
@@ -80,6 +88,12 @@ fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
             response.friction_energy,
         ),
         (
+            // What friction takes is what the exciter supplies beyond what damping takes.
+            "work_of_the_loads_less_damping [J]",
+            of_cycle.dissipated_energy,
+            response.input_energy - response.viscous_energy,
+        ),
+        (
             "compliance_normal [m/N]",
             fine.normal,
             compliance(&elements.kn),
@@ -91,14 +105,21 @@ fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
         ),
     ];
     let mut outputs = Outputs::default();
-    if update.updated {
-        for (quantity, fine, dynamic) in &rows[..2] {
-            let largest = fine.abs().max(dynamic.abs());
-            if (fine - dynamic).abs() > TOLD * largest {
-                outputs.notice(format!(
-                    "{quantity}: {fine:.4e} in the fine contact, {dynamic:.4e} in the contact elements of the structure"
-                ));
-            }
+    // Between updates a gap is told when it opens, not at every iteration that it stays open.
+    let before = reads
+        .maybe_before::<typed::Ledger>()?
+        .filter(|_| !update.updated);
+    let was_open = |quantity: &str| {
+        before.as_ref().is_some_and(|ledger| {
+            let row = ledger.quantity.iter().position(|q| q == quantity);
+            row.is_some_and(|row| differ(ledger.fine[row], ledger.dynamic[row]))
+        })
+    };
+    for (quantity, fine, dynamic) in &rows {
+        if TOLD_OF.contains(quantity) && differ(*fine, *dynamic) && !was_open(quantity) {
+            outputs.notice(format!(
+                "{quantity}: {fine:.4e} in the fine contact, {dynamic:.4e} in the contact elements of the structure"
+            ));
         }
     }
     outputs.put(&typed::Ledger {

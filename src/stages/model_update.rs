@@ -1,7 +1,7 @@
 //! The contact elements of an iteration: those of its own fine contact where they are due, else those of the one before.
 
 use super::RunError;
-use super::contact_elements::{element_table, parameters};
+use super::contact_elements::{element_table, parameters, slider_table};
 use super::declaration::Declaration;
 use super::error::NumericsError;
 use super::reads::{Outputs, Reads};
@@ -33,8 +33,13 @@ pub const DECLARATION: Declaration = Declaration {
         TableName::Summary,
         TableName::ModelUpdate,
         TableName::ContactElement,
+        TableName::ContactSlider,
     ],
-    writes: &[TableName::ModelUpdate, TableName::ContactElement],
+    writes: &[
+        TableName::ModelUpdate,
+        TableName::ContactElement,
+        TableName::ContactSlider,
+    ],
     is_due: |_| true,
     shared: false,
     compute,
@@ -70,6 +75,9 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
                 state: None,
                 ..elements
             })?;
+            if let Some(sliders) = reads.maybe_before::<typed::ContactSlider>()? {
+                outputs.put(&sliders)?;
+            }
             return Ok(outputs);
         }
         None => "",
@@ -80,7 +88,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
             DueTo::WearVolume => "wear_volume",
         },
     };
-    let found = parameters(reads, solvers, &contact, &reads.table()?)?;
+    let (found, law_remainder) = parameters(reads, solvers, &contact, &reads.table()?)?;
     outputs.put(&typed::ModelUpdate {
         updated: true,
         reason: reason.to_owned(),
@@ -89,8 +97,12 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         compliance_normal: now.compliance.normal,
         compliance_tangential: now.compliance.tangential,
         wear_volume: now.wear_volume,
+        law_remainder,
     })?;
     outputs.put(&element_table(&layout(reads), &found, None))?;
+    if let Some(sliders) = slider_table(&found) {
+        outputs.put(&sliders)?;
+    }
     Ok(outputs)
 }
 

@@ -142,6 +142,7 @@ impl Solvers {
                     gap: rows.gap,
                     kn: rows.kn,
                     kt: rows.kt,
+                    sliders: None,
                 },
                 None => given(reads),
             };

@@ -52,7 +52,7 @@ fn tables_of(reduced: &Reduced, layout: &Layout) -> Result<Outputs, RunError> {
         port.axis.push(AXES[p % 3].to_owned());
         port.x.push(x);
         port.y.push(y);
-        port.area.push(element(p).map_or(0.0, |_| layout.area));
+        port.area.push(element(p).map_or(0.0, |e| layout.areas[e]));
     }
     let rigid = reduced.rigid.columns();
     let mut mode = typed::StructureMode::default();

@@ -1,7 +1,7 @@
 //! The wear step from one committed iteration to the next.
 
 use super::RunError;
-use super::contact_state::{Fields, contact_of, let_move, on_axes, there, wear_of};
+use super::contact_state::{ElementMotion, Fields, contact_of, let_move, on_axes, there, wear_of};
 use super::declaration::Declaration;
 use super::error::NumericsError;
 use super::model_update::NextUpdate;
@@ -60,6 +60,7 @@ pub const DECLARATION: Declaration = Declaration {
         TableName::Summary,
         TableName::ModelUpdate,
         TableName::ContactElement,
+        TableName::ContactSlider,
         TableName::Response,
     ],
     writes: &[
@@ -137,10 +138,8 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let patch = solvers.joint(reads)?.patch.clone();
     let before = PreviousState::of(reads, &patch)?;
     let of_contact: typed::StaticContact = reads.before()?;
-    let response = reads.maybe_before::<typed::Response>()?;
-    let elements = reads.maybe_before::<typed::ContactElement>()?;
-    let response = response.as_ref().zip(elements.as_ref());
-    let_move(reads, solvers, of_contact.normal_load, response)?;
+    let moved = ElementMotion::before(reads)?;
+    let_move(reads, solvers, of_contact.normal_load, moved.as_ref())?;
     let volume_left = wear
         .volume
         .map_or(f64::INFINITY, |volume| volume - before.volume);

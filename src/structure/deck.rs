@@ -16,7 +16,7 @@ use crate::structure::StructureError;
 use crate::structure::assembly::{Spring, System};
 use crate::structure::element::Formulation;
 use crate::structure::modes::{ModeOptions, lowest, rigid_modes, shift};
-use crate::structure::reduction::Ports;
+use crate::structure::reduction::{ContactPorts, Ports};
 use crate::structure::resonator::{BOLT, MASS_1, MASS_2, ResonatorMesh};
 
 /// Names of the element sets, by part.
@@ -94,7 +94,7 @@ impl<'a> Deck<'a> {
     /// # Errors
     /// Modes that do not converge.
     pub fn frequencies(&self) -> Result<Frequencies, StructureError> {
-        let ports = Ports::new(&self.resonator.contacts, &[]);
+        let ports = Ports::new(&self.resonator.contacts, &[], ContactPorts::Faces);
         let springs: Vec<Spring> = ports
             .combinations
             .into_iter()

@@ -1,7 +1,7 @@
 //! The small model: modes, and the static residual of everything above them, at the ports.
 //!
 //! A *port* is a combination of displacements where a force may act: the relative displacements of the contact elements (upper
-//! minus lower body, the mean over an element's four pairs of nodes), then the drive and response points. With unit forces on
+//! minus lower body, of a pair of nodes or the mean over the four pairs of a face), then the drive and response points. With unit forces on
 //! the ports the receptance is
 //!
 //! H(ω) = Σ_rigid φφᵀ/(−ω²) + Σ_r φφᵀ/(ω_r² − ω² + 2iζω_rω) + R₀ + ω²R₁,
@@ -14,6 +14,10 @@
 //! Force on a port acts along its displacement: a positive force on a contact port pulls the upper body along the positive axis
 //! and the lower one against it; along z it opens the joint.
 
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
 use crate::linalg::{LinalgError, Matrix, SparseCholesky};
 use crate::structure::StructureError;
 use crate::structure::assembly::{Combination, System};
@@ -24,6 +28,24 @@ use crate::structure::resonator::Facing;
 /// The second shift, at which the residual's slope is taken, as a share of the highest kept eigenvalue: small enough that the
 /// next term of the series is below a percent of the slope's, large enough that the difference keeps its digits.
 const SLOPE_SHARE: f64 = 0.01;
+
+/// What a contact element of a structure is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ContactPorts {
+    /// A face between four pairs of nodes: the mean of their relative displacements, and a quarter of the force on each.
+    #[default]
+    Faces,
+    /// A pair of nodes, with a quarter of each face around it.
+    Nodes,
+}
+
+impl ContactPorts {
+    /// True of faces. A recipe says what else they are.
+    pub fn are_faces(&self) -> bool {
+        *self == ContactPorts::Faces
+    }
+}
 
 /// The ports of a structure: three for each contact element, then three for each point; x, y, z in turn.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,12 +60,22 @@ pub struct Ports {
 
 impl Ports {
     /// Ports of contact elements and points.
-    pub fn new(contacts: &[Facing], points: &[Point]) -> Ports {
-        let mut combinations = Vec::with_capacity(3 * (contacts.len() + points.len()));
-        for contact in contacts {
-            let share = 1.0 / contact.pairs.len() as f64;
+    pub fn new(contacts: &[Facing], points: &[Point], at: ContactPorts) -> Ports {
+        let elements: Vec<Vec<(usize, usize)>> = match at {
+            ContactPorts::Faces => contacts.iter().map(|face| face.pairs.to_vec()).collect(),
+            ContactPorts::Nodes => {
+                let pairs = contacts
+                    .iter()
+                    .flat_map(|face| face.corners().into_iter().zip(face.pairs));
+                let by_place: BTreeMap<[usize; 2], (usize, usize)> = pairs.collect();
+                by_place.into_values().map(|pair| vec![pair]).collect()
+            }
+        };
+        let mut combinations = Vec::with_capacity(3 * (elements.len() + points.len()));
+        for pairs in &elements {
+            let share = 1.0 / pairs.len() as f64;
             for axis in 0..3 {
-                let both = contact.pairs.iter().flat_map(|&(lower, upper)| {
+                let both = pairs.iter().flat_map(|&(lower, upper)| {
                     [(3 * lower + axis, -share), (3 * upper + axis, share)]
                 });
                 combinations.push(both.collect());
@@ -57,7 +89,7 @@ impl Ports {
         }
         Ports {
             combinations,
-            contacts: contacts.len(),
+            contacts: elements.len(),
             points: points.iter().map(|p| p.name.clone()).collect(),
         }
     }
@@ -83,13 +115,20 @@ impl Ports {
         Some(self.contact_ports() + 3 * place + axis)
     }
 
-    /// The nodes that ports take part in, ascending.
-    fn nodes(&self) -> Vec<usize> {
+    /// The nodes of a structure that ports take part in, ascending.
+    fn checked_nodes(&self, system: &System) -> Result<Vec<usize>, StructureError> {
         let dofs = self.combinations.iter().flatten();
         let mut nodes: Vec<usize> = dofs.map(|&(dof, _)| dof / 3).collect();
         nodes.sort_unstable();
         nodes.dedup();
-        nodes
+        match nodes.last() {
+            Some(&index) if index >= system.coordinates.len() => Err(StructureError::NoSuch {
+                what: "node",
+                index,
+                count: system.coordinates.len(),
+            }),
+            _ => Ok(nodes),
+        }
     }
 
     /// Displacements of the ports, one row each, from those of all degrees of freedom.
@@ -134,16 +173,7 @@ pub fn reduce(
     ports: Ports,
     options: &ModeOptions,
 ) -> Result<Reduced, StructureError> {
-    let nodes = ports.nodes();
-    if let Some(&index) = nodes.last()
-        && index >= system.coordinates.len()
-    {
-        return Err(StructureError::NoSuch {
-            what: "node",
-            index,
-            count: system.coordinates.len(),
-        });
-    }
+    let nodes = ports.checked_nodes(system)?;
     let order = system.elimination_order(&nodes);
     let fail = |source: LinalgError| StructureError::Factorization {
         matrix: "the energy of the rigid motions",
@@ -187,6 +217,17 @@ pub fn reduce(
         factor_entries,
         ports,
     })
+}
+
+/// Displacement of the ports under unit forces on them, statically: Bᵀ K⁻¹ B \[m/N\], symmetric, port by port. The structure must be
+/// held: springs to the ground are as good as a support.
+///
+/// # Errors
+/// A structure that may move as a whole, or a port that refers to a node that does not exist.
+pub fn flexibility(system: &System, ports: &Ports) -> Result<Matrix, StructureError> {
+    let nodes = ports.checked_nodes(system)?;
+    let factor = system.shifted_factor(0.0, &system.elimination_order(&nodes))?;
+    Ok(port_flexibility(&factor, ports, 3 * nodes.len()))
 }
 
 /// Bᵀ A⁻¹ B for the ports' columns B, from the last `count` rows of the factor of A.

@@ -11,7 +11,7 @@
 //! The bolt hole is a staircase in the lap's mesh. The bolt's shank stands free in it; its heads share nodes with both outer
 //! faces. The two bodies touch on the lap only, where each has nodes of its own.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use crate::material::{Elastic, Material};
 use crate::structure::StructureError;
@@ -19,7 +19,7 @@ use crate::structure::assembly::System;
 use crate::structure::element::{self, Formulation};
 use crate::structure::mesh::{Hexahedron, Mesh, Point, corners};
 use crate::structure::modes::ModeOptions;
-use crate::structure::reduction::{self, Ports, Reduced};
+use crate::structure::reduction::{self, ContactPorts, Ports, Reduced};
 
 /// Dimensions \[m\], element counts and materials of the resonator. [`Resonator::default`] has the shipped set.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -148,6 +148,18 @@ pub struct Facing {
     pub pairs: [(usize, usize); 4],
 }
 
+impl Facing {
+    /// Places of the four pairs of nodes in the lattice of the lap, (i, j) along x and y.
+    pub fn corners(&self) -> [[usize; 2]; 4] {
+        corners_of(self.cell)
+    }
+}
+
+/// Places of the nodes around a cell, in the order of [`Facing::pairs`].
+fn corners_of([i, j]: [usize; 2]) -> [[usize; 2]; 4] {
+    [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]]
+}
+
 /// The meshed resonator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResonatorMesh {
@@ -202,19 +214,43 @@ impl Resonator {
         cells.map(|cell| [place(cell, 0), place(cell, 1)]).collect()
     }
 
-    /// Area of a contact element \[m²\].
+    /// Area of the face of a contact element \[m²\].
     pub fn contact_area(&self) -> f64 {
         self.lap_length * self.arm_height / (self.lap_cells * self.lap_cells) as f64
+    }
+
+    /// Contact elements at pairs of nodes, i along x slow and j along y fast: the centre of each (x, y) from the middle of the lap
+    /// \[m\], and its area, a quarter of each face around it \[m²\].
+    pub fn contact_nodes(&self) -> Vec<([f64; 2], f64)> {
+        let mut faces: BTreeMap<[usize; 2], f64> = BTreeMap::new();
+        for corner in self.contact_cells().into_iter().flat_map(corners_of) {
+            *faces.entry(corner).or_default() += 1.0;
+        }
+        let cells = self.lap_cells as f64;
+        let sides = [self.lap_length / cells, self.arm_height / cells];
+        let nodes = faces.into_iter().map(|(node, faces)| {
+            let place = |axis: usize| (node[axis] as f64 - 0.5 * cells) * sides[axis];
+            ([place(0), place(1)], 0.25 * faces * self.contact_area())
+        });
+        nodes.collect()
+    }
+
+    /// Sides of a face of the contact along x and y, and the thickness of the layers of cells from it on, on either side \[m\].
+    pub fn contact_mesh(&self) -> ([f64; 2], Vec<f64>) {
+        let cells = self.lap_cells as f64;
+        let layer = 0.5 * self.depth / self.half_depth_cells as f64;
+        let sides = [self.lap_length / cells, self.arm_height / cells];
+        (sides, vec![layer; self.half_depth_cells])
     }
 
     /// Meshes the resonator and reduces it to its lowest `modes` elastic modes and the residual of the others.
     ///
     /// # Errors
     /// [`StructureError`] for dimensions that make no mesh, and what the reduction fails of.
-    pub fn reduce(&self, modes: usize) -> Result<Reduced, StructureError> {
+    pub fn reduce(&self, modes: usize, at: ContactPorts) -> Result<Reduced, StructureError> {
         let meshed = self.mesh()?;
         let system = System::assemble(&meshed.mesh, Formulation::IncompatibleModes, &[])?;
-        let ports = Ports::new(&meshed.contacts, &meshed.points);
+        let ports = Ports::new(&meshed.contacts, &meshed.points, at);
         reduction::reduce(&system, ports, &ModeOptions::new(modes))
     }
 
@@ -502,12 +538,11 @@ impl Builder {
     fn facing(&mut self, cell: [usize; 2], first: [usize; 2]) -> Facing {
         let [i, j] = cell;
         let (x, y) = ([self.x[i], self.x[i + 1]], [self.y[0][j], self.y[0][j + 1]]);
-        let around = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]];
         Facing {
             cell: [i - first[0], j - first[1]],
             centre: [0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1])],
             area: (x[1] - x[0]) * (y[1] - y[0]),
-            pairs: around.map(|[i, j]| {
+            pairs: corners_of(cell).map(|[i, j]| {
                 let at = [i, j, self.contact];
                 (self.node(at, MASS_1), self.node(at, MASS_2))
             }),

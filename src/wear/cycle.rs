@@ -275,7 +275,7 @@ impl FrettingJoint {
             .collect()
     }
 
-    /// One tangential step, between two states of the motion's channels, in their order.
+    /// One tangential step, between two states of the motion.
     pub fn step(
         &mut self,
         limit: &[f64],
@@ -299,14 +299,14 @@ impl FrettingJoint {
         [from, to]: [&[f64]; 2],
         start: Option<&ByAxis<Vec<f64>>>,
     ) -> Result<TangentialSolution, WearError> {
-        let (drive, rotation) = self.motion.between(from, to);
+        let driven = self.motion.between(from, to);
         let problem = TangentialProblem {
             patch: &self.patch,
             limit,
             previous,
-            drive: &drive,
-            rotation,
-            offset: None,
+            drive: &driven.drive,
+            rotation: driven.rotation,
+            offset: driven.offset.as_ref(),
         };
         Ok(crate::contact::tangential::solve(
             &mut self.half_space,

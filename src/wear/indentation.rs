@@ -57,20 +57,23 @@ pub fn indent(
         .collect();
     let mut curve = Curve::default();
     let (mut iterations, mut steps, mut error) = (0, 0, 0.0f64);
-    let last = coupled::indent(
-        &mut joint.half_space,
-        &problem,
-        joint.friction_coefficient,
-        shear,
-        &loads,
-        options,
-        |step| {
-            curve.push(step.normal.load, step.normal.approach);
-            iterations += step.normal.iterations;
-            steps += step.tangential.steps;
-            error = error.max(step.tangential.error);
-        },
-    )?;
+    let friction = joint.friction_coefficient;
+    let last = joint.half_space.without_nodal(|half_space| {
+        coupled::indent(
+            half_space,
+            &problem,
+            friction,
+            shear,
+            &loads,
+            options,
+            |step| {
+                curve.push(step.normal.load, step.normal.approach);
+                iterations += step.normal.iterations;
+                steps += step.tangential.steps;
+                error = error.max(step.tangential.error);
+            },
+        )
+    })?;
     Ok(Indented {
         solution: NormalSolution {
             iterations,

@@ -139,12 +139,10 @@ impl FrettingJoint {
             rotation: self.rotation,
             pressure_cap: self.pressure_cap,
         };
-        Ok(normal::solve(
-            &mut self.half_space,
-            &problem,
-            start,
-            self.options.normal,
-        )?)
+        // How the bodies press each other is that of half spaces: what a structure's mesh has of them matters to what moves it.
+        let options = self.options.normal;
+        let solve = |half_space: &mut _| normal::solve(half_space, &problem, start, options);
+        Ok(self.half_space.without_nodal(solve)?)
     }
 
     /// The static contact, at the mean load.

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use super::own_motion::OwnMotion;
 use crate::contact::tangential::Drive;
 use crate::grid::ByAxis;
 
@@ -25,6 +26,8 @@ pub struct Motion {
     pub rotation: Option<Channel>,
     /// Total normal load \[N\].
     pub normal_load: Vec<f64>,
+    /// What cells move along the axes on top of that; none: all move alike, without storage.
+    pub own: Option<OwnMotion>,
 }
 
 /// What is given of a rigid motion, at every sample.
@@ -143,15 +146,27 @@ impl HarmonicMotion {
                 .iter()
                 .map(|t| load + self.normal_load_amplitude * (TAU * t).cos())
                 .collect(),
+            own: None,
             time,
         }
     }
 }
 
+/// What drives one step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// Along each axis.
+    pub drive: ByAxis<Drive>,
+    /// About z.
+    pub rotation: Option<Drive>,
+    /// What cells are displaced by on top, one field an axis \[m\].
+    pub offset: Option<ByAxis<Vec<f64>>>,
+}
+
 /// A motion along a straight line that only turns at its two ends, under constant load and about zero.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StraightMotion {
-    /// Values of the channels at the end that is reached at `top`, as [`Motion::at`] has them; the other end is its negative.
+    /// The state of the motion at the end that is reached at `top`, as [`Motion::at`] has it; the other end is its negative.
     pub end: Vec<f64>,
     /// Sample of that end.
     pub top: usize,
@@ -186,6 +201,7 @@ impl Motion {
             drive: Vec::new(),
             rotation: None,
             normal_load: vec![load],
+            own: None,
         }
     }
 
@@ -204,6 +220,7 @@ impl Motion {
             drive: self.drive.iter().map(|c| c.map(halve)).collect(),
             rotation: self.rotation.as_ref().map(|c| c.map(halve)),
             normal_load: halve(&self.normal_load),
+            own: self.own.as_ref().map(OwnMotion::halved),
         }
     }
 
@@ -224,6 +241,7 @@ impl Motion {
             drive: self.drive.iter().map(|channel| channel.map(thin)).collect(),
             rotation: self.rotation.as_ref().map(|channel| channel.map(thin)),
             normal_load: thin(&self.normal_load),
+            own: self.own.as_ref().map(|own| own.every(step)),
         }
     }
 
@@ -236,6 +254,7 @@ impl Motion {
             let middle = 0.5 * (least + most);
             series.iter_mut().for_each(|d| *d -= middle);
         }
+        self.own = self.own.as_ref().map(OwnMotion::about_its_middle);
         self
     }
 
@@ -317,6 +336,7 @@ impl Motion {
                 .collect(),
             rotation: None,
             normal_load: vec![mean; 2],
+            own: self.own.as_ref().map(|own| own.ends(top, bottom)),
         })
     }
 
@@ -335,20 +355,26 @@ impl Motion {
         self.drive.iter().chain(&self.rotation)
     }
 
-    /// Values of the channels at a sample; sample n is sample 0 again.
+    /// The state of the motion at a sample: values of the channels, then what the nodes move on their own. Sample n is sample 0
+    /// again.
     pub fn at(&self, sample: usize) -> Vec<f64> {
         let k = sample % self.samples();
-        self.channels().map(|channel| channel.values()[k]).collect()
+        let channels = self.channels().map(|channel| channel.values()[k]);
+        let own = self.own.iter().flat_map(|own| &own.displacement[k]);
+        channels.chain(own.copied()).collect()
     }
 
-    /// What drives a step between two states of the channels, along the axes and about z.
-    pub fn between(&self, from: &[f64], to: &[f64]) -> (ByAxis<Drive>, Option<Drive>) {
+    /// What drives a step between two states of the motion: along the axes, about z, and what cells are displaced by on top.
+    pub fn between(&self, from: &[f64], to: &[f64]) -> Step {
         let axes = self.drive.len();
         let drive = |(k, channel): (usize, &Channel)| channel.between(from[k], to[k]);
-        (
-            self.drive.iter().enumerate().map(drive).collect(),
-            self.rotation.as_ref().map(|channel| drive((axes, channel))),
-        )
+        let channels = self.channels().count();
+        let own = self.own.as_ref();
+        Step {
+            drive: self.drive.iter().enumerate().map(drive).collect(),
+            rotation: self.rotation.as_ref().map(|channel| drive((axes, channel))),
+            offset: own.map(|own| own.between(&from[channels..], &to[channels..])),
+        }
     }
 
     /// Mean normal load over the cycle \[N\].
@@ -400,7 +426,7 @@ impl Motion {
 
     /// The ends of the motion, if it is straight, about zero, turns at its ends only, and the load is constant.
     pub fn straight(&self) -> Option<StraightMotion> {
-        if !self.constant_load() {
+        if !self.constant_load() || self.own.as_ref().is_some_and(|own| !own.is_straight()) {
             return None;
         }
         let scales = self.scales();

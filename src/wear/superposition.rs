@@ -58,13 +58,13 @@ impl FrettingJoint {
                 }
             }
         }
-        let (drive, rotation) = self.motion.between(&vec![0.0; end.len()], end);
+        let driven = self.motion.between(&vec![0.0; end.len()], end);
         let problem = TangentialProblem {
             patch: &self.patch,
             limit: &limit,
             previous: None,
-            drive: &drive,
-            rotation,
+            drive: &driven.drive,
+            rotation: driven.rotation,
             offset: None,
         };
         Ok(tangential::evaluate(

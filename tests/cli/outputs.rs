@@ -262,6 +262,8 @@ fn tables_are_where_their_schemas_say() {
         "b",
         "--set",
         "output.curves_every=1",
+        "--set",
+        "contact.stiffness=sliders",
     ]);
     let mut found = BTreeSet::new();
     for run in ["a", "b"] {

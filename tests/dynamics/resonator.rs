@@ -12,7 +12,7 @@ use fretwear::linalg::{Matrix, SparseIndefinite};
 use fretwear::structure::assembly::{Spring, System};
 use fretwear::structure::element::Formulation;
 use fretwear::structure::modes::ModeOptions;
-use fretwear::structure::reduction::{Ports, Reduced, reduce};
+use fretwear::structure::reduction::{ContactPorts, Ports, Reduced, reduce};
 use fretwear::structure::resonator::{Resonator, ResonatorMesh};
 
 /// A meshed resonator and its reduction.
@@ -24,7 +24,7 @@ pub struct Whole {
 fn whole(resonator: &Resonator, modes: usize) -> Whole {
     let mesh = resonator.mesh().unwrap();
     let system = System::assemble(&mesh.mesh, Formulation::IncompatibleModes, &[]).unwrap();
-    let ports = Ports::new(&mesh.contacts, &mesh.points);
+    let ports = Ports::new(&mesh.contacts, &mesh.points, ContactPorts::Faces);
     let reduced = reduce(&system, ports, &ModeOptions::new(modes)).unwrap();
     Whole { mesh, reduced }
 }

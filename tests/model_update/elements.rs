@@ -1,12 +1,13 @@
 use fretwear::grid::Grid;
 use fretwear::model_update::{ContactElements, ModelUpdateError};
+use fretwear::structure::reduction::{ContactPorts, Ports};
+use fretwear::structure::resonator::Resonator;
 use proptest::prelude::*;
 
 use super::{ROUNDING, assert_close, facings, noise, resonator, small};
 
-/// The rectangle of the joint's element or fine cell, low and high corner \[m\].
-fn rectangle(grid: Grid, cell: [usize; 2]) -> [[f64; 2]; 2] {
-    let (x, y) = grid.centre(cell[0], cell[1]);
+/// The rectangle of a cell of `grid` about a centre, low and high corner \[m\].
+fn rectangle(grid: Grid, [x, y]: [f64; 2]) -> [[f64; 2]; 2] {
     let half = [0.5 * grid.dx, 0.5 * grid.dy];
     [[x - half[0], y - half[1]], [x + half[0], y + half[1]]]
 }
@@ -20,18 +21,18 @@ fn common(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> f64 {
 }
 
 /// Sums over elements by a double loop over all pairs of cells and rectangles in metres.
-fn naive_sums(elements: &ContactElements, field: &[f64]) -> Vec<f64> {
+fn naive_sums(elements: &ContactElements, counts: [usize; 2], field: &[f64]) -> Vec<f64> {
     let grid = elements.grid();
-    let array = Grid::over(grid.size(), elements.counts());
+    let array = Grid::over(grid.size(), counts);
     let mut sums = vec![0.0; elements.len()];
     for (c, value) in field.iter().enumerate() {
         if !elements.patch().kept[c] {
             continue;
         }
         let (i, j) = grid.cell(c);
-        let cell = rectangle(grid, [i, j]);
+        let cell = rectangle(grid, grid.centre(i, j).into());
         let overlaps: Vec<f64> = elements
-            .cells()
+            .centres()
             .iter()
             .map(|&e| common(cell, rectangle(array, e)))
             .collect();
@@ -44,10 +45,10 @@ fn naive_sums(elements: &ContactElements, field: &[f64]) -> Vec<f64> {
 }
 
 /// Fine cells whose centre lies in the element.
-fn naive_centred(elements: &ContactElements, element: usize) -> Vec<usize> {
+fn naive_centred(elements: &ContactElements, counts: [usize; 2], element: usize) -> Vec<usize> {
     let grid = elements.grid();
-    let array = Grid::over(grid.size(), elements.counts());
-    let [low, high] = rectangle(array, elements.cells()[element]);
+    let array = Grid::over(grid.size(), counts);
+    let [low, high] = rectangle(array, elements.centres()[element]);
     (0..grid.len())
         .filter(|&c| {
             let (i, j) = grid.cell(c);
@@ -88,7 +89,6 @@ fn elements_lie_where_the_structure_has_them() {
     let elements = resonator(Grid::over([40e-3, 40e-3], [40, 23]));
     let (centres, areas) = (elements.centres(), elements.areas());
     for (e, facing) in facings().iter().enumerate() {
-        assert_eq!(elements.cells()[e], facing.cell);
         for d in [0, 1] {
             let miss = centres[e][d] - facing.centre[d];
             assert!(miss.abs() < ROUNDING * 40e-3, "element {e} along {d}");
@@ -99,21 +99,103 @@ fn elements_lie_where_the_structure_has_them() {
 
 #[test]
 fn sums_and_gaps_are_those_of_a_double_loop() {
-    for elements in [
-        resonator(Grid::over([40e-3, 30e-3], [64, 48])),
-        small(),
-        ContactElements::single(Grid::over([3e-3, 2e-3], [9, 7])).expect("one element"),
+    let single = ContactElements::single(Grid::over([3e-3, 2e-3], [9, 7])).expect("one element");
+    for (elements, counts) in [
+        (resonator(Grid::over([40e-3, 30e-3], [64, 48])), [19, 19]),
+        (small(), [5, 3]),
+        (single, [1, 1]),
     ] {
         let field = noise(elements.grid().len());
-        let (sums, naive) = (elements.sums(&field), naive_sums(&elements, &field));
+        let (sums, naive) = (elements.sums(&field), naive_sums(&elements, counts, &field));
         let gaps = elements.gaps(&field);
         for e in 0..elements.len() {
             assert_close(sums[e], naive[e], ROUNDING, "sum");
-            let centred = naive_centred(&elements, e);
+            let centred = naive_centred(&elements, counts, e);
             let least = centred
                 .iter()
                 .fold(f64::INFINITY, |least, &c| least.min(field[c]));
             assert_eq!(gaps[e], least, "gap of element {e}");
+        }
+    }
+}
+
+/// Elements at the nodes around the faces of [`small`], without the one in the middle and one at a corner.
+#[test]
+fn elements_at_nodes_share_what_a_cell_bears_by_its_place_between_them() {
+    let grid = Grid::over([6e-3, 4e-3], [17, 14]);
+    let faces: Vec<[usize; 2]> = (0..15)
+        .map(|c| [c / 3, c % 3])
+        .filter(|&c| c != [2, 1] && c != [4, 0])
+        .collect();
+    let elements = ContactElements::at_nodes(grid, [5, 3], &faces).expect("elements");
+    // 6 × 4 nodes without that of the corner; those around the hole in the middle have other faces.
+    assert_eq!(elements.len(), 23);
+    let area: f64 = elements.areas().iter().sum();
+    assert_close(
+        area,
+        13.0 * 1.2e-3 * 4e-3 / 3.0,
+        ROUNDING,
+        "area of the faces",
+    );
+    // Force and first moments of any field are those of the cells: the shares are those of a bilinear interpolation.
+    let mut field = noise(grid.len());
+    for (value, kept) in field.iter_mut().zip(&elements.patch().kept) {
+        *value *= f64::from(u8::from(*kept));
+    }
+    let loads = elements.loads(&field);
+    let moment = |of: &dyn Fn([f64; 2]) -> f64| {
+        let cells = (0..grid.len()).map(|c| {
+            let (i, j) = grid.cell(c);
+            field[c] * grid.cell_area() * of(grid.centre(i, j).into())
+        });
+        let nodes = elements
+            .centres()
+            .iter()
+            .zip(&loads)
+            .map(|(c, n)| n * of(*c));
+        (cells.sum::<f64>(), nodes.sum::<f64>())
+    };
+    for of in [
+        |_: [f64; 2]| 1.0,
+        |c: [f64; 2]| 1e-2 + c[0],
+        |c: [f64; 2]| 1e-2 + c[1],
+    ] {
+        let (fine, coarse) = moment(&of);
+        assert_close(coarse, fine, ROUNDING, "resultant");
+    }
+    let nodes = elements.nodes().expect("nodes");
+    assert_eq!(nodes.interpolation.nodes(), 24);
+    assert!(nodes.numbers.windows(2).all(|pair| pair[0] < pair[1]));
+    assert!(elements.gaps(&field).iter().all(|gap| gap.is_finite()));
+}
+
+/// The structure's pairs of nodes are the elements of the fine grid, in their order.
+#[test]
+fn nodes_of_the_resonator_are_those_of_its_elements() {
+    let geometry = Resonator::default();
+    let grid = Grid::over([40e-3, 40e-3], [64, 80]);
+    let cells = geometry.contact_cells();
+    let elements = ContactElements::at_nodes(grid, [19, 19], &cells).expect("elements");
+    let nodes = geometry.contact_nodes();
+    assert_eq!(nodes.len(), elements.len());
+    for (e, (centre, area)) in nodes.iter().enumerate() {
+        assert_close(elements.areas()[e], *area, ROUNDING, "area");
+        for d in [0, 1] {
+            let miss = elements.centres()[e][d] - centre[d];
+            assert!(miss.abs() < ROUNDING * 40e-3, "element {e} along {d}");
+        }
+    }
+    let mesh = geometry.mesh().expect("a mesh");
+    let ports = Ports::new(&mesh.contacts, &[], ContactPorts::Nodes);
+    assert_eq!(ports.contacts, nodes.len());
+    for (e, (centre, _)) in nodes.iter().enumerate() {
+        let [(lower, below), (upper, above)] = ports.combinations[3 * e][..] else {
+            panic!("a pair of nodes");
+        };
+        assert_eq!([below, above], [-1.0, 1.0]);
+        for node in [lower / 3, upper / 3] {
+            let place = mesh.mesh.nodes[node];
+            assert!((place[0] - centre[0]).abs() < 1e-12 && (place[1] - centre[1]).abs() < 1e-12);
         }
     }
 }

@@ -4,6 +4,7 @@ mod bolt;
 mod criterion;
 mod elements;
 mod parameters;
+mod sliders;
 mod stiffness;
 
 use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair};

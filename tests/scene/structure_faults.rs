@@ -214,7 +214,7 @@ gap = "1 um""#,
         r#"normal_load = "30 kN""#,
         r#"normal_load = "30 kN"
 stiffness = "tangential""#,
-        r#"case.toml, line 16: contact.stiffness = "tangential": must be one of "total", "roughness", "tangent"; did you mean "tangent"?"#,
+        r#"case.toml, line 16: contact.stiffness = "tangential": must be one of "total", "roughness", "tangent", "sliders"; did you mean "tangent"?"#,
     ),
     (
         r#"normal_load = "30 kN""#,

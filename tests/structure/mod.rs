@@ -3,6 +3,7 @@
 mod beam;
 mod deck;
 mod element;
+mod half_space;
 mod matrices;
 mod reduction;
 mod resonator;

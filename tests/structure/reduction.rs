@@ -8,7 +8,7 @@ use fretwear::structure::assembly::{Spring, System};
 use fretwear::structure::element::Formulation;
 use fretwear::structure::mesh::Mesh;
 use fretwear::structure::modes::ModeOptions;
-use fretwear::structure::reduction::{Ports, Reduced, reduce};
+use fretwear::structure::reduction::{ContactPorts, Ports, Reduced, reduce};
 use fretwear::structure::resonator::{Facing, Resonator};
 
 /// A resonator of the same proportions with few cells.
@@ -36,7 +36,7 @@ fn coarse() -> (System, Ports) {
 fn parts(resonator: &Resonator) -> (System, Ports) {
     let model = resonator.mesh().unwrap();
     let system = System::assemble(&model.mesh, Formulation::IncompatibleModes, &[]).unwrap();
-    let ports = Ports::new(&model.contacts, &model.points);
+    let ports = Ports::new(&model.contacts, &model.points, ContactPorts::Faces);
     (system, ports)
 }
 
@@ -221,7 +221,12 @@ fn springs_in_the_reduced_model_are_springs_in_the_whole() {
         .collect();
     let mesh = coarse_resonator().mesh().unwrap().mesh;
     let whole = System::assemble(&mesh, Formulation::IncompatibleModes, &springs).unwrap();
-    let plain = reduce(&whole, Ports::new(&[], &[]), &ModeOptions::new(8)).unwrap();
+    let plain = reduce(
+        &whole,
+        Ports::new(&[], &[], ContactPorts::Faces),
+        &ModeOptions::new(8),
+    )
+    .unwrap();
     for r in 0..6 {
         assert!(sprung.omega[r] < 1e-2 * sprung.omega[6]);
     }
@@ -269,7 +274,7 @@ fn bodies_apart_keep_their_relative_rigid_modes() {
     let points = [mesh.point("top", [0.025, 0.01, 0.04]).unwrap()];
     let system = System::assemble(&mesh, Formulation::IncompatibleModes, &[]).unwrap();
     assert_eq!(system.bodies().1, 2);
-    let ports = Ports::new(&contacts, &points);
+    let ports = Ports::new(&contacts, &points, ContactPorts::Faces);
     let reduced = reduce(&system, ports.clone(), &ModeOptions::new(20)).unwrap();
     assert_eq!(reduced.rigid.columns(), 12);
     let columns: Vec<usize> = (0..ports.len()).collect();

@@ -7,7 +7,7 @@ use fretwear::structure::StructureError;
 use fretwear::structure::assembly::{Spring, System};
 use fretwear::structure::element::Formulation;
 use fretwear::structure::modes::{ModeOptions, lowest, rigid_modes, shift};
-use fretwear::structure::reduction::Ports;
+use fretwear::structure::reduction::{ContactPorts, Ports};
 use fretwear::structure::resonator::{BOLT, Resonator, ResonatorMesh};
 
 /// The independent solution prints five digits, of frequencies of the same elements on the same mesh.
@@ -113,7 +113,7 @@ fn the_bonded_resonator_has_the_frequencies_of_an_independent_solution() {
 #[test]
 fn the_sprung_resonator_has_the_frequencies_of_an_independent_solution() {
     let ResonatorMesh { mesh, contacts, .. } = published();
-    let ports = Ports::new(&contacts, &[]);
+    let ports = Ports::new(&contacts, &[], ContactPorts::Faces);
     let springs: Vec<Spring> = ports
         .combinations
         .iter()

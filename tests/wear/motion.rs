@@ -41,6 +41,7 @@ fn a_motion_with_a_mean_or_with_inner_turns_is_not_straight() {
         drive: vec![Channel::Displacement(values.to_vec())],
         rotation: None,
         normal_load: vec![1.0; values.len()],
+        own: None,
     };
     assert!(series(&[1.0, 0.0, -1.0, 0.0]).straight().is_some());
     assert!(series(&[2.0, 1.0, 0.0, 1.0]).straight().is_none());
@@ -62,6 +63,7 @@ fn sampled(samples: usize, at: impl Fn(f64) -> (f64, f64, f64)) -> Motion {
         ],
         rotation: None,
         normal_load: values.iter().map(|v| v.2).collect(),
+        own: None,
         time,
     }
 }

@@ -152,6 +152,7 @@ fn an_odd_number_of_samples_is_marched_once() {
         ],
         rotation: None,
         normal_load: vec![LOAD; ODD],
+        own: None,
     };
     let with = cycle(motion.clone(), true);
     assert_eq!(with, cycle(motion, false));

@@ -51,8 +51,9 @@ keys! {
         ("total", Stiffness::Total, "that of the whole patch, as published"),
         ("roughness", Stiffness::Roughness, "without the compliance of the bodies, which the finite elements have already"),
         ("tangent", Stiffness::Tangent, "each contact element that of its own cells"),
+        ("sliders", Stiffness::Sliders, "each contact element its curve of force over displacement in the rough contact, a bank of sliders, without what the finite elements have already"),
     ]), of ["rough"];
-    /// How the stiffness of the joint is shared among the contact elements. Not with stiffness = "tangent".
+    /// How the stiffness of the joint is shared among the contact elements. Not with stiffness = "tangent" or "sliders".
     DISTRIBUTION: Choice<Distribution> = "contact.distribution", Is("uniform"), Choice(&[
         ("uniform", Distribution::Uniform, "by area"),
         ("by_load", Distribution::ByLoad, "by static load"),

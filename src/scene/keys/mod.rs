@@ -248,6 +248,7 @@ pub const ALTERNATIVES: &[(&str, &[&[&str]])] = &[
 /// A section, a key of it, and the word that makes another key of it meaningless: setting the word drops the other key.
 pub const DROPPED_BY: &[(&str, &str, &str, &str)] = &[
     ("contact", "stiffness", "tangent", "distribution"),
+    ("contact", "stiffness", "sliders", "distribution"),
     ("contact", "rotation", "fixed", "moment"),
 ];
 

@@ -262,6 +262,7 @@ fn history(contact: &Contact, path: &Path, bytes: &[u8]) -> Result<Motion, Histo
         drive,
         rotation: None,
         normal_load,
+        own: None,
     })
 }
 

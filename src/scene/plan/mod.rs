@@ -64,6 +64,11 @@ pub enum PlanError {
         "`fidelity.cycle` is \"superposition\", which needs displacements along all axes that move, or forces along all of them, and no rotation about z; use \"reversal\""
     )]
     NotSuperposed,
+    /// `superposition` of contact elements that move their own cells.
+    #[error(
+        "`fidelity.cycle` is \"superposition\", which moves all cells alike, and with `contact.stiffness` = \"sliders\" each contact element moves its own; use \"reversal\""
+    )]
+    SuperposedElements,
     /// The cap is too low for the load.
     #[error(
         "`contact.pressure_cap` = {cap:.6e} Pa on the joint's {area:.6e} m² carries {capacity:.6e} N; `contact.normal_load` is {load:.6e} N: lower the load or raise the cap"

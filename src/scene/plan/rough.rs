@@ -1,12 +1,14 @@
 //! The rough contact of a scene: what is decided about it.
 
 use super::PlanError;
+use super::vibration::contact_ports;
 use crate::contact::{Coupling, Shear, normal};
 use crate::fft::fast_length;
 use crate::grid::{Grid, Patch};
 use crate::recipe::{self, CycleError, MotionSource, Reasons, why_computed};
 use crate::scene::keys::fidelity::LOAD_STEPS;
 use crate::scene::{Boundary, Contact, Fidelity, Rotation, RoughJoint, Scene, Torsion, Transverse};
+use crate::structure::reduction::ContactPorts;
 use crate::wear::cycle::March;
 use crate::wear::{Channel, Harmonic, HarmonicMotion, Motion};
 
@@ -28,7 +30,7 @@ pub(super) fn decide(
 ) -> Result<(recipe::Surface, recipe::Contact, Option<recipe::Cycle>), PlanError> {
     let patch = rough.patch();
     check(scene, rough, &patch, motion)?;
-    let surface = surface(rough, &patch, contents);
+    let surface = surface(rough, &patch, contact_ports(scene), contents);
     let mut contact = contact(scene, rough)?;
     let cycle = cycle(scene, rough.contact, motion, contents)?;
     if cycle.is_none() {
@@ -46,7 +48,25 @@ pub struct Contents {
     pub history: Option<(String, bool)>,
 }
 
-fn surface(rough: &RoughJoint, patch: &Patch, contents: &Contents) -> recipe::Surface {
+/// The mesh under the joint, where the contact elements at its nodes have laws of their own.
+fn structure_mesh(scene: &Scene, rough: &RoughJoint) -> Option<recipe::StructureMesh> {
+    let resonator = rough
+        .resonator
+        .filter(|_| !contact_ports(scene).are_faces())?;
+    let (sides, layers) = resonator.contact_mesh();
+    Some(recipe::StructureMesh {
+        counts: [resonator.lap_cells; 2],
+        sides,
+        layers,
+    })
+}
+
+fn surface(
+    rough: &RoughJoint,
+    patch: &Patch,
+    ports: ContactPorts,
+    contents: &Contents,
+) -> recipe::Surface {
     let mut why = Reasons::default();
     why.add(
         "cells",
@@ -64,7 +84,11 @@ fn surface(rough: &RoughJoint, patch: &Patch, contents: &Contents) -> recipe::Su
             let there = resonator.contact_cells();
             let all = (0..counts[0]).flat_map(|i| (0..counts[1]).map(move |j| [i, j]));
             let absent = all.filter(|cell| !there.contains(cell)).collect();
-            recipe::Cells::Elements { counts, absent }
+            recipe::Cells::Elements {
+                counts,
+                absent,
+                ports,
+            }
         }
         (None, Some(hole)) => recipe::Cells::Hole {
             diameter: hole.diameter,
@@ -139,6 +163,7 @@ fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanErr
         normal_load: contact.normal_load,
         approach: contact.approach,
         bolt_stiffness: contact.bolt_stiffness,
+        structure_mesh: structure_mesh(scene, rough),
         rotation: match contact.rotation {
             Rotation::Fixed => normal::Rotation::FIXED,
             Rotation::Free => normal::Rotation::Free {
@@ -231,6 +256,9 @@ fn cycle(
     let mut why = Reasons::default();
     let (motion, march, asked) = if scene.dynamics.is_some() {
         let asked = fidelity.cycle;
+        if asked == Some(March::Superposition) && !contact_ports(scene).are_faces() {
+            return Err(PlanError::SuperposedElements);
+        }
         why.add("march", why_computed(asked));
         (MotionSource::Computed, None, asked)
     } else {

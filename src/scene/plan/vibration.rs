@@ -4,11 +4,23 @@ use serde_json::json;
 
 use crate::recipe::{self, ElementStiffness, Reasons};
 use crate::scene::{Contact, DampingBasis, Dynamics, Scene, Stiffness};
+use crate::structure::reduction::ContactPorts;
 
 /// Contact elements of the structure.
 pub(super) fn contact_elements(scene: &Scene) -> usize {
     let structure = scene.structure.as_ref().filter(|_| scene.contact.is_some());
-    structure.map_or(0, |structure| structure.contact_elements())
+    structure.map_or(0, |structure| {
+        structure.contact_elements(contact_ports(scene))
+    })
+}
+
+/// What the contact elements are: where each has a law of its own, pairs of nodes, between which cells move as the mesh does.
+pub(super) fn contact_ports(scene: &Scene) -> ContactPorts {
+    let rough = scene.contact.as_ref().filter(|_| scene.surface.is_some());
+    match rough.map(|contact| contact.stiffness) {
+        Some(Stiffness::Sliders) => ContactPorts::Nodes,
+        _ => ContactPorts::Faces,
+    }
 }
 
 /// The structure and its response; of none without vibration.
@@ -19,6 +31,7 @@ pub(super) fn decide(scene: &Scene) -> Option<(recipe::Structure, recipe::Respon
     let structure = recipe::Structure {
         source: structure.clone(),
         modes: dynamics.modes,
+        contact_ports: contact_ports(scene),
         why,
     };
     Some((structure, response(scene, dynamics)))
@@ -118,6 +131,7 @@ fn stiffness(scene: &Scene, contact: &Contact, why: &mut Reasons) -> ElementStif
                 "contact.stiffness = \"roughness\": the structure has the bodies' compliance already"
             }
             Stiffness::Tangent => "contact.stiffness = \"tangent\"",
+            Stiffness::Sliders => "contact.stiffness = \"sliders\"",
         },
     );
     ElementStiffness::Contact {

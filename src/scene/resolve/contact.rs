@@ -84,10 +84,15 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
     if !vibrates && distribution == Distribution::ByLoad {
         return Err(reader.conflict(&DISTRIBUTION, needs_structure));
     }
-    if stiffness == Stiffness::Tangent && reader.has(&DISTRIBUTION) {
+    let own = match stiffness {
+        Stiffness::Tangent => Some("tangent"),
+        Stiffness::Sliders => Some("sliders"),
+        Stiffness::Total | Stiffness::Roughness => None,
+    };
+    if let (Some(word), true) = (own, reader.has(&DISTRIBUTION)) {
         return Err(reader.conflict(
             &DISTRIBUTION,
-            "contact.stiffness = \"tangent\" gives each element its own stiffness; leave distribution out",
+            format!("contact.stiffness = \"{word}\" gives each element its own stiffness; leave distribution out"),
         ));
     }
     let bolt_stiffness = reader.get(&BOLT_STIFFNESS)?;
@@ -98,6 +103,12 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
         ));
     }
     let boundary = reader.value(&BOUNDARY)?;
+    if stiffness == Stiffness::Sliders && boundary == Boundary::Periodic {
+        return Err(reader.conflict(
+            &BOUNDARY,
+            "contact.stiffness = \"sliders\" takes what the structure's mesh has from half spaces with a free surface; use \"free\"",
+        ));
+    }
     let (rotation, moment) = rotation(reader, boundary)?;
     Ok(Contact {
         friction_coefficient,

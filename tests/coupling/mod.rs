@@ -1,0 +1,2 @@
+mod small_joint;
+mod truth;

@@ -1,0 +1,262 @@
+//! Laws of contact elements from the fine contact: their banks against the contact that they are taken from, and closed forms.
+
+use std::sync::Arc;
+
+use fretwear::contact::nodes::{Interpolation, NodalCompliance};
+use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
+use fretwear::contact::tangential::{self, Drive, TangentialOptions, TangentialProblem};
+use fretwear::contact::{HalfSpace, Shear};
+use fretwear::grid::{Grid, Patch};
+use fretwear::model_update::{ContactElements, Laws};
+use fretwear::reference::CattaneoMindlin;
+use fretwear::structure::half_space::FaceCompliance;
+
+use super::{ROUNDING, STEEL, assert_close, half_space, noise};
+
+const FRICTION: f64 = 0.6;
+const LOAD: f64 = 40.0;
+/// Boxes of the mesh along x and y.
+const COUNTS: [usize; 2] = [4, 3];
+
+/// Part of the energy of a cycle, and of the sum of the elements' forces, that eight sliders may be off their fine contact where all
+/// cells move alike, from a tenth of full sliding on.
+const ENERGY: f64 = 0.06;
+const FORCE: f64 = 0.02;
+/// What backbones may be off their banks at worst: of some, here, slopes rise.
+const REMAINDER: f64 = 0.03;
+
+/// Waves of three lengths on 40 × 36 cells, none of which is a part of the mesh.
+fn rough() -> (Grid, Vec<f64>) {
+    let grid = Grid::over([4e-3, 3e-3], [40, 36]);
+    let height = |c| {
+        let (i, j) = grid.cell(c);
+        let (x, y) = grid.centre(i, j);
+        let wave = |a: f64, b: f64, phase: f64| (a * x / 1e-3 + b * y / 1e-3 + phase).cos();
+        2e-7 * (wave(5.1, 2.3, 0.4) + wave(-3.0, 6.7, 1.9) + wave(8.3, 7.1, 2.5))
+    };
+    (grid, (0..grid.len()).map(height).collect())
+}
+
+/// A half space without what its mesh has.
+fn local(grid: Grid) -> HalfSpace {
+    let [lx, ly] = grid.size();
+    let sides = [lx / COUNTS[0] as f64, ly / COUNTS[1] as f64];
+    let mut mesh = FaceCompliance::new(STEEL, sides, &[1e-3; 3], COUNTS).expect("a mesh");
+    mesh.add(&mesh.clone());
+    let [normal, xx, yy, xy] = mesh
+        .matrices()
+        .map(|matrix| matrix.into_iter().map(|c| -c).collect());
+    let interpolation = Interpolation::new(grid, COUNTS);
+    let nodal = NodalCompliance {
+        interpolation,
+        normal,
+        xx,
+        yy,
+        xy,
+    };
+    let mut half_space = half_space(grid);
+    half_space
+        .set_nodal(Some(Arc::new(nodal)))
+        .expect("nodes of the grid");
+    half_space
+}
+
+fn nodes(grid: Grid) -> ContactElements {
+    let faces: Vec<[usize; 2]> = (0..COUNTS[0] * COUNTS[1])
+        .map(|c| [c / COUNTS[1], c % COUNTS[1]])
+        .collect();
+    ContactElements::at_nodes(grid, COUNTS, &faces).expect("elements")
+}
+
+/// Energy of a cycle between ±`amplitude`, and the force of each slider's element at its end, of sliders under steady load.
+fn of_banks(laws: &Laws, amplitude: f64) -> (f64, Vec<f64>) {
+    let sliders = laws.parameters.sliders.as_ref().expect("sliders");
+    let mut force = vec![0.0; laws.parameters.normal_load.len()];
+    let mut energy = 0.0;
+    for (s, &element) in sliders.element.iter().enumerate() {
+        let (k, limit) = (sliders.kt[s], FRICTION * sliders.normal_load[s]);
+        force[element] += (k * amplitude).min(limit);
+        if limit > 0.0 {
+            energy += 4.0 * limit * (amplitude - limit / k).max(0.0);
+        }
+    }
+    (energy, force)
+}
+
+#[test]
+fn banks_do_what_the_fine_contact_does() {
+    let (grid, height) = rough();
+    let patch = Patch::full(grid);
+    let problem = NormalProblem::new(&patch, &height, LOAD);
+    let mut plain = half_space(grid);
+    let contact =
+        normal::solve(&mut plain, &problem, None, NormalOptions::default()).expect("contact");
+    let elements = nodes(grid);
+    let mut half_space = local(grid);
+    for shear in [Shear::AlongX, Shear::InPlane] {
+        let state = [&contact.pressure[..], &contact.gap[..]];
+        let laws =
+            Laws::new(&mut half_space, &elements, state, FRICTION, None, shear).expect("laws");
+        let sliders = laws.parameters.sliders.as_ref().expect("sliders");
+        // The sliders of an element bear its load, and have its stiffness.
+        let mut sums = vec![[0.0; 3]; elements.len()];
+        for (s, &element) in sliders.element.iter().enumerate() {
+            assert!(sliders.normal_load[s] >= 0.0 && sliders.kn[s] >= 0.0 && sliders.kt[s] >= 0.0);
+            sums[element][0] += sliders.normal_load[s];
+            sums[element][1] += sliders.kn[s];
+            sums[element][2] += sliders.kt[s];
+        }
+        for (e, [load, kn, kt]) in sums.into_iter().enumerate() {
+            let of = &laws.parameters;
+            if of.normal_load[e] > 0.0 {
+                assert_close(load, of.normal_load[e], ROUNDING, "load");
+                assert_close(kn, of.kn[e], ROUNDING, "kn");
+                assert_close(kt, of.kt[e], ROUNDING, "kt");
+            }
+        }
+        assert!(laws.remainder < REMAINDER, "{:e}", laws.remainder);
+        let limit: Vec<f64> = contact.pressure.iter().map(|p| FRICTION * p).collect();
+        for amplitude in [5e-8, 1.5e-7, 4e-7, 1e-6] {
+            let drive = match shear {
+                Shear::AlongX => vec![Drive::Displacement(amplitude)],
+                Shear::InPlane => vec![Drive::Displacement(amplitude), Drive::Displacement(0.0)],
+            };
+            let problem = TangentialProblem {
+                patch: &patch,
+                limit: &limit,
+                previous: None,
+                drive: &drive,
+                rotation: None,
+                offset: None,
+            };
+            let step = tangential::solve(
+                &mut half_space,
+                &problem,
+                None,
+                TangentialOptions::default(),
+            );
+            let step = step.expect("a step");
+            let (energy, force) = of_banks(&laws, amplitude);
+            let fine = elements.integrals(&step.shear[0]);
+            let off: f64 = fine.iter().zip(&force).map(|(a, b)| (a - b).abs()).sum();
+            assert!(
+                off < FORCE * step.force[0],
+                "{amplitude:e}: {off:e} of {:e} N",
+                step.force[0]
+            );
+            let expected = 4.0 * step.dissipation;
+            assert_close(
+                energy,
+                expected,
+                ENERGY,
+                &format!("energy at {amplitude:e}"),
+            );
+        }
+    }
+}
+
+/// One element over one spot: the bank follows the closed form of a sphere that is pushed along, and at half the load too, as its
+/// sliders open one after the other.
+#[test]
+fn a_bank_of_a_sphere_is_cattaneo_and_mindlin_at_two_loads() {
+    let pair = fretwear::contact::Pair::same(fretwear::contact::Elastic {
+        poisson_ratio: 0.0,
+        ..STEEL
+    });
+    let at = |load: f64| CattaneoMindlin {
+        radius: 0.1,
+        load,
+        friction_coefficient: FRICTION,
+        pair,
+    };
+    let exact = at(100.0);
+    let grid = Grid::over([1.1e-3, 1.0e-3], [96, 80]);
+    let height: Vec<f64> = (0..grid.len())
+        .map(|c| {
+            let (i, j) = grid.cell(c);
+            let (x, y) = grid.centre(i, j);
+            -(x * x + y * y) / (2.0 * exact.radius)
+        })
+        .collect();
+    let patch = Patch::full(grid);
+    let mut half_space = HalfSpace::new(grid, pair, fretwear::contact::Boundary::Free);
+    let problem = NormalProblem::new(&patch, &height, exact.load);
+    let contact =
+        normal::solve(&mut half_space, &problem, None, NormalOptions::default()).expect("contact");
+    let elements = ContactElements::single(grid).expect("one element");
+    let state = [&contact.pressure[..], &contact.gap[..]];
+    let laws = Laws::new(
+        &mut half_space,
+        &elements,
+        state,
+        FRICTION,
+        None,
+        Shear::AlongX,
+    )
+    .expect("laws");
+    let sliders = laws.parameters.sliders.as_ref().expect("sliders");
+    // Half the load, reached by going back along the bank's own normal law.
+    for (load, bound) in [(100.0, 0.03), (50.0, 0.07)] {
+        let borne = |back: f64| -> f64 {
+            let pairs = sliders.normal_load.iter().zip(&sliders.kn);
+            pairs.map(|(n, k)| (n - k * back).max(0.0)).sum()
+        };
+        let (mut low, mut high) = (0.0, 1e-4);
+        for _ in 0..100 {
+            let middle = 0.5 * (low + high);
+            if borne(middle) > load {
+                low = middle
+            } else {
+                high = middle
+            }
+        }
+        let exact = at(load);
+        for part in [0.15, 0.4, 0.7, 1.2] {
+            let displacement = part * exact.sliding_displacement();
+            let force: f64 = (0..sliders.kt.len())
+                .map(|s| {
+                    let left = sliders.normal_load[s] - sliders.kn[s] * low;
+                    if left <= 0.0 {
+                        0.0
+                    } else {
+                        (sliders.kt[s] * displacement).min(FRICTION * left)
+                    }
+                })
+                .sum();
+            let expected = exact.force(displacement.min(exact.sliding_displacement()));
+            assert!(
+                (force - expected).abs() < bound * FRICTION * load,
+                "{part} of sliding at {load} N: {force} N for {expected} N"
+            );
+        }
+    }
+}
+
+#[test]
+fn without_friction_or_load_there_is_no_stiffness_to_slide_with() {
+    let (grid, _) = rough();
+    let elements = nodes(grid);
+    // One corner of the joint bears all of it.
+    let pressure: Vec<f64> = (0..grid.len())
+        .map(|c| {
+            if grid.cell(c).0 < 8 && grid.cell(c).1 < 8 {
+                1e6
+            } else {
+                0.0
+            }
+        })
+        .collect();
+    let gap = noise(grid.len());
+    for mu in [0.0, FRICTION] {
+        let state = [&pressure[..], &gap[..]];
+        let laws =
+            Laws::new(&mut local(grid), &elements, state, mu, None, Shear::AlongX).expect("laws");
+        let sliders = laws.parameters.sliders.as_ref().expect("sliders");
+        for (s, &element) in sliders.element.iter().enumerate() {
+            let loaded = laws.parameters.normal_load[element] > 0.0;
+            assert_eq!(sliders.gap[s] == 0.0, loaded, "element {element}");
+            assert_eq!(sliders.kt[s] > 0.0, mu > 0.0, "element {element}");
+        }
+        assert_eq!(sliders.element.last(), Some(&(elements.len() - 1)));
+    }
+}
