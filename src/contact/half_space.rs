@@ -96,12 +96,23 @@ impl HalfSpace {
     /// With a compliance between nodes added to K, or without it again: see [`super::nodes`]. Preconditioners stay those of K.
     ///
     /// # Errors
-    /// [`ContactError::Length`] for matrices of another size than the nodes, or nodes over another grid.
+    /// [`ContactError::Length`] for matrices of another size than the nodes, that or [`ContactError::OutOfRange`] for nodes over another
+    /// grid.
     pub fn set_nodal(&mut self, nodal: Option<Arc<NodalCompliance>>) -> Result<(), ContactError> {
         if let Some(nodal) = &nodal {
             nodal.check()?;
-            let cells = nodal.interpolation.grid().len();
-            check_length("half space", self.grid.len(), cells)?;
+            let over = nodal.interpolation.grid();
+            check_length("half space along x", self.grid.nx, over.nx)?;
+            check_length("half space along y", self.grid.ny, over.ny)?;
+            for (own, other) in [(self.grid.dx, over.dx), (self.grid.dy, over.dy)] {
+                if own != other {
+                    return Err(ContactError::OutOfRange {
+                        name: "a side of the cells under the nodes",
+                        value: other,
+                        expected: "that of the half space's cells",
+                    });
+                }
+            }
         }
         self.nodal = nodal;
         Ok(())

@@ -51,7 +51,8 @@ pub struct Backbones {
 pub struct Laws {
     /// Loads, gaps, the stiffness that the elements begin with, and their sliders.
     pub parameters: ElementParameters,
-    /// Where the backbones are not concave: what they are off the banks at worst, element by element, in parts of µN of all.
+    /// What the backbones are off the banks at worst, element by element, in parts of µN of all: rising slopes, and corners that are
+    /// lifted to keep the energy of loops.
     pub remainder: f64,
 }
 

@@ -69,6 +69,13 @@ pub struct StructureMesh {
 impl StructureMesh {
     /// What is to be added to the compliance of half spaces so that what this mesh has of them is not counted twice.
     fn taken_away(&self, grid: Grid, bodies: Pair) -> Result<NodalCompliance, StructureError> {
+        if let Some(&count) = self.counts.iter().find(|count| **count == 0) {
+            return Err(StructureError::OutOfRange {
+                name: "a count of boxes under the joint",
+                value: count as f64,
+                expected: "at least 1",
+            });
+        }
         let of = |elastic| FaceCompliance::new(elastic, self.sides, &self.layers, self.counts);
         let mut both = of(bodies.lower)?;
         if bodies.upper == bodies.lower {
@@ -92,17 +99,16 @@ impl StructureMesh {
 impl Contact {
     /// The joint on the given unworn heights, at rest.
     ///
-    /// # Panics
-    /// If [`Contact::structure_mesh`] is none of boxes.
-    pub fn joint(&self, patch: Patch, height: Vec<f64>) -> FrettingJoint {
+    /// # Errors
+    /// [`StructureError`] for a [`Contact::structure_mesh`] without boxes.
+    pub fn joint(&self, patch: Patch, height: Vec<f64>) -> Result<FrettingJoint, StructureError> {
         let mut half_space = HalfSpace::new(patch.grid, self.bodies, self.boundary);
         if let Some(mesh) = &self.structure_mesh {
-            let nodal = mesh.taken_away(patch.grid, self.bodies);
-            let nodal = nodal.expect("a structure has boxes under its joint");
+            let nodal = mesh.taken_away(patch.grid, self.bodies)?;
             let set = half_space.set_nodal(Some(nodal.into()));
-            set.expect("nodes over the grid of the joint");
+            set.expect("matrices of these nodes, over this grid");
         }
-        FrettingJoint {
+        Ok(FrettingJoint {
             half_space,
             patch,
             height,
@@ -123,7 +129,7 @@ impl Contact {
                 cycle_tolerance: self.cycle_tolerance,
                 extrapolate: false,
             },
-        }
+        })
     }
 
     /// Says what was decided about the contact and its cells.

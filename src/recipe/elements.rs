@@ -79,7 +79,8 @@ impl Elements {
     /// The contact elements with these parameters.
     pub fn with(&self, layout: &Layout, parameters: &ElementParameters) -> Vec<ContactElement> {
         let of = |e: usize, sliders: Vec<Slider>| ContactElement {
-            area: layout.areas[e],
+            // A table of more elements than the structure has is refused where all are counted.
+            area: layout.areas.get(e).copied().unwrap_or(0.0),
             friction_coefficient: self.friction_coefficient,
             law: self.friction_law,
             sliders,
@@ -98,6 +99,11 @@ impl Elements {
             .map(|e| of(e, Vec::new()))
             .collect();
         for (s, &e) in banks.element.iter().enumerate() {
+            if e >= elements.len() {
+                // A slider of no element makes one too many, which is refused where all are counted.
+                elements.push(of(elements.len(), Vec::new()));
+                break;
+            }
             elements[e].sliders.push(Slider {
                 normal_load: banks.normal_load[s],
                 gap: banks.gap[s],

@@ -31,14 +31,14 @@ pub fn springs<'a>(
     linearisation: &'a Linearisation,
     smooth: Option<Compliance>,
 ) -> Springs<'a> {
-    match is_tangent(recipe) {
+    match begins_with_tangents(recipe) {
         true => Springs::Tangent(linearisation),
         false => shared_springs(recipe, linearisation.compliance(), smooth),
     }
 }
 
 /// Banks of sliders begin with the tangent of each element.
-fn is_tangent(recipe: &Recipe) -> bool {
+fn begins_with_tangents(recipe: &Recipe) -> bool {
     let elements = recipe.elements();
     elements.is_some_and(|of| of.stiffness.is_tangent() || of.stiffness.is_sliders())
 }
@@ -95,7 +95,7 @@ pub fn parameters(
         })?;
         return Ok((laws.parameters, Some(laws.remainder)));
     }
-    if is_tangent(recipe) {
+    if begins_with_tangents(recipe) {
         let (linearisation, _) = solvers.work(reads, None, |joint| {
             Ok(linearise(recipe, joint, &pressure)?)
         })?;

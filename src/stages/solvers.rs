@@ -89,7 +89,7 @@ impl Solvers {
                 unreachable!("a stage that solves a contact declares it");
             };
             let (patch, height) = patch_and_height(reads)?;
-            let mut joint = contact.joint(patch, height);
+            let mut joint = contact.joint(patch, height)?;
             joint.half_space.set_threads(self.threads);
             self.joint = Some(joint);
         }

@@ -43,13 +43,26 @@ impl FaceCompliance {
     /// grow, down to where nothing moves any more.
     ///
     /// # Errors
-    /// [`StructureError`] for an element that is none.
+    /// [`StructureError::OutOfRange`] for a length that is none, and a material that is none.
     pub fn new(
         elastic: Elastic,
         sides: [f64; 2],
         layers: &[f64],
         reach: [usize; 2],
     ) -> Result<FaceCompliance, StructureError> {
+        for (name, lengths) in [
+            ("a side of the mesh", &sides[..]),
+            ("a layer of the mesh", layers),
+        ] {
+            let wrong = lengths.iter().find(|l| !(**l > 0.0 && l.is_finite()));
+            if let Some(&value) = wrong {
+                return Err(StructureError::OutOfRange {
+                    name,
+                    value,
+                    expected: "positive",
+                });
+            }
+        }
         let waves = LEAST_WAVES.max(WAVES_PER_NODE * (reach[0].max(reach[1]) + 1));
         let depth = DEPTH * 2.0 * waves as f64 * sides[0].max(sides[1]);
         let layers = Layers::new(elastic, sides, layers, depth)?;

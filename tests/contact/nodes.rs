@@ -155,9 +155,15 @@ fn displacements_are_those_of_a_double_sum_more() {
 fn matrices_and_grids_that_do_not_fit_are_refused() {
     let grid = Grid::over([6e-3, 5e-3], [13, 10]);
     let mut half_space = HalfSpace::new(grid, Pair::same(STEEL), Boundary::Free);
-    for wrong in 0..5 {
-        let other = Grid::over([6e-3, 5e-3], [12, 10]);
-        let over = if wrong == 4 { other } else { grid };
+    // As many cells in all, turned; and the same cells, longer.
+    let turned = Grid::over([6e-3, 5e-3], [10, 13]);
+    let longer = Grid::over([7e-3, 5e-3], [13, 10]);
+    for wrong in 0..6 {
+        let over = match wrong {
+            4 => turned,
+            5 => longer,
+            _ => grid,
+        };
         let mut added = nodal(Interpolation::new(over, [4, 3]));
         let matrices = [
             &mut added.normal,
@@ -169,10 +175,11 @@ fn matrices_and_grids_that_do_not_fit_are_refused() {
             matrix.pop();
         }
         let error = half_space.set_nodal(Some(Arc::new(added)));
-        assert!(
-            matches!(error, Err(ContactError::Length { .. })),
-            "{wrong}: {error:?}"
-        );
+        let refused = match wrong {
+            5 => matches!(error, Err(ContactError::OutOfRange { .. })),
+            _ => matches!(error, Err(ContactError::Length { .. })),
+        };
+        assert!(refused, "{wrong}: {error:?}");
     }
 }
 

@@ -1,6 +1,7 @@
 //! What a mesh has of the compliance of a half space: against the half space itself from afar, and a block of elements nearby.
 
 use fretwear::material::{Elastic, Material};
+use fretwear::structure::StructureError;
 use fretwear::structure::assembly::{Spring, System};
 use fretwear::structure::element::Formulation;
 use fretwear::structure::half_space::FaceCompliance;
@@ -47,6 +48,21 @@ fn from_afar_a_mesh_is_a_half_space() {
             "{i}, {j}: {:e}",
             face.xy[at]
         );
+    }
+}
+
+#[test]
+fn lengths_that_are_none_are_refused() {
+    for (sides, layers) in [
+        ([1e-3, 0.0], vec![1e-3]),
+        ([1e-3, 1e-3], vec![1e-3, 0.0]),
+        ([1e-3, 1e-3], vec![-1e-3]),
+        ([f64::NAN, 1e-3], vec![]),
+        ([1e-3, f64::INFINITY], vec![]),
+    ] {
+        let found = FaceCompliance::new(STEEL, sides, &layers, [2, 2]);
+        let refused = matches!(found, Err(StructureError::OutOfRange { .. }));
+        assert!(refused, "{sides:?} {layers:?}: {found:?}");
     }
 }
 
