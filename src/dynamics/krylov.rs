@@ -9,6 +9,28 @@ use crate::linalg::{Factors, RowMatrix as Matrix, add_scaled};
 /// Basis vectors before giving up; the preconditioned operator needs one to four dozen.
 const MOST_ITERATIONS: usize = 150;
 
+/// Solves `operator(x) = right` from `start`, to `tolerance` relative to `right`: x and the iterations.
+///
+/// # Errors
+/// [`DynamicsError::Krylov`].
+pub(super) fn solve_from(
+    start: &[f64],
+    operator: impl Fn(&[f64]) -> Vec<f64>,
+    precondition: impl Fn(&[f64]) -> Vec<f64>,
+    right: &[f64],
+    tolerance: f64,
+) -> Result<(Vec<f64>, usize), DynamicsError> {
+    let mut left = right.to_vec();
+    add_scaled(&mut left, -1.0, &operator(start));
+    let (all, rest) = (norm(right), norm(&left));
+    if rest <= tolerance * all {
+        return Ok((start.to_vec(), 0));
+    }
+    let (mut x, iterations) = solve(operator, precondition, &left, tolerance * all / rest)?;
+    add_scaled(&mut x, 1.0, start);
+    Ok((x, iterations))
+}
+
 /// Solves `operator(precondition(y)) = right` by GMRES from zero and returns `precondition(y)` and the iterations.
 ///
 /// # Errors

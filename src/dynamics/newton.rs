@@ -6,7 +6,9 @@
 
 use super::aft::InterfaceElement;
 use super::krylov::{dot, norm};
-use super::newton_step::{Change, Condition, Evaluation, Frame, LEAST_GRIP, State};
+use super::newton_step::{
+    Change, Condition, Evaluation, Frame, LEAST_GRIP, STEP_TOLERANCE, Solving, State,
+};
 use super::{DynamicsError, HarmonicBalance, Response};
 use crate::linalg::add_scaled;
 
@@ -20,6 +22,10 @@ const NEARLY: f64 = 1e-4;
 /// leave: at more, they are made anew.
 const NEAR: f64 = 2e-2;
 const CHORD: f64 = 0.1;
+/// Where an iteration is dear: the largest relative tolerance of a step, and that of the motion with frequency, which every step begins
+/// with that of the one before.
+const LOOSE: f64 = 1e-2;
+const SLOPE_TOLERANCE: f64 = 1e-3;
 /// Steps in a row that may fail to descend: the law has kinks, across which a full step often helps although it looks worse.
 const TRIALS: usize = 3;
 /// Krylov iterations from which the element part of the preconditioner is made anew.
@@ -60,6 +66,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let (mut least, mut since) = (f64::INFINITY, 0);
         // Whether the Jacobians are of a state before: their step is taken only where it is a good one.
         let mut is_old = false;
+        // Of the step before, along frequency.
+        let mut motion: Option<Vec<f64>> = None;
         for iteration in 0..=self.settings.most_iterations {
             spent = iteration;
             while self.enlarge(&mut state, &at) {
@@ -83,17 +91,28 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let slope = match condition {
                 Condition::Frequency => None,
                 Condition::Linear { .. } => {
-                    Some(self.slope(&at, &now, &solver, condition, state.omega)?)
+                    let solving = Solving {
+                        tolerance: match self.is_costly {
+                            true => SLOPE_TOLERANCE,
+                            false => STEP_TOLERANCE,
+                        },
+                        start: motion.as_deref().filter(|_| self.is_costly),
+                    };
+                    Some(self.slope(&at, &now, &solver, condition, state.omega, solving)?)
                 }
             };
             let complete =
                 |direct, left| self.completed(&at, &now, condition, slope.as_ref(), (direct, left));
             let measure =
                 |there: &Evaluation| complete(solver.approximate(&there.residual), there.condition);
-            let (direct, effort) = self.step(&solver, &at, &now, &at.residual)?;
-            let step = complete(direct, at.condition);
             let reach = Reach::of(&state, &at, self.width());
             let before = reach.size(&measure(&at));
+            let solving = Solving {
+                tolerance: self.step_tolerance(before),
+                start: None,
+            };
+            let (direct, effort) = self.step(&solver, &at, &now, &at.residual, solving)?;
+            let step = complete(direct, at.condition);
             grip = (GRIP_PER_CORRECTION * before).clamp(LEAST_GRIP, MOST_GRIP);
             // A state that gains nothing over many steps is a cycle between two sides of a kink.
             if before < 0.5 * least {
@@ -180,6 +199,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             if effort > STALE {
                 now.forget();
             }
+            motion = slope.map(|slope| slope.motion);
             frame = Some(now);
         }
         Err(DynamicsError::NotConverged {
@@ -191,6 +211,16 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             active: at.elements.len(),
             elements: self.elements.len(),
         })
+    }
+
+    /// How exactly the step from a state is solved whose correction is known to be about `correction`. Where an iteration is dear, no
+    /// more exactly than what the step leaves by its curvature (Eisenstat and Walker 1996), or than is wanted in the end.
+    fn step_tolerance(&self, correction: f64) -> f64 {
+        if !self.is_costly {
+            return STEP_TOLERANCE;
+        }
+        let wanted = 0.3 * self.settings.tolerance / correction;
+        correction.max(wanted).clamp(STEP_TOLERANCE, LOOSE)
     }
 
     /// Gives passive elements the displacement that follows, and unknowns to those that slip or open. Whether any did.

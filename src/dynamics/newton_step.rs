@@ -9,7 +9,7 @@ use super::{DynamicsError, HarmonicBalance};
 use crate::linalg::{Factors, RowMatrix as Matrix, add_scaled};
 
 /// Relative tolerance of a Newton step solved by GMRES. Steps of a nearly linear problem then gain four digits each.
-const STEP_TOLERANCE: f64 = 1e-4;
+pub(super) const STEP_TOLERANCE: f64 = 1e-4;
 /// Relative change of frequency for derivatives by central differences; half-power bandwidths are above 1e-4.
 const FREQUENCY_DIFFERENCE: f64 = 1e-6;
 /// Least share of the tangential stiffness that is left, in the Jacobian alone, to a mean displacement of full slip. Full slip
@@ -91,6 +91,23 @@ pub(super) enum Solver<'a> {
 pub(super) struct Change {
     pub(super) unknowns: Vec<f64>,
     pub(super) omega: f64,
+}
+
+/// How a linear system is solved where it takes iterations.
+#[derive(Clone, Copy)]
+pub(super) struct Solving<'a> {
+    /// Residual that is left, relative to the right-hand side.
+    pub(super) tolerance: f64,
+    /// The solution of a similar system, of as many unknowns, to start from.
+    pub(super) start: Option<&'a [f64]>,
+}
+
+impl Solving<'_> {
+    /// From nothing, so exactly that a step of a nearly linear problem gains four digits.
+    pub(super) const EXACTLY: Solving<'static> = Solving {
+        tolerance: STEP_TOLERANCE,
+        start: None,
+    };
 }
 
 /// How the state and the condition move with frequency.
@@ -307,25 +324,26 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         (out, port)
     }
 
-    /// −J⁻¹ `residual`, and the Krylov iterations it took.
+    /// −J⁻¹ `residual` as `solving` says, and the Krylov iterations it took.
     pub(super) fn step(
         &self,
         solver: &Solver<'_>,
         at: &Evaluation,
         frame: &Frame,
         residual: &[f64],
+        solving: Solving<'_>,
     ) -> Result<(Vec<f64>, usize), DynamicsError> {
-        match solver {
-            Solver::Krylov(preconditioner) => {
-                let right: Vec<f64> = residual.iter().map(|r| -r).collect();
-                krylov::solve(
-                    |v| self.operate(at, frame, v).0,
-                    |v| preconditioner.apply(v),
-                    &right,
-                    STEP_TOLERANCE,
-                )
+        let Solver::Krylov(preconditioner) = solver else {
+            return Ok((solver.approximate(residual), 0));
+        };
+        let right: Vec<f64> = residual.iter().map(|r| -r).collect();
+        let operator = |v: &[f64]| self.operate(at, frame, v).0;
+        let precondition = |v: &[f64]| preconditioner.apply(v);
+        match solving.start.filter(|start| start.len() == right.len()) {
+            Some(start) => {
+                krylov::solve_from(start, operator, precondition, &right, solving.tolerance)
             }
-            _ => Ok((solver.approximate(residual), 0)),
+            None => krylov::solve(operator, precondition, &right, solving.tolerance),
         }
     }
 
@@ -337,6 +355,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         solver: &Solver<'_>,
         condition: &Condition,
         omega: f64,
+        solving: Solving<'_>,
     ) -> Result<Slope, DynamicsError> {
         let by_frequency = self.by_frequency(at, omega)?;
         let width = self.width();
@@ -345,7 +364,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             .iter()
             .flat_map(|e| by_frequency[e * width..(e + 1) * width].iter().map(|v| -v))
             .collect();
-        let (motion, _) = self.step(solver, at, frame, &residual)?;
+        let (motion, _) = self.step(solver, at, frame, &residual, solving)?;
         let total = self.along_frequency(at, frame, condition, &by_frequency, &motion);
         Ok(Slope { motion, total })
     }
@@ -446,8 +465,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let at = self.evaluate(&state, response.load_factor, &cosine, Some(LEAST_GRIP))?;
         let frame = self.frame(&at, &cosine, None)?;
         let solver = self.solver(&at, &frame)?;
-        let slope = self.slope(&at, &frame, &solver, &cosine, state.omega)?;
-        let by_frequency = self.by_frequency(&at, state.omega)?;
+        let omega = state.omega;
+        let slope = self.slope(&at, &frame, &solver, &cosine, omega, Solving::EXACTLY)?;
+        let by_frequency = self.by_frequency(&at, omega)?;
         Ok([
             slope.total,
             self.along_frequency(&at, &frame, &sine, &by_frequency, &slope.motion),

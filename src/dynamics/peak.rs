@@ -17,8 +17,10 @@ const LEFT: f64 = 1.5;
 const FARTHEST: f64 = 0.5 * PI;
 /// Width of the bracket that ends the search \[rad\]: the amplitude of a linear peak is then right to 1e-13.
 const WIDTH: f64 = 3e-7;
-/// The same where each response is dear: right to 1e-8.
-const DEAR_WIDTH: f64 = 1e-4;
+/// Where each response is dear, the angle to the peak of the resonance curve that ends the search \[rad\]: right to half its square.
+const DEAR: f64 = 3e-3;
+/// Angles that are followed to it.
+const CIRCLES: usize = 4;
 /// Amplitude by which another peak must be higher to be it: samples let it ripple by less.
 const HIGHER: f64 = 1e-6;
 
@@ -51,6 +53,12 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         if near.slope == 0.0 {
             return Ok(near.response);
         }
+        if self.is_costly
+            && let Some(peak) = self.peak_of_circle(&near, port, slot)
+            && (range.0..=range.1).contains(&peak.omega)
+        {
+            return Ok(peak);
+        }
         let uphill = near.slope.signum();
         let mut step = FIRST_STEP;
         let mut far = loop {
@@ -74,7 +82,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         };
         // Regula falsi with halved weights (Illinois), and bisection now and then: the slope may jump.
         let (mut near_weight, mut far_weight) = (near.slope, far.slope);
-        let narrow = if self.is_costly { DEAR_WIDTH } else { WIDTH };
+        let narrow = if self.is_costly { DEAR } else { WIDTH };
         for iteration in 0..60 {
             let width = far.phase - near.phase;
             if width.abs() <= narrow || far.slope == 0.0 {
@@ -102,6 +110,28 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             return Err(lost());
         }
         Ok(peak)
+    }
+
+    /// The peak where the resonance curve is a circle, as that of a linear resonance is: its amplitude is the cosine of the angle to the
+    /// peak, so that one slope tells that angle. None unless a few of them lead there.
+    fn peak_of_circle(&self, start: &Place, port: usize, slot: usize) -> Option<Response> {
+        let mut near: Option<Place> = None;
+        for _ in 0..CIRCLES {
+            let from = near.as_ref().unwrap_or(start);
+            let angle = from.slope.atan();
+            if angle.abs() > LARGEST_STEP {
+                return None;
+            }
+            let next = self
+                .at_phase(from, from.phase + angle, port, slot)
+                .ok()
+                .filter(|next| next.slope.abs() < from.slope.abs())?;
+            if next.slope.abs() <= DEAR {
+                return Some(next.response);
+            }
+            near = Some(next);
+        }
+        None
     }
 
     /// The highest peak at `port` between the angular frequencies of `range`, on the branch over the whole of it; `near`, a peak

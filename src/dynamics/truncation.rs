@@ -7,6 +7,8 @@ use super::{DynamicsError, HarmonicBalance, Harmonics, Response, Start};
 /// The change from the harmonics of a balance to about twice as many, times this, is taken for their error: at least a third of it
 /// is left out by these, too, as what friction leaves out falls about like the square of the first order that is missing.
 const TAIL: f64 = 2.0;
+/// Where a response is dear, the correction that is left to that with more harmonics: two digits of what is told of it.
+const ESTIMATED: f64 = 1e-4;
 /// Error where no response was found with more harmonics: nothing is known.
 const UNKNOWN: f64 = 1.0;
 /// The highest order to which harmonics are extended: 340 elements have 64 000 unknowns then.
@@ -126,10 +128,14 @@ impl Resolved<'_> {
         let harmonics = self.balance.harmonics();
         let solve = || -> Result<_, DynamicsError> {
             let elements = self.balance.elements().to_vec();
-            let finer = self.vibration.balance_of(elements, harmonics.beyond())?;
+            let mut finer = self.vibration.balance_of(elements, harmonics.beyond())?;
+            if finer.is_costly {
+                finer.settings.tolerance = finer.settings.tolerance.max(ESTIMATED);
+            }
             let start = coarse.start().transferred(harmonics, finer.harmonics());
             let fine = finer.phase_resonance_near(self.vibration.range, &start)?;
             let amplitude = finer.amplitude(&fine, port)?.0;
+            finer.settings.tolerance = self.balance.settings.tolerance;
             Ok((finer, start, fine, amplitude))
         };
         let (finer, start, fine, amplitude) = solve().ok()?;

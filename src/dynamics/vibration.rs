@@ -8,6 +8,8 @@ use super::{
 
 /// Newton correction that a point of a forced response is left with at most; its energies are then in balance to 1e-10.
 const FRF_TOLERANCE: f64 = 1e-7;
+/// The same of banks of sliders, whose every Newton step is dear: far below the width of a line of a plot.
+const DEAR_FRF_TOLERANCE: f64 = 1e-5;
 
 /// A structure, how it is driven and what of its response is wanted: all but the contact elements, which change as they wear.
 #[derive(Debug, Clone)]
@@ -126,7 +128,11 @@ impl Vibration {
         points: Option<usize>,
     ) -> Result<Vec<ForcedPoint>, DynamicsError> {
         if !balance.is_small() {
-            balance.settings.tolerance = balance.settings.tolerance.max(FRF_TOLERANCE);
+            let enough = match balance.is_costly {
+                true => DEAR_FRF_TOLERANCE,
+                false => FRF_TOLERANCE,
+            };
+            balance.settings.tolerance = balance.settings.tolerance.max(enough);
         }
         let (from, to) = self.range;
         let responses = match points {
