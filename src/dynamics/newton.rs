@@ -26,6 +26,9 @@ const CHORD: f64 = 0.1;
 /// with that of the one before.
 const LOOSE: f64 = 1e-2;
 const SLOPE_TOLERANCE: f64 = 1e-3;
+/// There, a step that is so many times what the preconditioner makes of it is measured by solving for it, to that relative tolerance.
+const MISSED: f64 = 4.0;
+const MEASURED: f64 = 0.1;
 /// Steps in a row that may fail to descend: the law has kinks, across which a full step often helps although it looks worse.
 const TRIALS: usize = 3;
 /// Krylov iterations from which the element part of the preconditioner is made anew.
@@ -103,16 +106,34 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             };
             let complete =
                 |direct, left| self.completed(&at, &now, condition, slope.as_ref(), (direct, left));
-            let measure =
-                |there: &Evaluation| complete(solver.approximate(&there.residual), there.condition);
             let reach = Reach::of(&state, &at, self.width());
-            let before = reach.size(&measure(&at));
+            let roughly = |there: &Evaluation| {
+                let direct = solver.approximate(&there.residual);
+                reach.size(&complete(direct, there.condition))
+            };
+            let mut before = roughly(&at);
             let solving = Solving {
                 tolerance: self.step_tolerance(before),
                 start: None,
             };
             let (direct, effort) = self.step(&solver, &at, &now, &at.residual, solving)?;
             let step = complete(direct, at.condition);
+            // A preconditioner that misses most of a step is no measure of what trials leave.
+            let is_missed = self.is_costly && reach.size(&step) > MISSED * before;
+            if is_missed {
+                before = reach.size(&step);
+            }
+            let measure = |there: &Evaluation| -> Result<f64, DynamicsError> {
+                if !is_missed {
+                    return Ok(roughly(there));
+                }
+                let solving = Solving {
+                    tolerance: MEASURED,
+                    start: None,
+                };
+                let (direct, _) = self.step(&solver, &at, &now, &there.residual, solving)?;
+                Ok(reach.size(&complete(direct, there.condition)))
+            };
             grip = (GRIP_PER_CORRECTION * before).clamp(LEAST_GRIP, MOST_GRIP);
             // A state that gains nothing over many steps is a cycle between two sides of a kink.
             if before < 0.5 * least {
@@ -138,7 +159,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 // Most full steps are taken; of the others the Jacobian is of use only once they are.
                 let wanted = (halving == 0 && before > near).then_some(grip);
                 let there = self.evaluate(&trial, factor, condition, wanted)?;
-                let left = reach.size(&measure(&there));
+                let left = measure(&there)?;
                 let enough = left <= (1.0 - DESCENT * length) * before;
                 is_refused = is_old && !enough && left > self.settings.tolerance;
                 if is_refused {

@@ -339,12 +339,20 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let right: Vec<f64> = residual.iter().map(|r| -r).collect();
         let operator = |v: &[f64]| self.operate(at, frame, v).0;
         let precondition = |v: &[f64]| preconditioner.apply(v);
-        match solving.start.filter(|start| start.len() == right.len()) {
-            Some(start) => {
-                krylov::solve_from(start, operator, precondition, &right, solving.tolerance)
-            }
-            None => krylov::solve(operator, precondition, &right, solving.tolerance),
+        if !self.is_costly {
+            return krylov::solve(operator, precondition, &right, solving.tolerance);
         }
+        // Preconditioned from the left, so that what is left is small as a correction, which is what Newton's method measures: a mean
+        // displacement that little holds is much of that for next to no residual.
+        let none = vec![0.0; right.len()];
+        let start = solving.start.filter(|start| start.len() == right.len());
+        krylov::solve_from(
+            start.unwrap_or(&none),
+            |v| precondition(&operator(v)),
+            |v| v.to_vec(),
+            &precondition(&right),
+            solving.tolerance,
+        )
     }
 
     /// Derivatives along frequency: of the residual behind −J⁻¹ (the motion of the state with frequency), and of the condition.

@@ -18,9 +18,9 @@ const FARTHEST: f64 = 0.5 * PI;
 /// Width of the bracket that ends the search \[rad\]: the amplitude of a linear peak is then right to 1e-13.
 const WIDTH: f64 = 3e-7;
 /// Where each response is dear, the angle to the peak of the resonance curve that ends the search \[rad\]: right to half its square.
-const DEAR: f64 = 3e-3;
-/// Angles that are followed to it.
-const CIRCLES: usize = 4;
+const DEAR: f64 = 1e-2;
+/// Steps to it.
+const SLOPES: usize = 5;
 /// Amplitude by which another peak must be higher to be it: samples let it ripple by less.
 const HIGHER: f64 = 1e-6;
 
@@ -50,11 +50,12 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         };
         let origin = self.first_harmonic(start, port, slot)[1];
         let mut near = self.place(start.clone(), port, slot, origin)?;
-        if near.slope == 0.0 {
+        let flat = if self.is_costly { DEAR } else { 0.0 };
+        if near.slope.abs() <= flat {
             return Ok(near.response);
         }
         if self.is_costly
-            && let Some(peak) = self.peak_of_circle(&near, port, slot)
+            && let Some(peak) = self.peak_by_slopes(&near, port, slot)
             && (range.0..=range.1).contains(&peak.omega)
         {
             return Ok(peak);
@@ -112,22 +113,26 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Ok(peak)
     }
 
-    /// The peak where the resonance curve is a circle, as that of a linear resonance is: its amplitude is the cosine of the angle to the
-    /// peak, so that one slope tells that angle. None unless a few of them lead there.
-    fn peak_of_circle(&self, start: &Place, port: usize, slot: usize) -> Option<Response> {
+    /// The peak in few steps: where the resonance curve is a circle, as that of a linear resonance is, its amplitude is the cosine of the
+    /// angle to the peak, so that one slope tells that angle; from then on where the line through two slopes says. None unless they lead
+    /// there.
+    fn peak_by_slopes(&self, start: &Place, port: usize, slot: usize) -> Option<Response> {
+        let mut angle = start.slope.atan();
         let mut near: Option<Place> = None;
-        for _ in 0..CIRCLES {
+        for _ in 0..SLOPES {
             let from = near.as_ref().unwrap_or(start);
-            let angle = from.slope.atan();
-            if angle.abs() > LARGEST_STEP {
+            let phase = from.phase + angle.clamp(-LARGEST_STEP, LARGEST_STEP);
+            if (phase - start.phase).abs() > FARTHEST {
                 return None;
             }
-            let next = self
-                .at_phase(from, from.phase + angle, port, slot)
-                .ok()
-                .filter(|next| next.slope.abs() < from.slope.abs())?;
+            let next = self.at_phase(from, phase, port, slot).ok()?;
             if next.slope.abs() <= DEAR {
                 return Some(next.response);
+            }
+            angle = -next.slope * (next.phase - from.phase) / (next.slope - from.slope);
+            // Away from a peak the slope rises along the phase: no line leads there.
+            if !angle.is_finite() || angle * next.slope <= 0.0 {
+                return None;
             }
             near = Some(next);
         }
