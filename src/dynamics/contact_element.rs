@@ -80,31 +80,6 @@ impl ContactElement {
         self.sliders.iter().map(of).sum()
     }
 
-    /// The normal displacement under the load `load` > 0 \[m\]; 0 without normal stiffness.
-    pub(super) fn displacement_under(&self, load: f64) -> f64 {
-        let sum = |loaded: &[&Slider], of: fn(&Slider) -> f64| -> f64 {
-            loaded.iter().map(|slider| of(slider)).sum()
-        };
-        let mut loaded: Vec<&Slider> = self.sliders.iter().collect();
-        let mut displacement = 0.0;
-        // The load is a convex function of the displacement: from all sliders, whose springs also pull, Newton's method takes off
-        // those that do until none is left.
-        loop {
-            let stiffness = sum(&loaded, |s| s.normal_stiffness);
-            if stiffness == 0.0 {
-                return displacement;
-            }
-            let at_rest = sum(&loaded, |s| s.normal_load);
-            let lost = sum(&loaded, |s| s.normal_stiffness * s.gap);
-            displacement = (load - at_rest + lost) / stiffness;
-            let before = loaded.len();
-            loaded.retain(|slider| slider.bilateral_load(displacement) > 0.0);
-            if loaded.len() == before {
-                return displacement;
-            }
-        }
-    }
-
     /// Forces and slip over the steady cycle of `displacement` (`[x, y, n]` at equidistant samples).
     pub fn cycle(&self, displacement: &[[f64; 3]]) -> ElementCycle {
         let mut cycle = ElementCycle {

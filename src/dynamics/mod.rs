@@ -49,7 +49,6 @@
 
 pub mod aft;
 mod closed_model;
-pub mod closure;
 pub mod contact_element;
 pub mod continuation;
 pub mod cycle;

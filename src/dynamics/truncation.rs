@@ -7,8 +7,9 @@ use super::{DynamicsError, HarmonicBalance, Harmonics, Response, Start};
 /// The change from the harmonics of a balance to about twice as many, times this, is taken for their error: at least a third of it
 /// is left out by these, too, as what friction leaves out falls about like the square of the first order that is missing.
 const TAIL: f64 = 2.0;
-/// Where a response is dear, the correction that is left to that with more harmonics: two digits of what is told of it.
-const ESTIMATED: f64 = 1e-4;
+/// Where a response is dear, the correction that is left to that with more harmonics, and counts as if it were made: harmonics that are
+/// few leave out several times as much. Banks that lift off and land again may leave Newton's method no less.
+const ESTIMATED: f64 = 1e-2;
 /// Error where no response was found with more harmonics: nothing is known.
 const UNKNOWN: f64 = 1.0;
 /// The highest order to which harmonics are extended: 340 elements have 64 000 unknowns then.
@@ -116,8 +117,9 @@ impl Resolved<'_> {
     /// its response. None where the response is linear, as harmonics other than those of the loads stay 0, or where none is found
     /// from there; the errors are then those known before.
     ///
-    /// One figure may change by little only because two larger changes of it cancel. Those of amplitude and dissipation are
-    /// therefore taken to be at least what the coefficients of the contact displacements change by on the whole.
+    /// One figure may change by little only because two larger changes of it cancel. That of the amplitude is therefore taken to be at
+    /// least what the coefficients of the contact displacements change by on the whole, and that of the dissipation is the sum of the
+    /// changes of all elements.
     fn estimate(&mut self) -> Option<(HarmonicBalance<ContactElement>, Response)> {
         let coarse = &self.resonance.phase;
         if coarse.active_elements() == 0 {
@@ -145,23 +147,27 @@ impl Resolved<'_> {
             &fine.displacement[..contact],
             harmonics,
             finer.harmonics(),
-        );
+        ) + fine.correction;
         // Of a figure that is 0 with more harmonics nothing is known, and nothing where both are.
         let change = |coarse: f64, fine: f64| match (coarse / fine - 1.0).abs() {
             change if change <= UNKNOWN => change,
             _ if coarse == fine => 0.0,
             _ => UNKNOWN,
         };
-        // Of the sliders: the work of the contact forces is sampling error where there is no friction.
-        let dissipated = |balance: &HarmonicBalance<ContactElement>, response: &Response| -> f64 {
+        // Of the sliders: the work of the contact forces is sampling error where there is no friction. What one element dissipates more
+        // and another less adds up: it wears elsewhere.
+        let dissipated = |balance: &HarmonicBalance<ContactElement>, response: &Response| {
             let cycles = balance.element_cycles(response, balance.sampling());
-            cycles.iter().map(|cycle| cycle.dissipated_energy).sum()
+            let energies = cycles.iter().map(|cycle| cycle.dissipated_energy);
+            energies.collect::<Vec<f64>>()
         };
         let [before, after] = [dissipated(&self.balance, coarse), dissipated(&finer, &fine)];
-        let energy = if before.max(after) > 0.0 {
-            change(before, after).max(whole)
-        } else {
-            0.0
+        let moved: f64 = before.iter().zip(&after).map(|(b, a)| (b - a).abs()).sum();
+        let all: f64 = after.iter().sum();
+        let energy = match moved / all + fine.correction {
+            change if change <= UNKNOWN => change,
+            _ if moved == 0.0 => 0.0,
+            _ => UNKNOWN,
         };
         self.truncation = Truncation {
             frequency: TAIL * change(coarse.omega, fine.omega),

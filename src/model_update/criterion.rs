@@ -11,7 +11,8 @@ pub enum Criterion {
     /// Nothing.
     #[default]
     Never,
-    /// kn or kt of the joint has changed by this part: |k/k_ref − 1| ≥ v.
+    /// kn or kt of the joint has changed by this part, |k/k_ref − 1| ≥ v; so have force or energy of a cycle, where elements have
+    /// these of the rough contact ([`super::Laws`]).
     StiffnessChange(f64),
     /// So many wear iterations.
     Iterations(u64),
@@ -28,6 +29,29 @@ pub struct UpdateState {
     pub compliance: Compliance,
     /// Cumulative worn volume \[m³\].
     pub wear_volume: f64,
+    /// A cycle of the fine contact under the elements in force, where it counts.
+    pub cycle: Option<CycleFigures>,
+}
+
+/// What a cycle of the fine contact does under a given vibration: the stiffness and damping that the structure has of it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct CycleFigures {
+    /// Half range of the force along x \[N\].
+    pub force: f64,
+    /// Dissipated energy \[J\].
+    pub energy: f64,
+}
+
+impl CycleFigures {
+    /// At the end of a step, from its beginning (`self`) and its middle.
+    #[must_use]
+    pub fn at_end(self, middle: CycleFigures) -> CycleFigures {
+        let end = |begin: f64, middle: f64| (2.0 * middle - begin).max(0.0);
+        CycleFigures {
+            force: end(self.force, middle.force),
+            energy: end(self.energy, middle.energy),
+        }
+    }
 }
 
 /// What made an update due.
@@ -38,6 +62,10 @@ pub enum DueTo {
     Kn,
     /// Change of kt.
     Kt,
+    /// Change of the force of a cycle.
+    Force,
+    /// Change of the energy of a cycle.
+    Energy,
     /// Wear iterations.
     Iterations,
     /// Worn volume.
@@ -47,9 +75,9 @@ pub enum DueTo {
 /// An update that is due, to be recorded with it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Due {
-    /// Which quantity; of kn and kt, the one that changed more.
+    /// Which quantity; of several, the one that changed most.
     pub to: DueTo,
-    /// Its value since the last update: k/k_ref − 1 with its sign (∞ if the joint has become rigid), iterations, or volume
+    /// Its value since the last update: k/k_ref − 1 (and so of force and energy) with its sign (∞ if the joint has become rigid), iterations, or volume
     /// \[m³\].
     pub value: f64,
     /// The limit that it has reached.
@@ -63,7 +91,8 @@ impl Criterion {
             Criterion::Never => "never".to_owned(),
             Criterion::StiffnessChange(change) => {
                 format!(
-                    "after static_contact: where kn or kt has changed by {change} since the last"
+                    "after static_contact: where kn or kt has changed by {change} since the last, and with sliders force or energy of a \
+                     cycle"
                 )
             }
             Criterion::Iterations(every) => format!("every {every} wear iterations"),
@@ -121,13 +150,18 @@ impl Criterion {
             Criterion::Never => return None,
             Criterion::StiffnessChange(limit) => {
                 let (old, new) = (reference.compliance, now.compliance);
-                let kn = change(old.normal, new.normal);
-                let kt = change(old.tangential, new.tangential);
-                if kn.abs() >= kt.abs() {
-                    (DueTo::Kn, kn, limit)
-                } else {
-                    (DueTo::Kt, kt, limit)
+                let mut most = (DueTo::Kn, change(old.normal, new.normal));
+                let mut also = |to, value: f64| {
+                    if value.abs() > most.1.abs() {
+                        most = (to, value);
+                    }
+                };
+                also(DueTo::Kt, change(old.tangential, new.tangential));
+                if let (Some(old), Some(new)) = (reference.cycle, now.cycle) {
+                    also(DueTo::Force, change(new.force, old.force));
+                    also(DueTo::Energy, change(new.energy, old.energy));
                 }
+                (most.0, most.1, limit)
             }
             Criterion::Iterations(limit) => {
                 let passed = now.iteration.saturating_sub(reference.iteration);
@@ -148,7 +182,7 @@ impl Criterion {
     }
 }
 
-/// k/k_ref − 1 = c_ref/c − 1. A joint that was rigid and is, or open and is, has not changed.
+/// k/k_ref − 1 = c_ref/c − 1 of compliances `reference` and `now`. A joint that was rigid and is, or open and is, has not changed.
 fn change(reference: f64, now: f64) -> f64 {
     if reference == now {
         0.0

@@ -13,7 +13,7 @@ pub mod sliders;
 mod stiffness;
 
 pub use bolt::{Approach, Bolt, PRELOAD_TOLERANCE, Preload, preload};
-pub use criterion::{Criterion, Due, DueTo, UpdateState};
+pub use criterion::{Criterion, CycleFigures, Due, DueTo, UpdateState};
 pub use elements::{ContactElements, Nodes};
 pub use error::ModelUpdateError;
 pub use sliders::{Laws, Sliders};

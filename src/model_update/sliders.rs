@@ -1,6 +1,6 @@
 //! The law of contact elements from the fine contact: each a bank of parallel sliders.
 //!
-//! The fine contact is pushed along x, from rest to full sliding, by a few levels of one displacement of all cells. What the cells of
+//! The fine contact is pushed along x, from next to nothing to full sliding, by a dozen levels of one displacement of all cells. What the cells of
 //! an element carry at each level is its *backbone* T(u). The nearest concave broken line through the levels is a bank of
 //! sliders that all see u: slider j has the stiffness by which the slope falls at level u_j, and slides from there on at k_j u_j
 //! (Masing 1926, Iwan 1967). Their strengths add up to µN of the element.
@@ -15,10 +15,12 @@ use crate::contact::stiffness;
 use crate::contact::tangential::{self, Drive, TangentialOptions, TangentialProblem};
 use crate::contact::{ContactError, HalfSpace, Shear};
 
-/// Levels of displacement, and the least of them in parts of the largest. Measured on rough joints, as many leave the energy of a
-/// cycle within some percent from a tenth of full sliding on.
-const LEVELS: usize = 8;
-const LEAST_LEVEL: f64 = 0.03;
+/// The least level of displacement, in parts of that at which the contact would slide if nothing slid before, and the largest ratio
+/// from one level to the next.
+const LEAST_LEVEL: f64 = 0.1;
+const RATIO: f64 = 1.8;
+/// Levels at most: over a range of 1000 to 1 ratios are within the bound.
+const MOST_LEVELS: usize = 12;
 /// Relative duality gap of a level.
 const TOLERANCE: f64 = 1e-3;
 
@@ -71,14 +73,15 @@ impl Backbones {
         if full <= 0.0 {
             return Ok(None);
         }
-        let displacement: Vec<f64> = (0..LEVELS)
-            .map(|j| full * LEAST_LEVEL.powf(1.0 - j as f64 / (LEVELS - 1) as f64))
-            .collect();
+        let contact: Vec<bool> = limit.iter().map(|limit| *limit > 0.0).collect();
+        let stuck = stiffness::tangential(half_space, &contact, shear)?.total;
+        let strength = limit.iter().sum::<f64>() * half_space.grid().cell_area();
+        let displacement = levels(LEAST_LEVEL * strength / stuck, full);
         let options = TangentialOptions {
             tolerance: TOLERANCE,
             ..TangentialOptions::default()
         };
-        let mut force = Vec::with_capacity(LEVELS);
+        let mut force = Vec::with_capacity(displacement.len());
         let (mut previous, mut reached) = (None, 0.0);
         for &level in &displacement {
             let along = Drive::Displacement(level - reached);
@@ -104,6 +107,17 @@ impl Backbones {
             force,
         }))
     }
+}
+
+/// Displacements from about `least` to `most`, each larger than the one before by the same factor.
+fn levels(least: f64, most: f64) -> Vec<f64> {
+    let range = (most / least).max(RATIO);
+    let steps = (range.ln() / RATIO.ln())
+        .ceil()
+        .min((MOST_LEVELS - 1) as f64);
+    (0..=steps as usize)
+        .map(|j| most * range.powf(j as f64 / steps - 1.0))
+        .collect()
 }
 
 /// The displacement from which on every cell slides: where shear at its limit everywhere displaces the cells in contact most \[m\].

@@ -13,6 +13,9 @@ pub(super) const CYCLE: &str = "fretting cycle";
 /// A computed motion that varies the load by less than this share of it, and leaves its line by less than this share of its
 /// reach, is marched between its two reversals: the error of wear is of second order in both.
 pub const STRAIGHT: f64 = 0.01;
+/// The same share of the load where contact elements have the laws of the rough contact, and so the slip that its variation makes: what
+/// is left out is told ([`Motion::left_out_by_reversals`]), and a third of the variation at most.
+const STRAIGHT_UNDER_LOAD: f64 = 0.05;
 
 /// A motion that the cycle of a recipe cannot march.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -100,7 +103,11 @@ impl Cycle {
         if self.asked == Some(March::Stepped) {
             return Ok(stepped());
         }
-        match (fine.reversals(STRAIGHT), self.asked) {
+        let load = match fine.own {
+            Some(_) => STRAIGHT_UNDER_LOAD,
+            None => STRAIGHT,
+        };
+        match (fine.reversals(STRAIGHT, load), self.asked) {
             (Some(motion), Some(March::Superposition)) => Ok((motion, March::Superposition)),
             (Some(motion), _) => Ok((motion, March::Reversal)),
             (None, Some(march)) => Err(CycleError::NotStraight { mode: march.word() }),

@@ -164,6 +164,7 @@ fn columns() -> Vec<ColumnSchema> {
         description: description.to_owned(),
         sparse: false,
         optional: false,
+        retired: false,
         infinite: false,
     };
     let summary = TableName::Summary.schema();

@@ -11,6 +11,7 @@ use crate::grid::{ByAxis, Patch};
 use crate::model_update::{ElementParameters, Nodes, Sliders, fine_displacement};
 use crate::recipe::{Contact, Recipe};
 use crate::tables::{TableError, TableName, typed};
+use crate::wear::cycle::March;
 use crate::wear::{Channel, Motion, OwnMotion};
 
 /// Samples of a cycle at which a computed motion is looked at: reversals are found to 2e-5 of the reach.
@@ -186,26 +187,35 @@ pub fn harmonics_of(response: &typed::Response) -> Result<(Harmonics, Vec<f64>),
     Ok((Harmonics::new(&of_a_port)?, displacement))
 }
 
-/// Lets the joint move under a static `load`: as is prescribed, or as a response to its contact elements says.
+/// Lets the joint move under a static `load`: as is prescribed, or as a response to its contact elements says. What is left out of the
+/// work of friction by marching a computed motion between its reversals, relative to it.
 pub fn let_move(
     reads: &Reads,
     solvers: &mut Solvers,
     load: f64,
     moved: Option<&ElementMotion>,
-) -> Result<(), RunError> {
+) -> Result<f64, RunError> {
     let recipe = &reads.recipe;
     let Some(cycle) = recipe.cycle() else {
         unreachable!("a stage that moves the joint declares its cycle");
     };
+    let mut left_out = 0.0;
     let (motion, march) = match moved {
-        Some(moved) => cycle.of_computed(&computed(reads, solvers, load, moved)?)?,
+        Some(moved) => {
+            let fine = computed(reads, solvers, load, moved)?;
+            let (motion, march) = cycle.of_computed(&fine)?;
+            if march != March::Stepped {
+                left_out = fine.left_out_by_reversals(&motion);
+            }
+            (motion, march)
+        }
         None => {
             let mut motion = reads.motion().clone();
             // Always from the motion of the scene: shifted again and again it would hang on how often that was.
             if contact_of(recipe).bolt_stiffness.is_some() {
                 motion = motion.with_mean_load(load);
             }
-            let march = cycle.march.unwrap_or(crate::wear::cycle::March::Reversal);
+            let march = cycle.march.unwrap_or(March::Reversal);
             (motion, march)
         }
     };
@@ -213,7 +223,7 @@ pub fn let_move(
     joint.motion = motion;
     joint.march = march;
     joint.options.extrapolate = cycle.extrapolate;
-    Ok(())
+    Ok(left_out)
 }
 
 /// The motion that a response gives the fine contact, at many samples: the mean of the elements' displacement over the area, and what

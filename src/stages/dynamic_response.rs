@@ -8,7 +8,6 @@ use super::reads::{Outputs, Reads};
 use super::reduced;
 use super::solvers::{Solvers, given, layout};
 use super::stage::{Stage, When};
-use crate::dynamics::closure::ClosureEnergy;
 use crate::dynamics::cycle::{JointCycle, JointSummary, joint_cycle};
 use crate::dynamics::{
     ContactElement, DynamicsError, ElementState, HarmonicBalance, Resolved, Resonance, Start,
@@ -200,12 +199,6 @@ fn row(
         ..
     } = resolved;
     let phase = &resonance.phase;
-    let closure = ClosureEnergy::new(
-        balance.elements(),
-        &phase.displacement,
-        balance.sampling(),
-        cycle,
-    );
     let count = |state| summary.count(state) as i64;
     let load: f64 = balance
         .elements()
@@ -230,8 +223,8 @@ fn row(
         error_resonance_frequency: truncation.frequency,
         error_peak_amplitude: truncation.amplitude,
         error_friction_energy: truncation.friction_energy,
-        mean_motion_energy: closure.mean_motion,
-        closure_energy: closure.error,
+        mean_motion_energy: None,
+        closure_energy: None,
         iterations: resonance.iterations as i64,
         active_elements: phase.active_elements() as i64,
         sticking_elements: count(ElementState::Stick),

@@ -119,7 +119,7 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         + VolumeError {
             steps: error_bar::of_step(estimate, step.volume, cycle.error_cycle),
             harmonics: step.volume * wrong(|row| row.error_friction_energy),
-            closure: wear.law().over(step.n_cycles as u64) * wrong(|row| row.closure_energy),
+            closure: last.map_or(0.0, |last| gap(wear, step, &last.response)),
         };
     // The bar of a figure of this and of the iteration before, which what was inherited may not have had: by the volume worn while the
     // figure changed, and by an error that is in it by itself, not through wear.
@@ -137,7 +137,10 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         if update.updated {
             meanwhile = since;
         }
-        let closure = closure(response.closure_energy, cycle.dissipated_energy);
+        let closure = closure(
+            (cycle.dissipated_energy - response.friction_energy).abs(),
+            cycle.dissipated_energy,
+        );
         own = cycle.error_cycle + response.error_friction_energy + closure;
         let errors = [
             response.error_resonance_frequency,
@@ -177,7 +180,14 @@ fn estimate(wear: &Wear, sources: &Sources) -> f64 {
     }
 }
 
-/// What mean displacement and total load make wrong in the `energy` of a cycle \[J\], relative to it.
+/// What a step has worn more or less than the friction of the contact elements under whose vibration it was made would have \[m³\]: the
+/// fine contact has no other energy than theirs, which is the exciter's.
+fn gap(wear: &Wear, step: &typed::WearStep, response: &typed::DynamicResponse) -> f64 {
+    let by_elements = wear.law().over(step.n_cycles as u64) * response.friction_energy;
+    (step.volume - by_elements).abs()
+}
+
+/// An energy that is `wrong` of the `energy` of a cycle \[J\], relative to it.
 fn closure(wrong: f64, energy: f64) -> f64 {
     if wrong <= 0.0 {
         0.0

@@ -1,12 +1,13 @@
 //! The fine contact against the contact elements of the structure: what both say of the same quantity.
 
 use super::RunError;
+use super::contact_state::contact_of;
 use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, smooth};
 use super::stage::{Stage, When};
 use crate::dynamics::cycle::half_range;
-use crate::model_update::Compliance;
+use crate::model_update::{Compliance, CycleFigures};
 use crate::recipe::Part;
 use crate::tables::{TableName, typed};
 
@@ -14,7 +15,40 @@ use crate::tables::{TableName, typed};
 const TOLD: f64 = 0.1;
 
 /// What is told of.
-const TOLD_OF: [&str; 3] = ["normal_load [N]", "force_x [N]", "dissipated_energy [J]"];
+const TOLD_OF: [&str; 3] = ["normal_load [N]", FORCE, ENERGY];
+
+/// Rows by which an update falls due.
+const ENERGY: &str = "dissipated_energy [J]";
+const FORCE: &str = "force_x [N]";
+
+/// Cycles of the fine contact under the vibration in force.
+#[derive(Debug, Clone, Copy)]
+pub struct Drift {
+    /// In the iteration of the last update.
+    pub at_update: CycleFigures,
+    /// In that of the ledger.
+    pub now: CycleFigures,
+}
+
+impl Drift {
+    /// Of a ledger; none where updates do not look at cycles.
+    pub fn of(ledger: &typed::Ledger) -> Option<Drift> {
+        let figures = |values: &[f64]| -> Option<CycleFigures> {
+            let of = |name: &str| {
+                let row = ledger.quantity.iter().position(|q| q == name)?;
+                values.get(row).copied()
+            };
+            Some(CycleFigures {
+                force: of(FORCE)?,
+                energy: of(ENERGY)?,
+            })
+        };
+        Some(Drift {
+            at_update: figures(ledger.fine_at_update.as_ref()?)?,
+            now: figures(&ledger.fine)?,
+        })
+    }
+}
 
 /// True if two values of one quantity are too far apart to pass over.
 fn differ(fine: f64, dynamic: f64) -> bool {
@@ -25,8 +59,9 @@ fn differ(fine: f64, dynamic: f64) -> bool {
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::Ledger,
     when: When::Always,
-    recipe: &[Part::Surface],
+    recipe: &[Part::Surface, Part::Contact],
     reads: &[
+        TableName::Surface,
         TableName::Reference,
         TableName::StaticContact,
         TableName::ContactField,
@@ -44,7 +79,7 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
-fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
+fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let joint: typed::JointCycle = reads.table()?;
     let contact: typed::StaticContact = reads.table()?;
     let fields: typed::ContactField = reads.table()?;
@@ -57,10 +92,7 @@ fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
     let cell_area = surface.map_or(0.0, |surface| surface.grid().cell_area());
     let load = fields.pressure.iter().sum::<f64>() * cell_area;
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let mut fine = Compliance::of(contact.kn, contact.kt);
-    if let Some(smooth) = smooth(reads)? {
-        fine = fine.without(smooth);
-    }
+    let fine = compliance(reads, solvers, &contact, &fields)?;
     // The joint's stiffness is that of its loaded elements.
     let compliance = |k: &[f64]| {
         let pairs = k.iter().zip(&elements.normal_load);
@@ -73,7 +105,7 @@ fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
     let rows = [
         ("normal_load [N]", load, mean(&joint.normal_load)),
         (
-            "force_x [N]",
+            FORCE,
             half_range(&cycle.force_x),
             half_range(&joint.force_x),
         ),
@@ -82,11 +114,7 @@ fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
             half_range(&cycle.displacement_x),
             half_range(&joint.displacement_x),
         ),
-        (
-            "dissipated_energy [J]",
-            of_cycle.dissipated_energy,
-            response.friction_energy,
-        ),
+        (ENERGY, of_cycle.dissipated_energy, response.friction_energy),
         (
             // What friction takes is what the exciter supplies beyond what damping takes.
             "work_of_the_loads_less_damping [J]",
@@ -122,10 +150,37 @@ fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
             ));
         }
     }
+    let fine: Vec<f64> = rows.iter().map(|r| r.1).collect();
+    let has_laws = update.law_remainder.is_some();
+    let at_update = before.and_then(|ledger| ledger.fine_at_update);
     outputs.put(&typed::Ledger {
         quantity: rows.iter().map(|r| r.0.to_owned()).collect(),
-        fine: rows.iter().map(|r| r.1).collect(),
+        fine_at_update: has_laws.then(|| at_update.unwrap_or_else(|| fine.clone())),
+        fine,
         dynamic: rows.iter().map(|r| r.2).collect(),
     })?;
     Ok(outputs)
+}
+
+/// Compliance of the fine contact beyond what the elements' structure has of the bodies.
+fn compliance(
+    reads: &Reads,
+    solvers: &mut Solvers,
+    contact: &typed::StaticContact,
+    fields: &typed::ContactField,
+) -> Result<Compliance, RunError> {
+    let of_recipe = contact_of(&reads.recipe);
+    if of_recipe.structure_mesh.is_some() {
+        let (shear, coupling) = (of_recipe.shear, of_recipe.coupling);
+        let ((kn, kt), _) = solvers.work(reads, None, |joint| {
+            let pressure = joint.patch.spread(&fields.pressure);
+            Ok(joint.stiffness_beyond_mesh(&pressure, shear, coupling)?)
+        })?;
+        return Ok(Compliance::of(kn, kt));
+    }
+    let total = Compliance::of(contact.kn, contact.kt);
+    Ok(match smooth(reads)? {
+        Some(smooth) => total.without(smooth),
+        None => total,
+    })
 }

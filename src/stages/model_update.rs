@@ -4,13 +4,15 @@ use super::RunError;
 use super::contact_elements::{element_table, parameters, slider_table};
 use super::declaration::Declaration;
 use super::error::NumericsError;
+use super::ledger::Drift;
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, layout, smooth};
 use super::stage::{Stage, When};
-use crate::model_update::{Compliance, Criterion, DueTo, UpdateState};
+use crate::model_update::{Compliance, Criterion, CycleFigures, DueTo, UpdateState};
 use crate::recipe::{Contact, Part};
 use crate::tables::{TableName, typed};
 use crate::wear::FrettingJoint;
+use crate::wear::implicit::Step;
 
 /// The contact elements in force: renewed where the update criterion says so, [A §2e, §4d(i)].
 pub const DECLARATION: Declaration = Declaration {
@@ -34,6 +36,7 @@ pub const DECLARATION: Declaration = Declaration {
         TableName::ModelUpdate,
         TableName::ContactElement,
         TableName::ContactSlider,
+        TableName::Ledger,
     ],
     writes: &[
         TableName::ModelUpdate,
@@ -55,14 +58,16 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         iteration: reads.wear_iteration,
         compliance: compliance(smooth, contact.kn, contact.kt),
         wear_volume: volume_before.unwrap_or(0.0) + step.volume,
+        cycle: end_of(&step),
     };
+    let drift = drift(reads)?;
     let mut outputs = Outputs::default();
     let before = reads.maybe_before::<typed::ModelUpdate>()?;
     let elements_before = reads.maybe_before::<typed::ContactElement>()?;
     let before = before.zip(elements_before);
     let due = before
         .as_ref()
-        .map(|(row, _)| criterion(reads).due(&reference_of(row), &now));
+        .map(|(row, _)| criterion(reads).due(&reference_of(row, drift), &now));
     let reason = match due {
         Some(None) => {
             let (row, elements) = before.expect("due is none without it");
@@ -84,6 +89,8 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         Some(Some(due)) => match due.to {
             DueTo::Kn => "kn",
             DueTo::Kt => "kt",
+            DueTo::Force => "force_x",
+            DueTo::Energy => "dissipated_energy",
             DueTo::Iterations => "iterations",
             DueTo::WearVolume => "wear_volume",
         },
@@ -106,8 +113,20 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     Ok(outputs)
 }
 
+/// Cycles of the fine contact at the last update and in the iteration before; none where updates do not look at them.
+fn drift(reads: &Reads) -> Result<Option<Drift>, RunError> {
+    let ledger = reads.maybe_before::<typed::Ledger>()?;
+    Ok(ledger.as_ref().and_then(Drift::of))
+}
+
+/// The cycle at the end of a wear step.
+fn end_of(step: &typed::WearStep) -> Option<CycleFigures> {
+    let pair = step.end_force.zip(step.end_energy);
+    pair.map(|(force, energy)| CycleFigures { force, energy })
+}
+
 /// The state at the last update.
-fn reference_of(row: &typed::ModelUpdate) -> UpdateState {
+fn reference_of(row: &typed::ModelUpdate, drift: Option<Drift>) -> UpdateState {
     UpdateState {
         iteration: row.update_iteration as u64,
         compliance: Compliance {
@@ -115,6 +134,7 @@ fn reference_of(row: &typed::ModelUpdate) -> UpdateState {
             tangential: row.compliance_tangential,
         },
         wear_volume: row.wear_volume,
+        cycle: drift.map(|drift| drift.at_update),
     }
 }
 
@@ -138,6 +158,8 @@ pub struct NextUpdate {
     smooth: Option<Compliance>,
     criterion: Criterion,
     reference: UpdateState,
+    /// The cycle at the beginning.
+    cycle: Option<CycleFigures>,
     /// How far on its way the beginning of the step is.
     pub begin: f64,
 }
@@ -153,41 +175,49 @@ impl NextUpdate {
             return Ok(None);
         }
         let summary: typed::Summary = reads.before()?;
+        let drift = drift(reads)?;
         let mut next = NextUpdate {
             smooth: smooth(reads)?,
             criterion,
-            reference: reference_of(&row),
+            reference: reference_of(&row, drift),
+            cycle: drift.map(|drift| drift.now),
             begin: 0.0,
         };
         let stiffness = |k: Option<f64>| k.unwrap_or(f64::INFINITY);
         let volume = summary.wear_volume.unwrap_or(0.0);
-        next.begin = next.at(stiffness(summary.kn), stiffness(summary.kt), volume);
+        let [kn, kt] = [summary.kn, summary.kt].map(stiffness);
+        next.begin = next.at(kn, kt, volume, next.cycle);
         Ok(Some(next))
     }
 
-    fn at(&self, kn: f64, kt: f64, wear_volume: f64) -> f64 {
+    fn at(&self, kn: f64, kt: f64, wear_volume: f64, cycle: Option<CycleFigures>) -> f64 {
         let now = UpdateState {
             iteration: self.reference.iteration,
             compliance: compliance(self.smooth, kn, kt),
             wear_volume,
+            cycle,
         };
         self.criterion.progress(&self.reference, &now)
     }
 
-    /// How far on its way a joint under `pressure` is, with so much volume worn away in all: 1 where the update is due.
+    /// How far on its way a joint is after a step, with so much volume worn away in all: 1 where the update is due.
     pub fn reached(
         &self,
         joint: &mut FrettingJoint,
         contact: &Contact,
-        pressure: &[f64],
+        step: &Step,
         wear_volume: f64,
     ) -> Result<f64, NumericsError> {
+        let pressure = &step.contact.pressure;
         let (kn, kt) = match self.criterion {
             Criterion::StiffnessChange(_) => {
                 joint.stiffness(pressure, contact.shear, contact.coupling)?
             }
             _ => (f64::INFINITY, f64::INFINITY),
         };
-        Ok(self.at(kn, kt, wear_volume))
+        let [energy, force] = step.middle;
+        let middle = CycleFigures { force, energy };
+        let cycle = self.cycle.map(|begin| begin.at_end(middle));
+        Ok(self.at(kn, kt, wear_volume, cycle))
     }
 }

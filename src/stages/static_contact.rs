@@ -196,7 +196,8 @@ fn clamped(
             let from = last.as_ref().map(|l| &l.pressure[..]).or(start);
             let solution = joint.contact(wear, None, load, from)?;
             let elastic = stiffness::elastic_cells(&solution.pressure, joint.pressure_cap);
-            let kn = stiffness::normal(&mut joint.half_space, &elastic)?;
+            let normal = |half_space: &mut _| stiffness::normal(half_space, &elastic);
+            let kn = joint.half_space.without_nodal(normal)?;
             let approach = Approach {
                 approach: solution.approach,
                 kn: kn.total,

@@ -4,11 +4,13 @@ use super::RunError;
 use super::contact_state::{ElementMotion, Fields, contact_of, let_move, on_axes, there, wear_of};
 use super::declaration::Declaration;
 use super::error::NumericsError;
+use super::ledger::Drift;
 use super::model_update::NextUpdate;
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, patch_and_height};
 use super::stage::{Stage, When};
 use crate::grid::Patch;
+use crate::model_update::CycleFigures;
 use crate::recipe::{Part, Wear};
 use crate::tables::{TableName, typed};
 use crate::wear::cycle::CycleSolution;
@@ -28,7 +30,7 @@ const VOLUME_MARGIN: f64 = 0.98;
 pub const UNWORN: Declaration = Declaration {
     stage: Stage::Unworn,
     when: When::Unworn,
-    recipe: &[Part::Surface],
+    recipe: &[Part::Surface, Part::Elements],
     reads: &[TableName::Surface],
     before: &[],
     writes: &[TableName::WearField, TableName::WearStep],
@@ -62,6 +64,7 @@ pub const DECLARATION: Declaration = Declaration {
         TableName::ContactElement,
         TableName::ContactSlider,
         TableName::Response,
+        TableName::Ledger,
     ],
     writes: &[
         TableName::WearField,
@@ -77,7 +80,17 @@ fn unworn(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
     let (patch, _) = patch_and_height(reads)?;
     let mut outputs = Outputs::default();
     let wear = vec![0.0; patch.grid.len()];
-    put_step(&mut outputs, &patch, &wear, &typed::WearStep::default())?;
+    // A run has the same columns in all its iterations.
+    let elements = reads.recipe.elements();
+    let none = elements
+        .filter(|elements| elements.stiffness.is_sliders())
+        .map(|_| 0.0);
+    let step = typed::WearStep {
+        end_energy: none,
+        end_force: none,
+        ..typed::WearStep::default()
+    };
+    put_step(&mut outputs, &patch, &wear, &step)?;
     Ok(outputs)
 }
 
@@ -170,7 +183,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         };
         let reached = |joint: &mut FrettingJoint, step: &Step| {
             let volume = joint.volume(&step.wear);
-            next.reached(joint, contact, &step.contact.pressure, volume)
+            next.reached(joint, contact, step, volume)
         };
         let landing = Landing::new(next.begin, wear.tolerance);
         landing.advance(joint, state, law, proposal, limits, reached)
@@ -185,6 +198,12 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
             .notices
             .extend(instability(joint, law, state, step.cycles));
     }
+    let drift = reads.maybe_before::<typed::Ledger>()?;
+    let drift = drift.as_ref().and_then(Drift::of);
+    let end = drift.map(|Drift { now, .. }| match step.middle {
+        Some([energy, force]) => now.at_end(CycleFigures { force, energy }),
+        None => now,
+    });
     let row = typed::WearStep {
         n_cycles: step.cycles as i64,
         volume: joint.volume(&step.wear) - joint.volume(&state.wear),
@@ -192,6 +211,8 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         next_n_cycles: step.proposal.min(LONGEST_PROPOSAL),
         rejected: step.rejected as i64,
         fft_pairs,
+        end_energy: end.map(|end| end.energy),
+        end_force: end.map(|end| end.force),
     };
     put_step(&mut outputs, &patch, &step.wear, &row)?;
     let predicted = Fields {

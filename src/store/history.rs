@@ -366,6 +366,7 @@ fn described(name: &str, kind: ColumnType, unit: &str) -> ColumnSchema {
         description: String::new(),
         sparse: false,
         optional: false,
+        retired: false,
         infinite: false,
     }
 }

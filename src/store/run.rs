@@ -328,7 +328,7 @@ impl RunStore {
         }
         for (name, entry) in commit.tables.iter().chain(&commit.unchained) {
             if let Some(before) = parent.table(name)
-                && before.columns != entry.columns
+                && still_written(name, &before.columns) != still_written(name, &entry.columns)
             {
                 return Err(StoreError::ColumnsChanged {
                     table: name.clone(),
@@ -340,4 +340,15 @@ impl RunStore {
         }
         Ok(())
     }
+}
+
+/// Columns of a table but for those that are no longer written.
+fn still_written<'a>(table: &str, columns: &'a [String]) -> Vec<&'a String> {
+    let schema = TableName::from_name(table).map(TableName::schema);
+    let is_retired = |name: &str| {
+        let column = schema.and_then(|schema| schema.column(name));
+        column.is_some_and(|column| column.retired)
+    };
+    let columns = columns.iter();
+    columns.filter(|name| !is_retired(name)).collect()
 }

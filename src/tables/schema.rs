@@ -70,6 +70,9 @@ pub struct ColumnSchema {
     /// No column where the scene lacks the physics.
     #[serde(default)]
     pub optional: bool,
+    /// Of older runs alone: no longer written, and left out where such a run goes on.
+    #[serde(default)]
+    pub retired: bool,
     /// May be positive infinity, as a stiffness without compliance.
     #[serde(default)]
     pub infinite: bool,

@@ -65,6 +65,14 @@ pub struct CycleSolution {
 }
 
 impl CycleSolution {
+    /// Half range of the force along x \[N\].
+    pub fn force_x(&self) -> f64 {
+        let forces = self.instants.iter().map(|instant| instant.force[0]);
+        let ends = (f64::INFINITY, f64::NEG_INFINITY);
+        let (least, most) = forces.fold(ends, |(least, most), f| (least.min(f), most.max(f)));
+        0.5 * (most - least).max(0.0)
+    }
+
     /// Estimated relative error of `dissipation`, at most 1; 0 where nothing is dissipated.
     pub fn relative_error(&self) -> f64 {
         if self.dissipation > 0.0 {

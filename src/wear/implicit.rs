@@ -54,6 +54,8 @@ pub struct Step {
     pub contact: NormalSolution,
     /// Shear at t = 0 in its middle, to start the next cycle from \[Pa\].
     pub shear: ByAxis<Vec<f64>>,
+    /// Energy dissipated in the cycle of its middle \[J\], and the half range of the force along x \[N\] there.
+    pub middle: [f64; 2],
     /// Estimated error of the worn volume in this step (L1 of the wear field) \[m³\].
     pub error: f64,
     /// Cycles that the error would allow to the next step.
@@ -203,6 +205,7 @@ fn attempt(
         cycles,
         wear,
         contact: second,
+        middle: [cycle.dissipation, cycle.force_x()],
         shear: cycle.shear,
         error,
         proposal: 0.0,

@@ -260,8 +260,8 @@ impl Motion {
 
     /// The two reversals of this motion about their middle, under its mean load, if that is what it amounts to: every sample lies
     /// within `tolerance` of the reach from the line between the ends, the motion turns by no more than that anywhere else, and
-    /// the load stays within `tolerance` of its mean. Of displacements along the axes alone.
-    pub fn reversals(&self, tolerance: f64) -> Option<Motion> {
+    /// the load stays within `of_load` of its mean. Of displacements along the axes alone.
+    pub fn reversals(&self, tolerance: f64, of_load: f64) -> Option<Motion> {
         if self.rotation.is_some() || self.drive.iter().any(Channel::is_force) {
             return None;
         }
@@ -270,7 +270,7 @@ impl Motion {
         if self
             .normal_load
             .iter()
-            .any(|load| (load - mean).abs() > tolerance * mean.abs())
+            .any(|load| (load - mean).abs() > of_load * mean.abs())
         {
             return None;
         }
@@ -338,6 +338,51 @@ impl Motion {
             normal_load: vec![mean; 2],
             own: self.own.as_ref().map(|own| own.ends(top, bottom)),
         })
+    }
+
+    /// What a cycle between two reversals under the mean load leaves out of the work of friction, relative to it, if all slid all the way:
+    /// the variation of the load, of first order where it has twice the frequency, and the way of nodes that turn elsewhere.
+    pub fn left_out_by_reversals(&self, reversals: &Motion) -> f64 {
+        let (mean, samples) = (self.mean_load(), self.samples());
+        let (mut work, mut varied) = (0.0, 0.0);
+        for k in 0..samples {
+            let next = (k + 1) % samples;
+            let moved = self.drive.iter().map(Channel::values);
+            let path = moved.map(|s| (s[next] - s[k]).powi(2)).sum::<f64>().sqrt();
+            work += mean * path;
+            varied += (0.5 * (self.normal_load[k] + self.normal_load[next]) - mean) * path;
+        }
+        let by_load = if work > 0.0 {
+            (varied / work).abs()
+        } else {
+            0.0
+        };
+        let [all, straight] = [self, reversals].map(Motion::way_of_nodes);
+        let by_nodes = if all > 0.0 {
+            (1.0 - straight / all).abs()
+        } else {
+            0.0
+        };
+        by_load + by_nodes
+    }
+
+    /// Sum of the ways of all nodes that move on their own \[m\].
+    fn way_of_nodes(&self) -> f64 {
+        let Some(own) = &self.own else {
+            return 0.0;
+        };
+        let (samples, nodes) = (self.samples(), own.interpolation.nodes());
+        let drive: Vec<&Vec<f64>> = self.drive.iter().map(Channel::values).collect();
+        let step = |k: usize, node: usize| {
+            let next = (k + 1) % samples;
+            let along = drive.iter().enumerate().map(|(axis, mean)| {
+                let at = |k: usize| mean[k] + own.displacement[k][axis * nodes + node];
+                (at(next) - at(k)).powi(2)
+            });
+            along.sum::<f64>().sqrt()
+        };
+        let all = (0..samples).flat_map(|k| (0..nodes).map(move |node| (k, node)));
+        all.map(|(k, node)| step(k, node)).sum()
     }
 
     /// Number of samples of the cycle.

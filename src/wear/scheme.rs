@@ -38,6 +38,8 @@ pub struct StepOutcome {
     pub pressure: Vec<f64>,
     /// Shear \[Pa\].
     pub shear: ByAxis<Vec<f64>>,
+    /// Energy \[J\] and force \[N\] of the cycle in its middle; none of a scheme that keeps the cycle of its beginning.
+    pub middle: Option<[f64; 2]>,
 }
 
 impl Scheme {
@@ -97,6 +99,7 @@ impl Scheme {
             gap: None,
             pressure: state.pressure.clone(),
             shear: state.cycle.shear.clone(),
+            middle: None,
         };
         match self {
             Scheme::Implicit => {
@@ -110,6 +113,7 @@ impl Scheme {
                     gap: Some(step.contact.gap),
                     pressure: step.contact.pressure,
                     shear: step.shear,
+                    middle: Some(step.middle),
                 })
             }
             Scheme::SemiImplicit => {

@@ -3,11 +3,11 @@
 use super::{FrettingJoint, WearError};
 use crate::contact::normal::Rotation;
 use crate::contact::stiffness::{self, Direction};
-use crate::contact::{Coupling, Shear};
+use crate::contact::{ContactError, Coupling, HalfSpace, Shear};
 
 impl FrettingJoint {
-    /// kn and kt \[N/m\] under `pressure` \[Pa\]. Capped cells count in kt alone; kn is that of bodies that turn where the rotation is
-    /// free. Those of coupled bodies are at full stick, but for kn without friction.
+    /// kn and kt \[N/m\] under `pressure` \[Pa\], of half spaces. Capped cells count in kt alone; kn is that of bodies that turn where the
+    /// rotation is free. Those of coupled bodies are at full stick, but for kn without friction.
     ///
     /// # Errors
     /// [`WearError::Contact`].
@@ -17,22 +17,58 @@ impl FrettingJoint {
         shear: Shear,
         coupling: Coupling,
     ) -> Result<(f64, f64), WearError> {
-        let elastic = stiffness::elastic_cells(pressure, self.pressure_cap);
-        let contact: Vec<bool> = pressure.iter().map(|&p| p > 0.0).collect();
-        let half_space = &mut self.half_space;
-        let kt = match coupling {
-            Coupling::None => stiffness::tangential(half_space, &contact, shear)?,
-            _ => stiffness::coupled(half_space, Direction::AlongX, &elastic, &contact, shear)?,
-        };
-        let kn = match (coupling, self.rotation) {
-            (Coupling::None | Coupling::Frictionless, Rotation::Given(_)) => {
-                stiffness::normal(half_space, &elastic)?
-            }
-            (Coupling::None | Coupling::Frictionless, Rotation::Free { .. }) => {
-                stiffness::turning(half_space, &elastic)?
-            }
-            _ => stiffness::coupled(half_space, Direction::Normal, &elastic, &contact, shear)?,
-        };
-        Ok((kn.total, kt.total))
+        let (cap, rotation) = (self.pressure_cap, self.rotation);
+        let found = self
+            .half_space
+            .without_nodal(|half_space| of(half_space, pressure, cap, rotation, shear, coupling));
+        Ok(found?)
     }
+
+    /// kn and kt \[N/m\] as [`FrettingJoint::stiffness`], without the compliance of a structure's own mesh where that is taken from the
+    /// half spaces.
+    ///
+    /// # Errors
+    /// [`WearError::Contact`].
+    pub fn stiffness_beyond_mesh(
+        &mut self,
+        pressure: &[f64],
+        shear: Shear,
+        coupling: Coupling,
+    ) -> Result<(f64, f64), WearError> {
+        let (cap, rotation) = (self.pressure_cap, self.rotation);
+        Ok(of(
+            &mut self.half_space,
+            pressure,
+            cap,
+            rotation,
+            shear,
+            coupling,
+        )?)
+    }
+}
+
+fn of(
+    half_space: &mut HalfSpace,
+    pressure: &[f64],
+    cap: Option<f64>,
+    rotation: Rotation,
+    shear: Shear,
+    coupling: Coupling,
+) -> Result<(f64, f64), ContactError> {
+    let elastic = stiffness::elastic_cells(pressure, cap);
+    let contact: Vec<bool> = pressure.iter().map(|&p| p > 0.0).collect();
+    let kt = match coupling {
+        Coupling::None => stiffness::tangential(half_space, &contact, shear)?,
+        _ => stiffness::coupled(half_space, Direction::AlongX, &elastic, &contact, shear)?,
+    };
+    let kn = match (coupling, rotation) {
+        (Coupling::None | Coupling::Frictionless, Rotation::Given(_)) => {
+            stiffness::normal(half_space, &elastic)?
+        }
+        (Coupling::None | Coupling::Frictionless, Rotation::Free { .. }) => {
+            stiffness::turning(half_space, &elastic)?
+        }
+        _ => stiffness::coupled(half_space, Direction::Normal, &elastic, &contact, shear)?,
+    };
+    Ok((kn.total, kt.total))
 }

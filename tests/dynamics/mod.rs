@@ -2,7 +2,6 @@
 
 mod balance;
 mod bank;
-mod closure;
 mod condensation;
 mod continuation;
 mod element;

@@ -1,10 +1,13 @@
-use fretwear::model_update::{Compliance, Criterion, DueTo, ModelUpdateError, UpdateState};
+use fretwear::model_update::{
+    Compliance, Criterion, CycleFigures, DueTo, ModelUpdateError, UpdateState,
+};
 
 fn state(iteration: u64, kn: f64, kt: f64, wear_volume: f64) -> UpdateState {
     UpdateState {
         iteration,
         compliance: Compliance::of(kn, kt),
         wear_volume,
+        cycle: None,
     }
 }
 
@@ -117,4 +120,36 @@ fn limits_that_are_none_are_refused() {
             "{found:?}"
         );
     }
+}
+
+/// Force and energy of a cycle count where both states have one; the quantity that changed most is named, whichever way it went.
+#[test]
+fn a_cycle_of_less_force_or_more_energy_makes_an_update_due() {
+    let with = |force, energy| UpdateState {
+        cycle: Some(CycleFigures { force, energy }),
+        ..state(0, 2.0, 1.0, 0.0)
+    };
+    let criterion = Criterion::StiffnessChange(0.1);
+    let before = with(100.0, 0.2);
+    for (now, to) in [
+        (with(89.0, 0.21), Some(DueTo::Force)),
+        (with(95.0, 0.23), Some(DueTo::Energy)),
+        (with(105.0, 0.19), None),
+        // Without a cycle to compare with, stiffness alone decides.
+        (state(0, 2.0, 1.05, 0.0), None),
+        (state(0, 2.3, 1.0, 0.0), Some(DueTo::Kn)),
+    ] {
+        assert_eq!(
+            criterion.due(&before, &now).map(|due| due.to),
+            to,
+            "{now:?}"
+        );
+    }
+    // Half of the way in the middle of a step is all of it at the end.
+    let middle = CycleFigures {
+        force: 95.0,
+        energy: 0.2,
+    };
+    let [begin, end] = [before.cycle, with(90.0, 0.2).cycle];
+    assert_eq!(begin.map(|begin| begin.at_end(middle)), end);
 }

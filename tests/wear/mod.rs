@@ -1,9 +1,9 @@
 //! Steady cycle and wear steps on a small rough joint, never square and never dx = dy.
 
-mod closure;
 mod cycle;
 mod drives;
 mod landing;
+mod left_out;
 mod motion;
 mod sampled;
 mod step;

@@ -158,7 +158,7 @@ fn what_amounts_to_two_reversals() {
         ),
     ];
     for (name, cycle, expected) in cases {
-        let found = sampled(400, &cycle).reversals(TOLERANCE);
+        let found = sampled(400, &cycle).reversals(TOLERANCE, TOLERANCE);
         let Some((x, y)) = expected else {
             assert!(found.is_none(), "{name}: {found:?}");
             continue;
@@ -204,7 +204,7 @@ fn reversals_do_not_depend_on_unit_or_beginning() {
                 let shiver = ripple * (40.0 * std::f64::consts::TAU * (t + shift)).cos();
                 (unit * (x + shiver), unit * y, load)
             });
-            verdicts.push(motion.reversals(TOLERANCE).is_some());
+            verdicts.push(motion.reversals(TOLERANCE, TOLERANCE).is_some());
         }
         assert!(
             verdicts.iter().all(|v| *v == verdicts[0]),
@@ -215,7 +215,7 @@ fn reversals_do_not_depend_on_unit_or_beginning() {
 
 #[test]
 fn a_joint_without_an_axis_has_no_reversals() {
-    assert_eq!(Motion::none(N).reversals(TOLERANCE), None);
+    assert_eq!(Motion::none(N).reversals(TOLERANCE, TOLERANCE), None);
 }
 
 #[test]

@@ -57,7 +57,8 @@ keys! {
     WEAR_STEP_TOLERANCE: Quantity = "wear.tolerance", Rule("fidelity.wear_tolerance"), Quantity(Dimension::NONE, TOLERANCE, "0.01");
     /// When the worn contact changes the contact elements of the structure: by one of the keys below [A §2e].
     UPDATE: WordOrTable = "update", Is("never"), WordOrTable("never", "{ stiffness_change = 0.10 }");
-    /// Relative change of kn or kt of the contact since the last update, at which the next is due.
+    /// Relative change of kn or kt of the contact since the last update, at which the next is due. With contact.stiffness = "sliders"
+    /// that of the force or energy of a cycle counts too.
     STIFFNESS_CHANGE: Quantity = "update.stiffness_change", Absent, Quantity(Dimension::NONE, CHANGE, "0.10");
     /// Wear iterations between two updates.
     UPDATE_ITERATIONS: Integer = "update.iterations", Absent, integer(1, MOST_ITERATIONS, "5");
