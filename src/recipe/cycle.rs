@@ -188,10 +188,10 @@ pub(crate) fn why_computed(asked: Option<March>) -> String {
     match asked {
         Some(March::Stepped) => "fidelity.cycle or the preset asks for it".to_owned(),
         Some(_) => format!(
-            "fidelity.cycle asks for it; the joint's load may vary by {STRAIGHT} of it and its motion leave its line by {STRAIGHT} of its reach"
+            "fidelity.cycle asks for it; the joint's load may vary by {STRAIGHT} of it ({STRAIGHT_UNDER_LOAD} with sliders) and its motion leave its line by {STRAIGHT} of its reach"
         ),
         None => format!(
-            "reversal where the joint's load varies by less than {STRAIGHT} of it and its motion leaves its line by less than {STRAIGHT} of its reach; else stepped"
+            "reversal where the joint's load varies by less than {STRAIGHT} of it ({STRAIGHT_UNDER_LOAD} with sliders) and its motion leaves its line by less than {STRAIGHT} of its reach; else stepped"
         ),
     }
 }

@@ -62,8 +62,9 @@ fn of_prescribed_motion() {
 #[test]
 fn of_a_vibrating_joint() {
     let bench = Bench::new();
-    let kinds: [&[&str]; 3] = [
+    let kinds: [&[&str]; 4] = [
         &["output.response_at=[60_000]"],
+        &["contact.stiffness=sliders", "update.stiffness_change=0.05"],
         &[
             "contact.stiffness=roughness",
             "contact.bolt_stiffness=\"100 N/um\"",
