@@ -1,6 +1,6 @@
 //! The law of contact elements from the fine contact: each a bank of parallel sliders.
 //!
-//! The fine contact is pushed along x, from next to nothing to full sliding, by a dozen levels of one displacement of all cells. What the cells of
+//! The fine contact is pushed along x, from next to nothing to full sliding, by up to a dozen levels of one displacement of all cells. What the cells of
 //! an element carry at each level is its *backbone* T(u). The nearest concave broken line through the levels is a bank of
 //! sliders that all see u: slider j has the stiffness by which the slope falls at level u_j, and slides from there on at k_j u_j
 //! (Masing 1926, Iwan 1967). Their strengths add up to µN of the element.
@@ -19,7 +19,7 @@ use crate::contact::{ContactError, HalfSpace, Shear};
 /// from one level to the next.
 const LEAST_LEVEL: f64 = 0.1;
 const RATIO: f64 = 1.8;
-/// Levels at most: over a range of 1000 to 1 ratios are within the bound.
+/// Levels at most: over a range of 600 to 1 the ratio keeps its bound.
 const MOST_LEVELS: usize = 12;
 /// Relative duality gap of a level.
 const TOLERANCE: f64 = 1e-3;

@@ -17,11 +17,8 @@ impl FrettingJoint {
         shear: Shear,
         coupling: Coupling,
     ) -> Result<(f64, f64), WearError> {
-        let (cap, rotation) = (self.pressure_cap, self.rotation);
-        let found = self
-            .half_space
-            .without_nodal(|half_space| of(half_space, pressure, cap, rotation, shear, coupling));
-        Ok(found?)
+        let solve = self.linearised(pressure, shear, coupling);
+        Ok(self.half_space.without_nodal(solve)?)
     }
 
     /// kn and kt \[N/m\] as [`FrettingJoint::stiffness`], without the compliance of a structure's own mesh where that is taken from the
@@ -35,15 +32,19 @@ impl FrettingJoint {
         shear: Shear,
         coupling: Coupling,
     ) -> Result<(f64, f64), WearError> {
+        let solve = self.linearised(pressure, shear, coupling);
+        Ok(solve(&mut self.half_space)?)
+    }
+
+    /// What finds both stiffnesses on a half space.
+    fn linearised<'a>(
+        &self,
+        pressure: &'a [f64],
+        shear: Shear,
+        coupling: Coupling,
+    ) -> impl FnOnce(&mut HalfSpace) -> Result<(f64, f64), ContactError> + use<'a> {
         let (cap, rotation) = (self.pressure_cap, self.rotation);
-        Ok(of(
-            &mut self.half_space,
-            pressure,
-            cap,
-            rotation,
-            shear,
-            coupling,
-        )?)
+        move |half_space| of(half_space, pressure, cap, rotation, shear, coupling)
     }
 }
 
