@@ -90,6 +90,11 @@ impl Derivative<'_> {
     pub fn row_mut(&mut self, j: usize, d: usize) -> &mut [f64] {
         &mut self.values[(j * 3 + d) * 3 * self.coefficients..][..3 * self.coefficients]
     }
+
+    /// The derivatives of both tangential forces at sample `j`, one row after the other.
+    pub(super) fn tangential_mut(&mut self, j: usize) -> &mut [f64] {
+        &mut self.values[j * 9 * self.coefficients..][..6 * self.coefficients]
+    }
 }
 
 /// Equidistant samples of one cycle, t_j = j T / samples, and the transforms between them and coefficients.
@@ -110,8 +115,10 @@ pub struct Scratch {
     pub(super) force: Vec<[f64; 2]>,
     /// What its steps depend on.
     pub(super) slopes: Vec<Slope>,
-    /// Derivative of its force with respect to the coefficients, x then y.
-    pub(super) tangent: Vec<f64>,
+    /// Derivative of its force with respect to the coefficients, x then y, beyond that of one that sticks.
+    pub(super) offset: Vec<f64>,
+    /// That after the next step.
+    pub(super) next: Vec<f64>,
 }
 
 /// Arrays that [`Sampling::evaluate`] works in.

@@ -18,6 +18,7 @@ use super::DynamicsError;
 use super::aft::{Closure, Derivative, InterfaceElement, Scratch};
 use super::march::March;
 use super::slider::{FrictionLaw, Slider};
+use crate::linalg::add_scaled;
 
 /// What an element does over a cycle at its worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -161,7 +162,7 @@ impl ContactElement {
             && slider.follows_reference(self.law, self.friction_coefficient, displacement)
     }
 
-    /// Tangential forces of a slider in `scratch`; their derivatives are added.
+    /// Tangential forces of a slider in `scratch`; their derivatives are added in the form of [`March::run`].
     fn march(
         &self,
         slider: &Slider,
@@ -179,7 +180,6 @@ impl ContactElement {
             friction: self.friction_coefficient,
             law: self.law,
             displacement,
-            is_of_bank: self.sliders.len() > 1,
         };
         march.run(derivative, scratch)
     }
@@ -257,14 +257,16 @@ impl InterfaceElement for ContactElement {
         }
         self.normal_forces(displacement, force, derivative.as_deref_mut());
         let mut closure = Closure::EXACT;
-        let mut stuck = 0.0;
+        let (mut stuck, mut gripping) = (0.0, 0.0);
         for slider in &self.sliders {
+            let kt = slider.gripping_stiffness(self.friction_coefficient);
             if self.is_linear(slider, displacement) {
                 if slider.bears() {
-                    stuck += slider.gripping_stiffness(self.friction_coefficient);
+                    stuck += kt;
                 }
                 continue;
             }
+            gripping += kt;
             let own = self.march(slider, displacement, derivative.as_deref_mut(), scratch);
             closure = closure.and(own);
             for (sum, own) in force.iter_mut().zip(&scratch.force) {
@@ -272,8 +274,15 @@ impl InterfaceElement for ContactElement {
                 sum[1] += own[1];
             }
         }
+        if let Some(derivative) = derivative {
+            complete(derivative, stuck + gripping);
+        }
         if stuck > 0.0 {
-            closure = closure.and(stretch(stuck, displacement, force, derivative));
+            for (force, u) in force.iter_mut().zip(displacement) {
+                force[0] += stuck * u[0];
+                force[1] += stuck * u[1];
+            }
+            closure = closure.and(linear(stuck, displacement));
         }
         closure
     }
@@ -307,27 +316,23 @@ impl ContactElement {
     }
 }
 
-/// Adds the tangential forces of sliders that stick throughout, with the stiffness `kt` together.
-fn stretch(
-    kt: f64,
-    displacement: &[[f64; 3]],
-    force: &mut [[f64; 3]],
-    mut derivative: Option<&mut Derivative<'_>>,
-) -> Closure {
-    for (j, (u, force)) in displacement.iter().zip(force).enumerate() {
-        force[0] += kt * u[0];
-        force[1] += kt * u[1];
-        if let Some(derivative) = derivative.as_deref_mut() {
-            let n = derivative.coefficients;
-            let basis = derivative.basis;
-            for d in 0..2 {
-                let row = derivative.row_mut(j, d)[d * n..][..n].iter_mut();
-                row.zip(&basis[j * n..][..n])
-                    .for_each(|(sum, value)| *sum += kt * value);
-            }
+/// Makes the derivatives of the tangential forces from their changes beyond those of sticking ([`March::run`]) and those of sticking
+/// with the stiffness `kt`.
+fn complete(derivative: &mut Derivative<'_>, kt: f64) {
+    let n = derivative.coefficients;
+    let basis = derivative.basis;
+    let mut offset = vec![0.0; 6 * n];
+    for (j, basis) in basis.chunks_exact(n).enumerate() {
+        let row = derivative.tangential_mut(j);
+        for (value, sum) in row.iter_mut().zip(&mut offset) {
+            *sum += *value;
+            *value = *sum;
+        }
+        // ∂ force x / ∂ u_x, then ∂ force y / ∂ u_y.
+        for first in [0, 4 * n] {
+            add_scaled(&mut row[first..][..n], kt, basis);
         }
     }
-    linear(kt, displacement)
 }
 
 /// That of a force `kt` times the displacement.

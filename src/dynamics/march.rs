@@ -5,6 +5,7 @@
 
 use super::aft::{Closure, Derivative, Scratch};
 use super::slider::{self, Dual, FrictionLaw, INPUTS, MEMORY, Number, Slider, Step};
+use crate::linalg::add_scaled;
 
 /// Cycles marched one after the other. The memory of most motions is gone after one; a slider that slips by much less than it
 /// stretches forgets a force across its motion over hundreds, and from here on its steady cycle is looked for.
@@ -22,15 +23,15 @@ const SAME: f64 = 1e-14;
 /// Determinant of 1 − A below which a cycle forgets nothing; that of a force which decays over 1e5 cycles is larger.
 const FORGETS: f64 = 1e-6;
 
+/// The memory of a slider that sticks.
+const UNCHANGED: [[f64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]];
+
 /// A slider over the samples of a cycle.
 pub(super) struct March<'a> {
     pub(super) slider: &'a Slider,
     pub(super) friction: f64,
     pub(super) law: FrictionLaw,
     pub(super) displacement: &'a [[f64; 3]],
-    /// Whether it is one of several. Much is then saved by what differs from the march of one alone in rounding: where its
-    /// cycles meet they are not followed on, and the derivative is that of the fixed point.
-    pub(super) is_of_bank: bool,
 }
 
 /// A steady cycle of the slider.
@@ -69,7 +70,8 @@ pub(super) enum Slope<const K: usize = INPUTS> {
 }
 
 impl March<'_> {
-    /// From the preload to the steady cycle: the forces of its samples in `scratch`; their derivatives are added to those of others.
+    /// From the preload to the steady cycle: the forces of its samples in `scratch`; their derivatives are added to those of others in the
+    /// form of [`Self::propagate`].
     pub(super) fn run(
         &self,
         derivative: Option<&mut Derivative<'_>>,
@@ -92,8 +94,8 @@ impl March<'_> {
         let mut before = None;
         for cycle in 1..=PLAIN_CYCLES {
             let lap = match before {
-                Some(before) if self.is_of_bank => self.lap_after(before, from, force),
-                _ => self.lap(start, from, force),
+                Some(before) => self.lap_after(before, from, force),
+                None => self.lap(start, from, force),
             };
             // Without slip the next cycle is this one; after the first, the start was the preload rather than a cycle.
             let closure = lap.closure(cycle, start);
@@ -161,8 +163,8 @@ impl March<'_> {
         }
     }
 
-    /// Adds the derivatives of the forces of a steady cycle. That of a fixed point forgets how it was found. Where it remembers, that
-    /// of the march is the best there is.
+    /// Adds the derivatives of the forces of a steady cycle in the form of [`Self::propagate`]. That of a fixed point forgets how it was
+    /// found. Where it remembers, that of the march is the best there is.
     fn differentiate(
         &self,
         steady: &Steady,
@@ -170,18 +172,20 @@ impl March<'_> {
         derivative: &mut Derivative<'_>,
         scratch: &mut Scratch,
     ) {
-        scratch.tangent.clear();
-        scratch.tangent.resize(6 * derivative.coefficients, 0.0);
-        if !steady.stuck && (self.is_of_bank || !steady.is_plain) {
+        let width = 3 * derivative.coefficients;
+        scratch.offset.clear();
+        scratch.offset.resize(2 * width, 0.0);
+        if !steady.stuck {
             self.lap_with_slopes(steady.start, last, scratch);
             if let Some(map) = unforgotten(memory(&scratch.slopes)) {
-                self.propagate(scratch, true, derivative, false);
-                let (first, second) = scratch.tangent.split_at_mut(3 * derivative.coefficients);
+                // From no offset; then what the offset at the start, which is the one at the end, adds to it.
+                self.propagate(scratch, true, derivative, true);
+                let (first, second) = scratch.offset.split_at_mut(width);
                 for (a, b) in first.iter_mut().zip(second) {
                     let ends = [*a, *b];
                     [*a, *b] = map.map(|row| row[0] * ends[0] + row[1] * ends[1]);
                 }
-                return self.propagate(scratch, true, derivative, true);
+                return remember(&scratch.slopes, &scratch.offset, derivative);
             }
         }
         let (mut start, mut from) = ([0.0; 2], [0.0; 3]);
@@ -252,7 +256,7 @@ impl March<'_> {
         from: [f64; 3],
         force: &mut [[f64; 2]],
     ) -> (Lap, Option<[[f64; 2]; 2]>) {
-        let mut memory = [[1.0, 0.0], [0.0, 1.0]];
+        let mut memory = UNCHANGED;
         let lap = self.lap_with(start, from, force, |slope: Slope<MEMORY>| {
             memory = slope.after(memory);
         });
@@ -277,12 +281,10 @@ impl March<'_> {
         let mut lap = Lap::new(start);
         for (j, force) in force.iter_mut().enumerate() {
             let (delta, loads) = self.inputs(j, from);
-            let (mut next, step) = slider::step(law, kt, mu, lap.end, delta, loads);
             // Most steps are sticking ones, whose derivatives are constants.
-            tell(match step {
-                Step::Open => Slope::Open,
-                Step::Stick if loads[0] >= 0.0 => Slope::Stick,
-                _ => {
+            let (next, step, slope) = match slider::held(law, kt, mu, lap.end, delta, loads) {
+                Some(next) => (next, Step::Stick, Slope::Stick),
+                None => {
                     let pair = |values: [f64; 2], index: usize| {
                         [
                             Dual::<K>::input(values[0], index),
@@ -290,19 +292,26 @@ impl March<'_> {
                         ]
                     };
                     let (force, delta, loads) = (pair(lap.end, 0), pair(delta, 2), pair(loads, 4));
-                    let (dual, _) = slider::step(law, kt, mu, force, delta, loads);
-                    next = dual.map(Dual::value);
-                    Slope::Other(dual.map(|n| n.slope))
+                    let (dual, step) = slider::step(law, kt, mu, force, delta, loads);
+                    let slope = match step {
+                        Step::Open => Slope::Open,
+                        _ => Slope::Other(dual.map(|force| force.slope)),
+                    };
+                    (dual.map(Dual::value), step, slope)
                 }
-            });
+            };
+            tell(slope);
             lap.advance(next, step);
             *force = next;
         }
         lap
     }
 
-    /// Carries the tangent of `scratch` over a cycle, which `follows` another or begins at the preload; with `store` the
-    /// derivative at every sample is added to `derivative`.
+    /// Carries the offset of `scratch` over a cycle, which `follows` another or begins at the preload.
+    ///
+    /// The offset is the derivative of the forces, x then y, less that of a slider that sticks from u = 0 on: k_t times the basis
+    /// functions, which its element adds. It changes only where the slider slips or opens. With `store` its changes are added
+    /// to `derivative` at the samples where they happen, the first with the offset at the start.
     fn propagate(
         &self,
         scratch: &mut Scratch,
@@ -311,56 +320,87 @@ impl March<'_> {
         store: bool,
     ) {
         let n = derivative.coefficients;
-        let width = 3 * n;
+        let (width, basis) = (3 * n, derivative.basis);
         let (kt, kn) = (
             self.slider.tangential_stiffness,
             self.slider.normal_stiffness,
         );
-        let basis = derivative.basis;
-        let (first, second) = scratch.tangent.split_at_mut(width);
-        for (j, slope) in scratch.slopes.iter().enumerate() {
-            let now = &basis[j * n..][..n];
-            // Before the first sample there is the preload, on which no coefficient acts.
-            let before = match j {
-                0 if !follows => None,
-                0 => Some(&basis[(scratch.slopes.len() - 1) * n..][..n]),
-                _ => Some(&basis[(j - 1) * n..][..n]),
+        let Scratch {
+            slopes,
+            offset,
+            next,
+            ..
+        } = scratch;
+        if store {
+            add_scaled(derivative.tangential_mut(0), 1.0, offset);
+        }
+        next.clear();
+        next.resize(2 * width, 0.0);
+        for (j, slope) in slopes.iter().enumerate() {
+            let rows = match slope {
+                Slope::Stick => continue,
+                Slope::Open => &[[0.0; INPUTS]; 2],
+                Slope::Other(rows) => rows,
             };
-            let before = |c: usize| before.map_or(0.0, |before| before[c]);
-            match slope {
-                Slope::Open => {
-                    first.fill(0.0);
-                    second.fill(0.0);
-                }
-                Slope::Stick => {
-                    for c in 0..n {
-                        let pull = kt * (now[c] - before(c));
-                        first[c] += pull;
-                        second[n + c] += pull;
-                    }
-                }
-                Slope::Other([x, y]) => {
-                    for (a, b) in first.iter_mut().zip(second.iter_mut()) {
-                        (*a, *b) = (x[0] * *a + x[1] * *b, y[0] * *a + y[1] * *b);
-                    }
-                    for c in 0..n {
-                        let (now, before) = (now[c], before(c));
-                        let change = now - before;
-                        for (row, slope) in [(&mut *first, x), (&mut *second, y)] {
-                            row[c] += slope[2] * change;
-                            row[n + c] += slope[3] * change;
-                            row[2 * n + c] += kn * (slope[4] * before + slope[5] * now);
-                        }
+            let now = &basis[j * n..][..n];
+            let before = &basis[if j == 0 { slopes.len() - 1 } else { j - 1 } * n..][..n];
+            // Before the first sample there is the preload, on which no coefficient acts.
+            let acts = if j > 0 || follows { 1.0 } else { 0.0 };
+            let (first, second) = offset.split_at(width);
+            for (d, (row, next)) in rows.iter().zip(next.chunks_exact_mut(width)).enumerate() {
+                for e in 0..3 {
+                    let (of_before, of_now) = match e {
+                        2 => (kn * row[4], kn * row[5]),
+                        _ => (
+                            kt * row[e] - row[2 + e],
+                            row[2 + e] - if d == e { kt } else { 0.0 },
+                        ),
+                    };
+                    let of_before = acts * of_before;
+                    let own = first[e * n..][..n].iter().zip(&second[e * n..][..n]);
+                    let moving = before.iter().zip(now);
+                    let values = next[e * n..][..n].iter_mut().zip(own).zip(moving);
+                    for ((next, (a, b)), (before, now)) in values {
+                        *next = row[0] * a + row[1] * b + of_before * before + of_now * now;
                     }
                 }
             }
             if store {
-                for (d, tangent) in [(0, &*first), (1, &*second)] {
-                    let row = derivative.row_mut(j, d).iter_mut();
-                    row.zip(tangent).for_each(|(sum, own)| *sum += own);
+                let sums = derivative.tangential_mut(j).iter_mut();
+                for (sum, (next, offset)) in sums.zip(next.iter().zip(&*offset)) {
+                    *sum += next - offset;
                 }
             }
+            std::mem::swap(offset, next);
         }
+    }
+}
+
+/// Adds what an `offset` at the start of a steady cycle adds to its derivative, see [`March::propagate`].
+fn remember(slopes: &[Slope], offset: &[f64], derivative: &mut Derivative<'_>) {
+    add_scaled(derivative.tangential_mut(0), 1.0, offset);
+    let (first, second) = offset.split_at(3 * derivative.coefficients);
+    let mut before = UNCHANGED;
+    for (j, slope) in slopes.iter().enumerate() {
+        if matches!(slope, Slope::Stick) {
+            continue;
+        }
+        let mut after = slope.after(before);
+        let is_forgotten = after.as_flattened().iter().all(|m| m.abs() <= f64::EPSILON);
+        if is_forgotten {
+            after = [[0.0; 2]; 2];
+        }
+        let rows = derivative.tangential_mut(j).chunks_exact_mut(first.len());
+        for (sums, (after, before)) in rows.zip(after.iter().zip(before)) {
+            let change = [after[0] - before[0], after[1] - before[1]];
+            for (sum, (a, b)) in sums.iter_mut().zip(first.iter().zip(second)) {
+                *sum += change[0] * a + change[1] * b;
+            }
+        }
+        if is_forgotten {
+            return;
+        }
+        before = after;
     }
 }
 
@@ -379,10 +419,9 @@ impl<const K: usize> Slope<K> {
 
 /// The derivative of the force at the end of a cycle with respect to that at its beginning.
 fn memory(slopes: &[Slope]) -> [[f64; 2]; 2] {
-    let none = [[1.0, 0.0], [0.0, 1.0]];
     slopes
         .iter()
-        .fold(none, |before, slope| slope.after(before))
+        .fold(UNCHANGED, |before, slope| slope.after(before))
 }
 
 /// (1 − A)⁻¹ of the [`memory`] A of a cycle; none if it forgets nothing.

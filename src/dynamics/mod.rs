@@ -62,6 +62,7 @@ mod newton;
 mod newton_step;
 pub mod oscillator;
 mod peak;
+mod preconditioner;
 pub mod reduced;
 pub mod resonance;
 pub mod response;

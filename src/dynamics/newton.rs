@@ -19,8 +19,9 @@ const HALVINGS: u32 = 6;
 /// Correction from which one more step mostly converges, so that no Jacobian is wanted after it.
 const NEARLY: f64 = 1e-4;
 /// Correction from which Jacobians that cost much are kept for further steps, and the share of a correction that such a step may
-/// leave: at more, they are made anew.
+/// leave: at more, they are made anew. A step of more Krylov iterations costs more than they do.
 const NEAR: f64 = 2e-2;
+const DEAR: usize = 25;
 const CHORD: f64 = 0.1;
 /// Where an iteration is dear: the largest relative tolerance of a step, and that of the motion with frequency, which every step begins
 /// with that of the one before.
@@ -31,8 +32,9 @@ const MISSED: f64 = 4.0;
 const MEASURED: f64 = 0.1;
 /// Steps in a row that may fail to descend: the law has kinks, across which a full step often helps although it looks worse.
 const TRIALS: usize = 3;
-/// Krylov iterations from which the element part of the preconditioner is made anew.
+/// Krylov iterations from which the element part of the preconditioner is made anew, and where they have learned what it misses.
 const STALE: usize = 25;
+const LOST: usize = 75;
 /// Grip of the mean displacement far from the solution, and per relative correction on the way: means that nothing but a few
 /// sticking elements holds run off when these begin to slip, and a held one is a shorter step.
 const MOST_GRIP: f64 = 1e-2;
@@ -146,7 +148,10 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 frame = Some(now);
                 continue;
             }
-            let near = if self.is_costly { NEAR } else { NEARLY };
+            let near = match effort {
+                0..=DEAR if self.is_costly => NEAR,
+                _ => NEARLY,
+            };
             let mut is_refused = false;
             let mut best: Option<(f64, f64, State, Evaluation)> = None;
             let mut full: Option<(State, Evaluation)> = None;
@@ -217,7 +222,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             if !at.has_jacobians() {
                 at = self.evaluate(&state, factor, condition, Some(grip))?;
             }
-            if effort > STALE {
+            if effort > if self.is_costly { LOST } else { STALE } {
                 now.forget();
             }
             motion = slope.map(|slope| slope.motion);

@@ -1,10 +1,13 @@
 //! One Newton step of the harmonic balance: residual, Jacobian, and what solves with it.
 
+use std::cell::RefCell;
+
 use num_complex::Complex64;
 
 use super::aft::{Closure, InterfaceElement};
 use super::closed_model::Among;
-use super::krylov::{self, ElementPart, Preconditioner, dot};
+use super::krylov::{self, Learned, dot};
+use super::preconditioner::{ElementPart, Preconditioner};
 use super::{DynamicsError, HarmonicBalance};
 use crate::linalg::{Factors, RowMatrix as Matrix, add_scaled};
 
@@ -72,12 +75,15 @@ pub(super) struct Frame {
     among: Among,
     /// The element part of the preconditioner, if there is one by now.
     part: Option<ElementPart>,
+    /// What solving with it has learned.
+    learned: RefCell<Learned>,
 }
 
 impl Frame {
     /// The element part of the preconditioner is to be made anew.
     pub(super) fn forget(&mut self) {
         self.part = None;
+        *self.learned.borrow_mut() = Learned::default();
     }
 }
 
@@ -221,6 +227,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                     elements: at.elements.clone(),
                     among: self.model.among(&ports),
                     part: None,
+                    learned: RefCell::default(),
                 }
             }
         };
@@ -340,19 +347,23 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let operator = |v: &[f64]| self.operate(at, frame, v).0;
         let precondition = |v: &[f64]| preconditioner.apply(v);
         if !self.is_costly {
-            return krylov::solve(operator, precondition, &right, solving.tolerance);
+            let solved = krylov::solve(operator, precondition, &right, solving.tolerance)?;
+            return Ok((solved.x, solved.iterations));
         }
         // Preconditioned from the left, so that what is left is small as a correction, which is what Newton's method measures: a mean
         // displacement that little holds is much of that for next to no residual.
         let none = vec![0.0; right.len()];
         let start = solving.start.filter(|start| start.len() == right.len());
-        krylov::solve_from(
+        let mut memory = frame.learned.borrow_mut();
+        let solved = krylov::solve_from(
             start.unwrap_or(&none),
             |v| precondition(&operator(v)),
-            |v| v.to_vec(),
+            |v| memory.apply(v),
             &precondition(&right),
             solving.tolerance,
-        )
+        )?;
+        memory.add(solved.learned);
+        Ok((solved.x, solved.iterations))
     }
 
     /// Derivatives along frequency: of the residual behind −J⁻¹ (the motion of the state with frequency), and of the condition.

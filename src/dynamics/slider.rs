@@ -299,6 +299,19 @@ pub(super) fn step<T: Number>(
     }
 }
 
+/// Tangential force after a step in which the slider stays closed and sticks, inputs as of [`step`]; none in another step.
+pub(super) fn held(
+    law: FrictionLaw,
+    stiffness: f64,
+    friction: f64,
+    force: [f64; 2],
+    delta: [f64; 2],
+    [before, after]: [f64; 2],
+) -> Option<[f64; 2]> {
+    let trial = [0, 1].map(|d| force[d] + stiffness * delta[d]);
+    (before >= 0.0 && after > 0.0 && law.holds(trial, friction * after)).then_some(trial)
+}
+
 /// Length of a vector of forces; these are far from the ends of the range that `hypot` takes care of.
 pub(super) fn magnitude([x, y]: [f64; 2]) -> f64 {
     (x * x + y * y).sqrt()

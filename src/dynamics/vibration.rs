@@ -10,6 +10,8 @@ use super::{
 const FRF_TOLERANCE: f64 = 1e-7;
 /// The same of banks of sliders, whose every Newton step is dear: far below the width of a line of a plot.
 const DEAR_FRF_TOLERANCE: f64 = 1e-5;
+/// The largest step of their continuation: lines between points of a linear resonance are within 0.2 % of its peak.
+const DEAR_STEP: f64 = 1.0 / 12.0;
 
 /// A structure, how it is driven and what of its response is wanted: all but the contact elements, which change as they wear.
 #[derive(Debug, Clone)]
@@ -144,7 +146,10 @@ impl Vibration {
                 balance.forced_response(&omegas)?
             }
             None => {
-                let settings = ContinuationSettings::over(from, to, self.response_port);
+                let mut settings = ContinuationSettings::over(from, to, self.response_port);
+                if balance.is_costly {
+                    settings.largest_step = DEAR_STEP;
+                }
                 balance.branch(settings)?
             }
         };

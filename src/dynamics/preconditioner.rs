@@ -1,0 +1,166 @@
+//! The preconditioner of a Newton step, which knows the elements and the modes, for when nearly all elements are active.
+
+use num_complex::Complex64;
+
+use super::closed_model::ClosedModel;
+use super::krylov::dot;
+use super::{DynamicsError, Harmonics};
+use crate::linalg::{Factors, RowMatrix as Matrix, add_scaled};
+
+/// What does not depend on frequency in the inverse of `1 + (D + B Z Bᵀ) G`, where D keeps of the residual only the 3×3 blocks of
+/// the elements and G is the contact Jacobian beyond the reference: per element `P = 1 + D G`, and `W = Bᵀ G P⁻¹ B`.
+pub(super) struct ElementPart {
+    elements: Vec<ElementBlock>,
+    /// Rows of B of the elements, `3 · elements × coordinates`.
+    shapes: Matrix,
+    /// W, ordered by coefficient, then coordinate.
+    coupling: Matrix,
+}
+
+struct ElementBlock {
+    /// P⁻¹.
+    inverse: Matrix,
+    /// G P⁻¹.
+    transfer: Matrix,
+}
+
+impl ElementPart {
+    /// For the elements `active`, with Jacobians `beyond` (each `3n × 3n`).
+    pub(super) fn new(
+        residual: Option<&Matrix>,
+        basis: &Matrix,
+        harmonics: &Harmonics,
+        active: &[usize],
+        beyond: &[Matrix],
+    ) -> Result<ElementPart, DynamicsError> {
+        let n = harmonics.coefficients();
+        let m = basis.columns();
+        let width = 3 * n;
+        let mut shapes = Matrix::zeros(3 * active.len(), m);
+        let mut elements = Vec::with_capacity(active.len());
+        for (place, (&element, jacobian)) in active.iter().zip(beyond).enumerate() {
+            let mut local = Matrix::identity(width);
+            if let Some(residual) = residual {
+                for d in 0..3 {
+                    for e in 0..3 {
+                        let flexibility = residual.at(3 * element + d, 3 * element + e);
+                        for c in 0..n {
+                            let source = jacobian.row(e * n + c);
+                            add_scaled(local.row_mut(d * n + c), flexibility, source);
+                        }
+                    }
+                }
+            }
+            let of_matrix = DynamicsError::of_matrix("element with its own flexibility");
+            let inverse = local.factorize().map_err(of_matrix)?.inverse();
+            for d in 0..3 {
+                let row = shapes.row_mut(3 * place + d);
+                row.copy_from_slice(basis.row(3 * element + d));
+            }
+            elements.push(ElementBlock {
+                transfer: jacobian.times(&inverse),
+                inverse,
+            });
+        }
+        // For every pair of coefficients a product over all elements.
+        let mut coupling = Matrix::zeros(m * n, m * n);
+        for c in 0..n {
+            for f in 0..n {
+                let mut moved = Matrix::zeros(3 * active.len(), m);
+                for (place, block) in elements.iter().enumerate() {
+                    for d in 0..3 {
+                        for e in 0..3 {
+                            let factor = block.transfer.at(d * n + c, e * n + f);
+                            let source = shapes.row(3 * place + e);
+                            add_scaled(moved.row_mut(3 * place + d), factor, source);
+                        }
+                    }
+                }
+                let mut product = Matrix::zeros(m, m);
+                product.add_transposed_product(&shapes, &moved);
+                for a in 0..m {
+                    coupling.row_mut(c * m + a)[f * m..][..m].copy_from_slice(product.row(a));
+                }
+            }
+        }
+        Ok(ElementPart {
+            elements,
+            shapes,
+            coupling,
+        })
+    }
+}
+
+/// The preconditioner at one frequency.
+pub(super) struct Preconditioner<'a> {
+    part: &'a ElementPart,
+    harmonics: &'a Harmonics,
+    cores: &'a [Matrix<Complex64>],
+    /// Of `1 + W Z`.
+    modal: Factors,
+}
+
+impl<'a> Preconditioner<'a> {
+    pub(super) fn new(
+        part: &'a ElementPart,
+        harmonics: &'a Harmonics,
+        cores: &'a [Matrix<Complex64>],
+    ) -> Result<Preconditioner<'a>, DynamicsError> {
+        let order = part.coupling.rows();
+        let m = part.shapes.columns();
+        let mut receptance = Matrix::zeros(order, order);
+        for (index, core) in cores.iter().enumerate() {
+            let slot = harmonics.slot(index);
+            for a in 0..m {
+                for b in 0..m {
+                    let value = core.at(a, b);
+                    receptance.set(slot * m + a, slot * m + b, value.re);
+                    if index > 0 {
+                        receptance.set(slot * m + a, (slot + 1) * m + b, value.im);
+                        receptance.set((slot + 1) * m + a, slot * m + b, -value.im);
+                        receptance.set((slot + 1) * m + a, (slot + 1) * m + b, value.re);
+                    }
+                }
+            }
+        }
+        let mut modal = Matrix::identity(order);
+        modal.add_product(&part.coupling, &receptance);
+        let of_matrix = DynamicsError::of_matrix("modal part of the preconditioner");
+        Ok(Preconditioner {
+            part,
+            harmonics,
+            cores,
+            modal: modal.factorize().map_err(of_matrix)?,
+        })
+    }
+
+    /// The approximate inverse applied to `right` (active unknowns).
+    pub(super) fn apply(&self, right: &[f64]) -> Vec<f64> {
+        let n = self.harmonics.coefficients();
+        let (width, m) = (3 * n, self.part.shapes.columns());
+        let shapes = &self.part.shapes;
+        let mut force = Matrix::zeros(shapes.rows(), n);
+        let elements = self.part.elements.iter();
+        let targets = force.values_mut().chunks_mut(width);
+        for ((block, right), target) in elements.zip(right.chunks(width)).zip(targets) {
+            for (i, target) in target.iter_mut().enumerate() {
+                *target = dot(block.transfer.row(i), right);
+            }
+        }
+        let mut modal = Matrix::zeros(n, m);
+        modal.add_transposed_product(&force, shapes);
+        self.modal.solve(modal.values_mut());
+        let generalised = modal.transposed();
+        let coordinates = ClosedModel::coordinates(self.harmonics, self.cores, &generalised);
+        let mut out = shapes.times(&coordinates).into_values();
+        let elements = self.part.elements.iter();
+        let rows = out.chunks_mut(width).zip(right.chunks(width));
+        for (block, (out, right)) in elements.zip(rows) {
+            let left: Vec<f64> = right.iter().zip(&*out).map(|(r, o)| r - o).collect();
+            for (i, out) in out.iter_mut().enumerate() {
+                *out = dot(block.inverse.row(i), &left);
+            }
+        }
+        out
+    }
+}
