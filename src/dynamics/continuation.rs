@@ -14,6 +14,8 @@ const SHARPEST: f64 = 0.85;
 const KINK: f64 = 32.0;
 /// Newton iterations up to which the step grows.
 const EASY: usize = 4;
+/// The same where some of them keep a Jacobian.
+const EASY_CHORDS: usize = 7;
 
 /// How a branch is followed. Lengths are in units of the scaled curve, whose frequency axis has length 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -211,7 +213,12 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
                     };
                     let long = distance(there, from) > 4.0 * step.max(settings.least_step);
                     if (straight >= SHARPEST && !long) || step <= KINK * settings.least_step {
-                        let easy = next.iterations <= EASY && straight > 0.5 * (1.0 + SHARPEST);
+                        let most = if self.balance.is_costly {
+                            EASY_CHORDS
+                        } else {
+                            EASY
+                        };
+                        let easy = next.iterations <= most && straight > 0.5 * (1.0 + SHARPEST);
                         let growth = if easy { 1.4 } else { 1.0 };
                         return Ok(Branch {
                             now: next,

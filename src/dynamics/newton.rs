@@ -113,9 +113,10 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 let direct = solver.approximate(&there.residual);
                 reach.size(&complete(direct, there.condition))
             };
-            let mut before = roughly(&at);
+            let rough = roughly(&at);
+            let mut before = rough;
             let solving = Solving {
-                tolerance: self.step_tolerance(before),
+                tolerance: self.step_tolerance(rough),
                 start: None,
             };
             let (direct, effort) = self.step(&solver, &at, &now, &at.residual, solving)?;
@@ -136,10 +137,13 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 let (direct, _) = self.step(&solver, &at, &now, &there.residual, solving)?;
                 Ok(reach.size(&complete(direct, there.condition)))
             };
-            grip = (GRIP_PER_CORRECTION * before).clamp(LEAST_GRIP, MOST_GRIP);
+            // What little holds is not to be held longer than the rest needs it.
+            grip = (GRIP_PER_CORRECTION * rough).clamp(LEAST_GRIP, MOST_GRIP);
+            // What little holds may move far while everything else settles: that is progress too.
+            let gains = |there: &Evaluation| is_missed && roughly(there) <= 0.5 * rough;
             // A state that gains nothing over many steps is a cycle between two sides of a kink.
-            if before < 0.5 * least {
-                (least, since) = (before, iteration);
+            if rough < 0.5 * least {
+                (least, since) = (rough, iteration);
             } else if iteration - since >= patience {
                 break;
             }
@@ -165,12 +169,12 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 let wanted = (halving == 0 && before > near).then_some(grip);
                 let there = self.evaluate(&trial, factor, condition, wanted)?;
                 let left = measure(&there)?;
-                let enough = left <= (1.0 - DESCENT * length) * before;
+                let enough = left <= (1.0 - DESCENT * length) * before || gains(&there);
                 is_refused = is_old && !enough && left > self.settings.tolerance;
                 if is_refused {
                     break;
                 }
-                if best.as_ref().is_none_or(|(b, ..)| left < *b) {
+                if enough || best.as_ref().is_none_or(|(b, ..)| left < *b) {
                     let worse = best.replace((left, length, trial, there));
                     if let Some((_, 1.0, trial, there)) = worse {
                         full = Some((trial, there));
@@ -191,7 +195,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 break;
             };
             reached = left;
-            if left < before {
+            if left < before || gains(&there) {
                 failures = 0;
                 correction = if length == 1.0 { left } else { f64::INFINITY };
                 let old = std::mem::replace(&mut at, there);
