@@ -97,9 +97,10 @@ impl March<'_> {
                 Some(before) => self.lap_after(before, from, force),
                 None => self.lap(start, from, force),
             };
-            // Without slip the next cycle is this one; after the first, the start was the preload rather than a cycle.
+            // Without slip the next cycle is this one. The first begins at the preload rather than where a cycle ends, even if it ends
+            // without force as it began.
             let closure = lap.closure(cycle, start);
-            if closure.change == 0.0 || cycle > 1 && closure.change <= STEADY {
+            if lap.stuck || cycle > 1 && closure.change <= STEADY {
                 return Steady {
                     start,
                     plain: cycle,

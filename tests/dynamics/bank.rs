@@ -339,6 +339,34 @@ fn states_of_sliders_that_open() {
     assert!(cycle.force.iter().all(|f| f[2] > 0.0));
 }
 
+/// A cycle without load somewhere remembers nothing of the preload, so that it does not matter where it is begun: also not if that
+/// is where there is no load.
+#[test]
+fn a_cycle_that_opens_does_not_know_where_it_begins() {
+    const SAMPLES: usize = 64;
+    let sampling = sampling(SAMPLES);
+    for law in BOTH {
+        let one = element(law);
+        for element in [bank(&one, 8), one] {
+            let mut motion = vec![0.0; 21];
+            (motion[1], motion[2], motion[15]) = (2e-6, 3e-6, -3e-6);
+            let here = element.cycle(&sampling.synthesise(&motion));
+            assert_eq!(here.state, ElementState::Open);
+            motion.iter_mut().for_each(|u| *u = -*u);
+            let half_later = element.cycle(&sampling.synthesise(&motion));
+            let most = here.force.iter().map(|f| f[0].abs()).fold(0.0, f64::max);
+            assert!(most > 0.0);
+            for (j, force) in here.force.iter().enumerate() {
+                let same = half_later.force[(j + SAMPLES / 2) % SAMPLES];
+                for d in 0..3 {
+                    let apart = (force[d] - same[d]).abs();
+                    assert!(apart <= 1e-9 * most, "{law:?}, {j}: {force:?} and {same:?}");
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn oscillators_against_time_integration() {
     for law in BOTH {
