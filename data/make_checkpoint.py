@@ -1,4 +1,5 @@
-"""Makes data/lap_joint_checkpoint: the published case at one iteration before its contact elements are renewed, to go on from.
+"""Makes the checkpoints in data/: the published case at one iteration before its contact elements are renewed, to go on from; with
+contact elements that do what the fine contact does, and with those of the paper.
 
     python3 data/make_checkpoint.py PROGRAM
 
@@ -15,18 +16,20 @@ import tempfile
 from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parents[1]
-TARGET = REPOSITORY / "data/lap_joint_checkpoint"
+TARGETS = {
+    REPOSITORY / "data/lap_joint_checkpoint": [],
+    REPOSITORY / "data/lap_joint_checkpoint_total": ["--set", "contact.stiffness=total"],
+}
 # Enough cycles for one update after the first, few enough for a minute of work.
 CYCLES = 200_000
 
 
-def main():
-    program = str(Path(sys.argv[1]).resolve())
+def make(program, target, sets):
     scene = REPOSITORY / "pipelines/lap_joint.toml"
     with tempfile.TemporaryDirectory() as folder:
         run = Path(folder) / "run"
         rows = []
-        command = [program, "run", str(scene), "--run", str(run), "--until", "summary", "--quiet", "--json"]
+        command = [program, "run", str(scene), *sets, "--run", str(run), "--until", "summary", "--quiet", "--json"]
         # `--until` the last stage makes one iteration a start.
         while not rows or rows[-1]["cycles"] < CYCLES:
             done = subprocess.run(command, check=True, capture_output=True, text=True)
@@ -45,11 +48,17 @@ def main():
             subprocess.run(
                 [program, "run", "--run", str(checkpoint), *arguments, "--until", "structure", "--quiet"], check=True
             )
-        if TARGET.exists():
-            shutil.rmtree(TARGET)
-        shutil.copytree(checkpoint, TARGET, ignore=shutil.ignore_patterns("structure*", "lock", "staging"))
-        (TARGET / "expected.json").write_text(json.dumps(rows[update:], indent=1, sort_keys=True) + "\n", encoding="utf-8")
-    print(f"{TARGET}: iteration {update - 1}; {len(rows) - update} expected")
+        if target.exists():
+            shutil.rmtree(target)
+        shutil.copytree(checkpoint, target, ignore=shutil.ignore_patterns("structure*", "lock", "staging"))
+        (target / "expected.json").write_text(json.dumps(rows[update:], indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    print(f"{target}: iteration {update - 1}; {len(rows) - update} expected")
+
+
+def main():
+    program = str(Path(sys.argv[1]).resolve())
+    for target, sets in TARGETS.items():
+        make(program, target, sets)
 
 
 main()

@@ -136,6 +136,8 @@ pub enum Distribution {
     /// By area.
     #[default]
     Uniform,
+    /// By area, among the elements that bear load.
+    Loaded,
     /// By normal load N₀: an element without load has no stiffness, whatever its gap.
     ByLoad,
 }
@@ -214,6 +216,11 @@ impl Distribution {
     fn parts(self, elements: &ContactElements, normal_load: &[f64]) -> Vec<f64> {
         let weights = match self {
             Distribution::Uniform => elements.areas().to_vec(),
+            Distribution::Loaded => {
+                let pairs = elements.areas().iter().zip(normal_load);
+                let loaded = |(area, load): (&f64, &f64)| if *load > 0.0 { *area } else { 0.0 };
+                pairs.map(loaded).collect()
+            }
             Distribution::ByLoad => normal_load.to_vec(),
         };
         let whole: f64 = weights.iter().sum();

@@ -214,14 +214,20 @@ gap = "1 um""#,
         r#"normal_load = "30 kN""#,
         r#"normal_load = "30 kN"
 stiffness = "tangential""#,
-        r#"case.toml, line 16: contact.stiffness = "tangential": must be one of "total", "roughness", "tangent", "sliders"; did you mean "tangent"?"#,
+        r#"case.toml, line 16: contact.stiffness = "tangential": must be one of "sliders", "total", "roughness", "tangent"; did you mean "tangent"?"#,
     ),
     (
         r#"normal_load = "30 kN""#,
         r#"normal_load = "30 kN"
 stiffness = "tangent"
 distribution = "by_load""#,
-        r#"case.toml, line 17: contact.distribution = "by_load": contact.stiffness = "tangent" gives each element its own stiffness; leave distribution out"#,
+        r#"case.toml, line 17: contact.distribution = "by_load": contact.stiffness = "tangent" gives each element its own stiffness; leave distribution out, or add stiffness = "total""#,
+    ),
+    (
+        r#"normal_load = "30 kN""#,
+        r#"normal_load = "30 kN"
+distribution = "loaded""#,
+        r#"case.toml, line 16: contact.distribution = "loaded": contact.stiffness = "sliders", its default, gives each element its own stiffness; leave distribution out, or add stiffness = "total""#,
     ),
     (
         r#"normal_load = "30 kN""#,

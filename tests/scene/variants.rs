@@ -142,7 +142,7 @@ fn knobs_are_those_of_the_scene() {
         ["[15, 15]", "[17, 17]", "[21, 21]", "[23, 23]"]
     );
     assert_eq!(of(&joint, "modes"), ["10", "20", "45"]);
-    assert_eq!(of(&joint, "stiffness"), ["roughness", "tangent", "sliders"]);
+    assert_eq!(of(&joint, "stiffness"), ["total", "roughness", "tangent"]);
     assert_eq!(
         of(&joint, "harmonics"),
         [

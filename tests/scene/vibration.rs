@@ -65,8 +65,19 @@ fn a_rough_joint_in_a_structure_with_its_defaults() {
     assert_eq!(contact.given, None);
     assert_eq!(
         (contact.stiffness, contact.distribution),
-        (Stiffness::Total, Distribution::Uniform)
+        (Stiffness::Sliders, Distribution::Uniform)
     );
+    for (sets, expected) in [
+        (["fidelity.preset=paper"], Stiffness::Total),
+        (["contact.boundary=periodic"], Stiffness::Total),
+        (["fidelity.preset=reference"], Stiffness::Sliders),
+    ] {
+        assert_eq!(
+            of(ROUGH, &sets).the_contact().stiffness,
+            expected,
+            "{sets:?}"
+        );
+    }
     assert_eq!(contact.bolt_stiffness, None);
     let expected = Dynamics {
         forces: vec![Force {

@@ -133,6 +133,7 @@ const SMALLER: [(&str, &[&str]); 4] = [
             "dynamics.harmonics=[0, 1]",
             "dynamics.points=3",
             "dynamics.force.amplitude=\"300 N\"",
+            "dynamics.frequency=[\"900 Hz\", \"1150 Hz\"]",
             "fidelity.steps_per_cycle=16",
             "wear.cycles=60_000",
         ],

@@ -116,3 +116,14 @@ fn a_killed_run_that_loses_its_bolt_load_ends_in_the_same_bits() {
     let sets = ["contact.bolt_stiffness=\"500 N/um\"", "wear.cycles=150_000"];
     killed("resonator.toml", &sets, 5);
 }
+
+/// The laws of the contact elements and what they leave of the fine contact outlive iterations.
+#[test]
+fn a_killed_run_of_many_sliders_ends_in_the_same_bits() {
+    let sets = [
+        "contact.stiffness=sliders",
+        "update.stiffness_change=0.05",
+        "wear.cycles=150_000",
+    ];
+    killed("resonator.toml", &sets, 5);
+}

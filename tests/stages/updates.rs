@@ -343,7 +343,11 @@ fn tangents_of_the_elements() {
 #[test]
 fn stiffness_by_load() {
     let bench = Bench::new();
-    let sets = ["contact.distribution=by_load", "wear.cycles=100_000"];
+    let sets = [
+        "contact.stiffness=total",
+        "contact.distribution=by_load",
+        "wear.cycles=100_000",
+    ];
     let root = bench.path("by-load");
     Start::new(bench.scene("resonator.toml", &sets), &root).done();
     verified(&root);

@@ -317,7 +317,7 @@ RESONATOR = {
     "resonator_never": {"update.stiffness_change": None, "update": "never"},
     "resonator_roughness": {"contact.stiffness": "roughness", "wear.cycles": 100_000},
     "resonator_tangent": {"contact.stiffness": "tangent", "wear.cycles": 100_000},
-    "resonator_by_load": {"contact.distribution": "by_load", "wear.cycles": 100_000},
+    "resonator_by_load": {"contact.stiffness": "total", "contact.distribution": "by_load", "wear.cycles": 100_000},
     "resonator_bolt": {"contact.bolt_stiffness": "500 N/um"},
     "resonator_responses_kept": {
         "output.response_at": [60_000, 120_000],

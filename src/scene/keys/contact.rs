@@ -46,16 +46,17 @@ keys! {
     /// Moments about x and y, through the middle of the joint, under which free rotations are found. With rotation = "free".
     MOMENT: List<2> = "contact.moment", Rule("no moments"),
         List(XY, Quantity(Dimension::MOMENT, ANY, r#"["2 N m", "0 N m"]"#), None), of ["rough"];
-    /// Which stiffness of the rough contact the contact elements get. Of a joint with a structure.
-    STIFFNESS: Choice<Stiffness> = "contact.stiffness", Is("total"), Choice(&[
-        ("total", Stiffness::Total, "that of the whole patch, as published"),
-        ("roughness", Stiffness::Roughness, "without the compliance of the bodies, which the finite elements have already"),
-        ("tangent", Stiffness::Tangent, "each contact element that of its own cells"),
+    /// What law the contact elements of a structure get from the rough contact.
+    STIFFNESS: Choice<Stiffness> = "contact.stiffness", Rule("sliders; total by preset paper and with boundary = \"periodic\""), Choice(&[
         ("sliders", Stiffness::Sliders, "each contact element its curve of force over displacement in the rough contact, a bank of sliders, without what the finite elements have already"),
+        ("total", Stiffness::Total, "one slider each, with the stiffness of the whole patch, as published"),
+        ("roughness", Stiffness::Roughness, "as total, without the compliance of the bodies, which the finite elements have already"),
+        ("tangent", Stiffness::Tangent, "one slider each, with the stiffness of its own cells"),
     ]), of ["rough"];
-    /// How the stiffness of the joint is shared among the contact elements. Not with stiffness = "tangent" or "sliders".
+    /// How the stiffness of the joint is shared among the contact elements. With stiffness = "total" or "roughness".
     DISTRIBUTION: Choice<Distribution> = "contact.distribution", Is("uniform"), Choice(&[
         ("uniform", Distribution::Uniform, "by area"),
+        ("loaded", Distribution::Loaded, "by area, among those that bear load"),
         ("by_load", Distribution::ByLoad, "by static load"),
     ]), of ["rough"];
     /// Stiffness of the bolt and of what it clamps: the load falls as wear brings the bodies closer. With [wear].

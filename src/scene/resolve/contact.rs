@@ -1,10 +1,10 @@
 //! `[contact]`: of a rough surface, or of given stiffness.
 
 use super::{Body, Result};
-use crate::scene::keys::{contact::*, lines};
+use crate::scene::keys::{contact::*, fidelity::PRESET, lines};
 use crate::scene::reader::Reader;
 use crate::scene::{
-    Boundary, Contact, Distribution, GivenContact, Rotation, Stiffness, Transverse,
+    Boundary, Contact, Distribution, GivenContact, Preset, Rotation, Stiffness, Transverse,
 };
 
 pub(super) fn contact(reader: &Reader<'_>, body: Body) -> Result<Option<Contact>> {
@@ -75,38 +75,13 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
         return Err(reader.missing(&FRICTION_COEFFICIENT, ""));
     }
     let (normal_load, approach) = load_or_approach(reader, vibrates)?;
-    let stiffness = reader.value(&STIFFNESS)?;
-    let distribution = reader.value(&DISTRIBUTION)?;
-    let needs_structure = "it is about the contact elements of a structure, and there is none; add [structure] and [dynamics], or leave it out";
-    if !vibrates && stiffness != Stiffness::Total {
-        return Err(reader.conflict(&STIFFNESS, needs_structure));
-    }
-    if !vibrates && distribution == Distribution::ByLoad {
-        return Err(reader.conflict(&DISTRIBUTION, needs_structure));
-    }
-    let own = match stiffness {
-        Stiffness::Tangent => Some("tangent"),
-        Stiffness::Sliders => Some("sliders"),
-        Stiffness::Total | Stiffness::Roughness => None,
-    };
-    if let (Some(word), true) = (own, reader.has(&DISTRIBUTION)) {
-        return Err(reader.conflict(
-            &DISTRIBUTION,
-            format!("contact.stiffness = \"{word}\" gives each element its own stiffness; leave distribution out"),
-        ));
-    }
+    let boundary = reader.value(&BOUNDARY)?;
+    let (stiffness, distribution) = element_law(reader, vibrates, boundary)?;
     let bolt_stiffness = reader.get(&BOLT_STIFFNESS)?;
     if bolt_stiffness.is_some() && !reader.has("wear") {
         return Err(reader.conflict(
             &BOLT_STIFFNESS,
             "it makes the load fall as the joint wears, and there is no [wear]; leave it out",
-        ));
-    }
-    let boundary = reader.value(&BOUNDARY)?;
-    if stiffness == Stiffness::Sliders && boundary == Boundary::Periodic {
-        return Err(reader.conflict(
-            &BOUNDARY,
-            "contact.stiffness = \"sliders\" takes what the structure's mesh has from half spaces with a free surface; use \"free\"",
         ));
     }
     let (rotation, moment) = rotation(reader, boundary)?;
@@ -124,6 +99,53 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
         rotation,
         moment,
     })
+}
+
+/// What law the contact elements of a structure have, and how they share one stiffness where they do.
+fn element_law(
+    reader: &Reader<'_>,
+    vibrates: bool,
+    boundary: Boundary,
+) -> Result<(Stiffness, Distribution)> {
+    let given = reader.get(&STIFFNESS)?;
+    let distribution = reader.value(&DISTRIBUTION)?;
+    let needs_structure = "it is about the contact elements of a structure, and there is none; add [structure] and [dynamics], or leave it out";
+    if !vibrates && given.is_some_and(|stiffness| stiffness != Stiffness::Total) {
+        return Err(reader.conflict(&STIFFNESS, needs_structure));
+    }
+    if !vibrates && distribution != Distribution::Uniform {
+        return Err(reader.conflict(&DISTRIBUTION, needs_structure));
+    }
+    let is_published = reader.value(&PRESET)? == Preset::Paper;
+    let stiffness = given.unwrap_or(
+        match !vibrates || is_published || boundary == Boundary::Periodic {
+            true => Stiffness::Total,
+            false => Stiffness::Sliders,
+        },
+    );
+    let own = match stiffness {
+        Stiffness::Tangent => Some("tangent"),
+        Stiffness::Sliders => Some("sliders"),
+        Stiffness::Total | Stiffness::Roughness => None,
+    };
+    if let (Some(word), true) = (own, reader.has(&DISTRIBUTION)) {
+        let default = if given.is_none() {
+            ", its default,"
+        } else {
+            ""
+        };
+        return Err(reader.conflict(
+            &DISTRIBUTION,
+            format!("contact.stiffness = \"{word}\"{default} gives each element its own stiffness; leave distribution out, or add stiffness = \"total\""),
+        ));
+    }
+    if stiffness == Stiffness::Sliders && boundary == Boundary::Periodic {
+        return Err(reader.conflict(
+            &BOUNDARY,
+            "contact.stiffness = \"sliders\" takes what the structure's mesh has from half spaces with a free surface; use \"free\", or stiffness = \"total\"",
+        ));
+    }
+    Ok((stiffness, distribution))
 }
 
 /// What presses the bodies together: a load, or for a contact that does not move the approach.
