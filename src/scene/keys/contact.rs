@@ -1,6 +1,6 @@
 //! `[contact]`
 
-use super::Default::{Absent, Is, Rule};
+use super::Default::{Absent, ByPreset, Is, Rule};
 use super::keys;
 use super::value::{ANY, List, NOT_NEGATIVE, POSITIVE, Quantity, XY};
 use super::word::Choice;
@@ -46,8 +46,8 @@ keys! {
     /// Moments about x and y, through the middle of the joint, under which free rotations are found. With rotation = "free".
     MOMENT: List<2> = "contact.moment", Rule("no moments"),
         List(XY, Quantity(Dimension::MOMENT, ANY, r#"["2 N m", "0 N m"]"#), None), of ["rough"];
-    /// What law the contact elements of a structure get from the rough contact.
-    STIFFNESS: Choice<Stiffness> = "contact.stiffness", Rule("sliders; total by preset paper and with boundary = \"periodic\""), Choice(&[
+    /// What law the contact elements of a structure get from the rough contact. With boundary = "periodic" it is total.
+    STIFFNESS: Choice<Stiffness> = "contact.stiffness", ByPreset(["total", "sliders", "sliders", "sliders"]), Choice(&[
         ("sliders", Stiffness::Sliders, "each contact element its curve of force over displacement in the rough contact, a bank of sliders, without what the finite elements have already"),
         ("total", Stiffness::Total, "one slider each, with the stiffness of the whole patch, as published"),
         ("roughness", Stiffness::Roughness, "as total, without the compliance of the bodies, which the finite elements have already"),

@@ -4,7 +4,7 @@ use super::{Body, Result};
 use crate::scene::keys::{contact::*, fidelity::PRESET, lines};
 use crate::scene::reader::Reader;
 use crate::scene::{
-    Boundary, Contact, Distribution, GivenContact, Preset, Rotation, Stiffness, Transverse,
+    Boundary, Contact, Distribution, GivenContact, Rotation, Stiffness, Transverse,
 };
 
 pub(super) fn contact(reader: &Reader<'_>, body: Body) -> Result<Option<Contact>> {
@@ -116,13 +116,10 @@ fn element_law(
     if !vibrates && distribution != Distribution::Uniform {
         return Err(reader.conflict(&DISTRIBUTION, needs_structure));
     }
-    let is_published = reader.value(&PRESET)? == Preset::Paper;
-    let stiffness = given.unwrap_or(
-        match !vibrates || is_published || boundary == Boundary::Periodic {
-            true => Stiffness::Total,
-            false => Stiffness::Sliders,
-        },
-    );
+    // Those of a periodic joint have no mesh to take from half spaces.
+    let needs_total = !vibrates || boundary == Boundary::Periodic;
+    let chosen = needs_total.then_some(Stiffness::Total);
+    let stiffness = reader.value_or(&STIFFNESS, chosen, reader.value(&PRESET)?)?;
     let own = match stiffness {
         Stiffness::Tangent => Some("tangent"),
         Stiffness::Sliders => Some("sliders"),
