@@ -1,4 +1,4 @@
-//! The build script: Rust types of the tables, from the schemas in `schemas/`.
+//! The build script: Rust types of the tables, from the schemas in `schemas/`, and the commit that is built.
 //!
 //! A schema is the one declaration of a table. What follows from it is written to `typed.rs` in the build's own folder: the names of
 //! the tables, and a type for each whose fields are its columns. A table of one row has plain values, another one a vector a column;
@@ -6,10 +6,11 @@
 
 use std::fmt::Write;
 use std::path::Path;
+use std::process::Command;
 use std::{env, fs};
 
 /// The tables in the order in which they are told: as a run writes them, then those beside runs.
-const TABLES: [&str; 28] = [
+const TABLES: [&str; 31] = [
     "surface",
     "reference",
     "reference_element",
@@ -30,12 +31,15 @@ const TABLES: [&str; 28] = [
     "model_update",
     "response",
     "dynamic_response",
+    "resonance",
     "joint_cycle",
     "worn_response",
     "frf",
+    "frf_harmonic",
     "ledger",
     "timing",
     "summary",
+    "backbone",
     "trade",
     "claims",
 ];
@@ -54,6 +58,51 @@ fn main() {
     }
     let out = env::var("OUT_DIR").expect("cargo says where a build script writes");
     fs::write(Path::new(&out).join("typed.rs"), code).expect("the build's folder can be written");
+    let mut version = env::var("CARGO_PKG_VERSION").expect("cargo says which version this is");
+    if let Some(commit) = commit(Path::new(&root)) {
+        println!("cargo::rustc-env=FRETWEAR_COMMIT={commit}");
+        version += &format!(" ({commit})");
+    }
+    println!("cargo::rustc-env=FRETWEAR_VERSION={version}");
+}
+
+/// What the program is made of: with changes in them it is not the one of its commit.
+const SOURCES: [&str; 4] = ["src", "schemas", "Cargo.toml", "Cargo.lock"];
+
+/// The commit of the checkout that is built, with `-dirty` where its sources are changed; none of a package, or where there is no git.
+/// Cargo calls again after a commit and after a change of the sources, which build the program anew in any case.
+fn commit(root: &Path) -> Option<String> {
+    let git = |arguments: &[&str]| {
+        let done = Command::new("git")
+            .args(arguments)
+            .current_dir(root)
+            .output()
+            .ok()?;
+        let text = String::from_utf8(done.stdout).ok()?;
+        done.status.success().then(|| text.trim().to_owned())
+    };
+    // The sources of a package may lie within the checkout of something else.
+    let top = fs::canonicalize(git(&["rev-parse", "--show-toplevel"])?).ok()?;
+    if top != fs::canonicalize(root).ok()? {
+        return None;
+    }
+    // A file that is not there would be a change at every build.
+    for name in ["HEAD", "logs/HEAD"] {
+        let path = root.join(git(&["rev-parse", "--git-path", name])?);
+        if path.exists() {
+            println!("cargo::rerun-if-changed={}", path.display());
+        }
+    }
+    for source in SOURCES {
+        println!("cargo::rerun-if-changed={}", root.join(source).display());
+    }
+    let commit = git(&["rev-parse", "--short=12", "HEAD"])?;
+    let mut status = vec!["status", "--porcelain", "--"];
+    status.extend(SOURCES);
+    Some(match git(&status)?.is_empty() {
+        true => commit,
+        false => commit + "-dirty",
+    })
 }
 
 struct Schema {

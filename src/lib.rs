@@ -60,11 +60,18 @@
 
 #![forbid(unsafe_code)]
 
+/// The commit that this is built from, with `-dirty` where its sources are changed; `None` where it is not built from a checkout.
+pub const COMMIT: Option<&str> = option_env!("FRETWEAR_COMMIT");
+
+/// Version, and the commit in brackets where that is known.
+pub const VERSION: &str = env!("FRETWEAR_VERSION");
+
 pub mod contact;
 pub mod doctor;
 pub mod dynamics;
 pub mod fft;
 mod files;
+pub mod gauge;
 pub mod grid;
 pub mod json;
 pub mod linalg;

@@ -1,21 +1,91 @@
 //! All text of the program for its user: results go to stdout, everything else to stderr.
 //!
 //! Titles, keys, names of files and what files say of themselves come from others. What a terminal would obey is shown in its place.
+//!
+//! A run keeps what was said of it in `log.txt`, each line with its time: nothing reads that, and a log that cannot be written changes
+//! nothing.
 
 use std::fmt::Arguments;
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+
+use fretwear::store::date;
 
 use fretwear::report::{is_obeyed, visible};
 use serde_json::Value;
 
-/// One line on stderr. A command does its work where nobody listens any more, or where the disk of its log is full.
+/// One line on stderr, and in the log. A command does its work where nobody listens any more, or where the disk of its log is full.
 pub fn say(text: &str) {
     let _ = io::stderr().write_all(format!("{}\n", visible(text)).as_bytes());
+    note(text);
+}
+
+/// The log of the run that is computed.
+struct Log {
+    file: Option<File>,
+    /// What was said before there was a run to keep it.
+    before: String,
+}
+
+/// More than this is not kept until a run is there.
+const MOST_BEFORE: usize = 1 << 16;
+
+static LOG: Mutex<Log> = Mutex::new(Log {
+    file: None,
+    before: String::new(),
+});
+
+/// A line in the log alone.
+pub fn note(text: &str) {
+    let mut log = LOG.lock().unwrap_or_else(PoisonError::into_inner);
+    let now = date::now();
+    let lines = visible(text);
+    let lines = lines.lines().filter(|line| !line.trim().is_empty());
+    let lines: String = lines.map(|line| format!("{now}  {line}\n")).collect();
+    let Log { file, before } = &mut *log;
+    match file {
+        Some(file) => drop(file.write_all(lines.as_bytes())),
+        None if before.len() < MOST_BEFORE => *before += &lines,
+        None => (),
+    }
+}
+
+/// What is said from now on stands in the log of the run in this folder too, below what earlier starts have left there.
+pub fn log_into(run: &Path) {
+    let mut log = LOG.lock().unwrap_or_else(PoisonError::into_inner);
+    log.file = opened(&run.join("log.txt")).ok();
+    let before = std::mem::take(&mut log.before);
+    if let Some(file) = &mut log.file {
+        let _ = file.write_all(before.as_bytes());
+    }
+}
+
+/// The file at its end. Where a run comes from a stranger it may be anything: what is no file of its own is left alone.
+fn opened(path: &Path) -> io::Result<File> {
+    match fs::symlink_metadata(path) {
+        Ok(found) if !found.is_file() => return Err(ErrorKind::InvalidInput.into()),
+        _ => (),
+    }
+    let mut options = OpenOptions::new();
+    options.append(true).create(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::custom_flags(
+        &mut options,
+        libc::O_NOFOLLOW | libc::O_NONBLOCK,
+    );
+    options.open(path)
 }
 
 /// True if a person sees what is said.
 pub fn is_watched() -> bool {
     io::stderr().is_terminal()
+}
+
+/// True if a person can be asked.
+pub fn is_asking() -> bool {
+    is_watched() && io::stdin().is_terminal()
 }
 
 /// What a command prints as its result. Writing does not fail, so that the exit code says what became of the work before it says
@@ -28,7 +98,9 @@ pub struct Results {
 impl Results {
     /// What `write!` and `writeln!` call.
     pub fn write_fmt(&mut self, text: Arguments) {
-        self.put(&visible(&text.to_string()));
+        let text = text.to_string();
+        note(&text);
+        self.put(&visible(&text));
     }
 
     /// One line of JSON.

@@ -44,7 +44,7 @@ struct Named {
     units: &'static [&'static str],
 }
 
-const NAMED: [Named; 13] = [
+const NAMED: [Named; 15] = [
     Named {
         dimension: Dimension::NONE,
         name: "a plain number",
@@ -112,6 +112,18 @@ const NAMED: [Named; 13] = [
         units: &["Hz"],
     },
     Named {
+        dimension: Dimension::TIME,
+        name: "a time",
+        number: "1",
+        units: &["us", "s"],
+    },
+    Named {
+        dimension: Dimension::ACCELERATION,
+        name: "an acceleration",
+        number: "5",
+        units: &["m/s^2"],
+    },
+    Named {
         dimension: Dimension::WEAR_COEFFICIENT,
         name: "a wear coefficient (volume per energy)",
         number: "2e3",
@@ -148,6 +160,10 @@ impl Dimension {
     pub const DAMPING: Self = Self::of(0, 1, -1);
     /// Frequency \[Hz\].
     pub const FREQUENCY: Self = Self::of(0, 0, -1);
+    /// Time \[s\].
+    pub const TIME: Self = Self::of(0, 0, 1);
+    /// Acceleration \[m/s²\].
+    pub const ACCELERATION: Self = Self::of(1, 0, -2);
     /// Wear volume per dissipated energy \[m³/J\], [A eq. 2.5].
     pub const WEAR_COEFFICIENT: Self = Self::of(1, -1, 2);
     /// Angle \[rad\].

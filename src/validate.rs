@@ -4,6 +4,8 @@
 //! Where an edge of contact cuts the cells decides much of the error on one grid, so every grid is tried with the centre of the
 //! closed form at several places within a cell, and the root mean square error over these has a clean order.
 
+mod backbone;
+
 use std::f64::consts::PI;
 
 use crate::contact::normal::{
@@ -11,6 +13,7 @@ use crate::contact::normal::{
 };
 use crate::contact::tangential::{self, CellState, Drive, TangentialOptions, TangentialProblem};
 use crate::contact::{Boundary, ContactError, Elastic, HalfSpace, Pair, Shear, stiffness};
+use crate::dynamics::DynamicsError;
 use crate::grid::{Grid, Patch};
 use crate::reference::{CappedHertz, CattaneoMindlin, CircularPunch, Hertz, Westergaard, elastic};
 
@@ -23,7 +26,7 @@ pub struct Row {
     pub quantity: &'static str,
     /// Unit of `computed` and `exact`.
     pub unit: &'static str,
-    /// Cells along x and y.
+    /// Cells along x and y; of a vibration samples of a cycle, and levels of the force.
     pub grid: [usize; 2],
     /// Computed value; of a field, its root mean square. The mean over the placements.
     pub computed: f64,
@@ -77,14 +80,26 @@ const FRICTION_COEFFICIENT: f64 = 0.6;
 /// Runs every case. Rows come case by case, quantity by quantity, from the coarsest grid to the finest.
 ///
 /// # Errors
-/// [`ContactError`] of a solve that did not converge.
-pub fn run() -> Result<Vec<Row>, ContactError> {
+/// [`ValidateError`] of a solve that did not converge.
+pub fn run() -> Result<Vec<Row>, ValidateError> {
     let cases = [hertz, punch, capped_hertz, westergaard, cattaneo_mindlin];
     let mut rows = Vec::new();
     for case in cases {
         rows.extend(case()?);
     }
+    rows.extend(backbone::jenkins_oscillator()?);
     Ok(rows)
+}
+
+/// A solve that did not converge.
+#[derive(Debug, thiserror::Error)]
+pub enum ValidateError {
+    /// Of the contact.
+    #[error(transparent)]
+    Contact(#[from] ContactError),
+    /// Of the vibration.
+    #[error(transparent)]
+    Dynamics(#[from] DynamicsError),
 }
 
 /// Least-squares slope of log error over log cell width: the order of convergence. None for fewer than two points, or with an
@@ -399,16 +414,27 @@ fn refine(
         measures.push(mean_over_placements(placed.collect::<Result<Vec<_>, _>>()?));
     }
     let widths: Vec<f64> = grids.iter().map(|grid| grid.dx).collect();
+    let cells: Vec<[usize; 2]> = grids.iter().map(|grid| [grid.nx, grid.ny]).collect();
+    Ok(rows_of(case, &cells, &widths, &measures))
+}
+
+/// The rows of a case, with the orders over its grids.
+fn rows_of(
+    case: &'static str,
+    grids: &[[usize; 2]],
+    widths: &[f64],
+    measures: &[Vec<Measure>],
+) -> Vec<Row> {
     let mut rows = Vec::new();
     for quantity in 0..measures[0].len() {
         let errors: Vec<f64> = measures.iter().map(|m| m[quantity].error).collect();
         let resolved = errors.iter().all(|e| *e > TOLERANCE_FLOOR);
         let order = if resolved {
-            fitted_order(&widths, &errors)
+            fitted_order(widths, &errors)
         } else {
             None
         };
-        for (grid, on_grid) in grids.iter().zip(&measures) {
+        for (grid, on_grid) in grids.iter().zip(measures) {
             let Measure {
                 quantity,
                 unit,
@@ -420,7 +446,7 @@ fn refine(
                 case,
                 quantity,
                 unit,
-                grid: [grid.nx, grid.ny],
+                grid: *grid,
                 computed,
                 exact,
                 relative_error: error,
@@ -428,7 +454,7 @@ fn refine(
             });
         }
     }
-    Ok(rows)
+    rows
 }
 
 fn mean_over_placements(placed: Vec<Vec<Measure>>) -> Vec<Measure> {

@@ -1,13 +1,22 @@
-//! What the manifest and the README promise of a build, held against the lock file and the packages themselves.
+//! What the manifest and the README promise of a build, held against the lock file and the packages themselves; pages that the program
+//! makes, and the links of all pages.
 
-use std::collections::BTreeSet;
-use std::path::Path;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Component, Path, PathBuf};
 use std::process::Command;
 
+use regex::Regex;
 use serde_json::Value;
 
+use crate::support::Bench;
+
+/// A file of the repository.
+fn path(file: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(file)
+}
+
 fn read(file: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+    let path = path(file);
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
@@ -142,6 +151,12 @@ fn a_c_compiler_is_named_if_needed() {
     );
 }
 
+#[test]
+fn the_citation_has_the_version_of_the_manifest() {
+    let version = format!("\nversion: {}\n", env!("CARGO_PKG_VERSION"));
+    assert!(read("CITATION.cff").contains(&version));
+}
+
 /// 76 MB, most of it Polars; what is not stripped, or not optimised, adds tens of them.
 #[cfg(not(debug_assertions))]
 #[test]
@@ -149,4 +164,181 @@ fn the_program_is_small() {
     const MOST: u64 = 90_000_000;
     let program = std::fs::metadata(env!("CARGO_BIN_EXE_fretwear")).expect("the program");
     assert!(program.len() < MOST, "{} bytes", program.len());
+}
+
+/// Pages that the program makes: file, heading, what the page is for, and the arguments that print the rest.
+const MADE: [(&str, &str, &str, &[&str]); 2] = [
+    (
+        "docs/keys.md",
+        "# Keys of a scene",
+        "With this page you can look up every key that a scene may have: its type, its default and its meaning. `fretwear explain KEY` \
+         says all about one of them.",
+        &["schema", "scene", "--markdown"],
+    ),
+    (
+        "docs/tables.md",
+        "# Tables of a run",
+        "With this page you can look up every table of a run: its file, when it is written, and the unit, type and meaning of each \
+         column.",
+        &["schema", "--markdown"],
+    ),
+];
+
+#[test]
+fn the_pages_that_the_program_makes_are_what_it_prints() {
+    const REWRITE: &str = "FRETWEAR_REWRITE_PAGES";
+    let rewrite = std::env::var_os(REWRITE).is_some();
+    let bench = Bench::new();
+    let section = Regex::new(r"(?m)^## `(.*)`$").expect("a pattern");
+    for (file, heading, about, arguments) in MADE {
+        let printed = bench.done(arguments).stdout();
+        let printed = printed.trim_end();
+        let links: Vec<String> = section
+            .captures_iter(printed)
+            .map(|found| format!("[`{}`](#{})", &found[1], anchor(&found[1])))
+            .collect();
+        let page = format!(
+            "{heading}\n\n{about} The page is made by `fretwear {}`.\n\n{}\n\n{printed}\n",
+            arguments.join(" "),
+            links.join(" · ")
+        );
+        if rewrite {
+            std::fs::write(path(file), &page).expect("written");
+        }
+        assert!(
+            read(file) == page,
+            "{file} is not what the program prints; write it anew: {REWRITE}=1 cargo test --release --test main -- manifest::the_pages"
+        );
+    }
+}
+
+/// The anchor that forges make of a heading.
+fn anchor(heading: &str) -> String {
+    let kept = heading.chars().filter_map(|c| match c {
+        ' ' => Some('-'),
+        '-' | '_' => Some(c),
+        _ => c.is_alphanumeric().then_some(c),
+    });
+    kept.flat_map(char::to_lowercase).collect()
+}
+
+/// The files under a folder of the repository that end in `.md`, by their paths from its top.
+fn pages_in(folder: &str) -> Vec<String> {
+    let entries = std::fs::read_dir(path(folder)).expect("a folder");
+    let names = entries.map(|entry| entry.expect("an entry").file_name());
+    let pages = names.filter_map(|name| name.into_string().ok());
+    let mut pages: Vec<String> = pages
+        .filter(|name| name.ends_with(".md"))
+        .map(|name| match folder {
+            "." => name,
+            _ => format!("{folder}/{name}"),
+        })
+        .collect();
+    pages.sort();
+    pages
+}
+
+/// The README, the changelog, the book, and what stands beside data.
+fn pages() -> Vec<String> {
+    let folders = [".", "docs", "data", "data/old_runs"];
+    folders.into_iter().flat_map(pages_in).collect()
+}
+
+/// A page without its blocks of code.
+fn without_blocks(page: &str) -> String {
+    let mut in_block = false;
+    let kept = page.lines().filter(|line| {
+        let is_fence = line.trim_start().starts_with("```");
+        in_block ^= is_fence;
+        !in_block && !is_fence
+    });
+    kept.collect::<Vec<_>>().join("\n")
+}
+
+/// The anchors of a page's headings; the second of one name has a number.
+fn anchors(page: &str) -> BTreeSet<String> {
+    let mut count: BTreeMap<String, usize> = BTreeMap::new();
+    let text = without_blocks(page);
+    let headings = text
+        .lines()
+        .filter(|line| line.starts_with('#'))
+        .map(|line| line.trim_start_matches('#').trim());
+    headings
+        .map(|heading| {
+            let anchor = anchor(heading);
+            let before = count.entry(anchor.clone()).or_insert(0);
+            *before += 1;
+            match *before {
+                1 => anchor,
+                more => format!("{anchor}-{}", more - 1),
+            }
+        })
+        .collect()
+}
+
+/// Where the links of a page lead, as they stand, but for those to other hosts.
+fn links(page: &str) -> Vec<String> {
+    let code = Regex::new(r"`[^`]*`").expect("a pattern");
+    let link = Regex::new(r"\]\(([^)\s]+)\)").expect("a pattern");
+    let text = without_blocks(page);
+    let text = code.replace_all(&text, "");
+    let targets = link.captures_iter(&text).map(|found| found[1].to_owned());
+    targets.filter(|target| !target.contains("://")).collect()
+}
+
+/// A link of a page as a path from the top of the repository, and the heading that it names.
+fn target(page: &str, link: &str) -> (String, Option<String>) {
+    let (file, heading) = match link.split_once('#') {
+        Some((file, heading)) => (file, Some(heading.to_owned())),
+        None => (link, None),
+    };
+    if file.is_empty() {
+        return (page.to_owned(), heading);
+    }
+    let folder = Path::new(page).parent().expect("a folder");
+    let mut parts: Vec<String> = Vec::new();
+    for part in folder.join(file).components() {
+        match part {
+            Component::ParentDir => {
+                assert!(parts.pop().is_some(), "{page}: {link} leads out");
+            }
+            Component::Normal(name) => parts.push(name.to_string_lossy().into_owned()),
+            _ => {}
+        }
+    }
+    (parts.join("/"), heading)
+}
+
+#[test]
+fn every_link_of_the_pages_leads_somewhere() {
+    let mut broken = Vec::new();
+    let mut followed = 0;
+    for page in pages() {
+        for link in links(&read(&page)) {
+            let (file, heading) = target(&page, &link);
+            let leads = path(&file).exists()
+                && heading.is_none_or(|heading| anchors(&read(&file)).contains(&heading));
+            if !leads {
+                broken.push(format!("{page}: {link}"));
+            }
+            followed += 1;
+        }
+    }
+    assert!(broken.is_empty(), "{broken:#?}");
+    // The patterns are held against what they find.
+    assert!(followed > 100, "{followed} links");
+}
+
+#[test]
+fn the_index_of_the_book_names_every_page() {
+    const INDEX: &str = "docs/README.md";
+    let named: BTreeSet<String> = links(&read(INDEX))
+        .iter()
+        .map(|link| target(INDEX, link).0)
+        .collect();
+    let missing: Vec<String> = pages_in("docs")
+        .into_iter()
+        .filter(|page| page != INDEX && !named.contains(page))
+        .collect();
+    assert!(missing.is_empty(), "{INDEX} does not name {missing:?}");
 }

@@ -2,16 +2,14 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
-use std::time::Instant;
 
 use fretwear::recipe::Inputs;
 use fretwear::stages::{self, Ending, RunError, RunOptions};
 use fretwear::store::{Cache, RealFileSystem, RunReader};
 
-use super::run::{cache_folder, stop_flag};
-use super::{CliError, Execution};
-use crate::progress::Watcher;
+use super::run::cache_folder;
+use super::{CliError, Execution, Exit};
+use crate::progress::{Stopping, Watcher};
 use crate::terminal::say;
 
 /// One of the runs.
@@ -29,16 +27,14 @@ pub struct Ran {
     pub stopped: bool,
 }
 
+/// How many runs go on.
+const SAME: &str = "the same command";
+
 /// Runs them all. One that fails does not keep the others from running, but for a run that belongs to another scene, is damaged,
 /// or is in use.
 pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<Ran, CliError> {
-    let stop = stop_flag()?;
-    let begin = Instant::now();
-    let late = || {
-        execution
-            .max_wall
-            .is_some_and(|limit| begin.elapsed().as_secs_f64() >= limit)
-    };
+    let stopping = Stopping::listen(execution.max_wall, Exit::Stopped as i32);
+    let stopping = stopping.map_err(CliError::Signals)?;
     let latest = |root: &Path| {
         let reader = RunReader::open(Arc::new(RealFileSystem), root);
         reader.ok().and_then(|reader| reader.latest())
@@ -50,7 +46,7 @@ pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<Ran, C
     let mut worked = false;
     for (k, Job { name, root, inputs }) in jobs.iter().enumerate() {
         // A start computes something in any case, so that one with little time after another gets through.
-        if stop.load(Ordering::Relaxed) || (worked && late()) {
+        if stopping.is_asked() || (worked && stopping.is_late()) {
             return Ok(ran);
         }
         if !execution.quiet {
@@ -64,10 +60,11 @@ pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<Ran, C
             threads: execution.threads,
             cache: cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder)),
             file_system: Arc::new(RealFileSystem),
-            stop: &|commits| stop.load(Ordering::Relaxed) || (commits > 0 && late()),
+            stop: &|commits| stopping.is_asked() || (commits > 0 && stopping.is_late()),
         };
         let before = latest(root);
         let watcher = Watcher::new(&inputs.recipe, root, execution.quiet);
+        let watcher = watcher.stopped_by(&stopping, SAME);
         let result = stages::run(&options, &watcher);
         watcher.finish();
         worked |= latest(root) != before;

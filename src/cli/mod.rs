@@ -1,12 +1,16 @@
 //! The command line: arguments in, exit codes out. Results go to stdout, everything else to stderr.
 
+mod backbone;
+mod check;
 #[cfg(feature = "polars")]
 mod compare;
 mod cost;
 mod doctor;
+mod edit;
 mod explain;
 mod export;
 mod many;
+mod new;
 mod report;
 #[cfg(feature = "polars")]
 mod report_command;
@@ -53,7 +57,7 @@ impl From<Exit> for ExitCode {
 
 /// Fretting wear of rough bolted joints over millions of vibration cycles.
 #[derive(Parser)]
-#[command(version, after_help = EXIT_CODES)]
+#[command(version, long_version = fretwear::VERSION, after_help = EXIT_CODES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -84,16 +88,60 @@ enum Command {
         #[arg(long, conflicts_with = "json")]
         graph: bool,
     },
+    /// Say all that is wrong with scenes, and what is doubtful, at once
+    ///
+    /// Each error has its file and line, the key, its value, and what would be right. Nothing is computed. Ends with 2 if a scene has an
+    /// error.
+    Check {
+        /// The scenes (TOML)
+        #[arg(required = true, value_name = "SCENE")]
+        scenes: Vec<PathBuf>,
+        /// Change a key in all of them, as in `--set wear.cycles=1e6`
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        sets: Vec<String>,
+        /// Print one JSON object a scene
+        #[arg(long)]
+        json: bool,
+    },
     /// Compute a stage of a committed iteration again, from the tables of the run and the files that its scene names
     ///
     /// Says whether the tables are the same to the last bit. A table that a later stage writes again is computed on the way, by the
     /// stage that wrote it first. The run is not changed.
     Stage(StageArguments),
+    /// Frequency, damping ratio and amplitude of the resonance over the level of the force
+    ///
+    /// Of the unworn joint of a scene, which is computed in memory, or of the joint as it is worn at an iteration of a run, which is not
+    /// changed; of several in one table and one picture. Where friction cannot bound the amplitude any more, the curve ends and says so.
+    Backbone(backbone::BackboneArguments),
     /// Say how far a run is
     Status {
         /// Folder of the run
         run: PathBuf,
         /// Print one JSON object
+        #[arg(long)]
+        json: bool,
+    },
+    /// Write a commented scene of your own that runs
+    ///
+    /// At a terminal, without --like and --set, it asks for what differs from joint to joint.
+    #[command(after_help = new::examples())]
+    New {
+        /// File to write; it must not be there yet
+        #[arg(value_name = "FILE")]
+        path: PathBuf,
+        /// The scene to begin from [default: prescribed_fretting]
+        #[arg(long, value_name = "NAME")]
+        like: Option<String>,
+        /// Change a value of it, as in `--set contact.normal_load="20 kN"`; its comments stay
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        sets: Vec<String>,
+    },
+    /// List the runs of a folder: state, progress, worn volume
+    Ls {
+        /// The folder
+        #[arg(value_name = "FOLDER", default_value = "runs")]
+        folder: PathBuf,
+        /// Print one JSON object a run
         #[arg(long)]
         json: bool,
     },
@@ -223,6 +271,9 @@ struct RunArguments {
     /// Print one JSON object: the last summary, and the seconds of each stage
     #[arg(long)]
     json: bool,
+    /// Print all figures of the last summary at the end, not only what wear has changed
+    #[arg(long, short, conflicts_with = "json")]
+    verbose: bool,
 }
 
 #[derive(Args)]
@@ -339,6 +390,9 @@ struct ReportArguments {
     /// Where the page goes [default: report.html in the run's folder; of several runs, here]
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Hold the paper's claims against the runs too, as `fretwear reproduce` does
+    #[arg(long)]
+    claims: bool,
     /// Write each figure to a file of its own in this folder too
     #[arg(long, value_name = "DIR")]
     svg: Option<PathBuf>,
@@ -402,6 +456,22 @@ enum CliError {
     NoJsonSchema,
     #[error(transparent)]
     UnknownKey(#[from] fretwear::scene::explain::UnknownKey),
+    #[error("{like} is no scene to begin from; there are {known}")]
+    UnknownExample { like: String, known: String },
+    #[error("cannot write {}: {source}", path.display())]
+    NewScene {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error(
+        "{key} stands on no line of its own in the scene {like}; change it in the file that is written"
+    )]
+    NoLine { key: String, like: String },
+    #[error("cannot list {}: {source}", path.display())]
+    Folder {
+        path: PathBuf,
+        source: std::io::Error,
+    },
     #[error("cannot watch for signals: {0}")]
     Signals(std::io::Error),
     #[error("{} has no [structure] of kind \"resonator\" to export", path.display())]
@@ -437,7 +507,23 @@ enum CliError {
         tables: String,
     },
     #[error("validation: {0}")]
-    Validate(#[from] fretwear::contact::ContactError),
+    Validate(#[from] fretwear::validate::ValidateError),
+    #[error(
+        "{} has no harmonic force in [dynamics]: nothing vibrates whose backbone could be followed",
+        path.display()
+    )]
+    NothingVibrates { path: PathBuf },
+    #[error(
+        "the backbone is to begin at {from} N and to end at {to} N; --from must be less than --to (without them: a thousandth of the scene's force, and twice it)"
+    )]
+    Levels { from: f64, to: f64 },
+    #[error(
+        "--set changes the keys of scenes, and a run has its own: name a scene too, or begin a run with `fretwear run --from RUN@K --set …`"
+    )]
+    SetOfARun,
+    #[cfg(feature = "polars")]
+    #[error("cannot draw the backbone: {0}")]
+    Drawing(fretwear::report::PlotError),
     #[error(transparent)]
     Knob(#[from] fretwear::scene::variants::UnknownKnob),
     #[error(transparent)]
@@ -467,9 +553,14 @@ impl CliError {
             | CliError::EditedScene { .. }
             | CliError::NothingToRun { .. }
             | CliError::UnknownTable { .. }
+            | CliError::UnknownExample { .. }
+            | CliError::NoLine { .. }
             | CliError::NoJsonSchema
             | CliError::UnknownKey(_)
             | CliError::NothingToExport { .. }
+            | CliError::NothingVibrates { .. }
+            | CliError::Levels { .. }
+            | CliError::SetOfARun
             | CliError::Knob(_)
             | CliError::UnknownStiffness
             | CliError::Structure(
@@ -507,8 +598,13 @@ pub fn main() -> ExitCode {
     };
     let mut out = Results::default();
     let exit = perform(command, &mut out).unwrap_or_else(|error| {
-        say(&format!("error: {error}"));
-        error.exit()
+        // Of a scene all that is wrong is said, a line each.
+        let exit = error.exit();
+        match error {
+            CliError::Scene(error) => error.into_each().for_each(|e| say(&format!("error: {e}"))),
+            error => say(&format!("error: {error}")),
+        }
+        exit
     });
     match out.end() {
         Ok(()) => exit.into(),
@@ -526,8 +622,12 @@ fn perform(command: Command, out: &mut Results) -> Result<Exit, CliError> {
             json,
             ..
         } => show::plan(&scene.scene, &scene.sets, !no_rehearsal, json, out),
+        Command::Check { scenes, sets, json } => Ok(check::check(&scenes, &sets, json, out)),
         Command::Stage(arguments) => stage::stage(&arguments, out),
+        Command::Backbone(arguments) => backbone::backbone(&arguments, out),
         Command::Status { run, json } => status::status(&run, json, out),
+        Command::New { path, like, sets } => new::new(&path, like.as_deref(), &sets, out),
+        Command::Ls { folder, json } => new::list(&folder, json, out),
         Command::Verify { run } => show::verify(&run, out),
         Command::Validate { json } => show::validate(json, out),
         Command::Trade(arguments) => trade::trade(&arguments, out),

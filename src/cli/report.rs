@@ -5,15 +5,88 @@ use std::path::Path;
 use fretwear::report::{ERROR_BARS, error_bar_of, percent};
 use fretwear::scene::Plan;
 use fretwear::stages::{Ending, Outcome};
+use fretwear::tables::typed::Summary;
 use fretwear::tables::{Column, Table};
 use serde_json::{Map, Value, json};
 
 use super::cost;
+use crate::progress::{grouped, significant};
 use crate::terminal::Results;
 
+/// How the end of a run is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// What wear has changed; the summary where nothing wore.
+    Short,
+    /// The summary too.
+    Verbose,
+    /// One JSON object: the summary.
+    Json,
+}
+
+/// A figure that wear changes: its title, its unit and how many of these an SI unit is, where it stands, and its error bar.
+struct Changing {
+    title: &'static str,
+    unit: &'static str,
+    scale: f64,
+    of: fn(&Summary) -> Option<f64>,
+    bar: fn(&Summary) -> Option<f64>,
+}
+
+const fn changing(
+    (title, unit, scale): (&'static str, &'static str, f64),
+    of: fn(&Summary) -> Option<f64>,
+    bar: fn(&Summary) -> Option<f64>,
+) -> Changing {
+    Changing {
+        title,
+        unit,
+        scale,
+        of,
+        bar,
+    }
+}
+
+#[rustfmt::skip]
+const CHANGING: [Changing; 7] = [
+    changing(("resonance", "Hz", 1.0), |s| s.resonance_frequency, |s| s.error_resonance_frequency),
+    changing(("amplitude", "µm", 1e6), |s| s.peak_amplitude, |s| s.error_peak_amplitude),
+    changing(("friction of a cycle", "J", 1.0), |s| s.dissipated_energy, |s| s.error_dissipated_energy),
+    changing(("stiffness kn", "N/µm", 1e-6), |s| s.kn, |s| s.error_kn),
+    changing(("stiffness kt", "N/µm", 1e-6), |s| s.kt, |s| s.error_kt),
+    changing(("loaded area", "%", 100.0), |s| s.loaded_area_fraction, |s| s.error_loaded_area),
+    changing(("worn volume", "mm³", 1e9), |s| s.wear_volume, |s| s.error_wear_volume),
+];
+
+/// What wear has changed, before and after, with the error bars of what is after.
+fn write_change(out: &mut Results, unworn: &Summary, worn: &Summary) {
+    let cycles = worn.cycles.unwrap_or(0).unsigned_abs();
+    let heads = [
+        "unworn".to_owned(),
+        format!("after {} cycles", grouped(cycles)),
+    ];
+    writeln!(out, "  {:<20} {:>14}   {}", "", heads[0], heads[1]);
+    for figure in &CHANGING {
+        let [Some(before), Some(after)] = [unworn, worn].map(figure.of) else {
+            continue;
+        };
+        let [before, after] = [before, after].map(|value| significant(value * figure.scale));
+        let bar = (figure.bar)(worn).filter(|bar| *bar > 0.0);
+        let bar = bar.map_or_else(String::new, |bar| format!(" ± {}", percent(bar)));
+        let unit = figure.unit;
+        writeln!(
+            out,
+            "  {:<20} {:>14}   {after} {unit}{bar}",
+            figure.title,
+            format!("{before} {unit}")
+        );
+    }
+}
+
 /// Prints what a run left.
-pub fn outcome(outcome: &Outcome, plan: &Plan, root: &Path, as_json: bool, out: &mut Results) {
-    if as_json {
+pub fn outcome(outcome: &Outcome, plan: &Plan, root: &Path, form: Form, out: &mut Results) {
+    let verbose = form == Form::Verbose;
+    if form == Form::Json {
         let mut object = outcome.summary.as_ref().map(row).unwrap_or_default();
         object.insert("wear_iteration".to_owned(), json!(outcome.wear_iteration));
         object.insert("timing".to_owned(), json!(outcome.spent.seconds));
@@ -42,7 +115,14 @@ pub fn outcome(outcome: &Outcome, plan: &Plan, root: &Path, as_json: bool, out: 
     if let Some(wear_iteration) = outcome.wear_iteration {
         writeln!(out, "iteration {wear_iteration} of {}", root.display());
     }
-    write_summary(out, summary);
+    match &outcome.change {
+        Some([unworn, worn]) => write_change(out, unworn, worn),
+        None => write_summary(out, summary),
+    }
+    if verbose && outcome.change.is_some() {
+        writeln!(out);
+        write_summary(out, summary);
+    }
     let total: f64 = outcome.spent.total_seconds();
     let stages: Vec<String> = outcome
         .spent

@@ -14,7 +14,9 @@ pub fn report(arguments: &ReportArguments, out: &mut Results) -> Result<Exit, Cl
     let (runs, passed_over) = RunTables::open_all(&arguments.runs)?;
     let mut exit = notices(&passed_over);
     let mut report = Report::of(&runs)?;
-    report.add(claims::section(&claims::evaluate(&runs)?));
+    if arguments.claims {
+        report.add(claims::section(&claims::evaluate(&runs)?));
+    }
     let page = match (&arguments.output, &arguments.runs[..]) {
         (Some(page), _) => page.clone(),
         (None, [run]) => run.join("report.html"),

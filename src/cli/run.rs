@@ -2,19 +2,16 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
-use fretwear::report::continuation;
+use fretwear::report::{continuation, word};
 use fretwear::scene::{self, Plan, Scene};
 use fretwear::stages::{self, Ending, RunOptions, Source};
 use fretwear::store::{Cache, RealFileSystem, SceneOfRun, StoreError};
-use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::flag;
 
+use super::report::Form;
 use super::{CliError, Exit, RunArguments, cost, report};
-use crate::progress::Watcher;
-use crate::terminal::{Results, say};
+use crate::progress::{Stopping, Watcher};
+use crate::terminal::{Results, note, say};
 
 /// `RUN@N`.
 pub fn parse_source(text: &str) -> Result<Source, String> {
@@ -32,10 +29,25 @@ pub fn parse_source(text: &str) -> Result<Source, String> {
 
 pub fn run(arguments: RunArguments, out: &mut Results) -> Result<Exit, CliError> {
     let (scene, root) = scene_and_root(&arguments)?;
-    let stop = stop_flag()?;
-    let begin = Instant::now();
-    let plan = Plan::of(&scene)?;
+    let stopping = Stopping::listen(arguments.execution.max_wall, Exit::Stopped as i32);
+    let stopping = stopping.map_err(CliError::Signals)?;
+    let mut plan = Plan::of(&scene)?;
+    if let Some(scene) = &arguments.scene {
+        plan.inputs.identity.scene_written = Some(scene::as_written(scene, &arguments.sets)?);
+    }
+    let command: Vec<String> = std::env::args().skip(1).collect();
+    note(&format!(
+        "fretwear {}: {}",
+        fretwear::VERSION,
+        command.join(" ")
+    ));
     let watcher = Watcher::new(&plan.inputs.recipe, &root, arguments.execution.quiet);
+    let watcher = watcher.stopped_by(&stopping, &continuation(&root));
+    if !arguments.execution.quiet {
+        for warning in &plan.warnings {
+            say(&format!("warning: {warning}"));
+        }
+    }
     let options = RunOptions {
         inputs: &plan.inputs,
         root: root.clone(),
@@ -45,13 +57,7 @@ pub fn run(arguments: RunArguments, out: &mut Results) -> Result<Exit, CliError>
         cache: cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder)),
         file_system: Arc::new(RealFileSystem),
         // A start makes an iteration in any case, so that one with little time after another gets through.
-        stop: &|commits| {
-            stop.load(Ordering::Relaxed)
-                || arguments
-                    .execution
-                    .max_wall
-                    .is_some_and(|limit| commits > 0 && begin.elapsed().as_secs_f64() >= limit)
-        },
+        stop: &|commits| stopping.is_asked() || (commits > 0 && stopping.is_late()),
     };
     let result = stages::run(&options, &watcher);
     watcher.finish();
@@ -64,10 +70,21 @@ pub fn run(arguments: RunArguments, out: &mut Results) -> Result<Exit, CliError>
             return Err(error.into());
         }
     };
-    report::outcome(&outcome, &plan, &root, arguments.json, out);
+    let form = match (arguments.json, arguments.verbose) {
+        (true, _) => Form::Json,
+        (false, true) => Form::Verbose,
+        (false, false) => Form::Short,
+    };
+    report::outcome(&outcome, &plan, &root, form, out);
     if outcome.ending == Ending::Done && !arguments.json && !arguments.execution.quiet {
         // About this machine and this moment, and no result.
         say(&cost::in_words(&outcome.spent));
+        if outcome.change.is_some() {
+            let root = word(&root);
+            say(&format!(
+                "look at it:  fretwear report {root}\nall figures: fretwear status {root}"
+            ));
+        }
     }
     if outcome.ending == Ending::Stopped {
         say(&format!("stopped; continue with: {}", continuation(&root)));
@@ -131,15 +148,4 @@ pub fn scene_of_run(run: &Path, sets: &[String]) -> Result<Option<Scene>, CliErr
         Err(source) if found.edited => Err(CliError::EditedScene { path, source }),
         Err(error) => Err(error.into()),
     }
-}
-
-/// Set by the first Ctrl-C or SIGTERM; the second ends the process at once, which costs no commit.
-pub fn stop_flag() -> Result<Arc<AtomicBool>, CliError> {
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        flag::register_conditional_shutdown(signal, 128 + signal, stop.clone())
-            .map_err(CliError::Signals)?;
-        flag::register(signal, stop.clone()).map_err(CliError::Signals)?;
-    }
-    Ok(stop)
 }

@@ -22,12 +22,13 @@ pub fn plan(
 ) -> Result<Exit, CliError> {
     let scene = scene::load(path, sets)?;
     let mut plan = Plan::of(&scene)?;
-    let mut printed = json!({ "recipe": plan.inputs.recipe, "decisions": plan.decisions });
+    let mut printed =
+        json!({ "recipe": plan.inputs.recipe, "decisions": plan.decisions, "checks": plan.checks });
     let mut rehearsal = None;
     if as_json {
         if rehearse {
             let found = cost::rehearsed(&plan);
-            said_once(&mut plan.warnings, found.warning);
+            said_once(&mut plan.warnings, found.warnings);
             printed["cost"] = json!(found.cost);
             // Of the machine, where the rest is of the scene.
             printed["seconds"] = json!({ "run": found.seconds, "rehearsal": found.took });
@@ -45,8 +46,19 @@ pub fn plan(
     }
     if rehearse {
         let found = cost::rehearsed(&plan);
-        said_once(&mut plan.warnings, found.warning.clone());
+        said_once(&mut plan.warnings, found.warnings.clone());
         rehearsal = Some(found);
+    }
+    if !plan.checks.is_empty() {
+        writeln!(out, "\nto look at, by rules of thumb");
+    }
+    for check in &plan.checks {
+        let mark = if check.warning.is_some() {
+            "  <- see the warning"
+        } else {
+            ""
+        };
+        writeln!(out, "    {}: {}{mark}", check.what, check.value);
     }
     for warning in &plan.warnings {
         writeln!(out, "\nwarning: {warning}");
@@ -66,11 +78,14 @@ pub fn graph(path: &Path, sets: &[String], out: &mut Results) -> Result<Exit, Cl
     Ok(Exit::Done)
 }
 
-/// Both warnings are about the explicit step.
-fn said_once(warnings: &mut Vec<String>, more: Option<String>) {
-    if warnings.is_empty() {
-        warnings.extend(more);
-    }
+/// The plan and the rehearsal may warn of the same step.
+fn said_once(warnings: &mut Vec<String>, more: Vec<String>) {
+    const OF_STEP: &str = "wear.depth_step = ";
+    let is_told = warnings.iter().any(|warning| warning.starts_with(OF_STEP));
+    warnings.extend(
+        more.into_iter()
+            .filter(|more| !(is_told && more.starts_with(OF_STEP))),
+    );
 }
 
 /// Prints what verifies and what does not.

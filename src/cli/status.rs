@@ -54,7 +54,7 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
 }
 
 /// Whether a run is being computed, is at its end, or waits to be continued.
-fn state(standing: &RunStatus, holder: Option<LockHolder>) -> &'static str {
+pub fn state(standing: &RunStatus, holder: Option<LockHolder>) -> &'static str {
     match (holder, standing.done) {
         (Some(_), _) => "running",
         (None, true) => "done",

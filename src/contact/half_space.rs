@@ -14,6 +14,7 @@ use super::error::{ContactError, check_length};
 use super::kernel::{CellIntegrals, cell_integrals};
 use super::nodes::NodalCompliance;
 use crate::fft::{Convolution, VectorKernel, Workspace, fast_length};
+use crate::gauge::Gauge;
 use crate::grid::{ByAxis, Grid};
 
 /// What lies beyond the grid.
@@ -149,6 +150,11 @@ impl HalfSpace {
     /// What lies beyond the grid.
     pub fn boundary(&self) -> Boundary {
         self.boundary
+    }
+
+    /// Counts transforms there too, for who watches.
+    pub fn set_gauge(&mut self, gauge: Gauge) {
+        self.workspace.gauge = gauge;
     }
 
     /// Pairs of transforms done since the last call, in units of a pair at the size of the compliance's convolution.

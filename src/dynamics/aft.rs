@@ -26,6 +26,23 @@ pub trait InterfaceElement {
         false
     }
 
+    /// Coefficients of the force, and their Jacobian if asked for, of three rows of coefficients of displacement, without samples, as
+    /// [`Sampling::evaluate`] has them; none where there is no closed form.
+    fn by_events(
+        &self,
+        _harmonics: &Harmonics,
+        _displacement: &[f64],
+        _force: &mut [f64],
+        _jacobian: Option<&mut [f64]>,
+    ) -> Option<Closure> {
+        None
+    }
+
+    /// Whether the force is reference stiffness times displacement at every instant; none where that is not known without samples.
+    fn follows_by_events(&self, _harmonics: &Harmonics, _displacement: &[f64]) -> Option<bool> {
+        None
+    }
+
     /// Forces \[N\] over the steady cycle, and their derivative if asked for, in arrays of any content; `scratch` is there to work
     /// in.
     fn sample(
@@ -106,6 +123,8 @@ pub struct Sampling {
     basis: Vec<f64>,
     /// The inverse of `basis` in the sense of least squares, `coefficients × samples`.
     analysis: Vec<f64>,
+    /// Whether samples are taken only where there is no closed form.
+    by_events: bool,
 }
 
 /// Arrays that the law of an element works in, of any content between its uses.
@@ -162,7 +181,27 @@ impl Sampling {
             samples,
             basis,
             analysis,
+            by_events: false,
         })
+    }
+
+    /// Samples only where the law of an element has no closed form: elsewhere the instants at which its state changes are found.
+    pub fn with_events(mut self) -> Sampling {
+        self.by_events = true;
+        self
+    }
+
+    /// Whether an element whose displacement has these three rows of coefficients follows its reference throughout the cycle.
+    pub fn follows_reference<E: InterfaceElement>(
+        &self,
+        element: &E,
+        coefficients: &[f64],
+    ) -> bool {
+        let exactly = match self.by_events {
+            true => element.follows_by_events(&self.harmonics, coefficients),
+            false => None,
+        };
+        exactly.unwrap_or_else(|| element.follows_reference(&self.synthesise(coefficients)))
     }
 
     /// The harmonics.
@@ -230,10 +269,17 @@ impl Sampling {
         element: &E,
         displacement: &[f64],
         force: &mut [f64],
-        jacobian: Option<&mut [f64]>,
+        mut jacobian: Option<&mut [f64]>,
         work: &mut Workspace,
     ) -> Closure {
         let n = self.harmonics.coefficients();
+        if self.by_events {
+            let jacobian = jacobian.as_deref_mut();
+            let exact = element.by_events(&self.harmonics, displacement, force, jacobian);
+            if let Some(closure) = exact {
+                return closure;
+            }
+        }
         self.synthesise_into(displacement, &mut work.displacement);
         let Some(jacobian) = jacobian else {
             let closure =

@@ -16,6 +16,11 @@ pub trait Core {
     /// [`DynamicsError::Undamped`] at an undamped resonance, [`DynamicsError::Matrix`].
     fn receptance(&self, omega: f64) -> Result<Matrix<Complex64>, DynamicsError>;
 
+    /// Natural angular frequencies \[rad/s\], ascending, between which a search must not step over a resonance; none where they are not known.
+    fn natural_frequencies(&self) -> &[f64] {
+        &[]
+    }
+
     /// Energy that damping takes over one cycle of `omega` at the amplitudes `displacement` caused by `force` \[J\].
     fn loss(&self, omega: f64, displacement: &[Complex64], force: &[Complex64]) -> f64;
 }
@@ -29,6 +34,11 @@ pub struct ClosedModel {
     pub residual: Option<Matrix>,
     /// Z.
     pub core: Box<dyn Core>,
+    /// How many of the coordinates, the first ones, matter to a preconditioner: the others answer nearly statically.
+    pub leading: usize,
+    /// What an element gives by itself \[m/N\], `contact_dofs × 3`, three rows an element: its own part of R and of the static answer
+    /// of the coordinates that are not leading.
+    pub local: Option<Matrix>,
     /// Rigid body motions that no spring holds, `ports × motions`, scaled to a largest entry of 1.
     pub floating: Option<Matrix>,
 }

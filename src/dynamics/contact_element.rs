@@ -14,10 +14,10 @@
 //! cycle to the steady one. Between samples the displacement goes straight and the load changes linearly, for which the law is
 //! integrated exactly.
 
-use super::DynamicsError;
 use super::aft::{Closure, Derivative, InterfaceElement, Scratch};
 use super::march::March;
 use super::slider::{FrictionLaw, Slider};
+use super::{DynamicsError, Harmonics};
 use crate::linalg::add_scaled;
 
 /// What an element does over a cycle at its worst.
@@ -243,6 +243,20 @@ impl InterfaceElement for ContactElement {
 
     fn is_costly(&self) -> bool {
         self.sliders.len() > 1
+    }
+
+    fn by_events(
+        &self,
+        harmonics: &Harmonics,
+        displacement: &[f64],
+        force: &mut [f64],
+        jacobian: Option<&mut [f64]>,
+    ) -> Option<Closure> {
+        self.closed_form(harmonics, displacement, force, jacobian)
+    }
+
+    fn follows_by_events(&self, harmonics: &Harmonics, displacement: &[f64]) -> Option<bool> {
+        self.follows_throughout(harmonics, displacement)
     }
 
     fn sample(

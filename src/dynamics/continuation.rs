@@ -296,9 +296,36 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// # Errors
     /// That of [`Continuation`] where the parts leave out a frequency.
     pub fn branch(&self, settings: ContinuationSettings) -> Result<Vec<Response>, DynamicsError> {
-        let (mut there, stopped) = self.part(settings)?;
+        let (mut parts, stopped) = self.parts(settings)?;
         let Some(error) = stopped else {
-            return Ok(there);
+            return Ok(parts.swap_remove(0));
+        };
+        let direction = (settings.to - settings.from).signum();
+        let [there, rest] = &mut parts[..] else {
+            return Err(error);
+        };
+        match (there.last(), rest.first()) {
+            (Some(end), Some(start)) if direction * (end.omega - start.omega) >= 0.0 => {
+                there.append(rest);
+                Ok(std::mem::take(there))
+            }
+            _ => Err(error),
+        }
+    }
+
+    /// The branch over the range of `settings`, or, where it cannot be followed throughout, its parts from both ends and why the first
+    /// goes no further. All points are in the order from the one end to the other.
+    ///
+    /// # Errors
+    /// [`DynamicsError::OutOfRange`], [`DynamicsError::HarmonicMissing`].
+    #[allow(clippy::type_complexity)]
+    pub fn parts(
+        &self,
+        settings: ContinuationSettings,
+    ) -> Result<(Vec<Vec<Response>>, Option<DynamicsError>), DynamicsError> {
+        let (there, stopped) = self.part(settings)?;
+        let Some(error) = stopped else {
+            return Ok((vec![there], None));
         };
         let back = ContinuationSettings {
             from: settings.to,
@@ -307,17 +334,66 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         };
         let (mut rest, stopped) = self.part(back)?;
         rest.reverse();
-        if stopped.is_none() {
-            return Ok(rest);
+        match stopped {
+            None => Ok((vec![rest], None)),
+            Some(_) => Ok((vec![there, rest], Some(error))),
         }
-        let direction = (settings.to - settings.from).signum();
-        match (there.last(), rest.first()) {
-            (Some(end), Some(start)) if direction * (end.omega - start.omega) >= 0.0 => {
-                there.extend(rest);
-                Ok(there)
+    }
+
+    /// The branch through `seed` in both directions, as far as it can be followed between the ends of `settings`, in their order.
+    ///
+    /// # Errors
+    /// [`DynamicsError::OutOfRange`], [`DynamicsError::HarmonicMissing`].
+    pub fn through(
+        &self,
+        seed: &Response,
+        settings: ContinuationSettings,
+    ) -> Result<Vec<Response>, DynamicsError> {
+        let mut points = self.onwards(
+            seed,
+            ContinuationSettings {
+                from: settings.to,
+                to: settings.from,
+                ..settings
+            },
+        )?;
+        points.reverse();
+        points.push(seed.clone());
+        points.extend(self.onwards(seed, settings)?);
+        Ok(points)
+    }
+
+    /// The points after `seed` on its branch, up to its end, to where it stops, or back to `seed`.
+    fn onwards(
+        &self,
+        seed: &Response,
+        settings: ContinuationSettings,
+    ) -> Result<Vec<Response>, DynamicsError> {
+        let mut path = Continuation::new(self, settings)?;
+        let largest = path.size(seed);
+        path.state = Progress::Underway(Box::new(Branch {
+            now: seed.clone(),
+            before: None,
+            step: settings.step,
+            largest,
+            points: 1,
+        }));
+        let origin = path.point(seed, largest);
+        let close = |response: &Response, path: &Continuation<'_, E>| {
+            distance(path.point(response, largest), origin) < 0.5 * settings.step
+        };
+        let mut points: Vec<Response> = Vec::new();
+        let mut away = false;
+        while let Some(Ok(response)) = path.next() {
+            let is_close = close(&response, &path);
+            // A closed curve has come round.
+            if away && is_close {
+                break;
             }
-            _ => Err(error),
+            away |= !is_close;
+            points.push(response);
         }
+        Ok(points)
     }
 
     /// A branch as far as it can be followed, and why no further. Of one that returns, the part up to where it turns.
@@ -328,7 +404,10 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let mut points: Vec<Response> = Vec::new();
         for response in Continuation::new(self, settings)? {
             match response {
-                Ok(response) => points.push(response),
+                Ok(response) => {
+                    self.gauge.add_point(response.omega);
+                    points.push(response);
+                }
                 Err(error) => return Ok((points, Some(error))),
             }
         }

@@ -138,7 +138,9 @@ pub enum DynamicsError {
         tolerance: f64,
     },
     /// No resonance where one was looked for.
-    #[error("no {what} between {from:.6} and {to:.6} Hz")]
+    #[error(
+        "no {what} between {from:.6} and {to:.6} Hz, which is where dynamics.frequency has it looked for: widen it"
+    )]
     NoResonance {
         /// `"phase resonance"` or `"peak"`.
         what: &'static str,

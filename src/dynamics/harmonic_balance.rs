@@ -11,9 +11,13 @@ use super::linear_model::LinearModel;
 use super::newton_step::{Condition, State};
 use super::response::{Response, Start};
 use super::{Continuation, ContinuationSettings, DynamicsError, Harmonics};
+use crate::gauge::Gauge;
+use crate::linalg::add_scaled;
 
 /// Least increment of the load on the way to a state that Newton's method does not reach at once.
 const LEAST_INCREMENT: f64 = 1e-4;
+/// Share of the largest of several loads that their sum leaves by rounding.
+const CANCELLED: f64 = 1e-14;
 
 /// A harmonic load at a port: `cosine · cos kωt + sine · sin kωt`, half-range; harmonic 0 is a constant force `cosine`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,8 +44,37 @@ pub struct Settings {
     pub most_iterations: usize,
     /// Unknowns up to which a Newton step is solved by elimination; beyond, by GMRES if the model has few coordinates.
     pub dense_unknowns: usize,
+    /// Finds the instants at which elements change their state, where their law allows it, rather than sampling them.
+    pub by_events: bool,
     /// Gives every element unknowns, whether it needs them or not: to check the condensation.
     pub all_active: bool,
+}
+
+/// Loads on the same port in the same harmonic are one; what cancels is none.
+fn summed(loads: &[Load]) -> Vec<Load> {
+    let mut sums: Vec<(Load, f64)> = Vec::new();
+    for load in loads {
+        let size = load.cosine.hypot(load.sine);
+        let known = sums
+            .iter_mut()
+            .find(|(sum, _)| (sum.port, sum.harmonic) == (load.port, load.harmonic));
+        match known {
+            Some((sum, largest)) => {
+                sum.cosine += load.cosine;
+                sum.sine += load.sine;
+                *largest = largest.max(size);
+            }
+            None => sums.push((*load, size)),
+        }
+    }
+    for (sum, largest) in &mut sums {
+        for part in [&mut sum.cosine, &mut sum.sine] {
+            if part.abs() <= CANCELLED * *largest {
+                *part = 0.0;
+            }
+        }
+    }
+    sums.into_iter().map(|(sum, _)| sum).collect()
 }
 
 impl Default for Settings {
@@ -51,6 +84,7 @@ impl Default for Settings {
             tolerance: 1e-10,
             most_iterations: 40,
             dense_unknowns: 300,
+            by_events: false,
             all_active: false,
         }
     }
@@ -66,13 +100,17 @@ pub struct HarmonicBalance<E> {
     /// Ports with loads, and their rows of coefficients.
     pub(super) load_ports: Vec<usize>,
     pub(super) load_rows: Vec<f64>,
+    /// What they have more of for each ω²; empty where no load grows.
+    pub(super) inertial_rows: Vec<f64>,
     pub(super) settings: Settings,
     /// Whether a Jacobian costs more than the further steps that an older one needs.
     pub(super) is_costly: bool,
+    /// Where iterations and points are counted for who watches.
+    pub gauge: Gauge,
 }
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
-    /// Joins a structure, three contact degrees of freedom per element, and loads. The first load of harmonic 1 is the drive.
+    /// Joins a structure, three contact degrees of freedom per element, and loads. Loads on one port in one harmonic add up; the first of harmonic 1 is the drive.
     ///
     /// # Errors
     /// [`DynamicsError`] if numbers do not fit together, are out of range, or a harmonic of a load is not in the set.
@@ -121,6 +159,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                     });
                 }
             }
+        }
+        let loads = summed(&loads);
+        for load in &loads {
             let slot = harmonics.require(load.harmonic, "load")?;
             let place = load_ports.iter().position(|p| *p == load.port);
             let place = place.unwrap_or_else(|| {
@@ -128,9 +169,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 load_rows.extend(vec![0.0; n]);
                 load_ports.len() - 1
             });
-            load_rows[place * n + slot] += load.cosine;
+            load_rows[place * n + slot] = load.cosine;
             if load.harmonic > 0 {
-                load_rows[place * n + slot + 1] += load.sine;
+                load_rows[place * n + slot + 1] = load.sine;
             }
         }
         Ok(HarmonicBalance {
@@ -138,12 +179,77 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             is_costly: elements.iter().any(E::is_costly),
             reference,
             elements,
-            sampling: Sampling::new(harmonics, settings.samples)?,
+            sampling: match settings.by_events {
+                true => Sampling::new(harmonics, settings.samples)?.with_events(),
+                false => Sampling::new(harmonics, settings.samples)?,
+            },
             loads,
             load_ports,
             load_rows,
+            inertial_rows: Vec::new(),
             settings,
+            gauge: Gauge::default(),
         })
+    }
+
+    /// Adds loads that grow with the square of their frequency, as inertia seen from a ground that moves by a given displacement does.
+    /// The amplitudes of `loads` \[N s²\] are factors of (kω)², for harmonic k at the angular frequency ω of the fundamental.
+    ///
+    /// # Errors
+    /// [`DynamicsError`] for a port that does not exist, an amplitude that is not finite, or a harmonic that is not in the set.
+    pub fn with_inertial_loads(mut self, loads: &[Load]) -> Result<Self, DynamicsError> {
+        let n = self.harmonics().coefficients();
+        for load in loads {
+            self.check_load(load)?;
+            let slot = self.harmonics().require(load.harmonic, "load")?;
+            let place = self.load_ports.iter().position(|p| *p == load.port);
+            let place = place.unwrap_or_else(|| {
+                self.load_ports.push(load.port);
+                self.load_rows.extend(vec![0.0; n]);
+                self.load_ports.len() - 1
+            });
+            self.inertial_rows.resize(self.load_rows.len(), 0.0);
+            if load.harmonic > 0 {
+                let square = f64::from(load.harmonic).powi(2);
+                self.inertial_rows[place * n + slot] += square * load.cosine;
+                self.inertial_rows[place * n + slot + 1] += square * load.sine;
+            }
+            self.loads.push(*load);
+        }
+        Ok(self)
+    }
+
+    fn check_load(&self, load: &Load) -> Result<(), DynamicsError> {
+        if load.port >= self.model.ports() {
+            return Err(DynamicsError::OutOfRange {
+                name: "the port of a load",
+                value: load.port as f64,
+                expected: "the index of a port of the structure",
+            });
+        }
+        match [load.cosine, load.sine]
+            .into_iter()
+            .find(|v| !v.is_finite())
+        {
+            Some(value) => Err(DynamicsError::OutOfRange {
+                name: "the amplitude of a load",
+                value,
+                expected: "a finite number",
+            }),
+            None => Ok(()),
+        }
+    }
+
+    /// The loads at their ports at an angular frequency, scaled by `factor`: rows of coefficients \[N\].
+    pub(super) fn loads_at(&self, omega: f64, factor: f64) -> Vec<f64> {
+        let mut rows: Vec<f64> = self.load_rows.iter().map(|f| factor * f).collect();
+        add_scaled(&mut rows, factor * omega * omega, &self.inertial_rows);
+        rows
+    }
+
+    /// Whether a load depends on frequency.
+    pub(super) fn has_inertial_loads(&self) -> bool {
+        !self.inertial_rows.is_empty()
     }
 
     /// The harmonics.
@@ -169,6 +275,15 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// [`DynamicsError`]; a response that did not converge is never returned.
     pub fn solve(&self, omega: f64, guess: Option<&Start>) -> Result<Response, DynamicsError> {
         self.solve_at(omega, 1.0, guess)
+    }
+
+    /// The steady response at the angular frequency `omega` that Newton's method leads to from `guess`, and no other way.
+    ///
+    /// # Errors
+    /// As [`Self::solve`].
+    pub fn solve_near(&self, omega: f64, guess: &Start) -> Result<Response, DynamicsError> {
+        let start = self.start_from(guess, omega, 1.0)?;
+        self.newton(start, 1.0, &Condition::Frequency)
     }
 
     /// As [`Self::solve`] with all loads scaled by `factor`.
@@ -240,18 +355,29 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// # Errors
     /// That of the first point that has none.
     pub fn forced_response(&self, omegas: &[f64]) -> Result<Vec<Response>, DynamicsError> {
-        let mut responses: Vec<Response> = Vec::with_capacity(omegas.len());
+        self.sweep(omegas).into_iter().collect()
+    }
+
+    /// As [`Self::forced_response`], with the error of each point that has none; the sweep goes on from those before it.
+    pub fn sweep(&self, omegas: &[f64]) -> Vec<Result<Response, DynamicsError>> {
+        let mut found: Vec<Response> = Vec::with_capacity(omegas.len());
+        let mut points = Vec::with_capacity(omegas.len());
         for &omega in omegas {
-            let response = match self.next_of_sweep(omega, &responses) {
-                Some(response) => response,
-                None => match self.solve(omega, responses.last().map(Response::start).as_ref()) {
-                    Ok(response) => response,
-                    Err(error) => self.backwards_to(omega, omegas).ok_or(error)?,
-                },
+            let response = match self.next_of_sweep(omega, &found) {
+                Some(response) => Ok(response),
+                None => {
+                    let guess = found.last().map(Response::start);
+                    self.solve(omega, guess.as_ref())
+                        .or_else(|error| self.backwards_to(omega, omegas).ok_or(error))
+                }
             };
-            responses.push(response);
+            if let Ok(response) = &response {
+                self.gauge.add_point(response.omega);
+                found.push(response.clone());
+            }
+            points.push(response);
         }
-        Ok(responses)
+        points
     }
 
     /// The response at `omega` that is connected with those before.
@@ -300,7 +426,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         self.follow(None, &last, end, omega)
     }
 
-    /// The first load of harmonic 1.
+    /// The drive: the first load of harmonic 1, loads on the same port summed.
     pub fn drive(&self) -> Option<&Load> {
         self.loads
             .iter()
@@ -335,7 +461,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// The linear response of the reference state as a start.
     pub(super) fn linear_start(&self, omega: f64, factor: f64) -> Result<State, DynamicsError> {
         let cores = self.model.cores(self.harmonics(), omega)?;
-        let rows: Vec<f64> = self.load_rows.iter().map(|f| factor * f).collect();
+        let rows = self.loads_at(omega, factor);
         let mut all = self
             .model
             .respond(self.harmonics(), &cores, &self.load_ports, &rows, true);
@@ -348,8 +474,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let rows = self.elements.iter().zip(contact.chunks(width));
         let active = rows
             .map(|(element, row)| {
-                self.settings.all_active
-                    || !element.follows_reference(&self.sampling.synthesise(row))
+                self.settings.all_active || !self.sampling.follows_reference(element, row)
             })
             .collect();
         State {

@@ -4,6 +4,7 @@
 //! at. A port may stand for a combination of nodes (a point between nodes, a resultant).
 
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 use super::DynamicsError;
 use super::closed_model::{ClosedModel, Core};
@@ -29,6 +30,15 @@ pub trait LinearModel {
     fn close(&self, springs: &[f64]) -> Result<ClosedModel, DynamicsError>;
 }
 
+/// Rayleigh damping C = αM + βK: a mode of angular frequency ω has the damping ratio ζ = α/(2ω) + βω/2.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Rayleigh {
+    /// α \[1/s\], zero or more. It brakes rigid body motions too.
+    pub mass: f64,
+    /// β \[s\], zero or more.
+    pub stiffness: f64,
+}
+
 /// A second-order system `M q̈ + C q̇ + K q = Bᵀ f`, ports `u = B q + R f`.
 ///
 /// Physical coordinates with the identity for B, or modes (M = 1, K = diag ω²) with mode shapes at the ports for B and the static
@@ -47,6 +57,9 @@ pub struct SecondOrder {
     pub residual: Option<Matrix>,
     /// How many of the ports are contact degrees of freedom.
     pub contact_dofs: usize,
+    /// How many of the coordinates, the last ones, answer nearly statically to the harmonics of a response, as
+    /// [`pseudo_modes`](super::pseudo_modes) do. It is for the solver, and changes no result but by rounding.
+    pub static_coordinates: usize,
 }
 
 impl SecondOrder {
@@ -70,6 +83,7 @@ impl SecondOrder {
             basis: shapes,
             residual,
             contact_dofs,
+            static_coordinates: 0,
         };
         model.check(&vec![0.0; contact_dofs])?;
         Ok(model)
@@ -105,6 +119,11 @@ impl SecondOrder {
             ),
             ("columns of the port matrix", self.basis.columns(), n),
             ("contact springs", springs.len(), self.contact_dofs),
+            (
+                "static coordinates",
+                self.static_coordinates.min(n),
+                self.static_coordinates,
+            ),
             (
                 "contact ports",
                 self.contact_dofs.min(ports),
@@ -182,6 +201,79 @@ impl SecondOrder {
         Ok((basis, residual, stiffness))
     }
 
+    /// Coordinates that are not static.
+    fn leading(&self) -> usize {
+        self.mass.rows() - self.static_coordinates
+    }
+
+    /// Rows and columns of a matrix that belong to the static coordinates.
+    fn of_static(&self, stiffness: &Matrix) -> Matrix {
+        let first = self.leading();
+        let mut out = Matrix::zeros(self.static_coordinates, self.static_coordinates);
+        for i in 0..self.static_coordinates {
+            out.row_mut(i)
+                .copy_from_slice(&stiffness.row(first + i)[first..]);
+        }
+        out
+    }
+
+    /// T of q = T r, in whose coordinates the stiffness does not couple the static ones with the others: they follow these statically,
+    /// and r is what they do beyond.
+    fn following(&self, stiffness: &Matrix) -> Result<Matrix, DynamicsError> {
+        let (n, first) = (self.mass.rows(), self.leading());
+        let mut follow = Matrix::identity(n);
+        if self.static_coordinates > 0 {
+            let mut coupling = Matrix::zeros(self.static_coordinates, first);
+            for i in 0..self.static_coordinates {
+                let row = &stiffness.row(first + i)[..first];
+                coupling.row_mut(i).copy_from_slice(row);
+            }
+            self.of_static(stiffness)
+                .factorize()
+                .map_err(DynamicsError::of_matrix("stiffness of static coordinates"))?
+                .solve_columns(&mut coupling);
+            for i in 0..self.static_coordinates {
+                add_scaled(
+                    &mut follow.row_mut(first + i)[..first],
+                    -1.0,
+                    coupling.row(i),
+                );
+            }
+        }
+        Ok(follow)
+    }
+
+    /// See [`ClosedModel::local`].
+    fn local(
+        &self,
+        basis: &Matrix,
+        residual: Option<&Matrix>,
+        stiffness: &Matrix,
+    ) -> Result<Option<Matrix>, DynamicsError> {
+        let Some(residual) = residual else {
+            return Ok(None);
+        };
+        let inverse = match self.static_coordinates {
+            0 => Matrix::zeros(0, 0),
+            _ => self
+                .of_static(stiffness)
+                .factorize()
+                .map_err(DynamicsError::of_matrix("stiffness of static coordinates"))?
+                .inverse(),
+        };
+        let first = self.leading();
+        let mut local = Matrix::zeros(self.contact_dofs, 3);
+        for dof in 0..self.contact_dofs {
+            let moved = inverse.apply(&basis.row(dof)[first..]);
+            for (d, value) in local.row_mut(dof).iter_mut().enumerate() {
+                let other = dof - dof % 3 + d;
+                let along = moved.iter().zip(&basis.row(other)[first..]);
+                *value = residual.at(dof, other) + along.map(|(a, b)| a * b).sum::<f64>();
+            }
+        }
+        Ok(Some(local))
+    }
+
     /// Natural frequencies \[rad/s\], ascending, and mass-normalised modes (column r) with the contact closed by `springs`.
     ///
     /// # Errors
@@ -218,9 +310,49 @@ impl SecondOrder {
             .times(&weighted.transposed());
         Ok(self)
     }
+
+    /// Adds Rayleigh damping αM + βK, with K the stiffness of the structure closed by `springs` \[N/m\], one per contact degree of
+    /// freedom: its modes keep their shapes and each gets α/(2ω) + βω/2 more of a damping ratio. The residual has none.
+    ///
+    /// # Errors
+    /// [`DynamicsError::OutOfRange`] for a coefficient that is negative or not finite, otherwise as [`LinearModel::close`].
+    pub fn with_rayleigh_damping(
+        mut self,
+        rayleigh: Rayleigh,
+        springs: &[f64],
+    ) -> Result<SecondOrder, DynamicsError> {
+        for (name, value) in [
+            ("the damping coefficient of the mass", rayleigh.mass),
+            (
+                "the damping coefficient of the stiffness",
+                rayleigh.stiffness,
+            ),
+        ] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(DynamicsError::OutOfRange {
+                    name,
+                    value,
+                    expected: "a finite number, zero or more",
+                });
+            }
+        }
+        let (_, _, stiffness) = self.closed_parts(springs)?;
+        let mass = self.mass.values();
+        for ((damping, mass), stiffness) in self
+            .damping
+            .values_mut()
+            .iter_mut()
+            .zip(mass)
+            .zip(stiffness.values())
+        {
+            *damping += rayleigh.mass * mass + rayleigh.stiffness * stiffness;
+        }
+        Ok(self)
+    }
 }
 
-fn symmetrise(matrix: &mut Matrix) {
+/// Makes a matrix that is symmetric but for rounding symmetric.
+pub(super) fn symmetrise(matrix: &mut Matrix) {
     for i in 0..matrix.rows() {
         for j in 0..i {
             let mean = 0.5 * (matrix.at(i, j) + matrix.at(j, i));
@@ -241,7 +373,15 @@ impl LinearModel for SecondOrder {
 
     fn close(&self, springs: &[f64]) -> Result<ClosedModel, DynamicsError> {
         let (basis, residual, stiffness) = self.closed_parts(springs)?;
-        let (squares, modes) = generalised_eigen(&stiffness, &self.mass)
+        let follow = self.following(&stiffness)?;
+        let turned = |matrix: &Matrix| follow.transposed().times(&matrix.times(&follow));
+        let (mass, damping, stiffness) = (
+            turned(&self.mass),
+            turned(&self.damping),
+            turned(&stiffness),
+        );
+        let basis = basis.times(&follow);
+        let (squares, modes) = generalised_eigen(&stiffness, &mass)
             .map_err(DynamicsError::of_matrix("mass and stiffness"))?;
         let largest = squares.iter().fold(0.0_f64, |m, s| m.max(s.abs()));
         let (mut inverse, mut floating) = (Vec::new(), Vec::new());
@@ -276,13 +416,16 @@ impl LinearModel for SecondOrder {
             motions
         });
         Ok(ClosedModel {
+            leading: self.leading(),
+            local: self.local(&basis, residual.as_ref(), &stiffness)?,
             basis: Some(basis),
             residual,
             core: Box::new(SecondOrderCore {
-                mass: self.mass.clone(),
-                damping: self.damping.clone(),
+                mass,
+                damping,
                 stiffness,
                 flexibility,
+                natural_frequencies: squares.iter().map(|s| s.max(0.0).sqrt()).collect(),
             }),
             floating: motions,
         })
@@ -295,11 +438,16 @@ struct SecondOrderCore {
     stiffness: Matrix,
     /// Static receptance without rigid body motions.
     flexibility: Matrix,
+    natural_frequencies: Vec<f64>,
 }
 
 impl Core for SecondOrderCore {
     fn coordinates(&self) -> usize {
         self.mass.rows()
+    }
+
+    fn natural_frequencies(&self) -> &[f64] {
+        &self.natural_frequencies
     }
 
     fn receptance(&self, omega: f64) -> Result<Matrix<Complex64>, DynamicsError> {
@@ -342,89 +490,5 @@ impl Core for SecondOrderCore {
             }
         }
         std::f64::consts::PI * omega * sum
-    }
-}
-
-/// A structure known by its receptance matrix alone: from a measurement or a direct solution.
-pub struct Receptance<F> {
-    /// Receptance of the ports without contact springs at an angular frequency \[m/N\], `ports × ports`, symmetric. It is
-    /// asked for at 0 too.
-    pub matrix: F,
-    /// Number of ports.
-    pub ports: usize,
-    /// How many of them are contact degrees of freedom.
-    pub contact_dofs: usize,
-}
-
-impl<F> LinearModel for Receptance<F>
-where
-    F: Fn(f64) -> Matrix<Complex64> + Clone + 'static,
-{
-    fn contact_dofs(&self) -> usize {
-        self.contact_dofs
-    }
-
-    fn ports(&self) -> usize {
-        self.ports
-    }
-
-    fn close(&self, springs: &[f64]) -> Result<ClosedModel, DynamicsError> {
-        if springs.len() != self.contact_dofs {
-            return Err(DynamicsError::Length {
-                what: "contact springs",
-                found: springs.len(),
-                expected: self.contact_dofs,
-            });
-        }
-        Ok(ClosedModel {
-            basis: None,
-            residual: None,
-            core: Box::new(ReceptanceCore {
-                matrix: self.matrix.clone(),
-                ports: self.ports,
-                springs: springs.to_vec(),
-            }),
-            floating: None,
-        })
-    }
-}
-
-struct ReceptanceCore<F> {
-    matrix: F,
-    ports: usize,
-    springs: Vec<f64>,
-}
-
-impl<F: Fn(f64) -> Matrix<Complex64>> Core for ReceptanceCore<F> {
-    fn coordinates(&self) -> usize {
-        self.ports
-    }
-
-    fn receptance(&self, omega: f64) -> Result<Matrix<Complex64>, DynamicsError> {
-        let mut free = (self.matrix)(omega);
-        if free.rows() != self.ports || free.columns() != self.ports {
-            return Err(DynamicsError::Length {
-                what: "receptance matrix",
-                found: free.rows() * free.columns(),
-                expected: self.ports * self.ports,
-            });
-        }
-        let mut system = Matrix::identity(self.ports);
-        for i in 0..self.ports {
-            for (j, &spring) in self.springs.iter().enumerate() {
-                system.set(i, j, system.at(i, j) + free.at(i, j) * spring);
-            }
-        }
-        system
-            .factorize()
-            .map_err(DynamicsError::of_matrix("receptance with closed contact"))?
-            .solve_columns(&mut free);
-        Ok(free)
-    }
-
-    fn loss(&self, _omega: f64, displacement: &[Complex64], force: &[Complex64]) -> f64 {
-        // Springs take nothing: what the forces on the closed structure put in is what it loses.
-        let pairs = force.iter().zip(displacement);
-        std::f64::consts::PI * pairs.map(|(f, u)| (f * u.conj()).im).sum::<f64>()
     }
 }

@@ -41,6 +41,8 @@ const MOST_GRIP: f64 = 1e-2;
 const GRIP_PER_CORRECTION: f64 = 0.1;
 /// Relative change of frequency from its start that leads to another resonance, if to any.
 const FAR: f64 = 0.5;
+/// Correction that is accepted where no step makes it smaller: kinks of the law may leave as much. The response says what is left.
+const ACCEPTED: f64 = 1e-6;
 /// Iterations after which the correction must have halved.
 const PATIENCE: usize = 8;
 /// Weight of a relative change of frequency against one of displacement: amplitudes change by 100 % within about 1 %.
@@ -60,8 +62,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let mut frame: Option<Frame> = None;
         let mut failures = 0;
         let mut correction = f64::INFINITY;
-        // The last one measured, for the error.
-        let mut reached = f64::INFINITY;
+        // The last one measured, for the error, and that of the state at hand.
+        let (mut reached, mut standing) = (f64::INFINITY, f64::INFINITY);
         let mut spent = 0;
         // A resonance that is missed is tried again from nearer; at a given frequency there may be nothing nearer.
         let patience = match condition {
@@ -74,6 +76,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         // Of the step before, along frequency.
         let mut motion: Option<Vec<f64>> = None;
         for iteration in 0..=self.settings.most_iterations {
+            self.gauge.add_iteration();
             spent = iteration;
             while self.enlarge(&mut state, &at) {
                 at = self.evaluate(&state, factor, condition, Some(grip))?;
@@ -114,6 +117,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 reach.size(&complete(direct, there.condition))
             };
             let rough = roughly(&at);
+            standing = rough;
             let mut before = rough;
             let solving = Solving {
                 tolerance: self.step_tolerance(rough),
@@ -232,6 +236,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             motion = slope.map(|slope| slope.motion);
             frame = Some(now);
         }
+        if standing <= ACCEPTED && !self.is_costly {
+            return self.response(state, factor, at, spent, standing);
+        }
         Err(DynamicsError::NotConverged {
             frequency: state.omega / (2.0 * std::f64::consts::PI),
             load_factor: factor,
@@ -263,7 +270,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             }
             let row = &at.displacement[index * width..][..width];
             state.contact[index * width..][..width].copy_from_slice(row);
-            if !element.follows_reference(&self.sampling.synthesise(row)) {
+            if !self.sampling.follows_reference(element, row) {
                 state.active[index] = true;
                 grown = true;
             }

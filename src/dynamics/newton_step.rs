@@ -52,6 +52,8 @@ pub(super) struct Evaluation {
     ports: Vec<usize>,
     /// Forces on them: what is beyond the reference with the sign of a load, then loads.
     forces: Vec<f64>,
+    /// Share of the loads.
+    factor: f64,
     /// Jacobians of what is beyond the reference, one per active element; none if not asked for.
     pub(super) beyond: Vec<Matrix>,
     /// Contact forces of the active elements, and how well their cycles close.
@@ -172,7 +174,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             beyond.extend(jacobian);
         }
         ports.extend(&self.load_ports);
-        forces.extend(self.load_rows.iter().map(|f| factor * f));
+        forces.extend(self.loads_at(state.omega, factor));
         let displacement = self.model.respond(harmonics, &cores, &ports, &forces, true);
         let mut residual = Vec::with_capacity(elements.len() * width);
         for &element in &elements {
@@ -200,6 +202,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             elements,
             ports,
             forces,
+            factor,
             beyond,
             contact,
             displacement,
@@ -237,15 +240,15 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             &self.model.basis,
         ) {
             let harmonics = self.harmonics();
-            let (residual, elements) = (self.model.residual.as_ref(), &at.elements);
-            let part = ElementPart::new(residual, basis, harmonics, elements, &at.beyond)?;
+            let (model, elements) = (&self.model, &at.elements);
+            let part = ElementPart::new(model, basis, harmonics, elements, &at.beyond)?;
             frame.part = Some(part);
         }
         Ok(frame)
     }
 
     fn wants_krylov(&self, unknowns: usize) -> bool {
-        let modal = self.model.core.coordinates() * self.harmonics().coefficients();
+        let modal = self.model.leading * self.harmonics().coefficients();
         // The modal part is eliminated: it must be the smaller part.
         self.model.basis.is_some()
             && unknowns > self.settings.dense_unknowns
@@ -412,13 +415,19 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         partial + self.border(at, frame, condition, motion)
     }
 
-    /// ∂ displacement of all ports / ∂ω at constant forces.
+    /// ∂ displacement of all ports / ∂ω at constant forces, but for loads that grow with frequency.
     fn by_frequency(&self, at: &Evaluation, omega: f64) -> Result<Vec<f64>, DynamicsError> {
         let step = FREQUENCY_DIFFERENCE * omega;
         let respond = |omega: f64| -> Result<Vec<f64>, DynamicsError> {
             let harmonics = self.harmonics();
             let cores = self.model.cores(harmonics, omega)?;
             let model = &self.model;
+            if self.has_inertial_loads() {
+                let loads = self.loads_at(omega, at.factor);
+                let contact = &at.forces[..at.forces.len() - loads.len()];
+                let forces = [contact, &loads].concat();
+                return Ok(model.respond(harmonics, &cores, &at.ports, &forces, true));
+            }
             Ok(model.respond(harmonics, &cores, &at.ports, &at.forces, false))
         };
         let (mut change, low) = (respond(omega + step)?, respond(omega - step)?);

@@ -78,5 +78,6 @@ pub fn mass_on_springs(
         basis: Matrix::identity(3),
         residual: None,
         contact_dofs,
+        static_coordinates: 0,
     })
 }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::aft::InterfaceElement;
 use super::newton_step::Condition;
-use super::{ContinuationSettings, DynamicsError, HarmonicBalance, Response, Start};
+use super::{DynamicsError, HarmonicBalance, Response, Start};
 
 /// First and largest step of phase \[rad\].
 const FIRST_STEP: f64 = 0.02;
@@ -17,12 +17,12 @@ const LEFT: f64 = 1.5;
 const FARTHEST: f64 = 0.5 * PI;
 /// Width of the bracket that ends the search \[rad\]: the amplitude of a linear peak is then right to 1e-13.
 const WIDTH: f64 = 3e-7;
-/// Where each response is dear, the angle to the peak of the resonance curve that ends the search \[rad\]: right to half its square.
+/// The angle to the peak of the resonance curve that ends the search where responses cost much, and where each is dear \[rad\]: the
+/// amplitude is right to half its square.
+const FLAT: f64 = 5e-3;
 const DEAR: f64 = 1e-2;
 /// Steps to it.
 const SLOPES: usize = 5;
-/// Amplitude by which another peak must be higher to be it: samples let it ripple by less.
-const HIGHER: f64 = 1e-6;
 
 /// A response on the branch and the derivative of its amplitude's logarithm by phase.
 struct Place {
@@ -50,11 +50,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         };
         let origin = self.first_harmonic(start, port, slot)[1];
         let mut near = self.place(start.clone(), port, slot, origin)?;
-        let flat = if self.is_costly { DEAR } else { 0.0 };
+        let flat = self.flat();
         if near.slope.abs() <= flat {
             return Ok(near.response);
         }
-        if self.is_costly
+        if flat > 0.0
             && let Some(peak) = self.peak_by_slopes(&near, port, slot)
             && (range.0..=range.1).contains(&peak.omega)
         {
@@ -83,7 +83,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         };
         // Regula falsi with halved weights (Illinois), and bisection now and then: the slope may jump.
         let (mut near_weight, mut far_weight) = (near.slope, far.slope);
-        let narrow = if self.is_costly { DEAR } else { WIDTH };
+        let narrow = WIDTH.max(flat);
         for iteration in 0..60 {
             let width = far.phase - near.phase;
             if width.abs() <= narrow || far.slope == 0.0 {
@@ -126,7 +126,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 return None;
             }
             let next = self.at_phase(from, phase, port, slot).ok()?;
-            if next.slope.abs() <= DEAR {
+            if next.slope.abs() <= self.flat() {
                 return Some(next.response);
             }
             angle = -next.slope * (next.phase - from.phase) / (next.slope - from.slope);
@@ -139,50 +139,53 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         None
     }
 
-    /// The highest peak at `port` between the angular frequencies of `range`, on the branch over the whole of it; `near`, a peak
-    /// that is known, if no other is higher or the branch cannot be followed.
+    /// All peaks at `port` on a branch: where the first harmonic is larger than on both sides, refined, and ends of the branch above their
+    /// neighbour. A peak that cannot be refined is the point of the branch.
     ///
     /// # Errors
     /// [`DynamicsError::HarmonicMissing`].
-    pub fn highest_peak(
+    pub(super) fn peaks(
         &self,
+        branch: &[Response],
         port: usize,
         range: (f64, f64),
-        near: Option<Response>,
-    ) -> Result<Option<Response>, DynamicsError> {
+    ) -> Result<Vec<Response>, DynamicsError> {
         let slot = self.harmonics().require(1, "peak")?;
         let size = |response: &Response| self.first_harmonic(response, port, slot)[0];
-        let settings = ContinuationSettings::over(range.0, range.1, port);
-        let Ok(branch) = self.branch(settings) else {
-            return Ok(near);
-        };
-        let inner = branch.windows(3).filter(|at| {
-            let middle = size(&at[1]);
-            middle >= size(&at[0]) && middle >= size(&at[2])
-        });
-        let Some(top) = inner
-            .map(|at| &at[1])
-            .max_by(|a, b| size(a).total_cmp(&size(b)))
-        else {
-            return Ok(near);
-        };
-        if near
-            .as_ref()
-            .is_some_and(|near| size(top) <= size(near) * (1.0 + HIGHER))
-        {
-            return Ok(near);
+        let mut found = Vec::new();
+        for (k, here) in branch.iter().enumerate() {
+            let beside = [k.checked_sub(1), Some(k + 1)];
+            let beside = beside.into_iter().flatten().filter_map(|k| branch.get(k));
+            let (mut higher, mut neighbours) = (true, 0);
+            for other in beside {
+                neighbours += 1;
+                higher &= size(here) >= size(other);
+            }
+            if !higher || size(here) == 0.0 {
+                continue;
+            }
+            let refined = match neighbours {
+                2 => self.peak(port, range, &here.start()).ok(),
+                _ => None,
+            };
+            let higher = refined.filter(|refined| size(refined) >= size(here));
+            found.push(higher.unwrap_or_else(|| here.clone()));
         }
-        let refined = self.peak(port, range, &top.start()).ok();
-        let all = [near, refined, Some(top.clone())];
-        Ok(all
-            .into_iter()
-            .flatten()
-            .max_by(|a, b| size(a).total_cmp(&size(b))))
+        Ok(found)
     }
 
     /// Whether a whole branch costs little: its unknowns are few.
     pub(super) fn is_small(&self) -> bool {
         self.elements.len() * self.width() <= self.settings.dense_unknowns
+    }
+
+    /// The angle to a peak that ends the search for it \[rad\]; 0 where responses cost little.
+    fn flat(&self) -> f64 {
+        match () {
+            _ if self.is_costly => DEAR,
+            _ if self.is_small() => 0.0,
+            _ => FLAT,
+        }
     }
 
     /// Amplitude and angle of (cosine, sine).

@@ -7,8 +7,8 @@ use super::krylov::dot;
 use super::{DynamicsError, Harmonics};
 use crate::linalg::{Factors, RowMatrix as Matrix, add_scaled};
 
-/// What does not depend on frequency in the inverse of `1 + (D + B Z Bᵀ) G`, where D keeps of the residual only the 3×3 blocks of
-/// the elements and G is the contact Jacobian beyond the reference: per element `P = 1 + D G`, and `W = Bᵀ G P⁻¹ B`.
+/// What does not depend on frequency in the inverse of `1 + (D + B Z Bᵀ) G`, where B and Z have the leading coordinates only, D keeps
+/// of the residual and the static answer of the other coordinates the 3×3 blocks of the elements, and G is the contact Jacobian beyond the reference: per element `P = 1 + D G`, and `W = Bᵀ G P⁻¹ B`.
 pub(super) struct ElementPart {
     elements: Vec<ElementBlock>,
     /// Rows of B of the elements, `3 · elements × coordinates`.
@@ -25,25 +25,25 @@ struct ElementBlock {
 }
 
 impl ElementPart {
-    /// For the elements `active`, with Jacobians `beyond` (each `3n × 3n`).
+    /// For the elements `active` of a model with this `basis`, with Jacobians `beyond` (each `3n × 3n`).
     pub(super) fn new(
-        residual: Option<&Matrix>,
+        model: &ClosedModel,
         basis: &Matrix,
         harmonics: &Harmonics,
         active: &[usize],
         beyond: &[Matrix],
     ) -> Result<ElementPart, DynamicsError> {
         let n = harmonics.coefficients();
-        let m = basis.columns();
+        let m = model.leading;
         let width = 3 * n;
         let mut shapes = Matrix::zeros(3 * active.len(), m);
         let mut elements = Vec::with_capacity(active.len());
         for (place, (&element, jacobian)) in active.iter().zip(beyond).enumerate() {
             let mut local = Matrix::identity(width);
-            if let Some(residual) = residual {
+            if let Some(blocks) = &model.local {
                 for d in 0..3 {
                     for e in 0..3 {
-                        let flexibility = residual.at(3 * element + d, 3 * element + e);
+                        let flexibility = blocks.at(3 * element + d, e);
                         for c in 0..n {
                             let source = jacobian.row(e * n + c);
                             add_scaled(local.row_mut(d * n + c), flexibility, source);
@@ -55,7 +55,7 @@ impl ElementPart {
             let inverse = local.factorize().map_err(of_matrix)?.inverse();
             for d in 0..3 {
                 let row = shapes.row_mut(3 * place + d);
-                row.copy_from_slice(basis.row(3 * element + d));
+                row.copy_from_slice(&basis.row(3 * element + d)[..m]);
             }
             elements.push(ElementBlock {
                 transfer: jacobian.times(&inverse),
@@ -95,7 +95,8 @@ impl ElementPart {
 pub(super) struct Preconditioner<'a> {
     part: &'a ElementPart,
     harmonics: &'a Harmonics,
-    cores: &'a [Matrix<Complex64>],
+    /// Z of the leading coordinates, of each harmonic.
+    cores: Vec<Matrix<Complex64>>,
     /// Of `1 + W Z`.
     modal: Factors,
 }
@@ -104,10 +105,18 @@ impl<'a> Preconditioner<'a> {
     pub(super) fn new(
         part: &'a ElementPart,
         harmonics: &'a Harmonics,
-        cores: &'a [Matrix<Complex64>],
+        cores: &[Matrix<Complex64>],
     ) -> Result<Preconditioner<'a>, DynamicsError> {
         let order = part.coupling.rows();
         let m = part.shapes.columns();
+        let leading = |core: &Matrix<Complex64>| {
+            let mut out = Matrix::zeros(m, m);
+            for a in 0..m {
+                out.row_mut(a).copy_from_slice(&core.row(a)[..m]);
+            }
+            out
+        };
+        let cores: Vec<Matrix<Complex64>> = cores.iter().map(leading).collect();
         let mut receptance = Matrix::zeros(order, order);
         for (index, core) in cores.iter().enumerate() {
             let slot = harmonics.slot(index);
@@ -151,7 +160,7 @@ impl<'a> Preconditioner<'a> {
         modal.add_transposed_product(&force, shapes);
         self.modal.solve(modal.values_mut());
         let generalised = modal.transposed();
-        let coordinates = ClosedModel::coordinates(self.harmonics, self.cores, &generalised);
+        let coordinates = ClosedModel::coordinates(self.harmonics, &self.cores, &generalised);
         let mut out = shapes.times(&coordinates).into_values();
         let elements = self.part.elements.iter();
         let rows = out.chunks_mut(width).zip(right.chunks(width));

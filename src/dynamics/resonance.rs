@@ -1,11 +1,15 @@
 //! Resonance without a frequency response: the phase resonance (displacement 90° behind the drive) and the peak.
 
+use num_complex::Complex64;
+
 use super::aft::InterfaceElement;
 use super::newton_step::Condition;
 use super::{ContinuationSettings, DynamicsError, HarmonicBalance, Response, Start};
 
 /// Points of the search for a start; a range is a few modes wide at most.
 const SCAN: usize = 400;
+/// Distances from a natural frequency at which a phase is looked at too, relative to it.
+const BESIDE: [f64; 5] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2];
 /// Points of the search among nonlinear responses, when all else failed.
 const NONLINEAR_SCAN: usize = 60;
 /// Halvings of an interval that has a resonance.
@@ -17,6 +21,8 @@ const LEAP_WIDTH: f64 = 1e-7;
 const LEAP: f64 = 0.1;
 /// Least factor between two loads on the way to the asked one.
 const LEAST_FACTOR: f64 = 1.01;
+/// Share of the elements that the first load may move out of their reference.
+const FIRST_ACTIVE: f64 = 0.5;
 /// Least load factor to start from; at smaller loads a preloaded joint is linear.
 const LEAST_LOAD: f64 = 1e-9;
 /// First step away from the phase resonance in search of the peak, relative to frequency.
@@ -112,24 +118,43 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 
     /// The strongest phase resonance of the reference state, looked for somewhat above the range too: friction lowers it.
     fn linear_resonance(&self, range: (f64, f64)) -> Result<Option<f64>, DynamicsError> {
-        let condition = self.phase_lag()?;
-        let at = |omega: f64| -> Result<(f64, f64), DynamicsError> {
-            let cores = self.model.cores(self.harmonics(), omega)?;
-            let ports = &self.load_ports;
-            let all = self
-                .model
-                .respond(self.harmonics(), &cores, ports, &self.load_rows, true);
-            Ok(self.in_phase(&condition, &all))
+        let Condition::Linear {
+            port,
+            slot,
+            weights,
+            ..
+        } = self.phase_lag()?
+        else {
+            return Ok(None);
         };
-        let top = range.1 + 0.5 * (range.1 - range.0);
-        let step = (top - range.0) / SCAN as f64;
+        let among = self.model.among(&self.load_ports);
+        let n = self.harmonics().coefficients();
+        let amplitude = |row: &[f64]| Complex64::new(row[slot], -row[slot + 1]);
+        let drive = self.load_ports.iter().position(|p| *p == port);
+        // In-phase part and size of the displacement at the drive.
+        let at = |omega: f64| -> Result<(f64, f64), DynamicsError> {
+            let loads = self.loads_at(omega, 1.0);
+            let forces: Vec<Complex64> = loads.chunks(n).map(amplitude).collect();
+            let receptance = among.receptance(&self.model.core.receptance(omega)?);
+            let u = receptance.apply(&forces)[drive.unwrap_or(0)];
+            Ok((weights[0] * u.re - weights[1] * u.im, u.norm()))
+        };
+        let places = self.places(range.0, range.1 + 0.5 * (range.1 - range.0));
         let mut best: Option<(f64, f64)> = None;
-        let mut before = at(range.0)?.0;
-        for k in 1..=SCAN {
-            let (mut low, mut high) = (range.0 + (k - 1) as f64 * step, range.0 + k as f64 * step);
-            let now = at(high)?.0;
+        let mut before: Option<(f64, f64)> = None;
+        for high in places {
+            let now = match at(high) {
+                Ok((now, _)) => now,
+                // Without damping a resonance itself has no response.
+                Err(error) if error.is_singular() => continue,
+                Err(error) => return Err(error),
+            };
             // From in phase to behind: a resonance; the other way round: an antiresonance.
-            if before > 0.0 && now <= 0.0 {
+            if let Some((low, part)) = before
+                && part > 0.0
+                && now <= 0.0
+            {
+                let (mut low, mut high) = (low, high);
                 for _ in 0..60 {
                     let middle = 0.5 * (low + high);
                     if middle <= low || middle >= high {
@@ -138,7 +163,6 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                     match at(middle) {
                         Ok((value, _)) if value > 0.0 => low = middle,
                         Ok(_) => high = middle,
-                        // Without damping the resonance itself has no response.
                         Err(error) if error.is_singular() => break,
                         Err(error) => return Err(error),
                     }
@@ -148,9 +172,38 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                     best = Some((low, size));
                 }
             }
-            before = now;
+            before = Some((high, now));
         }
         Ok(best.map(|(omega, _)| omega))
+    }
+
+    /// Where a phase is looked at between two angular frequencies, ascending: all over, and close to every natural frequency, so that two
+    /// near each other are told apart.
+    fn places(&self, from: f64, to: f64) -> Vec<f64> {
+        let step = (to - from) / SCAN as f64;
+        let mut places: Vec<f64> = (0..=SCAN).map(|k| from + k as f64 * step).collect();
+        for natural in self.model.core.natural_frequencies() {
+            let beside = BESIDE.iter().flat_map(|d| [1.0 - d, 1.0 + d]);
+            places.extend(beside.map(|ratio| ratio * natural));
+        }
+        places.retain(|omega| (from..=to).contains(omega));
+        places.sort_by(f64::total_cmp);
+        places
+    }
+
+    /// The load factor to begin from: at which the linear resonance would make some elements slip or open, not most of them. Newton's
+    /// method leads from there; from a linear response far beyond it takes its time to fail.
+    fn first_load(&self, omega: f64) -> Result<f64, DynamicsError> {
+        let most = (FIRST_ACTIVE * self.elements.len() as f64).ceil() as usize;
+        let mut factor = 1.0;
+        while factor > LEAST_LOAD {
+            let start = self.linear_start(omega, factor)?;
+            if start.active.iter().filter(|active| **active).count() <= most {
+                break;
+            }
+            factor *= 0.5;
+        }
+        Ok(f64::min(2.0 * factor, 1.0))
     }
 
     /// From the linear resonance at a load that is small enough, up to the whole load.
@@ -159,7 +212,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         omega: f64,
         condition: &Condition,
     ) -> Result<Response, DynamicsError> {
-        let mut factor = 1.0;
+        let mut factor = self.first_load(omega)?;
         let mut last = loop {
             let start = self.linear_start(omega, factor)?;
             match self.newton(start, factor, condition) {
@@ -233,8 +286,24 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         range: (f64, f64),
         condition: &Condition,
     ) -> Result<Option<Response>, DynamicsError> {
-        let mut best: Option<(f64, Response)> = None;
-        let mut failure = None;
+        let (found, failure) = self.crossings(branch, range, condition);
+        let size = |response: &Response| self.in_phase(condition, &response.displacement).1;
+        let strongest = found.into_iter().max_by(|a, b| size(a).total_cmp(&size(b)));
+        match (strongest, failure) {
+            (Some(response), _) => Ok(Some(response)),
+            (None, Some(error)) => Err(error),
+            (None, None) => Ok(None),
+        }
+    }
+
+    /// All phase resonances between neighbours of `branch`, and why one of them was not found.
+    fn crossings(
+        &self,
+        branch: &[Option<Response>],
+        range: (f64, f64),
+        condition: &Condition,
+    ) -> (Vec<Response>, Option<DynamicsError>) {
+        let (mut found, mut failure) = (Vec::new(), None);
         for pair in branch.windows(2) {
             let [Some(before), Some(after)] = pair else {
                 continue;
@@ -244,21 +313,25 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 continue;
             }
             match self.resonance_between(before, after, range, condition) {
-                Ok(response) if inside(range, &response) => {
-                    let size = self.in_phase(condition, &response.displacement).1;
-                    if best.as_ref().is_none_or(|(s, _)| size > *s) {
-                        best = Some((size, response));
-                    }
-                }
+                Ok(response) if inside(range, &response) => found.push(response),
                 Ok(_) => {}
                 Err(error) => failure = Some(error),
             }
         }
-        match (best, failure) {
-            (Some((_, response)), _) => Ok(Some(response)),
-            (None, Some(error)) => Err(error),
-            (None, None) => Ok(None),
-        }
+        (found, failure)
+    }
+
+    /// All phase resonances on a branch.
+    ///
+    /// # Errors
+    /// Without a drive.
+    pub(super) fn phase_resonances(
+        &self,
+        branch: &[Response],
+        range: (f64, f64),
+    ) -> Result<Vec<Response>, DynamicsError> {
+        let branch: Vec<Option<Response>> = branch.iter().cloned().map(Some).collect();
+        Ok(self.crossings(&branch, range, &self.phase_lag()?).0)
     }
 
     /// The phase resonance between a response in phase with the drive and one behind it.

@@ -120,14 +120,23 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 expected: "the index of a port of the structure",
             });
         };
-        let (a, b) = (row[slot], row[slot + 1]);
+        Ok(self.lag(row[slot], row[slot + 1]))
+    }
+
+    /// Half-range amplitude \[m\] and phase lag behind the drive of the first harmonic of a row of coefficients; 0 without that harmonic.
+    pub(super) fn amplitude_of(&self, row: &[f64]) -> (f64, f64) {
+        let slot = self.harmonics().slot_of(1);
+        slot.map_or((0.0, 0.0), |slot| self.lag(row[slot], row[slot + 1]))
+    }
+
+    fn lag(&self, a: f64, b: f64) -> (f64, f64) {
         let lead = self
             .drive()
             .map_or(0.0, |load| (-load.sine).atan2(load.cosine));
         let lag = lead - (-b).atan2(a);
         let turn = 2.0 * std::f64::consts::PI;
         let lag = lag - turn * ((lag - std::f64::consts::PI) / turn).ceil();
-        Ok((a.hypot(b), lag))
+        (a.hypot(b), lag)
     }
 
     /// Contact forces of every element at the converged displacements, those of the active ones as they were evaluated, and the worst
@@ -191,7 +200,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let mut displacement = at.displacement;
         // All forces on the closed structure: loads, and contact forces beyond the reference.
         let mut ports = self.load_ports.clone();
-        let mut rows: Vec<f64> = self.load_rows.iter().map(|f| factor * f).collect();
+        let mut rows = self.loads_at(state.omega, factor);
         let load_rows = rows.clone();
         for (dof, (f, u)) in force.chunks(n).zip(state.contact.chunks(n)).enumerate() {
             if state.active[dof / 3] {

@@ -10,6 +10,8 @@ const TAIL: f64 = 2.0;
 /// Where a response is dear, the correction that is left to that with more harmonics, and counts as if it were made: harmonics that are
 /// few leave out several times as much. Banks that lift off and land again may leave Newton's method no less.
 const ESTIMATED: f64 = 1e-2;
+/// The correction that is left where a response has many unknowns but is not dear; it is small against what harmonics leave out.
+const ROUGHLY: f64 = 1e-5;
 /// Error where no response was found with more harmonics: nothing is known.
 const UNKNOWN: f64 = 1.0;
 /// The highest order to which harmonics are extended: 340 elements have 64 000 unknowns then.
@@ -35,6 +37,35 @@ impl Truncation {
         amplitude: UNKNOWN,
         friction_energy: UNKNOWN,
     };
+
+    /// Adds what Newton's method has left of a resonance beyond its `tolerance`, and makes the bar of its amplitude hold a larger one of the motion in time near it.
+    fn widen(&mut self, resonance: &Resonance, tolerance: f64) {
+        let left = resonance.phase.correction.max(resonance.peak.correction);
+        let left = if left > tolerance { left } else { 0.0 };
+        let chosen = resonance.candidates.iter().filter(|candidate| {
+            [resonance.phase.omega, resonance.peak.omega].contains(&candidate.response.omega)
+        });
+        // A peak where no branch could be followed is not known.
+        if !resonance.gaps.is_empty() {
+            self.amplitude = self.amplitude.max(UNKNOWN);
+        }
+        let above = resonance.largest_in_time / resonance.peak_amplitude - 1.0;
+        self.amplitude = self.amplitude.max(above);
+        for candidate in chosen {
+            // One that is smaller may be beside a sharp peak that is elsewhere.
+            if let Some(amplitude) = candidate.amplitude_in_time {
+                let above = amplitude / candidate.amplitude - 1.0;
+                self.amplitude = self.amplitude.max(above);
+            }
+        }
+        for error in [
+            &mut self.frequency,
+            &mut self.amplitude,
+            &mut self.friction_energy,
+        ] {
+            *error += left;
+        }
+    }
 
     /// The larger of the errors of amplitude and dissipation, to which harmonics are extended.
     pub fn largest(&self) -> f64 {
@@ -78,17 +109,28 @@ impl Vibration {
             truncation: Truncation::UNKNOWN,
             vibration: self,
         };
-        while let Some((balance, response)) = resolved.estimate() {
+        let mut extended = false;
+        while let Some((finer, resonance)) = resolved.estimate() {
             let within = |tolerance| resolved.truncation.largest() <= tolerance;
             if tolerance.is_none_or(within) || resolved.balance.harmonics().highest() >= HIGHEST {
                 break;
             }
+            let elements = resolved.balance.elements().to_vec();
+            let balance = self.balance_of(elements, finer.clone())?;
             // A peak that more harmonics move out of the range leaves what there is.
-            let Ok(resonance) = self.resonance(&balance, Some(&response.start())) else {
+            let (phase, peak) = (resonance.phase.start(), resonance.peak.start());
+            let Ok(resonance) = self.resonance_near(&balance, &phase, &peak) else {
                 break;
             };
-            (resolved.resonance, resolved.balance) = (resonance, balance);
+            (resolved.resonance, resolved.balance, extended) = (resonance, balance, true);
         }
+        // With more harmonics another resonance may be the strongest.
+        if extended && resolved.balance.is_small() {
+            resolved.resonance = self.resonance(&resolved.balance, None)?;
+            resolved.estimate();
+        }
+        let tolerance = resolved.balance.settings.tolerance;
+        resolved.truncation.widen(&resolved.resonance, tolerance);
         Ok(resolved)
     }
 
@@ -113,41 +155,54 @@ impl Vibration {
 }
 
 impl Resolved<'_> {
-    /// Estimates the errors by solving the resonance again, from itself, with the harmonics [`Harmonics::beyond`]; that balance and
-    /// its response. None where the response is linear, as harmonics other than those of the loads stay 0, or where none is found
-    /// from there; the errors are then those known before.
+    /// Estimates the errors by solving the resonance again, from itself, with the harmonics [`Harmonics::beyond`] and twice the samples;
+    /// those harmonics and that resonance. None where the response is linear, as harmonics other than those of the loads stay 0, or
+    /// where none is found from there; the errors are then those known before.
     ///
     /// One figure may change by little only because two larger changes of it cancel. That of the amplitude is therefore taken to be at
     /// least what the coefficients of the contact displacements change by on the whole, and that of the dissipation is the sum of the
     /// changes of all elements.
-    fn estimate(&mut self) -> Option<(HarmonicBalance<ContactElement>, Response)> {
+    fn estimate(&mut self) -> Option<(Harmonics, Resonance)> {
         let coarse = &self.resonance.phase;
-        if coarse.active_elements() == 0 {
+        if coarse.active_elements() == 0 && self.resonance.peak.active_elements() == 0 {
             self.truncation = Truncation::default();
             return None;
         }
-        let port = self.vibration.response_port;
         let harmonics = self.balance.harmonics();
+        let is_small = self.balance.is_small();
         let solve = || -> Result<_, DynamicsError> {
             let elements = self.balance.elements().to_vec();
-            let mut finer = self.vibration.balance_of(elements, harmonics.beyond())?;
-            if finer.is_costly {
-                finer.settings.tolerance = finer.settings.tolerance.max(ESTIMATED);
+            let mut finer = self.vibration.finer(elements, harmonics.beyond())?;
+            if !is_small {
+                let enough = if finer.is_costly { ESTIMATED } else { ROUGHLY };
+                finer.settings.tolerance = finer.settings.tolerance.max(enough);
             }
-            let start = coarse.start().transferred(harmonics, finer.harmonics());
-            let fine = finer.phase_resonance_near(self.vibration.range, &start)?;
-            let amplitude = finer.amplitude(&fine, port)?.0;
-            finer.settings.tolerance = self.balance.settings.tolerance;
-            Ok((finer, start, fine, amplitude))
+            let to_finer = |response: &Response| {
+                let start = response.start();
+                start.transferred(harmonics, finer.harmonics())
+            };
+            let start = to_finer(coarse);
+            let fine = if is_small {
+                let peak = to_finer(&self.resonance.peak);
+                self.vibration.resonance_near(&finer, &start, &peak)?
+            } else {
+                let range = self.vibration.range;
+                let phase = finer.phase_resonance_near(range, &start)?;
+                // Of many unknowns the peak is that of the phase resonance, and is not looked for again.
+                self.vibration
+                    .resonance_of(&finer, phase.clone(), phase, 0)?
+            };
+            Ok((finer, start, fine))
         };
-        let (finer, start, fine, amplitude) = solve().ok()?;
+        let (finer, start, fine) = solve().ok()?;
         let contact = 3 * finer.elements().len() * finer.harmonics().coefficients();
+        let left = fine.phase.correction.max(fine.peak.correction);
         let whole = distance(
             &start.displacement[..contact],
-            &fine.displacement[..contact],
+            &fine.phase.displacement[..contact],
             harmonics,
             finer.harmonics(),
-        ) + fine.correction;
+        ) + left;
         // Of a figure that is 0 with more harmonics nothing is known, and nothing where both are.
         let change = |coarse: f64, fine: f64| match (coarse / fine - 1.0).abs() {
             change if change <= UNKNOWN => change,
@@ -157,24 +212,38 @@ impl Resolved<'_> {
         // Of the sliders: the work of the contact forces is sampling error where there is no friction. What one element dissipates more
         // and another less adds up: it wears elsewhere.
         let dissipated = |balance: &HarmonicBalance<ContactElement>, response: &Response| {
+            if balance.settings.by_events {
+                let width = 3 * balance.harmonics().coefficients();
+                let rows = response.force.chunks(width);
+                let pairs = rows.zip(response.displacement.chunks(width));
+                return pairs.map(|(f, u)| balance.harmonics().work(f, u)).collect();
+            }
             let cycles = balance.element_cycles(response, balance.sampling());
             let energies = cycles.iter().map(|cycle| cycle.dissipated_energy);
             energies.collect::<Vec<f64>>()
         };
-        let [before, after] = [dissipated(&self.balance, coarse), dissipated(&finer, &fine)];
+        let [before, after] = [
+            dissipated(&self.balance, coarse),
+            dissipated(&finer, &fine.phase),
+        ];
         let moved: f64 = before.iter().zip(&after).map(|(b, a)| (b - a).abs()).sum();
         let all: f64 = after.iter().sum();
-        let energy = match moved / all + fine.correction {
+        let energy = match moved / all + left {
             change if change <= UNKNOWN => change,
             _ if moved == 0.0 => 0.0,
             _ => UNKNOWN,
         };
+        let peak = match is_small {
+            true => change(self.resonance.peak_amplitude, fine.peak_amplitude),
+            false => 0.0,
+        };
+        let amplitude = change(self.resonance.amplitude, fine.amplitude);
         self.truncation = Truncation {
-            frequency: TAIL * change(coarse.omega, fine.omega),
-            amplitude: TAIL * change(self.resonance.amplitude, amplitude).max(whole),
+            frequency: TAIL * change(coarse.omega, fine.phase.omega),
+            amplitude: TAIL * amplitude.max(whole).max(peak),
             friction_energy: TAIL * energy,
         };
-        Some((finer, fine))
+        Some((finer.harmonics().clone(), fine))
     }
 }
 

@@ -1,17 +1,11 @@
 //! A driven structure whose contact elements change: what the response to them is made from, and its figures.
 
 use super::contact_element::ContactElement;
-use super::continuation::ContinuationSettings;
+use super::survey::{Candidate, CandidateKind, Survey};
 use super::{
-    DynamicsError, Energy, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Settings, Start,
+    DynamicsError, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Settings, Start,
 };
-
-/// Newton correction that a point of a forced response is left with at most; its energies are then in balance to 1e-10.
-const FRF_TOLERANCE: f64 = 1e-7;
-/// The same of banks of sliders, whose every Newton step is dear: far below the width of a line of a plot.
-const DEAR_FRF_TOLERANCE: f64 = 1e-5;
-/// The largest step of their continuation: lines between points of a linear resonance are within 0.2 % of its peak.
-const DEAR_STEP: f64 = 1.0 / 12.0;
+use crate::gauge::Gauge;
 
 /// A structure, how it is driven and what of its response is wanted: all but the contact elements, which change as they wear.
 #[derive(Debug, Clone)]
@@ -20,6 +14,8 @@ pub struct Vibration {
     pub model: SecondOrder,
     /// The loads; the first of harmonic 1 is the drive.
     pub loads: Vec<Load>,
+    /// Loads that grow with the square of frequency, as [`HarmonicBalance::with_inertial_loads`] has them.
+    pub inertial_loads: Vec<Load>,
     /// The port whose first harmonic is the response.
     pub response_port: usize,
     /// The harmonics.
@@ -28,6 +24,10 @@ pub struct Vibration {
     pub settings: Settings,
     /// Angular frequencies between which the resonance lies \[rad/s\].
     pub range: (f64, f64),
+    /// Equidistant points of the forced response over it; none: as continuation places them.
+    pub points: Option<usize>,
+    /// Where its iterations and points are counted for who watches.
+    pub gauge: Gauge,
 }
 
 /// The resonance of a structure with its contact elements.
@@ -35,29 +35,24 @@ pub struct Vibration {
 pub struct Resonance {
     /// The response whose displacement at the drive is 90° behind it.
     pub phase: Response,
+    /// The response port.
+    pub port: usize,
     /// Half range of the first harmonic at the response port there \[m\].
     pub amplitude: f64,
     /// Frequency of the largest first harmonic at the response port (see [`Vibration::resonance`]) \[Hz\].
     pub peak_frequency: f64,
     /// That harmonic \[m\].
     pub peak_amplitude: f64,
-    /// Newton iterations of both.
+    /// The response there.
+    pub peak: Response,
+    /// Newton iterations of both; of a model of few unknowns, those of all its branches.
     pub iterations: usize,
-}
-
-/// One point of a forced response.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ForcedPoint {
-    /// Frequency of the fundamental \[Hz\].
-    pub frequency: f64,
-    /// Half range of the first harmonic at the response port \[m\].
-    pub amplitude: f64,
-    /// Its lag behind the drive \[rad\].
-    pub phase_lag: f64,
-    /// Energy per cycle.
-    pub energy: Energy,
-    /// Elements that had unknowns.
-    pub active_elements: usize,
+    /// All peaks and phase resonances that were found, the strongest first; none where only these two were looked for.
+    pub candidates: Vec<Candidate>,
+    /// Frequencies that no branch covers, from and to \[Hz\]; none where branches were not followed.
+    pub gaps: Vec<[f64; 2]>,
+    /// The largest amplitude of a motion in time that no branch has \[m\]; 0 without one.
+    pub largest_in_time: f64,
 }
 
 impl Vibration {
@@ -85,12 +80,47 @@ impl Vibration {
         if harmonics.highest() > self.harmonics.highest() {
             settings.samples = settings.samples.max(4 * harmonics.highest() as usize + 2);
         }
-        let loads = self.loads.clone();
-        HarmonicBalance::new(&self.model, elements, harmonics, loads, settings)
+        self.joined(elements, harmonics, settings)
     }
 
-    /// Phase resonance and peak, from `start` if there is one. The peak is the highest in the range if the unknowns of all elements
-    /// are few enough for elimination, so that a whole branch costs little; otherwise that of the phase resonance.
+    fn joined(
+        &self,
+        elements: Vec<ContactElement>,
+        harmonics: Harmonics,
+        settings: Settings,
+    ) -> Result<HarmonicBalance<ContactElement>, DynamicsError> {
+        let loads = self.loads.clone();
+        let balance = HarmonicBalance::new(&self.model, elements, harmonics, loads, settings)?
+            .with_inertial_loads(&self.inertial_loads)?;
+        Ok(HarmonicBalance {
+            gauge: self.gauge.clone(),
+            ..balance
+        })
+    }
+
+    /// The angular frequencies of the forced response; none where continuation places them.
+    pub(super) fn omegas(&self) -> Option<Vec<f64>> {
+        let (from, to) = self.range;
+        let points = self.points?;
+        let last = points.saturating_sub(1).max(1) as f64;
+        let places = (0..points).map(|k| from + (to - from) * k as f64 / last);
+        Some(places.collect())
+    }
+
+    /// The balance that the errors of another are seen by: in more harmonics, with twice the samples that they would have.
+    pub(super) fn finer(
+        &self,
+        elements: Vec<ContactElement>,
+        harmonics: Harmonics,
+    ) -> Result<HarmonicBalance<ContactElement>, DynamicsError> {
+        let mut settings = self.settings;
+        let enough = 4 * harmonics.highest() as usize + 2;
+        settings.samples = 2 * settings.samples.max(enough);
+        self.joined(elements, harmonics, settings)
+    }
+
+    /// Phase resonance and peak, from `start` if there is one. Of a model of few unknowns, whose branches cost little, the strongest of
+    /// all in the range; of another the peak is that of the phase resonance.
     ///
     /// # Errors
     /// Those of [`HarmonicBalance::phase_resonance`] and [`HarmonicBalance::peak`].
@@ -99,70 +129,81 @@ impl Vibration {
         balance: &HarmonicBalance<ContactElement>,
         start: Option<&Start>,
     ) -> Result<Resonance, DynamicsError> {
+        if balance.is_small() {
+            let survey = self.survey(balance)?;
+            let candidates = self.candidates(balance, &survey)?;
+            return self.strongest(balance, start, survey, candidates);
+        }
         let phase = balance.phase_resonance(self.range, start)?;
-        let port = self.response_port;
-        let near = balance.peak(port, self.range, &phase.start());
-        let peak = if balance.is_small() {
-            let highest = balance.highest_peak(port, self.range, near.as_ref().ok().cloned())?;
-            highest.map_or(near, Ok)?
-        } else {
-            near?
-        };
+        let peak = balance.peak(self.response_port, self.range, &phase.start())?;
+        let iterations = phase.iterations + peak.iterations;
+        self.resonance_of(balance, phase, peak, iterations)
+    }
+
+    /// The resonance near `start` alone, whatever else the range has.
+    ///
+    /// # Errors
+    /// Those of [`HarmonicBalance::phase_resonance_near`] and [`HarmonicBalance::peak`].
+    pub fn resonance_near(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        phase: &Start,
+        peak: &Start,
+    ) -> Result<Resonance, DynamicsError> {
+        let phase = balance.phase_resonance_near(self.range, phase)?;
+        let peak = balance.peak(self.response_port, self.range, peak)?;
+        let iterations = phase.iterations + peak.iterations;
+        self.resonance_of(balance, phase, peak, iterations)
+    }
+
+    pub(super) fn resonance_of(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        phase: Response,
+        peak: Response,
+        iterations: usize,
+    ) -> Result<Resonance, DynamicsError> {
         Ok(Resonance {
+            port: self.response_port,
             amplitude: balance.amplitude(&phase, self.response_port)?.0,
             peak_frequency: peak.frequency(),
             peak_amplitude: balance.amplitude(&peak, self.response_port)?.0,
-            iterations: phase.iterations + peak.iterations,
+            iterations,
             phase,
+            peak,
+            candidates: Vec::new(),
+            gaps: Vec::new(),
+            largest_in_time: 0.0,
         })
     }
 
-    /// The response over the range: at `points` equidistant frequencies, on the branches on which a sweep upwards arrives
-    /// ([`HarmonicBalance::forced_response`]), or as continuation places its points, overhanging parts of the branch included
-    /// ([`HarmonicBalance::branch`]). Points of a large model are solved to 1e-7 of the displacements if not as exactly as the balance
-    /// says: they are looked at, and nothing goes on from them.
-    ///
-    /// # Errors
-    /// That of the first point that has none: an unconverged point is never a result.
-    pub fn forced_response(
+    /// The strongest of the candidates of a survey.
+    fn strongest(
         &self,
-        mut balance: HarmonicBalance<ContactElement>,
-        points: Option<usize>,
-    ) -> Result<Vec<ForcedPoint>, DynamicsError> {
-        if !balance.is_small() {
-            let enough = match balance.is_costly {
-                true => DEAR_FRF_TOLERANCE,
-                false => FRF_TOLERANCE,
-            };
-            balance.settings.tolerance = balance.settings.tolerance.max(enough);
-        }
-        let (from, to) = self.range;
-        let responses = match points {
-            Some(points) => {
-                let last = points.saturating_sub(1).max(1) as f64;
-                let omegas: Vec<f64> = (0..points)
-                    .map(|k| from + (to - from) * k as f64 / last)
-                    .collect();
-                balance.forced_response(&omegas)?
-            }
-            None => {
-                let mut settings = ContinuationSettings::over(from, to, self.response_port);
-                if balance.is_costly {
-                    settings.largest_step = DEAR_STEP;
-                }
-                balance.branch(settings)?
-            }
+        balance: &HarmonicBalance<ContactElement>,
+        start: Option<&Start>,
+        survey: Survey,
+        candidates: Vec<Candidate>,
+    ) -> Result<Resonance, DynamicsError> {
+        // They are sorted.
+        let first = |is_wanted: fn(CandidateKind) -> bool| {
+            let mut wanted = candidates.iter().filter(|c| is_wanted(c.kind));
+            wanted.next().map(|candidate| candidate.response.clone())
         };
-        let point = |response: &Response| -> Result<ForcedPoint, DynamicsError> {
-            let (amplitude, phase_lag) = balance.amplitude(response, self.response_port)?;
-            Ok(ForcedPoint {
-                frequency: response.frequency(),
-                amplitude,
-                phase_lag,
-                energy: response.energy,
-                active_elements: response.active_elements(),
-            })
+        let phase = match first(|kind| kind == CandidateKind::PhaseResonance) {
+            Some(phase) => phase,
+            None => balance.phase_resonance(self.range, start)?,
         };
-        responses.iter().map(point).collect()
+        let peak = match first(|kind| kind != CandidateKind::PhaseResonance) {
+            Some(peak) => peak,
+            None => balance.peak(self.response_port, self.range, &phase.start())?,
+        };
+        let iterations = survey.branches.iter().flatten().map(|r| r.iterations).sum();
+        Ok(Resonance {
+            candidates,
+            largest_in_time: survey.largest_in_time(balance, self.response_port),
+            gaps: survey.gaps,
+            ..self.resonance_of(balance, phase, peak, iterations)?
+        })
     }
 }

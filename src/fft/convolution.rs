@@ -1,5 +1,6 @@
 //! Convolutions of fields with kernels that are even or odd under inversion.
 
+use crate::gauge::Gauge;
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -47,6 +48,8 @@ pub struct Workspace {
     threads: Vec<Thread>,
     pool: Option<rayon::ThreadPool>,
     pairs: f64,
+    /// Where the transforms are counted for who watches.
+    pub gauge: Gauge,
 }
 
 /// What a thread works in.
@@ -77,6 +80,7 @@ impl Workspace {
             threads: (0..threads).map(|_| Thread::default()).collect(),
             pool,
             pairs: 0.0,
+            gauge: Gauge::default(),
         }
     }
 
@@ -354,6 +358,7 @@ impl Convolution {
             );
         }
         work.pairs += 0.5 * (inward + outward) as f64 * self.pair_weight;
+        work.gauge.add_transforms(inward + outward);
     }
 
     /// Sees to it that buffers are long enough; they are not made anew for a shorter use.

@@ -7,7 +7,7 @@ mod rows;
 mod sparse;
 
 pub use dense::Matrix;
-pub use rows::{Factors, RowMatrix, Scalar, add_scaled, generalised_eigen};
+pub use rows::{Factors, RowMatrix, Scalar, add_scaled, eigenvalues, generalised_eigen};
 pub use sparse::{SparseCholesky, SparseIndefinite, SparseSymmetric};
 
 /// A factorization or decomposition that does not exist, or did not succeed.
@@ -47,7 +47,7 @@ pub enum LinalgError {
     },
     /// An eigenvalue iteration did not end.
     #[error(
-        "the eigenvalues of a dense symmetric matrix of {size} rows did not converge; are its entries finite?"
+        "the eigenvalues of a dense matrix of {size} rows did not converge; are its entries finite?"
     )]
     NoEigenvalues {
         /// Rows of the matrix.

@@ -96,7 +96,34 @@ impl StructureMesh {
     }
 }
 
+/// Peak pressure over Young's modulus from which on metals yield: their hardness is some E/100 to E/25.
+pub const YIELDS: f64 = 1.0 / 25.0;
+/// Peak pressure over Young's modulus from which on a unit is wrong rather than a peak sharp.
+const WRONG: f64 = 0.2;
+
 impl Contact {
+    /// What is to be said of the peak pressure \[Pa\] of an unworn contact without a cap, if a real one would yield.
+    pub fn remark_on_peak(&self, peak: f64) -> Option<String> {
+        let bodies = [self.bodies.lower, self.bodies.upper];
+        let modulus = bodies
+            .map(|body| body.youngs_modulus)
+            .into_iter()
+            .fold(f64::INFINITY, f64::min);
+        if self.pressure_cap.is_some() || peak <= YIELDS * modulus {
+            return None;
+        }
+        let also = if peak > WRONG * modulus {
+            ", or a unit of contact.normal_load, of the surface or of the material is wrong"
+        } else {
+            ""
+        };
+        Some(format!(
+            "the peak pressure of {:.3} GPa is {:.2} of Young's modulus; metals yield at 0.01 to 0.04 of it: contact.pressure_cap limits it{also}",
+            peak * 1e-9,
+            peak / modulus
+        ))
+    }
+
     /// The joint on the given unworn heights, at rest.
     ///
     /// # Errors

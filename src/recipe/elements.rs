@@ -49,6 +49,19 @@ pub enum ElementStiffness {
 }
 
 impl ElementStiffness {
+    /// Stiffness along the normal and in the plane \[N/m\] and static load \[N\], where they are given.
+    pub fn given(&self) -> Option<[f64; 3]> {
+        match *self {
+            ElementStiffness::Given {
+                kn,
+                kt,
+                normal_load,
+                ..
+            } => Some([kn, kt, normal_load]),
+            ElementStiffness::Contact { .. } => None,
+        }
+    }
+
     /// True if each element has a stiffness of its own.
     pub fn is_tangent(&self) -> bool {
         self.is_kind(StiffnessKind::Tangent)

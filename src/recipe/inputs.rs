@@ -31,6 +31,8 @@ pub struct Identity {
     pub following: [&'static str; 5],
     /// The text of `scene.toml`.
     pub scene_toml: String,
+    /// The text of `scene.original.toml`: the scene as it was written; none where that is not known.
+    pub scene_written: Option<String>,
     /// What `plan.json` says.
     pub plan: Value,
 }

@@ -22,14 +22,14 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::model_update::Criterion;
 pub use crate::wear::Scheme;
-pub use contact::{Contact, StructureMesh};
+pub use contact::{Contact, StructureMesh, YIELDS};
 pub(crate) use cycle::why_computed;
 pub use cycle::{Cycle, CycleError, MotionSource, STRAIGHT};
 pub use decision::Decision;
 pub use elements::{ElementStiffness, Elements, Layout};
 pub use inputs::{Identity, Inputs};
 pub use parts::Part;
-pub use response::{DampingBasis, Force, Port, Response};
+pub use response::{Base, BaseMotion, DampingBasis, Force, Port, Response};
 pub use structure::{Structure, StructureSource};
 pub use surface::{Cells, Heights, HeightsFile, Surface};
 pub use told::told;

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::decision::Told;
 use super::{Reasons, Recipe};
+use crate::dynamics::{Load, Rayleigh};
 
 /// A point of a structure and a direction.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -28,6 +29,57 @@ pub struct Force {
     pub harmonic: u32,
 }
 
+/// A motion of the ground: `amplitude · cos(k ω t + phase)`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Base {
+    /// What moves as given, and its half range.
+    #[serde(flatten)]
+    pub motion: BaseMotion,
+    /// 0, 1, 2 for x, y, z.
+    pub axis: usize,
+    /// Lead \[rad\].
+    pub phase: f64,
+    /// k, one or more.
+    pub harmonic: u32,
+}
+
+/// What of the ground moves as given, with its half range.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BaseMotion {
+    /// Its acceleration \[m/s²\].
+    Acceleration(f64),
+    /// Its displacement \[m\].
+    Displacement(f64),
+}
+
+impl Base {
+    /// The load −m·a on a `mass` \[kg\] that is seen from the ground. For a displacement u, whose acceleration is −(kω)²u, it is the
+    /// factor m·u \[N s²\] of (kω)², to be added by [`HarmonicBalance::with_inertial_loads`](crate::dynamics::HarmonicBalance::with_inertial_loads).
+    pub fn load(&self, mass: f64) -> Load {
+        let amplitude = match self.motion {
+            BaseMotion::Acceleration(a) => -mass * a,
+            BaseMotion::Displacement(u) => mass * u,
+        };
+        Load {
+            port: self.axis,
+            harmonic: self.harmonic,
+            cosine: amplitude * self.phase.cos(),
+            sine: -amplitude * self.phase.sin(),
+        }
+    }
+
+    /// Half range of that load \[N\] on a `mass` \[kg\] at a `frequency` of the fundamental \[Hz\].
+    pub fn force(&self, mass: f64, frequency: f64) -> f64 {
+        mass * match self.motion {
+            BaseMotion::Acceleration(a) => a,
+            BaseMotion::Displacement(u) => {
+                u * (std::f64::consts::TAU * f64::from(self.harmonic) * frequency).powi(2)
+            }
+        }
+    }
+}
+
 /// Of which structure the damped modes are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -41,8 +93,11 @@ pub enum DampingBasis {
 /// How a structure is made to vibrate, and what of its response is wanted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Response {
-    /// The forces; the first of harmonic 1 is the drive.
+    /// The forces; the first of harmonic 1 is the drive. If there is none, the ground is.
     pub forces: Vec<Force>,
+    /// How the ground of an oscillator moves; none: it rests.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub base: Option<Base>,
     /// Whose displacement is the response.
     pub at: Port,
     /// Orders of the harmonics, 0 among them: all, or those to begin with if there is a `harmonic_tolerance`.
@@ -51,8 +106,14 @@ pub struct Response {
     pub harmonic_tolerance: Option<f64>,
     /// Samples of a vibration cycle at which contact elements are evaluated.
     pub samples: usize,
+    /// Whether the instants at which contact elements change their state are found exactly, where their motion allows it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub events: bool,
     /// Modal damping ratio.
     pub damping_ratio: f64,
+    /// Damping by mass and stiffness beside it; none: there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rayleigh: Option<Rayleigh>,
     /// Of which structure the damped modes are.
     pub damping_basis: DampingBasis,
     /// Range in which the resonance is looked for and the forced response is computed \[Hz\].
@@ -89,6 +150,23 @@ impl Response {
         if self.damping_ratio > 0.0 {
             let ratio = format!("ratio {} in every mode", self.damping_ratio);
             told.add("damping", ratio, self.why.of("damping_basis"));
+        }
+        if let Some(Rayleigh { mass, stiffness }) = self.rayleigh {
+            let matrix = format!("{mass} 1/s of the mass and {stiffness} s of the stiffness");
+            told.add("Rayleigh damping", matrix, self.why.of("damping_basis"));
+        }
+        if let Some(base) = &self.base {
+            let motion = match base.motion {
+                BaseMotion::Acceleration(a) => format!("accelerates by {a} m/s²"),
+                BaseMotion::Displacement(u) => format!("moves by {u} m"),
+            };
+            let along = ["x", "y", "z"][base.axis];
+            let seen = "displacements are relative to it";
+            told.add(
+                "ground",
+                format!("{motion} along {along}, half range"),
+                seen,
+            );
         }
         let points = match self.points {
             Some(points) => format!("at {points} frequencies"),

@@ -5,12 +5,13 @@ use std::f64::consts::TAU;
 use serde::{Deserialize, Serialize};
 
 use super::decision::Told;
-use super::{DampingBasis, Layout, Port, Reasons, Response};
+use super::{BaseMotion, DampingBasis, Layout, Port, Reasons, Response};
 use crate::dynamics::oscillator::mass_on_springs;
 use crate::dynamics::reduced::{Damping, reduced_model, reference_springs};
 use crate::dynamics::{
     ContactElement, DynamicsError, Harmonics, Load, SecondOrder, Settings, Vibration,
 };
+use crate::gauge::Gauge;
 use crate::structure::StructureError;
 use crate::structure::reduction::{ContactPorts, Reduced};
 use crate::structure::resonator::Resonator;
@@ -72,6 +73,27 @@ impl StructureSource {
         match self {
             StructureSource::Resonator { geometry } => Some(geometry),
             StructureSource::Oscillator { .. } => None,
+        }
+    }
+
+    /// A first frequency \[Hz\] and a mass \[kg\] by rule of thumb: of a bar as long as a resonator, and of a mass on its stiffest
+    /// spring with a contact of `stiffness` \[N/m\].
+    pub fn first_frequency_and_mass(&self, stiffness: f64) -> (f64, f64) {
+        match self {
+            StructureSource::Oscillator {
+                mass,
+                stiffness: own,
+                ..
+            } => {
+                let axes = mass.iter().zip(own);
+                let highest = axes.map(|(m, k)| ((k + stiffness) / m).sqrt());
+                (highest.fold(0.0, f64::max) / TAU, mass[0])
+            }
+            StructureSource::Resonator { geometry } => {
+                let material = geometry.material;
+                let speed = (material.elastic.youngs_modulus / material.density).sqrt();
+                (speed / (2.0 * geometry.length()), geometry.rough_mass())
+            }
         }
     }
 
@@ -138,7 +160,7 @@ impl Structure {
     pub(super) fn tell(&self, told: &mut Told) {
         let source = match &self.source {
             StructureSource::Resonator { .. } => format!(
-                "resonator: {} elastic modes, and the static residual of all others",
+                "resonator: {} elastic modes, and the residual of all others",
                 self.modes
             ),
             StructureSource::Oscillator { .. } => "one mass, three degrees of freedom".to_owned(),
@@ -233,7 +255,10 @@ impl Structure {
                 stiffness,
             } => {
                 let own = mass_on_springs(*mass, *damping, *stiffness, 3 * unworn.len())?;
-                (damped(own, response, springs)?, None)
+                (
+                    with_damping_ratio(own, response.damping_ratio, springs)?,
+                    None,
+                )
             }
             StructureSource::Resonator { .. } => {
                 let reduced = reduced.expect("the structure is reduced before it vibrates");
@@ -252,44 +277,66 @@ impl Structure {
                 )
             }
         };
+        let model = match response.rayleigh {
+            Some(rayleigh) => {
+                let none = vec![0.0; model.contact_dofs];
+                model.with_rayleigh_damping(rayleigh, springs.unwrap_or(&none))?
+            }
+            None => model,
+        };
         let number = |port: &Port| first.map_or(port.axis, |first| first + place(port));
+        let mut loads: Vec<Load> = response
+            .forces
+            .iter()
+            .map(|force| Load {
+                port: number(&force.port),
+                harmonic: force.harmonic,
+                cosine: force.amplitude * force.phase.cos(),
+                sine: if force.harmonic == 0 {
+                    0.0
+                } else {
+                    -force.amplitude * force.phase.sin()
+                },
+            })
+            .collect();
+        let mut inertial_loads = Vec::new();
+        if let (Some(base), StructureSource::Oscillator { mass, .. }) =
+            (response.base, &self.source)
+        {
+            let load = base.load(mass[base.axis]);
+            match base.motion {
+                BaseMotion::Acceleration(_) => loads.push(load),
+                BaseMotion::Displacement(_) => inertial_loads.push(load),
+            }
+        }
         Ok(Vibration {
-            loads: response
-                .forces
-                .iter()
-                .map(|force| Load {
-                    port: number(&force.port),
-                    harmonic: force.harmonic,
-                    cosine: force.amplitude * force.phase.cos(),
-                    sine: if force.harmonic == 0 {
-                        0.0
-                    } else {
-                        -force.amplitude * force.phase.sin()
-                    },
-                })
-                .collect(),
+            loads,
+            inertial_loads,
             response_port: number(&response.at),
             harmonics: Harmonics::new(&response.harmonics)?,
             settings: Settings {
                 samples: response.samples,
+                by_events: response.events,
                 ..Settings::default()
             },
             range: (response.frequency[0] * TAU, response.frequency[1] * TAU),
+            points: response.points,
+            gauge: Gauge::default(),
             model,
         })
     }
 }
 
 /// An oscillator with a damping ratio beside its dampers.
-fn damped(
+fn with_damping_ratio(
     mut model: SecondOrder,
-    response: &Response,
+    ratio: f64,
     springs: Option<&[f64]>,
 ) -> Result<SecondOrder, DynamicsError> {
-    if response.damping_ratio > 0.0 {
+    if ratio > 0.0 {
         let own = model.damping.clone();
         let none = vec![0.0; model.contact_dofs];
-        model = model.with_damping_ratio(response.damping_ratio, springs.unwrap_or(&none))?;
+        model = model.with_damping_ratio(ratio, springs.unwrap_or(&none))?;
         for axis in 0..3 {
             let sum = model.damping.at(axis, axis) + own.at(axis, axis);
             model.damping.set(axis, axis, sum);

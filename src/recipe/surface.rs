@@ -182,12 +182,29 @@ impl Heights {
             heights,
             warnings: Vec::new(),
         };
+        match (self, self.random()) {
+            (Heights::Flat, _) => Ok(Some(exact(generate::flat(patch)))),
+            (Heights::Sphere { radius }, _) => Ok(Some(exact(generate::sphere(patch, *radius)?))),
+            (_, Some(surface)) => generate::random(patch, &surface).map(Some),
+            (_, None) => Ok(None),
+        }
+    }
+
+    /// Refuses heights that no grid as this one shows any of.
+    ///
+    /// # Errors
+    /// [`SurfaceError::NoPower`]
+    pub fn check_on(&self, grid: &Grid) -> Result<(), SurfaceError> {
+        match self.random() {
+            Some(surface) => generate::check_power(grid, &surface.spectrum),
+            None => Ok(()),
+        }
+    }
+
+    /// What a random surface is drawn from.
+    fn random(&self) -> Option<RandomSurface> {
         let (rq, spectrum, seed) = match self {
-            Heights::File(_) => return Ok(None),
-            Heights::Flat => return Ok(Some(exact(generate::flat(patch)))),
-            Heights::Sphere { radius } => {
-                return Ok(Some(exact(generate::sphere(patch, *radius)?)));
-            }
+            Heights::Flat | Heights::Sphere { .. } | Heights::File(_) => return None,
             Heights::Gaussian {
                 rq,
                 correlation_length,
@@ -219,12 +236,11 @@ impl Heights {
                 (rq, spectrum, seed)
             }
         };
-        let surface = RandomSurface {
+        Some(RandomSurface {
             rq: *rq,
             spectrum,
             seed: *seed,
-        };
-        generate::random(patch, &surface).map(Some)
+        })
     }
 
     /// Seed of the random stream, of a surface that has one.

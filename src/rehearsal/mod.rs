@@ -106,7 +106,7 @@ pub struct Rehearsal {
     /// Time that it will take on this machine, one thread; none if nothing can be said of it.
     pub seconds: Option<Seconds>,
     /// What the user should change before it runs.
-    pub warning: Option<String>,
+    pub warnings: Vec<String>,
     /// Time that the rehearsal took \[s\].
     pub took: f64,
 }
@@ -134,7 +134,7 @@ pub fn rehearse(inputs: &Inputs, options: &Options) -> Rehearsal {
         Rehearsal {
             cost,
             seconds: None,
-            warning: None,
+            warnings: Vec::new(),
             took: begin.elapsed().as_secs_f64(),
         }
     })
@@ -167,12 +167,23 @@ fn rehearsed(inputs: &Inputs, options: &Options) -> Rehearsal {
     }
     let rehearsed = alone.as_ref().unwrap_or(inputs);
     let mut cost = counted_cost(inputs, &counted);
-    let mut warning = None;
+    let mut warnings = Vec::new();
     if let Some(found) = &found {
         told(&mut cost, &rehearsed.recipe, found, alone.is_some());
         let of_motion = alone.as_ref().and_then(|_| cost::straight(&inputs.recipe));
         rehearsing.not_rehearsed.extend(of_motion);
-        warning = stability::warning(&inputs.recipe, &found.course);
+        warnings.extend(stability::warning(&inputs.recipe, &found.course));
+        let contact = inputs.recipe.contact();
+        let peak = found
+            .course
+            .iterations
+            .first()
+            .map(|first| first.peak_pressure);
+        warnings.extend(
+            contact
+                .zip(peak)
+                .and_then(|(c, peak)| c.remark_on_peak(peak)),
+        );
     }
     cost.rehearsed = rehearsing.rehearsed;
     cost.not_rehearsed = rehearsing.not_rehearsed;
@@ -180,7 +191,7 @@ fn rehearsed(inputs: &Inputs, options: &Options) -> Rehearsal {
     Rehearsal {
         cost,
         seconds,
-        warning,
+        warnings,
         took: begin.elapsed().as_secs_f64(),
     }
 }

@@ -165,6 +165,7 @@ fn columns() -> Vec<ColumnSchema> {
         sparse: false,
         optional: false,
         retired: false,
+        recent: false,
         infinite: false,
     };
     let summary = TableName::Summary.schema();

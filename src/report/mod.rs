@@ -2,12 +2,18 @@
 //! `polars`, which is named in this folder only.
 
 #[cfg(feature = "polars")]
+mod backbone;
+#[cfg(feature = "polars")]
 mod compare;
+#[cfg(feature = "polars")]
+mod differences;
 #[cfg(feature = "polars")]
 mod error;
 mod error_bars;
 #[cfg(feature = "polars")]
 mod figures;
+#[cfg(feature = "polars")]
+mod headline;
 pub(crate) mod html;
 pub(crate) mod output;
 #[cfg(feature = "polars")]
@@ -25,10 +31,14 @@ mod run_tables;
 #[cfg(feature = "polars")]
 mod scan;
 #[cfg(feature = "polars")]
+mod script;
+#[cfg(feature = "polars")]
 mod sections;
 pub(crate) mod text;
 pub mod trade;
 
+#[cfg(feature = "polars")]
+pub use backbone::backbone_svg;
 #[cfg(feature = "polars")]
 pub use compare::{Cell, Comparison, Rows, compare};
 #[cfg(feature = "polars")]
@@ -47,4 +57,4 @@ pub use plot::{Drawing, PlotError};
 pub use run_tables::{RunTables, numbers, scan_runs, texts};
 #[cfg(feature = "polars")]
 pub use scan::{ORDER, RUN, WEAR_ITERATION};
-pub use text::{continuation, is_obeyed, visible};
+pub use text::{continuation, is_obeyed, visible, word};

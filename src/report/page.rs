@@ -1,15 +1,17 @@
-//! The report of runs as one HTML file that needs no other: no network, no script.
+//! The report of runs as one HTML file that needs no other and fetches nothing.
 
 use std::path::Path;
 
-use super::figures::{Figure, figures};
+use super::figures::{Figure, MAIN, Study, figures};
+use super::headline::{OF_BARS, headlines};
 use super::html::{Section, escaped};
 use super::output::replace;
 use super::plot::{standalone, style_sheet};
 use super::quantity::{self, CYCLES, shown};
+use super::script::{SCRIPT, policy};
 use super::text::continuation;
 use super::{ReportError, RunTables, numbers};
-use super::{results, sections};
+use super::{differences, results, sections};
 use crate::tables::TableName;
 
 const STYLE: &str = include_str!("page.css");
@@ -17,8 +19,11 @@ const STYLE: &str = include_str!("page.css");
 /// What there is to say of some runs.
 pub struct Report {
     title: String,
+    /// Sentences on the runs, each with its name where there are several.
+    headlines: Vec<(Option<String>, String)>,
     lead: Vec<String>,
     banners: Vec<String>,
+    differences: Option<Section>,
     results: Section,
     figures: Vec<Figure>,
     sections: Vec<Section>,
@@ -63,12 +68,15 @@ impl Report {
                 format!("Damaged: {damage}; the iterations from there on are left out.")
             }));
         }
+        let study = Study::of(runs)?;
         Ok(Report {
             title,
+            headlines: headlines(&study)?,
             lead,
             banners,
+            differences: differences::section(runs, &study.labels()),
             results: results::results(runs)?,
-            figures: figures(runs)?,
+            figures: figures(&study)?,
             sections: sections::sections(runs)?,
         })
     }
@@ -91,32 +99,62 @@ impl Report {
             each.map(|text| format!("<p class=\"{class}\">{}</p>\n", escaped(text)))
                 .collect()
         };
-        let mut contents = vec![(self.results.id.to_owned(), self.results.title.clone())];
+        let (main, more) = self.figures.split_at(self.figures.len().min(MAIN));
+        let mut contents: Vec<(String, String)> = Vec::new();
+        let of_differences = self.differences.iter();
+        contents.extend(of_differences.map(|s| (s.id.to_owned(), s.title.clone())));
         let of_figures = self.figures.iter();
         contents.extend(of_figures.map(|f| (format!("fig-{}", f.id), f.title.clone())));
-        let of_sections = self.sections.iter();
+        let of_sections = self.sections.iter().chain([&self.results]);
         contents.extend(of_sections.map(|s| (s.id.to_owned(), s.title.clone())));
         let contents: String = contents
             .iter()
             .map(|(id, title)| format!("<li><a href=\"#{id}\">{}</a></li>\n", escaped(title)))
             .collect();
-        let figures: String = self.figures.iter().enumerate().map(figure).collect();
-        let sections: String = self.sections.iter().map(section).collect();
+        let drawn = |id: &str, title: &str, begin: usize, figures: &[Figure]| -> String {
+            if figures.is_empty() {
+                return String::new();
+            }
+            let each = figures.iter().enumerate();
+            let each: String = each.map(|(k, one)| figure(begin + k, one)).collect();
+            format!("<section id=\"{id}\">\n<h2>{title}</h2>\n{each}</section>\n")
+        };
+        let differences: String = self.differences.iter().map(section).collect();
+        let figures = drawn("figures", "Main figures", 1, main)
+            + &drawn("more-figures", "Further figures", 1 + main.len(), more);
+        let sections = self.sections.iter().chain([&self.results]);
+        let sections: String = sections.map(section).collect();
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n\
              <meta name=\"generator\" content=\"fretwear {version}\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
              <title>{title}</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>\n{}{STYLE}</style>\n</head>\n<body>\n\
-             <header>\n<h1>{title}</h1>\n{}{}</header>\n\
-             <nav aria-label=\"Contents\">\n<ol>\n{contents}</ol>\n</nav>\n<main>\n{}\
-             <section id=\"figures\">\n<h2>Figures</h2>\n{figures}</section>\n{sections}</main>\n\
-             <footer>fretwear {version}</footer>\n</body>\n</html>\n",
+             <header>\n<h1>{title}</h1>\n{}{}{}</header>\n\
+             <nav aria-label=\"Contents\">\n<ol>\n{contents}</ol>\n</nav>\n<main>\n{differences}{figures}{sections}</main>\n\
+             <footer>fretwear {version}</footer>\n<script>{SCRIPT}</script>\n</body>\n</html>\n",
             style_sheet(),
+            self.headline(),
             paragraphs("lead", &self.lead),
             paragraphs("banner", &self.banners),
-            section(&self.results),
             version = env!("CARGO_PKG_VERSION"),
+            policy = policy(),
         )
+    }
+
+    /// What became of the joints, on top of the page.
+    fn headline(&self) -> String {
+        let each = self.headlines.iter().map(|(name, text)| {
+            let name = name.as_ref().map_or(String::new(), |name| {
+                format!("<strong>{}</strong>: ", escaped(name))
+            });
+            format!("<p class=\"headline\">{name}{}</p>\n", escaped(text))
+        });
+        let each: String = each.collect();
+        match each.contains('±') {
+            true => format!("{each}<p class=\"note\">{OF_BARS}</p>\n"),
+            false => each,
+        }
     }
 
     /// Writes the page to where its reader wants it, a link or a device too.
@@ -214,7 +252,7 @@ fn section(section: &Section) -> String {
     )
 }
 
-fn figure((number, figure): (usize, &Figure)) -> String {
+fn figure(number: usize, figure: &Figure) -> String {
     let drawings: String = figure
         .drawings
         .iter()
@@ -230,7 +268,7 @@ fn figure((number, figure): (usize, &Figure)) -> String {
         "<figure id=\"fig-{}\">\n<h3>{}. {}</h3>\n<div class=\"drawings\">\n{drawings}</div>\n<figcaption>\n<p>{}</p>\n\
          <p class=\"data\">Data: {}. <code>{}</code></p>\n</figcaption>\n</figure>\n",
         figure.id,
-        number + 1,
+        number,
         escaped(&figure.title),
         escaped(&figure.caption),
         sources.join(", "),

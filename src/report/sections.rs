@@ -36,6 +36,9 @@ fn each(runs: &[RunTables], html: impl Fn(&RunTables) -> String) -> String {
     }
 }
 
+/// Differences below this are not told \[%\].
+const LEAST: f64 = 1e-4;
+
 fn ledger(runs: &[RunTables]) -> Result<Option<Section>, ReportError> {
     let mut parts = Vec::new();
     for run in runs {
@@ -50,6 +53,12 @@ fn ledger(runs: &[RunTables]) -> Result<Option<Section>, ReportError> {
             };
             for ((name, fine), dynamic) in names.iter().zip(fine).zip(dynamic) {
                 let difference = 100.0 * (dynamic / fine - 1.0);
+                // What rounding leaves of none is none.
+                let difference = if difference.abs() < LEAST {
+                    0.0
+                } else {
+                    difference
+                };
                 rows.push(vec![
                     format!("{}, {state}", name.replace('_', " ")),
                     number(fine),
@@ -183,7 +192,7 @@ fn provenance(runs: &[RunTables]) -> Section {
         let mut rows = vec![
             vec![
                 "program".to_owned(),
-                format!("fretwear {}", record.program_version),
+                program(&record.program_version, record.program_commit.as_deref()),
             ],
             vec!["scene hash".to_owned(), record.scene_hash.clone()],
             vec![
@@ -198,6 +207,8 @@ fn provenance(runs: &[RunTables]) -> Section {
             ],
             vec!["threads".to_owned(), record.threads.to_string()],
         ];
+        let began = record.began.clone();
+        rows.extend(began.map(|began| vec!["begun".to_owned(), began]));
         let seed = record
             .seed
             .map(|seed| vec!["seed".to_owned(), seed.to_string()]);
@@ -212,8 +223,12 @@ fn provenance(runs: &[RunTables]) -> Section {
                 None => "from the beginning".to_owned(),
             };
             let how = format!(
-                "{from}, fretwear {}, {} threads {}",
-                start.program_version,
+                "{}{from}, {}, {} threads {}",
+                start
+                    .began
+                    .as_ref()
+                    .map_or(String::new(), |began| format!("{began}, ")),
+                program(&start.program_version, start.program_commit.as_deref()),
                 start.threads,
                 start.changed_keys.join(", ")
             );
@@ -225,6 +240,14 @@ fn provenance(runs: &[RunTables]) -> Section {
         id: "provenance",
         title: "Provenance".to_owned(),
         html,
+    }
+}
+
+/// The program with the commit that it was built from.
+fn program(version: &str, commit: Option<&str>) -> String {
+    match commit {
+        Some(commit) => format!("fretwear {version}, commit {commit}"),
+        None => format!("fretwear {version}"),
     }
 }
 

@@ -38,16 +38,21 @@ pub fn cell(markdown: &str) -> String {
     markdown.replace('|', "\\|")
 }
 
-/// The command that continues a run, as a shell takes it.
-pub fn continuation(root: &Path) -> String {
+/// A folder as a word of a command, quoted for the shell.
+pub fn word(root: &Path) -> String {
     let mut folder = root.display().to_string();
     // It would be read as an option.
     if folder.starts_with('-') {
         folder.insert_str(0, "./");
     }
     match shlex::try_quote(&folder) {
-        Ok(word) => format!("fretwear run --run {word}"),
+        Ok(word) => word.into_owned(),
         // No path has a zero byte, which is all that cannot be quoted.
-        Err(_) => format!("fretwear run --run {folder}"),
+        Err(_) => folder,
     }
+}
+
+/// The command that continues a run, as a shell takes it.
+pub fn continuation(root: &Path) -> String {
+    format!("fretwear run --run {}", word(root))
 }

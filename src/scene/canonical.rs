@@ -15,7 +15,7 @@ const LEFT_OUT: [(&str, &str); 4] = [
 
 /// Fields of the resonator that follow from other sections. They are in the canonical form, so that its `structure` is complete
 /// in itself, and they are no difference of their own.
-pub(super) const FOLLOWING_KEYS: [&str; 5] = [
+pub const FOLLOWING_KEYS: [&str; 5] = [
     "structure.lap_length",
     "structure.arm_height",
     "structure.lap_cells",
@@ -54,8 +54,9 @@ fn as_keys(scene: &mut Value) {
         }
     }
     if let Some((mut outer, mut forces)) = section(scene, "dynamics", "forces") {
+        let mut base = outer.remove("base");
         let places = forces.as_array_mut().into_iter().flatten();
-        for place in places.chain(outer.get_mut("response")) {
+        for place in places.chain(outer.get_mut("response")).chain(&mut base) {
             if let Some(place) = place.as_object_mut()
                 && let Some(axis) = place.remove("axis").and_then(|axis| axis.as_u64())
             {
@@ -64,6 +65,7 @@ fn as_keys(scene: &mut Value) {
             }
         }
         outer.insert("force".to_owned(), forces);
+        outer.extend(base.map(|base| ("base".to_owned(), base)));
         scene["dynamics"] = Value::Object(outer);
     }
 }

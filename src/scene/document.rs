@@ -10,6 +10,7 @@ use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
 
 use super::error::{Place, Problem, SceneError};
+use super::faults::Faults;
 use super::keys::{self, join};
 use crate::files;
 
@@ -199,10 +200,14 @@ impl Node {
     }
 
     fn entry(&mut self, section: &str) -> Option<&mut BTreeMap<String, Node>> {
-        let Content::Section(entries) = &mut self.content else {
-            return None;
-        };
-        match &mut entries.get_mut(section)?.content {
+        let mut node = self;
+        for name in section.split('.') {
+            let Content::Section(entries) = &mut node.content else {
+                return None;
+            };
+            node = entries.get_mut(name)?;
+        }
+        match &mut node.content {
             Content::Section(inner) => Some(inner),
             Content::Value(_) => None,
         }
@@ -269,19 +274,49 @@ pub(super) fn read_kept(path: &Path, text: &str, sets: &[String]) -> Result<Node
     read_text(path, text, sets)
 }
 
+/// See [`super::as_written`].
+pub(super) fn written(path: &Path, sets: &[String]) -> Result<String, SceneError> {
+    let text = files::read_text(path, LONGEST_SCENE)
+        .map_err(|e| SceneError::new(&file(path), Problem::Read(e)))?;
+    let mut whole = text.clone();
+    let commented = |text: &str| -> String {
+        let lines = text.lines();
+        lines
+            .map(|line| format!("# {line}").trim_end().to_owned() + "\n")
+            .collect()
+    };
+    let (mut path, mut text, mut chain) = (path.to_owned(), text, Vec::new());
+    while let Some(base) = parse_file(&path, &text)?.get("base") {
+        chain.push(Link::new(&path));
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        let (base_path, base_text) = open_base(base, &folder, &chain)?;
+        whole += &format!("\n# ---- base = {}, as it was written:\n", base.shown());
+        whole += &commented(&base_text);
+        (path, text) = (base_path, base_text);
+    }
+    if !sets.is_empty() {
+        whole += "\n# ---- changed where it was run:\n";
+    }
+    for set in sets {
+        whole += &commented(&format!("--set {set}"));
+    }
+    Ok(whole)
+}
+
 fn read_text(path: &Path, text: &str, sets: &[String]) -> Result<Node, SceneError> {
     let mut tree = read_layers(path, text, &mut Vec::new())?;
     if sets.is_empty() {
         return Ok(tree);
     }
     let mut settings: Option<Node> = None;
-    for text in sets {
-        let setting = parse_set(text)?;
+    let mut faults = Faults::default();
+    for setting in sets.iter().filter_map(|text| faults.keep(parse_set(text))) {
         match &mut settings {
             Some(earlier) => earlier.merge(setting, false),
             None => settings = Some(setting),
         }
     }
+    faults.end()?;
     if let Some(mut settings) = settings {
         settings.resolve_paths(Path::new(""))?;
         tree.lay(settings)?;

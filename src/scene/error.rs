@@ -32,14 +32,16 @@ impl fmt::Display for Place {
     }
 }
 
-/// A scene that cannot be used: where the fault is and what it is.
+/// A scene that cannot be used: where its first fault is and what it is, and the other ones.
 #[derive(Debug, thiserror::Error)]
-#[error("{place}: {problem}")]
+#[error("{place}: {problem}{}", others(.also))]
 pub struct SceneError {
     /// Where it was written.
     pub place: Place,
     /// What is wrong, boxed to keep results small.
     pub problem: Box<Problem>,
+    /// What else is wrong with the scene, in the order of its lines; these have none themselves.
+    pub also: Vec<SceneError>,
 }
 
 impl SceneError {
@@ -47,7 +49,14 @@ impl SceneError {
         SceneError {
             place: place.clone(),
             problem: Box::new(problem),
+            also: Vec::new(),
         }
+    }
+
+    /// All faults, each alone.
+    pub fn into_each(mut self) -> impl Iterator<Item = SceneError> {
+        let also = std::mem::take(&mut self.also);
+        std::iter::once(self).chain(also)
     }
 }
 
@@ -236,6 +245,38 @@ pub enum Problem {
         /// What it contradicts and what would be right.
         reason: String,
     },
+}
+
+impl Problem {
+    /// The key that it is about, and the value as it was written; none of a file as a whole, or of a key that is not there.
+    pub fn key_and_value(&self) -> (Option<&str>, Option<&str>) {
+        match self {
+            Problem::Read(_)
+            | Problem::Syntax(_)
+            | Problem::BaseCycle { .. }
+            | Problem::SetSyntax
+            | Problem::SetDepth { .. } => (None, None),
+            Problem::KeptBase | Problem::SetBase => (Some("base"), None),
+            Problem::Base { base, .. } => (Some("base"), Some(base)),
+            Problem::MissingSection { section, .. } | Problem::Misplaced { section, .. } => {
+                (Some(section), None)
+            }
+            Problem::Unavailable { key, .. } | Problem::Missing { key, .. } => (Some(key), None),
+            Problem::Quantity { key, source } => (Some(key), Some(&source.text)),
+            Problem::PathEncoding { key, value, .. }
+            | Problem::UnknownKey { key, value, .. }
+            | Problem::OtherKind { key, value, .. }
+            | Problem::Type { key, value, .. }
+            | Problem::Unit { key, value, .. }
+            | Problem::Range { key, value, .. }
+            | Problem::Choice { key, value, .. }
+            | Problem::Conflict { key, value, .. } => (Some(key), Some(value)),
+        }
+    }
+}
+
+fn others(also: &[SceneError]) -> String {
+    also.iter().map(|fault| format!("\n{fault}")).collect()
 }
 
 fn listed(keys: &[String]) -> String {

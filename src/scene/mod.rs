@@ -22,6 +22,7 @@ mod canonical;
 mod document;
 mod error;
 pub mod explain;
+mod faults;
 mod keys;
 pub mod plan;
 mod reader;
@@ -41,16 +42,18 @@ use crate::recipe::Recipe;
 use crate::wear::cycle::March;
 
 pub use crate::contact::Boundary;
-pub use crate::dynamics::FrictionLaw;
+pub use crate::dynamics::{FrictionLaw, Rayleigh};
 pub use crate::model_update::{Distribution, StiffnessKind as Stiffness};
 pub use crate::recipe::{
-    Criterion as Update, DampingBasis, Force, Heights as Surface, Keep, Output, Port,
-    StructureSource as Structure, Wear,
+    Base, BaseMotion, Criterion as Update, DampingBasis, Force, Heights as Surface, Keep, Output,
+    Port, StructureSource as Structure, Wear,
 };
 pub use crate::structure::resonator::Resonator;
 pub use crate::surface::prepare::{Detrend, Fill};
 pub use crate::wear::Scheme;
+pub use canonical::FOLLOWING_KEYS;
 pub use error::{Place, Problem, SceneError};
+pub use faults::MOST as MOST_FAULTS;
 pub use plan::{InputError, Plan, PlanError};
 
 /// A complete, checked scene. All quantities are SI.
@@ -195,6 +198,9 @@ pub enum Rotation {
 pub struct Dynamics {
     /// The forces; the first of harmonic 1 is the drive.
     pub forces: Vec<Force>,
+    /// How the ground of an oscillator moves; none: it rests.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub base: Option<Base>,
     /// Whose displacement is the response.
     pub response: Port,
     /// Orders of the harmonics, 0 among them: all, or those to begin with if there is a [`Fidelity::harmonic_tolerance`].
@@ -203,6 +209,9 @@ pub struct Dynamics {
     pub modes: usize,
     /// Modal damping ratio.
     pub damping_ratio: f64,
+    /// Damping by mass and stiffness beside it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rayleigh: Option<Rayleigh>,
     /// Of which structure the damped modes are.
     pub damping_basis: DampingBasis,
     /// Friction in the plane.
@@ -284,6 +293,10 @@ pub struct Fidelity {
     pub load_steps: Option<usize>,
     /// Samples of a vibration cycle at which contact elements are evaluated.
     pub aft_samples: usize,
+    /// Whether the instants at which contact elements change their state are found exactly, where their motion allows it; none: of an
+    /// oscillator.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub aft_events: Option<bool>,
     /// Relative error by harmonics left out, up to which they are extended; none where the scene says which there are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub harmonic_tolerance: Option<f64>,
@@ -308,8 +321,8 @@ pub enum Preset {
 /// Paths inside a file are relative to that file, paths in `sets` to the working folder.
 ///
 /// # Errors
-/// [`SceneError`] for the first fault found: a file that cannot be read, an unknown, missing or contradictory key, a value of the
-/// wrong type, dimension or range.
+/// [`SceneError`] with all faults of the scene: a file that cannot be read, unknown, missing or contradictory keys, values of the
+/// wrong type, dimension or range. What follows from a fault is not judged.
 pub fn load(path: &Path, sets: &[String]) -> Result<Scene, SceneError> {
     resolve::scene(&document::read(path, sets)?, name_of(path))
 }
@@ -345,6 +358,15 @@ pub enum KeptError {
     /// It cannot be run.
     #[error(transparent)]
     Plan(#[from] PlanError),
+}
+
+/// The scene in the file at `path` as it was written, comments too, for people: below its text stand, as comments, those of the files
+/// that it is based on, and `sets`. It is TOML, but loading it gives the scene only where there are no bases and no `sets`.
+///
+/// # Errors
+/// As for [`load`], of files that cannot be read.
+pub fn as_written(path: &Path, sets: &[String]) -> Result<String, SceneError> {
+    document::written(path, sets)
 }
 
 fn name_of(path: &Path) -> String {

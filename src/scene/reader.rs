@@ -5,6 +5,7 @@ use toml::Value as Toml;
 use super::Preset;
 use super::document::{Content, Node};
 use super::error::{Problem, SceneError};
+use super::faults::Faults;
 use super::keys::{self, Choice, Even, Given, Key, Value, join, meant};
 
 type Result<T> = std::result::Result<T, SceneError>;
@@ -201,29 +202,34 @@ impl<'a> Reader<'a> {
         let kind = self.required(key)?;
         let section = keys::section_of(key.name);
         let own = keys::keys_of_kind(section, kind);
+        let mut faults = Faults::default();
         for name in keys::children(section) {
             let other = join(section, name);
             if name != key.last() && !own.contains(&name) && self.has(other.as_str()) {
                 let given = self.given(other.as_str());
-                return Err(given.fault(|other| Problem::OtherKind {
+                faults.keep::<()>(Err(given.fault(|other| Problem::OtherKind {
                     key: other,
                     value: given.node.shown(),
                     kind_key: key.name.to_owned(),
                     kind: kind.to_owned(),
                     keys: own.iter().map(|name| (*name).to_owned()).collect(),
-                }));
+                })));
             }
         }
+        faults.end()?;
         Ok(kind)
     }
 
     /// Refuses the keys that a form of a section has and others have not.
     pub fn refuse_form(&self, section: &str, form: &str, reason: &str) -> Result<()> {
-        let mut names = keys::keys_of_kind(section, form).into_iter();
-        match names.find(|name| self.has(join(section, name).as_str())) {
-            Some(name) => Err(self.conflict(join(section, name).as_str(), reason)),
-            None => Ok(()),
+        let mut faults = Faults::default();
+        for name in keys::keys_of_kind(section, form) {
+            let key = join(section, name);
+            if self.has(key.as_str()) {
+                faults.keep::<()>(Err(self.conflict(key.as_str(), reason)));
+            }
         }
+        faults.end()
     }
 
     /// Refuses words that the whole program knows and this version does not.
@@ -243,12 +249,12 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Refuses every key that no scene has.
+    /// Refuses every key that no scene has, and every value that its key cannot have, whatever stands beside it.
     pub fn check_keys(&self) -> Result<()> {
         self.check_section("", self.root)
     }
 
-    /// Refuses every key of a section that no such section has.
+    /// The same of a section.
     pub fn check_section(&self, section: &str, node: &Node) -> Result<()> {
         let Content::Section(entries) = &node.content else {
             let names = keys::children(section).join(", ");
@@ -256,15 +262,24 @@ impl<'a> Reader<'a> {
             let key = section.to_owned();
             return Err(Given { key, node }.wrong_type(expected));
         };
+        let mut faults = Faults::default();
         for (name, entry) in entries {
+            if faults.is_full() {
+                break;
+            }
             let key = join(section, name);
-            let is_value = keys::find(&key).is_some();
+            let declared = keys::find(&key);
             let has_keys = !keys::children(&key).is_empty();
             let is_section = matches!(entry.content, Content::Section(_));
-            if has_keys && (is_section || !is_value) {
-                self.check_section(&key, entry)?;
-            } else if !is_value {
-                return Err(SceneError::new(
+            faults.keep(match declared {
+                _ if has_keys && (is_section || declared.is_none()) => {
+                    self.check_section(&key, entry)
+                }
+                Some(_) => keys::check(&Given {
+                    key: self.called(&key),
+                    node: entry,
+                }),
+                None => Err(SceneError::new(
                     &entry.place,
                     Problem::UnknownKey {
                         nearest: keys::nearest_key(&key),
@@ -275,9 +290,9 @@ impl<'a> Reader<'a> {
                             .collect(),
                         key,
                     },
-                ));
-            }
+                )),
+            });
         }
-        Ok(())
+        faults.end()
     }
 }

@@ -79,12 +79,16 @@ pub fn is_in(recipe: &Recipe, table: TableName) -> bool {
         TableName::ContactElement | TableName::JointCycle => {
             vibrates && recipe.elements().is_some()
         }
-        TableName::Response | TableName::DynamicResponse | TableName::Frf => vibrates,
+        TableName::Response
+        | TableName::DynamicResponse
+        | TableName::Resonance
+        | TableName::Frf
+        | TableName::FrfHarmonic => vibrates,
         TableName::ReferenceElement
         | TableName::ModelUpdate
         | TableName::WornResponse
         | TableName::Ledger => rough && vibrates,
         TableName::Summary | TableName::Timing => true,
-        TableName::Trade | TableName::Claims => false,
+        TableName::Backbone | TableName::Trade | TableName::Claims => false,
     }
 }

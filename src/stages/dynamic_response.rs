@@ -10,7 +10,8 @@ use super::solvers::{Solvers, given, layout};
 use super::stage::{Stage, When};
 use crate::dynamics::cycle::{JointCycle, JointSummary, joint_cycle};
 use crate::dynamics::{
-    ContactElement, DynamicsError, ElementState, HarmonicBalance, Resolved, Resonance, Start,
+    Candidate, CandidateKind, ContactElement, ElementState, HarmonicBalance, Resolved, Resonance,
+    Response, Start,
 };
 use crate::model_update::ElementParameters;
 use crate::recipe::Layout;
@@ -44,10 +45,14 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
+/// Share of the highest peak from which another is as high.
+const TIE: f64 = 0.99;
+
 /// The tables of the response in force: iterations that do not renew it have the same.
-const IN_FORCE: [TableName; 4] = [
+const IN_FORCE: [TableName; 5] = [
     TableName::Response,
     TableName::DynamicResponse,
+    TableName::Resonance,
     TableName::JointCycle,
     TableName::ContactElement,
 ];
@@ -65,6 +70,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     if let Some((response, row)) = before.as_ref().filter(|_| !update.updated) {
         outputs.put(response)?;
         outputs.put(row)?;
+        outputs.put(&reads.before::<typed::Resonance>()?)?;
         outputs.put(&reads.before::<typed::JointCycle>()?)?;
         outputs.put(&reads.before::<typed::ContactElement>()?)?;
         return Ok(outputs);
@@ -80,6 +86,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let resolved = vibration.resolve(elements, start, tolerance);
     let resolved = resolved.map_err(|source| failed(reads, source))?;
     tell_missed(&mut outputs, tolerance, &resolved);
+    tell_candidates(&mut outputs, &resolved.resonance);
     in_force(reads, &resolved, &parameters, &mut outputs)?;
     Ok(outputs)
 }
@@ -94,10 +101,11 @@ fn alone(reads: &Reads, solvers: &mut Solvers, outputs: &mut Outputs) -> Result<
     match vibration.resolve(elements, None, tolerance) {
         Ok(resolved) => {
             tell_missed(outputs, tolerance, &resolved);
+            tell_candidates(outputs, &resolved.resonance);
             in_force(reads, &resolved, &parameters, outputs)
         }
-        // The forced response has an answer all the same.
-        Err(error @ DynamicsError::NoResonance { .. }) => {
+        // The forced response has an answer all the same, or says why it has none.
+        Err(error) if error.is_not_converged() => {
             outputs.notice(format!("dynamics.frequency: {error}"));
             match has_contact {
                 true => outputs.put(&element_table(&layout(reads), &parameters, None)),
@@ -123,7 +131,7 @@ pub fn harmonic_tolerance(recipe: &Recipe) -> Option<f64> {
 }
 
 /// The error of a run without a steady vibration.
-pub fn failed(reads: &Reads, source: DynamicsError) -> RunError {
+pub fn failed(reads: &Reads, source: crate::dynamics::DynamicsError) -> RunError {
     RunError::Dynamics {
         wear_iteration: reads.wear_iteration,
         source,
@@ -178,6 +186,7 @@ fn in_force(
     )?;
     let summary = balance.joint_summary(&resonance.phase);
     outputs.put(&response_table(&reads.recipe, balance, resonance))?;
+    outputs.put(&candidate_table(balance, resonance))?;
     outputs.put(&row(&layout, resolved, &cycle, &summary))?;
     if has_contact {
         outputs.put(&cycle_table(&cycle))?;
@@ -236,6 +245,107 @@ fn row(
         element_load_variation: summary.largest_normal_load,
         moment_variation: about_x.max(about_y),
         torsion_variation: about_n,
+    }
+}
+
+/// The table of peaks and phase resonances.
+fn candidate_table(
+    balance: &HarmonicBalance<ContactElement>,
+    resonance: &Resonance,
+) -> typed::Resonance {
+    let of = |kind, response: &Response, amplitude| Candidate {
+        kind,
+        response: response.clone(),
+        amplitude,
+        branch: None,
+        multiplier: None,
+        amplitude_in_time: None,
+    };
+    let own = [
+        of(
+            CandidateKind::Peak,
+            &resonance.peak,
+            resonance.peak_amplitude,
+        ),
+        of(
+            CandidateKind::PhaseResonance,
+            &resonance.phase,
+            resonance.amplitude,
+        ),
+    ];
+    let candidates = match &resonance.candidates[..] {
+        [] => &own[..],
+        candidates => candidates,
+    };
+    let mut table = typed::Resonance::default();
+    for candidate in candidates {
+        let response = &candidate.response;
+        let is_phase = candidate.kind == CandidateKind::PhaseResonance;
+        let chosen = if is_phase {
+            &resonance.phase
+        } else {
+            &resonance.peak
+        };
+        table.kind.push(candidate.kind.name().to_owned());
+        table.frequency.push(response.frequency());
+        table.amplitude.push(candidate.amplitude);
+        let lag = balance.amplitude(response, resonance.port);
+        table.phase_lag.push(lag.map_or(0.0, |(_, lag)| lag));
+        table.input_energy.push(response.energy.input);
+        table.friction_energy.push(response.energy.friction);
+        table.viscous_energy.push(response.energy.viscous);
+        table.largest_multiplier.push(candidate.multiplier);
+        let branch = candidate.branch.map_or(-1, |branch| branch as i64);
+        table.branch.push(branch);
+        table.chosen.push(chosen == response);
+    }
+    table
+}
+
+/// Says so where the strongest resonance is no clear one: others are as strong, it is unstable, it lies at an end of the range, or parts
+/// of the range have no branch.
+fn tell_candidates(outputs: &mut Outputs, resonance: &Resonance) {
+    for [low, high] in &resonance.gaps {
+        outputs.notice(format!(
+            "no branch of responses could be followed from {low:.6} to {high:.6} Hz; a peak there is not known"
+        ));
+    }
+    let peaks = resonance.candidates.iter();
+    let peaks: Vec<&Candidate> = peaks
+        .filter(|candidate| candidate.kind != CandidateKind::PhaseResonance)
+        .collect();
+    let Some(first) = peaks.first() else {
+        return;
+    };
+    let at = |candidate: &Candidate| {
+        let frequency = candidate.response.frequency();
+        format!("{:.6e} m at {frequency:.6} Hz", candidate.amplitude)
+    };
+    if first.kind == CandidateKind::End {
+        outputs.notice(format!(
+            "the largest amplitude of the range, {}, lies at an end of it: widen dynamics.frequency if the peak is meant",
+            at(first)
+        ));
+    }
+    if first.is_unstable() {
+        let stable = peaks.iter().find(|peak| !peak.is_unstable());
+        let stable = stable.map_or(String::new(), |peak| {
+            format!("; the largest that is not is {}", at(peak))
+        });
+        outputs.notice(format!(
+            "the peak of {} is unstable: a motion does not stay there{stable}",
+            at(first)
+        ));
+    }
+    if let Some(second) = peaks
+        .get(1)
+        .filter(|second| second.amplitude >= TIE * first.amplitude)
+    {
+        outputs.notice(format!(
+            "two peaks are as high as each other: {}, and {}",
+            at(first),
+            at(second)
+        ));
     }
 }
 

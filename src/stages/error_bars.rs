@@ -138,7 +138,7 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
             meanwhile = since;
         }
         let closure = closure(
-            (cycle.dissipated_energy - response.friction_energy).abs(),
+            (cycle.dissipated_energy - friction(response)).abs(),
             cycle.dissipated_energy,
         );
         own = cycle.error_cycle + response.error_friction_energy + closure;
@@ -183,9 +183,21 @@ fn estimate(wear: &Wear, sources: &Sources) -> f64 {
 /// What a step has worn more or less than the friction of the contact elements under whose vibration it was made would have \[m³\]: the
 /// fine contact has no other energy than theirs, which is the exciter's.
 fn gap(wear: &Wear, step: &typed::WearStep, response: &typed::DynamicResponse) -> f64 {
-    let by_elements = wear.law().over(step.n_cycles as u64) * response.friction_energy;
+    let by_elements = wear.law().over(step.n_cycles as u64) * friction(response);
     (step.volume - by_elements).abs()
 }
+
+/// What friction takes in the elements \[J\]; nothing where that is rounding of what the exciter supplies.
+fn friction(response: &typed::DynamicResponse) -> f64 {
+    let energy = response.friction_energy;
+    match energy.abs() > ROUNDING * response.input_energy.abs() {
+        true => energy,
+        false => 0.0,
+    }
+}
+
+/// Part of the exciter's energy below which friction is rounding: its sums have some thousands of terms.
+const ROUNDING: f64 = 1e-11;
 
 /// An energy that is `wrong` of the `energy` of a cycle \[J\], relative to it.
 fn closure(wrong: f64, energy: f64) -> f64 {

@@ -11,8 +11,8 @@ use super::reads::{Outputs, Reads};
 use super::reduced;
 use super::solvers::{Solvers, given};
 use super::stage::{Stage, When};
-use crate::dynamics::vibration::ForcedPoint;
-use crate::dynamics::{ContactElement, HarmonicBalance, Resonance, Vibration};
+use crate::dynamics::forced_response::{ForcedPoint, FoundBy, PointResponse};
+use crate::dynamics::{ContactElement, HarmonicBalance, Harmonics, Resonance, Vibration};
 use crate::model_update::ElementParameters;
 use crate::recipe::Part;
 use crate::tables::{TableName, typed};
@@ -45,7 +45,11 @@ pub const DECLARATION: Declaration = Declaration {
         TableName::DynamicResponse,
     ],
     before: &[],
-    writes: &[TableName::Frf, TableName::WornResponse],
+    writes: &[
+        TableName::Frf,
+        TableName::FrfHarmonic,
+        TableName::WornResponse,
+    ],
     is_due: |moment| moment.response_due,
     shared: false,
     compute,
@@ -75,7 +79,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
             balance.map_err(|source| failed(reads, source))?
         }
     };
-    outputs.put(&forced_response(reads, &vibration, balance)?)?;
+    forced_response(reads, &vibration, balance, &mut outputs)?;
     Ok(outputs)
 }
 
@@ -118,28 +122,103 @@ fn row(resonance: &Resonance) -> typed::WornResponse {
     }
 }
 
-/// The `frf` table.
+/// The tables `frf` and `frf_harmonic`.
 fn forced_response(
     reads: &Reads,
     vibration: &Vibration,
     balance: HarmonicBalance<ContactElement>,
-) -> Result<typed::Frf, RunError> {
-    let response = reads.recipe.response.as_ref();
+    outputs: &mut Outputs,
+) -> Result<(), RunError> {
+    let harmonics = balance.harmonics().clone();
     let force = balance
         .drive()
         .map_or(0.0, |load| load.cosine.hypot(load.sine));
     let points = vibration
-        .forced_response(balance, response.and_then(|response| response.points))
+        .forced_response(balance)
         .map_err(|source| failed(reads, source))?;
-    let series = |value: fn(&ForcedPoint) -> f64| points.iter().map(value).collect::<Vec<f64>>();
-    Ok(typed::Frf {
+    tell_left_out(&points, outputs);
+    outputs.put(&harmonic_table(&points, &harmonics))?;
+    let all = points.iter();
+    let of = |value: fn(&PointResponse) -> f64| -> Vec<Option<f64>> {
+        let each = points
+            .iter()
+            .map(|point| point.response.as_ref().map(value));
+        each.collect()
+    };
+    let active = |point: &ForcedPoint| point.response.as_ref().map_or(0, |r| r.active_elements);
+    outputs.put(&typed::Frf {
         force: vec![force; points.len()],
-        frequency: series(|p| p.frequency),
-        amplitude: series(|p| p.amplitude),
-        phase_lag: series(|p| p.phase_lag),
-        input_energy: series(|p| p.energy.input),
-        friction_energy: series(|p| p.energy.friction),
-        viscous_energy: series(|p| p.energy.viscous),
-        active_elements: points.iter().map(|p| p.active_elements as i64).collect(),
+        frequency: all.clone().map(|p| p.frequency).collect(),
+        amplitude: of(|r| r.amplitude),
+        phase_lag: of(|r| r.phase_lag),
+        input_energy: of(|r| r.energy.input),
+        friction_energy: of(|r| r.energy.friction),
+        viscous_energy: of(|r| r.energy.viscous),
+        active_elements: all.clone().map(|p| active(p) as i64).collect(),
+        peak_to_peak: Some(of(|r| r.peak_to_peak)),
+        converged: Some(all.clone().map(|p| p.response.is_some()).collect()),
+        found_by: Some(all.clone().map(|p| p.found_by.name().to_owned()).collect()),
+        residual: Some(all.clone().map(|p| p.residual).collect()),
+        branch: Some(
+            all.clone()
+                .map(|p| p.branch.map_or(-1, |b| b as i64))
+                .collect(),
+        ),
+        fold: Some(all.clone().map(|p| p.is_fold).collect()),
+        largest_multiplier: Some(
+            all.map(|p| p.response.as_ref().and_then(|r| r.multiplier))
+                .collect(),
+        ),
     })
+}
+
+/// Says where the forced response has no point, or one that the balance did not find.
+fn tell_left_out(points: &[ForcedPoint], outputs: &mut Outputs) {
+    for (found_by, what) in [
+        (
+            FoundBy::Time,
+            "found in time alone, as the harmonic balance with these harmonics has no such response",
+        ),
+        (
+            FoundBy::NotPeriodic,
+            "without a response of the period of the drive: in time the motion does not settle to one",
+        ),
+        (FoundBy::Nothing, "not found"),
+    ] {
+        let some = points.iter().filter(|point| point.found_by == found_by);
+        let frequencies: Vec<f64> = some.map(|point| point.frequency).collect();
+        let [first, ..] = frequencies[..] else {
+            continue;
+        };
+        let last = frequencies.iter().copied().fold(first, f64::max);
+        let first = frequencies.iter().copied().fold(first, f64::min);
+        outputs.notice(format!(
+            "forced response: {} of {} points, between {first:.6} and {last:.6} Hz, are {what}",
+            frequencies.len(),
+            points.len()
+        ));
+    }
+}
+
+/// One row for each row of `frf` that has a response, and harmonic, rows slow.
+fn harmonic_table(points: &[ForcedPoint], harmonics: &Harmonics) -> typed::FrfHarmonic {
+    let mut table = typed::FrfHarmonic::default();
+    for (row, point) in points.iter().enumerate() {
+        let Some(response) = &point.response else {
+            continue;
+        };
+        for (index, &order) in harmonics.orders().iter().enumerate() {
+            let slot = harmonics.slot(index);
+            table.row.push(row as i64);
+            table.frequency.push(point.frequency);
+            table.harmonic.push(order as i32);
+            table.displacement_cosine.push(response.displacement[slot]);
+            let sine = match order {
+                0 => 0.0,
+                _ => response.displacement[slot + 1],
+            };
+            table.displacement_sine.push(sine);
+        }
+    }
+    table
 }

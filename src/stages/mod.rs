@@ -7,6 +7,7 @@
 //!                  └> static_contact ─> model_update ─> dynamic_response ─> fretting_cycle ─> summary
 //! ```
 
+mod backbone;
 mod contact_elements;
 mod contact_state;
 mod declaration;
@@ -37,13 +38,14 @@ mod summary;
 mod surface;
 mod wear;
 
+pub use backbone::{add_backbone, backbone_of_run, backbone_of_scene};
 pub use declaration::{Declaration, is_in};
 pub use error::RunError;
 pub use graph::graph;
 pub use list::{STAGES, stages_of};
 pub use observer::{Observer, Progress};
 pub use recompute::{Recomputed, recompute};
-pub use run::{Ending, FREE_KEYS, Outcome, RunOptions, Source, run};
+pub use run::{Ending, FREE_KEYS, Outcome, RunOptions, Source, identity_of, run};
 pub use run_cost::RunCost;
 pub use run_status::{LastUpdate, RunStatus};
 pub use stage::{Stage, UnknownStage, When};

@@ -1,6 +1,7 @@
 //! Who watches a run.
 
 use super::stage::Stage;
+use crate::gauge::Gauge;
 use crate::store::Opening;
 
 /// Who watches a run.
@@ -14,6 +15,10 @@ pub trait Observer {
     /// True to end the run before a stage that would be computed now. What the stages before it have found is kept.
     fn ends_before(&self, _stage: Stage) -> bool {
         false
+    }
+    /// Where the solvers are to count what they do within a stage.
+    fn gauge(&self) -> Gauge {
+        Gauge::default()
     }
     /// An iteration is committed.
     fn committed(&self, progress: &Progress);

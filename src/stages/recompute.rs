@@ -97,7 +97,7 @@ pub fn recompute(
 }
 
 /// Refuses an iteration that a sibling took over from a run of another scene.
-fn require_own(reader: &RunReader, wear_iteration: u64) -> Result<(), RunError> {
+pub fn require_own(reader: &RunReader, wear_iteration: u64) -> Result<(), RunError> {
     let record = reader.record();
     let origin = record.origin.as_ref();
     match origin.filter(|origin| wear_iteration <= origin.wear_iteration) {

@@ -77,6 +77,8 @@ pub struct Outcome {
     pub wear_iteration: Option<u64>,
     /// Its summary.
     pub summary: Option<Table>,
+    /// The summaries of the unworn joint and of the last iteration, where there was wear in between.
+    pub change: Option<[typed::Summary; 2]>,
     /// What the run has cost, over all its starts.
     pub spent: RunCost,
 }
@@ -173,13 +175,14 @@ fn check_until(recipe: &Recipe, until: Option<Stage>) -> Result<(), RunError> {
     }
 }
 
-fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunError> {
-    let inputs = options.inputs;
+/// What a run of these inputs is known by.
+pub fn identity_of(inputs: &Inputs) -> RunIdentity {
     let surface = inputs.recipe.surface();
     let seed = surface.and_then(|surface| surface.heights.seed());
-    let identity = RunIdentity {
+    RunIdentity {
         scene: inputs.identity.scene.clone(),
         scene_toml: inputs.identity.scene_toml.clone(),
+        scene_written: inputs.identity.scene_written.clone(),
         plan: inputs.identity.plan.clone(),
         program_version: env!("CARGO_PKG_VERSION").to_owned(),
         threads: 1,
@@ -187,7 +190,12 @@ fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunEr
         free_keys: FREE_KEYS.map(str::to_owned).to_vec(),
         following_keys: inputs.identity.following.map(str::to_owned).to_vec(),
         inherited_keys: INHERITED_KEYS.map(str::to_owned).to_vec(),
-    };
+    }
+}
+
+fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunError> {
+    let inputs = options.inputs;
+    let identity = identity_of(inputs);
     let file_system = options.file_system.clone();
     let (mut store, opening) = match &options.source {
         None => RunStore::create_or_open(file_system, &options.root, &identity)?,
@@ -254,10 +262,17 @@ fn outcome(store: &mut RunStore, inputs: &Inputs, ending: Ending) -> Result<Outc
     let summary = wear_iteration
         .map(|k| store.read(k, TableName::Summary))
         .transpose()?;
+    let history = store.reader().history()?;
+    let change = match wear_iteration.filter(|last| *last > 0) {
+        Some(last) => history.row(0)?.zip(history.row(last)?),
+        None => None,
+    };
+    let change = change.map(|(unworn, worn)| [unworn, worn]);
     Ok(Outcome {
         ending,
         wear_iteration,
         summary,
+        change,
         spent,
     })
 }

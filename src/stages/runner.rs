@@ -10,11 +10,12 @@ use super::list::stages_of;
 use super::moment::Moment;
 use super::observer::Observer;
 use super::reads::Reads;
+use super::run::identity_of;
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use crate::recipe::{Inputs, Part, Recipe};
 use crate::store::{Cache, Kept, RunReader, RunStore, StageKey, StoreError};
-use crate::tables::{Table, TableName, Tables, TypedTable, typed};
+use crate::tables::{Provenance, Table, TableName, Tables, TypedTable, typed};
 
 /// The stages that bring an inherited wear into balance under another scene: its own load, friction and motion.
 const OF_BALANCE: [Stage; 4] = [
@@ -66,7 +67,7 @@ impl<'a> Runner<'a> {
         Runner {
             inputs,
             observer,
-            solvers: Solvers::new(threads),
+            solvers: Solvers::new(threads, observer.gauge()),
             once: Tables::new(),
             keys: BTreeMap::new(),
             timing: typed::Timing::default(),
@@ -128,13 +129,81 @@ impl<'a> Runner<'a> {
                 for (name, table) in &tables {
                     store.put_once(*name, &key, table)?;
                 }
-                self.share(cache, store, &key, &tables);
+                self.share(cache, store.provenance(), &key, &tables);
                 tables
             }
         };
         self.once.extend(tables);
         self.keys.insert(stage.stage, key);
         Ok(())
+    }
+
+    /// Takes the tables of all stages that are passed through once a run, those that runs share from the cache, without a run.
+    ///
+    /// # Errors
+    /// Those of the stages.
+    pub fn once_in_memory(&mut self, cache: Option<&Cache>) -> Result<(), RunError> {
+        let recipe = self.recipe();
+        let none = Tables::new();
+        for stage in stages_of(recipe).filter(|stage| stage.when == When::Once) {
+            let key = self.key(stage, 0, &self.keys, None, false);
+            let names: Vec<TableName> = stage.writes_in(recipe).collect();
+            let cache = cache.filter(|_| stage.shared);
+            let tables = match self.shared(cache, &names, &key) {
+                Some(tables) => tables,
+                None => {
+                    let tables = self.compute(stage, 0, false, &none, &none)?;
+                    let provenance = Provenance {
+                        scene_hash: identity_of(self.inputs).scene_hash(),
+                        program_version: env!("CARGO_PKG_VERSION").to_owned(),
+                    };
+                    self.share(cache, &provenance, &key, &tables);
+                    tables
+                }
+            };
+            self.once.extend(tables);
+            self.keys.insert(stage.stage, key);
+        }
+        Ok(())
+    }
+
+    /// Computes the stages of the unworn iteration before `end` that are needed, without a run. One without a steady vibration is told and
+    /// left out: it is no more than a start.
+    ///
+    /// # Errors
+    /// Those of the stages.
+    pub fn unworn_in_memory(
+        &mut self,
+        end: Stage,
+        is_needed: impl Fn(Stage) -> bool,
+    ) -> Result<Tables, RunError> {
+        let (mut tables, none) = (Tables::new(), Tables::new());
+        let before = stages_in(self.recipe(), 0).filter(|stage| stage.stage < end);
+        for stage in before.filter(|stage| is_needed(stage.stage)) {
+            match self.compute(stage, 0, false, &tables, &none) {
+                Ok(written) => tables.extend(written),
+                Err(error @ RunError::Dynamics { .. }) => self.observer.notice(&error.to_string()),
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(tables)
+    }
+
+    /// Lets `work` read what a stage reads, of `tables` and of the iteration before, with the solvers that stages share.
+    ///
+    /// # Errors
+    /// Those of the work.
+    pub fn reading<T>(
+        &mut self,
+        stage: &'static Declaration,
+        wear_iteration: u64,
+        [tables, before]: [&Tables; 2],
+        work: impl FnOnce(&Reads, &mut Solvers) -> Result<T, RunError>,
+    ) -> Result<T, RunError> {
+        let (declared, given) = (stage.declared(), [tables, &self.once]);
+        let reads = Reads::new(declared, self.inputs, wear_iteration, false, given, before);
+        self.solvers.begin();
+        work(&reads, &mut self.solvers)
     }
 
     /// Takes up the tables of a run, whatever they were computed from.
@@ -315,7 +384,13 @@ impl<'a> Runner<'a> {
         }
     }
 
-    fn share(&self, cache: Option<&Cache>, store: &RunStore, key: &StageKey, tables: &Tables) {
+    fn share(
+        &self,
+        cache: Option<&Cache>,
+        provenance: &Provenance,
+        key: &StageKey,
+        tables: &Tables,
+    ) {
         let Some(cache) = cache else {
             return;
         };
@@ -324,7 +399,7 @@ impl<'a> Runner<'a> {
             return;
         }
         let named: Vec<(TableName, &Table)> = tables.iter().map(|(n, t)| (*n, t)).collect();
-        if let Err(error) = cache.put(key, &named, store.provenance()) {
+        if let Err(error) = cache.put(key, &named, provenance) {
             self.observer.notice(&format!(
                 "the structure is not shared with other runs: {error}"
             ));
@@ -361,7 +436,8 @@ fn written_again(recipe: &Recipe, wear_iteration: u64, stage: &Declaration) -> V
     written.filter(|table| later.contains(table)).collect()
 }
 
-/// A table of a committed iteration that its recipe has. Runs of earlier versions have what the cycle found in their summary alone.
+/// A table of a committed iteration that its recipe has. Runs of earlier versions have what the cycle found in their summary alone, and
+/// have kept no resonances but that of the response in force.
 pub fn committed(
     reader: &RunReader,
     wear_iteration: u64,
@@ -378,6 +454,9 @@ pub fn committed(
                 fft_pairs: 0.0,
             };
             Ok(row.to_table()?)
+        }
+        Err(StoreError::NoTable { .. }) if name == TableName::Resonance => {
+            Ok(typed::Resonance::default().to_table()?)
         }
         found => Ok(found?),
     }

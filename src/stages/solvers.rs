@@ -9,6 +9,7 @@ use super::error::NumericsError;
 use super::reads::Reads;
 use super::reduced::reduced_of;
 use crate::dynamics::Vibration;
+use crate::gauge::Gauge;
 use crate::grid::Patch;
 use crate::model_update::{Compliance, ContactElements, ElementParameters};
 use crate::recipe::Layout;
@@ -34,23 +35,27 @@ pub struct Solvers {
     elements: Option<Rc<ContactElements>>,
     vibration: Option<Rc<Vibration>>,
     costs: Vec<PartCost>,
+    gauge: Gauge,
 }
 
 impl Solvers {
-    /// Solvers whose transforms are made on as many threads; results do not depend on their number.
-    pub fn new(threads: usize) -> Solvers {
+    /// Solvers whose transforms are made on as many threads; results do not depend on their number. What they do is counted by the
+    /// gauge, for who watches.
+    pub fn new(threads: usize, gauge: Gauge) -> Solvers {
         Solvers {
             threads,
             joint: None,
             elements: None,
             vibration: None,
             costs: Vec::new(),
+            gauge,
         }
     }
 
     /// Begins a stage: the joint rests, and nothing has cost anything.
     pub fn begin(&mut self) {
         self.costs.clear();
+        self.gauge.begin();
         if let Some(joint) = &mut self.joint {
             joint.half_space.take_pairs();
             joint.motion = Motion::none(0.0);
@@ -91,6 +96,7 @@ impl Solvers {
             let (patch, height) = patch_and_height(reads)?;
             let mut joint = contact.joint(patch, height)?;
             joint.half_space.set_threads(self.threads);
+            joint.half_space.set_gauge(self.gauge.clone());
             self.joint = Some(joint);
         }
         Ok(self.joint.as_mut().expect("it was built"))
@@ -151,8 +157,9 @@ impl Solvers {
             let reduced = reduced_of(reads)?;
             let has_contact = elements.is_some();
             let unworn = unworn.unwrap_or_default();
-            let vibration =
+            let mut vibration =
                 structure.vibration(response, has_contact, reduced.as_ref(), &unworn)?;
+            vibration.gauge = self.gauge.clone();
             self.vibration = Some(Rc::new(vibration));
         }
         Ok(self.vibration.clone().expect("it was built"))

@@ -133,6 +133,12 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         error_tangential: friction.as_ref().map(|f| f.error),
     })?;
     let predicted = predicted.map(|fields| fields.shear);
+    if reads.wear_iteration == 0 {
+        let peak = solution.pressure.iter().copied().fold(0.0, f64::max);
+        if let Some(remark) = contact.remark_on_peak(peak) {
+            outputs.notice(remark);
+        }
+    }
     let fields = Fields {
         gap: solution.gap,
         pressure: solution.pressure,

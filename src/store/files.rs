@@ -29,6 +29,10 @@ impl Layout {
     pub fn scene(&self) -> PathBuf {
         self.root.join("scene.toml")
     }
+    /// The scene as its user wrote it; nothing reads it.
+    pub fn written_scene(&self) -> PathBuf {
+        self.root.join("scene.original.toml")
+    }
     pub fn plan(&self) -> PathBuf {
         self.root.join("plan.json")
     }

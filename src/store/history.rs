@@ -367,6 +367,7 @@ fn described(name: &str, kind: ColumnType, unit: &str) -> ColumnSchema {
         sparse: false,
         optional: false,
         retired: false,
+        recent: false,
         infinite: false,
     }
 }

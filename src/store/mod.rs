@@ -27,6 +27,7 @@
 mod cache;
 mod chain;
 mod commit;
+pub mod date;
 mod draft;
 mod error;
 mod file_system;

@@ -2,6 +2,7 @@
 
 use super::chain;
 use super::commit::Commit;
+use super::date;
 use super::draft::clean_staging;
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::{FileSystem, LockGuard};
@@ -13,6 +14,7 @@ use super::record::{Continuation, Machine, Origin, RunIdentity, RunRecord};
 use super::record_file::{FoundRecord, read_record, written_scene};
 use super::sealed::sealed;
 use super::survey::survey;
+use crate::COMMIT;
 use crate::json::{KeyChange, as_read, differences, made, matches};
 use crate::tables::{Place, TableName};
 use std::path::{Path, PathBuf};
@@ -123,8 +125,10 @@ pub(super) struct Locked {
 }
 
 /// Entries that a folder may have whose creation was not completed.
-const BEFORE_THE_RECORD: [&str; 10] = [
+const BEFORE_THE_RECORD: [&str; 12] = [
     "scene.toml",
+    "scene.original.toml",
+    "log.txt",
     "plan.json",
     "run.json",
     "run.copy.json",
@@ -212,6 +216,9 @@ fn write_identity(
     record: &mut RunRecord,
 ) -> Result<(), StoreError> {
     files.replace_if_different(&layout.scene(), identity.scene_toml.as_bytes())?;
+    if let Some(written) = &identity.scene_written {
+        files.replace_if_different(&layout.written_scene(), written.as_bytes())?;
+    }
     record.scene_toml = Some(identity.scene_toml.clone());
     let plan = layout.plan();
     let bytes = json(&plan, &identity.plan)?;
@@ -347,12 +354,29 @@ pub(super) fn resume(
     Ok((reader, opening))
 }
 
+/// A version with the commit that it was built from.
+fn of_commit(version: &str, commit: Option<&str>) -> String {
+    match commit {
+        Some(commit) => format!("{version} ({commit})"),
+        None => version.to_owned(),
+    }
+}
+
 /// Records a start under other circumstances than the last.
 fn note_circumstances(record: &mut RunRecord, opening: &mut Opening, identity: &RunIdentity) {
     let (version, threads, machine) = record.circumstances();
     let this = Machine::this();
-    if version != identity.program_version {
-        opening.program_changed = Some((version.to_owned(), identity.program_version.clone()));
+    // What an older program or a package was built from is not known, and no change.
+    let rebuilt = record
+        .commit()
+        .zip(COMMIT)
+        .filter(|(then, now)| then != now);
+    if version != identity.program_version || rebuilt.is_some() {
+        let (then, now) = rebuilt.unzip();
+        opening.program_changed = Some((
+            of_commit(version, then),
+            of_commit(&identity.program_version, now),
+        ));
     }
     if threads != identity.threads {
         opening.threads_changed = Some((threads, identity.threads));
@@ -367,7 +391,9 @@ fn note_circumstances(record: &mut RunRecord, opening: &mut Opening, identity: &
     {
         record.continued.push(Continuation {
             wear_iteration: opening.latest,
+            began: Some(date::now()),
             program_version: identity.program_version.clone(),
+            program_commit: COMMIT.map(str::to_owned),
             threads: identity.threads,
             machine: this,
             changed_keys: opening

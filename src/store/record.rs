@@ -1,6 +1,8 @@
 //! `run.json`: what a run is and how it came about.
 
+use super::date;
 use super::sealed::Seal;
+use crate::COMMIT;
 use crate::json::{flatten, hash, matches};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -27,6 +29,8 @@ pub struct RunIdentity {
     pub scene: Value,
     /// The same as the text of `scene.toml`.
     pub scene_toml: String,
+    /// The scene as its user wrote it, for people; `None` leaves what the run has of it.
+    pub scene_written: Option<String>,
     /// What was decided from the scene, as `plan.json` shows it.
     pub plan: Value,
     /// Version of the program.
@@ -125,8 +129,14 @@ pub(super) struct Pruned {
 pub struct Continuation {
     /// The iteration it continued from, `None` before the first.
     pub wear_iteration: Option<u64>,
+    /// When that was, as [`RunRecord::began`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub began: Option<String>,
     /// Version of the program.
     pub program_version: String,
+    /// As [`RunRecord::program_commit`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub program_commit: Option<String>,
     /// Threads that computed.
     pub threads: usize,
     /// The machine.
@@ -142,6 +152,12 @@ pub struct RunRecord {
     pub format: u32,
     /// Version of the program that began the run.
     pub program_version: String,
+    /// The commit that it was built from, with `-dirty` where its sources were changed; `None` if that is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub program_commit: Option<String>,
+    /// When the run began, as `2026-03-01T09:30:00Z`; `None` in a run that was begun before there was any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub began: Option<String>,
     /// Threads that it began with.
     pub threads: usize,
     /// The machine it began on.
@@ -183,6 +199,8 @@ impl RunRecord {
         RunRecord {
             format: RUN_FORMAT,
             program_version: identity.program_version.clone(),
+            program_commit: COMMIT.map(str::to_owned),
+            began: Some(date::now()),
             threads: identity.threads,
             machine: Machine::this(),
             seed: identity.seed,
@@ -216,6 +234,14 @@ impl RunRecord {
         self.unsealed |= self.format == UNSEALED_FORMAT;
         self.format = RUN_FORMAT;
         self.pruned.clear();
+    }
+
+    /// The commit of the program of the last start that is on record.
+    pub(super) fn commit(&self) -> Option<&str> {
+        match self.continued.last() {
+            Some(last) => last.program_commit.as_deref(),
+            None => self.program_commit.as_deref(),
+        }
     }
 
     /// Version, threads and machine of the last start that is on record.

@@ -342,13 +342,13 @@ impl RunStore {
     }
 }
 
-/// Columns of a table but for those that are no longer written.
+/// Columns of a table but for those that are no longer written, and those that earlier versions did not write.
 fn still_written<'a>(table: &str, columns: &'a [String]) -> Vec<&'a String> {
     let schema = TableName::from_name(table).map(TableName::schema);
-    let is_retired = |name: &str| {
+    let may_differ = |name: &str| {
         let column = schema.and_then(|schema| schema.column(name));
-        column.is_some_and(|column| column.retired)
+        column.is_some_and(|column| column.retired || column.recent)
     };
     let columns = columns.iter();
-    columns.filter(|name| !is_retired(name)).collect()
+    columns.filter(|name| !may_differ(name)).collect()
 }

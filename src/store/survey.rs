@@ -9,9 +9,11 @@ use super::files::{Files, Layout, iteration_of};
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// The files and folders that the store has in a run folder. Whatever else is there, it neither reads nor touches.
-const FILES: [&str; 8] = [
+/// The files and folders that a run has in its folder. Whatever else is there, it neither reads nor touches.
+const FILES: [&str; 10] = [
     "scene.toml",
+    "scene.original.toml",
+    "log.txt",
     "plan.json",
     "run.json",
     "run.copy.json",

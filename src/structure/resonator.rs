@@ -121,6 +121,29 @@ impl Default for Resonator {
     }
 }
 
+impl Resonator {
+    /// Length of all, from the free end of mass 1 to that of mass 2 \[m\].
+    pub fn length(&self) -> f64 {
+        self.block_length
+            + self.stub_length
+            + self.gap_length
+            + self.lap_length
+            + self.leaf_thickness
+            + self.window_length
+            + self.wall_thickness
+    }
+
+    /// Its mass \[kg\] as if the frame were full and the lap one arm: some percent too much.
+    pub fn rough_mass(&self) -> f64 {
+        let frame = (self.leaf_thickness + self.window_length + self.wall_thickness)
+            * self.frame_height
+            - self.window_length * self.window_height;
+        let arms = (self.stub_length + self.gap_length + self.lap_length) * self.arm_height;
+        let area = self.block_length * self.block_height + frame + arms;
+        area * self.depth * self.material.density
+    }
+}
+
 /// Part number of mass 1, the body below the contact plane.
 pub const MASS_1: usize = 0;
 /// Part number of mass 2, the body above it.

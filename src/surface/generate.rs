@@ -142,21 +142,44 @@ pub fn random(patch: &Patch, surface: &RandomSurface) -> Result<Generated, Surfa
         });
     }
     let grid = patch.grid;
+    check_power(&grid, &surface.spectrum)?;
     let mut waves = amplitudes(&grid, &surface.spectrum, surface.seed);
     fft::transform(&mut waves, grid.nx, grid.ny, FftDirection::Inverse);
     let mut heights: Vec<f64> = waves.iter().map(|h| h.re).collect();
     if !normalise(patch, &mut heights, surface.rq) {
-        return Err(SurfaceError::NoPower {
-            nx: grid.nx,
-            ny: grid.ny,
-            dx: grid.dx,
-            dy: grid.dy,
-        });
+        return Err(no_power(&grid));
     }
     Ok(Generated {
         heights,
         warnings: warnings(&grid, &surface.spectrum),
     })
+}
+
+/// Refuses a spectrum of which no wave that the grid resolves carries any height, without making the surface.
+///
+/// # Errors
+/// [`SurfaceError::NoPower`]
+pub fn check_power(grid: &Grid, spectrum: &Spectrum) -> Result<(), SurfaceError> {
+    let [lx, ly] = grid.size();
+    // No spectrum grows with the wave number, so that the longest waves have the most of it. Three cells resolve one wave.
+    let longest = [
+        (grid.nx, [2.0 * PI / lx, 0.0]),
+        (grid.ny, [0.0, 2.0 * PI / ly]),
+    ];
+    let mut resolved = longest.into_iter().filter(|(cells, _)| *cells > 2);
+    match resolved.any(|(_, [kx, ky])| spectrum.density(kx, ky) > 0.0) {
+        true => Ok(()),
+        false => Err(no_power(grid)),
+    }
+}
+
+fn no_power(grid: &Grid) -> SurfaceError {
+    SurfaceError::NoPower {
+        nx: grid.nx,
+        ny: grid.ny,
+        dx: grid.dx,
+        dy: grid.dy,
+    }
 }
 
 /// The smooth patch: height 0 everywhere \[m\].

@@ -73,6 +73,9 @@ pub struct ColumnSchema {
     /// Of older runs alone: no longer written, and left out where such a run goes on.
     #[serde(default)]
     pub retired: bool,
+    /// Not of older runs: one that goes on has it from then on.
+    #[serde(default)]
+    pub recent: bool,
     /// May be positive infinity, as a stiffness without compliance.
     #[serde(default)]
     pub infinite: bool,

@@ -1,8 +1,12 @@
 //! The command line: exit codes, messages, and what stdout holds for a program.
 
+mod backbone;
+mod check;
 mod codes;
 mod completions;
 mod export;
+mod kept;
+mod new;
 mod outputs;
 mod pasted;
 #[cfg(feature = "polars")]

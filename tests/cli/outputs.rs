@@ -100,8 +100,8 @@ fn progress_is_one_line_an_iteration_on_stderr() {
     let did = run_in(&bench, &[]);
     let lines: Vec<String> = did.stderr().lines().map(str::to_owned).collect();
     let last = latest(&bench.path("a"));
-    // What it has cost closes them.
-    assert_eq!(lines.len() as u64, 3 + last, "{lines:?}");
+    // What it has cost and what to do next close them.
+    assert_eq!(lines.len() as u64, 5 + last, "{lines:?}");
     assert_eq!(lines[0], "begins a");
     assert_eq!(lines[1], "iteration 0, 0 of 100 000 cycles, worn 0 mm³");
     let end = &lines[1 + last as usize];
@@ -111,7 +111,7 @@ fn progress_is_one_line_an_iteration_on_stderr() {
         )),
         "{end}"
     );
-    assert!(did.stdout().contains("wear_volume"), "{}", did.stdout());
+    assert!(did.stdout().contains("worn volume"), "{}", did.stdout());
     assert!(
         !did.stdout().contains('\u{1b}'),
         "colours where no terminal is"

@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Stdio;
 
-use crate::support::{Bench, Did, SMALL, flip};
+use crate::support::{Bench, Did, OSCILLATOR, SMALL, flip};
 
 /// A disk that is full.
 #[cfg(target_os = "linux")]
@@ -24,6 +24,7 @@ fn unread() -> Stdio {
 fn bench() -> Bench {
     let bench = Bench::new();
     bench.write("tiny.toml", SMALL.replace("600_000", "100_000"));
+    bench.write("mass.toml", OSCILLATOR);
     bench.done(&["run", "tiny.toml", "--run", "done"]);
     bench.done(&["run", "tiny.toml", "--run", "damaged"]);
     flip(&bench.path("damaged/iterations/wear_iteration=1/cycle.parquet"));
@@ -57,6 +58,8 @@ fn commands() -> Vec<(Vec<&'static str>, i32)> {
         (vec!["doctor", "new"], 0),
         (vec!["doctor", "new", "--json"], 0),
         (vec!["validate"], 0),
+        (vec!["backbone", "mass.toml"], 0),
+        (vec!["backbone", "mass.toml", "--json"], 0),
         (vec!["trade", "tiny.toml", "--knob", "cycle"], 0),
         (vec!["trade", "tiny.toml", "--knob", "cycle", "--json"], 0),
         (vec!["export", "-o", "a.inp", "--frequencies"], 0),

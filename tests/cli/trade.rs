@@ -46,7 +46,7 @@ fn row_of(table: &Table, variant: &str) -> usize {
         .unwrap_or_else(|| panic!("no {variant}"))
 }
 
-/// Every file below a folder, but for locks, which say who looked last, and drafts, which are put away.
+/// Every file below a folder, but for locks and logs, which say who looked last, and drafts, which are put away.
 fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(folder).expect("a folder") {
@@ -55,7 +55,7 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
             continue;
         } else if path.is_dir() {
             found.extend(files(&path));
-        } else if !path.ends_with("lock") {
+        } else if !path.ends_with("lock") && !path.ends_with("log.txt") {
             found.insert(path.clone(), fs::read(&path).expect("a file"));
         }
     }

@@ -137,6 +137,7 @@ impl Joint {
             basis,
             residual: Some(residual),
             contact_dofs: 3 * n,
+            static_coordinates: 0,
         }
         .with_damping_ratio(damping, &springs)
         .expect("a right structure");

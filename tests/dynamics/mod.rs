@@ -1,17 +1,25 @@
 //! Steady vibration: harmonics, contact elements, harmonic balance against time integration, continuation, resonance.
 
+mod backbone;
 mod balance;
 mod bank;
+mod brake_reuss;
 mod condensation;
 mod continuation;
 mod element;
+mod event_driven;
 mod extremes;
 mod folds;
 mod harmonics;
+mod linear;
+mod periodic;
+mod pseudo_modes;
 mod resonance;
 mod resonator;
+mod survey;
 mod time_integration;
 mod truncation;
+mod unreduced;
 
 use fretwear::dynamics::aft::{Closure, Derivative, Scratch};
 use fretwear::dynamics::{

@@ -36,7 +36,7 @@ pub fn published() -> &'static Whole {
 }
 
 /// A resonator of the same proportions with few cells.
-fn coarse() -> Resonator {
+pub fn coarse() -> Resonator {
     Resonator {
         lap_cells: 9,
         half_depth_cells: 2,
@@ -138,8 +138,8 @@ fn a_stuck_joint_moves_as_the_whole_structure_with_springs() {
         let response = balance.solve(omega, None).unwrap();
         assert_eq!(response.active_elements(), 0, "stuck");
         let found = |port: usize| response.displacement[3 * port + 1];
-        // R₀ without its slope, and modes above the 30th: see the reduction's own tests.
-        let tolerance = 1e-2;
+        // What pseudo-modes leave of the modes above the 30th: see `unreduced.rs`. At 930 Hz a resonance is near.
+        let tolerance = 2e-4;
         let contact = ports.contact_ports();
         let pairs = [(contact, drive), (contact + 1, other), (contact + 2, drive)];
         for (new, old) in pairs {
@@ -222,18 +222,17 @@ fn a_tied_joint_is_linear() {
     for response in balance.forced_response(&omegas).unwrap() {
         assert!(response.energy.imbalance() < 1e-10);
         assert_eq!(response.energy.friction, 0.0);
-        // The slope of the residual is left out.
         let (real, imaginary) = reduced.receptance(response.omega, ratio);
         for (k, &port) in ports.iter().enumerate() {
-            let slope = response.omega.powi(2) * reduced.residual_slope[(port, ports[0])];
             let expected = [
-                500.0 * (real[(port, ports[0])] - slope),
+                500.0 * real[(port, ports[0])],
                 -500.0 * imaginary[(port, ports[0])],
             ];
             let row = &response.displacement[7 * k..7 * k + 7];
             let size = expected[0].hypot(expected[1]);
             let error = (row[1] - expected[0]).hypot(row[2] - expected[1]);
-            assert!(error < 1e-9 * size, "{row:?} {expected:?}");
+            // The residual's series ends after its slope and is undamped, pseudo-modes go on and are damped as all modes.
+            assert!(error < 1e-4 * size, "{row:?} {expected:?}");
         }
     }
     let range = (TAU * 900.0, TAU * 1150.0);

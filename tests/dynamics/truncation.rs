@@ -11,8 +11,6 @@ use super::{drive, oscillator};
 
 /// From below the sliding resonance along x to above the stuck one.
 const RANGE: (f64, f64) = (4000.0, 7500.0);
-/// Samples enough that only harmonics matter.
-const SAMPLES: usize = 1024;
 /// As good as all: what is left out then is below a thousandth of what is measured.
 const ALL: u32 = 63;
 /// What the truth itself may be off by.
@@ -23,13 +21,18 @@ fn vibration(oscillator: &Oscillator, force: f64, harmonics: Harmonics) -> Vibra
     Vibration {
         model,
         loads: drive(force),
+        inertial_loads: Vec::new(),
         response_port: 0,
         harmonics,
         settings: Settings {
-            samples: SAMPLES,
+            // Only harmonics matter; an oscillator along a line needs no samples.
+            by_events: true,
+            samples: 2 * ALL as usize + 2,
             ..Settings::default()
         },
         range: RANGE,
+        points: None,
+        gauge: Default::default(),
     }
 }
 

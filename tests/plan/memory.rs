@@ -2,6 +2,7 @@
 #![cfg(target_os = "linux")]
 
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
 
@@ -13,22 +14,51 @@ use crate::support::Bench;
 /// Part of the measured peak by which the plan may be off.
 const OFF: f64 = 0.2;
 
-/// Largest resident set of a run \[B\]: the high-water mark, read again and again until the run is over.
+/// What a pipe holds on Linux \[B\].
+const PIPE: usize = 65_536;
+/// A run that computes nothing for so long waits for somebody to read what it prints.
+const WAITS: u32 = 40;
+const TICK: Duration = Duration::from_millis(5);
+
+/// Largest resident set of a run \[B\]. The run is held at its end, where it prints into a pipe that is full: of a process that has ended
+/// nothing could be read, and its peak may be at its end.
 fn measured(bench: &Bench, arguments: &[String]) -> f64 {
-    let mut child = bench.command(arguments).spawn().expect("the program runs");
-    let status = format!("/proc/{}/status", child.id());
-    let mut peak = 0.0f64;
-    let ended = loop {
-        let text = fs::read_to_string(&status).unwrap_or_default();
+    let (mut reader, writer) = std::io::pipe().expect("a pipe");
+    let mut filler = writer.try_clone().expect("a pipe");
+    let filled = std::thread::spawn(move || filler.write_all(&[b' '; PIPE]));
+    filled.join().expect("a thread").expect("room in a pipe");
+    let mut child = bench
+        .command(arguments)
+        .stdout(writer)
+        .spawn()
+        .expect("the program runs");
+    let of = |file: &str| {
+        let path = format!("/proc/{}/{file}", child.id());
+        fs::read_to_string(path).unwrap_or_default()
+    };
+    let (mut peak, mut before, mut waits) = (0.0f64, String::new(), 0);
+    while waits < WAITS {
+        let text = of("status");
         let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
         let kibibytes = line.and_then(|line| line.trim().strip_suffix(" kB"));
-        let found: f64 = kibibytes.and_then(|k| k.parse().ok()).unwrap_or(0.0);
+        let Some(found) = kibibytes.and_then(|k| k.parse::<f64>().ok()) else {
+            break;
+        };
         peak = peak.max(1024.0 * found);
-        if let Some(ended) = child.try_wait().expect("its end") {
-            break ended;
-        }
-        std::thread::sleep(Duration::from_millis(2));
-    };
+        // Its state, and the time that it has computed in the program and in the system.
+        let stat = of("stat");
+        let (_, fields) = stat.rsplit_once(')').unwrap_or_default();
+        let fields: Vec<&str> = fields.split_whitespace().collect();
+        let now = [0, 11, 12].map(|k| *fields.get(k).unwrap_or(&"")).join(" ");
+        waits = match now.starts_with('S') && now == before {
+            true => waits + 1,
+            false => 0,
+        };
+        before = now;
+        std::thread::sleep(TICK);
+    }
+    std::io::copy(&mut reader, &mut std::io::sink()).expect("what it prints");
+    let ended = child.wait().expect("its end");
     assert!(ended.success(), "{arguments:?}");
     peak
 }

@@ -4,6 +4,7 @@
 
 mod absence;
 mod memory;
+mod plausible;
 mod rehearsal;
 mod stability;
 

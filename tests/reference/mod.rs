@@ -4,6 +4,7 @@ mod axisymmetric;
 mod cattaneo_mindlin;
 mod elliptic;
 mod hertz;
+mod jenkins_oscillator;
 mod punch;
 mod wear;
 mod westergaard;

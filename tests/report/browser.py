@@ -7,6 +7,8 @@ leaves what it found in the page, which the browser then prints.
 """
 
 import argparse
+import base64
+import hashlib
 import json
 import re
 import shutil
@@ -19,7 +21,7 @@ from pathlib import Path
 # over another text, a page wider than the screen, and anything fetched from elsewhere.
 PROBE = """
 <script>
-addEventListener("load", () => {
+addEventListener("load", async () => {
   const faults = [];
   const near = (svg, element) => {
     const box = element.getBoundingClientRect(), own = svg.getBoundingClientRect();
@@ -62,6 +64,28 @@ addEventListener("load", () => {
     if (!document.querySelector(link.getAttribute("href"))) faults.push(`a link to nowhere: ${link.getAttribute("href")}`);
   const elsewhere = performance.getEntriesByType("resource").map((entry) => entry.name);
   for (const name of elsewhere.filter((name) => !name.startsWith("data:"))) faults.push(`fetched: ${name}`);
+  // Who points at a curve reads its value.
+  const within = (axis, place) => {
+    const [begin, end] = axis.split(" ").map(Number);
+    return (place - begin) * (place - end) <= 0;
+  };
+  const lines = [...document.querySelectorAll("svg[data-x] polyline[class^=s]")];
+  const corners = lines.flatMap((line) =>
+    line.getAttribute("points").trim().split(/\s+/).map((corner) => [line, ...corner.split(",").map(Number)]));
+  // A mark of the legend lies beyond the axes.
+  const inside = ([line, x, y]) => within(line.closest("svg").dataset.x, x) && within(line.closest("svg").dataset.y, y);
+  const first = corners.find(inside);
+  if (lines.length && !first) faults.push("no curve within the axes");
+  if (first) {
+    const [line, x, y] = first;
+    line.scrollIntoView();
+    const point = new DOMPoint(x, y).matrixTransform(line.getScreenCTM());
+    line.dispatchEvent(new PointerEvent("pointermove", {bubbles: true, clientX: point.x, clientY: point.y}));
+    await new Promise((ready) => setTimeout(ready, 50));
+    const tip = document.querySelector("#tip");
+    if (tip?.hidden !== false || !/\d/.test(tip.textContent)) faults.push("no value where one points");
+    if (tip) tip.hidden = true;
+  }
   const found = {
     figures: figures.map((figure) => figure.id.replace(/^fig-/, "")),
     faults,
@@ -128,10 +152,18 @@ def check(browser, report, expected, screenshots):
         text = report.read_text(encoding="utf-8")
         if re.search(r"""(?:src|href)=["'](?:https?:)?//""", text):
             faults.append("something is to be fetched from a network")
+        # The page lets its own script run and no other; the copy lets the probe run too.
+        own = re.search(r"script-src '(sha256-[^']+)'", text)
+        script = re.search(r"<script>(.*)</script>", text, re.DOTALL)
+        if not own or not script:
+            return ["no script, or no policy that says which it is"]
+        if own[1] != "sha256-" + base64.b64encode(hashlib.sha256(script[1].encode()).digest()).decode():
+            faults.append("the policy of the page refuses its own script")
+        probed = text.replace(f"'{own[1]}'", "'unsafe-inline'").replace("default-src 'none'", "default-src 'none'; frame-src *")
         # Before the frame reads it, the script leaves what it found in the page that holds the frame.
         probe = PROBE.replace("document.body.append(result)", "(parent === window ? document : parent.document).body.append(result)")
         page = folder / "page.html"
-        page.write_text(text.replace("</body>", probe + "</body>"), encoding="utf-8")
+        page.write_text(probed.replace("</body>", probe + "</body>"), encoding="utf-8")
         for view, (width, scheme) in VIEWS.items():
             narrow = width < 500
             opened = framed(folder, page, width, 900) if narrow else page

@@ -9,3 +9,5 @@ mod run_tables;
 #[cfg(feature = "polars")]
 mod small_runs;
 mod trade;
+#[cfg(feature = "polars")]
+mod words;

@@ -38,7 +38,10 @@ const OF_WEAR: [&str; 5] = [
 fn each_run_has_the_figures_of_its_physics() {
     let folder = TempDir::new().unwrap();
     let slider = format!("{OSCILLATOR}{SLIDER}");
-    let resonator = RESONATOR.replace("curves_every = 0", "curves_every = 2");
+    let resonator = RESONATOR.replace(
+        "curves_every = 0",
+        "curves_every = 2\nresponse_at = [100_000]",
+    );
     let of_contact = ["pressure", "pressure-histogram", "indentation"];
     let of_vibration = ["forced-response", "joint-cycle"];
     let cases: [(&str, &str, Vec<&str>); 5] = [
@@ -58,7 +61,7 @@ fn each_run_has_the_figures_of_its_physics() {
             &resonator,
             [
                 &["surface", "wear-map", "section", "hysteresis-loops"][..],
-                &["resonance", "contact-elements"],
+                &["resonance", "contact-elements", "responses-over-wear"],
                 &OF_WEAR,
                 &of_contact,
                 &of_vibration,
@@ -233,7 +236,7 @@ fn several_runs_share_their_charts() {
     let pressure = std::fs::read_to_string(svg.join("pressure.svg")).unwrap();
     assert!(pressure.contains(">pressed: pressure, without wear</text>"));
     // Two colours with their own dashes.
-    assert!(stiffness.contains("class=\"s0\"") && stiffness.contains("class=\"s1\""));
+    assert!(stiffness.contains("class=\"s6\"") && stiffness.contains("class=\"s7\""));
     let html = report.html();
     assert!(html.contains("Comparison of 3 runs") && html.contains("rough &amp; ready"));
     assert!(!html.contains("rough & ready"));
@@ -249,10 +252,17 @@ fn the_page_needs_no_other() {
         html: "<p>judged</p>".to_owned(),
     });
     let html = report.html();
-    for fetched in ["http:", "https:", "<script", "url(", "@import", "src=\""] {
+    for fetched in ["http:", "https:", "<script ", "url(", "@import", "src=\""] {
         let found = html.match_indices(fetched);
         assert_eq!(found.count(), 0, "{fetched}");
     }
+    // One script, its own; the page lets no other run, and lets nothing be fetched.
+    assert_eq!(html.matches("<script").count(), 1);
+    let policy = html.find("http-equiv=\"Content-Security-Policy\"").unwrap();
+    assert!(policy < html.find("<style>").unwrap());
+    assert!(html.contains(
+        "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'sha256-"
+    ));
     // What the drawings refer to is in the page, once.
     let mut anchors: BTreeMap<&str, usize> = BTreeMap::new();
     for part in html.split(" id=\"").skip(1) {
@@ -303,6 +313,14 @@ fn the_command_writes_where_it_says() {
     assert!(there("report.html"));
     assert_eq!(code(&["report", "pressed", "-o", "p.html"]).0, 0);
     assert!(there("p.html"));
+    // The paper's claims stand where they are asked for.
+    let claims = |name: &str| {
+        let page = std::fs::read_to_string(folder.path().join(name)).unwrap();
+        page.contains("<section id=\"claims\">")
+    };
+    assert!(!claims("p.html") && !claims("report.html"));
+    assert_eq!(code(&["report", "worn", "--claims", "-o", "c.html"]).0, 0);
+    assert!(claims("c.html"));
 
     let (exit, _, error) = code(&["report", "absent"]);
     assert!(exit == 2 && error.contains("absent"), "{error}");
@@ -341,7 +359,9 @@ fn foreign_text_is_only_text() {
     let svgs = files.map(|file| std::fs::read_to_string(file.unwrap().path()).unwrap());
     for text in svgs.chain([page.clone()]) {
         assert!(!text.contains(['\u{1b}', '\u{202e}']), "{text}");
-        assert!(!text.contains("<script"), "{text}");
+        // The page has one of its own.
+        let own = usize::from(text.starts_with("<!DOCTYPE html>"));
+        assert_eq!(text.matches("<script").count(), own, "{text}");
     }
     assert!(page.contains("&lt;script&gt;&#39;\\u{1b}[2J\\u{202e}"));
     assert!(page.contains("&lt;script&gt;&quot; &#39;|`\\u{1b}[2J\\u{202e}"));

@@ -1,7 +1,7 @@
 //! What a trade concludes, on tables made by hand.
 
 use fretwear::report::trade::{
-    COUNT, Cost, FIELD, Row, Trade, Values, WearField, chart, field_error, findings, html,
+    Bars, COUNT, Cost, FIELD, Row, Trade, Values, WearField, chart, field_error, findings, html,
     markdown, pareto,
 };
 use fretwear::scene::variants::{KnobKind, Variant};
@@ -33,6 +33,10 @@ fn row(name: &str, kind: KnobKind, size: f64, seconds: f64, error: Option<f64>) 
         values,
         worst: error.map(f64::abs),
         errors,
+        bars: Bars {
+            volume: error.map(|error| 2.0 * error.abs()),
+            closure: error.filter(|_| knob == "grid").map(|_| 0.0123),
+        },
         field: None,
     }
 }
@@ -206,11 +210,11 @@ fn a_failure_is_shown_and_escaped() {
     let text = markdown(&trade, &found, &left_out);
     assert!(text.contains("- grid = 256: no \\<luck>\n"), "{text}");
     assert!(
-        text.contains("| grid = 256 | 0.000 | 0 | 3 | 1 MB | – |\n"),
+        text.contains("| grid = 256 | 0.000 | 0 | 3 | 1 MB | – | – | – |\n"),
         "{text}"
     );
     assert!(
-        text.contains("| fast | 4.00 | 40 | 3 | 1 MB | −6 % |\n"),
+        text.contains("| fast | 4.00 | 40 | 3 | 1 MB | −6 % | 12 % | – |\n"),
         "{text}"
     );
     let svg = chart(&trade).expect("a chart");

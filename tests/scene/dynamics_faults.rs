@@ -350,10 +350,10 @@ response_at = [0, 1e8]
 fn faults_of_dynamics() {
     for (from, to, expected) in OF_DYNAMICS.iter().chain(OF_WEAR) {
         let folder = Folder::new().with("case.toml", &replaced(ROUGH, from, to));
-        assert_eq!(
-            folder.message("case.toml", &[]),
-            *expected,
-            "{from} => {to}"
+        let faults = folder.faults("case.toml", &[]);
+        assert!(
+            faults.iter().any(|fault| fault == expected),
+            "{from} => {to}: {faults:#?}"
         );
     }
 }

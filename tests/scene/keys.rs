@@ -18,6 +18,10 @@ fn scenes() -> Vec<(&'static str, String)> {
         ("rough", ROUGH.to_owned()),
         ("springs", SPRINGS.to_owned()),
         ("oscillator", OSCILLATOR.to_owned()),
+        (
+            "shaken",
+            format!("{OSCILLATOR}base = {{ acceleration = \"1 m/s^2\" }}\n"),
+        ),
         ("still", still.replace("friction_coefficient = 0.6\n", "")),
         (
             "exponential",

@@ -135,6 +135,18 @@ impl Folder {
             .unwrap_or_else(|error| panic!("{name} {sets:?}: {error}"))
     }
 
+    /// What is wrong with `name`, each fault alone, file names without the folder.
+    fn faults(&self, name: &str, sets: &[&str]) -> Vec<String> {
+        let folder = format!("{}/", self.0.path().display());
+        match self.load(name, sets) {
+            Ok(_) => Vec::new(),
+            Err(error) => error
+                .into_each()
+                .map(|fault| fault.to_string().replace(&folder, ""))
+                .collect(),
+        }
+    }
+
     /// The message that `name` fails with, file names without the folder.
     fn message(&self, name: &str, sets: &[&str]) -> String {
         match self.load(name, sets) {

@@ -502,10 +502,10 @@ fn faults_of_structures() {
     ] {
         for (from, to, expected) in rows {
             let folder = Folder::new().with("case.toml", &replaced(case, from, to));
-            assert_eq!(
-                folder.message("case.toml", &[]),
-                *expected,
-                "{from} => {to}"
+            let faults = folder.faults("case.toml", &[]);
+            assert!(
+                faults.iter().any(|fault| fault == expected),
+                "{from} => {to}: {faults:#?}"
             );
         }
     }

@@ -4,8 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use fretwear::json::differences;
 use fretwear::scene::{
-    DampingBasis, Distribution, Dynamics, Force, FrictionLaw, GivenContact, Port, Resonator, Scene,
-    Stiffness, Structure, Update,
+    Base, BaseMotion, DampingBasis, Distribution, Dynamics, Force, FrictionLaw, GivenContact, Port,
+    Rayleigh, Resonator, Scene, Stiffness, Structure, Update,
 };
 
 use super::{CASE, Folder, OSCILLATOR, ROUGH, SPRINGS, Sections, case_with};
@@ -86,10 +86,12 @@ fn a_rough_joint_in_a_structure_with_its_defaults() {
             phase: 0.0,
             harmonic: 1,
         }],
+        base: None,
         response: port("far_wall", 0),
         harmonics: vec![0, 1, 2, 3],
         modes: 30,
         damping_ratio: 0.002,
+        rayleigh: None,
         damping_basis: DampingBasis::Stuck,
         friction_law: FrictionLaw::Cone,
         frequency: [900.0, 1050.0],
@@ -268,6 +270,126 @@ fn an_oscillator_with_its_defaults() {
         stiffness: [4e6, 5e6, 6e6],
     };
     assert_eq!(three.structure, Some(expected));
+}
+
+/// Beside a damping ratio that is given, in place of one that is not.
+#[test]
+fn rayleigh_damping() {
+    let set = r#"dynamics.rayleigh={ mass = "5 1/s", stiffness = "2 us" }"#;
+    let expected = Rayleigh {
+        mass: 5.0,
+        stiffness: 2e-6,
+    };
+    for text in [OSCILLATOR, SPRINGS, ROUGH] {
+        let scene = of(text, &[set]);
+        assert_eq!(dynamics(&scene).rayleigh, Some(expected));
+        assert_eq!(dynamics(&scene).damping_ratio, 0.0);
+        let both = of(text, &[set, "dynamics.damping_ratio=0.003"]);
+        assert_eq!(dynamics(&both).rayleigh, Some(expected));
+        assert_eq!(dynamics(&both).damping_ratio, 0.003);
+        // No damping is none.
+        let nothing = of(text, &["dynamics.rayleigh.mass=0 1/s"]);
+        assert_eq!(dynamics(&nothing).rayleigh, None);
+    }
+    let folder = Folder::new().with("case.toml", SPRINGS);
+    for (set, message) in [
+        (
+            "dynamics.rayleigh.mass=-1 1/s",
+            r#"dynamics.rayleigh.mass = "-1 1/s": must be zero or greater"#,
+        ),
+        (
+            "dynamics.rayleigh.stiffness=2",
+            r#"dynamics.rayleigh.stiffness: "2" has no unit; a time is wanted, such as "2 us" or "2 s""#,
+        ),
+    ] {
+        let found = folder.message("case.toml", &[set]);
+        assert!(found.ends_with(message), "{found}");
+    }
+}
+
+const UNDRIVEN: &str = r#"[structure]
+kind = "oscillator"
+mass = ["1 kg", "2 kg", "3 kg"]
+stiffness = "4 N/um"
+[dynamics]
+"#;
+
+#[test]
+fn a_ground_that_moves() {
+    let base = r#"dynamics.base={ acceleration = "5 m/s^2", direction = "y", phase = "90 deg" }"#;
+    let scene = of(UNDRIVEN, &[base]);
+    let expected = Base {
+        motion: BaseMotion::Acceleration(5.0),
+        axis: 1,
+        phase: PI / 2.0,
+        harmonic: 1,
+    };
+    let found = dynamics(&scene);
+    assert_eq!((found.base, found.forces.len()), (Some(expected), 0));
+    // The ground is the drive: its axis is that of the response, and of the frequencies.
+    assert_eq!(found.response, port("mass", 1));
+    let natural = 2e6_f64.sqrt() / TAU;
+    assert!((found.frequency[0] / (0.5 * natural) - 1.0).abs() < ROUNDING);
+
+    // One or the other motion, beside forces too; a force of harmonic 1 is then the drive.
+    let base = r#"base = { acceleration = "5 m/s^2", direction = "z", harmonic = 4 }"#;
+    let text = format!("{OSCILLATOR}{base}\n");
+    let scene = of(&text, &["dynamics.base.displacement=2 um"]);
+    let found = dynamics(&scene);
+    assert_eq!(
+        found
+            .base
+            .map(|base| (base.motion, base.axis, base.harmonic)),
+        Some((BaseMotion::Displacement(2e-6), 2, 4))
+    );
+    assert_eq!(found.response, port("mass", 0));
+    assert_eq!(found.harmonics, [0, 1, 2, 3, 4]);
+}
+
+#[test]
+fn grounds_that_cannot_move_so() {
+    let folder = Folder::new()
+        .with("springs.toml", SPRINGS)
+        .with("undriven.toml", UNDRIVEN);
+    for (file, sets, message) in [
+        (
+            "springs.toml",
+            vec![r#"dynamics.base={ displacement = "1 um" }"#],
+            "a resonator hangs free: it has no ground that could move; drive it with dynamics.force",
+        ),
+        (
+            "undriven.toml",
+            vec!["dynamics.base.direction=y"],
+            r#"dynamics.base.acceleration is missing; add to [dynamics.base]: acceleration = "5 m/s^2"   (or displacement)"#,
+        ),
+        (
+            "undriven.toml",
+            vec![r#"dynamics.base={ acceleration = "1 m/s^2", displacement = "1 um" }"#],
+            "the ground has an acceleration already; give one or the other",
+        ),
+        (
+            "undriven.toml",
+            vec![r#"dynamics.base={ acceleration = "1 m/s^2", harmonic = 2 }"#],
+            "no force of harmonic 1 drives the structure; give one",
+        ),
+        (
+            "undriven.toml",
+            vec![
+                r#"dynamics.base={ acceleration = "1 m/s^2", harmonic = 4 }"#,
+                r#"dynamics.force={ amplitude = "1 N" }"#,
+                "dynamics.harmonics=[0, 1]",
+            ],
+            "it is not in dynamics.harmonics = [0, 1]; add it there",
+        ),
+        (
+            "undriven.toml",
+            vec!["dynamics.base.acceleration=5 m/s"],
+            r#"an acceleration is wanted, such as "5 m/s^2""#,
+        ),
+    ] {
+        let found = folder.message(file, &sets);
+        assert!(found.ends_with(message), "{found}");
+    }
 }
 
 /// From half the frequency without the contact to one and a half times that with its springs.
@@ -460,13 +582,19 @@ fn a_set_kind_drops_the_keys_of_other_structures() {
     );
     let folder = Folder::new().with("case.toml", &text);
     // What is left is the joint, which an oscillator has none of.
+    let faults = folder.faults("case.toml", &["structure.kind=oscillator"]);
     assert_eq!(
-        folder.message("case.toml", &["structure.kind=oscillator"]),
+        faults[0],
         "case.toml, line 1: section [joint]: an oscillator has one contact element and no joint; leave it out"
+    );
+    // Of the structure nothing is left to complain of.
+    assert!(
+        !faults.iter().any(|fault| fault.contains("structure.")),
+        "{faults:#?}"
     );
     let folder = Folder::new().with("case.toml", OSCILLATOR);
     assert_eq!(
-        folder.message("case.toml", &["structure.kind=resonator"]),
+        folder.faults("case.toml", &["structure.kind=resonator"])[0],
         "case.toml: section [joint] is missing (the size of the joint); add for example:\n[joint]\nsize = [\"40 mm\", \"40 mm\"]\ngrid = [256, 256]\nelements = [19, 19]"
     );
 }

@@ -40,11 +40,17 @@ fn frf(root: &Path) -> Table {
     table(root, 0, TableName::Frf)
 }
 
+/// A column of rows that all have a response.
+pub fn found(frf: &Table, column: &str) -> Vec<f64> {
+    let values = frf.maybe_f64(column).expect("a column").iter();
+    values.map(|value| value.expect("a response")).collect()
+}
+
 /// Frequency, amplitude and lag of each row.
 fn rows(frf: &Table) -> impl Iterator<Item = [f64; 3]> {
-    let of = |column| frf.f64(column).expect("a column");
-    let (frequency, amplitude, lag) = (of("frequency"), of("amplitude"), of("phase_lag"));
-    (0..frf.rows()).map(|row| [frequency[row], amplitude[row], lag[row]])
+    let frequency = frf.f64("frequency").expect("a column");
+    let (amplitude, lag) = (found(frf, "amplitude"), found(frf, "phase_lag"));
+    (0..frf.rows()).map(move |row| [frequency[row], amplitude[row], lag[row]])
 }
 
 /// Every row is F / (k - m w^2 + i c w).
@@ -76,13 +82,72 @@ fn tables(root: &Path) -> Vec<String> {
     names
 }
 
+/// Without `[dynamics] force`; `drive` is in its place.
+fn driven_by(drive: &str) -> String {
+    let lines = OSCILLATOR
+        .lines()
+        .map(|line| match line.starts_with("force") {
+            true => drive,
+            false => line,
+        });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// Seen from a ground that accelerates by a cos ωt, the mass bears the force -m a; one that moves by u cos ωt is m w^2 u.
+#[test]
+fn a_ground_that_moves_is_a_force_on_the_mass() {
+    const EXACT: f64 = 1e-10;
+    let bench = Bench::new();
+    let text = driven_by(r#"base = { acceleration = "100 m/s^2" }"#);
+    assert_linear(&run(&bench, &text, &[]), STIFFNESS, MASS * FORCE);
+
+    let ground = 2e-6;
+    let text = driven_by(r#"base = { displacement = "2 um" }"#);
+    let root = run(&bench, &text, &[]);
+    for [frequency, amplitude, _] in rows(&frf(&root)) {
+        let omega = TAU * frequency;
+        let inertia = MASS * omega * omega;
+        let expected = inertia * ground / (STIFFNESS - inertia).hypot(DAMPING * omega);
+        assert!(
+            (amplitude / expected - 1.0).abs() < EXACT,
+            "{amplitude:e} m instead of {expected:e} m at {frequency} Hz"
+        );
+    }
+    let natural = (STIFFNESS / MASS).sqrt() / TAU;
+    assert!((summary(&root, 0, "resonance_frequency") / natural - 1.0).abs() < 1e-9);
+}
+
+/// alpha m + beta k beside the dashpot.
+#[test]
+fn rayleigh_damping_is_a_dashpot_of_an_oscillator() {
+    let bench = Bench::new();
+    let plain = run(&bench, OSCILLATOR, &["structure.damping=35 N s/m"]);
+    let expected: Vec<[f64; 3]> = rows(&frf(&plain)).collect();
+    let set = r#"dynamics.rayleigh={ mass = "7 1/s", stiffness = "2 us" }"#;
+    let root = run(&bench, OSCILLATOR, &[set]);
+    let found: Vec<[f64; 3]> = rows(&frf(&root)).collect();
+    assert_eq!(found.len(), expected.len());
+    for (found, expected) in found.iter().zip(&expected) {
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+        }
+    }
+}
+
 #[test]
 fn a_linear_oscillator() {
     let bench = Bench::new();
     let root = run(&bench, OSCILLATOR, &[]);
     assert_eq!(frf(&root).rows(), 23);
     assert_linear(&root, STIFFNESS, FORCE);
-    let expected = ["dynamic_response", "frf", "response", "summary"];
+    let expected = [
+        "dynamic_response",
+        "frf",
+        "frf_harmonic",
+        "resonance",
+        "response",
+        "summary",
+    ];
     assert_eq!(tables(&root), expected);
     // A quarter of a turn behind at the natural frequency, and highest at w^2 = k/m - c^2/2m^2.
     let natural = (STIFFNESS / MASS).sqrt() / TAU;
@@ -105,7 +170,9 @@ fn an_oscillator_that_sticks() {
         "contact_element",
         "dynamic_response",
         "frf",
+        "frf_harmonic",
         "joint_cycle",
+        "resonance",
         "response",
         "summary",
     ];
@@ -130,7 +197,7 @@ fn an_oscillator_that_slips_by_one_harmonic() {
         limit: LIMIT,
     };
     let frf = frf(&root);
-    let friction = frf.f64("friction_energy").expect("energy");
+    let friction = found(&frf, "friction_energy");
     let mut slipping = 0;
     for (row, [frequency, amplitude, lag]) in rows(&frf).enumerate() {
         let omega = TAU * frequency;
@@ -235,7 +302,7 @@ fn no_resonance_in_the_range_is_no_failure() {
     let said = "note: dynamics.frequency: no phase resonance between 400";
     assert!(did.stderr().contains(said), "{}", did.stderr());
     let root = bench.path("a");
-    assert_eq!(tables(&root), ["frf", "summary"]);
+    assert_eq!(tables(&root), ["frf", "frf_harmonic", "summary"]);
     assert_linear(&root, STIFFNESS, FORCE);
     assert!(!table(&root, 0, TableName::Summary).has("resonance_frequency"));
     // With a contact its element is there all the same.
@@ -244,7 +311,7 @@ fn no_resonance_in_the_range_is_no_failure() {
     bench.done(&["run", "alone.toml", "--run", "b", "--set", range]);
     assert_eq!(
         tables(&bench.path("b")),
-        ["contact_element", "frf", "summary"]
+        ["contact_element", "frf", "frf_harmonic", "summary"]
     );
 }
 
@@ -311,7 +378,14 @@ fn a_bonded_resonator() {
     let root = run(&bench, &text, &[]);
     assert_eq!(
         tables(&root),
-        ["dynamic_response", "frf", "response", "summary"]
+        [
+            "dynamic_response",
+            "frf",
+            "frf_harmonic",
+            "resonance",
+            "response",
+            "summary"
+        ]
     );
     let (single, first) = (frf(&root), summary(&root, 0, "resonance_frequency"));
     let stiff = run(

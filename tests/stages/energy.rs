@@ -6,6 +6,7 @@ use std::path::Path;
 use fretwear::tables::{Table, TableName};
 
 use super::Start;
+use super::alone::found;
 use crate::support::{Bench, OSCILLATOR, SLIDER, latest, reader, summary, table, verified};
 
 const FORCE: f64 = 300.0;
@@ -20,7 +21,7 @@ fn number(table: &Table, column: &str) -> f64 {
 /// Checks the rows of a forced response against a drive at which the response is measured too.
 fn check_frf(root: &Path, k: u64, force: f64) {
     let frf = table(root, k, TableName::Frf);
-    let of = |column| frf.f64(column).expect("a column");
+    let of = |column| found(&frf, column);
     let (input, friction, viscous) = (
         of("input_energy"),
         of("friction_energy"),
@@ -29,7 +30,7 @@ fn check_frf(root: &Path, k: u64, force: f64) {
     let most = input.iter().fold(0.0f64, |m, e| m.max(e.abs()));
     assert!(most > 0.0);
     for row in 0..frf.rows() {
-        assert_eq!(of("force")[row], force);
+        assert_eq!(frf.f64("force").expect("a column")[row], force);
         let left = input[row] - friction[row] - viscous[row];
         assert!(
             left.abs() <= BALANCE * most,

@@ -6,8 +6,9 @@ use fretwear::tables::{Column, TableName};
 use super::Start;
 use crate::support::{Bench, latest, reader, summary, table};
 
-/// A value that may be infinite: a joint without roughness is rigid.
-const RIGID: [&str; 2] = ["kn", "kt"];
+/// Values that may be infinite: a joint without roughness is rigid, and the compliance of elements without friction (`dynamic` of the
+/// ledger).
+const INFINITE: [&str; 3] = ["kn", "kt", "dynamic"];
 
 /// What is changed of the small scene, and whether it has to come to its end.
 const SCENES: [(&str, &[&str]); 25] = [
@@ -118,7 +119,7 @@ fn strange(root: &std::path::Path) -> Vec<String> {
             let name = name.expect("a table");
             for (schema, column) in table(root, k, name).columns() {
                 if let Column::F64(values) = column {
-                    let rigid = RIGID.contains(&schema.name.as_str());
+                    let rigid = INFINITE.contains(&schema.name.as_str());
                     if values
                         .iter()
                         .any(|v| v.is_nan() || (v.is_infinite() && !rigid))
@@ -156,4 +157,117 @@ fn what_cannot_be_is_refused() {
         let refused = by_scene(set);
         assert!(refused.contains(reason), "{set}: {refused}");
     }
+}
+
+/// Where its resonance is looked for, if it may be anywhere.
+const ANYWHERE: &str = "dynamics.frequency=[\"20 Hz\", \"2000 Hz\"]";
+
+/// What is changed of the small resonator, with any law of its contact elements.
+const VIBRATING: [(&str, &[&str]); 7] = [
+    ("no friction", &[ANYWHERE, "contact.friction_coefficient=0"]),
+    (
+        "mu 1e-4",
+        &[
+            ANYWHERE,
+            "contact.friction_coefficient=1e-4",
+            "dynamics.force.amplitude=\"1 N\"",
+        ],
+    ),
+    (
+        "10 N",
+        &[
+            ANYWHERE,
+            "contact.normal_load=\"10 N\"",
+            "dynamics.force.amplitude=\"0.1 N\"",
+        ],
+    ),
+    ("stuck", &["dynamics.force.amplitude=\"1 N\""]),
+    (
+        "contact nearly all over",
+        &["surface.rq=\"0.5 um\"", "wear.cycles=2000"],
+    ),
+    (
+        "few elements loaded, some open",
+        &[
+            ANYWHERE,
+            "contact.normal_load=\"300 N\"",
+            "surface.rq=\"10 um\"",
+            "wear.cycles=1000",
+        ],
+    ),
+    (
+        "slides as a whole",
+        &["dynamics.force.amplitude=\"1500 N\"", "wear.cycles=500"],
+    ),
+];
+
+/// The loop of vibration and wear comes to its end with either law of the contact elements, and the fine contact takes
+/// no more than the exciter gives, but for the bar that the run states.
+#[test]
+fn vibration_at_the_extremes() {
+    let bench = Bench::new();
+    let mut faults = Vec::new();
+    for (k, (name, sets)) in VIBRATING.into_iter().enumerate() {
+        for law in ["sliders", "total"] {
+            let root = bench.path(&format!("run-{law}-{k}"));
+            let stiffness = format!("contact.stiffness={law}");
+            let all = [&[stiffness.as_str()], sets].concat();
+            if let Err(error) = Start::new(bench.scene("resonator.toml", &all), &root)
+                .run()
+                .0
+            {
+                faults.push(format!("{name}, {law}: {error}"));
+                continue;
+            }
+            let end = latest(&root);
+            let [volume, bar, closure] = ["wear_volume", "error_wear_volume", "error_closure"]
+                .map(|column| summary(&root, end, column));
+            println!(
+                "{name}, {law}: {end} iterations, {volume:.3e} m3, bar {bar:.1e}, of it closures {closure:.1e}"
+            );
+            let found = strange(&root).into_iter();
+            faults.extend(found.map(|fault| format!("{name}, {law}: {fault}")));
+            let ledger = table(&root, end, TableName::Ledger);
+            let row = |quantity: &str| {
+                let named = ledger.text("quantity").expect("quantities");
+                named
+                    .iter()
+                    .position(|q| q.starts_with(quantity))
+                    .expect("a row")
+            };
+            let side = |of: &str, quantity: &str| ledger.f64(of).expect("a side")[row(quantity)];
+            let supplied = side("dynamic", "work_of_the_loads");
+            let taken = side("fine", "dissipated_energy");
+            let input = table(&root, end, TableName::DynamicResponse);
+            let input = input.f64("input_energy").expect("energy")[0];
+            // Parts of what the fine contact takes, as bars are parts of what it wears.
+            if taken * (1.0 - bar) > supplied + BALANCE * input {
+                faults.push(format!(
+                    "{name}, {law}: friction takes {taken:e} J of {supplied:e} J, with a bar of {bar:e}"
+                ));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// Part of the exciter's energy by which the balance of a converged vibration may be open.
+const BALANCE: f64 = 1e-4;
+
+/// A joint that the vibration opens as a whole has no cycle, and is told what would.
+#[test]
+fn a_vibration_that_opens_the_joint_is_refused() {
+    let bench = Bench::new();
+    let sets = [
+        ANYWHERE,
+        "contact.stiffness=sliders",
+        "dynamics.force={amplitude=\"30 N\",at=\"far_wall\",direction=\"z\"}",
+        "contact.normal_load=\"100 N\"",
+        "wear.cycles=1000",
+    ];
+    let refused = Start::new(bench.scene("resonator.toml", &sets), &bench.path("run")).refused();
+    assert!(
+        refused.contains("opens the joint") && refused.contains("contact.normal_load"),
+        "{refused}"
+    );
 }

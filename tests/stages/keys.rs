@@ -140,7 +140,12 @@ fn what_is_read_is_written() {
         }
     }
     // And all tables of a run are somebody's.
-    let beside = [TableName::Timing, TableName::Trade, TableName::Claims];
+    let beside = [
+        TableName::Timing,
+        TableName::Backbone,
+        TableName::Trade,
+        TableName::Claims,
+    ];
     for table in TableName::ALL.into_iter().filter(|t| !beside.contains(t)) {
         let written = STAGES.iter().any(|stage| stage.writes.contains(&table));
         assert!(written, "nobody writes {table}");

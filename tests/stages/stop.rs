@@ -1,4 +1,5 @@
-//! Ctrl-C, SIGTERM and `--max-wall`: the iteration is finished, committed, and the run says how to go on.
+//! Ctrl-C, SIGTERM and `--max-wall`: the iteration is finished and committed if that takes no longer than a person waits, and the run says
+//! how to go on.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
@@ -156,4 +157,55 @@ fn one_writer() {
     assert_eq!(status["continue"], "fretwear run --run a");
     let lock = std::fs::read_to_string(bench.path("a/lock")).expect("a lock");
     assert_eq!(lock, id.to_string(), "a reader wrote into the lock");
+}
+
+/// A stage that takes long is not waited for: the process ends within it, says so, and the run goes on to the same bits.
+#[test]
+fn a_long_stage_is_ended_within_two_seconds() {
+    let bench = Bench::new();
+    // A static contact and a cycle of some seconds and more.
+    let long = [
+        "run",
+        "small.toml",
+        "--run",
+        "a",
+        "--set",
+        "joint.grid=[1024, 768]",
+        "--set",
+        "contact.normal_load=\"2 kN\"",
+        "--set",
+        "fidelity.cycle=stepped",
+        "--set",
+        "fidelity.steps_per_cycle=512",
+    ];
+    let mut child = bench.command(&long).spawn().expect("started");
+    let stderr = child.stderr.take().expect("piped");
+    let mut lines = BufReader::new(stderr)
+        .lines()
+        .map(|line| line.expect("text"));
+    lines
+        .find(|line| line.starts_with("begins"))
+        .expect("a beginning");
+    sleep(Duration::from_secs(1));
+    let sent = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(sent.expect("kill runs").success());
+    let asked = std::time::Instant::now();
+    let said: Vec<String> = lines.collect();
+    let status = child.wait().expect("a child");
+    assert_eq!(status.code(), Some(STOPPED), "{said:?}");
+    // Two seconds, and as much again for a machine with other work.
+    assert!(
+        asked.elapsed() < Duration::from_secs(4),
+        "{:?}: {said:?}",
+        asked.elapsed()
+    );
+    assert!(said[0].starts_with("stopping:"), "{said:?}");
+    assert!(
+        said.iter().any(|line| line.starts_with("stopped within ")),
+        "{said:?}"
+    );
+    let last = said.last().expect("a last line");
+    assert_eq!(last, "stopped; continue with: fretwear run --run a");
 }

@@ -2,6 +2,7 @@
 
 mod cache;
 mod damage;
+mod date;
 mod faults;
 mod keys;
 mod lifecycle;
@@ -37,6 +38,7 @@ fn scene(cycles: u64, rq: f64) -> Value {
 fn identity_of(scene: Value) -> RunIdentity {
     RunIdentity {
         scene_toml: format!("# {scene}\n"),
+        scene_written: None,
         plan: json!({ "blocks": ["zz", "xx"] }),
         scene,
         program_version: "0.1.0".to_owned(),

@@ -38,6 +38,9 @@ const EXPECTED: &[(&str, &str, f64, f64)] = &[
     ("Cattaneo-Mindlin", "shear field", 0.85, 5.4e-3),
     ("Cattaneo-Mindlin", "slip field", 1.75, 7.0e-5),
     ("Cattaneo-Mindlin", "energy per cycle", 2.0, 2.0e-5),
+    ("Jenkins oscillator", "force", 1.6, 1e-4),
+    ("Jenkins oscillator", "frequency", 1.6, 5e-6),
+    ("Jenkins oscillator", "damping ratio", 1.6, 1e-4),
 ];
 
 #[test]

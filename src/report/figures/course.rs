@@ -1,6 +1,7 @@
 //! Figures of the summary over the cycles.
 
-use super::super::plot::{Axis, Chart, Curve, Mark};
+use super::super::headline::own_resonances;
+use super::super::plot::{Axis, Chart, Curve, LONGEST_BAR, Mark};
 use super::super::quantity::{
     self, ENERGY, FREQUENCY, LENGTH, NUMBER, PRESSURE, SHARE, STIFFNESS, Units, VOLUME,
     VOLUME_RATE, in_unit, unit_of,
@@ -61,11 +62,11 @@ const PLANS: [Plan; 6] = [
     ),
     (
         "wear-rate",
-        "Wear rate and worn volume over the cycles",
+        "Worn volume and wear rate over the cycles",
         "",
         &[
-            course("wear_rate", "wear rate", VOLUME_RATE),
             course("wear_volume", "worn volume", VOLUME),
+            course("wear_rate", "wear rate", VOLUME_RATE),
         ],
     ),
     (
@@ -80,7 +81,7 @@ const PLANS: [Plan; 6] = [
     (
         "resonance",
         "Resonance over the cycles",
-        "Of the vibration that drives the wear, with the contact elements of the last update.",
+        "This is the vibration that drives the wear: it has the contact elements of the last model update.",
         &[
             course("resonance_frequency", "resonance frequency", FREQUENCY),
             course("peak_amplitude", "peak amplitude", LENGTH),
@@ -90,6 +91,11 @@ const PLANS: [Plan; 6] = [
 
 /// An ordinate of this spread is logarithmic.
 const SPREAD: f64 = 30.0;
+
+/// Of a course that runs in, this part of its change comes within [`EARLY`] of the cycles.
+const BEGINNING: f64 = 0.1;
+/// See [`BEGINNING`].
+const EARLY: f64 = 0.05;
 
 /// One figure a [`PLANS`] entry, where a run has a course.
 pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
@@ -102,10 +108,14 @@ fn figure(study: &Study, (id, title, note, courses): &Plan) -> Result<Option<Fig
     let wears = |run: &&Of| run.cycles.len() > 1 && run.column("cycles").is_some();
     let runs: Vec<&Of> = study.runs.iter().filter(wears).collect();
     let (mut drawings, mut sentences, mut columns) = (Vec::new(), Vec::new(), vec!["cycles"]);
+    let mut early = Vec::new();
     for course in *courses {
-        let Some(chart) = chart(study, &runs, course) else {
+        let runs_in = runs.iter().any(|run| runs_in(run, course.column));
+        let zero = runs_in.then(|| place_of_zero(study, &runs)).flatten();
+        let Some(chart) = chart(study, &runs, course, zero) else {
             continue;
         };
+        early.extend(zero.map(|_| course.name));
         drawings.push(chart.draw().map_err(drawn(id))?);
         sentences.push(sentence(&runs, course));
         columns.push(course.column);
@@ -128,17 +138,103 @@ fn figure(study: &Study, (id, title, note, courses): &Plan) -> Result<Option<Fig
         true => " Bars are the error bars of the run's own estimate.",
         false => "",
     };
+    let hollow = courses.iter().any(|course| {
+        let errors =
+            error_bar_of(course.column).map(|name| runs.iter().filter_map(|run| run.column(name)));
+        errors
+            .is_some_and(|mut errors| errors.any(|errors| errors.iter().any(|e| *e >= LONGEST_BAR)))
+    });
+    let hollow = match hollow {
+        true => " At a hollow point the bar would be as long as the value: it is left out.",
+        false => "",
+    };
+    let axis = match early.len() {
+        0 => String::new(),
+        all if all == drawings.len() => {
+            " Much of the change comes early: cycles are on a logarithmic axis, with the unworn joint at its 0.".to_owned()
+        }
+        _ => format!(
+            " Much of the change of {} comes early: there cycles are on a logarithmic axis, with the unworn joint at its 0.",
+            early.join(" and ")
+        ),
+    };
+    // What a reader would take for the largest of the forced response.
+    let own = match *id {
+        "resonance" => own_resonances_sentence(&runs)?,
+        _ => String::new(),
+    };
     Ok(Some(Figure {
         id,
         title: (*title).to_owned(),
         drawings,
-        caption: format!("{} {note}{rings}{bars}", sentences.join(" "))
-            .replace("  ", " ")
-            .trim()
-            .to_owned(),
+        caption: format!(
+            "{} {note}{own}{rings}{bars}{hollow}{axis}",
+            sentences.join(" ")
+        )
+        .replace("  ", " ")
+        .trim()
+        .to_owned(),
         query: study.query("summary", &columns),
         sources: vec![("summary", columns)],
     }))
+}
+
+/// True where the change of a column begins so early that an even axis of cycles hides it.
+fn runs_in(run: &Of, column: &str) -> bool {
+    let (Some(values), Some(end)) = (run.column(column), run.cycles.last()) else {
+        return false;
+    };
+    let (Some(first), Some(last)) = (values.first(), values.last()) else {
+        return false;
+    };
+    let far = BEGINNING * (last - first).abs();
+    let course = run.cycles.iter().zip(&values);
+    let mut begun = course.filter(|(_, value)| far > 0.0 && (*value - first).abs() >= far);
+    begun
+        .next()
+        .is_some_and(|(cycles, _)| *cycles < EARLY * end)
+}
+
+/// Where the unworn joint stands on a logarithmic axis of cycles: a power of ten below all others.
+fn place_of_zero(study: &Study, runs: &[&Of]) -> Option<f64> {
+    let worn = runs
+        .iter()
+        .flat_map(|run| &run.cycles)
+        .filter(|cycles| **cycles > 0.0);
+    let first = worn.fold(f64::INFINITY, |least, cycles| least.min(*cycles)) / study.cycles().size;
+    first
+        .is_finite()
+        .then(|| 10f64.powf((first / 2.0).log10().floor()))
+}
+
+/// The phase resonance of the last state by itself, where it is another than the one that drives the wear.
+fn own_resonances_sentence(runs: &[&Of]) -> Result<String, ReportError> {
+    let mut each = Vec::new();
+    for run in runs {
+        let Some([_, own]) = own_resonances(run)? else {
+            continue;
+        };
+        let (frequency, amplitude) = (
+            in_words(own.frequency, FREQUENCY),
+            in_words(own.amplitude, LENGTH),
+        );
+        let name = match runs {
+            [_] => String::new(),
+            _ => format!("{} ", run.label),
+        };
+        each.push(format!("{name}{amplitude} at {frequency}"));
+    }
+    Ok(match each.is_empty() {
+        true => String::new(),
+        false => format!(
+            " With the elements of its own state the worn joint has {}.",
+            each.join("; ")
+        ),
+    })
+}
+
+fn in_words(value: f64, units: Units) -> String {
+    in_unit(value, unit_of(units, value.abs()))
 }
 
 fn has(runs: &[&Of], column: &str) -> bool {
@@ -171,7 +267,7 @@ fn updates_sentence(runs: &[&Of]) -> String {
     }
 }
 
-fn chart(study: &Study, runs: &[&Of], course: &Course) -> Option<Chart> {
+fn chart(study: &Study, runs: &[&Of], course: &Course, zero: Option<f64>) -> Option<Chart> {
     let columns: Vec<(&&Of, Vec<f64>)> = runs
         .iter()
         .filter_map(|run| Some((run, run.column(course.column)?)))
@@ -194,9 +290,14 @@ fn chart(study: &Study, runs: &[&Of], course: &Course) -> Option<Chart> {
             let each = points.iter().zip(errors);
             each.map(|(point, error)| error * point[1].abs()).collect()
         });
+        let name = if study.is_single() {
+            "iteration"
+        } else {
+            &run.label
+        };
         curves.push(Curve {
             bars,
-            ..dotted(&run.label, run.style, points)
+            ..dotted(name, run.style, points)
         });
         let rings: Vec<[f64; 2]> = updates(run).into_iter().map(point).collect();
         if !rings.is_empty() {
@@ -215,12 +316,14 @@ fn chart(study: &Study, runs: &[&Of], course: &Course) -> Option<Chart> {
         title: capitalised(course.name),
         x: Axis {
             label: cycles.symbol.to_owned(),
-            ..Axis::default()
+            log: zero.is_some(),
+            zero,
+            range: None,
         },
         y: Axis {
             label: labelled(course.name, unit.symbol),
             log,
-            range: None,
+            ..Axis::default()
         },
         curves,
     })

@@ -27,23 +27,23 @@ struct Lattice {
 pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     const ID: &str = "contact-elements";
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
+    let mut frames = Vec::new();
     for run in &study.runs {
-        let Some(frame) = run
-            .tables
-            .at(run.tables.latest(), TableName::ContactElement)?
-        else {
+        let last = run.tables.latest();
+        let frame = run.tables.at(last, TableName::ContactElement)?;
+        frames.extend(frame.map(|frame| (run, frame)));
+    }
+    for (run, frame) in &frames {
+        let Some(lattice) = lattice(run, frame) else {
             continue;
         };
-        let Some(lattice) = lattice(run, &frame) else {
-            continue;
-        };
-        let states = texts(&frame, "state").unwrap_or_default();
+        let states = texts(frame, "state").unwrap_or_default();
         let count = |state: &str| states.iter().filter(|s| *s == state).count();
-        for map in maps(study, run, &frame, &lattice, &states) {
+        for map in maps(study, run, &frames, frame, &lattice, &states) {
             drawings.push(map.draw().map_err(drawn(ID))?);
         }
         let range = |column: &str, units: Units| {
-            let [low, high] = range_of(&numbers(&frame, column)?)?;
+            let [low, high] = range_of(&numbers(frame, column)?)?;
             Some(match low == high {
                 true => shown(low, units),
                 false => {
@@ -103,6 +103,7 @@ fn lattice(run: &Of, frame: &DataFrame) -> Option<Lattice> {
 fn maps(
     study: &Study,
     run: &Of,
+    all: &[(&Of, DataFrame)],
     frame: &DataFrame,
     lattice: &Lattice,
     states: &[String],
@@ -120,6 +121,7 @@ fn maps(
         values: spread(values),
         size: lattice.size.map(|side| side / MM),
         scale,
+        nothing: "no value",
         curves: Vec::new(),
     };
     let mut maps = Vec::new();
@@ -137,7 +139,9 @@ fn maps(
         ("kn", "normal stiffness kn", STIFFNESS),
     ] {
         let values = numbers(frame, column).unwrap_or_default();
-        let Some(range) = range_of(&values) else {
+        let of_all = all.iter().filter_map(|(_, frame)| numbers(frame, column));
+        let of_all: Vec<f64> = of_all.flatten().collect();
+        let (Some(range), false) = (range_of(&of_all), values.is_empty()) else {
             continue;
         };
         // One value for all is a sentence, no map.

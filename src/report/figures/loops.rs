@@ -3,7 +3,8 @@
 use super::super::ReportError;
 use super::super::quantity::{ENERGY, FORCE, LENGTH, shown};
 use super::super::run_tables::numbers;
-use super::response::{Panel, panel, states};
+use super::response::{Panel, panel, states_with};
+use super::smooth::mark_points;
 use super::{Figure, Study, drawn};
 use crate::tables::TableName;
 
@@ -24,11 +25,10 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         y: ("force_x", "tangential load", FORCE),
     };
     let (mut drawings, mut sources, mut areas) = (Vec::new(), Vec::new(), Vec::new());
-    for (table, one) in [
-        (TableName::Hysteresis, &fine),
-        (TableName::JointCycle, &elements),
-    ] {
-        let states = states(study, table, LOOPS)?;
+    let tables = [TableName::Hysteresis, TableName::JointCycle];
+    for (table, one) in tables.into_iter().zip([&fine, &elements]) {
+        // Both at the same states, where there are such.
+        let states = states_with(study, table, &tables, LOOPS)?;
         let charts = panel(&states, one);
         if charts.is_empty() {
             continue;
@@ -37,6 +37,10 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
             for curve in &mut chart.curves {
                 // A period ends where it began.
                 curve.points.extend(curve.points.first().copied());
+            }
+            // A cycle of many instants is drawn as it is.
+            if table == TableName::Hysteresis {
+                mark_points(&mut chart);
             }
             drawings.push(chart.draw().map_err(drawn(ID))?);
         }
@@ -55,11 +59,21 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     let Some((table, columns)) = sources.first() else {
         return Ok(Vec::new());
     };
+    let marks = match *table == TableName::Hysteresis.as_str() {
+        true => {
+            " Dots of the rough contact are what was computed, on two branches between the reversals, and the lines between them are \
+             interpolated. The energies are of straight lines: a little less than the cycle dissipates."
+        }
+        false => "",
+    };
     Ok(vec![Figure {
         id: ID,
         title: "Hysteresis loops".to_owned(),
         drawings,
-        caption: format!("Energy that the loops enclose. {}.", areas.join(". ")),
+        caption: format!(
+            "Energy that the loops enclose. {}.{marks}",
+            areas.join(". ")
+        ),
         query: study.query(table, columns),
         sources,
     }])

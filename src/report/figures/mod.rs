@@ -5,6 +5,8 @@ mod elements;
 mod loops;
 mod pressure;
 mod response;
+mod section;
+mod smooth;
 mod static_contact;
 mod study;
 mod surface;
@@ -13,9 +15,9 @@ use polars::prelude::DataFrame;
 
 pub use study::{Of, Study};
 
+use super::ReportError;
 use super::plot::{Curve, Drawing, Mark, PlotError};
 use super::run_tables::numbers;
-use super::{ReportError, RunTables};
 
 /// A figure: drawings with what they show, in words and in numbers, and where the numbers come from.
 #[derive(Debug, Clone)]
@@ -34,20 +36,35 @@ pub struct Figure {
     pub query: String,
 }
 
-/// All figures that the runs have the physics for, in the order of the paper.
+/// What matters first: how the joint vibrates, where it is worn, how much, and how stiff it is or where it resonates.
+const FIRST: [&str; 3] = ["forced-response", "wear-map", "wear-rate"];
+/// The fourth of them, the first that there is.
+const FOURTH: [&str; 2] = ["resonance", "stiffness"];
+/// How many figures stand apart from the others.
+pub const MAIN: usize = 4;
+
+/// All figures that the runs have the physics for: first those that matter first, then the others in the order of the paper.
 ///
 /// # Errors
 /// [`ReportError`] for a table that cannot be read and for a figure that cannot be drawn.
-pub fn figures(runs: &[RunTables]) -> Result<Vec<Figure>, ReportError> {
-    let study = Study::of(runs)?;
-    let mut figures = surface::figures(&study)?;
-    figures.extend(response::figures(&study)?);
-    figures.extend(surface::wear_figures(&study)?);
-    figures.extend(course::figures(&study)?);
-    figures.extend(pressure::figures(&study)?);
-    figures.extend(loops::figures(&study)?);
-    figures.extend(elements::figures(&study)?);
-    figures.extend(static_contact::figures(&study)?);
+pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
+    let mut figures = surface::figures(study)?;
+    figures.extend(response::figures(study)?);
+    figures.extend(surface::wear_figures(study)?);
+    figures.extend(course::figures(study)?);
+    figures.extend(pressure::figures(study)?);
+    figures.extend(loops::figures(study)?);
+    figures.extend(elements::figures(study)?);
+    figures.extend(static_contact::figures(study)?);
+    let there = |id: &&&str| figures.iter().any(|figure| figure.id == **id);
+    let first: Vec<&str> = FIRST
+        .iter()
+        .chain(FOURTH.iter().find(there))
+        .copied()
+        .collect();
+    let place = |figure: &Figure| first.iter().position(|id| *id == figure.id);
+    // The sort keeps the order of those that are not among the first.
+    figures.sort_by_key(|figure| place(figure).unwrap_or(first.len()));
     Ok(figures)
 }
 

@@ -1,7 +1,7 @@
 //! Contact pressure: where it is, and how much of the joint carries how much.
 
 use super::super::ReportError;
-use super::super::plot::{Axis, Chart, Curve, Scale};
+use super::super::plot::{Axis, Chart, Curve, NOTHING, Scale, UNWORN, WORN};
 use super::super::quantity::{self, PRESSURE, SHARE, shown, unit_of};
 use super::course::labelled;
 use super::surface::{map, titled, told};
@@ -15,14 +15,18 @@ const DECADES: f64 = 4.0;
 /// What the colours of the map tell apart, from this part of the largest pressure: what is below does not count as loaded.
 const LOADED: f64 = 1e-3;
 
+/// Maps of a single run; of several runs the first and the last state each.
+const STATES: usize = 4;
+
 /// Pressure of a state: the run, the state, one value a cell.
 type State<'a> = (&'a Of<'a>, u64, Vec<f64>);
 
 /// The maps and the histogram.
 pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     let mut states: Vec<State> = Vec::new();
+    let most = if study.is_single() { STATES } else { 2 };
     for run in &study.runs {
-        for k in run.ends() {
+        for k in run.along_wear(&[TableName::ContactField], most) {
             let field = run.field(k, TableName::ContactField, "pressure")?;
             states.extend(field.map(|field| (run, k, field)));
         }
@@ -33,7 +37,10 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     {
         return Ok(Vec::new());
     }
-    Ok(vec![maps(study, &states)?, histogram(study, &states)?])
+    let maps = maps(study, &states)?;
+    let is_end = |run: &Of, k: u64| run.ends().contains(&k);
+    states.retain(|(run, k, _)| is_end(run, *k));
+    Ok(vec![maps, histogram(study, &states)?])
 }
 
 fn cap(run: &Of) -> Option<f64> {
@@ -48,16 +55,13 @@ fn at_cap(field: &[f64], cap: f64) -> usize {
 fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
     const ID: &str = "pressure";
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
+    // All in the same colours.
+    let top = states.iter().map(|(_, _, field)| quantity::largest(field));
+    let top = top.fold(0.0, f64::max);
     for (run, k, field) in states {
-        let own = states
-            .iter()
-            .filter(|(other, ..)| std::ptr::eq(*other, *run));
-        let top = own
-            .map(|(_, _, field)| quantity::largest(field))
-            .fold(0.0, f64::max);
         let contact: Vec<f64> = field
             .iter()
-            .map(|p| if *p > 0.0 { *p } else { f64::NAN })
+            .map(|p| if *p == 0.0 { NOTHING } else { *p })
             .collect();
         let title = titled(study, run, &format!("pressure, {}", run.state(*k)));
         let range = [LOADED * top, top];
@@ -84,7 +88,7 @@ fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
         title: "Contact pressure".to_owned(),
         drawings,
         caption: format!(
-            "Cells without pressure are left blank; below a thousandth of the largest, one colour. Largest: {}.",
+            "Grey cells are not in contact; below a thousandth of the largest, one colour. Largest: {}.",
             each.join("; ")
         ),
         query: study.query_last("contact_field", &columns),
@@ -113,7 +117,7 @@ fn histogram(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
         let steps: Vec<[f64; 2]> = steps.collect();
         let worn = usize::from(run.cycles_at(*k) > 0.0);
         let curve = match study.is_single() {
-            true => Curve::line(&run.state(*k), worn, steps),
+            true => Curve::line(&run.state(*k), [UNWORN, WORN][worn], steps),
             false => Curve::line(&run.label, run.style, steps),
         };
         curves[if study.is_single() { 0 } else { worn }].push(curve);
@@ -134,12 +138,13 @@ fn histogram(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
             x: Axis {
                 label: labelled("pressure", unit.symbol),
                 log: true,
+                zero: None,
                 range: Some([edge(0) / unit.size, 1.2 * most / unit.size]),
             },
             y: Axis {
                 label: labelled("share of contact", SHARE[0].symbol),
-                log: false,
                 range: Some([0.0, 1.1 * top]),
+                ..Axis::default()
             },
             curves,
         };

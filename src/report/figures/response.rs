@@ -3,7 +3,8 @@
 use polars::prelude::DataFrame;
 
 use super::super::ReportError;
-use super::super::plot::{Axis, Chart, Curve};
+use super::super::headline::own_resonances;
+use super::super::plot::{Axis, Chart, Curve, style_of_state};
 use super::super::quantity::{self, ANGLE, FORCE, FREQUENCY, LENGTH, Units, shown, unit_of};
 use super::super::run_tables::numbers;
 use super::course::labelled;
@@ -18,8 +19,12 @@ type Named = (String, usize, DataFrame);
 
 /// The forced responses and the joint's cycle.
 pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
-    let both = [forced_response(study)?, joint_cycle(study)?];
-    Ok(both.into_iter().flatten().collect())
+    let all = [
+        forced_response(study)?,
+        over_wear(study)?,
+        joint_cycle(study)?,
+    ];
+    Ok(all.into_iter().flatten().collect())
 }
 
 /// The states of one run, or of several runs the unworn ones beside the last: one list a drawing, with its heading.
@@ -28,11 +33,26 @@ pub fn states(
     table: TableName,
     most: usize,
 ) -> Result<Vec<(String, Vec<Named>)>, ReportError> {
+    states_with(study, table, &[table], most)
+}
+
+/// The same of a single run at states that have other tables too, if there are any.
+pub fn states_with(
+    study: &Study,
+    table: TableName,
+    tables: &[TableName],
+    most: usize,
+) -> Result<Vec<(String, Vec<Named>)>, ReportError> {
     let read = |run: &Of, k: u64| run.tables.at(k, table).map(Option::unwrap_or_default);
     if let [run] = &study.runs[..] {
         let mut states = Vec::new();
-        for (style, k) in run.with(table, most).into_iter().enumerate() {
-            states.push((run.state(k), style, read(run, k)?));
+        let mut iterations = run.along_wear(tables, most);
+        if iterations.is_empty() {
+            iterations = run.along_wear(&[table], most);
+        }
+        for (place, k) in iterations.iter().enumerate() {
+            let style = style_of_state(place, iterations.len());
+            states.push((run.state(*k), style, read(run, *k)?));
         }
         return Ok(vec![(String::new(), states)]);
     }
@@ -100,13 +120,13 @@ pub fn panel(states: &[(String, Vec<Named>)], panel: &Panel) -> Vec<Chart> {
             },
             x: Axis {
                 label: labelled(x_name, units[0].symbol),
-                log: false,
                 range: range(&all_x, units[0].size, 0.0),
+                ..Axis::default()
             },
             y: Axis {
                 label: labelled(y_name, units[1].symbol),
-                log: false,
                 range: range(&all_y, units[1].size, 0.05),
+                ..Axis::default()
             },
             curves,
         })
@@ -114,44 +134,127 @@ pub fn panel(states: &[(String, Vec<Named>)], panel: &Panel) -> Vec<Chart> {
     charts.collect()
 }
 
+const AMPLITUDE: Panel = Panel {
+    title: "Amplitude at the response point",
+    x: ("frequency", "frequency", FREQUENCY),
+    y: ("amplitude", "amplitude", LENGTH),
+};
+const PHASE: Panel = Panel {
+    title: "Phase lag behind the force",
+    x: ("frequency", "frequency", FREQUENCY),
+    y: ("phase_lag", "phase lag", ANGLE),
+};
+
+/// The largest point of each curve, in words.
+fn peaks(states: &[(String, Vec<Named>)]) -> Vec<String> {
+    let all = states
+        .iter()
+        .flat_map(|(state, named)| named.iter().map(move |named| (state, named)));
+    let peaks = all.filter_map(|(state, (name, _, frame))| {
+        let (amplitude, frequency) = (numbers(frame, "amplitude")?, numbers(frame, "frequency")?);
+        let largest =
+            (0..amplitude.len()).max_by(|a, b| amplitude[*a].total_cmp(&amplitude[*b]))?;
+        let comma = if state.is_empty() { "" } else { ", " };
+        Some(format!(
+            "{name}{comma}{state} {} at {}",
+            shown(amplitude[largest], LENGTH),
+            shown(frequency[largest], FREQUENCY)
+        ))
+    });
+    peaks.collect()
+}
+
+/// Where the phase resonances are, which are other figures than the largest points of the curves.
+fn phase_resonances(study: &Study) -> Result<String, ReportError> {
+    let mut each = Vec::new();
+    for run in &study.runs {
+        let Some(both) = own_resonances(run)? else {
+            continue;
+        };
+        let both = both.map(|one| {
+            format!(
+                "{} at {}",
+                shown(one.amplitude, LENGTH),
+                shown(one.frequency, FREQUENCY)
+            )
+        });
+        let name = match study.is_single() {
+            true => String::new(),
+            false => format!("{}: ", run.label),
+        };
+        each.push(match &both {
+            [first, last] if first == last => format!("{name}{first}"),
+            [first, last] => format!("{name}{first} before and {last} after"),
+        });
+    }
+    Ok(match each.is_empty() {
+        true => String::new(),
+        false => format!(
+            " The largest point of a curve is one of the frequencies computed for it; the resonance is where the motion lags by 90°, \
+             solved for by itself: {}.",
+            each.join("; ")
+        ),
+    })
+}
+
+/// The responses at intermediate states too, where the run has more than its two ends.
+fn over_wear(study: &Study) -> Result<Option<Figure>, ReportError> {
+    const ID: &str = "responses-over-wear";
+    let mut drawings = Vec::new();
+    let mut each = Vec::new();
+    for run in &study.runs {
+        let iterations = run.along_wear(&[TableName::Frf], RESPONSES);
+        if iterations.len() <= 2 {
+            continue;
+        }
+        let mut named = Vec::new();
+        for (place, k) in iterations.iter().enumerate() {
+            let style = style_of_state(place, iterations.len());
+            let frame = run.tables.at(*k, TableName::Frf)?.unwrap_or_default();
+            named.push((run.state(*k), style, frame));
+        }
+        let name = if study.is_single() {
+            String::new()
+        } else {
+            run.label.clone()
+        };
+        let states = [(name, named)];
+        for one in [&AMPLITUDE, &PHASE] {
+            for chart in panel(&states, one) {
+                drawings.push(chart.draw().map_err(drawn(ID))?);
+            }
+        }
+        each.extend(peaks(&states));
+    }
+    if drawings.is_empty() {
+        return Ok(None);
+    }
+    let columns = vec!["force", "frequency", "amplitude", "phase_lag"];
+    Ok(Some(Figure {
+        id: ID,
+        title: "Forced responses over wear".to_owned(),
+        drawings,
+        caption: format!(
+            "At the cycles of output.response_at too, {RESPONSES} states at most. Largest of the curve: {}.",
+            each.join("; ")
+        ),
+        query: study.query("frf", &columns),
+        sources: vec![("frf", columns)],
+    }))
+}
+
 fn forced_response(study: &Study) -> Result<Option<Figure>, ReportError> {
     const ID: &str = "forced-response";
-    let states = states(study, TableName::Frf, RESPONSES)?;
-    let frequency = ("frequency", "frequency", FREQUENCY);
-    let panels = [
-        Panel {
-            title: "Amplitude at the response point",
-            x: frequency,
-            y: ("amplitude", "amplitude", LENGTH),
-        },
-        Panel {
-            title: "Phase lag behind the force",
-            x: frequency,
-            y: ("phase_lag", "phase lag", ANGLE),
-        },
-    ];
-    let charts = panels.iter().flat_map(|one| panel(&states, one));
+    let states = states(study, TableName::Frf, 2)?;
+    let charts = [&AMPLITUDE, &PHASE]
+        .into_iter()
+        .flat_map(|one| panel(&states, one));
     let drawings: Result<Vec<_>, _> = charts.map(|chart| chart.draw()).collect();
     let drawings = drawings.map_err(drawn(ID))?;
     if drawings.is_empty() {
         return Ok(None);
     }
-    let peaks: Vec<String> = states
-        .iter()
-        .flat_map(|(state, named)| named.iter().map(move |named| (state, named)))
-        .filter_map(|(state, (name, _, frame))| {
-            let (amplitude, frequency) =
-                (numbers(frame, "amplitude")?, numbers(frame, "frequency")?);
-            let largest =
-                (0..amplitude.len()).max_by(|a, b| amplitude[*a].total_cmp(&amplitude[*b]))?;
-            let comma = if state.is_empty() { "" } else { ", " };
-            Some(format!(
-                "{name}{comma}{state} {} at {}",
-                shown(amplitude[largest], LENGTH),
-                shown(frequency[largest], FREQUENCY)
-            ))
-        })
-        .collect();
+    let peaks = peaks(&states);
     let force = states
         .iter()
         .flat_map(|(_, named)| named)
@@ -165,8 +268,9 @@ fn forced_response(study: &Study) -> Result<Option<Figure>, ReportError> {
         title: "Forced response".to_owned(),
         drawings,
         caption: format!(
-            "First harmonic at the response point{force}. Largest of the curve: {}.",
-            peaks.join("; ")
+            "First harmonic at the response point{force}. Largest of the curve: {}.{}",
+            peaks.join("; "),
+            phase_resonances(study)?
         ),
         query: study.query("frf", &columns),
         sources: vec![("frf", columns)],

@@ -3,6 +3,7 @@
 use super::super::ReportError;
 use super::super::quantity::{FORCE, LENGTH, STIFFNESS, shown};
 use super::response::{Panel, panel, states};
+use super::smooth::mark_points;
 use super::{Figure, Study, drawn};
 use crate::tables::TableName;
 
@@ -13,7 +14,7 @@ const CURVES: usize = 5;
 pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     const ID: &str = "indentation";
     let states = states(study, TableName::Indentation, CURVES)?;
-    let charts = panel(
+    let mut charts = panel(
         &states,
         &Panel {
             title: "Normal load over approach",
@@ -21,6 +22,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
             y: ("load", "normal load", FORCE),
         },
     );
+    charts.iter_mut().for_each(mark_points);
     let drawings: Result<Vec<_>, _> = charts.iter().map(|chart| chart.draw()).collect();
     let drawings = drawings.map_err(drawn(ID))?;
     if drawings.is_empty() {
@@ -48,7 +50,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         title: "Indentation curve".to_owned(),
         drawings,
         caption: format!(
-            "Its slope at the static load is the normal stiffness kn: {}.",
+            "Its slope at the static load is the normal stiffness kn: {}. Dots are what was computed; the lines between them are interpolated.",
             each.join("; ")
         ),
         query: study.query("indentation", &columns),

@@ -2,6 +2,7 @@
 
 use polars::prelude::DataFrame;
 
+use super::super::plot::style_of_run;
 use super::super::quantity::{self, CYCLES, Unit};
 use super::super::run_tables::numbers;
 use super::super::{ReportError, RunTables, WEAR_ITERATION};
@@ -36,7 +37,7 @@ impl<'a> Study<'a> {
     /// [`ReportError`] for a table that cannot be read.
     pub fn of(runs: &'a [RunTables]) -> Result<Study<'a>, ReportError> {
         let named = |name: &str| runs.iter().filter(|run| run.name() == name).count();
-        let read = |(style, tables): (usize, &'a RunTables)| {
+        let read = |(place, tables): (usize, &'a RunTables)| {
             let summary = tables.series(TableName::Summary)?.unwrap_or_default();
             let label = match named(tables.name()) {
                 1 => tables.name().to_owned(),
@@ -48,11 +49,16 @@ impl<'a> Study<'a> {
                 tables,
                 summary,
                 label,
-                style,
+                style: style_of_run(place),
             })
         };
         let runs: Result<Vec<Of>, ReportError> = runs.iter().enumerate().map(read).collect();
         Ok(Study { runs: runs? })
+    }
+
+    /// What the runs are called.
+    pub fn labels(&self) -> Vec<&str> {
+        self.runs.iter().map(|run| run.label.as_str()).collect()
     }
 
     /// True for a report of one run: its curves are states of wear, not runs.
@@ -210,6 +216,40 @@ impl Of<'_> {
         }
         let at = |k: usize| all[k * (all.len() - 1) / (most - 1).max(1)];
         (0..most).map(at).collect()
+    }
+
+    /// The iterations that have all of some tables, at most so many: the first, the last, and between them such that the logarithm
+    /// of their cycles grows evenly.
+    pub fn along_wear(&self, tables: &[TableName], most: usize) -> Vec<u64> {
+        let has = |k: &u64, table: &TableName| {
+            let commit = self.tables.reader().commit_of(*k);
+            commit.is_ok_and(|commit| commit.table(table.as_str()).is_some())
+        };
+        let iterations = self.tables.iterations().iter().copied();
+        let all: Vec<u64> = iterations
+            .filter(|k| tables.iter().all(|table| has(k, table)))
+            .collect();
+        let worn = |k: &&u64| self.cycles_at(**k) > 0.0;
+        let Some((first, last)) = all.iter().find(worn).zip(all.last()) else {
+            return all.into_iter().take(most).collect();
+        };
+        let [low, high] = [*first, *last].map(|k| self.cycles_at(k).ln());
+        let steps = most.saturating_sub(1).max(1);
+        let nearest = |step: usize| {
+            let goal = low + (high - low) * step as f64 / steps as f64;
+            let far = |k: &u64| (self.cycles_at(*k).ln() - goal).abs();
+            all.iter()
+                .filter(worn)
+                .min_by(|a, b| far(a).total_cmp(&far(b)))
+        };
+        let mut chosen: Vec<u64> = all
+            .first()
+            .into_iter()
+            .chain((1..=steps).filter_map(nearest))
+            .copied()
+            .collect();
+        chosen.dedup();
+        chosen
     }
 
     /// Cells of the joint's grid and its side lengths \[m\].

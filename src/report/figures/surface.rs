@@ -1,14 +1,12 @@
-//! The rough surface, what is worn of it, and a section through the deepest point.
+//! The rough surface, and what is worn of it.
 
 use super::super::ReportError;
-use super::super::plot::{Axis, Chart, Curve, Map, Scale};
-use super::super::quantity::{self, LENGTH, PRESSURE, shown, unit_of};
+use super::super::plot::{Curve, Map, Scale, WORN};
+use super::super::quantity::{self, LENGTH, shown, unit_of};
 use super::course::labelled;
-use super::{Figure, Of, Study, drawn, range_of, widened};
+use super::{Figure, Of, Study, drawn, range_of, section, widened};
 use crate::tables::TableName;
 
-/// Part of the joint's length that a section shows.
-const WINDOW: f64 = 0.25;
 /// One millimetre \[m\].
 const MM: f64 = 1e-3;
 
@@ -29,14 +27,10 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     };
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
     for (run, state, heights) in &fields {
-        // Runs of different roughness each in their own colours, the states of one in the same.
-        let own = fields
-            .iter()
-            .filter(|(other, ..)| std::ptr::eq(*other, *run));
-        let own = range_of(own.flat_map(|(_, _, heights)| heights)).unwrap_or(range);
         let title = titled(study, run, &format!("height, {state}"));
-        drawings.extend(map(run, title, heights, own, LENGTH, "height")?.map(|map| map.draw()));
-        let [low, high] = range_of(heights).unwrap_or(own);
+        // All in the same colours.
+        drawings.extend(map(run, title, heights, range, LENGTH, "height")?.map(|map| map.draw()));
+        let [low, high] = range_of(heights).unwrap_or(range);
         each.push(format!(
             "{} {} to {}",
             told(study, run, state),
@@ -108,6 +102,7 @@ pub fn map(
             log: false,
             label: labelled(name, unit.symbol),
         },
+        nothing: "no contact",
         curves: Vec::new(),
     }))
 }
@@ -125,11 +120,14 @@ pub fn wear_figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     if !worn {
         return Ok(Vec::new());
     }
-    Ok(vec![wear_map(study, &fields)?, section(study, &fields)?])
+    Ok(vec![
+        wear_map(study, &fields)?,
+        section::figure(study, &fields)?,
+    ])
 }
 
 /// The cell with the largest value.
-fn deepest(depth: &[f64]) -> usize {
+pub fn deepest(depth: &[f64]) -> usize {
     let key = |k: &usize| if depth[*k].is_nan() { -1.0 } else { depth[*k] };
     (0..depth.len())
         .max_by(|a, b| key(a).total_cmp(&key(b)))
@@ -139,6 +137,8 @@ fn deepest(depth: &[f64]) -> usize {
 fn wear_map(study: &Study, fields: &[(&Of, Vec<f64>)]) -> Result<Figure, ReportError> {
     const ID: &str = "wear-map";
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
+    let deepest_of_all = fields.iter().map(|(_, depth)| quantity::largest(depth));
+    let top = deepest_of_all.fold(0.0, f64::max);
     for (run, depth) in fields {
         let (Some((cells, size)), Some([_, most])) = (run.grid(), range_of(depth)) else {
             continue;
@@ -148,12 +148,12 @@ fn wear_map(study: &Study, fields: &[(&Of, Vec<f64>)]) -> Result<Figure, ReportE
         let at: [f64; 2] =
             std::array::from_fn(|d| (place[d] as f64 + 0.5) * size[d] / cells[d] as f64);
         let title = titled(study, run, "worn depth");
-        let Some(mut map) = map(run, title, depth, [0.0, most], LENGTH, "worn depth")? else {
+        let Some(mut map) = map(run, title, depth, [0.0, top], LENGTH, "worn depth")? else {
             continue;
         };
         let y = at[1] / MM;
         map.curves
-            .push(Curve::line("", 1, vec![[0.0, y], [size[0] / MM, y]]));
+            .push(Curve::line("", WORN, vec![[0.0, y], [size[0] / MM, y]]));
         drawings.push(map.draw().map_err(drawn(ID))?);
         let count = depth.iter().filter(|d| d.is_finite()).count();
         let worn = depth.iter().filter(|d| **d > 0.0).count();
@@ -172,7 +172,7 @@ fn wear_map(study: &Study, fields: &[(&Of, Vec<f64>)]) -> Result<Figure, ReportE
         title: "Worn depth".to_owned(),
         drawings,
         caption: format!(
-            "Depth worn away in all. Deepest point: {}. The line is the section of the next figure.",
+            "Depth worn away in all. Deepest point: {}. The dashed line is where the section is taken.",
             each.join("; ")
         ),
         query: study.query_last("wear_field", &columns),
@@ -180,100 +180,9 @@ fn wear_map(study: &Study, fields: &[(&Of, Vec<f64>)]) -> Result<Figure, ReportE
     })
 }
 
-fn name_of(study: &Study, run: &Of) -> String {
+pub fn name_of(study: &Study, run: &Of) -> String {
     match study.is_single() {
         true => String::new(),
         false => format!("{} ", run.label),
     }
-}
-
-fn section(study: &Study, fields: &[(&Of, Vec<f64>)]) -> Result<Figure, ReportError> {
-    const ID: &str = "section";
-    let (mut drawings, mut each) = (Vec::new(), Vec::new());
-    for (run, depth) in fields {
-        let (Some((cells, size)), Some(heights)) = (run.grid(), run.heights()?) else {
-            continue;
-        };
-        let cell = deepest(depth);
-        let (column, row) = (cell / cells[1], cell % cells[1]);
-        let half = ((cells[0] as f64 * WINDOW / 2.0).round() as usize).max(8);
-        let begin = column
-            .saturating_sub(half)
-            .min(cells[0].saturating_sub(2 * half));
-        let end = (begin + 2 * half + 1).min(cells[0]);
-        let along = |values: &[f64], size_of: f64| -> Vec<[f64; 2]> {
-            let point = |i: usize| {
-                let x = (i as f64 + 0.5) * size[0] / cells[0] as f64;
-                [x / MM, values[i * cells[1] + row] / size_of]
-            };
-            (begin..end).map(point).collect()
-        };
-        let x = Axis {
-            label: "x / mm".to_owned(),
-            ..Axis::default()
-        };
-        let after: Vec<f64> = heights.iter().zip(depth).map(|(h, d)| h - d).collect();
-        let within = |values: &[f64]| -> Vec<f64> {
-            along(values, 1.0)
-                .into_iter()
-                .map(|[_, value]| value)
-                .collect()
-        };
-        let unit = unit_of(LENGTH, quantity::largest(&within(&heights)));
-        let profile = Chart {
-            title: titled(study, run, "profile"),
-            x: x.clone(),
-            y: Axis {
-                label: labelled("height", unit.symbol),
-                ..Axis::default()
-            },
-            curves: vec![
-                Curve::line("unworn", 0, along(&heights, unit.size)),
-                Curve::line(&run.state(run.tables.latest()), 1, along(&after, unit.size)),
-            ],
-        };
-        drawings.push(profile.draw().map_err(drawn(ID))?);
-        let mut pressures = Vec::new();
-        for k in run.ends() {
-            let field = run.field(k, TableName::ContactField, "pressure")?;
-            pressures.extend(field.map(|field| (run.state(k), field)));
-        }
-        let all: Vec<f64> = pressures.iter().flat_map(|(_, p)| within(p)).collect();
-        let unit = unit_of(PRESSURE, quantity::largest(&all));
-        let curves = pressures.iter().enumerate();
-        let pressure = Chart {
-            title: titled(study, run, "pressure"),
-            x,
-            y: Axis {
-                label: labelled("pressure", unit.symbol),
-                ..Axis::default()
-            },
-            curves: curves
-                .map(|(k, (state, p))| Curve::line(state, k, along(p, unit.size)))
-                .collect(),
-        };
-        drawings.push(pressure.draw().map_err(drawn(ID))?);
-        each.push(format!(
-            "{}the height there falls from {} to {}",
-            name_of(study, run),
-            shown(heights[cell], LENGTH),
-            shown(after[cell], LENGTH)
-        ));
-    }
-    let columns = vec!["i", "j", "pressure"];
-    Ok(Figure {
-        id: ID,
-        title: "Section through the deepest point".to_owned(),
-        drawings,
-        caption: format!(
-            "Profile and pressure along x about the deepest point of wear: {}.",
-            each.join("; ")
-        ),
-        query: study.query_last("contact_field", &columns),
-        sources: vec![
-            ("surface", vec!["height"]),
-            ("wear_field", vec!["wear_depth"]),
-            ("contact_field", columns),
-        ],
-    })
 }

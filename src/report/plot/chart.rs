@@ -1,5 +1,7 @@
 //! Curves over linear or logarithmic axes.
 
+use std::ops::Range;
+
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::ValueFormatter;
 use plotters::prelude::*;
@@ -7,7 +9,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::super::quantity::digits;
 use super::{
-    AXIS, BAR, Drawing, FINE, GRID, PlotError, TEXT, TEXT_COLOUR, WIDTH, said, style_colour,
+    AXIS, Drawing, FINE, GRID, PlotError, TEXT, TEXT_COLOUR, WIDTH, bar_colour, said, style_colour,
     text_width,
 };
 
@@ -18,8 +20,38 @@ pub struct Axis {
     pub label: String,
     /// True for a logarithmic one.
     pub log: bool,
+    /// Where 0 stands on a logarithmic one, a power of ten below all values; nowhere without.
+    pub zero: Option<f64>,
     /// Its range, in place of what the curves need.
     pub range: Option<[f64; 2]>,
+}
+
+impl Axis {
+    /// A value as it is drawn.
+    fn placed(&self, value: f64) -> f64 {
+        match self.zero {
+            Some(zero) if self.log && value == 0.0 => zero,
+            _ => value,
+        }
+    }
+
+    /// The number at a place.
+    fn number(&self, value: f64, range: [f64; 2]) -> String {
+        match self.zero {
+            Some(zero) if self.log && (value / zero - 1.0).abs() < 1e-6 => "0".to_owned(),
+            _ => tick(value, range, self.log),
+        }
+    }
+
+    /// For who points at it: where it is in the drawing, its range, its kind, its label.
+    fn data(&self, [begin, end]: [i32; 2], [low, high]: [f64; 2]) -> String {
+        let kind = match (self.log, self.zero) {
+            (true, Some(zero)) => format!("log {zero}"),
+            (true, None) => "log 0".to_owned(),
+            (false, _) => "lin 0".to_owned(),
+        };
+        format!("{begin} {end} {low} {high} {kind} {}", self.label)
+    }
 }
 
 /// What stands at the points of a curve.
@@ -29,6 +61,8 @@ pub enum Mark {
     Line,
     /// The line and dots on it.
     Dots,
+    /// Dots, without a line.
+    Points,
     /// Rings, without a line.
     Rings,
 }
@@ -100,6 +134,10 @@ const DOT: i32 = 3;
 const RING: i32 = 6;
 /// Half length of the end of an error bar.
 const CAP: i32 = 3;
+/// A bar of this part of its value or more says that next to nothing is known: its point is hollow, and the bar left out.
+pub const LONGEST_BAR: f64 = 0.9;
+/// A logarithmic axis begins this part of the place of 0 below it.
+const BEFORE_ZERO: f64 = 0.9;
 /// Where all values are the same, the axis reaches this part of them to both sides.
 const WIDEN: f64 = 0.05;
 /// A logarithmic axis shows this many decades at most.
@@ -118,6 +156,7 @@ impl Chart {
         let top = HEAD + rows * ROW;
         let size = ((WIDTH * FINE) as u32, ((top + HEIGHT) * FINE) as u32);
         let mut svg = String::new();
+        let place;
         {
             let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
             heading(&area, &self.title)?;
@@ -125,19 +164,27 @@ impl Chart {
                 entry(&area, left, HEAD + row * ROW + ROW / 2, curve)?;
             }
             let (_, plot) = area.split_vertically(top * FINE);
-            let (x, y) = (self.range(0), self.range(1));
-            let ([x0, x1], [y0, y1]) = (x, y);
-            match (self.x.log, self.y.log) {
+            let ([x0, x1], [y0, y1]) = (self.range(0), self.range(1));
+            place = match (self.x.log, self.y.log) {
                 (false, false) => self.axes(&plot, x0..x1, y0..y1)?,
                 (true, false) => self.axes(&plot, (x0..x1).log_scale(), y0..y1)?,
                 (false, true) => self.axes(&plot, x0..x1, (y0..y1).log_scale())?,
-                (true, true) => {
-                    self.axes(&plot, (x0..x1).log_scale(), (y0..y1).log_scale())?;
-                }
-            }
+                (true, true) => self.axes(&plot, (x0..x1).log_scale(), (y0..y1).log_scale())?,
+            };
             area.present().map_err(said)?;
         }
-        Ok(Drawing::of(&self.title, size, &svg))
+        let [x, y] = place;
+        // Of the ordinate the lower end comes first.
+        let x = self.x.data([x.start, x.end], self.range(0));
+        let y = self.y.data([y.end, y.start], self.range(1));
+        let named = self.curves.iter().filter(|curve| !curve.name.is_empty());
+        let names: Vec<String> = named
+            .map(|curve| format!("s{} {}", curve.style, curve.name))
+            .collect();
+        Ok(Drawing::of(&self.title, size, &svg)
+            .with_data("x", &x)
+            .with_data("y", &y)
+            .with_data("names", &names.join("\n")))
     }
 
     /// Row, left edge and curve of what the legend names; a single curve needs no name.
@@ -171,6 +218,11 @@ impl Chart {
         [&self.x, &self.y][direction]
     }
 
+    /// A point as it is drawn.
+    fn placed(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [self.x.placed(x), self.y.placed(y)]
+    }
+
     /// True where a point can be drawn.
     fn is_drawn(&self, point: &[f64; 2]) -> bool {
         (0..2).all(|d| point[d].is_finite() && (!self.axis(d).log || point[d] > 0.0))
@@ -182,12 +234,11 @@ impl Chart {
             return range;
         }
         let values = self.curves.iter().flat_map(|curve| {
-            let points = curve.points.iter().enumerate();
-            let points = points.filter(|(_, point)| self.is_drawn(point));
+            let points = curve.points.iter().map(|point| self.placed(*point));
+            let points = points.enumerate().filter(|(_, point)| self.is_drawn(point));
             points.flat_map(move |(k, point)| {
                 let bar = curve.bars.get(k).copied().unwrap_or(0.0);
-                // A bar as long as its value says that nothing is known, and would hide the curve.
-                let bar = if direction == 1 && bar < 0.5 * point[1].abs() {
+                let bar = if direction == 1 && is_shown(bar, point[1]) {
                     bar
                 } else {
                     0.0
@@ -202,7 +253,11 @@ impl Chart {
         }
         if axis.log {
             let low = low.max(high / 10f64.powf(DECADES));
-            return [low / 1.5, high * 1.5];
+            let least = match axis.zero {
+                Some(zero) => BEFORE_ZERO * zero,
+                None => low / 1.5,
+            };
+            return [least, high * if axis.zero.is_some() { 1.15 } else { 1.5 }];
         }
         let reach = if high > low {
             WIDEN * (high - low)
@@ -218,7 +273,8 @@ impl Chart {
         [least, high + reach]
     }
 
-    fn axes<X, Y>(&self, area: &Area, x: X, y: Y) -> Result<(), PlotError>
+    /// Draws axes and curves, and says where between the edges of the drawing they are.
+    fn axes<X, Y>(&self, area: &Area, x: X, y: Y) -> Result<[Range<i32>; 2], PlotError>
     where
         X: plotters::coord::ranged1d::AsRangedCoord<Value = f64>,
         Y: plotters::coord::ranged1d::AsRangedCoord<Value = f64>,
@@ -244,8 +300,8 @@ impl Chart {
             .y_labels(6)
             .x_desc(self.x.label.clone())
             .y_desc(self.y.label.clone())
-            .x_label_formatter(&|value| tick(*value, self.range(0), self.x.log))
-            .y_label_formatter(&|value| tick(*value, self.range(1), self.y.log))
+            .x_label_formatter(&|value| self.x.number(*value, self.range(0)))
+            .y_label_formatter(&|value| self.y.number(*value, self.range(1)))
             .label_style(text_style(TEXT))
             .axis_desc_style(text_style(TEXT))
             .draw()
@@ -253,19 +309,20 @@ impl Chart {
         let [low, high] = self.range(1);
         for curve in &self.curves {
             let colour = style_colour(curve.style);
-            let drawn = || curve.points.iter().filter(|p| self.is_drawn(p));
-            for (point, bar) in curve.points.iter().zip(&curve.bars) {
-                let [x, y] = *point;
+            let placed: Vec<[f64; 2]> = curve.points.iter().map(|p| self.placed(*p)).collect();
+            let drawn = || placed.iter().enumerate().filter(|(_, p)| self.is_drawn(p));
+            let bar_at = |k: usize| curve.bars.get(k).copied().unwrap_or(0.0);
+            for (k, [x, y]) in drawn() {
+                let (x, y, bar) = (*x, *y, bar_at(k));
                 let part = match self.y.log {
                     true => bar / y / (high / low).ln(),
                     false => bar / (high - low),
                 };
                 // A bar within its dot is no more than that.
                 let seen = part * f64::from(HEIGHT) > f64::from(DOT);
-                if self.is_drawn(point) && bar.is_finite() && seen {
-                    let ends = [(y - bar).max(low), (y + bar).min(high)];
-                    let bar = ends.map(|end| (x, end));
-                    let style = BAR.stroke_width(3 * FINE as u32 / 2);
+                if is_shown(bar, y) && seen {
+                    let bar = [y - bar, y + bar].map(|end| (x, end));
+                    let style = bar_colour(curve.style).stroke_width(3 * FINE as u32 / 2);
                     let line = PathElement::new(bar.to_vec(), style);
                     chart.draw_series([line]).map_err(said)?;
                     let cap = |at| {
@@ -275,31 +332,41 @@ impl Chart {
                     chart.draw_series(bar.map(cap)).map_err(said)?;
                 }
             }
-            if curve.mark != Mark::Rings {
-                let line = drawn().map(|[x, y]| (*x, *y)).collect::<Vec<_>>();
-                let line = PathElement::new(line, colour.stroke_width(2 * FINE as u32));
-                chart.draw_series([line]).map_err(said)?;
+            let thick = colour.stroke_width(2 * FINE as u32);
+            if matches!(curve.mark, Mark::Line | Mark::Dots) {
+                let line = drawn().map(|(_, [x, y])| (*x, *y)).collect::<Vec<_>>();
+                chart
+                    .draw_series([PathElement::new(line, thick)])
+                    .map_err(said)?;
             }
-            let dots = drawn().map(|[x, y]| match curve.mark {
-                Mark::Line => None,
-                Mark::Dots => Some(Circle::new((*x, *y), DOT * FINE, colour.filled())),
-                Mark::Rings => Some(Circle::new(
-                    (*x, *y),
-                    RING * FINE,
-                    colour.stroke_width(2 * FINE as u32),
-                )),
+            let dots = drawn().map(|(k, [x, y])| {
+                let hollow = bar_at(k) > 0.0 && !is_shown(bar_at(k), *y);
+                match curve.mark {
+                    Mark::Line => None,
+                    Mark::Dots | Mark::Points if !hollow => {
+                        Some(Circle::new((*x, *y), DOT * FINE, colour.filled()))
+                    }
+                    Mark::Dots | Mark::Points => Some(Circle::new((*x, *y), DOT * FINE, thick)),
+                    Mark::Rings => Some(Circle::new((*x, *y), RING * FINE, thick)),
+                }
             });
             chart.draw_series(dots.flatten()).map_err(said)?;
         }
-        Ok(())
+        let (x, y) = chart.plotting_area().get_pixel_range();
+        Ok([x, y])
     }
+}
+
+/// True for an error bar that is drawn, of a value.
+fn is_shown(bar: f64, value: f64) -> bool {
+    bar > 0.0 && bar < LONGEST_BAR * value.abs()
 }
 
 /// One line of the legend.
 fn entry(area: &Area, left: i32, middle: i32, curve: &Curve) -> Result<(), PlotError> {
     let colour = style_colour(curve.style);
     let at = |x: i32| (x * FINE, middle * FINE);
-    if curve.mark != Mark::Rings {
+    if matches!(curve.mark, Mark::Line | Mark::Dots) {
         let line = PathElement::new(
             vec![at(left), at(left + SAMPLE)],
             colour.stroke_width(2 * FINE as u32),
@@ -309,7 +376,7 @@ fn entry(area: &Area, left: i32, middle: i32, curve: &Curve) -> Result<(), PlotE
     let centre = at(left + SAMPLE / 2);
     match curve.mark {
         Mark::Line => (),
-        Mark::Dots => area
+        Mark::Dots | Mark::Points => area
             .draw(&Circle::new(centre, DOT * FINE, colour.filled()))
             .map_err(said)?,
         Mark::Rings => area

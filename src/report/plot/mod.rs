@@ -8,14 +8,38 @@ mod map;
 
 use plotters::style::RGBColor;
 
-pub use chart::{Axis, Chart, Curve, Mark};
-pub use map::{Map, Scale};
+pub use chart::{Axis, Chart, Curve, LONGEST_BAR, Mark};
+pub use map::{Map, NOTHING, Scale};
 
 use super::html::escaped;
 use super::text::visible;
 
-/// Styles of curves; after the last they begin again.
-pub const STYLES: usize = 8;
+/// Styles of curves: states of wear, then runs.
+const STYLES: usize = RUNS + 8;
+/// The style of the unworn joint, in every drawing.
+pub const UNWORN: usize = 0;
+/// The style of the joint as it is worn in the end.
+pub const WORN: usize = 1;
+/// The styles of states between them begin here, in the order of wear.
+const BETWEEN: usize = 2;
+/// Those of runs begin here; after the last they begin again.
+const RUNS: usize = 6;
+
+/// The style of a run among several, or of the only one where no state of wear is meant.
+pub fn style_of_run(place: usize) -> usize {
+    RUNS + place % (STYLES - RUNS)
+}
+
+/// The style of a state of wear among some in the order of wear, of which the first is the unworn one.
+pub fn style_of_state(place: usize, states: usize) -> usize {
+    let between = RUNS - BETWEEN;
+    match place {
+        0 => UNWORN,
+        place if place + 1 >= states => WORN,
+        // Evenly between the two, whether there are many or one.
+        place => BETWEEN + (place * (between + 1) / (states - 1)).clamp(1, between) - 1,
+    }
+}
 
 /// Units of a drawing to one of the page: the drawing library places things at whole units.
 const FINE: i32 = 4;
@@ -34,22 +58,37 @@ const fn class(group: u8, number: u8) -> RGBColor {
 const TEXT_COLOUR: RGBColor = class(1, 0);
 const GRID: RGBColor = class(2, 0);
 const AXIS: RGBColor = class(3, 0);
-const BAR: RGBColor = class(4, 0);
+
+/// The error bars of a style of curve.
+fn bar_colour(style: usize) -> RGBColor {
+    class(4, (style % STYLES) as u8)
+}
+
+/// What is drawn over a map.
+const CUT: RGBColor = class(5, 0);
 
 /// The colour of a style of curve.
 fn style_colour(style: usize) -> RGBColor {
     class(0, (style % STYLES) as u8)
 }
 
-/// Okabe and Ito's colours, which the colour-blind tell apart, with dashes beside them; darker or lighter where the background
-/// wants it.
+/// Blue and vermilion of Okabe and Ito for unworn and worn, steps from one to the other between them, and for runs colours that
+/// are neither; darker or lighter where the background wants it, with dashes for who cannot tell them apart.
 const LIGHT: [&str; STYLES] = [
-    "#0072b2", "#d55e00", "#008a63", "#b0508a", "#9a6b00", "#3a93c9", "#000000", "#7a7a00",
+    "#0072b2", "#d55e00", "#4c71a8", "#7a6c98", "#a06682", "#bd625a", "#1d2327", "#008a63",
+    "#b0508a", "#9a6b00", "#6b4fbb", "#3d8f9c", "#7a7a00", "#8a4b3c",
 ];
 const DARK: [&str; STYLES] = [
-    "#5ab4f0", "#ff8c42", "#35c998", "#e79fca", "#f0b83a", "#a5d8f6", "#ffffff", "#f0e442",
+    "#5ab4f0", "#ff8c42", "#86abe0", "#aea3cb", "#cf9caf", "#ea957c", "#ffffff", "#35c998",
+    "#e79fca", "#f0b83a", "#b6a3f5", "#7fd3df", "#e0dc5a", "#d8a08f",
 ];
 const DASHES: [&str; STYLES] = [
+    "none",
+    "36 16",
+    "8 14",
+    "48 14 8 14",
+    "22 12",
+    "30 10 8 10 8 10",
     "none",
     "36 16",
     "8 14",
@@ -59,6 +98,10 @@ const DASHES: [&str; STYLES] = [
     "30 10 8 10 8 10",
     "6 8",
 ];
+/// Cells without contact: of no colour of the scale, and not the hatching of what is no part of the joint.
+const EMPTY: &str = "#c3c9ce";
+/// The lines of that hatching.
+const HATCHING: &str = "#808a91";
 
 /// The style sheet of drawings in a page that is light or dark.
 pub fn style_sheet() -> String {
@@ -85,14 +128,14 @@ fn classes(colour: impl Fn(&str) -> String) -> String {
         .map(|k| {
             let (colour, dash) = (colour(&format!("s{k}")), DASHES[k]);
             format!(
-                ".s{k}{{stroke:{colour};stroke-dasharray:{dash};stroke-linejoin:round}}.c{k}{{fill:{colour}}}\
+                ".s{k}{{stroke:{colour};stroke-dasharray:{dash};stroke-linejoin:round}}.c{k}{{fill:{colour}}}.b{k}{{stroke:{colour}}}\
                  circle.s{k}{{stroke-dasharray:none}}\n"
             )
         })
         .collect();
     let [ink, grid, axis] = ["ink", "grid", "axis"].map(colour);
     format!(
-        "{styles}.ink{{fill:{ink}}}.grid{{stroke:{grid}}}.axis{{stroke:{axis};fill:none}}.bar{{stroke:{axis}}}\n"
+        "{styles}.cut{{stroke:#ffffff;stroke-dasharray:28 14;fill:none}}.empty{{fill:{EMPTY}}}.ink{{fill:{ink}}}.grid{{stroke:{grid}}}.axis{{stroke:{axis};fill:none}}.bar{{opacity:.55}}\n"
     )
 }
 
@@ -103,6 +146,8 @@ pub struct Drawing {
     pub title: String,
     size: (u32, u32),
     body: String,
+    /// Attributes that say which values its places have.
+    data: String,
 }
 
 /// A drawing that could not be made.
@@ -135,16 +180,24 @@ impl Drawing {
         };
         for k in 0..STYLES {
             replace(style_colour(k), &format!("s{k}"), &format!("c{k}"));
+            replace(bar_colour(k), &format!("bar b{k}"), "bar");
         }
         replace(TEXT_COLOUR, "axis", "ink");
         replace(GRID, "grid", "grid");
         replace(AXIS, "axis", "axis");
-        replace(BAR, "bar", "bar");
+        replace(CUT, "cut", "cut");
         Drawing {
             title: title.to_owned(),
             size,
             body,
+            data: String::new(),
         }
+    }
+
+    /// With an attribute for who points at the drawing.
+    fn with_data(mut self, name: &str, value: &str) -> Drawing {
+        self.data += &format!(" data-{name}=\"{}\"", escaped(value));
+        self
     }
 
     /// The drawing as a part of a page that has the report's style sheet; `id` is its own in the page.
@@ -152,9 +205,9 @@ impl Drawing {
         let (width, height) = self.size;
         let title = escaped(&self.title);
         format!(
-            "<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-labelledby=\"{id}\" font-family=\"sans-serif\">\
+            "<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-labelledby=\"{id}\" font-family=\"sans-serif\"{}>\
              <title id=\"{id}\">{title}</title>{}</svg>",
-            self.body
+            self.data, self.body
         )
     }
 }

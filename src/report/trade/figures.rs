@@ -73,6 +73,15 @@ pub struct WearField {
     pub depth: Vec<f64>,
 }
 
+/// What a run says of its own worn volume: error bars relative to it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Bars {
+    /// From all sources together; none without wear.
+    pub volume: Option<f64>,
+    /// From what the fine contact dissipates beyond its contact elements; none without vibration.
+    pub closure: Option<f64>,
+}
+
 /// What a run cost, and what came out.
 #[derive(Debug, Clone, Default)]
 pub struct Measured {
@@ -84,6 +93,8 @@ pub struct Measured {
     pub iterations: u64,
     /// Figures of its last iteration; none for the field.
     pub values: Values,
+    /// Its own error bars.
+    pub bars: Bars,
     /// The worn depths of its last iteration, if it wore.
     pub field: Option<WearField>,
     /// Where it was computed.
@@ -117,6 +128,10 @@ pub fn measure(root: &Path) -> Result<Measured, StoreError> {
     measured.iterations = latest;
     let summary: Summary = reader.typed(latest)?;
     measured.values = FIGURES.map(|figure| (figure.of)(&summary));
+    measured.bars = Bars {
+        volume: summary.error_wear_volume,
+        closure: summary.error_closure,
+    };
     let grid = &reader.record().scene["joint"]["grid"];
     let cells = [&grid[0], &grid[1]].map(|n| n.as_u64().map(|n| n as usize));
     if let (true, [Some(nx), Some(ny)]) = (summary.wear_volume.is_some(), cells) {

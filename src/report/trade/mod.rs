@@ -16,7 +16,7 @@ use crate::store::{Machine, StoreError};
 use crate::tables::{Provenance, Table, TableBuilder, TableError, TableName, to_parquet};
 
 pub use chart::chart;
-pub use figures::{COUNT, FIELD, FIGURES, Figure, Values, WearField, deviation, field_error};
+pub use figures::{Bars, COUNT, FIELD, FIGURES, Figure, Values, WearField, deviation, field_error};
 pub use findings::{Buy, Convergence, Cost, Findings, Kept, Saving, Step, findings};
 pub use page::{html, markdown};
 
@@ -56,6 +56,8 @@ pub struct Row {
     pub values: Values,
     /// Their errors against the reference.
     pub errors: Values,
+    /// Its own error bars; none where it failed.
+    pub bars: Bars,
     /// The largest error among the promised figures; none where one of those of the reference has no error, which compares with
     /// nothing.
     pub worst: Option<f64>,
@@ -118,7 +120,7 @@ pub fn trade(
         let mut found = measure(&trial.root)?;
         if trial.failure.is_some() {
             // Where it broke off is no result of it.
-            (found.values, found.field) = (Values::default(), None);
+            (found.values, found.field, found.bars) = Default::default();
         } else if trial.variant.name == REFERENCE {
             reference = Some(found.clone());
         }
@@ -161,6 +163,7 @@ fn row(trial: Trial, found: Measured, reference: &Measured) -> Row {
         iterations: found.iterations,
         pareto: false,
         values: found.values,
+        bars: found.bars,
         field: found.field,
     }
 }
@@ -236,6 +239,13 @@ impl Trade {
         };
         let table = add(table, "", |row| &row.values);
         let table = add(table, "error_", |row| &row.errors);
+        let bars = |of: fn(&Bars) -> Option<f64>| {
+            let bars: Vec<Option<f64>> = self.rows.iter().map(|row| of(&row.bars)).collect();
+            bars.iter().any(Option::is_some).then_some(bars)
+        };
+        let table = table
+            .maybe("bar_wear_volume", bars(|bars| bars.volume))
+            .maybe("bar_closure", bars(|bars| bars.closure));
         Ok(table.build()?)
     }
 

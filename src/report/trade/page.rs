@@ -3,7 +3,7 @@
 use super::super::html::{NONE, escaped, table};
 use super::super::text;
 use super::findings::CONVERGED;
-use super::{Buy, Cost, FIGURES, Findings, Row, Trade};
+use super::{Bars, Buy, Cost, FIGURES, Findings, Row, Trade};
 use crate::scene::variants::KnobKind;
 
 /// What both forms show: a table, then lists under headings.
@@ -66,6 +66,15 @@ pub fn html(trade: &Trade, found: &Findings, left_out: &[(String, String)], svg:
     )
 }
 
+/// Title of an error bar, and where it stands.
+type Bar = (&'static str, fn(&Bars) -> Option<f64>);
+
+/// What a run says of itself, after its errors.
+const BARS: [Bar; 2] = [
+    ("its own bar of the volume", |bars| bars.volume),
+    ("of it by the contact elements", |bars| bars.closure),
+];
+
 /// `foreign` is how text stands that is not of this program.
 fn page(
     trade: &Trade,
@@ -76,6 +85,10 @@ fn page(
     let shown: Vec<usize> = (0..FIGURES.len()).filter(|k| trade.has(*k)).collect();
     let head = ["variant", "seconds", "FFT pairs", "iterations", "memory"].map(str::to_owned);
     let titles = shown.iter().map(|k| FIGURES[*k].title.to_owned());
+    let bars: Vec<&Bar> = (BARS.iter())
+        .filter(|(_, of)| trade.rows.iter().any(|row| of(&row.bars).is_some()))
+        .collect();
+    let titles = titles.chain(bars.iter().map(|(title, _)| (*title).to_owned()));
     let row = |row: &Row| {
         let cells = [
             called(row),
@@ -90,7 +103,10 @@ fn page(
                 _ => signed(error),
             })
         });
-        cells.into_iter().chain(errors).collect()
+        let own = bars
+            .iter()
+            .map(|(_, of)| of(&row.bars).map_or(NONE.to_owned(), percent));
+        cells.into_iter().chain(errors).chain(own).collect()
     };
     let mut lists = vec![("Promises of the presets", promises(found))];
     lists.push(("What buys most", buys(found)));

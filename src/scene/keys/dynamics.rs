@@ -2,7 +2,9 @@
 
 use super::Default::{Is, Required, Rule};
 use super::keys;
-use super::value::{ANY, Integer, Integers, List, POSITIVE, Quantity, RATIO, integer};
+use super::value::{
+    ANY, Integer, Integers, List, NOT_NEGATIVE, POSITIVE, Quantity, RATIO, integer,
+};
 use super::word::{Choice, Tables};
 use crate::scene::{DampingBasis, FrictionLaw};
 use crate::units::Dimension;
@@ -38,10 +40,12 @@ const DIRECTIONS: Choice<usize> = Choice(&[
 
 keys! {
     section "dynamics": "The forces on the structure, and what of its response is wanted.";
+    section "dynamics.base": "How the ground of an oscillator moves, beside the forces or in their place: amplitude cos(2 pi harmonic f t + phase). All displacements of the response are those of the mass relative to the ground, and so are those of the contact, whose other face is the ground.";
+    section "dynamics.rayleigh": "Damping by a matrix alpha M + beta K, beside dampers and damping_ratio. K is the stiffness of the structure that damping_basis names.";
     section "dynamics.response": "Whose displacement is the response; without it, that of the drive.";
 
     /// The force, amplitude cos(2 pi harmonic f t + phase), or a list of forces. The first of harmonic 1 is the drive.
-    FORCE: Tables = "dynamics.force", Required, Tables(r#"{ amplitude = "1000 N", at = "far_wall", direction = "x" }"#);
+    FORCE: Tables = "dynamics.force", Rule("must be given, unless there is a dynamics.base"), Tables(r#"{ amplitude = "1000 N", at = "far_wall", direction = "x" }"#);
     /// Half range of the force. That of harmonic 0 is constant, and may be negative.
     FORCE_AMPLITUDE: Quantity = "dynamics.force.amplitude", Required, Quantity(Dimension::FORCE, ANY, "1000 N");
     /// Where the force acts.
@@ -52,6 +56,18 @@ keys! {
     FORCE_PHASE: Quantity = "dynamics.force.phase", Is("0 deg"), Quantity(Dimension::ANGLE, ANY, "90 deg");
     /// How many times the force oscillates in a period; 0: it is constant.
     FORCE_HARMONIC: Integer = "dynamics.force.harmonic", Is("1"), integer(0, LARGEST_HARMONIC, "1");
+    /// Half range of the acceleration of the ground, the same at all frequencies.
+    BASE_ACCELERATION: Quantity = "dynamics.base.acceleration", Rule("must be given, or dynamics.base.displacement"),
+        Quantity(Dimension::ACCELERATION, POSITIVE, "5 m/s^2");
+    /// Half range of the displacement of the ground, the same at all frequencies.
+    BASE_DISPLACEMENT: Quantity = "dynamics.base.displacement", Rule("must be given, or dynamics.base.acceleration"),
+        Quantity(Dimension::LENGTH, POSITIVE, "1 um");
+    /// Along which axis the ground moves.
+    BASE_DIRECTION: Choice<usize> = "dynamics.base.direction", Is("x"), DIRECTIONS;
+    /// Lead of that motion.
+    BASE_PHASE: Quantity = "dynamics.base.phase", Is("0 deg"), Quantity(Dimension::ANGLE, ANY, "90 deg");
+    /// How many times the ground oscillates in a period.
+    BASE_HARMONIC: Integer = "dynamics.base.harmonic", Is("1"), integer(1, LARGEST_HARMONIC, "1");
     /// Where the displacement is read.
     RESPONSE_AT: Choice<&'static str> = "dynamics.response.at", Rule("that of the drive"), POINTS_OF_STRUCTURES;
     /// Along which axis the displacement is read.
@@ -59,10 +75,14 @@ keys! {
     /// Orders of the harmonics of the response [A eq. 2.2]. Without this key more are added until fidelity.harmonic_tolerance is met.
     HARMONICS: Integers = "dynamics.harmonics", Rule("[0, 1, 2, 3] and those of the forces"),
         Integers(MOST_HARMONICS, "a list of different integers of 0 to 1000, 0 and 1 among them, such as [0, 1, 2, 3]");
-    /// Elastic modes of the reduced structure, beside the static residual of all others [A §3]. Not of an oscillator.
+    /// Elastic modes of the reduced structure, beside the residual of all others, its inertia by pseudo-modes [A §3]. Not of an oscillator.
     MODES: Integer<usize> = "dynamics.modes", Is("30"), integer(1, MOST_MODES, "40");
     /// Damping ratio of every mode. The paper does not state its own.
-    DAMPING_RATIO: Quantity = "dynamics.damping_ratio", Rule("0.002, of an oscillator 0"), Quantity(Dimension::NONE, RATIO, "0.002");
+    DAMPING_RATIO: Quantity = "dynamics.damping_ratio", Rule("0.002; of an oscillator, and with dynamics.rayleigh, 0"), Quantity(Dimension::NONE, RATIO, "0.002");
+    /// The coefficient alpha of the mass matrix: a mode of frequency f gets the damping ratio alpha / (4 pi f) more. Motions of the whole structure are braked too.
+    RAYLEIGH_MASS: Quantity = "dynamics.rayleigh.mass", Is("0 1/s"), Quantity(Dimension::FREQUENCY, NOT_NEGATIVE, "5 1/s");
+    /// The coefficient beta of the stiffness matrix: a mode of frequency f gets the damping ratio pi f beta more.
+    RAYLEIGH_STIFFNESS: Quantity = "dynamics.rayleigh.stiffness", Is("0 s"), Quantity(Dimension::TIME, NOT_NEGATIVE, "1 us");
     /// Of which structure the damped modes are.
     DAMPING_BASIS: Choice<DampingBasis> = "dynamics.damping_basis", Is("stuck"), Choice(&[
         ("stuck", DampingBasis::Stuck, "with all springs of the unworn contact"),

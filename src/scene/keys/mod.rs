@@ -15,6 +15,7 @@ mod word;
 use std::fmt;
 
 use super::Preset;
+use super::error::SceneError;
 pub use value::{Even, Form, Given, Quantity, Value, as_toml, meant};
 pub use word::Choice;
 
@@ -36,11 +37,18 @@ pub type AnyKey = Key<dyn Formed>;
 /// Whatever has a form.
 pub trait Formed {
     fn told(&self) -> Form;
+
+    /// Refuses what is not of its type or out of its range.
+    fn check(&self, given: &Given<'_>) -> Result<(), SceneError>;
 }
 
 impl<V: Value> Formed for V {
     fn told(&self) -> Form {
         self.form()
+    }
+
+    fn check(&self, given: &Given<'_>) -> Result<(), SceneError> {
+        self.read(given).map(drop)
     }
 }
 
@@ -176,6 +184,20 @@ pub fn find(name: &str) -> Option<&'static AnyKey> {
     all().find(|key| key.name == name)
 }
 
+/// Keys that another form of their section has with a wider range, which people are not told of apart.
+const WIDER: [&AnyKey; 1] = [&contact::LOAD_AT_REST];
+
+/// Refuses what no key of this name can be.
+pub fn check(given: &Given<'_>) -> Result<(), SceneError> {
+    let declared = all().chain(WIDER).filter(|key| key.name == given.key);
+    let mut checks = declared.map(|key| key.value.check(given));
+    let first = checks.next().unwrap_or(Ok(()));
+    match first.is_err() && checks.any(|check| check.is_ok()) {
+        true => Ok(()),
+        false => first,
+    }
+}
+
 /// What a section says that is no key itself.
 pub fn about_section(name: &str) -> Option<&'static str> {
     let mut sections = DECLARED.iter().flat_map(|declared| declared.0);
@@ -239,6 +261,7 @@ pub const ALTERNATIVES: &[(&str, &[&[&str]])] = &[
     ("contact", &[&["normal_load"], &["approach"]]),
     ("motion", &[&["force"], &["amplitude"], &["history"]]),
     ("motion", &[&["rotation"], &["moment"], &["history"]]),
+    ("dynamics.base", &[&["acceleration"], &["displacement"]]),
     (
         "update",
         &[&["stiffness_change"], &["iterations"], &["wear_volume"]],

@@ -5,6 +5,7 @@
 
 mod files;
 mod numbers;
+mod plausible;
 mod rough;
 mod stability;
 mod vibration;
@@ -14,11 +15,13 @@ use serde_json::json;
 use super::Scene;
 use super::canonical::FOLLOWING_KEYS;
 use crate::recipe::{CycleError, Decision, Identity, Inputs, Joint, Reasons, Recipe, told};
+use crate::surface::SurfaceError;
 use crate::wear::Motion;
 use files::Files;
 use rough::{Contents, motion_of};
 
 pub use files::{HistoryProblem, InputError};
+pub use plausible::Check;
 pub use stability::explicit_step;
 
 /// A scene that is well written and cannot be run.
@@ -83,6 +86,30 @@ pub enum PlanError {
         /// The largest load of the cycle \[N\].
         load: f64,
     },
+    /// No wave of the surface fits the joint and its grid.
+    #[error("`{key}` = {} m: {source}", .lengths.iter().map(|length| format!("{length:e}")).collect::<Vec<String>>().join(" and "))]
+    Surface {
+        /// The key of the lengths.
+        key: &'static str,
+        /// The longest waves' lengths along x and y \[m\].
+        lengths: Vec<f64>,
+        /// What is wrong.
+        source: SurfaceError,
+    },
+    /// More load than any solid bears.
+    #[error(
+        "`contact.normal_load` = {load:.6e} N is a mean pressure of {pressure:.6e} Pa on the joint's {area:.6e} m², more than a thousand times the contact modulus {modulus:.6e} Pa: no solid bears that; lower the load, or see whether its unit is N or kN, that of `joint.size` mm or m, and that of `material.youngs_modulus` GPa or MPa"
+    )]
+    Overloaded {
+        /// The largest load of the cycle \[N\].
+        load: f64,
+        /// That over the area \[Pa\].
+        pressure: f64,
+        /// Nominal area of the joint \[m²\].
+        area: f64,
+        /// Contact modulus of the two bodies \[Pa\].
+        modulus: f64,
+    },
     /// Forces that friction cannot hold.
     #[error(
         "`motion.force` reaches {force:.6e} N under a normal load of {load:.6e} N, where friction carries less than {limit:.6e} N: the joint would slide away; make the force smaller, or give `motion.amplitude`"
@@ -112,6 +139,8 @@ pub struct Plan {
     pub inputs: Inputs,
     /// What was decided from the scene alone, and what will be decided by a stated rule.
     pub decisions: Vec<Decision>,
+    /// Figures that an engineer would look at, by rules of thumb.
+    pub checks: Vec<Check>,
     /// What the user should change or know before it runs.
     pub warnings: Vec<String>,
 }
@@ -126,12 +155,16 @@ impl Plan {
         let recipe = decide(scene, &files.motion, &files.contents)?;
         let warnings: Vec<String> = stability::warning(&recipe).into_iter().collect();
         let decisions = told(&recipe);
+        let checks = plausible::checks(&recipe, &files.motion, files.measured.as_deref());
+        let implausible = checks.iter().filter_map(|check| check.warning.clone());
+        let told_of = warnings.iter().cloned().chain(implausible).collect();
         Ok(Plan {
             inputs: Inputs {
                 identity: Identity {
                     scene: files.canonical,
                     following: FOLLOWING_KEYS,
                     scene_toml: scene.to_toml(),
+                    scene_written: None,
                     plan: json!({ "recipe": recipe, "warnings": warnings }),
                 },
                 motion: files.motion,
@@ -139,7 +172,8 @@ impl Plan {
                 recipe,
             },
             decisions,
-            warnings,
+            checks,
+            warnings: told_of,
         })
     }
 }

@@ -382,7 +382,9 @@ fn check(
             instead,
         });
     }
+    check_waves(rough)?;
     let loads = &motion.normal_load;
+    check_pressure(rough, patch, loads)?;
     let least = loads.iter().copied().fold(f64::INFINITY, f64::min);
     if least <= 0.0 && scene.motion.is_some() {
         return Err(CycleError::LiftsOff { load: least }.into());
@@ -404,6 +406,46 @@ fn check(
                 load,
             });
         }
+    }
+    Ok(())
+}
+
+/// A surface of which the grid shows no wave.
+fn check_waves(rough: &RoughJoint) -> Result<(), PlanError> {
+    let (key, lengths) = match rough.surface.correlation_length() {
+        Some(lengths) => ("surface.correlation_length", lengths.to_vec()),
+        None => {
+            let rolloff = rough.surface.rolloff_wavelength();
+            ("surface.rolloff_wavelength", rolloff.into_iter().collect())
+        }
+    };
+    let checked = rough.surface.check_on(&rough.grid);
+    checked.map_err(|source| PlanError::Surface {
+        key,
+        lengths,
+        source,
+    })
+}
+
+/// A mean pressure over the contact modulus that no contact solve has to come to an end with. Up to some ten they do, and a warning says
+/// that the unit is mistaken.
+const MOST_STRAIN: f64 = 1e3;
+
+/// Refuses a load beyond all solids.
+fn check_pressure(rough: &RoughJoint, patch: &Patch, loads: &[f64]) -> Result<(), PlanError> {
+    let largest = loads
+        .iter()
+        .copied()
+        .fold(rough.contact.normal_load, f64::max);
+    let area = patch.area();
+    let modulus = rough.material.pair().effective_modulus();
+    if largest / area > MOST_STRAIN * modulus {
+        return Err(PlanError::Overloaded {
+            load: largest,
+            pressure: largest / area,
+            area,
+            modulus,
+        });
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! `[contact]`: of a rough surface, or of given stiffness.
 
-use super::{Body, Result};
+use super::{All, Body, Result};
 use crate::scene::keys::{contact::*, fidelity::PRESET, lines};
 use crate::scene::reader::Reader;
 use crate::scene::{
@@ -70,13 +70,24 @@ pub(super) fn contact(reader: &Reader<'_>, body: Body) -> Result<Option<Contact>
 
 fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
     let vibrates = body != Body::Joint;
-    let friction_coefficient = reader.get(&FRICTION_COEFFICIENT)?;
-    if vibrates && friction_coefficient.is_none() {
-        return Err(reader.missing(&FRICTION_COEFFICIENT, ""));
-    }
-    let (normal_load, approach) = load_or_approach(reader, vibrates)?;
+    let friction_coefficient = match reader.get(&FRICTION_COEFFICIENT) {
+        Ok(None) if vibrates || reader.has("motion") => {
+            Err(reader.missing(&FRICTION_COEFFICIENT, ""))
+        }
+        read => read,
+    };
     let boundary = reader.value(&BOUNDARY)?;
-    let (stiffness, distribution) = element_law(reader, vibrates, boundary)?;
+    let (friction_coefficient, pressed, law, transverse, turned) = (
+        friction_coefficient,
+        load_or_approach(reader, vibrates),
+        element_law(reader, vibrates, boundary),
+        transverse(reader, vibrates),
+        rotation(reader, boundary),
+    )
+        .all()?;
+    let (normal_load, approach) = pressed;
+    let (stiffness, distribution) = law;
+    let (rotation, moment) = turned;
     let bolt_stiffness = reader.get(&BOLT_STIFFNESS)?;
     if bolt_stiffness.is_some() && !reader.has("wear") {
         return Err(reader.conflict(
@@ -84,7 +95,6 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
             "it makes the load fall as the joint wears, and there is no [wear]; leave it out",
         ));
     }
-    let (rotation, moment) = rotation(reader, boundary)?;
     Ok(Contact {
         friction_coefficient,
         normal_load,
@@ -95,7 +105,7 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
         bolt_stiffness,
         pressure_cap: reader.get(&PRESSURE_CAP)?,
         boundary,
-        transverse: transverse(reader, vibrates)?,
+        transverse,
         rotation,
         moment,
     })
@@ -202,11 +212,12 @@ fn given(reader: &Reader<'_>) -> Result<Contact> {
         "rough",
         "it is about the contact of a rough surface, and contact.kn and contact.kt are given instead; leave it out",
     )?;
-    let kn = reader
-        .get(&KN)?
-        .ok_or_else(|| reader.missing_line(&KN, "kn = \"1.2e4 N/um\""))?;
-    let kt = reader.required(&KT)?;
-    let gap = reader.value(&GAP)?;
+    let kn = match reader.get(&KN) {
+        Ok(None) => Err(reader.missing_line(&KN, "kn = \"1.2e4 N/um\"")),
+        Ok(Some(kn)) => Ok(kn),
+        Err(error) => Err(error),
+    };
+    let (kn, kt, gap) = (kn, reader.required(&KT), reader.value(&GAP)).all()?;
     let normal_load = match reader.get(&LOAD_AT_REST)? {
         Some(load) if load > 0.0 && gap > 0.0 => {
             return Err(reader.conflict(

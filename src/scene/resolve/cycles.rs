@@ -1,11 +1,7 @@
 //! `[motion]`, `[wear]` and `[update]`: what happens in a cycle, and over many of them.
 
-use super::{Body, Result, fidelity};
-use crate::scene::keys::{
-    contact::{FRICTION_COEFFICIENT, KN},
-    cycles::*,
-    fidelity::WEAR_TOLERANCE,
-};
+use super::{All, Body, Result, fidelity};
+use crate::scene::keys::{contact::KN, cycles::*, fidelity::WEAR_TOLERANCE};
 use crate::scene::reader::Reader;
 use crate::scene::{
     Boundary, Contact, Dynamics, Fidelity, Motion, Preset, Torsion, Transverse, Update, Wear,
@@ -17,9 +13,6 @@ const PAPER_DEPTH_STEP: f64 = 1e-7;
 pub(super) fn motion(reader: &Reader<'_>, contact: &Contact) -> Result<Option<Motion>> {
     if !reader.has("motion") {
         return Ok(None);
-    }
-    if contact.friction_coefficient.is_none() {
-        return Err(reader.missing(&FRICTION_COEFFICIENT, ""));
     }
     if let Some(path) = reader.get(&HISTORY)? {
         reader.refuse_form(
@@ -172,12 +165,11 @@ pub(super) fn wear(reader: &Reader<'_>, body: Body, fidelity: &Fidelity) -> Resu
             "wear.tolerance says the same; give one of them",
         ));
     }
-    let coefficient = reader.required(&COEFFICIENT)?;
-    let cycles = reader.get(&CYCLES)?;
-    let volume = reader.get(&VOLUME)?;
-    if cycles.is_none() && volume.is_none() {
-        return Err(reader.missing(&CYCLES, "   (or volume = \"1 mm^3\")"));
-    }
+    let end = match (reader.get(&CYCLES), reader.get(&VOLUME)).all() {
+        Ok((None, None)) => Err(reader.missing(&CYCLES, "   (or volume = \"1 mm^3\")")),
+        read => read,
+    };
+    let (coefficient, (cycles, volume)) = (reader.required(&COEFFICIENT), end).all()?;
     let is_paper = fidelity.preset == Preset::Paper;
     let scheme = reader.value_or(&SCHEME, None, fidelity.preset)?;
     let depth_step = match (reader.get(&DEPTH_STEP)?, scheme) {

@@ -6,7 +6,7 @@ use super::Result;
 use crate::scene::document::Node;
 use crate::scene::keys::dynamics::*;
 use crate::scene::reader::Reader;
-use crate::scene::{Contact, Dynamics, Force, Port, Structure};
+use crate::scene::{Base, BaseMotion, Contact, Dynamics, Force, Port, Rayleigh, Structure};
 
 /// Directions of motion of an oscillator, all of which it keeps.
 const OSCILLATOR_MODES: usize = 3;
@@ -22,6 +22,11 @@ const FROM_STUCK: f64 = 0.3;
 /// See [`FROM_FREE`].
 const TO_STUCK: f64 = 1.5;
 
+/// The section on the motion of the ground.
+const BASE: &str = "dynamics.base";
+/// The section on damping by mass and stiffness.
+const RAYLEIGH: &str = "dynamics.rayleigh";
+
 /// Points of a structure at which forces act and displacements are read, the usual one first.
 fn points(structure: &Structure) -> &'static [&'static str] {
     structure.points()
@@ -33,21 +38,35 @@ pub(super) fn dynamics(
     contact: Option<&Contact>,
 ) -> Result<Dynamics> {
     let is_oscillator = structure.resonator().is_none();
-    let forces = forces(reader, structure)?;
-    let Some(drive) = forces.iter().find(|force| force.harmonic == 1) else {
-        return Err(reader.conflict(
-            &FORCE,
-            "no force of harmonic 1 drives the structure; give one",
-        ));
+    let base = base(reader, structure)?;
+    let forces = match reader.has(&FORCE) || base.is_none() {
+        true => forces(reader, structure)?,
+        false => Vec::new(),
+    };
+    let drive = match forces.iter().find(|force| force.harmonic == 1) {
+        Some(force) => force.port.clone(),
+        None => match base.filter(|base| base.harmonic == 1) {
+            Some(base) => Port {
+                at: points(structure)[0].to_owned(),
+                axis: base.axis,
+            },
+            None => {
+                let key = if forces.is_empty() { BASE } else { FORCE.name };
+                return Err(
+                    reader.conflict(key, "no force of harmonic 1 drives the structure; give one")
+                );
+            }
+        },
     };
     let response = Port {
         at: match reader.among(&RESPONSE_AT, points(structure))? {
             Some(at) => at.to_owned(),
-            None => drive.port.at.clone(),
+            None => drive.at.clone(),
         },
-        axis: reader.get(&RESPONSE_DIRECTION)?.unwrap_or(drive.port.axis),
+        axis: reader.get(&RESPONSE_DIRECTION)?.unwrap_or(drive.axis),
     };
-    let harmonics = harmonics(reader, &forces)?;
+    let harmonics = harmonics(reader, &forces, base)?;
+    let rayleigh = rayleigh(reader)?;
     if is_oscillator && reader.has(&MODES) {
         return Err(reader.conflict(
             &MODES,
@@ -62,17 +81,68 @@ pub(super) fn dynamics(
         } else {
             reader.value(&MODES)?
         },
-        damping_ratio: reader.get(&DAMPING_RATIO)?.unwrap_or(if is_oscillator {
-            0.0
-        } else {
-            STEEL_DAMPING
-        }),
+        damping_ratio: reader.get(&DAMPING_RATIO)?.unwrap_or(
+            if is_oscillator || rayleigh.is_some() {
+                0.0
+            } else {
+                STEEL_DAMPING
+            },
+        ),
+        rayleigh,
         damping_basis: reader.value(&DAMPING_BASIS)?,
         friction_law: reader.value(&FRICTION_LAW)?,
-        frequency: frequency(reader, structure, contact, drive.port.axis)?,
+        frequency: frequency(reader, structure, contact, drive.axis)?,
         points: reader.get(&POINTS)?,
         forces,
+        base,
     })
+}
+
+/// Damping by mass and stiffness, where the scene has any.
+fn rayleigh(reader: &Reader<'_>) -> Result<Option<Rayleigh>> {
+    if !reader.has(RAYLEIGH) {
+        return Ok(None);
+    }
+    let rayleigh = Rayleigh {
+        mass: reader.value(&RAYLEIGH_MASS)?,
+        stiffness: reader.value(&RAYLEIGH_STIFFNESS)?,
+    };
+    Ok((rayleigh != Rayleigh::default()).then_some(rayleigh))
+}
+
+/// The motion of the ground, where the scene has one.
+fn base(reader: &Reader<'_>, structure: &Structure) -> Result<Option<Base>> {
+    if !reader.has(BASE) {
+        return Ok(None);
+    }
+    if structure.resonator().is_some() {
+        return Err(reader.conflict(
+            BASE,
+            "a resonator hangs free: it has no ground that could move; drive it with dynamics.force",
+        ));
+    }
+    let motion = match (
+        reader.get(&BASE_ACCELERATION)?,
+        reader.get(&BASE_DISPLACEMENT)?,
+    ) {
+        (Some(acceleration), None) => BaseMotion::Acceleration(acceleration),
+        (None, Some(displacement)) => BaseMotion::Displacement(displacement),
+        (Some(_), Some(_)) => {
+            return Err(reader.conflict(
+                &BASE_DISPLACEMENT,
+                "the ground has an acceleration already; give one or the other",
+            ));
+        }
+        (None, None) => {
+            return Err(reader.missing(&BASE_ACCELERATION, "   (or displacement)"));
+        }
+    };
+    Ok(Some(Base {
+        motion,
+        axis: reader.value(&BASE_DIRECTION)?,
+        phase: reader.value(&BASE_PHASE)?,
+        harmonic: reader.value(&BASE_HARMONIC)? as u32,
+    }))
 }
 
 /// One force, or a list of them.
@@ -134,11 +204,12 @@ fn force(reader: &Reader<'_>, structure: &Structure) -> Result<Force> {
 }
 
 /// In ascending order.
-fn harmonics(reader: &Reader<'_>, forces: &[Force]) -> Result<Vec<u32>> {
+fn harmonics(reader: &Reader<'_>, forces: &[Force], base: Option<Base>) -> Result<Vec<u32>> {
     let expected = HARMONICS.value.1;
     let mut orders = match reader.get(&HARMONICS)? {
         None => {
             let driven = forces.iter().map(|force| force.harmonic);
+            let driven = driven.chain(base.map(|base| base.harmonic));
             let mut orders: Vec<u32> = FIRST_HARMONICS.into_iter().chain(driven).collect();
             orders.sort_unstable();
             orders.dedup();
@@ -165,6 +236,12 @@ fn harmonics(reader: &Reader<'_>, forces: &[Force]) -> Result<Vec<u32>> {
                 "harmonic {} is not in dynamics.harmonics = {orders:?}; add it there",
                 force.harmonic
             ),
+        ));
+    }
+    if base.is_some_and(|base| !orders.contains(&base.harmonic)) {
+        return Err(reader.conflict(
+            &BASE_HARMONIC,
+            format!("it is not in dynamics.harmonics = {orders:?}; add it there"),
         ));
     }
     Ok(orders)

@@ -55,6 +55,7 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
             Some(error) => samples_for(error),
             None => reader.default(&AFT_SAMPLES, preset)?,
         },
+        aft_events: None,
         harmonic_tolerance: None,
     })
 }
@@ -121,21 +122,25 @@ fn with_samples(
     let Some(dynamics) = dynamics else {
         return if reader.has(&AFT_SAMPLES) {
             Err(reader.conflict(&AFT_SAMPLES, WITHOUT_DYNAMICS))
+        } else if reader.has(&AFT_EVENTS) {
+            Err(reader.conflict(&AFT_EVENTS, WITHOUT_DYNAMICS))
         } else {
             Ok(fidelity)
         };
     };
     let highest = dynamics.harmonics.last().map_or(0, |order| *order as usize);
     let reason = format!(": more than twice the highest harmonic, {highest}");
-    let times = match structure {
-        Some(structure) if structure.resonator().is_none() => OSCILLATOR_SAMPLES,
-        _ => 1,
-    };
+    let is_oscillator = structure.is_some_and(|structure| structure.resonator().is_none());
+    let times = if is_oscillator { OSCILLATOR_SAMPLES } else { 1 };
+    // What is usual stays out of the scene: older ones do not have it.
+    let aft_events = reader.get(&AFT_EVENTS)?;
+    let aft_events = aft_events.filter(|events| *events != is_oscillator);
     let aft_samples = reader
         .even_from(&AFT_SAMPLES, 2 * highest as u64 + 2, &reason)?
         .unwrap_or((times * fidelity.aft_samples).max(4 * highest + 2));
     Ok(Fidelity {
         aft_samples,
+        aft_events,
         ..fidelity
     })
 }

@@ -1,6 +1,6 @@
 //! `[joint]` and `[material]`
 
-use super::{Body, Result};
+use super::{All, Body, Result};
 use crate::material::Elastic;
 use crate::scene::keys::{Key, Quantity, contact, joint::*, lines};
 use crate::scene::reader::Reader;
@@ -21,11 +21,11 @@ pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
     if !reader.has("joint") {
         return Err(reader.missing_section("joint", "the size of the joint", &example));
     }
-    let size = reader.required(&SIZE)?;
-    let grid = reader.get(&GRID)?;
-    if grid.is_none() && (body == Body::Joint || reader.has("surface")) {
-        return Err(reader.missing(&GRID, ""));
-    }
+    let grid = match reader.get(&GRID) {
+        Ok(None) if body == Body::Joint || reader.has("surface") => Err(reader.missing(&GRID, "")),
+        read => read,
+    };
+    let (size, grid) = (reader.required(&SIZE), grid).all()?;
     let mut elements = reader.get(&ELEMENTS)?;
     if body == Body::Resonator {
         elements = Some(resonator_elements(reader, elements, grid)?);
@@ -128,21 +128,25 @@ pub(super) fn material(reader: &Reader<'_>, body: Body) -> Result<Option<Bodies>
         Ok(reader.get(own)?.or(common))
     };
     let solid = |[modulus, ratio, density]: [&Key<Quantity>; 3]| -> Result<Solid> {
+        let needed = |own, common| either(own, common)?.ok_or_else(|| reader.missing(common, ""));
+        let constants = (
+            needed(modulus, &YOUNGS_MODULUS),
+            needed(ratio, &POISSON_RATIO),
+        )
+            .all()?;
         let elastic = Elastic {
-            youngs_modulus: either(modulus, &YOUNGS_MODULUS)?
-                .ok_or_else(|| reader.missing(&YOUNGS_MODULUS, ""))?,
-            poisson_ratio: either(ratio, &POISSON_RATIO)?
-                .ok_or_else(|| reader.missing(&POISSON_RATIO, ""))?,
+            youngs_modulus: constants.0,
+            poisson_ratio: constants.1,
         };
         Ok(Solid {
             elastic,
             density: either(density, &DENSITY)?,
         })
     };
-    Ok(Some(Bodies {
-        lower: solid([&LOWER_YOUNGS_MODULUS, &LOWER_POISSON_RATIO, &LOWER_DENSITY])?,
-        upper: solid([&UPPER_YOUNGS_MODULUS, &UPPER_POISSON_RATIO, &UPPER_DENSITY])?,
-    }))
+    let lower = solid([&LOWER_YOUNGS_MODULUS, &LOWER_POISSON_RATIO, &LOWER_DENSITY]);
+    let upper = solid([&UPPER_YOUNGS_MODULUS, &UPPER_POISSON_RATIO, &UPPER_DENSITY]);
+    let (lower, upper) = (lower, upper).all()?;
+    Ok(Some(Bodies { lower, upper }))
 }
 
 /// What needs the cells of the joint: there are some, and they can carry the load.

@@ -9,8 +9,11 @@ mod output;
 mod structure;
 mod surface;
 
-use super::document::Node;
+use std::collections::BTreeMap;
+
+use super::document::{Content, Node};
 use super::error::SceneError;
+use super::faults::{All, Faults};
 use super::keys::{
     dynamics::{FORCE, FREQUENCY},
     joint::TITLE,
@@ -38,48 +41,79 @@ pub(super) fn scene(tree: &Node, name: String) -> Result<Scene> {
     // Before the keys: those of a kind that is not there yet are unknown.
     let only = "only \"resonator\" and \"oscillator\" are";
     reader.refuse_words(&KIND, &["matrices", "mesh", "reduced"], only)?;
-    reader.check_keys()?;
-    let body = body(&reader)?;
-    let joint = joint::joint(&reader, body)?;
-    let contact = contact::contact(&reader, body)?;
-    let fidelity = fidelity::fidelity(&reader)?;
-    let material = joint::material(&reader, body)?;
-    let surface = surface(&reader, body, joint.as_ref())?;
+    let mut faults = Faults::default();
+    let scene = sections(&reader, name, &mut faults);
+    // Of a key its section knows more than its type does, and is heard first.
+    faults.keep(reader.check_keys());
+    faults.end_sorted()?;
+    match scene {
+        Some(scene) => Ok(scene),
+        None => unreachable!("what has no value has a fault"),
+    }
+}
+
+/// The sections, each as far as those that it needs are sound: what follows from a fault is not judged.
+fn sections(reader: &Reader<'_>, name: String, faults: &mut Faults) -> Option<Scene> {
+    let title = faults.keep(reader.get(&TITLE));
+    let body = faults.keep(body(reader))?;
+    let joint = faults.keep(joint::joint(reader, body));
+    let contact = faults.keep(contact::contact(reader, body));
+    let fidelity = faults.keep(fidelity::fidelity(reader));
+    let material = faults.keep(joint::material(reader, body));
+    let surface = faults.keep(surface(reader, body, joint.as_ref()));
     let motion = match &contact {
-        Some(contact) => cycles::motion(&reader, contact)?,
+        Some(Some(contact)) => faults.keep(cycles::motion(reader, contact)),
+        Some(None) => Some(None),
         None => None,
     };
-    let wear = cycles::wear(&reader, body, &fidelity)?;
-    let structure =
-        structure::structure(&reader, body, joint.as_ref(), material, contact.is_some())?;
+    // Where that is wrong, wear is judged beside what it is by default.
+    let nothing = Node {
+        place: reader.root.place.clone(),
+        content: Content::Section(BTreeMap::new()),
+    };
+    let beside = match &fidelity {
+        Some(fidelity) => Some(fidelity.clone()),
+        None => fidelity::fidelity(&Reader::new(&nothing)).ok(),
+    };
+    let wear = beside.and_then(|beside| faults.keep(cycles::wear(reader, body, &beside)));
+    let (joint, contact, material) = (joint?, contact?, material?);
+    let structure = structure::structure(reader, body, joint.as_ref(), material, contact.is_some());
+    let structure = faults.keep(structure)?;
     let dynamics = match &structure {
-        Some(structure) => Some(dynamics::dynamics(&reader, structure, contact.as_ref())?),
+        Some(structure) => {
+            let dynamics = dynamics::dynamics(reader, structure, contact.as_ref());
+            Some(faults.keep(dynamics)?)
+        }
         None => None,
     };
+    let wear = wear?;
+    let update = faults.keep(cycles::update(reader, wear.as_ref(), dynamics.as_ref()));
+    let output = faults.keep(output::output(reader, wear.as_ref(), dynamics.as_ref()));
+    let fidelity = faults.keep(fidelity::with_vibration(
+        reader,
+        fidelity?,
+        structure.as_ref(),
+        dynamics.as_ref(),
+        contact.is_some(),
+    ));
     let scene = Scene {
-        title: reader.get(&TITLE)?,
+        title: title?,
         name,
-        update: cycles::update(&reader, wear.as_ref(), dynamics.as_ref())?,
-        output: output::output(&reader, wear.as_ref(), dynamics.as_ref())?,
-        fidelity: fidelity::with_vibration(
-            &reader,
-            fidelity,
-            structure.as_ref(),
-            dynamics.as_ref(),
-            contact.is_some(),
-        )?,
+        update: update?,
+        output: output?,
+        fidelity: fidelity?,
         joint,
         material,
-        surface,
+        surface: surface?,
         contact,
         structure,
         dynamics,
-        motion,
+        motion: motion?,
         wear,
-        document: tree.to_table(),
+        document: reader.root.to_table(),
     };
-    joint::check_patch(&reader, &scene)?;
-    Ok(scene)
+    faults.keep(joint::check_patch(reader, &scene))?;
+    Some(scene)
 }
 
 fn body(reader: &Reader<'_>) -> Result<Body> {
@@ -110,12 +144,16 @@ fn body(reader: &Reader<'_>) -> Result<Body> {
 fn surface(
     reader: &Reader<'_>,
     body: Body,
-    joint: Option<&super::Joint>,
+    joint: Option<&Option<super::Joint>>,
 ) -> Result<Option<Surface>> {
-    match joint {
-        Some(joint) if body == Body::Joint || reader.has("surface") => {
-            surface::surface(reader, joint).map(Some)
-        }
-        _ => Ok(None),
+    // Of a joint that is wrong the surface is read all the same.
+    let longer = match joint {
+        Some(None) => return Ok(None),
+        Some(Some(joint)) => joint.size[0].max(joint.size[1]),
+        None => f64::INFINITY,
+    };
+    if body == Body::Joint || reader.has("surface") {
+        return surface::surface(reader, longer).map(Some);
     }
+    Ok(None)
 }

@@ -1,6 +1,6 @@
 //! `[structure]`
 
-use super::{Body, Result};
+use super::{All, Body, Result};
 use crate::material::Material;
 use crate::scene::error::SceneError;
 use crate::scene::keys::{self, joint::DENSITY, structure::*};
@@ -30,11 +30,9 @@ pub(super) fn structure(
 }
 
 fn oscillator(reader: &Reader<'_>) -> Result<Structure> {
-    Ok(Structure::oscillator(
-        reader.required(&MASS)?,
-        reader.value(&DAMPING)?,
-        reader.required(&STIFFNESS)?,
-    ))
+    let (mass, damping) = (reader.required(&MASS), reader.value(&DAMPING));
+    let (mass, damping, stiffness) = (mass, damping, reader.required(&STIFFNESS)).all()?;
+    Ok(Structure::oscillator(mass, damping, stiffness))
 }
 
 fn resonator(reader: &Reader<'_>, joint: &Joint, bodies: Bodies, tied: bool) -> Result<Resonator> {

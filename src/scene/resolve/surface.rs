@@ -1,17 +1,18 @@
 //! `[surface]`
 
-use super::Result;
+use super::{All, Result};
 use crate::recipe::HeightsFile;
+use crate::scene::Surface;
 use crate::scene::keys::{lines, surface::*};
 use crate::scene::reader::Reader;
-use crate::scene::{Joint, Surface};
 
 /// What a surface might begin with.
 pub(super) fn first_lines() -> String {
     lines(&[&KIND, &RQ, &CORRELATION_LENGTH])
 }
 
-pub(super) fn surface(reader: &Reader<'_>, joint: &Joint) -> Result<Surface> {
+/// The surface of a joint whose longer side has this length \[m\].
+pub(super) fn surface(reader: &Reader<'_>, longer: f64) -> Result<Surface> {
     if !reader.has("surface") {
         return Err(reader.missing_section(
             "surface",
@@ -20,18 +21,23 @@ pub(super) fn surface(reader: &Reader<'_>, joint: &Joint) -> Result<Surface> {
         ));
     }
     Ok(match reader.kind(&KIND)? {
-        "gaussian" => Surface::Gaussian {
-            rq: reader.required(&RQ)?,
-            correlation_length: reader.required(&CORRELATION_LENGTH)?,
-            seed: reader.value(&SEED)?,
-        },
-        "exponential" => Surface::Exponential {
-            rq: reader.required(&RQ)?,
-            correlation_length: reader.required(&CORRELATION_LENGTH)?,
-            seed: reader.value(&SEED)?,
-        },
+        "gaussian" => {
+            let (rq, correlation_length, seed) = correlated(reader)?;
+            Surface::Gaussian {
+                rq,
+                correlation_length,
+                seed,
+            }
+        }
+        "exponential" => {
+            let (rq, correlation_length, seed) = correlated(reader)?;
+            Surface::Exponential {
+                rq,
+                correlation_length,
+                seed,
+            }
+        }
         "self_affine" => {
-            let longer = joint.size[0].max(joint.size[1]);
             let rolloff_wavelength = reader.get(&ROLLOFF_WAVELENGTH)?.unwrap_or(longer);
             let cutoff_wavelength = reader.get(&CUTOFF_WAVELENGTH)?;
             if cutoff_wavelength.is_some_and(|cutoff| cutoff >= rolloff_wavelength) {
@@ -43,9 +49,10 @@ pub(super) fn surface(reader: &Reader<'_>, joint: &Joint) -> Result<Surface> {
                     ),
                 ));
             }
+            let (rq, hurst) = (reader.required(&RQ), reader.required(&HURST_EXPONENT)).all()?;
             Surface::SelfAffine {
-                rq: reader.required(&RQ)?,
-                hurst: reader.required(&HURST_EXPONENT)?,
+                rq,
+                hurst,
                 rolloff_wavelength,
                 cutoff_wavelength,
                 seed: reader.value(&SEED)?,
@@ -63,4 +70,11 @@ pub(super) fn surface(reader: &Reader<'_>, joint: &Joint) -> Result<Surface> {
         }),
         _ => Surface::Flat,
     })
+}
+
+/// What surfaces with a correlation length have.
+fn correlated(reader: &Reader<'_>) -> Result<(f64, [f64; 2], u64)> {
+    let rq = reader.required(&RQ);
+    let correlation_length = reader.required(&CORRELATION_LENGTH);
+    (rq, correlation_length, reader.value(&SEED)).all()
 }

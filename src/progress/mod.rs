@@ -1,17 +1,24 @@
 //! What a person sees of a run: a bar of cycles in a terminal, one line an iteration elsewhere. All on stderr.
 
+mod pace;
+mod stopping;
+
 use std::cell::RefCell;
-use std::collections::VecDeque;
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use fretwear::gauge::Gauge;
 use fretwear::recipe::Recipe;
 use fretwear::report::visible;
 use fretwear::stages::{Observer, Progress, Stage};
 use fretwear::store::Opening;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
-use crate::terminal::{is_watched, say};
+use crate::terminal::{is_watched, log_into, note, say};
+use pace::Pace;
+pub use stopping::Stopping;
 
 /// Redraws of the bar between iterations, so that a long stage is seen to be alive.
 const TICK: Duration = Duration::from_millis(200);
@@ -23,32 +30,33 @@ pub struct Watcher {
     bar: Option<ProgressBar>,
     cycles: Option<u64>,
     volume: Option<f64>,
-    /// The last iterations: when each was committed, and what was behind it.
-    recent: RefCell<VecDeque<Mark>>,
+    pace: RefCell<Pace>,
+    gauge: Gauge,
+    /// When the stage that is computed began.
+    since: Arc<Mutex<Instant>>,
+    /// When the run will be done, and what it does a second, in words.
+    end: Arc<Mutex<Option<(Instant, String)>>>,
+    stopping: Option<Stopping>,
 }
-
-/// Where a run was at a time.
-#[derive(Debug, Clone, Copy)]
-struct Mark {
-    time: Instant,
-    part: f64,
-    cycles: u64,
-}
-
-/// Iterations whose pace is that of late.
-const OF_LATE: usize = 3;
 
 impl Watcher {
     pub fn new(recipe: &Recipe, root: &Path, quiet: bool) -> Self {
         let wear = recipe.wear.as_ref();
         let (cycles, volume) = (wear.and_then(|w| w.cycles), wear.and_then(|w| w.volume));
+        let (gauge, since) = (Gauge::default(), Arc::new(Mutex::new(Instant::now())));
+        let end = Arc::new(Mutex::new(None));
         let bar = (!quiet && is_watched()).then(|| {
             let bar = ProgressBar::new(1000);
-            // What is cut where the terminal is narrow is the end of a line, never the stage.
-            let template = "{spinner} {wide_msg}\n  [{elapsed_precise}] [{bar:32}] {prefix}";
+            // Three short lines, which are whole on 80 columns.
+            let template =
+                "{spinner} {wide_msg}\n  [{bar:24}] {elapsed_precise}{left}\n  {prefix}{within}";
+            let within = within(gauge.clone(), since.clone());
+            let left = left(end.clone());
             bar.set_style(
                 ProgressStyle::with_template(template)
                     .expect("the template is a constant")
+                    .with_key("within", within)
+                    .with_key("left", left)
                     .progress_chars("=> "),
             );
             bar.enable_steady_tick(TICK);
@@ -60,7 +68,20 @@ impl Watcher {
             bar,
             cycles,
             volume,
-            recent: RefCell::default(),
+            pace: RefCell::default(),
+            gauge,
+            since,
+            end,
+            stopping: None,
+        }
+    }
+
+    /// The run may be ended by `stopping`, which then says how to go on.
+    pub fn stopped_by(self, stopping: &Stopping, continuation: &str) -> Self {
+        stopping.opens(continuation, self.bar.clone());
+        Watcher {
+            stopping: Some(stopping.clone()),
+            ..self
         }
     }
 
@@ -72,7 +93,7 @@ impl Watcher {
 
     fn say(&self, text: &str) {
         match &self.bar {
-            _ if self.quiet => (),
+            _ if self.quiet => note(text),
             Some(bar) => bar.suspend(|| say(text)),
             None => say(text),
         }
@@ -87,10 +108,11 @@ impl Watcher {
         cycles.max(volume).min(1.0)
     }
 
-    fn line(&self, progress: &Progress) -> String {
+    /// Where the run is, and how long it will take: in one line, or beside the bar.
+    fn line(&self, progress: &Progress) -> (String, String) {
         let mut line = format!("iteration {}", progress.wear_iteration);
         if self.cycles.is_none() && self.volume.is_none() {
-            return line;
+            return (line, String::new());
         }
         let of = self
             .cycles
@@ -103,33 +125,63 @@ impl Watcher {
         if progress.error > 0.0 {
             line += &format!(" ±{:.2} %", progress.error * 100.0);
         }
-        let now = Mark {
-            time: Instant::now(),
-            part: self.part(progress),
-            cycles: progress.cycles,
+        let part = self.part(progress);
+        let mut pace = self.pace.borrow_mut();
+        pace.committed(part, progress.cycles);
+        let mut end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
+        *end = None;
+        let mut left_of = String::new();
+        if let (Some((cycles, left)), true) = (pace.left(), part < 1.0) {
+            let pace = format!(", {} cycles/s", grouped(cycles as u64));
+            left_of = format!("{pace}, {} left", duration(left));
+            let left = Duration::try_from_secs_f64(left).ok();
+            *end = left.map(|left| (Instant::now() + left, pace));
+        }
+        (line, left_of)
+    }
+}
+
+/// A stage that takes no time is not told of.
+const SHORT: Duration = Duration::from_secs(1);
+
+/// How far a stage is: what its solvers have done, and its seconds.
+fn within(
+    gauge: Gauge,
+    since: Arc<Mutex<Instant>>,
+) -> impl Fn(&ProgressState, &mut dyn Write) + Clone + Send + Sync {
+    move |_, to| {
+        let elapsed = since
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .elapsed();
+        let words = gauge.words();
+        let comma = if words.is_empty() { "" } else { ", " };
+        if elapsed >= SHORT {
+            let seconds = duration(elapsed.as_secs_f64());
+            let _ = write!(to, ": {words}{comma}{seconds}");
+        }
+    }
+}
+
+/// Time to go, counted down between iterations; nothing once it is over, since it was too short then.
+fn left(
+    end: Arc<Mutex<Option<(Instant, String)>>>,
+) -> impl Fn(&ProgressState, &mut dyn Write) + Clone + Send + Sync {
+    move |_, to| {
+        let end = end.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some((end, pace)) = end.as_ref() else {
+            return;
         };
-        let mut recent = self.recent.borrow_mut();
-        recent.push_back(now);
-        if recent.len() > OF_LATE + 1 {
-            recent.pop_front();
+        let left = end.saturating_duration_since(Instant::now());
+        if !left.is_zero() {
+            let _ = write!(to, ", {} left{pace}", duration(left.as_secs_f64()));
         }
-        let first = recent[0];
-        if first.part < now.part && now.part < 1.0 {
-            let seconds = (now.time - first.time).as_secs_f64();
-            let left = seconds * (1.0 - now.part) / (now.part - first.part);
-            let rate = (now.cycles - first.cycles) as f64 / seconds;
-            line += &format!(
-                ", {} cycles/s, {} left",
-                grouped(rate as u64),
-                duration(left)
-            );
-        }
-        line
     }
 }
 
 impl Observer for Watcher {
     fn opened(&self, opening: &Opening) {
+        log_into(&self.root);
         for notice in opening.notices() {
             self.say(&format!("note: {notice}"));
         }
@@ -157,18 +209,30 @@ impl Observer for Watcher {
     }
 
     fn stage(&self, stage: Stage, wear_iteration: u64) {
+        self.pace.borrow_mut().enters(stage);
+        let at = format!("{stage} of iteration {wear_iteration}");
+        if let Some(stopping) = &self.stopping {
+            stopping.enters(at.clone());
+        }
+        note(&at);
+        *self.since.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
         if let Some(bar) = &self.bar {
-            bar.set_prefix(format!("{stage} of iteration {wear_iteration}"));
+            bar.set_prefix(at);
         }
     }
 
+    fn gauge(&self) -> Gauge {
+        self.gauge.clone()
+    }
+
     fn committed(&self, progress: &Progress) {
-        let line = self.line(progress);
+        let (line, left) = self.line(progress);
         if let Some(bar) = &self.bar {
             bar.set_position((1000.0 * self.part(progress)) as u64);
             bar.set_message(visible(&line));
-        } else if !self.quiet {
-            say(&line);
+            note(&(line + &left));
+        } else {
+            self.say(&(line + &left));
         }
     }
 }

@@ -1,0 +1,213 @@
+//! `fretwear new` and `fretwear ls`: where a scene of one's own begins, and what runs there are.
+
+use std::fs::{self, OpenOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use fretwear::report::{percent, word};
+use fretwear::scene;
+use fretwear::stages::RunStatus;
+use fretwear::store::{RealFileSystem, RunReader};
+use fretwear::tables::typed::Summary;
+use serde_json::json;
+
+use super::status::state;
+use super::{CliError, Exit, edit};
+use crate::progress::{grouped, significant};
+use crate::terminal::{Results, is_asking, say};
+
+/// A scene to begin from: its name, what it is, and its text with all comments.
+struct Example {
+    name: &'static str,
+    about: &'static str,
+    text: &'static str,
+}
+
+macro_rules! example {
+    ($name:literal, $about:literal) => {
+        Example {
+            name: $name,
+            about: $about,
+            text: include_str!(concat!("../../pipelines/", $name, ".toml")),
+        }
+    };
+}
+
+/// Scenes that need no file beside them, the quickest first.
+const EXAMPLES: [Example; 6] = [
+    example!(
+        "static_contact",
+        "pressure, area and stiffness of a rough joint; seconds"
+    ),
+    example!(
+        "prescribed_fretting",
+        "wear of a rough joint under a given motion; seconds"
+    ),
+    example!(
+        "hertz_fretting",
+        "a sphere in partial slip, with closed forms beside it; seconds"
+    ),
+    example!(
+        "oscillator",
+        "one mass on one contact element, no wear; seconds"
+    ),
+    example!(
+        "resonator_springs",
+        "the bolted resonator with given contact stiffness, no wear; a minute"
+    ),
+    example!(
+        "lap_joint",
+        "vibration and wear of the bolted resonator, coupled; minutes"
+    ),
+];
+
+/// What one begins from who does not say.
+const FIRST: &str = "prescribed_fretting";
+
+/// Writes a commented scene that runs, with what is asked for in place of its own values. Nothing is written where one of them is wrong.
+pub fn new(
+    path: &Path,
+    like: Option<&str>,
+    sets: &[String],
+    out: &mut Results,
+) -> Result<Exit, CliError> {
+    let is_asked = like.is_none() && sets.is_empty() && is_asking();
+    let like = like.unwrap_or(FIRST);
+    let Some(example) = EXAMPLES.iter().find(|example| example.name == like) else {
+        let known: Vec<&str> = EXAMPLES.iter().map(|example| example.name).collect();
+        return Err(CliError::UnknownExample {
+            like: like.to_owned(),
+            known: known.join(", "),
+        });
+    };
+    let path = match path.extension() {
+        Some(_) => path.to_owned(),
+        None => path.with_extension("toml"),
+    };
+    let mut sets = sets.to_vec();
+    if is_asked {
+        sets = edit::asked(example.text);
+    }
+    let text = changed(example, &path, &sets)?;
+    let failed = |source| CliError::NewScene {
+        path: path.clone(),
+        source,
+    };
+    if let Some(folder) = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+    {
+        fs::create_dir_all(folder).map_err(failed)?;
+    }
+    // What somebody has written is never replaced.
+    let file = OpenOptions::new().write(true).create_new(true).open(&path);
+    let written = file.and_then(|mut file| file.write_all(text.as_bytes()));
+    written.map_err(failed)?;
+    let name = word(&path);
+    writeln!(out, "{name}: {}", example.about);
+    writeln!(
+        out,
+        "  change it:        its comments say what each key is; fretwear explain KEY says more"
+    );
+    writeln!(out, "  what it will do:  fretwear plan {name}");
+    writeln!(out, "  run it:           fretwear run {name}");
+    Ok(Exit::Done)
+}
+
+/// The text of a scene with other values, each of which is one that its key can have.
+fn changed(example: &Example, path: &Path, sets: &[String]) -> Result<String, CliError> {
+    scene::load_kept(path, example.text, sets)?;
+    let mut text = example.text.to_owned();
+    for set in sets {
+        // One without `=` is refused above.
+        let (key, value) = set.split_once('=').unwrap_or((set, ""));
+        let edited = edit::with(&text, key.trim(), value.trim());
+        text = edited.ok_or_else(|| CliError::NoLine {
+            key: key.trim().to_owned(),
+            like: example.name.to_owned(),
+        })?;
+    }
+    Ok(text)
+}
+
+/// What `fretwear new` can begin from.
+pub fn examples() -> String {
+    let lines = EXAMPLES
+        .iter()
+        .map(|example| format!("  {:<20} {}", example.name, example.about));
+    format!(
+        "Scenes to begin from:\n{}",
+        lines.collect::<Vec<String>>().join("\n")
+    )
+}
+
+/// One line a run of a folder.
+pub fn list(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
+    let unreadable = |source| CliError::Folder {
+        path: folder.to_owned(),
+        source,
+    };
+    let mut roots: Vec<PathBuf> = fs::read_dir(folder)
+        .map_err(unreadable)?
+        .filter_map(|entry| entry.ok().map(|entry| entry.path()))
+        .filter(|path| path.join("run.json").exists() || path.join("run.copy.json").exists())
+        .collect();
+    roots.sort();
+    if !as_json && roots.is_empty() {
+        say(&format!("no run in {}", folder.display()));
+    }
+    for root in roots {
+        match line(&root) {
+            Ok(found) if as_json => out.json(&found),
+            Ok(found) => writeln!(
+                out,
+                "{:<32} {:<8} {:>9}  {}",
+                word(&root),
+                found["state"].as_str().unwrap_or_default(),
+                found["wear_iteration"]
+                    .as_u64()
+                    .map_or("–".to_owned(), |k| format!("#{k}")),
+                found["words"].as_str().unwrap_or_default()
+            ),
+            Err(error) if as_json => {
+                out.json(&json!({ "run": root.display().to_string(), "error": error.to_string() }));
+            }
+            Err(error) => writeln!(out, "{:<32} {error}", word(&root)),
+        }
+    }
+    Ok(Exit::Done)
+}
+
+fn line(root: &Path) -> Result<serde_json::Value, CliError> {
+    let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
+    let plan = reader.plan()?;
+    let recipe = scene::recipe_of_run(root, plan.as_ref(), &reader.scene_toml()?)?;
+    let standing = RunStatus::of(&reader, &recipe)?;
+    let summary = standing.wear_iteration.map(|k| reader.typed::<Summary>(k));
+    let summary = summary.transpose()?.unwrap_or_default();
+    let mut words = Vec::new();
+    if let Some(cycles) = standing.cycles {
+        words.push(format!(
+            "{} cycles, {:.0} %",
+            grouped(cycles),
+            100.0 * standing.part
+        ));
+    }
+    if let Some(volume) = summary.wear_volume {
+        let bar = summary.error_wear_volume.filter(|bar| *bar > 0.0);
+        let bar = bar.map_or_else(String::new, |bar| format!(" ± {}", percent(bar)));
+        words.push(format!("worn {} mm³{bar}", significant(volume * 1e9)));
+    }
+    words.extend(recipe.title);
+    Ok(json!({
+        "run": root.display().to_string(),
+        "state": state(&standing, reader.holder()?),
+        "wear_iteration": standing.wear_iteration,
+        "cycles": standing.cycles,
+        "part_done": standing.part,
+        "wear_volume": summary.wear_volume,
+        "error_wear_volume": summary.error_wear_volume,
+        "words": words.join(", "),
+    }))
+}

@@ -1,0 +1,304 @@
+//! Periodic motions of a [`TimeModel`] and their stability, by integration over periods and Newton's method on the map from one to the
+//! next (shooting).
+
+use std::f64::consts::TAU;
+
+use super::time_integration::{Measured, Motion, TimeModel};
+use super::{DynamicsError, Energy, Harmonics};
+use crate::linalg::{RowMatrix as Matrix, eigenvalues};
+
+/// Change of a motion over a period, relative to its size, at which it is periodic.
+const PERIODIC: f64 = 1e-8;
+/// The same where its stability is asked for, and its amplitude to that.
+const NEARLY: f64 = 1e-6;
+/// Periods between attempts to find the periodic motion at once, and all at most.
+const BETWEEN: usize = 24;
+const MOST_PERIODS: usize = 1200;
+/// Newton's steps of an attempt.
+const STEPS: usize = 8;
+/// Differences of the map, relative to the size of a motion: above what the events leave, far below where the modes change.
+const DIFFERENCE: f64 = 1e-5;
+/// Regularisation of a step, relative to the largest square: a slider that sticks keeps any force.
+const REGULARISATION: f64 = 1e-14;
+/// A multiplier beyond this grows.
+pub(super) const UNSTABLE: f64 = 1.0 + 1e-4;
+/// Longest period of a motion, in periods of the loads, that is told from one that does not settle.
+const MOST_TURNS: usize = 8;
+/// A motion so much larger than the one it began as has run away.
+const AWAY: f64 = 1e6;
+
+/// A periodic motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Periodic {
+    /// Angular frequency of its fundamental \[rad/s\].
+    pub omega: f64,
+    /// Where it is at the phase 0 of the loads.
+    pub motion: Motion,
+    /// Coefficients of the displacement of every port, `ports × coefficients` \[m\].
+    pub displacement: Vec<f64>,
+    /// Energy per period.
+    pub energy: Energy,
+    /// Change over a period, relative to its size.
+    pub change: f64,
+    /// Largest modulus of the multipliers by which small disturbances grow over a period, but for those of forces that stick; none where
+    /// the motion was reached by waiting, and is stable by that.
+    pub multiplier: Option<f64>,
+}
+
+/// What becomes of a motion.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Settled {
+    /// It repeats after every period of the loads.
+    Periodic(Periodic),
+    /// It repeats after so many periods.
+    Turns(usize),
+    /// It does not repeat within what was waited for; the change over the last period, relative to its size.
+    Unsettled(f64),
+}
+
+impl TimeModel<'_> {
+    /// What becomes of a motion at the angular frequency `omega` whose size is about `amplitude` \[m\], for about as many integration
+    /// steps as `effort` says.
+    ///
+    /// # Errors
+    /// [`DynamicsError::NotConverged`] of a motion that runs away.
+    pub fn settle(
+        &self,
+        omega: f64,
+        start: &Motion,
+        amplitude: f64,
+        harmonics: &Harmonics,
+        effort: usize,
+    ) -> Result<Settled, DynamicsError> {
+        let begun = self.steps();
+        let mut scales = self.scales(omega, amplitude);
+        let mut now = start.clone();
+        let mut earlier: Vec<Motion> = Vec::new();
+        let mut change = f64::INFINITY;
+        for period in 1..=MOST_PERIODS {
+            let before = now.clone();
+            self.period(omega, &mut now, &scales, None)?;
+            change = apart(&before, &now, &scales);
+            let size = size(&now, &scales);
+            if size.is_nan() || size > AWAY {
+                break;
+            }
+            if self.steps() - begun > effort {
+                break;
+            }
+            if size > 2.0 {
+                // The motion is larger than it was thought to be.
+                scales = self.scales(omega, size * scales[0]);
+            }
+            if change <= PERIODIC {
+                return self.measured(omega, now, &scales, harmonics, change, None);
+            }
+            if period % BETWEEN == 0
+                && let Some((motion, change, multiplier)) =
+                    self.shoot(omega, &now, &scales, PERIODIC, effort)?
+                && multiplier <= UNSTABLE
+            {
+                return self.measured(omega, motion, &scales, harmonics, change, Some(multiplier));
+            }
+            earlier.push(before);
+            if earlier.len() > MOST_TURNS {
+                earlier.remove(0);
+            }
+        }
+        for (turns, motion) in earlier.iter().rev().enumerate().skip(1) {
+            if apart(motion, &now, &scales) <= 1e3 * PERIODIC {
+                return Ok(Settled::Turns(turns + 1));
+            }
+        }
+        Ok(Settled::Unsettled(change))
+    }
+
+    /// The periodic motion near `start`, stable or not; none where Newton's method finds none in about as many integration steps as
+    /// `effort` says.
+    ///
+    /// # Errors
+    /// As [`Self::settle`].
+    pub fn near(
+        &self,
+        omega: f64,
+        start: &Motion,
+        amplitude: f64,
+        harmonics: &Harmonics,
+        effort: usize,
+    ) -> Result<Option<Periodic>, DynamicsError> {
+        let scales = self.scales(omega, amplitude);
+        let Some((motion, change, multiplier)) =
+            self.shoot(omega, start, &scales, NEARLY, effort)?
+        else {
+            return Ok(None);
+        };
+        match self.measured(omega, motion, &scales, harmonics, change, Some(multiplier))? {
+            Settled::Periodic(periodic) => Ok(Some(periodic)),
+            _ => Ok(None),
+        }
+    }
+
+    fn measured(
+        &self,
+        omega: f64,
+        mut motion: Motion,
+        scales: &[f64],
+        harmonics: &Harmonics,
+        change: f64,
+        multiplier: Option<f64>,
+    ) -> Result<Settled, DynamicsError> {
+        let start = motion.clone();
+        let measured = self.period(omega, &mut motion, scales, Some(harmonics))?;
+        let Some(Measured {
+            displacement,
+            energy: [input, friction, viscous],
+        }) = measured
+        else {
+            return Ok(Settled::Unsettled(change));
+        };
+        Ok(Settled::Periodic(Periodic {
+            omega,
+            motion: start,
+            displacement,
+            energy: Energy {
+                input,
+                friction,
+                viscous,
+            },
+            change,
+            multiplier,
+        }))
+    }
+
+    /// A fixed point of the map over a period by Newton's method with differences: the motion, its change over a period, and the largest
+    /// modulus of its multipliers.
+    fn shoot(
+        &self,
+        omega: f64,
+        start: &Motion,
+        scales: &[f64],
+        enough: f64,
+        effort: usize,
+    ) -> Result<Option<(Motion, f64, f64)>, DynamicsError> {
+        let begun = self.steps();
+        let order = start.values.len();
+        let map = |motion: &Motion| -> Result<Motion, DynamicsError> {
+            let mut next = motion.clone();
+            self.period(omega, &mut next, scales, None)?;
+            Ok(next)
+        };
+        let mut now = start.clone();
+        let Ok(mut image) = map(&now) else {
+            return Ok(None);
+        };
+        let mut change = apart(&now, &image, scales);
+        let mut slope: Option<Matrix> = None;
+        for _ in 0..STEPS {
+            if self.steps() - begun > effort {
+                return Ok(None);
+            }
+            let monodromy = self.monodromy(omega, &now, &image, scales)?;
+            let mut system = monodromy.clone();
+            for i in 0..order {
+                system.set(i, i, system.at(i, i) - 1.0);
+            }
+            slope = Some(monodromy);
+            if change <= enough {
+                break;
+            }
+            let right: Vec<f64> = (0..order)
+                .map(|i| (now.values[i] - image.values[i]) / scales[i])
+                .collect();
+            let Some(step) = least_squares(&system, &right) else {
+                return Ok(None);
+            };
+            let mut taken = false;
+            for length in [1.0, 0.5, 0.25, 0.125] {
+                let mut trial = now.clone();
+                for i in 0..order {
+                    trial.values[i] += length * step[i] * scales[i];
+                }
+                let Ok(there) = map(&trial) else { continue };
+                let left = apart(&trial, &there, scales);
+                if left < (1.0 - 0.2 * length) * change {
+                    (now, image, change, taken) = (trial, there, left, true);
+                    break;
+                }
+            }
+            if !taken {
+                return Ok(None);
+            }
+        }
+        if change > enough {
+            return Ok(None);
+        }
+        let Some(slope) = slope else {
+            return Ok(None);
+        };
+        let multipliers = eigenvalues(&slope).map_err(DynamicsError::of_matrix("monodromy"))?;
+        let largest = multipliers.iter().map(|m| m.norm()).fold(0.0, f64::max);
+        Ok(Some((now, change, largest)))
+    }
+
+    /// The derivative of the map over a period, by differences, in parts of `scales`.
+    fn monodromy(
+        &self,
+        omega: f64,
+        at: &Motion,
+        image: &Motion,
+        scales: &[f64],
+    ) -> Result<Matrix, DynamicsError> {
+        let order = at.values.len();
+        let mut slope = Matrix::zeros(order, order);
+        for column in 0..order {
+            let mut shifted = at.clone();
+            shifted.values[column] += DIFFERENCE * scales[column];
+            self.period(omega, &mut shifted, scales, None)?;
+            for row in 0..order {
+                let change = (shifted.values[row] - image.values[row]) / scales[row];
+                slope.set(row, column, change / DIFFERENCE);
+            }
+        }
+        Ok(slope)
+    }
+}
+
+/// The least step that solves a system in the sense of least squares.
+fn least_squares(system: &Matrix, right: &[f64]) -> Option<Vec<f64>> {
+    let mut normal = Matrix::zeros(system.columns(), system.columns());
+    normal.add_transposed_product(system, system);
+    let largest = (0..normal.rows()).fold(0.0_f64, |m, i| m.max(normal.at(i, i)));
+    for i in 0..normal.rows() {
+        normal.set(i, i, normal.at(i, i) + REGULARISATION * largest);
+    }
+    let mut step = system.transposed().apply(right);
+    normal.factorize().ok()?.solve(&mut step);
+    step.iter().all(|s| s.is_finite()).then_some(step)
+}
+
+fn size(motion: &Motion, scales: &[f64]) -> f64 {
+    let pairs = motion.values.iter().zip(scales);
+    largest(pairs.map(|(v, s)| (v / s).abs()))
+}
+
+fn apart(a: &Motion, b: &Motion, scales: &[f64]) -> f64 {
+    let pairs = a.values.iter().zip(&b.values).zip(scales);
+    largest(pairs.map(|((a, b), s)| ((a - b) / s).abs()))
+}
+
+/// The largest of some values, or what is no number among them: that is never small.
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |most: f64, value| {
+        match value > most || value.is_nan() {
+            true => value,
+            false => most,
+        }
+    })
+}
+
+impl Periodic {
+    /// Frequency of its fundamental \[Hz\].
+    pub fn frequency(&self) -> f64 {
+        self.omega / TAU
+    }
+}

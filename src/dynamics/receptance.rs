@@ -1,0 +1,94 @@
+//! A structure that is known by its receptance alone.
+
+use num_complex::Complex64;
+
+use super::DynamicsError;
+use super::closed_model::{ClosedModel, Core};
+use super::linear_model::LinearModel;
+use crate::linalg::RowMatrix as Matrix;
+
+/// A structure known by its receptance matrix alone: from a measurement or a direct solution.
+pub struct Receptance<F> {
+    /// Receptance of the ports without contact springs at an angular frequency \[m/N\], `ports × ports`, symmetric. It is
+    /// asked for at 0 too.
+    pub matrix: F,
+    /// Number of ports.
+    pub ports: usize,
+    /// How many of them are contact degrees of freedom.
+    pub contact_dofs: usize,
+}
+
+impl<F> LinearModel for Receptance<F>
+where
+    F: Fn(f64) -> Matrix<Complex64> + Clone + 'static,
+{
+    fn contact_dofs(&self) -> usize {
+        self.contact_dofs
+    }
+
+    fn ports(&self) -> usize {
+        self.ports
+    }
+
+    fn close(&self, springs: &[f64]) -> Result<ClosedModel, DynamicsError> {
+        if springs.len() != self.contact_dofs {
+            return Err(DynamicsError::Length {
+                what: "contact springs",
+                found: springs.len(),
+                expected: self.contact_dofs,
+            });
+        }
+        Ok(ClosedModel {
+            leading: self.ports,
+            local: None,
+            basis: None,
+            residual: None,
+            core: Box::new(ReceptanceCore {
+                matrix: self.matrix.clone(),
+                ports: self.ports,
+                springs: springs.to_vec(),
+            }),
+            floating: None,
+        })
+    }
+}
+
+struct ReceptanceCore<F> {
+    matrix: F,
+    ports: usize,
+    springs: Vec<f64>,
+}
+
+impl<F: Fn(f64) -> Matrix<Complex64>> Core for ReceptanceCore<F> {
+    fn coordinates(&self) -> usize {
+        self.ports
+    }
+
+    fn receptance(&self, omega: f64) -> Result<Matrix<Complex64>, DynamicsError> {
+        let mut free = (self.matrix)(omega);
+        if free.rows() != self.ports || free.columns() != self.ports {
+            return Err(DynamicsError::Length {
+                what: "receptance matrix",
+                found: free.rows() * free.columns(),
+                expected: self.ports * self.ports,
+            });
+        }
+        let mut system = Matrix::identity(self.ports);
+        for i in 0..self.ports {
+            for (j, &spring) in self.springs.iter().enumerate() {
+                system.set(i, j, system.at(i, j) + free.at(i, j) * spring);
+            }
+        }
+        system
+            .factorize()
+            .map_err(DynamicsError::of_matrix("receptance with closed contact"))?
+            .solve_columns(&mut free);
+        Ok(free)
+    }
+
+    fn loss(&self, _omega: f64, displacement: &[Complex64], force: &[Complex64]) -> f64 {
+        // Springs take nothing: what the forces on the closed structure put in is what it loses.
+        let pairs = force.iter().zip(displacement);
+        std::f64::consts::PI * pairs.map(|(f, u)| (f * u.conj()).im).sum::<f64>()
+    }
+}

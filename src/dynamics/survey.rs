@@ -1,0 +1,451 @@
+//! All responses of a small model over a range: its branches, what of the range they leave out, and the peaks and phase resonances on
+//! them.
+
+use std::f64::consts::TAU;
+
+use super::contact_element::ContactElement;
+use super::periodic::{Periodic, Settled, UNSTABLE};
+use super::time_integration::{Motion, TimeModel};
+use super::vibration::Vibration;
+use super::{ContinuationSettings, DynamicsError, HarmonicBalance, Response, Start};
+
+/// Frequencies at which a motion in time is looked for beside the branches, apart from those in gaps.
+const PROBES: usize = 8;
+/// Integration steps for a motion in time where no branch is, and beside one: under a second, and a third of it. All multipliers of a forced response
+/// have the first.
+const EFFORT: usize = 120_000;
+const BESIDE: usize = 30_000;
+/// Frequencies in each gap.
+const IN_GAPS: usize = 5;
+/// Amplitudes that differ by more than this share are those of different responses.
+const OTHER: f64 = 0.02;
+/// Two responses whose frequency and amplitude differ by less are one.
+const SAME: f64 = 1e-6;
+/// Size that a motion is first thought to have \[m\].
+const USUAL: f64 = 1e-6;
+/// Most points of a branch.
+const MOST_POINTS: usize = 1500;
+
+/// What a candidate is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum CandidateKind {
+    /// A displacement 90° behind the drive.
+    PhaseResonance,
+    /// A largest first harmonic at the response port.
+    Peak,
+    /// A first harmonic that is largest at an end of the range or of a branch.
+    End,
+}
+
+impl CandidateKind {
+    /// Its name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            CandidateKind::PhaseResonance => "phase_resonance",
+            CandidateKind::Peak => "peak",
+            CandidateKind::End => "end",
+        }
+    }
+}
+
+/// A peak or phase resonance of a branch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    pub kind: CandidateKind,
+    pub response: Response,
+    /// Half range of the first harmonic at the response port \[m\].
+    pub amplitude: f64,
+    /// Number of its branch; none where branches were not followed.
+    pub branch: Option<usize>,
+    /// Largest modulus of the multipliers by which small disturbances grow over a period, from the motion in time near it; none where
+    /// that is not known.
+    pub multiplier: Option<f64>,
+    /// The amplitude of that motion \[m\].
+    pub amplitude_in_time: Option<f64>,
+}
+
+impl Candidate {
+    /// Whether small disturbances of it are known to grow.
+    pub fn is_unstable(&self) -> bool {
+        self.multiplier
+            .is_some_and(|multiplier| multiplier > UNSTABLE)
+    }
+}
+
+/// The responses over a range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Survey {
+    /// Branches, each in the order of the range; where they turn back in frequency, so do they.
+    pub branches: Vec<Vec<Response>>,
+    /// Frequencies that no branch covers, from and to \[Hz\].
+    pub gaps: Vec<[f64; 2]>,
+    /// Why the first branch could not be followed.
+    pub stopped: Option<DynamicsError>,
+    /// Motions in time that no branch has.
+    pub motions: Vec<Periodic>,
+}
+
+/// What a probe finds.
+enum Probed {
+    Response(Response),
+    Motion(Periodic),
+}
+
+impl Vibration {
+    /// The model in time; none of a structure whose contact follows forces without delay.
+    fn in_time<'a>(
+        &'a self,
+        balance: &'a HarmonicBalance<ContactElement>,
+    ) -> Option<TimeModel<'a>> {
+        let time = TimeModel::new(&self.model, balance.elements(), &self.loads).ok()?;
+        Some(time.with_inertial_loads(&self.inertial_loads))
+    }
+
+    /// The branches of a small model over the range: from both ends, and through motions in time that no branch leads to.
+    ///
+    /// # Errors
+    /// Those of [`HarmonicBalance::parts`].
+    pub fn survey(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+    ) -> Result<Survey, DynamicsError> {
+        let (from, to) = self.range;
+        let settings = ContinuationSettings {
+            most_points: MOST_POINTS,
+            ..ContinuationSettings::over(from, to, self.response_port)
+        };
+        let (branches, stopped) = balance.parts(settings)?;
+        let mut survey = Survey {
+            branches,
+            gaps: Vec::new(),
+            stopped,
+            motions: Vec::new(),
+        };
+        survey.branches.retain(|branch| !branch.is_empty());
+        for omega in self.probes(&survey) {
+            match self.probe(balance, &survey, omega) {
+                Some(Probed::Response(response)) => {
+                    survey.branches.push(balance.through(&response, settings)?);
+                }
+                Some(Probed::Motion(periodic)) => survey.motions.push(periodic),
+                None => {}
+            }
+        }
+        // No point of the forced response is above all branches.
+        for response in balance
+            .sweep(&self.omegas().unwrap_or_default())
+            .into_iter()
+            .flatten()
+        {
+            let rows = &response.displacement;
+            let above = first_harmonic(balance, rows, self.response_port);
+            if above > survey.largest(balance, self.response_port) {
+                survey.branches.push(balance.through(&response, settings)?);
+            }
+        }
+        survey.gaps = survey.left_out((from, to));
+        Ok(survey)
+    }
+
+    /// Angular frequencies to look at: within gaps, and over the range.
+    pub(super) fn probes(&self, survey: &Survey) -> Vec<f64> {
+        let (from, to) = self.range;
+        let gaps = survey.left_out((from, to));
+        let within = gaps.iter().flat_map(|[a, b]| {
+            (0..IN_GAPS).map(move |k| TAU * (a + (b - a) * (k as f64 + 0.5) / IN_GAPS as f64))
+        });
+        let over = (0..PROBES).map(|k| from * (to / from).powf((k as f64 + 0.5) / PROBES as f64));
+        within.chain(over).collect()
+    }
+
+    /// What is there at `omega` that no branch of the survey has: of the balance from the linear response, or where the motion from rest
+    /// settles.
+    fn probe(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        survey: &Survey,
+        omega: f64,
+    ) -> Option<Probed> {
+        let amplitude = |rows: &[f64]| first_harmonic(balance, rows, self.response_port);
+        let known = survey.amplitudes(balance, self.response_port, omega);
+        let is_new = |rows: &[f64]| {
+            let found = amplitude(rows);
+            known
+                .iter()
+                .all(|known| (found / known - 1.0).abs() > OTHER)
+        };
+        if known.is_empty() {
+            let found = balance.solve(omega, None).ok();
+            let found = found.or_else(|| self.by_easing(balance, omega));
+            if let Some(response) = found {
+                return Some(Probed::Response(response));
+            }
+        }
+        let time = self.in_time(balance)?;
+        let guess = survey.largest(balance, self.response_port);
+        let effort = if known.is_empty() { EFFORT } else { BESIDE };
+        let settled = time.settle(omega, &time.rest(), guess, balance.harmonics(), effort);
+        let Ok(Settled::Periodic(periodic)) = settled else {
+            return None;
+        };
+        if !is_new(&periodic.displacement) {
+            return None;
+        }
+        match balance.solve(omega, Some(&start_of(&periodic))) {
+            Ok(response) if is_new(&response.displacement) => Some(Probed::Response(response)),
+            // With few harmonics the balance may have no such response.
+            _ => Some(Probed::Motion(periodic)),
+        }
+    }
+
+    /// What the motion in time at `omega` settles to, from `start` if there is one, else from rest; none of a structure that cannot be
+    /// integrated.
+    pub(super) fn settle(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        omega: f64,
+        start: Option<&Motion>,
+    ) -> Option<Result<Settled, DynamicsError>> {
+        let time = self.in_time(balance)?;
+        let rest = time.rest();
+        let start = start.unwrap_or(&rest);
+        Some(time.settle(omega, start, USUAL, balance.harmonics(), EFFORT))
+    }
+
+    /// Largest moduli of the multipliers of the motions in time near some responses, of the amplitudes that stand beside them: of every
+    /// eighth first, then of the others, as far as the effort goes.
+    pub(super) fn multipliers(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        responses: &[(&Response, f64)],
+    ) -> Vec<Option<f64>> {
+        let mut out = vec![None; responses.len()];
+        let Some(time) = self.in_time(balance) else {
+            return out;
+        };
+        let all = 0..responses.len();
+        let (first, rest): (Vec<usize>, Vec<usize>) = all.partition(|k| k % 8 == 0);
+        for k in first.into_iter().chain(rest) {
+            let left = EFFORT.saturating_sub(time.steps());
+            if left == 0 {
+                break;
+            }
+            let (response, amplitude) = responses[k];
+            let near = near(&time, balance, response, amplitude, left.min(BESIDE));
+            out[k] = near.and_then(|near| near.multiplier);
+        }
+        out
+    }
+
+    /// All peaks and phase resonances of a survey, the strongest first, each once.
+    ///
+    /// # Errors
+    /// [`DynamicsError::HarmonicMissing`].
+    pub fn candidates(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        survey: &Survey,
+    ) -> Result<Vec<Candidate>, DynamicsError> {
+        let mut found: Vec<Candidate> = Vec::new();
+        let port = self.response_port;
+        for (number, branch) in survey.branches.iter().enumerate() {
+            let ends = [branch.first(), branch.last()].map(|end| end.map_or(0.0, |end| end.omega));
+            let mut add = |kind, response: Response| {
+                let amplitude = first_harmonic(balance, &response.displacement, port);
+                let known = found.iter().any(|known| {
+                    let same = |a: f64, b: f64| (a - b).abs() <= SAME * b.abs();
+                    known.kind == kind
+                        && same(known.response.omega, response.omega)
+                        && same(known.amplitude, amplitude)
+                });
+                if !known {
+                    found.push(Candidate {
+                        kind,
+                        amplitude,
+                        response,
+                        branch: Some(number),
+                        multiplier: None,
+                        amplitude_in_time: None,
+                    });
+                }
+            };
+            for response in balance.peaks(branch, port, self.range)? {
+                let kind = match ends.contains(&response.omega) {
+                    true => CandidateKind::End,
+                    false => CandidateKind::Peak,
+                };
+                add(kind, response);
+            }
+            if balance.drive().is_some() {
+                for response in balance.phase_resonances(branch, self.range)? {
+                    add(CandidateKind::PhaseResonance, response);
+                }
+            }
+        }
+        for candidate in &mut found {
+            self.judge(balance, candidate);
+        }
+        found.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+        Ok(found)
+    }
+
+    /// Says what the motion in time near a candidate is.
+    fn judge(&self, balance: &HarmonicBalance<ContactElement>, candidate: &mut Candidate) {
+        let Some(time) = self.in_time(balance) else {
+            return;
+        };
+        let (response, amplitude) = (&candidate.response, candidate.amplitude);
+        if let Some(periodic) = near(&time, balance, response, amplitude, BESIDE) {
+            let rows = &periodic.displacement;
+            candidate.amplitude_in_time = Some(first_harmonic(balance, rows, self.response_port));
+            candidate.multiplier = periodic.multiplier;
+        }
+    }
+}
+
+impl Survey {
+    /// The parts of a range \[rad/s\] that no branch covers \[Hz\].
+    fn left_out(&self, (from, to): (f64, f64)) -> Vec<[f64; 2]> {
+        let mut covered: Vec<[f64; 2]> = self
+            .branches
+            .iter()
+            .map(|branch| {
+                let omegas = branch.iter().map(|r| r.omega);
+                let ends = (f64::INFINITY, f64::NEG_INFINITY);
+                let (low, high) = omegas.fold(ends, |(a, b), w| (a.min(w), b.max(w)));
+                [low, high]
+            })
+            .collect();
+        covered.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let (mut gaps, mut reached) = (Vec::new(), from);
+        for [low, high] in covered {
+            if low > reached * (1.0 + SAME) {
+                gaps.push([reached / TAU, low / TAU]);
+            }
+            reached = reached.max(high);
+        }
+        if reached < to * (1.0 - SAME) {
+            gaps.push([reached / TAU, to / TAU]);
+        }
+        gaps
+    }
+
+    /// The largest amplitude at a port \[m\].
+    fn largest(&self, balance: &HarmonicBalance<ContactElement>, port: usize) -> f64 {
+        let all = self.branches.iter().flatten();
+        let largest = all
+            .map(|r| first_harmonic(balance, &r.displacement, port))
+            .fold(0.0, f64::max);
+        if largest > 0.0 { largest } else { USUAL }
+    }
+
+    /// The largest amplitude of a motion in time that no branch has \[m\]; 0 without one.
+    pub(super) fn largest_in_time(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        port: usize,
+    ) -> f64 {
+        let all = self.motions.iter();
+        all.map(|periodic| first_harmonic(balance, &periodic.displacement, port))
+            .fold(0.0, f64::max)
+    }
+
+    /// The amplitudes at a port that the branches have at `omega`, between their points \[m\].
+    fn amplitudes(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        port: usize,
+        omega: f64,
+    ) -> Vec<f64> {
+        let of = |r: &Response| first_harmonic(balance, &r.displacement, port);
+        let mut out = Vec::new();
+        for branch in &self.branches {
+            for pair in branch.windows(2) {
+                let (a, b) = (pair[0].omega, pair[1].omega);
+                if (a - omega) * (b - omega) > 0.0 || a == b {
+                    continue;
+                }
+                // On a curved piece the response itself.
+                let near = if (a - omega).abs() < (b - omega).abs() {
+                    &pair[0]
+                } else {
+                    &pair[1]
+                };
+                match balance.solve(omega, Some(&near.start())) {
+                    Ok(response) => out.push(of(&response)),
+                    Err(_) => {
+                        let share = (omega - a) / (b - a);
+                        out.push(of(&pair[0]) * (1.0 - share) + share * of(&pair[1]));
+                    }
+                }
+            }
+        }
+        out
+    }
+}
+
+/// The motion in time near a response.
+fn near(
+    time: &TimeModel<'_>,
+    balance: &HarmonicBalance<ContactElement>,
+    response: &Response,
+    amplitude: f64,
+    effort: usize,
+) -> Option<Periodic> {
+    let motion = balance.motion(response)?;
+    let harmonics = balance.harmonics();
+    let near = time.near(response.omega, &motion, amplitude, harmonics, effort);
+    near.ok().flatten()
+}
+
+/// Half range of the first harmonic at a port, of rows of coefficients \[m\]; 0 without that harmonic.
+pub(super) fn first_harmonic(
+    balance: &HarmonicBalance<ContactElement>,
+    rows: &[f64],
+    port: usize,
+) -> f64 {
+    let harmonics = balance.harmonics();
+    let row = &rows[port * harmonics.coefficients()..];
+    harmonics
+        .slot_of(1)
+        .map_or(0.0, |slot| row[slot].hypot(row[slot + 1]))
+}
+
+/// A motion in time as a start of the balance in its harmonics.
+pub fn start_of(periodic: &Periodic) -> Start {
+    Start {
+        omega: periodic.omega,
+        load_factor: 1.0,
+        displacement: periodic.displacement.clone(),
+    }
+}
+
+impl HarmonicBalance<ContactElement> {
+    /// Where a response is at the phase 0, of a structure whose coordinates are its ports; none of another.
+    pub fn motion(&self, response: &Response) -> Option<Motion> {
+        let harmonics = self.harmonics();
+        let n = harmonics.coefficients();
+        let coordinates = self.model.core.coordinates();
+        if self.model.residual.is_some() || coordinates * n != response.displacement.len() {
+            return None;
+        }
+        let rates = harmonics.derivative(&response.displacement, response.omega);
+        let at_start = |rows: &[f64]| -> Vec<f64> {
+            let basis = harmonics.basis(0.0);
+            rows.chunks(n)
+                .map(|row| row.iter().zip(&basis).map(|(a, b)| a * b).sum())
+                .collect()
+        };
+        let mut values = at_start(&response.displacement);
+        values.extend(at_start(&rates));
+        let rows = response.displacement.chunks(3 * n);
+        for (element, row) in self.elements.iter().zip(rows) {
+            let [_] = &element.sliders[..] else {
+                return None;
+            };
+            let cycle = element.cycle(&self.sampling.synthesise(row));
+            values.extend(&cycle.force[0][..2]);
+        }
+        Some(Motion { values })
+    }
+}

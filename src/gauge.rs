@@ -1,0 +1,65 @@
+//! How far a long computation is, for who watches it from another thread. Nothing is computed from it.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// What a stage has done so far. Clones count together.
+#[derive(Debug, Clone, Default)]
+pub struct Gauge(Arc<Counts>);
+
+#[derive(Debug, Default)]
+struct Counts {
+    /// Transforms of the contact solvers: two are a pair.
+    transforms: AtomicU64,
+    /// Points of a forced response.
+    points: AtomicU64,
+    /// Bits of the angular frequency of the last one \[rad/s\].
+    omega: AtomicU64,
+    /// Newton iterations of the harmonic balance.
+    iterations: AtomicU64,
+}
+
+impl Gauge {
+    /// A stage begins: nothing is done.
+    pub fn begin(&self) {
+        for count in [&self.0.transforms, &self.0.points, &self.0.iterations] {
+            count.store(0, Ordering::Relaxed);
+        }
+    }
+
+    /// Transforms are done.
+    pub fn add_transforms(&self, transforms: usize) {
+        self.0
+            .transforms
+            .fetch_add(transforms as u64, Ordering::Relaxed);
+    }
+
+    /// A Newton iteration of the harmonic balance begins.
+    pub fn add_iteration(&self) {
+        self.0.iterations.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// A point of a forced response is found, at this angular frequency \[rad/s\].
+    pub fn add_point(&self, omega: f64) {
+        self.0.omega.store(omega.to_bits(), Ordering::Relaxed);
+        self.0.points.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// The same in words; empty where nothing of it is counted yet.
+    pub fn words(&self) -> String {
+        let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
+        let (points, iterations) = (of(&self.0.points), of(&self.0.iterations));
+        if points > 0 {
+            let omega = f64::from_bits(of(&self.0.omega));
+            let hertz = omega / std::f64::consts::TAU;
+            return format!("point {points}, {hertz:.1} Hz");
+        }
+        if iterations > 0 {
+            return format!("Newton iteration {iterations}");
+        }
+        match of(&self.0.transforms) / 2 {
+            0 => String::new(),
+            pairs => format!("{pairs} FFT pairs"),
+        }
+    }
+}

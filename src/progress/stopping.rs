@@ -1,0 +1,167 @@
+//! Ctrl-C, SIGTERM and `--max-wall`.
+//!
+//! The iteration that is being computed is ended if that takes no longer than a person waits. Else the process ends within its stage,
+//! as it may at any instant: nothing exists until it is committed.
+
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use indicatif::ProgressBar;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+
+use super::duration;
+use crate::terminal::say;
+
+/// How often a signal is looked for.
+const TICK: Duration = Duration::from_millis(50);
+/// What an iteration that is being computed has left once a stop is asked for.
+const GRACE: Duration = Duration::from_millis(1500);
+/// What a start has in any case, however short `--max-wall` is: with less, one start after another would get nowhere.
+const LEAST: Duration = Duration::from_secs(5);
+
+/// What a process is at, for who ends it.
+#[derive(Default)]
+pub struct At {
+    /// Stage and iteration in words, and since when; none between runs.
+    stage: Option<(String, Instant)>,
+    /// How to go on.
+    continuation: String,
+    bar: Option<ProgressBar>,
+}
+
+/// Ends a command that is asked to stop. Dropped, it ends nothing any more.
+#[derive(Clone)]
+pub struct Stopping {
+    asked: Arc<AtomicBool>,
+    begin: Instant,
+    limit: Option<Duration>,
+    at: Arc<Mutex<At>>,
+    /// The thread looks on as long as somebody has it.
+    alive: Arc<()>,
+}
+
+impl Stopping {
+    /// Listens to signals, and to a limit of time \[s\]; where an iteration takes too long, the process ends with `exit`.
+    pub fn listen(limit: Option<f64>, exit: i32) -> io::Result<Stopping> {
+        let signalled = Arc::new(AtomicBool::new(false));
+        for signal in [SIGINT, SIGTERM] {
+            flag::register(signal, signalled.clone())?;
+        }
+        let stopping = Stopping {
+            asked: Arc::default(),
+            begin: Instant::now(),
+            limit: limit.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok()),
+            at: Arc::default(),
+            alive: Arc::default(),
+        };
+        let watch = Watch {
+            signalled,
+            asked: stopping.asked.clone(),
+            at: stopping.at.clone(),
+            end: stopping.limit.map(|limit| stopping.begin + limit),
+            least: stopping.begin + LEAST,
+            exit,
+        };
+        let alive = Arc::downgrade(&stopping.alive);
+        thread::spawn(move || watch.run(|| alive.strong_count() > 0));
+        Ok(stopping)
+    }
+
+    /// True once a signal has come.
+    pub fn is_asked(&self) -> bool {
+        self.asked.load(Ordering::Relaxed)
+    }
+
+    /// True once the limit of time is over.
+    pub fn is_late(&self) -> bool {
+        self.limit
+            .is_some_and(|limit| self.begin.elapsed() >= limit)
+    }
+
+    /// A run begins: its bar, and how it is continued.
+    pub fn opens(&self, continuation: &str, bar: Option<ProgressBar>) {
+        *self.at() = At {
+            stage: None,
+            continuation: continuation.to_owned(),
+            bar,
+        };
+    }
+
+    /// A stage begins.
+    pub fn enters(&self, stage: String) {
+        self.at().stage = Some((stage, Instant::now()));
+    }
+
+    fn at(&self) -> std::sync::MutexGuard<'_, At> {
+        self.at.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// What the thread looks at.
+struct Watch {
+    signalled: Arc<AtomicBool>,
+    asked: Arc<AtomicBool>,
+    at: Arc<Mutex<At>>,
+    /// When the limit of time is over.
+    end: Option<Instant>,
+    least: Instant,
+    exit: i32,
+}
+
+impl Watch {
+    fn run(&self, is_wanted: impl Fn() -> bool) {
+        let mut hard: Option<Instant> = None;
+        let mut told = false;
+        while is_wanted() {
+            thread::sleep(TICK);
+            let now = Instant::now();
+            let signal = self.signalled.swap(false, Ordering::Relaxed);
+            if signal && self.asked.swap(true, Ordering::Relaxed) {
+                self.end_now();
+            }
+            if signal {
+                hard = Some(now + GRACE);
+                self.tell("stopping: the iteration is ended if it takes less than 2 s; Ctrl-C again ends at once");
+            }
+            let late = self.end.is_some_and(|end| now >= end);
+            if late && hard.is_none() {
+                hard = Some(now.max(self.least) + GRACE);
+            }
+            if late && !told && !signal && now >= self.least {
+                told = true;
+                self.tell("--max-wall is over: the iteration is ended if it takes less than 2 s");
+            }
+            if hard.is_some_and(|hard| now >= hard) && is_wanted() {
+                self.end_now();
+            }
+        }
+    }
+
+    fn tell(&self, text: &str) {
+        let at = self.at.lock().unwrap_or_else(PoisonError::into_inner);
+        match &at.bar {
+            Some(bar) => bar.suspend(|| say(text)),
+            None => say(text),
+        }
+    }
+
+    fn end_now(&self) -> ! {
+        // Whoever holds it is about to say where the run is, and not to compute.
+        let at = self.at.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(bar) = &at.bar {
+            bar.finish_and_clear();
+        }
+        if let Some((stage, since)) = &at.stage {
+            say(&format!(
+                "stopped within {stage}, {} after it began: this stage is computed again, and nothing else",
+                duration(since.elapsed().as_secs_f64())
+            ));
+        }
+        say(&format!("stopped; continue with: {}", at.continuation));
+        std::process::exit(self.exit)
+    }
+}

@@ -1,0 +1,130 @@
+//! Backbones as a picture: frequency and damping ratio over amplitude, amplitude over force.
+
+use super::plot::{Axis, Chart, Curve, PlotError, standalone, style_of_run, style_of_state};
+use super::quantity::{FORCE, FREQUENCY, LENGTH, NUMBER, Unit, Units, largest, unit_of};
+use super::text::visible;
+use crate::tables::typed::Backbone;
+
+/// The curve of a branch, and the rows behind it.
+struct Branch {
+    name: String,
+    style: usize,
+    rows: Vec<usize>,
+}
+
+/// The backbones of a table as one SVG, a curve a state. States of one run are told apart by wear, from unworn to worn, others as runs.
+///
+/// # Errors
+/// [`PlotError`] if the drawing library fails.
+pub fn backbone_svg(table: &Backbone) -> Result<String, PlotError> {
+    let branches = branches(table);
+    let force = Quantity::of("force", &table.force, FORCE);
+    let amplitude = Quantity::of("amplitude", &table.amplitude, LENGTH);
+    let frequency = Quantity::of("frequency", &table.frequency, FREQUENCY);
+    let damping = Quantity::of("damping ratio", &table.damping_ratio, NUMBER);
+    let drawings = [
+        chart(
+            "Frequency of the phase resonance",
+            &amplitude,
+            &frequency,
+            &branches,
+            false,
+        ),
+        chart("Damping ratio", &amplitude, &damping, &branches, true),
+        chart(
+            "Amplitude at the response point",
+            &force,
+            &amplitude,
+            &branches,
+            true,
+        ),
+    ]
+    .iter()
+    .map(Chart::draw)
+    .collect::<Result<Vec<_>, PlotError>>()?;
+    Ok(standalone("Backbone", &drawings))
+}
+
+fn branches(table: &Backbone) -> Vec<Branch> {
+    let mut states: Vec<&str> = Vec::new();
+    for state in &table.state {
+        if !states.contains(&state.as_str()) {
+            states.push(state);
+        }
+    }
+    // What is before the last @ is the run.
+    let run = |state: &str| state.rsplit_once('@').map(|(run, _)| run.to_owned());
+    let first = run(states.first().unwrap_or(&""));
+    let along_wear = states.len() > 1 && first.is_some() && states.iter().all(|s| run(s) == first);
+    let mut branches: Vec<Branch> = Vec::new();
+    let mut last = None;
+    for row in 0..table.state.len() {
+        let state = table.state[row].as_str();
+        let place = states.iter().position(|s| *s == state).unwrap_or(0);
+        let key = (place, table.branch[row]);
+        if last != Some(key) {
+            // A state is named once, whatever it leaps.
+            let is_named = branches
+                .iter()
+                .any(|b| b.rows.iter().any(|r| table.state[*r] == state));
+            branches.push(Branch {
+                name: if is_named {
+                    String::new()
+                } else {
+                    visible(state)
+                },
+                style: match along_wear {
+                    true => style_of_state(place, states.len()),
+                    false => style_of_run(place),
+                },
+                rows: Vec::new(),
+            });
+            last = Some(key);
+        }
+        branches.last_mut().expect("one was pushed").rows.push(row);
+    }
+    branches
+}
+
+/// A column in the unit in which its largest value reads well.
+struct Quantity<'a> {
+    name: &'static str,
+    values: &'a [f64],
+    unit: Unit,
+}
+
+impl<'a> Quantity<'a> {
+    fn of(name: &'static str, values: &'a [f64], units: Units) -> Quantity<'a> {
+        let unit = unit_of(units, largest(values));
+        Quantity { name, values, unit }
+    }
+
+    fn axis(&self, log: bool) -> Axis {
+        let label = match self.unit.symbol {
+            "" => self.name.to_owned(),
+            symbol => format!("{} / {symbol}", self.name),
+        };
+        Axis {
+            label,
+            log,
+            ..Axis::default()
+        }
+    }
+
+    fn at(&self, row: usize) -> f64 {
+        self.values[row] / self.unit.size
+    }
+}
+
+fn chart(title: &str, x: &Quantity, y: &Quantity, branches: &[Branch], y_log: bool) -> Chart {
+    let curves = branches.iter().map(|branch| {
+        let points = branch.rows.iter().map(|row| [x.at(*row), y.at(*row)]);
+        Curve::line(&branch.name, branch.style, points.collect())
+    });
+    Chart {
+        title: title.to_owned(),
+        x: x.axis(true),
+        y: y.axis(y_log),
+        curves: curves.collect(),
+    }
+}

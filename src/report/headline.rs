@@ -1,0 +1,276 @@
+//! What became of a joint, in a few words.
+
+use super::figures::{Of, Study};
+use super::quantity::{
+    self, ENERGY, FORCE, FREQUENCY, LENGTH, PRESSURE, SHARE, STIFFNESS, Unit, Units, VOLUME,
+    unit_of,
+};
+use super::run_tables::numbers;
+use super::{ReportError, error_bar_of, percent};
+use crate::tables::TableName;
+
+/// What the bars in the words are, once a page.
+pub const OF_BARS: &str = "± is the run's own estimate from its wear steps, tolerances, harmonics and contact elements. What the grid and the \
+     mesh make wrong is not in it.";
+
+/// A quantity whose change is smaller than this part of it has stayed.
+const STAYED: f64 = 1e-4;
+/// Significant digits of a quantity in words.
+const DIGITS: i32 = 3;
+
+/// The sentences on a run; `None` where it has nothing to say of.
+///
+/// # Errors
+/// [`ReportError`] for a table that cannot be read.
+pub fn headline(run: &Of) -> Result<Option<String>, ReportError> {
+    let vibration = vibration(run)?;
+    let stiffness = course(run, "kn", "normal stiffness", STIFFNESS, true);
+    let worn = run.column("wear_volume").and_then(|v| v.last().copied());
+    let sentences: Vec<String> = match (worn, run.cycles.last()) {
+        (Some(volume), Some(cycles)) if volume > 0.0 => {
+            let lost = with_bar(volume, VOLUME, bar(run, "wear_volume"));
+            let first = format!("After {} cycles the joint has lost {lost}.", whole(*cycles));
+            let energy = || {
+                course(
+                    run,
+                    "dissipated_energy",
+                    "energy dissipated in a cycle",
+                    ENERGY,
+                    false,
+                )
+            };
+            let mut rest = vibration;
+            rest.extend(stiffness);
+            if rest.len() < 2 {
+                rest.extend(energy());
+            }
+            let rest = (!rest.is_empty()).then(|| format!("Its {}.", listed(&rest)));
+            std::iter::once(first).chain(rest).collect()
+        }
+        _ => [
+            pressed(run),
+            (!vibration.is_empty()).then(|| format!("Its {}.", listed(&vibration))),
+        ]
+        .into_iter()
+        .flatten()
+        .collect(),
+    };
+    Ok((!sentences.is_empty()).then(|| sentences.join(" ")))
+}
+
+/// The headlines of several runs with their names.
+pub fn headlines(study: &Study) -> Result<Vec<(Option<String>, String)>, ReportError> {
+    let mut headlines = Vec::new();
+    for run in &study.runs {
+        let name = (!study.is_single()).then(|| run.label.clone());
+        headlines.extend(headline(run)?.map(|text| (name, text)));
+    }
+    Ok(headlines)
+}
+
+/// The contact of a joint that has not worn.
+fn pressed(run: &Of) -> Option<String> {
+    let last = |column: &str| {
+        run.column(column)?
+            .last()
+            .copied()
+            .filter(|v| v.is_finite())
+    };
+    let area = shown(last("contact_area_fraction")?, SHARE);
+    let load = quantity::shown(last("normal_load")?, FORCE);
+    let most = shown(last("max_pressure")?, PRESSURE);
+    let mut text = format!("Under {load} {area} of the joint is in contact, with {most} at most.");
+    let stiffness = [("kn", "normal"), ("kt", "tangential")]
+        .into_iter()
+        .filter_map(|(column, name)| {
+            Some(format!(
+                "{name} stiffness is {}",
+                shown(last(column)?, STIFFNESS)
+            ))
+        });
+    let stiffness: Vec<String> = stiffness.collect();
+    if !stiffness.is_empty() {
+        text += &format!(" Its {}.", listed(&stiffness));
+    }
+    Some(text)
+}
+
+/// The resonance and its amplitude: of every state with its own contact elements where the run has that of its last one.
+fn vibration(run: &Of) -> Result<Vec<String>, ReportError> {
+    let own = own_resonances(run)?;
+    let own = own.filter(|[.., last]| last.wear_iteration == run.tables.latest());
+    let pairs = |column: &str, of: fn(&Resonance) -> f64| match &own {
+        Some([first, last]) => Some([of(first), of(last)]),
+        None => {
+            let values = run.column(column)?;
+            Some([*values.first()?, *values.last()?])
+        }
+    };
+    let told = [
+        (
+            "resonance_frequency",
+            "resonance",
+            FREQUENCY,
+            (|r| r.frequency) as fn(&Resonance) -> f64,
+        ),
+        ("peak_amplitude", "amplitude at resonance", LENGTH, |r| {
+            r.amplitude
+        }),
+    ];
+    let each = told
+        .into_iter()
+        .enumerate()
+        .filter_map(|(k, (column, name, units, of))| {
+            let ends = pairs(column, of).filter(|ends| ends.iter().all(|v| v.is_finite()))?;
+            let article = if k == 0 { "" } else { "the " };
+            Some(change(
+                &format!("{article}{name}"),
+                ends,
+                units,
+                bar(run, column),
+                false,
+            ))
+        });
+    Ok(each.collect())
+}
+
+/// The phase resonance of a state of wear with the contact elements of that state.
+pub struct Resonance {
+    wear_iteration: u64,
+    /// \[Hz\]
+    pub frequency: f64,
+    /// \[m\]
+    pub amplitude: f64,
+}
+
+/// Those of the first and of the last state that has one.
+///
+/// # Errors
+/// [`ReportError`] for a table that cannot be read.
+pub fn own_resonances(run: &Of) -> Result<Option<[Resonance; 2]>, ReportError> {
+    let states = run.with(TableName::WornResponse, 2);
+    let read = |k: u64| -> Result<Option<Resonance>, ReportError> {
+        let frame = run
+            .tables
+            .at(k, TableName::WornResponse)?
+            .unwrap_or_default();
+        let first = |column: &str| numbers(&frame, column)?.first().copied();
+        let both = first("resonance_frequency").zip(first("resonance_amplitude"));
+        Ok(both.map(|(frequency, amplitude)| Resonance {
+            wear_iteration: k,
+            frequency,
+            amplitude,
+        }))
+    };
+    let (Some(first), Some(last)) = (states.first(), states.last()) else {
+        return Ok(None);
+    };
+    Ok(read(*first)?
+        .zip(read(*last)?)
+        .map(|(first, last)| [first, last]))
+}
+
+/// The change of a column of the summary; `None` where the run has none of it.
+fn course(run: &Of, column: &str, name: &str, units: Units, times: bool) -> Option<String> {
+    let values = run.column(column)?;
+    let ends = [*values.first()?, *values.last()?];
+    let finite = ends.iter().all(|v| v.is_finite());
+    finite.then(|| change(&format!("the {name}"), ends, units, bar(run, column), times))
+}
+
+/// What a quantity was and is.
+fn change(
+    name: &str,
+    [first, last]: [f64; 2],
+    units: Units,
+    bar: Option<f64>,
+    times: bool,
+) -> String {
+    let unit = unit_of(units, quantity::largest(&[first, last]));
+    let told = bar.map_or(String::new(), |bar| format!(" ± {}", percent(bar)));
+    let [before, now] = [first, last].map(|value| rounded(value / unit.size, unit));
+    if (last - first).abs() <= STAYED * last.abs() {
+        return format!("{name} is {now}\u{a0}{}{told}", unit.symbol);
+    }
+    let verb = if last > first { "rose" } else { "fell" };
+    let ratio = last / first;
+    let factor = match times && ratio.is_finite() && ratio > 1.005 {
+        true => format!(
+            ", {} times what it was",
+            rounded(ratio, quantity::NUMBER[0])
+        ),
+        false => String::new(),
+    };
+    let doubtful = match bar {
+        Some(bar) if (last - first).abs() <= bar * last.abs() => ", a change within its error bar",
+        _ => "",
+    };
+    format!(
+        "{name} {verb} from {before} to {now}\u{a0}{}{told}{factor}{doubtful}",
+        unit.symbol
+    )
+}
+
+/// The error bar of the last iteration, where it has one.
+fn bar(run: &Of, column: &str) -> Option<f64> {
+    let bar = run.column(error_bar_of(column)?)?.last().copied()?;
+    (bar.is_finite() && bar > 0.0).then_some(bar)
+}
+
+fn shown(value: f64, units: Units) -> String {
+    let unit = unit_of(units, value.abs());
+    format!("{}\u{a0}{}", rounded(value / unit.size, unit), unit.symbol)
+}
+
+fn with_bar(value: f64, units: Units, bar: Option<f64>) -> String {
+    let bar = bar.map_or(String::new(), |bar| format!(" ± {}", percent(bar)));
+    shown(value, units) + &bar
+}
+
+/// A value with the digits that are read, the last ones also where they are zeros: 3.50.
+fn rounded(value: f64, unit: Unit) -> String {
+    // A resonance moves by less than its third digit.
+    if unit.symbol == "Hz" {
+        return format!("{value:.1}");
+    }
+    if value == 0.0 || !value.is_finite() {
+        return quantity::number(value);
+    }
+    // The exponent of the rounded value: 9.996 has one digit more.
+    let text = format!("{:.*e}", (DIGITS - 1) as usize, value.abs());
+    let exponent = text
+        .split_once('e')
+        .and_then(|(_, e)| e.parse::<i32>().ok());
+    match exponent {
+        Some(exponent @ -3..6) => {
+            let short: f64 = text.parse().unwrap_or(value);
+            let decimals = (DIGITS - 1 - exponent).max(0) as usize;
+            format!("{}{short:.decimals$}", if value < 0.0 { "−" } else { "" })
+        }
+        _ => quantity::digits(value, DIGITS),
+    }
+}
+
+/// A count in groups of three digits.
+fn whole(count: f64) -> String {
+    let digits = format!("{count:.0}");
+    let mut grouped = String::new();
+    for (k, digit) in digits.chars().enumerate() {
+        if k > 0 && (digits.len() - k) % 3 == 0 {
+            grouped.push('\u{202f}');
+        }
+        grouped.push(digit);
+    }
+    grouped
+}
+
+/// One, two and three things in a sentence.
+fn listed(things: &[String]) -> String {
+    match things {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{}; {last}", first.join("; ")),
+    }
+    .trim_start_matches("the ")
+    .to_owned()
+}

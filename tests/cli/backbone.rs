@@ -1,0 +1,230 @@
+//! `fretwear backbone`: of a scene, of iterations of a run, as text, as JSON, as a table and as a picture.
+
+use std::f64::consts::TAU;
+use std::fs;
+
+use fretwear::reference::{Jenkins, JenkinsOscillator};
+use fretwear::tables::{TableName, TypedTable, from_parquet, typed};
+use serde_json::Value;
+
+use crate::support::{Bench, OSCILLATOR, SLIDER, content, latest, table, verified};
+
+/// One mass on a spring and a friction contact.
+fn bench() -> Bench {
+    let bench = Bench::new();
+    bench.write("slider.toml", [OSCILLATOR, SLIDER].concat());
+    bench
+}
+
+fn numbers(state: &Value, name: &str) -> Vec<f64> {
+    let points = state["points"].as_array().expect("points");
+    let number = |point: &Value| point[name].as_f64().expect("a number");
+    points.iter().map(number).collect()
+}
+
+fn written(bench: &Bench, name: &str) -> typed::Backbone {
+    let bytes = fs::read(bench.path(name)).expect("a table");
+    let table = from_parquet(&bytes, TableName::Backbone.schema()).expect("the table");
+    typed::Backbone::of(&table).expect("its columns")
+}
+
+/// With one harmonic and a steady normal load it has a closed form, to what 256 samples leave.
+#[test]
+fn a_scene_has_the_backbone_of_its_unworn_joint() {
+    let bench = bench();
+    let sets = [
+        "--set",
+        "dynamics.harmonics=[0, 1]",
+        "--set",
+        "fidelity.aft_samples=256",
+    ];
+    let range = ["--from", "1 N", "--to", "0.5 kN"];
+    let arguments = [
+        &["backbone", "slider.toml"],
+        &sets[..],
+        &range[..],
+        &["--json", "-o", "b.parquet"],
+    ]
+    .concat();
+    let did = bench.done(&arguments);
+    assert_eq!(did.stderr(), "");
+    let json = did.json();
+    let state = &json["states"][0];
+    let exact = JenkinsOscillator {
+        mass: 1.0,
+        damping: 20.0,
+        stiffness: 4e6,
+        contact: Jenkins {
+            stiffness: 6e6,
+            limit: 300.0,
+        },
+    };
+    let names = ["force", "frequency", "damping_ratio", "amplitude"];
+    let [force, frequency, damping, amplitude] = names.map(|name| numbers(state, name));
+    assert_eq!((force[0], force[force.len() - 1]), (1.0, 500.0));
+    assert_eq!(state["end"], Value::Null);
+    for k in 0..force.len() {
+        let at = amplitude[k];
+        let off = [
+            force[k] / exact.resonant_force(at),
+            frequency[k] * TAU / exact.backbone(at),
+            damping[k] / exact.damping_ratio(at),
+        ];
+        assert!(
+            off.iter().all(|ratio| (ratio - 1.0).abs() < 2e-3),
+            "{off:?} at {} N",
+            force[k]
+        );
+    }
+    // From sticking to sliding: the table holds the same numbers.
+    let table = written(&bench, "b.parquet");
+    assert_eq!((&table.force, &table.damping_ratio), (&force, &damping));
+    assert_eq!(
+        (&table.frequency, &table.amplitude),
+        (&frequency, &amplitude)
+    );
+    assert!(table.state.iter().all(|state| state == "slider.toml"));
+    assert_eq!(table.sliding_fraction[0], 0.0);
+    assert_eq!(table.sliding_fraction.last(), Some(&1.0));
+    let text = bench
+        .done(&["backbone", "slider.toml", "--levels", "3"])
+        .stdout();
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines[0], "slider.toml, unworn");
+    assert_eq!(lines.len(), 6, "{text}");
+    // A thousandth of the scene's force, and twice it.
+    assert!(lines[3].trim_start().starts_with("1.00000e-1 "), "{text}");
+    assert!(lines[5].trim_start().starts_with("2.00000e2 "), "{text}");
+}
+
+#[test]
+fn friction_that_bounds_nothing_ends_the_curve_and_is_named() {
+    let bench = bench();
+    let undamped = ["--set", "structure.damping=0 N s/m", "--to", "1 kN"];
+    let did = bench.done(&[&["backbone", "slider.toml"], &undamped[..]].concat());
+    let text = did.stdout();
+    let last = text.lines().last().expect("a line");
+    // 4 / π of the friction limit of 300 N.
+    assert!(last.starts_with("it ends below 38"), "{text}");
+    assert!(
+        last.contains("friction at its limit bounds no amplitude"),
+        "{text}"
+    );
+}
+
+/// At the force of the scene it is the resonance that the run has found by itself.
+#[test]
+fn an_iteration_has_the_backbone_of_the_worn_joint() {
+    let bench = bench();
+    bench.done(&["run", "resonator.toml"]);
+    let root = bench.path("runs/resonator");
+    let before = content(&root);
+    let last = latest(&root);
+    let worn = format!("runs/resonator@{last}");
+    let states = ["resonator.toml", "runs/resonator@0", &worn];
+    let levels = ["--from", "30 N", "--to", "300 N", "--levels", "2", "--json"];
+    let json = bench
+        .done(
+            &[
+                &["backbone"],
+                &states[..],
+                &levels[..],
+                &["-o", "b.parquet"],
+            ]
+            .concat(),
+        )
+        .json();
+    let at_scene = |state: usize, name: &str| numbers(&json["states"][state], name)[1];
+    let resonance = |k: u64, name: &str| {
+        let row = table(&root, k, TableName::WornResponse);
+        row.f64(name).expect("a number")[0]
+    };
+    for (place, k) in [(0, 0), (1, 0), (2, last)] {
+        let frequency = at_scene(place, "frequency") / resonance(k, "resonance_frequency") - 1.0;
+        assert!(frequency.abs() < 1e-7, "{place}: {frequency}");
+        let amplitude = at_scene(place, "amplitude") / resonance(k, "resonance_amplitude") - 1.0;
+        assert!(amplitude.abs() < 1e-6, "{place}: {amplitude}");
+        let friction = at_scene(place, "friction_energy") / resonance(k, "friction_energy") - 1.0;
+        assert!(friction.abs() < 1e-5, "{place}: {friction}");
+        // And the peak of the forced response, which is looked for without the phase.
+        let top = at_scene(place, "amplitude") / resonance(k, "peak_amplitude") - 1.0;
+        assert!(top.abs() < 1e-3, "{place}: {top}");
+        let top = at_scene(place, "frequency") / resonance(k, "peak_frequency") - 1.0;
+        assert!(top.abs() < 1e-3, "{place}: {top}");
+    }
+    let [unworn, worn] = [1, 2].map(|state| at_scene(state, "frequency"));
+    assert!(
+        (unworn / worn - 1.0).abs() > 1e-5,
+        "wear has changed nothing: {unworn} Hz"
+    );
+    let written = written(&bench, "b.parquet");
+    assert_eq!(written.iteration, [0, 0, 0, 0, last as i64, last as i64]);
+    assert_eq!(written.cycles[0], 0);
+    assert_eq!(written.cycles[5], 500_000);
+    assert!(before == content(&root), "the run has changed");
+    verified(&root);
+}
+
+#[cfg(feature = "polars")]
+#[test]
+fn several_states_are_in_one_picture() {
+    let bench = bench();
+    bench.write(
+        "other.toml",
+        [OSCILLATOR, &SLIDER.replace("1000 N", "500 N")].concat(),
+    );
+    let both = ["backbone", "slider.toml", "other.toml", "--levels", "9"];
+    bench.done(&[&both[..], &["--svg", "both.svg"]].concat());
+    let svg = fs::read_to_string(bench.path("both.svg")).expect("a picture");
+    for text in [
+        "slider.toml",
+        "other.toml",
+        "Damping ratio",
+        "amplitude / µm",
+        "frequency / Hz",
+        "force / N",
+    ] {
+        assert!(svg.contains(text), "no {text}");
+    }
+}
+
+#[test]
+fn what_has_no_backbone_is_refused_with_a_reason() {
+    let bench = bench();
+    for (arguments, reason) in [
+        (
+            vec!["small.toml"],
+            "small.toml has no harmonic force in [dynamics]",
+        ),
+        (
+            vec!["slider.toml", "--from", "2 N", "--to", "1 N"],
+            "begin at 2 N and to end at 1 N",
+        ),
+        (
+            vec!["slider.toml", "--from", "300 N"],
+            "begin at 300 N and to end at 200 N",
+        ),
+        (
+            vec!["slider.toml", "--from", "0 N"],
+            "must be more than 0 N",
+        ),
+        (
+            vec!["slider.toml", "--levels", "1"],
+            "1 is not in 2..=10000",
+        ),
+        (vec!["runs/none@3"], "runs/none"),
+        (
+            vec!["runs/none@3", "--set", "contact.kn=1"],
+            "name a scene too",
+        ),
+        (vec!["none.toml"], "none.toml"),
+    ] {
+        let did = bench.fretwear(&[&["backbone"], &arguments[..]].concat());
+        assert_eq!(did.code(), 2, "{arguments:?}: {}", did.stderr());
+        assert!(
+            did.stderr().contains(reason),
+            "{arguments:?}: {}",
+            did.stderr()
+        );
+    }
+}

@@ -1,0 +1,119 @@
+//! What a run keeps for people: the scene as it was written, the log, and what has computed it.
+
+use std::fs;
+
+use crate::support::{Bench, SMALL};
+
+const FEW: [&str; 2] = ["--set", "wear.cycles=100_000"];
+
+fn text(bench: &Bench, path: &str) -> String {
+    fs::read_to_string(bench.path(path)).expect("a file")
+}
+
+#[test]
+fn the_scene_is_kept_as_it_was_written() {
+    let bench = Bench::new();
+    let base = format!("# the joint of the bench\n{SMALL}");
+    bench.write("base.toml", &base);
+    let own = "base = \"base.toml\"  # all but the load\n[contact]\nnormal_load = \"150 N\"\n";
+    bench.write("own.toml", own);
+    bench.done(&[&["run", "own.toml", "--run", "a", "--quiet"][..], &FEW].concat());
+    let kept = text(&bench, "a/scene.original.toml");
+    assert!(kept.starts_with(own), "{kept}");
+    assert!(kept.contains("\n# # the joint of the bench\n"), "{kept}");
+    assert!(kept.contains("\n# --set wear.cycles=100_000\n"), "{kept}");
+    kept.parse::<toml::Table>().expect("TOML");
+    // The resolved one is what goes on, and who goes on without the file leaves the other as it is.
+    assert!(text(&bench, "a/scene.toml").contains("150 N"));
+    bench.done(&[
+        "run",
+        "--run",
+        "a",
+        "--set",
+        "wear.cycles=120_000",
+        "--quiet",
+    ]);
+    assert_eq!(text(&bench, "a/scene.original.toml"), kept);
+    fs::write(bench.path("a/scene.original.toml"), "no TOML [").expect("written");
+    bench.done(&["run", "--run", "a", "--quiet"]);
+    bench.done(&["verify", "a"]);
+}
+
+#[test]
+fn what_was_said_stands_in_the_log_over_all_starts() {
+    let bench = Bench::new();
+    let run = [&["run", "small.toml", "--run", "a"][..], &FEW].concat();
+    let said = bench.done(&run).stderr();
+    let log = text(&bench, "a/log.txt");
+    for line in said.lines() {
+        assert!(log.contains(line), "{line} is not in\n{log}");
+    }
+    for line in log.lines() {
+        let (time, rest) = line.split_once("  ").expect("a time");
+        assert!(time.len() == 20 && time.ends_with('Z'), "{line}");
+        assert!(!rest.is_empty());
+    }
+    assert!(log.contains("static_contact of iteration 0"), "{log}");
+    // Of a quiet start too.
+    bench.done(&[&run[..], &["--quiet"]].concat());
+    let longer = text(&bench, "a/log.txt");
+    assert!(
+        longer.starts_with(&log) && longer.len() > log.len(),
+        "{longer}"
+    );
+    assert!(
+        longer
+            .lines()
+            .filter(|line| line.contains("  fretwear 0."))
+            .count()
+            == 2
+    );
+    // One that cannot be written changes nothing.
+    fs::remove_file(bench.path("a/log.txt")).expect("removed");
+    fs::create_dir(bench.path("b")).expect("a folder");
+    bench.done(&[&["run", "small.toml", "--run", "b", "--quiet"][..], &FEW].concat());
+    fs::remove_file(bench.path("b/log.txt")).expect("removed");
+    bench.done(&["run", "--run", "b", "--quiet"]);
+    bench.done(&["verify", "b"]);
+}
+
+/// A log is appended to, so that it must not be a way to a file of somebody else.
+#[cfg(unix)]
+#[test]
+fn a_log_that_leads_elsewhere_is_refused() {
+    let bench = Bench::new();
+    let run = [&["run", "small.toml", "--run", "a", "--quiet"][..], &FEW].concat();
+    bench.done(&run);
+    bench.write("precious", "mine\n");
+    for name in ["log.txt", "scene.original.toml"] {
+        let path = bench.path("a").join(name);
+        fs::remove_file(&path).expect("removed");
+        std::os::unix::fs::symlink("../precious", &path).expect("a link");
+        let did = bench.fretwear(&run);
+        assert_eq!(did.code(), 4, "{name}: {}", did.stderr());
+        assert_eq!(text(&bench, "precious"), "mine\n");
+        fs::remove_file(&path).expect("removed");
+    }
+}
+
+#[test]
+fn a_run_says_when_and_by_what_it_was_begun() {
+    let bench = Bench::new();
+    bench.done(&[&["run", "small.toml", "--run", "a", "--quiet"][..], &FEW].concat());
+    // The file ends in a line with its hash.
+    let record = text(&bench, "a/run.json");
+    let began = record.split("\"began\"").nth(1).expect("a date");
+    let began = began.split('"').nth(1).expect("a text");
+    assert!(began.starts_with("20") && began.ends_with('Z'), "{began}");
+    let short = bench.done(&["-V"]).stdout();
+    assert_eq!(short, format!("fretwear {}\n", env!("CARGO_PKG_VERSION")));
+    let long = bench.done(&["--version"]).stdout();
+    assert_eq!(long, format!("fretwear {}\n", fretwear::VERSION));
+    match fretwear::COMMIT {
+        Some(commit) => {
+            assert!(long.contains(commit), "{long}");
+            assert!(record.contains(commit), "{record}");
+        }
+        None => assert!(!record.contains("program_commit"), "{record}"),
+    }
+}

@@ -1,0 +1,126 @@
+//! `fretwear new` and `fretwear ls`.
+
+use crate::support::Bench;
+
+/// Every scene to begin from is one that `plan` takes, with the comments of the one that is shipped.
+#[test]
+fn a_new_scene_is_a_shipped_one_that_runs() {
+    let bench = Bench::new();
+    let help = bench.done(&["new", "--help"]).stdout();
+    let listed = help.split("Scenes to begin from:").nth(1).expect("a list");
+    let names: Vec<&str> = listed
+        .lines()
+        .filter_map(|line| line.split_whitespace().next())
+        .collect();
+    assert!(names.len() >= 6, "{names:?}");
+    for name in names {
+        let path = format!("mine/{name}");
+        let said = bench.done(&["new", &path, "--like", name]).stdout();
+        assert!(
+            said.contains(&format!("fretwear run mine/{name}.toml")),
+            "{said}"
+        );
+        let shipped = format!("{}/pipelines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = |path: &str| std::fs::read_to_string(path).expect("a scene");
+        let written = bench.path(&format!("{path}.toml"));
+        assert_eq!(text(written.to_str().expect("a path")), text(&shipped));
+        bench.done(&["plan", &format!("{path}.toml"), "--no-rehearsal"]);
+    }
+}
+
+#[test]
+fn values_are_changed_where_they_stand_and_comments_stay() {
+    let bench = Bench::new();
+    let sets = [
+        "--set",
+        "contact.normal_load=20 kN",
+        "--set",
+        "wear.cycles=1e6",
+    ];
+    bench.done(&[&["new", "mine"][..], &sets].concat());
+    let text = std::fs::read_to_string(bench.path("mine.toml")).expect("a scene");
+    let shipped = include_str!("../../pipelines/prescribed_fretting.toml");
+    let changed: Vec<(&str, &str)> = shipped
+        .lines()
+        .zip(text.lines())
+        .filter(|(from, to)| from != to)
+        .collect();
+    assert_eq!(
+        changed,
+        [
+            (
+                "normal_load = \"30 kN\"           # the bolt load",
+                "normal_load = \"20 kN\"           # the bolt load"
+            ),
+            (
+                "cycles = 10_000_000             # where to stop; `volume = \"1 mm^3\"` stops at a worn volume",
+                "cycles = 1e6             # where to stop; `volume = \"1 mm^3\"` stops at a worn volume"
+            ),
+        ]
+    );
+    bench.done(&["check", "mine.toml"]);
+    // What is wrong is not written.
+    for (set, named) in [
+        ("contact.normal_load=20 km", "length"),
+        ("joint.hole.diameter=9 mm", "no line of its own"),
+    ] {
+        let did = bench.fretwear(&["new", "other", "--set", set]);
+        assert_eq!(did.code(), 2, "{}", did.stderr());
+        assert!(did.stderr().contains(named), "{}", did.stderr());
+        assert!(!bench.path("other.toml").exists());
+    }
+}
+
+#[test]
+fn a_scene_that_is_there_is_not_replaced() {
+    let bench = Bench::new();
+    bench.write("mine.toml", "# my own");
+    let refused = bench.fretwear(&["new", "mine.toml"]);
+    assert_eq!(refused.code(), 1);
+    assert!(
+        refused.stderr().contains("mine.toml"),
+        "{}",
+        refused.stderr()
+    );
+    let kept = std::fs::read_to_string(bench.path("mine.toml")).expect("a file");
+    assert_eq!(kept, "# my own");
+    let unknown = bench.fretwear(&["new", "other.toml", "--like", "lap"]);
+    assert_eq!(unknown.code(), 2);
+    assert!(
+        unknown.stderr().contains("lap_joint"),
+        "{}",
+        unknown.stderr()
+    );
+}
+
+#[test]
+fn runs_are_listed_with_their_state() {
+    let bench = Bench::new();
+    bench.done(&["run", "small.toml", "--run", "runs/a", "--quiet"]);
+    bench.fretwear(&[
+        "run",
+        "small.toml",
+        "--run",
+        "runs/b",
+        "--max-wall",
+        "1 us",
+        "--quiet",
+    ]);
+    std::fs::create_dir_all(bench.path("runs/no_run")).expect("a folder");
+    let listed = bench.done(&["ls"]).stdout();
+    let lines: Vec<&str> = listed.lines().collect();
+    assert_eq!(lines.len(), 2, "{listed}");
+    assert!(
+        lines[0].contains("runs/a") && lines[0].contains("done"),
+        "{listed}"
+    );
+    assert!(
+        lines[1].contains("runs/b") && lines[1].contains("stopped"),
+        "{listed}"
+    );
+    assert!(
+        lines[0].contains("worn") && lines[0].contains('±'),
+        "{listed}"
+    );
+    assert_eq!(bench.fretwear(&["ls", "nowhere"]).code(), 1);
+}

@@ -1,0 +1,139 @@
+//! Pseudo-modes against modes that are known, and the flexibility that they leave.
+
+use std::f64::consts::TAU;
+
+use fretwear::dynamics::DynamicsError;
+use fretwear::dynamics::pseudo_modes::{PseudoModes, pseudo_modes};
+use fretwear::linalg::{RowMatrix as Matrix, generalised_eigen};
+
+/// Rounding of a few products of matrices whose condition is some 1e4.
+const ROUNDING: f64 = 1e-9;
+
+/// A shape at a port: any numbers that do not repeat.
+fn shape(port: usize, mode: usize) -> f64 {
+    (1.0 + (port + 1) as f64 * (0.4 + 0.61 * mode as f64)).sin()
+}
+
+/// R₀ and R₁ of modes at these frequencies \[Hz\].
+fn residual(ports: usize, hertz: &[f64]) -> [Matrix; 2] {
+    let mut sums = [Matrix::zeros(ports, ports), Matrix::zeros(ports, ports)];
+    for (r, f) in hertz.iter().enumerate() {
+        let square = (TAU * f).powi(2);
+        for (power, sum) in sums.iter_mut().enumerate() {
+            for i in 0..ports {
+                for j in 0..ports {
+                    let share = shape(i, r) * shape(j, r) / square.powi(1 + power as i32);
+                    sum.set(i, j, sum.at(i, j) + share);
+                }
+            }
+        }
+    }
+    sums
+}
+
+/// Σψψᵀ/(Λ − ω²) + the rest.
+fn receptance(pseudo: &PseudoModes, omega: f64) -> Matrix {
+    let weights: Vec<f64> = pseudo
+        .omega
+        .iter()
+        .map(|w| 1.0 / (w * w - omega * omega))
+        .collect();
+    let mut out = pseudo.shapes.times(&Matrix::diagonal(&weights));
+    out = out.times(&pseudo.shapes.transposed());
+    let pairs = out.values_mut().iter_mut().zip(pseudo.residual.values());
+    pairs.for_each(|(h, r)| *h += r);
+    out
+}
+
+fn size(matrix: &Matrix) -> f64 {
+    matrix.values().iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
+fn difference(a: &Matrix, b: &Matrix) -> f64 {
+    let mut out = a.clone();
+    let pairs = out.values_mut().iter_mut().zip(b.values());
+    pairs.for_each(|(a, b)| *a -= b);
+    size(&out)
+}
+
+/// As many modes as ports: the space of the pseudo-modes is all there is, and they are the modes.
+#[test]
+fn all_pseudo_modes_are_the_modes_left_out() {
+    let hertz = [900.0, 1400.0, 2300.0, 3100.0, 5200.0];
+    let [flexibility, slope] = residual(5, &hertz);
+    let pseudo = pseudo_modes(&flexibility, &slope, 5).unwrap();
+    for (found, expected) in pseudo.omega.iter().zip(hertz) {
+        assert!(
+            (found / TAU / expected - 1.0).abs() < ROUNDING,
+            "{found} {expected}"
+        );
+    }
+    for port in 0..5 {
+        for mode in 0..5 {
+            let found = pseudo.shapes.at(port, mode).abs();
+            assert!((found - shape(port, mode).abs()).abs() < 1e-6, "{found}");
+        }
+    }
+    assert!(size(&pseudo.residual) < ROUNDING * size(&flexibility));
+}
+
+/// Few of many: the static answer is kept, the rest is a flexibility, the poles are upper bounds, and the answer near and above the
+/// first mode left out is bounded and better than that of the series.
+#[test]
+fn few_pseudo_modes_answer_where_the_series_diverges() {
+    const PORTS: usize = 9;
+    let hertz: Vec<f64> = (0..30).map(|r| 1000.0 * 1.13_f64.powi(r)).collect();
+    let [flexibility, slope] = residual(PORTS, &hertz);
+    let pseudo = pseudo_modes(&flexibility, &slope, 4).unwrap();
+    assert_eq!(pseudo.omega.len(), 4);
+    assert!(pseudo.omega.is_sorted());
+    assert!(pseudo.omega[0] / TAU > hertz[0] * (1.0 - ROUNDING));
+    let kept = difference(&receptance(&pseudo, 0.0), &flexibility);
+    assert!(kept < ROUNDING * size(&flexibility), "{kept:e}");
+    let identity = Matrix::identity(PORTS);
+    let (values, _) = generalised_eigen(&pseudo.residual, &identity).unwrap();
+    assert!(values[0] > -ROUNDING * size(&flexibility), "{values:?}");
+
+    let error = |f: f64| {
+        let omega = TAU * f;
+        let mut exact = Matrix::zeros(PORTS, PORTS);
+        for (r, hz) in hertz.iter().enumerate() {
+            let stiff = (TAU * hz).powi(2) - omega * omega;
+            for i in 0..PORTS {
+                for j in 0..PORTS {
+                    let share = shape(i, r) * shape(j, r) / stiff;
+                    exact.set(i, j, exact.at(i, j) + share);
+                }
+            }
+        }
+        let mut series = flexibility.clone();
+        let pairs = series.values_mut().iter_mut().zip(slope.values());
+        pairs.for_each(|(h, s)| *h += omega * omega * s);
+        [receptance(&pseudo, omega), series, flexibility.clone()]
+            .map(|found| difference(&found, &exact) / size(&exact))
+    };
+    for (f, most) in [(100.0, 1e-3), (300.0, 1e-2), (700.0, 0.1)] {
+        let [pseudo, _, constant] = error(f);
+        println!("{f} Hz: {pseudo:.1e}, constant {constant:.1e}");
+        assert!(
+            pseudo < most && pseudo < 0.5 * constant,
+            "{f} Hz: {pseudo:e}"
+        );
+    }
+    // Above all modes left out the answer is an inertia, which falls; the series grows.
+    let [above, series, _] = error(1e5);
+    assert!(series > 100.0 * above, "{series:e} {above:e}");
+}
+
+#[test]
+fn none_wanted_and_matrices_that_do_not_fit() {
+    let [flexibility, slope] = residual(4, &[500.0, 700.0, 1100.0, 1900.0]);
+    let none = pseudo_modes(&flexibility, &slope, 0).unwrap();
+    assert!(none.omega.is_empty());
+    assert_eq!(none.residual, flexibility);
+    // Without residual mass there is nothing that moves by itself.
+    let massless = pseudo_modes(&flexibility, &Matrix::zeros(4, 4), 3).unwrap();
+    assert!(massless.omega.is_empty());
+    let error = pseudo_modes(&flexibility, &Matrix::zeros(3, 4), 2).unwrap_err();
+    assert!(matches!(error, DynamicsError::Length { .. }), "{error}");
+}

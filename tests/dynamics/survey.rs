@@ -1,0 +1,186 @@
+//! Resonances over a whole range: all of them, the strongest, and none that a row of the forced response is above.
+
+use std::f64::consts::{PI, TAU};
+
+use fretwear::dynamics::forced_response::FoundBy;
+use fretwear::dynamics::{
+    CandidateKind, ContactElement, DynamicsError, FrictionLaw, Harmonics, Load, Oscillator,
+    Settings, Slider, Vibration,
+};
+
+fn vibration(
+    oscillator: &Oscillator,
+    loads: Vec<Load>,
+    response_port: usize,
+    range: (f64, f64),
+) -> Vibration {
+    Vibration {
+        model: oscillator.model().expect("an oscillator"),
+        loads,
+        response_port,
+        harmonics: Harmonics::up_to(5),
+        settings: Settings {
+            by_events: true,
+            samples: 256,
+            ..Settings::default()
+        },
+        range: (TAU * range.0, TAU * range.1),
+        points: None,
+        gauge: Default::default(),
+        inertial_loads: Vec::new(),
+    }
+}
+
+fn element(normal_load: f64, kt: f64, kn: f64) -> ContactElement {
+    ContactElement {
+        area: 0.0,
+        friction_coefficient: 0.3,
+        law: FrictionLaw::Cone,
+        sliders: vec![Slider {
+            normal_load,
+            gap: 0.0,
+            tangential_stiffness: kt,
+            normal_stiffness: kn,
+        }],
+    }
+}
+
+fn light(element: ContactElement) -> Oscillator {
+    Oscillator {
+        mass: [1.0, 1.0, 1.0],
+        damping: [2.0, 2.0, 2.0],
+        stiffness: [4e4, 4e4, 4e4],
+        element,
+    }
+}
+
+fn top(vibration: &Vibration, oscillator: &Oscillator) -> f64 {
+    let elements = vec![oscillator.element.clone()];
+    let resolved = vibration
+        .resolve(elements, None, None)
+        .expect("a resonance");
+    let peak = resolved.resonance.peak_amplitude;
+    let points = vibration
+        .forced_response(resolved.balance)
+        .expect("a forced response");
+    for point in &points {
+        let response = point.response.as_ref().expect("all are found");
+        assert!(
+            response.amplitude <= peak * (1.0 + 1e-9),
+            "{} Hz",
+            point.frequency
+        );
+        let energy = response.energy;
+        assert!(energy.friction >= -1e-9 * energy.input.abs(), "{energy:?}");
+    }
+    peak
+}
+
+/// Loads on one port in one harmonic add up, in amplitude and phase; the drive is their sum.
+#[test]
+fn loads_on_a_port_are_one() {
+    let oscillator = light(element(20.0, 3e4, 5e4));
+    let range = (20.0, 60.0);
+    let both = vec![
+        Oscillator::load(0, 4.0, 0.0),
+        Oscillator::load(0, 4.0, PI / 2.0),
+    ];
+    let one = vec![Oscillator::load(0, 4.0 * f64::sqrt(2.0), PI / 4.0)];
+    let peaks = [both, one].map(|loads| {
+        let vibration = vibration(&oscillator, loads, 0, range);
+        let elements = vec![oscillator.element.clone()];
+        let resolved = vibration
+            .resolve(elements, None, None)
+            .expect("a resonance");
+        let resonance = resolved.resonance;
+        (resonance.peak_amplitude, resonance.phase.omega)
+    });
+    let same = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
+    assert!(same(peaks[0].0, peaks[1].0), "{peaks:?}");
+    assert!(same(peaks[0].1, peaks[1].1), "{peaks:?}");
+
+    let against = vec![Oscillator::load(0, 4.0, 0.0), Oscillator::load(0, 8.0, PI)];
+    let vibration_against = vibration(&oscillator, against, 0, range);
+    let alone = vibration(&oscillator, vec![Oscillator::load(0, 4.0, 0.0)], 0, range);
+    let peaks = [vibration_against, alone].map(|vibration| top(&vibration, &oscillator));
+    assert!(same(peaks[0], peaks[1]), "{peaks:?}");
+}
+
+#[test]
+fn loads_that_cancel_are_no_drive() {
+    let oscillator = light(element(20.0, 3e4, 5e4));
+    let loads = vec![
+        Oscillator::load(0, 4.0, 0.3),
+        Oscillator::load(0, 4.0, 0.3 + PI),
+    ];
+    let vibration = vibration(&oscillator, loads, 0, (20.0, 60.0));
+    let balance = vibration
+        .balance(vec![oscillator.element.clone()])
+        .expect("a balance");
+    assert!(balance.drive().is_none());
+    assert!(matches!(
+        balance.phase_resonance(vibration.range, None),
+        Err(DynamicsError::OutOfRange { .. })
+    ));
+}
+
+/// A mass that bounces on its contact has a main resonance, and others where a harmonic is resonant.
+#[test]
+fn strongest_resonance_is_chosen() {
+    let oscillator = Oscillator {
+        damping: [0.6; 3],
+        ..light(element(1.0, 3e4, 9e4))
+    };
+    let loads = vec![Oscillator::load(2, 6.0, 0.0), Oscillator::load(0, 1.0, 0.5)];
+    let vibration = vibration(&oscillator, loads, 2, (8.0, 90.0));
+    let elements = vec![oscillator.element.clone()];
+    let resolved = vibration
+        .resolve(elements, None, None)
+        .expect("a resonance");
+    let resonance = &resolved.resonance;
+    let peaks: Vec<f64> = resonance
+        .candidates
+        .iter()
+        .filter(|c| c.kind == CandidateKind::Peak)
+        .map(|c| c.amplitude)
+        .collect();
+    assert!(peaks.len() > 1, "{peaks:?}");
+    assert!(peaks.iter().all(|peak| *peak <= resonance.peak_amplitude));
+    top(&vibration, &oscillator);
+    let at_points = Vibration {
+        points: Some(40),
+        ..vibration.clone()
+    };
+    top(&at_points, &oscillator);
+    // The multipliers of the motion in time say that it stays.
+    let chosen = resonance.candidates.first().expect("candidates");
+    assert!(chosen.multiplier.is_some());
+}
+
+/// Without preload the problem is homogeneous in the load; it has responses all the same.
+#[test]
+fn no_preload_has_a_response() {
+    let oscillator = light(element(0.0, 3e4, 5e4));
+    let loads = vec![Oscillator::load(0, 4.0, 0.0), Oscillator::load(2, 6.0, 1.0)];
+    let vibration = Vibration {
+        points: Some(31),
+        ..vibration(&oscillator, loads, 0, (15.0, 60.0))
+    };
+    let balance = vibration
+        .balance(vec![oscillator.element.clone()])
+        .expect("a balance");
+    let points = vibration.forced_response(balance).expect("points");
+    assert_eq!(points.len(), 31);
+    let found = points
+        .iter()
+        .filter(|point| point.response.is_some())
+        .count();
+    assert!(found >= 29, "{found} of 31");
+    for point in points {
+        match point.found_by {
+            FoundBy::Balance => assert!(point.residual <= 1e-6, "{point:?}"),
+            FoundBy::Time => assert!(point.residual <= 1e-7, "{point:?}"),
+            FoundBy::NotPeriodic | FoundBy::Nothing => assert!(point.response.is_none()),
+        }
+    }
+}

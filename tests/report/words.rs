@@ -1,0 +1,252 @@
+//! What a page says first, in what its runs differ, and that its drawings are whole and share their scales.
+
+use fretwear::report::{Report, RunTables, numbers, percent};
+use fretwear::tables::TableName;
+use tempfile::TempDir;
+
+use super::small_runs::{STATIC, WORN, compute};
+use crate::support::RESONATOR;
+
+fn open(folder: &TempDir, name: &str, scene: &str) -> RunTables {
+    RunTables::open(&compute(folder, name, scene, None)).unwrap()
+}
+
+/// What stands between the first two texts, after the first.
+fn between<'a>(text: &'a str, begin: &str, end: &str) -> &'a str {
+    let (_, rest) = text
+        .split_once(begin)
+        .unwrap_or_else(|| panic!("no {begin}"));
+    rest.split_once(end).unwrap_or_else(|| panic!("no {end}")).0
+}
+
+/// The values that an attribute has in a figure of a page.
+fn attributes<'a>(html: &'a str, figure: &str, name: &str) -> Vec<&'a str> {
+    let figure = between(html, &format!("<figure id=\"fig-{figure}\">"), "</figure>");
+    let begin = format!(" {name}=\"");
+    let parts = figure.split(&begin).skip(1);
+    parts.map(|part| part.split('"').next().unwrap()).collect()
+}
+
+/// Three digits of a value in a unit.
+fn three(value: f64) -> String {
+    let decimals = 2 - value.abs().log10().floor() as i32;
+    let step = 10f64.powi(-decimals);
+    format!(
+        "{:.*}",
+        decimals.max(0) as usize,
+        (value / step).round() * step
+    )
+}
+
+#[test]
+fn a_page_begins_with_what_became_of_the_joint() {
+    let folder = TempDir::new().unwrap();
+    let run = open(&folder, "worn", WORN);
+    let summary = run.series(TableName::Summary).unwrap().unwrap();
+    let last = |column: &str| *numbers(&summary, column).unwrap().last().unwrap();
+    let html = Report::of(std::slice::from_ref(&run)).unwrap().html();
+    let headline = between(&html, "<p class=\"headline\">", "</p>");
+    assert!(html.find("class=\"headline\"") < html.find("<nav"));
+    // The volume with its bar, and the stiffness before and after.
+    let volume = last("wear_volume");
+    let (size, unit) = if volume >= 1e-10 {
+        (1e-9, "mm³")
+    } else {
+        (1e-18, "µm³")
+    };
+    let bar = percent(last("error_wear_volume"));
+    let lost = format!(
+        "After 400\u{202f}000 cycles the joint has lost {}\u{a0}{unit} ± {bar}.",
+        three(volume / size)
+    );
+    assert!(
+        headline.starts_with(&lost),
+        "{headline} does not begin with {lost}"
+    );
+    let kn = numbers(&summary, "kn").unwrap();
+    let [before, after] = [kn[0], last("kn")].map(|kn| three(kn / 1e6));
+    let verb = if last("kn") > kn[0] { "rose" } else { "fell" };
+    let stiffness = format!("ormal stiffness {verb} from {before} to {after}\u{a0}N/µm");
+    assert!(
+        headline.contains(&stiffness),
+        "{headline} lacks {stiffness}"
+    );
+    // The table of all figures is the last part.
+    let at = |id: &str| html.find(&format!("<section id=\"{id}\">")).unwrap();
+    assert!(at("figures") < at("scene") && at("scene") < at("results"));
+
+    let pressed = Report::of(&[open(&folder, "pressed", STATIC)])
+        .unwrap()
+        .html();
+    let headline = between(&pressed, "<p class=\"headline\">", "</p>");
+    assert!(headline.starts_with("Under 300\u{a0}N "), "{headline}");
+}
+
+/// The resonance of a worn joint is that of its own contact elements, not of those that drove the last of the wear.
+#[test]
+fn the_headline_of_a_vibration_is_that_of_the_worn_state() {
+    let folder = TempDir::new().unwrap();
+    let run = open(&folder, "resonator", RESONATOR);
+    let of = |k: u64, column: &str| {
+        let frame = run.at(k, TableName::WornResponse).unwrap().unwrap();
+        numbers(&frame, column).unwrap()[0]
+    };
+    let report = Report::of(std::slice::from_ref(&run)).unwrap();
+    let html = report.html();
+    let headline = between(&html, "<p class=\"headline\">", "</p>");
+    for k in [0, run.latest()] {
+        let frequency = format!("{:.1}", of(k, "resonance_frequency"));
+        assert!(
+            headline.contains(&frequency),
+            "{headline} lacks {frequency}"
+        );
+        let amplitude = three(of(k, "resonance_amplitude") / 1e-6);
+        assert!(
+            headline.contains(&amplitude),
+            "{headline} lacks {amplitude}"
+        );
+    }
+    // What matters first comes first.
+    let ids: Vec<&str> = report.figures().iter().map(|figure| figure.id).collect();
+    assert_eq!(
+        ids[..4],
+        ["forced-response", "wear-map", "wear-rate", "resonance"]
+    );
+}
+
+/// A moment that rounding left is no result.
+#[test]
+fn noise_is_left_out_of_the_figures() {
+    let folder = TempDir::new().unwrap();
+    let surface = between(STATIC, "[surface]", "[contact]");
+    let round = STATIC.replace(surface, "\nkind = \"sphere\"\nradius = \"1 m\"\n");
+    let run = open(&folder, "round", &round);
+    let summary = run.series(TableName::Summary).unwrap().unwrap();
+    let moment = numbers(&summary, "moment_x").unwrap()[0];
+    assert!(
+        moment != 0.0 && moment.abs() < 1e-9 * 300.0 * 4e-3,
+        "{moment}"
+    );
+    let row = "<td>moment x</td>";
+    assert!(!Report::of(&[run]).unwrap().html().contains(row));
+    let rough = Report::of(&[open(&folder, "rough", STATIC)]).unwrap();
+    assert!(rough.html().contains(row));
+}
+
+#[test]
+fn several_runs_say_in_what_they_differ() {
+    let folder = TempDir::new().unwrap();
+    let rougher = WORN.replace("\"2 um\"", "\"3 um\"");
+    let runs = [
+        ("smooth", WORN),
+        ("rough", rougher.as_str()),
+        ("pressed", STATIC),
+    ]
+    .map(|(name, scene)| open(&folder, name, scene));
+    let page = |runs: &[RunTables]| Report::of(runs).unwrap().html();
+    let html = page(&runs);
+    let section = between(&html, "<section id=\"differences\">", "</section>");
+    assert!(html.find("id=\"differences\"") < html.find("id=\"figures\""));
+    let row = |key: &str| {
+        let mut lines = section.lines();
+        lines
+            .find(|line| line.contains(&format!("<td>{key}</td>")))
+            .map(str::to_owned)
+    };
+    let cells = |texts: [&str; 3]| texts.map(|text| format!("<td>{text}</td>")).concat();
+    assert!(
+        row("surface.rq")
+            .unwrap()
+            .contains(&cells(["2 um", "3 um", "1 um"])),
+        "{section}"
+    );
+    assert!(
+        row("contact.friction_coefficient")
+            .unwrap()
+            .contains(&cells(["0.6", "0.6", "–"])),
+        "{section}"
+    );
+    // What is the same stands nowhere.
+    for key in ["surface.seed", "joint.grid", "contact.normal_load"] {
+        assert!(row(key).is_none(), "{key}");
+    }
+    let twice = ["once", "again"].map(|name| open(&folder, name, STATIC));
+    assert!(
+        between(&page(&twice), "<section id=\"differences\">", "</section>")
+            .contains("are the same")
+    );
+    assert!(!page(&twice[..1]).contains("id=\"differences\""));
+    // Maps of all runs have the same scale, and charts of all the same axes.
+    for (figure, attribute, count) in [
+        ("surface", "data-scale", 5),
+        ("pressure", "data-scale", 5),
+        ("wear-map", "data-scale", 2),
+    ] {
+        let mut scales = attributes(&html, figure, attribute);
+        assert_eq!(scales.len(), count, "{figure}");
+        scales.dedup();
+        assert_eq!(scales.len(), 1, "{figure}: {scales:?}");
+    }
+    let range = |axis: &&str| {
+        axis.split(' ')
+            .skip(2)
+            .take(2)
+            .collect::<Vec<_>>()
+            .join(" ")
+    };
+    let profiles: Vec<String> = attributes(&html, "section", "data-y")
+        .iter()
+        .map(range)
+        .collect();
+    assert!(
+        profiles.len() == 4 && profiles[0] == profiles[2] && profiles[1] == profiles[3],
+        "{profiles:?}"
+    );
+}
+
+/// Error bars end within their axes, and profiles are drawn at cycles between the first and the last.
+#[test]
+fn drawings_are_whole() {
+    let folder = TempDir::new().unwrap();
+    let run = open(&folder, "worn", WORN);
+    let states = run.iterations().len();
+    let html = Report::of(&[run]).unwrap().html();
+    let vibrating = Report::of(&[open(&folder, "resonator", RESONATOR)]).unwrap();
+    let vibrating = vibrating.html();
+    let mut bars = 0;
+    for figure in ["wear-rate", "dissipation", "contact-area", "resonance"] {
+        let part = between(
+            &vibrating,
+            &format!("<figure id=\"fig-{figure}\">"),
+            "</figure>",
+        );
+        for drawing in part.split("<svg ").skip(1) {
+            let axis: Vec<f64> = between(drawing, "data-y=\"", "\"")
+                .split(' ')
+                .take(2)
+                .map(|end| end.parse().unwrap())
+                .collect();
+            for line in drawing.split("<polyline ").skip(1) {
+                let line = line.split("/>").next().unwrap();
+                if !line.contains("class=\"bar ") {
+                    continue;
+                }
+                bars += 1;
+                for point in between(line, "points=\"", "\"").split_whitespace() {
+                    let y: f64 = point.split_once(',').unwrap().1.parse().unwrap();
+                    assert!(y < axis[0] && y > axis[1], "{figure}: {y} beyond {axis:?}");
+                }
+            }
+        }
+    }
+    assert!(bars > 0);
+    let names = attributes(&html, "section", "data-names");
+    assert!(states > 5);
+    for names in names {
+        assert!((4..=5).contains(&names.lines().count()), "{names}");
+        assert!(
+            names.starts_with("s0 unworn\n") && names.contains("\ns1 "),
+            "{names}"
+        );
+    }
+}
