@@ -1,0 +1,16 @@
+"""Fretting wear of rough bolted joints: runs the program `fretwear`, and reads what it computed.
+
+    import fretwear
+
+    run = fretwear.run("pipelines/lap_joint.toml", set={"contact.normal_load": "20 kN"})
+    print(run.history(library="pandas")[["cycles", "wear_volume"]])
+    pressure = run.field("pressure")  # [i, j], Pa
+
+All quantities are in SI units (m, N, Pa, J); `Run.units` says which unit a column has. In a scene, and so in `set`, a quantity is a
+text with its unit, as "20 kN".
+"""
+
+from fretwear._folder import Run
+from fretwear._program import Error, Stopped, Value, explain, plan, run
+
+__all__ = ["Error", "Run", "Stopped", "Value", "explain", "plan", "run"]
