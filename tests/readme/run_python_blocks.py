@@ -1,15 +1,23 @@
-"""Runs the ```python blocks of the README as they stand and holds what they read against the program and its schemas.
+"""Runs the ```python blocks of the README and of the pages in docs/ as they stand, and holds what they read against the program
+and its schemas.
 
     python tests/readme/run_python_blocks.py --program target/release/fretwear FOLDER
 
-FOLDER contains `runs/prescribed_fretting`, and any other runs. Each block runs in a process of its own, in FOLDER. What it
-leaves in the names of READS is then compared, value by value, with the same files read one by one through pyarrow alone,
-with the summary that the program itself prints, and with the units of `schemas/*.toml`. Every library has to have given
-every quantity, so a block that is dropped from the README, or renames its result, fails too.
+FOLDER contains `runs/prescribed_fretting` and `runs/lap_joint`, and any other runs. The blocks of a page run one after another, each
+in a process of its own, in a folder of the page's own: its `runs` are those of FOLDER, its `pipelines` and `data` those of the
+repository, and what the blocks write stays there. The module `fretwear` is that of src/python, and calls the program that is given.
+
+What a block leaves in the names of READS is then compared, value by value, with the same files read one by one through pyarrow alone,
+with the summary that the program itself prints, and with the units of `schemas/*.toml`. Every library and the module have to have given
+every quantity, so a block that is dropped from the pages, or renames its result, fails too.
+
+A ```toml block whose first line is `# NAME.toml` is a scene. It is written beside what the page's Python has written, and has to be one
+that `fretwear plan` takes.
 """
 
 import argparse
 import json
+import os
 import pickle
 import re
 import subprocess
@@ -24,10 +32,11 @@ import pyarrow.parquet as pq
 REPOSITORY = Path(__file__).resolve().parents[2]
 RUN = Path("runs/prescribed_fretting")
 LIBRARIES = ("polars", "pandas", "duckdb")
+MODULE = "fretwear"
 
-# The results that the blocks of the README leave behind.
+# The results that blocks leave behind.
 READS = ("curve", "pressure", "loop", "growth")
-UNITS = ("units_pyarrow", "units_polars", "units_duckdb")
+UNITS = ("units_pyarrow", "units_polars", "units_duckdb", "units_module")
 ALL_RUNS = ("all_polars", "all_duckdb")
 
 # Runs in the process of a block, after it: takes its results out as plain arrays, whatever the library.
@@ -48,7 +57,8 @@ _found = {}
 for _name in %(names)r:
     if _name in globals():
         _value = globals()[_name]
-        _found[_name] = _value if _name == "pressure" or _name.startswith("units_") else _table(_value)
+        _is_plain = _name == "pressure" or _name.startswith("units_") or type(_value).__name__ == "ndarray"
+        _found[_name] = _value if _is_plain else _table(_value)
 with open(%(path)r, "wb") as _file:
     _pickle.dump(_found, _file)
 """
@@ -81,23 +91,41 @@ class Checks:
         self.check(what, same, detail)
 
 
-def python_blocks(readme):
-    """(line, code) of each block."""
-    text = readme.read_text(encoding="utf-8")
+def pages():
+    """The README and the book."""
+    return [REPOSITORY / "README.md", *sorted((REPOSITORY / "docs").glob("*.md"))]
+
+
+def blocks(page, language):
+    """(line, text) of each block in the language."""
+    text = page.read_text(encoding="utf-8")
     return [
         (text.count("\n", 0, match.start()) + 2, match.group(1))
-        for match in re.finditer(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+        for match in re.finditer(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
     ]
 
 
-def run_block(code, folder):
+def scenes(page):
+    """(line, name, text) of each scene."""
+    found = ((line, re.match(r"# (\w+\.toml)\n", text), text) for line, text in blocks(page, "toml"))
+    return [(line, name.group(1), text) for line, name, text in found if name]
+
+
+def folder_of_page(folder, scratch):
+    """Where the blocks of a page run."""
+    for name, target in (("runs", folder / "runs"), ("pipelines", REPOSITORY / "pipelines"), ("data", REPOSITORY / "data")):
+        (scratch / name).symlink_to(target, target_is_directory=True)
+
+
+def run_block(code, folder, program):
     """Runs a block; (its results, None) or (None, what it printed on stderr)."""
     with tempfile.TemporaryDirectory() as scratch:
         results = Path(scratch) / "results"
         script = Path(scratch) / "block.py"
         names = READS + UNITS + ALL_RUNS
         script.write_text(code + EXTRACT % {"names": names, "path": str(results)}, encoding="utf-8")
-        done = subprocess.run([sys.executable, str(script)], cwd=folder, capture_output=True, text=True)
+        environment = os.environ | {"PYTHONPATH": str(REPOSITORY / "src/python"), "FRETWEAR": str(program)}
+        done = subprocess.run([sys.executable, str(script)], cwd=folder, env=environment, capture_output=True, text=True)
         if done.returncode != 0:
             return None, done.stderr
         return pickle.loads(results.read_bytes()), None
@@ -144,6 +172,12 @@ def compare_reads(checks, label, name, found, expected):
     if name == "pressure":
         checks.equal(f"{label}: pressure", found, expected)
         return
+    if isinstance(found, np.ndarray):
+        # On the grid of the pressure, as the module has fields.
+        grid = np.full(found.shape, np.nan)
+        grid[expected["i"], expected["j"]] = expected["wear_depth"]
+        checks.equal(f"{label}: {name}", found, grid)
+        return
     for column, values in expected.items():
         if column in found:
             order = np.lexsort((found["j"], found["i"])) if name == "growth" else slice(None)
@@ -171,6 +205,14 @@ def check_program(checks, program, folder, expected):
         checks.equal(f"fretwear run --json: {column}", printed.get(column), values[0])
     for column, values in expected["curve"].items():
         checks.equal(f"fretwear run --json: last {column} of the curve", printed.get(column), values[-1])
+
+
+def check_scenes(checks, program, page, name_of_page, scratch):
+    """The scenes of a page are such that the program plans them, files that they name and all."""
+    for line, name, text in scenes(page):
+        (scratch / name).write_text(text, encoding="utf-8")
+        done = subprocess.run([program, "plan", name, "--no-rehearsal"], cwd=scratch, capture_output=True, text=True)
+        checks.check(f"{name_of_page}:{line}: {name} is planned", done.returncode == 0, done.stderr)
 
 
 def check_units(checks, label, units, folder):
@@ -238,36 +280,47 @@ def check_all_runs(checks, label, found, folder):
         checks.equal(f"{label}: {column}", found[column][order], expected)
 
 
+def check_results(checks, label, code, results, folder, expected):
+    """Holds what a block left against what is expected; returns what that was."""
+    seen = set()
+    for name, found in results.items():
+        if name in UNITS:
+            check_units(checks, f"{label}: {name}", found, folder)
+            seen.add(name)
+        elif name in ALL_RUNS:
+            check_all_runs(checks, f"{label}: {name}", found, folder)
+            seen.add(name)
+        else:
+            [library] = [known for known in (*LIBRARIES, MODULE) if re.search(rf"^import {known}\b", code, re.MULTILINE)]
+            compare_reads(checks, f"{label} ({library})", name, found, expected[name])
+            seen.add((library, name))
+    return seen
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", type=Path, help="contains runs/prescribed_fretting")
-    parser.add_argument("--program", type=Path, required=True, help="the fretwear that computed the run")
-    parser.add_argument("--readme", type=Path, default=REPOSITORY / "README.md")
+    parser.add_argument("folder", type=Path, help="contains runs/prescribed_fretting and runs/lap_joint")
+    parser.add_argument("--program", type=Path, required=True, help="the fretwear that computed the runs")
     arguments = parser.parse_args()
     folder, program = arguments.folder.resolve(), arguments.program.resolve()
 
     checks = Checks()
     expected = expected_reads(folder)
     seen = set()
-    for line, code in python_blocks(arguments.readme):
-        label = f"{arguments.readme.name}:{line}"
-        results, error = run_block(code, folder)
-        checks.check(f"{label} runs", error is None, error or "")
-        if error is not None:
-            continue
-        for name, found in results.items():
-            if name in UNITS:
-                check_units(checks, f"{label}: {name}", found, folder)
-                seen.add(name)
-            elif name in ALL_RUNS:
-                check_all_runs(checks, f"{label}: {name}", found, folder)
-                seen.add(name)
-            else:
-                [library] = [known for known in LIBRARIES if re.search(rf"^import {known}\b", code, re.MULTILINE)]
-                compare_reads(checks, f"{label} ({library})", name, found, expected[name])
-                seen.add((library, name))
-    wanted = {(library, name) for library in LIBRARIES for name in READS} | set(UNITS) | set(ALL_RUNS)
-    checks.check("the README reads everything with every library", wanted <= seen, f"missing {wanted - seen}")
+    for page in pages():
+        name_of_page = page.relative_to(REPOSITORY)
+        with tempfile.TemporaryDirectory() as scratch:
+            scratch = Path(scratch)
+            folder_of_page(folder, scratch)
+            for line, code in blocks(page, "python"):
+                label = f"{name_of_page}:{line}"
+                results, error = run_block(code, scratch, program)
+                checks.check(f"{label} runs", error is None, error or "")
+                if error is None:
+                    seen |= check_results(checks, label, code, results, folder, expected)
+            check_scenes(checks, program, page, name_of_page, scratch)
+    wanted = {(library, name) for library in (*LIBRARIES, MODULE) for name in READS} | set(UNITS) | set(ALL_RUNS)
+    checks.check("the pages read everything with every library and the module", wanted <= seen, f"missing {wanted - seen}")
     check_program(checks, program, folder, expected)
     check_every_file(checks, folder)
     check_history(checks, folder)
