@@ -90,6 +90,66 @@ impl HarmonicBalance<ContactElement> {
     }
 }
 
+/// The work of friction of each element in a response, over that on the way to and fro between two ends under the loads at rest: what the
+/// variation of its load makes of it, and what it does beside the line between the ends.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WorkBetweenEnds {
+    /// That part, element by element, at most [`LARGEST_PART`]; 1 of elements that dissipate nothing between the ends.
+    pub part: Vec<f64>,
+    /// What the parts change, element by element, in parts of what all dissipate.
+    pub changed: f64,
+    /// What elements dissipate and no part tells, likewise: they slip only since their load varies.
+    pub untold: f64,
+}
+
+/// The largest part: an element that hardly slips between the ends tells little by it.
+pub const LARGEST_PART: f64 = 4.0;
+
+impl WorkBetweenEnds {
+    /// Of elements with this `displacement`; the ends are where the `mean` displacement along its widest axis is largest and least.
+    pub fn of(
+        elements: &[ContactElement],
+        displacement: &[f64],
+        sampling: &Sampling,
+        mean: &[[f64; 3]],
+    ) -> Self {
+        let width = |axis: &usize| half_range(mean.iter().map(|u| u[*axis]));
+        let axis = if width(&1) > width(&0) { 1 } else { 0 };
+        let samples = || mean.iter().map(|u| u[axis]).enumerate();
+        let top = samples().max_by(|a, b| a.1.total_cmp(&b.1));
+        let bottom = samples().min_by(|a, b| a.1.total_cmp(&b.1));
+        let [top, bottom] = [top, bottom].map(|end| end.map_or(0, |(sample, _)| sample));
+        let (mut all, mut changed, mut untold) = (0.0, 0.0, 0.0);
+        let rows = displacement.chunks(3 * sampling.harmonics().coefficients());
+        let part = |(element, row): (&ContactElement, &[f64])| {
+            let displacement = sampling.synthesise(row);
+            let (d, e) = (displacement[top], displacement[bottom]);
+            let half = [0.5 * (d[0] - e[0]), 0.5 * (d[1] - e[1])];
+            let ends = [[half[0], half[1], 0.0], [-half[0], -half[1], 0.0]];
+            let energy = element.cycle(&displacement).dissipated_energy;
+            let between = element.cycle(&ends).dissipated_energy;
+            let part = match between > 0.0 {
+                true => (energy / between).min(LARGEST_PART),
+                false => 1.0,
+            };
+            all += energy;
+            changed += ((part - 1.0) * between).abs();
+            untold += (energy - part * between).abs();
+            part
+        };
+        let part = elements.iter().zip(rows).map(part).collect();
+        let of_all = |energy: f64| match all > 0.0 {
+            true => energy / all,
+            false => 0.0,
+        };
+        WorkBetweenEnds {
+            part,
+            changed: of_all(changed),
+            untold: of_all(untold),
+        }
+    }
+}
+
 /// Half of what lies between the least and the largest value; 0 of none.
 pub fn half_range(values: impl IntoIterator<Item = f64>) -> f64 {
     let ends = (f64::INFINITY, f64::NEG_INFINITY);

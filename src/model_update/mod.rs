@@ -9,6 +9,7 @@ mod bolt;
 mod criterion;
 mod elements;
 mod error;
+mod joint_motion;
 pub mod sliders;
 mod stiffness;
 
@@ -16,6 +17,7 @@ pub use bolt::{Approach, Bolt, PRELOAD_TOLERANCE, Preload, preload};
 pub use criterion::{Criterion, CycleFigures, Due, DueTo, UpdateState};
 pub use elements::{ContactElements, Nodes};
 pub use error::ModelUpdateError;
+pub use joint_motion::Loading;
 pub use sliders::{Laws, Sliders};
 pub use stiffness::{
     Compliance, Distribution, ElementParameters, Linearisation, SMALLEST_COMPLIANCE, Springs,

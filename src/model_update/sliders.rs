@@ -17,7 +17,7 @@ use crate::contact::{ContactError, HalfSpace, Shear};
 
 /// The least level of displacement, in parts of that at which the contact would slide if nothing slid before, and the largest ratio
 /// from one level to the next.
-const LEAST_LEVEL: f64 = 0.1;
+pub(super) const LEAST_LEVEL: f64 = 0.1;
 const RATIO: f64 = 1.8;
 /// Levels at most: over a range of 600 to 1 the ratio keeps its bound.
 const MOST_LEVELS: usize = 12;
@@ -110,7 +110,7 @@ impl Backbones {
 }
 
 /// Displacements from about `least` to `most`, each larger than the one before by the same factor.
-fn levels(least: f64, most: f64) -> Vec<f64> {
+pub(super) fn levels(least: f64, most: f64) -> Vec<f64> {
     let range = (most / least).max(RATIO);
     let steps = (range.ln() / RATIO.ln())
         .ceil()
@@ -202,15 +202,9 @@ impl Laws {
             return (vec![[load, 0.0, kn, 0.0]], 0.0);
         };
         let force: Vec<f64> = backbones.force.iter().map(|level| level[element]).collect();
-        let slopes = concave_slopes(&backbones.displacement, &force, mu * load);
+        let slopes = concave_slopes(&backbones.displacement, &force, mu * load, None);
         self.parameters.kt[element] = slopes[0];
-        let next = slopes[1..].iter().chain([&0.0]);
-        let steps = slopes.iter().zip(next).map(|(slope, next)| slope - next);
-        let bank = steps
-            .zip(&backbones.displacement)
-            .filter(|(k, _)| *k > 0.0)
-            .map(|(k, u)| [k * u / mu, 0.0, kn * k / slopes[0], k])
-            .collect();
+        let bank = bank_of(&backbones.displacement, &slopes, kn, mu);
         let (mut reached, mut before, mut off) = (0.0, 0.0, 0.0_f64);
         for ((u, force), slope) in backbones.displacement.iter().zip(&force).zip(&slopes) {
             reached += slope * (u - before);
@@ -238,10 +232,33 @@ impl Laws {
 }
 
 /// Normal load, gap, kn, kt.
-type Slider = [f64; 4];
+pub(super) type Slider = [f64; 4];
+
+/// The sliders of a loaded element with the normal stiffness `kn`, whose force has these falling `slopes` up to each level and none beyond
+/// the last.
+pub(super) fn bank_of(levels: &[f64], slopes: &[f64], kn: f64, mu: f64) -> Vec<Slider> {
+    let next = slopes[1..].iter().chain([&0.0]);
+    let steps = slopes.iter().zip(next).map(|(slope, next)| slope - next);
+    let mut bank: Vec<Slider> = steps
+        .zip(levels)
+        .filter(|(k, _)| *k > 0.0)
+        .map(|(k, u)| [k * u / mu, 0.0, kn * k / slopes[0], k])
+        .collect();
+    let load: f64 = bank.iter().map(|[load, ..]| load).sum();
+    let closing: Vec<Slider> = bank
+        .iter()
+        .filter(|[own, _, own_kn, _]| *own_kn > 0.0 && own / own_kn < SHALLOW * load / kn)
+        .map(|&[own, _, own_kn, own_kt]| [0.0, own / own_kn, own_kn, own_kt])
+        .collect();
+    bank.extend(closing);
+    bank
+}
+
+/// Depth of the sliders that have their like beyond the edge of the contact, in parts of that of the element, load over stiffness.
+const SHALLOW: f64 = 1.0;
 
 impl Sliders {
-    fn push(&mut self, element: usize, [normal_load, gap, kn, kt]: Slider) {
+    pub(super) fn push(&mut self, element: usize, [normal_load, gap, kn, kt]: Slider) {
         self.element.push(element);
         self.normal_load.push(normal_load);
         self.gap.push(gap);
@@ -251,9 +268,14 @@ impl Sliders {
 }
 
 /// Falling slopes between the levels of the concave line from zero that ends at `strength`, nearest to `force` in its slopes (by the
-/// pooling of neighbours that rise, weighted by their lengths).
-fn concave_slopes(levels: &[f64], force: &[f64], strength: f64) -> Vec<f64> {
-    let force = lifted(levels, force, strength);
+/// pooling of neighbours that rise, weighted by their lengths). The motion turns at the level `turn`, if that is known.
+pub(super) fn concave_slopes(
+    levels: &[f64],
+    force: &[f64],
+    strength: f64,
+    turn: Option<usize>,
+) -> Vec<f64> {
+    let force = lifted(levels, force, strength, turn);
     // Slope, length and number of levels of each pool.
     let mut pools: Vec<(f64, f64, usize)> = Vec::with_capacity(levels.len());
     let (mut before, mut reached) = (0.0, 0.0);
@@ -275,8 +297,9 @@ fn concave_slopes(levels: &[f64], force: &[f64], strength: f64) -> Vec<f64> {
 }
 
 /// The corners of a broken line that has the area of a smooth curve through `force` under it, and so the energy of its loops: chords lie
-/// below a curve of curvature c by c h³/12 of area over a length h, which two thirds of their sag make good. It ends at `strength`.
-fn lifted(levels: &[f64], force: &[f64], strength: f64) -> Vec<f64> {
+/// below a curve of curvature c by c h³/12 of area over a length h, which two thirds of their sag make good. It ends at `strength`, and
+/// keeps the force where the motion turns.
+fn lifted(levels: &[f64], force: &[f64], strength: f64, turn: Option<usize>) -> Vec<f64> {
     let last = levels.len() - 1;
     let within = |t: f64| t.clamp(0.0, strength);
     let at = |j: usize| match j {
@@ -293,6 +316,7 @@ fn lifted(levels: &[f64], force: &[f64], strength: f64) -> Vec<f64> {
     (0..=last)
         .map(|j| match j == last {
             true => strength,
+            false if turn == Some(j) => within(force[j]),
             false => within(force[j] + lift(j)),
         })
         .collect()

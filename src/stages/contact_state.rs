@@ -5,11 +5,11 @@ use super::reads::Reads;
 use super::solvers::{Solvers, layout, smooth};
 use crate::contact::Shear;
 use crate::contact::normal::NormalSolution;
-use crate::dynamics::cycle::joint_cycle;
+use crate::dynamics::cycle::{WorkBetweenEnds, joint_cycle};
 use crate::dynamics::{Harmonics, Sampling};
 use crate::grid::{ByAxis, Patch};
-use crate::model_update::{ElementParameters, Nodes, Sliders, fine_displacement};
-use crate::recipe::{Contact, Recipe};
+use crate::model_update::{ContactElements, ElementParameters, Nodes, Sliders, fine_displacement};
+use crate::recipe::{Contact, Recipe, STRAIGHT};
 use crate::tables::{TableError, TableName, typed};
 use crate::wear::cycle::March;
 use crate::wear::{Channel, Motion, OwnMotion};
@@ -153,6 +153,14 @@ impl ElementMotion {
         Ok(Self::from(tables))
     }
 
+    /// That of a response that is in no table yet.
+    pub fn new(response: typed::Response, parameters: ElementParameters) -> ElementMotion {
+        ElementMotion {
+            response,
+            parameters,
+        }
+    }
+
     fn from(
         (response, elements, sliders): (
             Option<typed::Response>,
@@ -202,11 +210,9 @@ pub fn let_move(
     let mut left_out = 0.0;
     let (motion, march) = match moved {
         Some(moved) => {
-            let fine = computed(reads, solvers, load, moved)?;
-            let (motion, march) = cycle.of_computed(&fine)?;
-            if march != March::Stepped {
-                left_out = fine.left_out_by_reversals(&motion);
-            }
+            let (fine, work) = computed(reads, solvers, load, moved)?;
+            let (motion, march, without) = cycle.of_computed(&fine, work.as_ref())?;
+            left_out = without;
             (motion, march)
         }
         None => {
@@ -226,6 +232,24 @@ pub fn let_move(
     Ok(left_out)
 }
 
+/// Lets the joint move to and fro between the ends of a response to its elements, whatever the recipe says of cycles; false if that motion does
+/// not go to and fro.
+pub fn let_move_between_ends(
+    reads: &Reads,
+    solvers: &mut Solvers,
+    load: f64,
+    moved: &ElementMotion,
+) -> Result<bool, RunError> {
+    let (fine, _) = computed(reads, solvers, load, moved)?;
+    let Some(motion) = fine.reversals(STRAIGHT, f64::INFINITY) else {
+        return Ok(false);
+    };
+    let joint = solvers.joint(reads)?;
+    joint.motion = motion;
+    joint.march = March::Reversal;
+    Ok(true)
+}
+
 /// The motion that a response gives the fine contact, at many samples: the mean of the elements' displacement over the area, and what
 /// the load of the joint varies by. The mean of that variation is left out: under prescribed displacement it is the bolt that bears
 /// the load.
@@ -234,7 +258,7 @@ fn computed(
     solvers: &mut Solvers,
     load: f64,
     moved: &ElementMotion,
-) -> Result<Motion, RunError> {
+) -> Result<(Motion, Option<WorkBetweenEnds>), RunError> {
     let recipe = &reads.recipe;
     let steps = recipe.cycle().map_or(1, |cycle| cycle.steps);
     let samples = steps * FINE_SAMPLES.div_ceil(steps);
@@ -250,15 +274,15 @@ fn computed(
         let axis = |d: usize| of.iter().map(|v| v[d]).collect();
         (0..axes).map(axis).collect()
     };
-    let own = match &moved.parameters.sliders {
-        Some(_) => {
-            let elements = solvers.elements(reads)?;
-            let nodes = elements.nodes();
-            nodes
-                .map(|nodes| own_motion(nodes, axes, &displacement, &sampling, &cycle.displacement))
-        }
-        None => None,
-    };
+    let mean = &cycle.displacement;
+    let has_laws = moved.parameters.sliders.is_some();
+    let work = has_laws.then(|| WorkBetweenEnds::of(&elements, &displacement, &sampling, mean));
+    let mut own = None;
+    if let Some(work) = &work {
+        let elements = solvers.elements(reads)?;
+        let nodes = elements.nodes();
+        own = nodes.map(|nodes| own_motion(nodes, axes, &displacement, &sampling, mean, work));
+    }
     let mut displacement = series(&cycle.displacement);
     if let Some(smooth) = smooth(reads)? {
         displacement = fine_displacement(&displacement, &series(&cycle.force), smooth.tangential);
@@ -273,7 +297,7 @@ fn computed(
         normal_load: cycle.force.iter().map(|f| f[2]).collect(),
         own,
     };
-    Ok(motion.with_mean_load(load))
+    Ok((motion.with_mean_load(load), work))
 }
 
 /// What the nodes of contact elements move against the `mean` of all, sample by sample.
@@ -283,20 +307,51 @@ fn own_motion(
     displacement: &[f64],
     sampling: &Sampling,
     mean: &[[f64; 3]],
+    work: &WorkBetweenEnds,
 ) -> OwnMotion {
     let count = nodes.interpolation.nodes();
     let mut own = vec![vec![0.0; axes * count]; mean.len()];
+    let mut approach = vec![vec![0.0; count]; mean.len()];
+    let mut part = vec![1.0; count];
     let rows = displacement.chunks(3 * sampling.harmonics().coefficients());
-    for (&node, row) in nodes.numbers.iter().zip(rows) {
-        let samples = own.iter_mut().zip(sampling.synthesise(row)).zip(mean);
-        for ((own, u), mean) in samples {
+    for ((&node, row), of_element) in nodes.numbers.iter().zip(rows).zip(&work.part) {
+        part[node] = *of_element;
+        let samples = own.iter_mut().zip(&mut approach);
+        for (((own, approach), u), mean) in samples.zip(sampling.synthesise(row)).zip(mean) {
             for axis in 0..axes {
                 own[axis * count + node] = u[axis] - mean[axis];
             }
+            approach[node] = u[2];
         }
     }
     OwnMotion {
         interpolation: nodes.interpolation.clone(),
         displacement: own,
+        approach,
+        work: part,
     }
+}
+
+/// Displacement of each element at the end of a straight motion, along x and y \[m\].
+pub fn reach_of(elements: &ContactElements, motion: &Motion) -> Vec<[f64; 2]> {
+    let mut reach = vec![[0.0; 2]; elements.len()];
+    let Some(straight) = motion.straight() else {
+        return reach;
+    };
+    let (all, own) = straight.end.split_at(motion.channels().count());
+    let own = elements.nodes().filter(|_| !own.is_empty()).map(|of| {
+        let axes = own.chunks_exact(of.interpolation.nodes());
+        (axes, &of.numbers)
+    });
+    for axis in 0..motion.drive.len() {
+        reach.iter_mut().for_each(|reach| reach[axis] = all[axis]);
+    }
+    if let Some((axes, numbers)) = own {
+        for (axis, nodes) in axes.enumerate() {
+            for (reach, &node) in reach.iter_mut().zip(numbers) {
+                reach[axis] += nodes[node];
+            }
+        }
+    }
+    reach
 }

@@ -1,7 +1,8 @@
 //! The steady response of the structure to the contact elements in force.
 
 use super::RunError;
-use super::contact_elements::element_table;
+use super::agreement::{self, Agreed, agreed};
+use super::contact_elements::{element_table, slider_table};
 use super::contact_state::{harmonics_of, parameters_of};
 use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
@@ -25,10 +26,17 @@ pub const DECLARATION: Declaration = Declaration {
     recipe: &[
         Part::Structure,
         Part::Surface,
+        Part::Contact,
+        Part::Cycle,
         Part::Elements,
         Part::Response,
     ],
     reads: &[
+        agreement::TABLES[0],
+        agreement::TABLES[1],
+        agreement::TABLES[2],
+        agreement::TABLES[3],
+        agreement::TABLES[4],
         reduced::TABLES[0],
         reduced::TABLES[1],
         reduced::TABLES[2],
@@ -49,12 +57,13 @@ pub const DECLARATION: Declaration = Declaration {
 const TIE: f64 = 0.99;
 
 /// The tables of the response in force: iterations that do not renew it have the same.
-const IN_FORCE: [TableName; 5] = [
+const IN_FORCE: [TableName; 6] = [
     TableName::Response,
     TableName::DynamicResponse,
     TableName::Resonance,
     TableName::JointCycle,
     TableName::ContactElement,
+    TableName::ContactSlider,
 ];
 
 fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
@@ -73,6 +82,9 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         outputs.put(&reads.before::<typed::Resonance>()?)?;
         outputs.put(&reads.before::<typed::JointCycle>()?)?;
         outputs.put(&reads.before::<typed::ContactElement>()?)?;
+        if let Some(sliders) = reads.maybe_before::<typed::ContactSlider>()? {
+            outputs.put(&sliders)?;
+        }
         return Ok(outputs);
     }
     let parameters = parameters_of(&reads.table()?, reads.maybe()?);
@@ -85,9 +97,20 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let tolerance = harmonic_tolerance(&reads.recipe);
     let resolved = vibration.resolve(elements, start, tolerance);
     let resolved = resolved.map_err(|source| failed(reads, source))?;
+    let begin = Agreed {
+        resolved,
+        parameters,
+    };
+    let Agreed {
+        resolved,
+        parameters,
+    } = agreed(reads, solvers, &vibration, begin, &mut outputs)?;
     tell_missed(&mut outputs, tolerance, &resolved);
     tell_candidates(&mut outputs, &resolved.resonance);
     in_force(reads, &resolved, &parameters, &mut outputs)?;
+    if let Some(sliders) = slider_table(&parameters) {
+        outputs.put(&sliders)?;
+    }
     Ok(outputs)
 }
 
@@ -367,7 +390,7 @@ fn cycle_table(cycle: &JointCycle) -> typed::JointCycle {
 }
 
 /// One row for each port and harmonic, ports slow: the harmonic coefficients are stored so that [`harmonics_of`] finds them again.
-fn response_table(
+pub fn response_table(
     recipe: &Recipe,
     balance: &HarmonicBalance<ContactElement>,
     resonance: &Resonance,

@@ -7,6 +7,7 @@
 //!                  └> static_contact ─> model_update ─> dynamic_response ─> fretting_cycle ─> summary
 //! ```
 
+mod agreement;
 mod backbone;
 mod contact_elements;
 mod contact_state;

@@ -7,6 +7,7 @@
 
 use super::joint::{FrettingJoint, WearError};
 use super::motion::{Channel, StraightMotion};
+use super::own_motion::OwnMotion;
 use crate::contact::normal::NormalSolution;
 use crate::contact::tangential::{
     CellState, TangentialOptions, TangentialProblem, TangentialSolution,
@@ -133,6 +134,16 @@ impl Tally {
         self.error = self.error.max(step.error);
     }
 
+    /// Slip path and energy by these parts, one a cell.
+    fn scale(&mut self, parts: &[f64]) {
+        for values in [&mut self.slip_path, &mut self.energy] {
+            values
+                .iter_mut()
+                .zip(parts)
+                .for_each(|(v, part)| *v *= part);
+        }
+    }
+
     pub(super) fn finish(
         self,
         cell_area: f64,
@@ -198,6 +209,9 @@ impl FrettingJoint {
         };
         let mut tally = Tally::new(limit.len());
         tally.add(&half, 4.0, None);
+        if let Some(work) = self.motion.own.as_ref().and_then(OwnMotion::work_of_cells) {
+            tally.scale(&work);
+        }
         let load = self.motion.mean_load();
         let torsion = |place: &[f64], step: &TangentialSolution, sign: f64| {
             self.motion

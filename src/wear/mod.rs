@@ -9,6 +9,8 @@ pub mod indentation;
 pub mod joint;
 pub mod landing;
 mod law;
+mod loading;
+mod local_load;
 pub mod motion;
 mod own_motion;
 pub mod sampled;

@@ -340,9 +340,9 @@ impl Motion {
         })
     }
 
-    /// What a cycle between two reversals under the mean load leaves out of the work of friction, relative to it, if all slid all the way:
-    /// the variation of the load, of first order where it has twice the frequency, and the way of nodes that turn elsewhere.
-    pub fn left_out_by_reversals(&self, reversals: &Motion) -> f64 {
+    /// What a cycle between two reversals under the mean load leaves out of the work of friction by the variation of the load, relative to
+    /// it, if all slid all the way: of first order where the load has twice the frequency.
+    pub fn left_out_by_reversals(&self) -> f64 {
         let (mean, samples) = (self.mean_load(), self.samples());
         let (mut work, mut varied) = (0.0, 0.0);
         for k in 0..samples {
@@ -352,37 +352,11 @@ impl Motion {
             work += mean * path;
             varied += (0.5 * (self.normal_load[k] + self.normal_load[next]) - mean) * path;
         }
-        let by_load = if work > 0.0 {
+        if work > 0.0 {
             (varied / work).abs()
         } else {
             0.0
-        };
-        let [all, straight] = [self, reversals].map(Motion::way_of_nodes);
-        let by_nodes = if all > 0.0 {
-            (1.0 - straight / all).abs()
-        } else {
-            0.0
-        };
-        by_load + by_nodes
-    }
-
-    /// Sum of the ways of all nodes that move on their own \[m\].
-    fn way_of_nodes(&self) -> f64 {
-        let Some(own) = &self.own else {
-            return 0.0;
-        };
-        let (samples, nodes) = (self.samples(), own.interpolation.nodes());
-        let drive: Vec<&Vec<f64>> = self.drive.iter().map(Channel::values).collect();
-        let step = |k: usize, node: usize| {
-            let next = (k + 1) % samples;
-            let along = drive.iter().enumerate().map(|(axis, mean)| {
-                let at = |k: usize| mean[k] + own.displacement[k][axis * nodes + node];
-                (at(next) - at(k)).powi(2)
-            });
-            along.sum::<f64>().sqrt()
-        };
-        let all = (0..samples).flat_map(|k| (0..nodes).map(move |node| (k, node)));
-        all.map(|(k, node)| step(k, node)).sum()
+        }
     }
 
     /// Number of samples of the cycle.

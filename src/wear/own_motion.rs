@@ -13,43 +13,45 @@ pub struct OwnMotion {
     pub interpolation: Arc<Interpolation>,
     /// For each sample the displacement of each node along x, then along y where the motion has that axis \[m\].
     pub displacement: Vec<Vec<f64>>,
+    /// For each sample by how much the bodies come closer at each node than at rest \[m\]; none: the load of every place stays that of the
+    /// static contact, or goes with the load of the joint.
+    pub approach: Vec<Vec<f64>>,
+    /// Part of the work of friction between the two ends of the motion, under the load of the static contact, that each node really has; none:
+    /// all of it. What is between the ends, and the variation of the load, is in it.
+    pub work: Vec<f64>,
 }
 
 impl OwnMotion {
     /// Displacement of the cells between two samples' values, one field an axis \[m\].
     pub fn between(&self, from: &[f64], to: &[f64]) -> ByAxis<Vec<f64>> {
         let change: Vec<f64> = to.iter().zip(from).map(|(to, from)| to - from).collect();
-        let cells = self.interpolation.grid().len();
         change
             .chunks_exact(self.interpolation.nodes())
-            .map(|nodes| {
-                let mut field = vec![0.0; cells];
-                self.interpolation.add(1.0, nodes, &mut field);
-                field
-            })
+            .map(|nodes| self.of_cells(nodes))
             .collect()
     }
 
     /// Every `step`-th sample.
     pub(super) fn every(&self, step: usize) -> OwnMotion {
-        self.with(self.displacement.iter().step_by(step).cloned().collect())
+        let thin = |series: &[Vec<f64>]| series.iter().step_by(step).cloned().collect();
+        self.with(thin(&self.displacement), thin(&self.approach))
     }
 
     /// With a sample in the middle between any two, on the straight line between them.
     pub(super) fn halved(&self) -> OwnMotion {
-        let after = self.displacement.iter().cycle().skip(1);
-        let pairs = self.displacement.iter().zip(after);
-        let halves = pairs.flat_map(|(a, b)| [a.clone(), combined(a, b, 0.5, 0.5)]);
-        self.with(halves.collect())
+        let halve = |series: &[Vec<f64>]| {
+            let pairs = series.iter().zip(series.iter().cycle().skip(1));
+            let halves = pairs.flat_map(|(a, b)| [a.clone(), combined(a, b, 0.5, 0.5)]);
+            halves.collect()
+        };
+        self.with(halve(&self.displacement), halve(&self.approach))
     }
 
-    /// Half of what lies between two samples, and its opposite.
+    /// Half of what lies between two samples, and its opposite, under the load of the static contact.
     pub(super) fn ends(&self, top: usize, bottom: usize) -> OwnMotion {
-        let [top, bottom] = [top, bottom].map(|k| &self.displacement[k]);
-        self.with(vec![
-            combined(top, bottom, 0.5, -0.5),
-            combined(top, bottom, -0.5, 0.5),
-        ])
+        let [d, e] = [top, bottom].map(|k| &self.displacement[k]);
+        let opposite = vec![combined(d, e, 0.5, -0.5), combined(d, e, -0.5, 0.5)];
+        self.with(opposite, Vec::new())
     }
 
     /// With the middle of the range of every node at zero.
@@ -65,7 +67,24 @@ impl OwnMotion {
             })
             .collect();
         let samples = self.displacement.iter();
-        self.with(samples.map(|of| combined(of, &middle, 1.0, -1.0)).collect())
+        let displacement = samples.map(|of| combined(of, &middle, 1.0, -1.0)).collect();
+        self.with(displacement, self.approach.clone())
+    }
+
+    /// By how much the cells come closer at a sample than at rest \[m\].
+    pub(super) fn approach_of_cells(&self, sample: usize) -> Vec<f64> {
+        self.of_cells(&self.approach[sample])
+    }
+
+    /// [`OwnMotion::work`] of the cells; none where it is all of it.
+    pub(super) fn work_of_cells(&self) -> Option<Vec<f64>> {
+        (!self.work.is_empty()).then(|| self.of_cells(&self.work))
+    }
+
+    fn of_cells(&self, nodes: &[f64]) -> Vec<f64> {
+        let mut field = vec![0.0; self.interpolation.grid().len()];
+        self.interpolation.add(1.0, nodes, &mut field);
+        field
     }
 
     /// True if it is between two ends alone, opposite to each other.
@@ -76,10 +95,12 @@ impl OwnMotion {
         top.iter().zip(bottom).all(|(a, b)| *a == -b)
     }
 
-    fn with(&self, displacement: Vec<Vec<f64>>) -> OwnMotion {
+    fn with(&self, displacement: Vec<Vec<f64>>, approach: Vec<Vec<f64>>) -> OwnMotion {
         OwnMotion {
             interpolation: self.interpolation.clone(),
             displacement,
+            approach,
+            work: self.work.clone(),
         }
     }
 }

@@ -200,6 +200,9 @@ impl FrettingJoint {
         wear: &[f64],
         contact: &NormalSolution,
     ) -> Result<Vec<Vec<f64>>, WearError> {
+        if let Some(limits) = self.limits_by_place(contact)? {
+            return Ok(limits);
+        }
         if self.motion.constant_load() {
             return Ok(vec![self.limit(&contact.pressure)]);
         }

@@ -20,6 +20,7 @@ mod survey;
 mod time_integration;
 mod truncation;
 mod unreduced;
+mod work_between_ends;
 
 use fretwear::dynamics::aft::{Closure, Derivative, Scratch};
 use fretwear::dynamics::{

@@ -4,6 +4,7 @@ mod cycle;
 mod drives;
 mod landing;
 mod left_out;
+mod local_load;
 mod motion;
 mod sampled;
 mod step;

@@ -1,0 +1,156 @@
+//! Agreement of both scales on a response: its contact elements get the laws that the fine contact has under the motion of the response,
+//! until the fine contact says the same of force and energy as the elements.
+
+use super::RunError;
+use super::contact_state::{
+    ElementMotion, Fields, let_move_between_ends, on_axes, reach_of, solution_of, wear_of,
+};
+use super::dynamic_response::{contact_elements, failed, harmonic_tolerance, response_table};
+use super::reads::{Outputs, Reads};
+use super::solvers::Solvers;
+use crate::dynamics::cycle::{half_range, joint_cycle};
+use crate::dynamics::{Resolved, Vibration};
+use crate::model_update::{ElementParameters, Loading};
+use crate::tables::{TableName, typed};
+
+/// What the fine contact may be off the contact elements, relative to the larger: below this laws are left as they are.
+const AGREED: f64 = 0.02;
+/// From here on it is told that laws of a response do not make both agree.
+const TOLD: f64 = 0.03;
+/// Laws that are taken from a response, at most.
+const ROUNDS: usize = 3;
+/// Part of what the exciter supplies that friction must take for its energy to be looked at: of a joint that all but sticks it is rounding.
+const LEAST_FRICTION: f64 = 1e-3;
+
+/// Tables of the fine contact that the stage of the response reads to compare it with its elements.
+pub const TABLES: [TableName; 5] = [
+    TableName::Surface,
+    TableName::Reference,
+    TableName::WearField,
+    TableName::StaticContact,
+    TableName::ContactField,
+];
+
+/// A response with its elements, and how far the fine contact is off them.
+pub struct Agreed<'a> {
+    /// The response.
+    pub resolved: Resolved<'a>,
+    /// Parameters of its elements.
+    pub parameters: ElementParameters,
+}
+
+/// What the fine contact does under a response.
+struct Fine {
+    /// Largest of the differences to the elements in force and energy, relative to the larger.
+    gap: f64,
+    /// Its loading along the motion, where the gap asks for it.
+    loading: Option<Loading>,
+}
+
+/// The response `resolved` to elements of these `parameters`, and both again as often as it takes until the fine contact agrees. Where the
+/// joint does not go to and fro, or elements have one law for all, they are what they are.
+///
+/// # Errors
+/// Those of the contact solves, and of a response.
+pub fn agreed<'a>(
+    reads: &Reads,
+    solvers: &mut Solvers,
+    vibration: &'a Vibration,
+    begin: Agreed<'a>,
+    outputs: &mut Outputs,
+) -> Result<Agreed<'a>, RunError> {
+    let mut best = begin;
+    let has_laws = best.parameters.sliders.is_some();
+    let fine = has_laws
+        .then(|| compared(reads, solvers, &best))
+        .transpose()?;
+    let Some(mut fine) = fine.flatten() else {
+        return Ok(best);
+    };
+    for _ in 0..ROUNDS {
+        let Some(loading) = fine.loading.take() else {
+            return Ok(best);
+        };
+        let mu = solvers.joint(reads)?.friction_coefficient;
+        let parameters = loading.laws(&best.parameters, mu);
+        let elements = contact_elements(reads, &parameters);
+        let harmonics = best.resolved.balance.harmonics().clone();
+        let start = best.resolved.resonance.phase.start();
+        let tolerance = harmonic_tolerance(&reads.recipe);
+        let resolved = match vibration.resolve(elements, Some((&harmonics, &start)), tolerance) {
+            Ok(resolved) => resolved,
+            Err(error) if error.is_not_converged() => break,
+            Err(error) => return Err(failed(reads, error)),
+        };
+        let next = Agreed {
+            resolved,
+            parameters,
+        };
+        let found = match compared(reads, solvers, &next)? {
+            Some(found) if found.gap < fine.gap => found,
+            _ => break,
+        };
+        (best, fine) = (next, found);
+    }
+    if fine.gap > TOLD {
+        outputs.notice(format!(
+            "iteration {}: the fine contact and the contact elements differ by {:.1} % in force or energy, whatever laws are taken from the response",
+            reads.wear_iteration,
+            100.0 * fine.gap
+        ));
+    }
+    Ok(best)
+}
+
+/// The fine contact under the response; none where that does not go to and fro.
+fn compared(
+    reads: &Reads,
+    solvers: &mut Solvers,
+    of: &Agreed<'_>,
+) -> Result<Option<Fine>, RunError> {
+    let Agreed {
+        resolved,
+        parameters,
+    } = of;
+    let row: typed::StaticContact = reads.table()?;
+    let response = response_table(&reads.recipe, &resolved.balance, &resolved.resonance);
+    let moved = ElementMotion::new(response, parameters.clone());
+    if !let_move_between_ends(reads, solvers, row.normal_load, &moved)? {
+        return Ok(None);
+    }
+    let patch = solvers.joint(reads)?.patch.clone();
+    let wear = wear_of(&patch, reads.maybe()?);
+    let mut fields = Fields::of(&patch, &reads.table()?);
+    let start = on_axes(&reads.recipe, &patch, std::mem::take(&mut fields.shear));
+    let start = (!start.is_empty()).then_some(&start);
+    let contact = solution_of(&row, fields);
+    let elements = solvers.elements(reads)?;
+    let phase = &resolved.resonance.phase;
+    let of_elements = joint_cycle(
+        resolved.balance.elements(),
+        &phase.displacement,
+        resolved.balance.sampling(),
+        elements.centres(),
+    )?;
+    let force = half_range(of_elements.force.iter().map(|force| force[0]));
+    let energy = phase.energy;
+    let (fine, _) = solvers.work(reads, None, |joint| {
+        let cycle = joint.cycle(&wear, &contact, start)?;
+        let off = |fine: f64, elements: f64| {
+            (fine - elements).abs() / fine.max(elements).max(f64::MIN_POSITIVE)
+        };
+        let mut gap = off(cycle.force_x(), force);
+        if energy.friction > LEAST_FRICTION * energy.input {
+            gap = gap.max(off(cycle.dissipation, energy.friction));
+        }
+        if gap <= AGREED {
+            return Ok(Fine { gap, loading: None });
+        }
+        let reach = reach_of(&elements, &joint.motion);
+        let parts = Loading::parts(parameters, &reach, joint.friction_coefficient);
+        let shear = joint.loading(&contact, &parts)?;
+        let loading = Some(Loading::new(&elements, reach, parts, &shear));
+        Ok(Fine { gap, loading })
+    })?;
+    Ok(Some(fine))
+}
