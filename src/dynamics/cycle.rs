@@ -100,6 +100,8 @@ pub struct WorkBetweenEnds {
     pub changed: f64,
     /// What elements dissipate and no part tells, likewise: they slip only since their load varies.
     pub untold: f64,
+    /// What all carry along x and y at the first end, under the loads at rest \[N\].
+    pub force: [f64; 2],
 }
 
 /// The largest part: an element that hardly slips between the ends tells little by it.
@@ -119,7 +121,7 @@ impl WorkBetweenEnds {
         let top = samples().max_by(|a, b| a.1.total_cmp(&b.1));
         let bottom = samples().min_by(|a, b| a.1.total_cmp(&b.1));
         let [top, bottom] = [top, bottom].map(|end| end.map_or(0, |(sample, _)| sample));
-        let (mut all, mut changed, mut untold) = (0.0, 0.0, 0.0);
+        let (mut all, mut changed, mut untold, mut force) = (0.0, 0.0, 0.0, [0.0; 2]);
         let rows = displacement.chunks(3 * sampling.harmonics().coefficients());
         let part = |(element, row): (&ContactElement, &[f64])| {
             let displacement = sampling.synthesise(row);
@@ -127,7 +129,11 @@ impl WorkBetweenEnds {
             let half = [0.5 * (d[0] - e[0]), 0.5 * (d[1] - e[1])];
             let ends = [[half[0], half[1], 0.0], [-half[0], -half[1], 0.0]];
             let energy = element.cycle(&displacement).dissipated_energy;
-            let between = element.cycle(&ends).dissipated_energy;
+            let to_and_fro = element.cycle(&ends);
+            let between = to_and_fro.dissipated_energy;
+            for (axis, force) in force.iter_mut().enumerate() {
+                *force += to_and_fro.force[0][axis];
+            }
             let part = match between > 0.0 {
                 true => (energy / between).min(LARGEST_PART),
                 false => 1.0,
@@ -146,6 +152,7 @@ impl WorkBetweenEnds {
             part,
             changed: of_all(changed),
             untold: of_all(untold),
+            force,
         }
     }
 }

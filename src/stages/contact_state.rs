@@ -232,22 +232,22 @@ pub fn let_move(
     Ok(left_out)
 }
 
-/// Lets the joint move to and fro between the ends of a response to its elements, whatever the recipe says of cycles; false if that motion does
-/// not go to and fro.
+/// Lets the joint move to and fro between the ends of a response to its elements, whatever the recipe says of cycles, and says what these do there;
+/// none if that motion does not go to and fro, or elements have no laws of their own.
 pub fn let_move_between_ends(
     reads: &Reads,
     solvers: &mut Solvers,
     load: f64,
     moved: &ElementMotion,
-) -> Result<bool, RunError> {
-    let (fine, _) = computed(reads, solvers, load, moved)?;
+) -> Result<Option<WorkBetweenEnds>, RunError> {
+    let (fine, work) = computed(reads, solvers, load, moved)?;
     let Some(motion) = fine.reversals(STRAIGHT, f64::INFINITY) else {
-        return Ok(false);
+        return Ok(None);
     };
     let joint = solvers.joint(reads)?;
     joint.motion = motion;
     joint.march = March::Reversal;
-    Ok(true)
+    Ok(work)
 }
 
 /// The motion that a response gives the fine contact, at many samples: the mean of the elements' displacement over the area, and what
