@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use fretwear::gauge::Gauge;
-use fretwear::recipe::Recipe;
+use fretwear::recipe::{Check, Recipe};
 use fretwear::report::visible;
 use fretwear::stages::{Observer, Progress, Stage};
 use fretwear::store::Opening;
@@ -37,6 +37,8 @@ pub struct Watcher {
     /// When the run will be done, and what it does a second, in words.
     end: Arc<Mutex<Option<(Instant, String)>>>,
     stopping: Option<Stopping>,
+    /// What is said of the scene once a run begins.
+    checks: Vec<Check>,
 }
 
 impl Watcher {
@@ -73,6 +75,15 @@ impl Watcher {
             since,
             end,
             stopping: None,
+            checks: Vec::new(),
+        }
+    }
+
+    /// A run that begins says what an engineer would look at.
+    pub fn telling(self, checks: &[Check]) -> Self {
+        Watcher {
+            checks: checks.to_vec(),
+            ..self
         }
     }
 
@@ -196,6 +207,11 @@ impl Observer for Watcher {
                 "continues {root}, of which no iteration is committed yet"
             )),
         }
+        if opening.created {
+            for line in lines_of(&self.checks) {
+                self.say(&line);
+            }
+        }
         if !opening.drafts_kept.is_empty() {
             self.say(&format!(
                 "uses again what was computed of the next iteration: {}",
@@ -235,6 +251,25 @@ impl Observer for Watcher {
             self.say(&(line + &left));
         }
     }
+}
+
+/// The figures that an engineer would look at, a line each, and then what is to be remarked of them.
+pub fn lines_of(checks: &[Check]) -> Vec<String> {
+    let mut lines = Vec::new();
+    if !checks.is_empty() {
+        lines.push("to look at, by rules of thumb".to_owned());
+    }
+    lines.extend(checks.iter().map(|check| {
+        let mark = if check.warning.is_some() {
+            "  <- see the warning"
+        } else {
+            ""
+        };
+        format!("    {}: {}{mark}", check.what, check.value)
+    }));
+    let remarks = checks.iter().filter_map(|check| check.remark.as_ref());
+    lines.extend(remarks.map(|remark| format!("note: {remark}")));
+    lines
 }
 
 /// 10000000 as 10 000 000.
