@@ -175,17 +175,6 @@ impl Structure {
         }
     }
 
-    /// Contact elements along x and y, were there no hole, and the side lengths that they cover \[m\]; none where there is one alone.
-    pub fn lattice(&self) -> Option<([usize; 2], [f64; 2])> {
-        match &self.source {
-            StructureSource::Oscillator { .. } => None,
-            StructureSource::Resonator { geometry } => Some((
-                [geometry.lap_cells; 2],
-                [geometry.lap_length, geometry.arm_height],
-            )),
-        }
-    }
-
     /// The ports of the vibration that are no contact ports, in their order: those of the loads and of the response, each once.
     /// The mass of an oscillator is its contact, unless it has none.
     pub fn points(&self, response: &Response, has_contact: bool) -> Vec<Port> {
