@@ -463,6 +463,8 @@ enum CliError {
         path: PathBuf,
         source: std::io::Error,
     },
+    #[error("{} is there already, and is not replaced: give another name, or remove it", path.display())]
+    SceneIsThere { path: PathBuf },
     #[error(
         "{key} stands on no line of its own in the scene {like}; change it in the file that is written"
     )]
