@@ -45,10 +45,15 @@ impl Gauge {
         self.0.points.fetch_add(1, Ordering::Relaxed);
     }
 
+    /// Points of the forced response so far.
+    pub fn points(&self) -> u64 {
+        self.0.points.load(Ordering::Relaxed)
+    }
+
     /// The same in words; empty where nothing of it is counted yet.
     pub fn words(&self) -> String {
         let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
-        let (points, iterations) = (of(&self.0.points), of(&self.0.iterations));
+        let (points, iterations) = (self.points(), of(&self.0.iterations));
         if points > 0 {
             let omega = f64::from_bits(of(&self.0.omega));
             let hertz = omega / std::f64::consts::TAU;

@@ -14,6 +14,8 @@ struct Found {
     errors: Vec<(String, Value)>,
     /// What its user should look at.
     warnings: Vec<String>,
+    /// What is rare and may be meant.
+    notes: Vec<String>,
 }
 
 /// Says of each scene what keeps it from running, and what is doubtful. Nothing is computed.
@@ -35,6 +37,7 @@ pub fn check(
                 "scene": path.display().to_string(),
                 "errors": errors.collect::<Vec<Value>>(),
                 "warnings": found.warnings,
+                "notes": found.notes,
             }));
             continue;
         }
@@ -46,6 +49,9 @@ pub fn check(
         }
         for warning in &found.warnings {
             writeln!(out, "warning: {}: {warning}", path.display());
+        }
+        for note in &found.notes {
+            writeln!(out, "note: {}: {note}", path.display());
         }
         let verdict = match (found.errors.len(), found.warnings.len()) {
             (0, 0) => "can be run".to_owned(),
@@ -64,6 +70,7 @@ fn of_scene(path: &Path, sets: &[String]) -> Found {
         Found {
             errors: vec![(text, error)],
             warnings: Vec::new(),
+            notes: Vec::new(),
         }
     };
     let scene = match scene::load(path, sets) {
@@ -75,12 +82,14 @@ fn of_scene(path: &Path, sets: &[String]) -> Found {
                     .map(|e| (e.to_string(), told(&e)))
                     .collect(),
                 warnings: Vec::new(),
+                notes: Vec::new(),
             };
         }
     };
     match Plan::of(&scene) {
         Ok(plan) => Found {
             errors: Vec::new(),
+            notes: plan.checks.into_iter().filter_map(|c| c.remark).collect(),
             warnings: plan.warnings,
         },
         Err(error) => alone(format!("{}: {error}", path.display())),

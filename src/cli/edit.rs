@@ -5,8 +5,9 @@ use std::io::{self, BufRead};
 use crate::terminal::say;
 
 /// Keys that differ from joint to joint, in the order in which one would be asked for them, and what they are.
-const ASKED: [(&str, &str); 10] = [
+const ASKED: [(&str, &str); 11] = [
     ("joint.size", "sides of the joint along x and y"),
+    ("joint.hole", "the hole, as { diameter = \"9 mm\" }"),
     ("joint.grid", "cells along x and y"),
     ("material.youngs_modulus", "Young's modulus"),
     ("surface.rq", "root mean square roughness"),
@@ -53,21 +54,55 @@ pub fn with(text: &str, key: &str, value: &str) -> Option<String> {
     Some(text)
 }
 
-/// Asks a person for what differs from joint to joint: `--set` of what is not as the scene has it.
-pub fn asked(text: &str) -> Vec<String> {
+/// Asks a person for what differs from joint to joint: `--set` of what is not as the scene has it. Where an answer has a `fault`, given
+/// those before it, it is asked for again.
+pub fn asked(text: &str, fault: impl Fn(&[String]) -> Option<String>) -> Vec<String> {
+    asked_of(text, io::stdin().lock().lines(), fault)
+}
+
+fn asked_of(
+    text: &str,
+    mut answers: impl Iterator<Item = io::Result<String>>,
+    fault: impl Fn(&[String]) -> Option<String>,
+) -> Vec<String> {
     say("An empty answer keeps the value in brackets.");
     let mut sets = Vec::new();
-    let mut lines = io::stdin().lock().lines();
     for (key, about) in ASKED {
         let Some(place) = place_of(text, key) else {
             continue;
         };
-        say(&format!("{about}, {key} [{}]?", &text[place]));
-        match lines.next() {
-            Some(Ok(answer)) if answer.trim().is_empty() => (),
-            Some(Ok(answer)) => sets.push(format!("{key}={}", answer.trim())),
-            _ => break,
+        loop {
+            say(&format!("{about}, {key} [{}]?", &text[place.clone()]));
+            let Some(Ok(answer)) = answers.next() else {
+                return sets;
+            };
+            if answer.trim().is_empty() {
+                break;
+            }
+            sets.push(format!("{key}={}", answer.trim()));
+            match fault(&sets) {
+                None => break,
+                Some(fault) => say(&fault),
+            }
+            sets.pop();
         }
     }
     sets
+}
+
+#[cfg(test)]
+mod tests {
+    use super::asked_of;
+
+    #[test]
+    fn an_answer_with_a_fault_is_asked_for_again_and_an_empty_one_keeps_the_value() {
+        let text = "[surface]\nrq = \"5 um\"\n[contact]\nnormal_load = \"30 kN\"\n";
+        let answers = ["", "30 km", "20 kN"].map(|answer| Ok(answer.to_owned()));
+        let fault = |sets: &[String]| sets.last()?.contains("km").then(|| "a length".to_owned());
+        let sets = asked_of(text, answers.into_iter(), fault);
+        assert_eq!(sets, ["contact.normal_load=20 kN"]);
+        // Who goes away has answered what he has.
+        let none = asked_of(text, std::iter::empty(), |_| None);
+        assert!(none.is_empty());
+    }
 }

@@ -238,7 +238,7 @@ struct SceneArguments {
 /// How runs are made.
 #[derive(Args)]
 struct Execution {
-    /// Stop after this time, at the end of an iteration, as in `--max-wall "8 h"`
+    /// Stop after this time, within the stage if its iteration takes longer, as in `--max-wall "8 h"`; a start has 5 s in any case
     #[arg(long, value_name = "TIME", value_parser = parse_time)]
     max_wall: Option<f64>,
     /// Threads for the contact solvers' transforms, worth it from some 128 x 128 cells; results do not depend on it
@@ -463,6 +463,8 @@ enum CliError {
         path: PathBuf,
         source: std::io::Error,
     },
+    #[error("{} is there already, and is not replaced: give another name, or remove it", path.display())]
+    SceneIsThere { path: PathBuf },
     #[error(
         "{key} stands on no line of its own in the scene {like}; change it in the file that is written"
     )]

@@ -1,12 +1,12 @@
 //! `fretwear new` and `fretwear ls`: where a scene of one's own begins, and what runs there are.
 
 use std::fs::{self, OpenOptions};
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use fretwear::report::{percent, word};
-use fretwear::scene;
+use fretwear::scene::{self, SceneError};
 use fretwear::stages::RunStatus;
 use fretwear::store::{RealFileSystem, RunReader};
 use fretwear::tables::typed::Summary;
@@ -85,15 +85,22 @@ pub fn new(
         Some(_) => path.to_owned(),
         None => path.with_extension("toml"),
     };
+    let failed = |source: io::Error| match source.kind() {
+        io::ErrorKind::AlreadyExists => CliError::SceneIsThere { path: path.clone() },
+        _ => CliError::NewScene {
+            path: path.clone(),
+            source,
+        },
+    };
+    // Before anything is asked.
+    if path.exists() {
+        return Err(failed(io::ErrorKind::AlreadyExists.into()));
+    }
     let mut sets = sets.to_vec();
     if is_asked {
-        sets = edit::asked(example.text);
+        sets = edit::asked(example.text, |sets| fault(example, &path, sets));
     }
     let text = changed(example, &path, &sets)?;
-    let failed = |source| CliError::NewScene {
-        path: path.clone(),
-        source,
-    };
     if let Some(folder) = path
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty())
@@ -128,7 +135,44 @@ fn changed(example: &Example, path: &Path, sets: &[String]) -> Result<String, Cl
             like: example.name.to_owned(),
         })?;
     }
-    Ok(text)
+    let keys = sets.iter().filter_map(|set| set.split_once('='));
+    let keys: Vec<&str> = keys.map(|(key, _)| key.trim()).collect();
+    if let (false, Some(stem)) = (keys.is_empty() || keys.contains(&"title"), path.file_stem()) {
+        let title = json!(stem.to_string_lossy()).to_string();
+        text = edit::with(&text, "title", &title).unwrap_or(text);
+    }
+    Ok(headed(example, path, &text, &keys))
+}
+
+/// The text with a first line that says where it comes from and what of it is changed, and with the command that runs it.
+fn headed(example: &Example, path: &Path, text: &str, changed: &[&str]) -> String {
+    let name = example.name;
+    let changed = match changed {
+        [] => String::new(),
+        keys => format!(" with other values of {}", keys.join(", ")),
+    };
+    let own = format!("fretwear run {}", word(path));
+    let shipped = format!("fretwear run pipelines/{name}.toml");
+    format!(
+        "# The scene {name} that is shipped with fretwear{changed}. What is said below of sources and results is said of\n\
+         # the shipped one.\n#\n{}",
+        text.replacen(&shipped, &own, 1)
+    )
+}
+
+/// What is wrong with the last of these values; none where that shows only with others that are still to come.
+fn fault(example: &Example, path: &Path, sets: &[String]) -> Option<String> {
+    let error = scene::load_kept(path, example.text, sets).err()?;
+    let last = sets.last()?;
+    let key = last.split('=').next().unwrap_or(last);
+    let is_of_last = |error: &SceneError| {
+        let (of, _) = error.problem.key_and_value();
+        of.is_none_or(|of| of.starts_with(key))
+    };
+    error
+        .into_each()
+        .find(is_of_last)
+        .map(|error| error.problem.to_string())
 }
 
 /// What `fretwear new` can begin from.

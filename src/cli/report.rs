@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use fretwear::recipe::Check;
 use fretwear::report::{ERROR_BARS, error_bar_of, percent};
 use fretwear::scene::Plan;
 use fretwear::stages::{Ending, Outcome};
@@ -70,16 +71,25 @@ fn write_change(out: &mut Results, unworn: &Summary, worn: &Summary) {
         let [Some(before), Some(after)] = [unworn, worn].map(figure.of) else {
             continue;
         };
-        let [before, after] = [before, after].map(|value| significant(value * figure.scale));
-        let bar = (figure.bar)(worn).filter(|bar| *bar > 0.0);
-        let bar = bar.map_or_else(String::new, |bar| format!(" ± {}", percent(bar)));
+        let bar = (figure.bar)(worn).unwrap_or(0.0);
+        let before = significant(before * figure.scale);
+        let after = with_bar(after * figure.scale, bar, figure.unit);
         let unit = figure.unit;
         writeln!(
             out,
-            "  {:<20} {:>14}   {after} {unit}{bar}",
+            "  {:<20} {:>14}   {after}",
             figure.title,
             format!("{before} {unit}")
         );
+    }
+}
+
+/// A figure with its bar. One that may be off by all of itself is known by what it is below alone.
+fn with_bar(value: f64, bar: f64, unit: &str) -> String {
+    match bar {
+        bar if bar >= 1.0 => format!("below {} {unit}", significant((1.0 + bar) * value)),
+        bar if bar > 0.0 => format!("{} {unit} ± {}", significant(value), percent(bar)),
+        _ => format!("{} {unit}", significant(value)),
     }
 }
 
@@ -136,6 +146,16 @@ pub fn outcome(outcome: &Outcome, plan: &Plan, root: &Path, form: Form, out: &mu
         "computed in",
         stages.join(", ")
     );
+}
+
+/// What an engineer would look at in the last state, and what is to be remarked of it.
+pub fn write_judged(out: &mut Results, checks: &[Check]) {
+    for check in checks {
+        writeln!(out, "  {:<24} {}", check.what, check.value);
+    }
+    for remark in checks.iter().filter_map(|check| check.remark.as_ref()) {
+        writeln!(out, "note: {remark}");
+    }
 }
 
 /// One line a column: name, value, unit, and its error bar.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use fretwear::report::{continuation, word};
 use fretwear::scene::{self, Plan, Scene};
 use fretwear::stages::{self, Ending, RunOptions, Source};
-use fretwear::store::{Cache, RealFileSystem, SceneOfRun, StoreError};
+use fretwear::store::{Cache, RealFileSystem, RunReader, SceneOfRun, StoreError};
 
 use super::report::Form;
 use super::{CliError, Exit, RunArguments, cost, report};
@@ -42,7 +42,9 @@ pub fn run(arguments: RunArguments, out: &mut Results) -> Result<Exit, CliError>
         command.join(" ")
     ));
     let watcher = Watcher::new(&plan.inputs.recipe, &root, arguments.execution.quiet);
-    let watcher = watcher.stopped_by(&stopping, &continuation(&root));
+    let watcher = watcher
+        .stopped_by(&stopping, &continuation(&root))
+        .telling(&plan.checks);
     if !arguments.execution.quiet {
         for warning in &plan.warnings {
             say(&format!("warning: {warning}"));
@@ -76,6 +78,10 @@ pub fn run(arguments: RunArguments, out: &mut Results) -> Result<Exit, CliError>
         (false, false) => Form::Short,
     };
     report::outcome(&outcome, &plan, &root, form, out);
+    if !arguments.json && outcome.summary.is_some() {
+        let reader = RunReader::open(Arc::new(RealFileSystem), &root)?;
+        report::write_judged(out, &stages::judged(&reader, &plan.inputs.recipe)?);
+    }
     if outcome.ending == Ending::Done && !arguments.json && !arguments.execution.quiet {
         // About this machine and this moment, and no result.
         say(&cost::in_words(&outcome.spent));

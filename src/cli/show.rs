@@ -10,6 +10,7 @@ use fretwear::validate;
 use serde_json::json;
 
 use super::{CliError, Exit, cost};
+use crate::progress::lines_of;
 use crate::terminal::Results;
 
 /// Prints what a scene needs, and what it will cost here, if that is to be rehearsed.
@@ -49,16 +50,9 @@ pub fn plan(
         said_once(&mut plan.warnings, found.warnings.clone());
         rehearsal = Some(found);
     }
-    if !plan.checks.is_empty() {
-        writeln!(out, "\nto look at, by rules of thumb");
-    }
-    for check in &plan.checks {
-        let mark = if check.warning.is_some() {
-            "  <- see the warning"
-        } else {
-            ""
-        };
-        writeln!(out, "    {}: {}{mark}", check.what, check.value);
+    writeln!(out);
+    for line in lines_of(&plan.checks) {
+        writeln!(out, "{line}");
     }
     for warning in &plan.warnings {
         writeln!(out, "\nwarning: {warning}");

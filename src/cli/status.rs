@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use fretwear::report::{continuation, percent};
 use fretwear::scene;
-use fretwear::stages::{RunCost, RunStatus};
+use fretwear::stages::{RunCost, RunStatus, judged};
 use fretwear::store::{LockHolder, RealFileSystem, RunReader};
 use fretwear::tables::{Table, TableName};
 use serde_json::{Map, Value, json};
 
-use super::report::{row, write_summary};
+use super::report::{row, write_judged, write_summary};
 use super::{CliError, Exit, cost};
 use crate::progress::{duration, grouped, significant};
 use crate::terminal::Results;
@@ -42,6 +42,9 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
         out.json(&Value::Object(object));
     } else {
         write(out, root, &standing, holder, summary.as_ref());
+        if damaged.is_empty() {
+            write_judged(out, &judged(&reader, &recipe)?);
+        }
         for damage in &damaged {
             writeln!(out, "damaged: {damage}");
         }

@@ -6,18 +6,19 @@ mod stopping;
 use std::cell::RefCell;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use fretwear::gauge::Gauge;
-use fretwear::recipe::Recipe;
+use fretwear::recipe::{Check, Recipe};
 use fretwear::report::visible;
 use fretwear::stages::{Observer, Progress, Stage};
 use fretwear::store::Opening;
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use crate::terminal::{is_watched, log_into, note, say};
-use pace::Pace;
+use pace::{Pace, Responding};
 pub use stopping::Stopping;
 
 /// Redraws of the bar between iterations, so that a long stage is seen to be alive.
@@ -32,26 +33,36 @@ pub struct Watcher {
     volume: Option<f64>,
     pace: RefCell<Pace>,
     gauge: Gauge,
-    /// When the stage that is computed began.
-    since: Arc<Mutex<Instant>>,
-    /// When the run will be done, and what it does a second, in words.
-    end: Arc<Mutex<Option<(Instant, String)>>>,
+    at: Arc<Mutex<At>>,
+    end: Arc<Mutex<Option<End>>>,
+    /// Whether forced responses are computed between the first iteration and the last.
+    responds_between: bool,
+    /// Degrees of freedom of the structure's mesh.
+    unknowns: Option<usize>,
     stopping: Option<Stopping>,
+    /// What is said of the scene once a run begins.
+    checks: Vec<Check>,
 }
 
 impl Watcher {
     pub fn new(recipe: &Recipe, root: &Path, quiet: bool) -> Self {
         let wear = recipe.wear.as_ref();
         let (cycles, volume) = (wear.and_then(|w| w.cycles), wear.and_then(|w| w.volume));
-        let (gauge, since) = (Gauge::default(), Arc::new(Mutex::new(Instant::now())));
+        let (gauge, at) = (Gauge::default(), Arc::new(Mutex::new(At::default())));
         let end = Arc::new(Mutex::new(None));
+        if !quiet && !is_watched() {
+            beat(gauge.clone(), &at);
+        }
+        let resonator = recipe.structure.as_ref().and_then(|s| s.source.resonator());
+        let unknowns =
+            resonator.and_then(|resonator| Some(3 * resonator.mesh().ok()?.mesh.nodes.len()));
         let bar = (!quiet && is_watched()).then(|| {
             let bar = ProgressBar::new(1000);
             // Three short lines, which are whole on 80 columns.
             let template =
                 "{spinner} {wide_msg}\n  [{bar:24}] {elapsed_precise}{left}\n  {prefix}{within}";
-            let within = within(gauge.clone(), since.clone());
-            let left = left(end.clone());
+            let within = within(gauge.clone(), at.clone());
+            let left = left(gauge.clone(), end.clone());
             bar.set_style(
                 ProgressStyle::with_template(template)
                     .expect("the template is a constant")
@@ -70,9 +81,20 @@ impl Watcher {
             volume,
             pace: RefCell::default(),
             gauge,
-            since,
+            at,
             end,
+            responds_between: !recipe.output.response_at.is_empty(),
+            unknowns,
             stopping: None,
+            checks: Vec::new(),
+        }
+    }
+
+    /// A run that begins says what an engineer would look at.
+    pub fn telling(self, checks: &[Check]) -> Self {
+        Watcher {
+            checks: checks.to_vec(),
+            ..self
         }
     }
 
@@ -127,15 +149,15 @@ impl Watcher {
         }
         let part = self.part(progress);
         let mut pace = self.pace.borrow_mut();
-        pace.committed(part, progress.cycles);
-        let mut end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
+        pace.committed(part, progress.cycles, self.gauge.points());
+        let mut end = locked(&self.end);
         *end = None;
         let mut left_of = String::new();
         if let (Some((cycles, left)), true) = (pace.left(), part < 1.0) {
             let pace = format!(", {} cycles/s", grouped(cycles as u64));
             left_of = format!("{pace}, {} left", duration(left));
             let left = Duration::try_from_secs_f64(left).ok();
-            *end = left.map(|left| (Instant::now() + left, pace));
+            *end = left.map(|left| End::At(Instant::now() + left, pace));
         }
         (line, left_of)
     }
@@ -144,38 +166,97 @@ impl Watcher {
 /// A stage that takes no time is not told of.
 const SHORT: Duration = Duration::from_secs(1);
 
+/// The stage that is computed.
+#[derive(Default)]
+struct At {
+    words: String,
+    since: Option<Instant>,
+    /// After how long more is said of it, where nobody sees a bar.
+    next: Duration,
+}
+
+impl At {
+    fn begun(words: String) -> Self {
+        At {
+            words,
+            since: Some(Instant::now()),
+            next: FIRST_BEAT,
+        }
+    }
+
+    fn elapsed(&self) -> Duration {
+        self.since.map_or(Duration::ZERO, |since| since.elapsed())
+    }
+}
+
+fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// How far a stage is: what its solvers have done, and its seconds.
+fn how_far(gauge: &Gauge, elapsed: Duration) -> String {
+    let words = gauge.words();
+    let comma = if words.is_empty() { "" } else { ", " };
+    format!(": {words}{comma}{}", duration(elapsed.as_secs_f64()))
+}
+
 fn within(
     gauge: Gauge,
-    since: Arc<Mutex<Instant>>,
+    at: Arc<Mutex<At>>,
 ) -> impl Fn(&ProgressState, &mut dyn Write) + Clone + Send + Sync {
     move |_, to| {
-        let elapsed = since
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .elapsed();
-        let words = gauge.words();
-        let comma = if words.is_empty() { "" } else { ", " };
+        let elapsed = locked(&at).elapsed();
         if elapsed >= SHORT {
-            let seconds = duration(elapsed.as_secs_f64());
-            let _ = write!(to, ": {words}{comma}{seconds}");
+            let _ = write!(to, "{}", how_far(&gauge, elapsed));
         }
     }
 }
 
-/// Time to go, counted down between iterations; nothing once it is over, since it was too short then.
+/// A stage that takes so long says how far it is where there is no bar, and again after twice the time.
+const FIRST_BEAT: Duration = Duration::from_secs(4);
+
+/// Says so as long as somebody has `at`.
+fn beat(gauge: Gauge, at: &Arc<Mutex<At>>) {
+    let at = Arc::downgrade(at);
+    thread::spawn(move || {
+        while let Some(at) = at.upgrade() {
+            let mut now = locked(&at);
+            let elapsed = now.elapsed();
+            if elapsed >= FIRST_BEAT && elapsed >= now.next {
+                now.next = 2 * elapsed;
+                say(&format!("{}{}", now.words, how_far(&gauge, elapsed)));
+            }
+            drop(now);
+            drop(at);
+            thread::sleep(TICK);
+        }
+    });
+}
+
+/// When the run will be done.
+enum End {
+    /// By its steps so far, with what it does a second in words.
+    At(Instant, String),
+    /// By the points of a forced response.
+    After(Responding),
+}
+
+/// Time to go, counted down between iterations.
 fn left(
-    end: Arc<Mutex<Option<(Instant, String)>>>,
+    gauge: Gauge,
+    end: Arc<Mutex<Option<End>>>,
 ) -> impl Fn(&ProgressState, &mut dyn Write) + Clone + Send + Sync {
     move |_, to| {
-        let end = end.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some((end, pace)) = end.as_ref() else {
-            return;
+        let _ = match locked(&end).as_ref() {
+            Some(End::After(response)) => {
+                write!(to, ", {} left", duration(response.left(gauge.points())))
+            }
+            Some(End::At(end, pace)) => match end.saturating_duration_since(Instant::now()) {
+                Duration::ZERO => write!(to, ", longer than expected{pace}"),
+                left => write!(to, ", {} left{pace}", duration(left.as_secs_f64())),
+            },
+            None => Ok(()),
         };
-        let left = end.saturating_duration_since(Instant::now());
-        if !left.is_zero() {
-            let _ = write!(to, ", {} left{pace}", duration(left.as_secs_f64()));
-        }
     }
 }
 
@@ -196,6 +277,11 @@ impl Observer for Watcher {
                 "continues {root}, of which no iteration is committed yet"
             )),
         }
+        if opening.created {
+            for line in lines_of(&self.checks) {
+                self.say(&line);
+            }
+        }
         if !opening.drafts_kept.is_empty() {
             self.say(&format!(
                 "uses again what was computed of the next iteration: {}",
@@ -209,13 +295,23 @@ impl Observer for Watcher {
     }
 
     fn stage(&self, stage: Stage, wear_iteration: u64) {
-        self.pace.borrow_mut().enters(stage);
+        let mut pace = self.pace.borrow_mut();
+        pace.enters(stage, self.gauge.points());
+        if let (Stage::ForcedResponse, Some(response)) =
+            (stage, pace.response(self.responds_between))
+        {
+            *locked(&self.end) = Some(End::After(response));
+        }
         let at = format!("{stage} of iteration {wear_iteration}");
         if let Some(stopping) = &self.stopping {
             stopping.enters(at.clone());
         }
         note(&at);
-        *self.since.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
+        let unknowns = self.unknowns.filter(|_| stage == Stage::Structure);
+        let at = unknowns.map_or(at.clone(), |all| {
+            format!("{at}, {} unknowns", grouped(all as u64))
+        });
+        *locked(&self.at) = At::begun(at.clone());
         if let Some(bar) = &self.bar {
             bar.set_prefix(at);
         }
@@ -235,6 +331,25 @@ impl Observer for Watcher {
             self.say(&(line + &left));
         }
     }
+}
+
+/// The figures that an engineer would look at, a line each, and then what is to be remarked of them.
+pub fn lines_of(checks: &[Check]) -> Vec<String> {
+    let mut lines = Vec::new();
+    if !checks.is_empty() {
+        lines.push("to look at, by rules of thumb".to_owned());
+    }
+    lines.extend(checks.iter().map(|check| {
+        let mark = if check.warning.is_some() {
+            "  <- see the warning"
+        } else {
+            ""
+        };
+        format!("    {}: {}{mark}", check.what, check.value)
+    }));
+    let remarks = checks.iter().filter_map(|check| check.remark.as_ref());
+    lines.extend(remarks.map(|remark| format!("note: {remark}")));
+    lines
 }
 
 /// 10000000 as 10 000 000.

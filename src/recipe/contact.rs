@@ -102,13 +102,15 @@ pub const YIELDS: f64 = 1.0 / 25.0;
 const WRONG: f64 = 0.2;
 
 impl Contact {
-    /// What is to be said of the peak pressure \[Pa\] of an unworn contact without a cap, if a real one would yield.
+    /// Young's modulus of the softer body \[Pa\].
+    pub fn least_modulus(&self) -> f64 {
+        let (lower, upper) = (self.bodies.lower, self.bodies.upper);
+        lower.youngs_modulus.min(upper.youngs_modulus)
+    }
+
+    /// What is to be said of the peak pressure \[Pa\] of a contact without a cap, if a real one would yield.
     pub fn remark_on_peak(&self, peak: f64) -> Option<String> {
-        let bodies = [self.bodies.lower, self.bodies.upper];
-        let modulus = bodies
-            .map(|body| body.youngs_modulus)
-            .into_iter()
-            .fold(f64::INFINITY, f64::min);
+        let modulus = self.least_modulus();
         if self.pressure_cap.is_some() || peak <= YIELDS * modulus {
             return None;
         }

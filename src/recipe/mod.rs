@@ -4,6 +4,7 @@
 //! recipe builds decides nothing, and no stage knows the scene. All quantities are SI. Each part stands in one file with what is built from
 //! it and with its words for people: what kinds of a structure, a surface or a wear step there are, only that file knows.
 
+mod check;
 mod contact;
 mod cycle;
 mod decision;
@@ -22,6 +23,7 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::model_update::Criterion;
 pub use crate::wear::Scheme;
+pub use check::Check;
 pub use contact::{Contact, StructureMesh, YIELDS};
 pub(crate) use cycle::why_computed;
 pub use cycle::{Cycle, CycleError, MotionSource, STRAIGHT};

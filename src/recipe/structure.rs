@@ -76,27 +76,6 @@ impl StructureSource {
         }
     }
 
-    /// A first frequency \[Hz\] and a mass \[kg\] by rule of thumb: of a bar as long as a resonator, and of a mass on its stiffest
-    /// spring with a contact of `stiffness` \[N/m\].
-    pub fn first_frequency_and_mass(&self, stiffness: f64) -> (f64, f64) {
-        match self {
-            StructureSource::Oscillator {
-                mass,
-                stiffness: own,
-                ..
-            } => {
-                let axes = mass.iter().zip(own);
-                let highest = axes.map(|(m, k)| ((k + stiffness) / m).sqrt());
-                (highest.fold(0.0, f64::max) / TAU, mass[0])
-            }
-            StructureSource::Resonator { geometry } => {
-                let material = geometry.material;
-                let speed = (material.elastic.youngs_modulus / material.density).sqrt();
-                (speed / (2.0 * geometry.length()), geometry.rough_mass())
-            }
-        }
-    }
-
     /// Number of its contact elements, where there is a contact.
     pub fn contact_elements(&self, ports: ContactPorts) -> usize {
         match (self, ports) {
@@ -118,13 +97,15 @@ impl StructureSource {
         }
     }
 
-    /// Mass \[kg\] and stiffness \[N/m\] along an axis, of an oscillator.
-    pub fn mass_and_stiffness(&self, axis: usize) -> Option<[f64; 2]> {
+    /// Mass \[kg\], damping \[N s/m\] and stiffness \[N/m\] along an axis, of an oscillator.
+    pub fn oscillator_along(&self, axis: usize) -> Option<[f64; 3]> {
         match self {
             StructureSource::Resonator { .. } => None,
             StructureSource::Oscillator {
-                mass, stiffness, ..
-            } => Some([mass[axis], stiffness[axis]]),
+                mass,
+                damping,
+                stiffness,
+            } => Some([mass[axis], damping[axis], stiffness[axis]]),
         }
     }
 
@@ -191,17 +172,6 @@ impl Structure {
                     lever: 0.5 * geometry.lap_length,
                 }
             }
-        }
-    }
-
-    /// Contact elements along x and y, were there no hole, and the side lengths that they cover \[m\]; none where there is one alone.
-    pub fn lattice(&self) -> Option<([usize; 2], [f64; 2])> {
-        match &self.source {
-            StructureSource::Oscillator { .. } => None,
-            StructureSource::Resonator { geometry } => Some((
-                [geometry.lap_cells; 2],
-                [geometry.lap_length, geometry.arm_height],
-            )),
         }
     }
 

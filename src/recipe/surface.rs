@@ -255,6 +255,14 @@ impl Heights {
 }
 
 impl Cells {
+    /// Diameter of a round hole \[m\]; none of a joint without.
+    pub fn hole_diameter(&self) -> Option<f64> {
+        match self {
+            Cells::Hole { diameter } => Some(*diameter),
+            Cells::All | Cells::Elements { .. } => None,
+        }
+    }
+
     /// Contact elements along x and y; none of a joint without.
     pub fn element_counts(&self) -> [usize; 2] {
         match self {

@@ -26,24 +26,9 @@ pub fn section(runs: &[RunTables], labels: &[&str]) -> Option<Section> {
         })
         .map(|change| change.key)
         .collect();
-    let values: Vec<(BTreeMap<String, Value>, BTreeMap<String, String>)> = runs
-        .iter()
-        .map(|run| (flatten(&run.record().scene), written(run.scene_toml())))
-        .collect();
-    let rows: Vec<Vec<String>> = keys
-        .into_iter()
-        .map(|key| {
-            let each = values.iter().map(|(scene, written)| {
-                let value = scene.get(&key).filter(|value| !value.is_null());
-                let text = written.get(&key).cloned();
-                value.map_or(NONE.to_owned(), |value| {
-                    text.unwrap_or_else(|| plain(value))
-                })
-            });
-            let each: Vec<String> = each.collect();
-            std::iter::once(key).chain(each).collect()
-        })
-        .collect();
+    let told: Vec<Told> = runs.iter().map(Told::of).collect();
+    let rows = keys.into_iter().filter_map(|key| row(key, &told));
+    let rows: Vec<Vec<String>> = rows.collect();
     let html = match rows.is_empty() {
         true => "<p>The scenes of all runs are the same.</p>\n".to_owned(),
         false => {
@@ -60,29 +45,85 @@ pub fn section(runs: &[RunTables], labels: &[&str]) -> Option<Section> {
     })
 }
 
-/// A value that the kept scene does not have, as that of a default.
-fn plain(value: &Value) -> String {
-    value
-        .as_str()
-        .map_or_else(|| value.to_string(), str::to_owned)
+/// The values of a run's scene.
+struct Told {
+    /// All of them, resolved, by dotted key.
+    scene: BTreeMap<String, Value>,
+    /// Those of the kept scene as they are written there, with units, in its order.
+    written: Vec<(String, String)>,
+    /// Whether it has contact elements.
+    has_elements: bool,
+}
+
+impl Told {
+    fn of(run: &RunTables) -> Self {
+        Told {
+            scene: flatten(&run.record().scene),
+            written: written(run.scene_toml()),
+            has_elements: run.recipe().elements().is_some(),
+        }
+    }
+
+    /// The value of a key as it is written, of a table its entries in one line.
+    fn as_written(&self, key: &str) -> Option<String> {
+        let entries = self.written.iter().filter_map(|(name, text)| {
+            let below = name.strip_prefix(key)?;
+            match below.strip_prefix('.') {
+                Some(below) => Some(format!("{below} {text}")),
+                None => below.is_empty().then(|| text.clone()),
+            }
+        });
+        let entries: Vec<String> = entries.collect();
+        (!entries.is_empty()).then(|| entries.join(", "))
+    }
+
+    /// The value of a key that is not written, as a default.
+    fn by_default(&self, key: &str) -> Option<String> {
+        if !self.has_elements && OF_ELEMENTS.contains(&key) {
+            return None;
+        }
+        let value = self.scene.get(key).filter(|value| !value.is_null())?;
+        Some(
+            value
+                .as_str()
+                .map_or_else(|| value.to_string(), str::to_owned),
+        )
+    }
+}
+
+/// What a scene without a structure has by default, and nothing is computed from.
+const OF_ELEMENTS: [&str; 2] = ["contact.stiffness", "contact.distribution"];
+
+/// A key with its value in each run; `None` where no user made a difference: all have written the same, or it is the default of what
+/// another run has none of.
+fn row(key: String, told: &[Told]) -> Option<Vec<String>> {
+    let written: Vec<Option<String>> = told.iter().map(|run| run.as_written(&key)).collect();
+    let each: Vec<Option<String>> = told
+        .iter()
+        .zip(&written)
+        .map(|(run, text)| text.clone().or_else(|| run.by_default(&key)))
+        .collect();
+    let is_same = written[0].is_some() && written.iter().all(|text| *text == written[0]);
+    let is_of_one = written.iter().all(Option::is_none) && each.contains(&None);
+    if is_same || is_of_one {
+        return None;
+    }
+    let each = each
+        .into_iter()
+        .map(|text| text.unwrap_or_else(|| NONE.to_owned()));
+    Some(std::iter::once(key).chain(each).collect())
 }
 
 /// The values of a kept scene as they are written there, with units, by dotted key: one a line, as the program keeps it. Of a line
-/// that is written otherwise there is none.
-fn written(scene: &str) -> BTreeMap<String, String> {
+/// that is written otherwise there is none; of a list of tables the entries of all.
+fn written(scene: &str) -> Vec<(String, String)> {
     let mut section = String::new();
-    let mut values = BTreeMap::new();
+    let mut values = Vec::new();
     for line in scene.lines().map(str::trim) {
-        if let Some(name) = line
-            .strip_prefix('[')
-            .and_then(|rest| rest.strip_suffix(']'))
-        {
-            section = match name.is_empty() || name.starts_with('[') {
-                true => String::new(),
-                false => format!("{name}."),
-            };
+        if line.starts_with('[') && line.ends_with(']') {
+            section = format!("{}.", line.trim_matches(['[', ']']));
         } else if let Some((key, value)) = line.split_once(" = ") {
-            values.insert(format!("{section}{key}"), value.replace('"', ""));
+            values.push((format!("{section}{key}"), value.replace('"', "")));
         }
     }
     values

@@ -187,6 +187,9 @@ fn change(
     times: bool,
 ) -> String {
     let unit = unit_of(units, quantity::largest(&[first, last]));
+    if let Some(bar) = bar.filter(|bar| *bar >= 1.0) {
+        return below(name, first, (1.0 + bar) * last, unit);
+    }
     let told = bar.map_or(String::new(), |bar| format!(" ± {}", percent(bar)));
     let [before, now] = [first, last].map(|value| rounded(value / unit.size, unit));
     if (last - first).abs() <= STAYED * last.abs() {
@@ -211,6 +214,21 @@ fn change(
     )
 }
 
+/// What a quantity was, and what it is less than: of one whose error bar is as large as itself no more is known.
+fn below(name: &str, first: f64, most: f64, unit: Unit) -> String {
+    let [before, now] = [first, most].map(|value| rounded(value / unit.size, unit));
+    match first > most {
+        true => format!(
+            "{name} fell from {before} to less than {now}\u{a0}{}",
+            unit.symbol
+        ),
+        false => format!(
+            "{name} was {before} and is less than {now}\u{a0}{}",
+            unit.symbol
+        ),
+    }
+}
+
 /// The error bar of the last iteration, where it has one.
 fn bar(run: &Of, column: &str) -> Option<f64> {
     let bar = run.column(error_bar_of(column)?)?.last().copied()?;
@@ -223,6 +241,9 @@ fn shown(value: f64, units: Units) -> String {
 }
 
 fn with_bar(value: f64, units: Units, bar: Option<f64>) -> String {
+    if let Some(bar) = bar.filter(|bar| *bar >= 1.0) {
+        return format!("less than {}", shown((1.0 + bar) * value, units));
+    }
     let bar = bar.map_or(String::new(), |bar| format!(" ± {}", percent(bar)));
     shown(value, units) + &bar
 }
@@ -273,4 +294,28 @@ fn listed(things: &[String]) -> String {
     }
     .trim_start_matches("the ")
     .to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ENERGY, VOLUME, change, with_bar};
+
+    #[test]
+    fn what_may_be_off_by_all_of_itself_is_known_by_what_it_is_below() {
+        let told = |bar| change("the energy", [18.6e-3, 0.407e-3], ENERGY, Some(bar), false);
+        assert_eq!(
+            told(1.49),
+            "the energy fell from 18.6 to less than 1.01\u{a0}mJ"
+        );
+        assert_eq!(
+            told(0.5),
+            "the energy fell from 18.6 to 0.407\u{a0}mJ ± 50 %"
+        );
+        let small = change("the energy", [0.5e-3, 0.4e-3], ENERGY, Some(2.0), false);
+        assert!(
+            small.contains(" was ") && small.contains(" is less than "),
+            "{small}"
+        );
+        assert_eq!(with_bar(2e-9, VOLUME, Some(1.5)), "less than 5.00\u{a0}mm³");
+    }
 }

@@ -251,12 +251,17 @@ fn program(version: &str, commit: Option<&str>) -> String {
     }
 }
 
+/// The scenes as their users wrote them; of a run that has no such file, as the program keeps it.
 fn scenes(runs: &[RunTables]) -> Section {
     let html = runs.iter().map(|run| {
+        let (file, text) = match run.reader().written_scene() {
+            Some(text) => ("scene.original.toml, as it was written", text),
+            None => ("scene.toml as kept in the run", run.scene_toml().to_owned()),
+        };
         format!(
-            "<details><summary>{}: scene.toml as kept in the run</summary>\n<pre>{}</pre></details>\n",
+            "<details><summary>{}: {file}</summary>\n<pre>{}</pre></details>\n",
             escaped(run.name()),
-            escaped(run.scene_toml())
+            escaped(&text)
         )
     });
     Section {

@@ -29,7 +29,7 @@ impl Layout {
     pub fn scene(&self) -> PathBuf {
         self.root.join("scene.toml")
     }
-    /// The scene as its user wrote it; nothing reads it.
+    /// The scene as its user wrote it; reports show it, and nothing is computed from it.
     pub fn written_scene(&self) -> PathBuf {
         self.root.join("scene.original.toml")
     }

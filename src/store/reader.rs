@@ -131,6 +131,13 @@ impl RunReader {
         }
     }
 
+    /// The scene as its user wrote it, for people; `None` where there is none that is text. No hash covers it, and nothing is computed
+    /// from it.
+    pub fn written_scene(&self) -> Option<String> {
+        let bytes = self.files.read_metadata(&self.layout.written_scene());
+        String::from_utf8(bytes.ok()?.ok()?).ok()
+    }
+
     /// Who writes the run at the moment; `None` if nobody does.
     ///
     /// # Errors

@@ -133,6 +133,12 @@ impl Resonator {
             + self.wall_thickness
     }
 
+    /// First frequency of a bar as long, along its axis \[Hz\].
+    pub fn bar_frequency(&self) -> f64 {
+        let speed = (self.material.elastic.youngs_modulus / self.material.density).sqrt();
+        speed / (2.0 * self.length())
+    }
+
     /// Its mass \[kg\] as if the frame were full and the lap one arm: some percent too much.
     pub fn rough_mass(&self) -> f64 {
         let frame = (self.leaf_thickness + self.window_length + self.wall_thickness)

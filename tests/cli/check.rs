@@ -99,3 +99,65 @@ fn a_plan_refuses_what_a_run_refuses_and_no_folder_is_left() {
         assert!(!bench.path("runs").exists(), "{set}");
     }
 }
+
+/// A run that begins says what an engineer would look at, and at its end what no metal would bear.
+#[test]
+fn a_run_says_what_to_look_at() {
+    let bench = Bench::new();
+    let rough = [
+        "--set",
+        "surface.rq=60 um",
+        "--set",
+        "contact.normal_load=2 kN",
+    ];
+    let did = bench.done(&[&["run", "small.toml", "--run", "a"][..], &rough].concat());
+    let said = did.stderr();
+    let place = |text: &str| said.find(text).unwrap_or_else(|| panic!("{text}: {said}"));
+    assert!(place("begins ") < place("to look at, by rules of thumb"));
+    assert!(place("to look at, by rules of thumb") < place("number of cells that touch: some"));
+    let end = did.stdout();
+    for text in [
+        "peak pressure, unworn",
+        "note: the peak pressure of",
+        "slip over a cell",
+        "deepest wear over Rq",
+    ] {
+        assert!(end.contains(text), "{text}: {end}");
+    }
+    let status = bench.done(&["status", "a"]).stdout();
+    assert!(status.contains("peak pressure, unworn"), "{status}");
+    // Not said again where it goes on, nor to who wants quiet.
+    let again = bench.done(&[&["run", "small.toml", "--run", "a"][..], &rough].concat());
+    assert!(!again.stderr().contains("to look at"));
+    let quiet = bench.done(&["run", "small.toml", "--run", "b", "--quiet"]);
+    assert!(!quiet.stderr().contains("to look at"));
+}
+
+/// Where the size of a joint and its hole do not fit, the one that is no bolted joint's is named.
+#[test]
+fn a_size_that_does_not_fit_its_hole_is_named() {
+    let shipped = |name: &str| format!("{}/pipelines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let bench = Bench::new();
+    for (name, set, key) in [
+        ("lap_joint", "joint.size=[\"40 m\", \"40 m\"]", "joint.size"),
+        (
+            "lap_joint",
+            "joint.size=[\"40 um\", \"40 um\"]",
+            "joint.size",
+        ),
+        (
+            "lap_joint",
+            "joint.hole.diameter=11 um",
+            "joint.hole.diameter",
+        ),
+        (
+            "lap_joint",
+            "joint.hole.diameter=11 m",
+            "joint.hole.diameter",
+        ),
+    ] {
+        let did = bench.fretwear(&["check", &shipped(name), "--json", "--set", set]);
+        let found: serde_json::Value = serde_json::from_str(&did.stdout()).expect("JSON");
+        assert_eq!(found["errors"][0]["key"], key, "{set}: {found}");
+    }
+}

@@ -3,6 +3,8 @@
 #[cfg(feature = "polars")]
 mod compare;
 #[cfg(feature = "polars")]
+mod compared;
+#[cfg(feature = "polars")]
 mod page;
 #[cfg(feature = "polars")]
 mod run_tables;

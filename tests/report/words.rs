@@ -12,7 +12,7 @@ fn open(folder: &TempDir, name: &str, scene: &str) -> RunTables {
 }
 
 /// What stands between the first two texts, after the first.
-fn between<'a>(text: &'a str, begin: &str, end: &str) -> &'a str {
+pub fn between<'a>(text: &'a str, begin: &str, end: &str) -> &'a str {
     let (_, rest) = text
         .split_once(begin)
         .unwrap_or_else(|| panic!("no {begin}"));
@@ -20,7 +20,7 @@ fn between<'a>(text: &'a str, begin: &str, end: &str) -> &'a str {
 }
 
 /// The values that an attribute has in a figure of a page.
-fn attributes<'a>(html: &'a str, figure: &str, name: &str) -> Vec<&'a str> {
+pub fn attributes<'a>(html: &'a str, figure: &str, name: &str) -> Vec<&'a str> {
     let figure = between(html, &format!("<figure id=\"fig-{figure}\">"), "</figure>");
     let begin = format!(" {name}=\"");
     let parts = figure.split(&begin).skip(1);

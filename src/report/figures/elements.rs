@@ -1,5 +1,7 @@
 //! The contact elements of the structure.
 
+use std::collections::{HashMap, HashSet};
+
 use polars::prelude::DataFrame;
 
 use super::super::ReportError;
@@ -9,18 +11,19 @@ use super::super::run_tables::{numbers, texts};
 use super::course::labelled;
 use super::surface::titled;
 use super::{Figure, Of, Study, drawn, range_of, widened};
+use crate::scene::Resonator;
 use crate::tables::TableName;
 
 const STATES: [&str; 4] = ["stick", "partial", "slip", "open"];
 /// One millimetre \[m\].
 const MM: f64 = 1e-3;
 
-/// Elements on the lattice that they lie on.
+/// The elements as cells of the joint.
 struct Lattice {
     cells: [usize; 2],
     size: [f64; 2],
-    /// Where each element stands among the cells, x slowest.
-    place: Vec<usize>,
+    /// The element of each cell, x slowest; none in the hole.
+    of_cell: Vec<Option<usize>>,
 }
 
 /// The map of the elements at the last iteration of each run.
@@ -77,7 +80,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         title: "Contact elements".to_owned(),
         drawings,
         caption: format!(
-            "State is the worst of an element over the vibration cycle. At the last iteration: {}.",
+            "State is the worst of an element over the vibration cycle. Each has its part of the joint. At the last iteration: {}.",
             each.join(". ")
         ),
         query: study.query_last("contact_element", &columns),
@@ -87,17 +90,48 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
 
 /// `None` for a single element, which makes no map.
 fn lattice(run: &Of, frame: &DataFrame) -> Option<Lattice> {
-    let (cells, size) = run.tables.recipe().structure.as_ref()?.lattice()?;
+    let structure = run.tables.recipe().structure.as_ref()?;
+    let resonator = structure.source.resonator()?;
     let (x, y) = (numbers(frame, "x")?, numbers(frame, "y")?);
-    let cell = |value: f64, d: usize| {
-        let part = value / size[d] + 0.5;
-        ((part * cells[d] as f64) as usize).min(cells[d] - 1)
-    };
-    let place = x.iter().zip(&y);
-    let place = place
-        .map(|(x, y)| cell(*x, 0) * cells[1] + cell(*y, 1))
-        .collect();
-    (x.len() > 1).then_some(Lattice { cells, size, place })
+    let places: Vec<[f64; 2]> = x.into_iter().zip(y).map(|(x, y)| [x, y]).collect();
+    let at_nodes = !structure.contact_ports.are_faces();
+    (places.len() > 1).then(|| Lattice::of(resonator, at_nodes, &places))
+}
+
+impl Lattice {
+    /// Elements at nodes of the structure's mesh have the part of the joint that is nearer to them than to other nodes: half a cell of
+    /// the mesh to each side, and none beyond an edge or in the hole.
+    fn of(resonator: &Resonator, at_nodes: bool, places: &[[f64; 2]]) -> Lattice {
+        let size = [resonator.lap_length, resonator.arm_height];
+        let count = resonator.lap_cells;
+        let parts = if at_nodes { 2 } else { 1 };
+        let place = |value: f64, d: usize| {
+            let place = (value / size[d] + 0.5) * count as f64;
+            // A face is known by its centre, a node by where it is.
+            let place = if at_nodes {
+                place.round()
+            } else {
+                place.floor()
+            };
+            place as usize
+        };
+        let elements = places.iter().enumerate();
+        let elements: HashMap<[usize; 2], usize> = elements
+            .map(|(element, [x, y])| ([place(*x, 0), place(*y, 1)], element))
+            .collect();
+        let in_mesh: HashSet<[usize; 2]> = resonator.contact_cells().into_iter().collect();
+        let cells = [count * parts; 2];
+        let all = (0..cells[0]).flat_map(|i| (0..cells[1]).map(move |j| [i, j]));
+        let of_cell = all.map(|cell| {
+            in_mesh.get(&cell.map(|k| k / parts))?;
+            elements.get(&cell.map(|k| k.div_ceil(parts))).copied()
+        });
+        Lattice {
+            cells,
+            size,
+            of_cell: of_cell.collect(),
+        }
+    }
 }
 
 fn maps(
@@ -109,11 +143,8 @@ fn maps(
     states: &[String],
 ) -> Vec<Map> {
     let spread = |values: &[f64]| -> Vec<f64> {
-        let mut cells = vec![f64::NAN; lattice.cells[0] * lattice.cells[1]];
-        for (place, value) in lattice.place.iter().zip(values) {
-            cells[*place] = *value;
-        }
-        cells
+        let value = |element: &Option<usize>| element.map_or(f64::NAN, |element| values[element]);
+        lattice.of_cell.iter().map(value).collect()
     };
     let map = |title: &str, values: &[f64], scale: Scale| Map {
         title: titled(study, run, title),
@@ -159,4 +190,45 @@ fn maps(
         maps.push(map(name, &values, scale));
     }
     maps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Lattice;
+    use crate::scene::Resonator;
+
+    /// Cells of each element.
+    fn counts(lattice: &Lattice, elements: usize) -> Vec<usize> {
+        let mut counts = vec![0; elements];
+        for element in lattice.of_cell.iter().flatten() {
+            counts[*element] += 1;
+        }
+        counts
+    }
+
+    /// Each element has the area of the joint that it has in the structure, and the rest is the hole.
+    #[test]
+    fn nodes_and_faces_have_their_own_parts_of_the_joint() {
+        let resonator = Resonator {
+            lap_cells: 9,
+            lap_length: 30e-3,
+            ..Resonator::default()
+        };
+        let (places, areas): (Vec<[f64; 2]>, Vec<f64>) =
+            resonator.contact_nodes().into_iter().unzip();
+        let lattice = Lattice::of(&resonator, true, &places);
+        let cell = 30e-3 * 40e-3 / 18.0 / 18.0;
+        for (count, area) in counts(&lattice, places.len()).into_iter().zip(areas) {
+            assert!((count as f64 * cell / area - 1.0).abs() < 1e-9, "{count}");
+        }
+        let faces = resonator.contact_centres();
+        let lattice = Lattice::of(&resonator, false, &faces);
+        assert!(
+            counts(&lattice, faces.len())
+                .iter()
+                .all(|count| *count == 1)
+        );
+        let hole = lattice.of_cell.iter().filter(|cell| cell.is_none());
+        assert_eq!(hole.count(), 81 - faces.len());
+    }
 }

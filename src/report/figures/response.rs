@@ -197,6 +197,20 @@ fn phase_resonances(study: &Study) -> Result<String, ReportError> {
     })
 }
 
+/// How to have the figure that a worn run lacks.
+fn none_between(study: &Study) -> &'static str {
+    let lacks = |run: &Of| {
+        let recipe = run.tables.recipe();
+        recipe.wear.is_some() && recipe.output.response_at.is_empty()
+    };
+    match study.runs.iter().all(lacks) {
+        true => {
+            " States in between are drawn where the scene asks for them, as output.response_at = [100000, 1000000] does."
+        }
+        false => "",
+    }
+}
+
 /// The responses at intermediate states too, where the run has more than its two ends.
 fn over_wear(study: &Study) -> Result<Option<Figure>, ReportError> {
     const ID: &str = "responses-over-wear";
@@ -268,9 +282,10 @@ fn forced_response(study: &Study) -> Result<Option<Figure>, ReportError> {
         title: "Forced response".to_owned(),
         drawings,
         caption: format!(
-            "First harmonic at the response point{force}. Largest of the curve: {}.{}",
+            "First harmonic at the response point{force}. Largest of the curve: {}.{}{}",
             peaks.join("; "),
-            phase_resonances(study)?
+            phase_resonances(study)?,
+            none_between(study)
         ),
         query: study.query("frf", &columns),
         sources: vec![("frf", columns)],

@@ -1,10 +1,10 @@
-//! Profile and pressure along a line through the deepest point of wear, as they change with the cycles.
+//! Profile and pressure along a line through the deepest point of wear, the same line for all runs, as they change with the cycles.
 
 use super::super::ReportError;
-use super::super::plot::{Axis, Chart, Curve, style_of_state};
+use super::super::plot::{Axis, BEFORE_ZERO, Chart, Curve, style_of_state};
 use super::super::quantity::{self, LENGTH, PRESSURE, Unit, shown, unit_of};
 use super::course::labelled;
-use super::surface::{deepest, name_of, titled};
+use super::surface::{name_of, titled};
 use super::{Figure, Of, Study, drawn, range_of};
 use crate::tables::TableName;
 
@@ -14,6 +14,10 @@ const WINDOW: f64 = 0.25;
 const STATES: usize = 5;
 /// One millimetre \[m\].
 const MM: f64 = 1e-3;
+/// From this ratio of the peaks of two states on, pressures are drawn over their logarithm.
+const DECADE: f64 = 10.0;
+/// Part of the largest pressure that such an axis still shows.
+const LEAST: f64 = 1e-4;
 
 /// Name of a state of wear, heights \[m\], pressures \[Pa\].
 type State = (String, Vec<f64>, Vec<f64>);
@@ -24,19 +28,23 @@ struct Section<'a> {
     /// Abscissae \[mm\].
     x: Vec<f64>,
     states: Vec<State>,
-    /// Heights of the deepest point before and after.
+    /// Heights of the point that the line is taken through, before and after.
     ends: [f64; 2],
 }
 
-/// The sections of all runs through the deepest points of their worn depth.
+/// The sections of all runs along x through a point \[m\].
 ///
 /// # Errors
 /// [`ReportError`] for a table that cannot be read and for a figure that cannot be drawn.
-pub fn figure(study: &Study, fields: &[(&Of, Vec<f64>)]) -> Result<Figure, ReportError> {
+pub fn figure(
+    study: &Study,
+    fields: &[(&Of, Vec<f64>)],
+    line: [f64; 2],
+) -> Result<Figure, ReportError> {
     const ID: &str = "section";
     let mut sections = Vec::new();
     for (run, depth) in fields {
-        sections.extend(section(study, run, depth)?);
+        sections.extend(section(study, run, depth, line)?);
     }
     let all = |of: fn(&State) -> &Vec<f64>| -> Vec<f64> {
         let states = sections.iter().flat_map(|section| &section.states);
@@ -48,38 +56,40 @@ pub fn figure(study: &Study, fields: &[(&Of, Vec<f64>)]) -> Result<Figure, Repor
         unit_of(PRESSURE, quantity::largest(&pressures)),
     ];
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
+    let of_pressure = pressure_axis(&sections, &pressures, units[1]);
     for section in &sections {
-        let chart = |name: &str, unit: Unit, all: &[f64], of: fn(&State) -> &Vec<f64>| {
+        let chart = |name: &str, unit: Unit, y: &Axis, of: fn(&State) -> &Vec<f64>| {
             let curves = section.states.iter().enumerate().map(|(k, state)| {
                 let points = section.x.iter().zip(of(state));
-                let points = points.map(|(x, value)| [*x, value / unit.size]).collect();
+                // What is too little for a logarithmic axis is drawn where it has its zero.
+                let seen = |value: f64| match y.zero {
+                    Some(zero) if value < zero => 0.0,
+                    _ => value,
+                };
+                let points = points
+                    .map(|(x, value)| [*x, seen(value / unit.size)])
+                    .collect();
                 Curve::line(&state.0, style_of_state(k, section.states.len()), points)
             });
-            Chart {
+            let chart = Chart {
                 title: titled(study, section.run, name),
                 x: Axis {
                     label: "x / mm".to_owned(),
                     ..Axis::default()
                 },
-                y: Axis {
-                    label: labelled(if name == "profile" { "height" } else { name }, unit.symbol),
-                    // The same for all runs.
-                    range: range_of(all).map(|range| roomy(range.map(|end| end / unit.size))),
-                    ..Axis::default()
-                },
+                y: y.clone(),
                 curves: curves.collect(),
-            }
+            };
+            chart.draw().map_err(drawn(ID))
         };
-        drawings.push(
-            chart("profile", units[0], &heights, |state| &state.1)
-                .draw()
-                .map_err(drawn(ID))?,
-        );
-        drawings.push(
-            chart("pressure", units[1], &pressures, |state| &state.2)
-                .draw()
-                .map_err(drawn(ID))?,
-        );
+        let of_height = Axis {
+            label: labelled("height", units[0].symbol),
+            // The same for all runs.
+            range: range_of(&heights).map(|range| roomy(range.map(|end| end / units[0].size))),
+            ..Axis::default()
+        };
+        drawings.push(chart("profile", units[0], &of_height, |state| &state.1)?);
+        drawings.push(chart("pressure", units[1], &of_pressure, |state| &state.2)?);
         each.push(format!(
             "{}the height there falls from {} to {}",
             name_of(study, section.run),
@@ -100,7 +110,14 @@ pub fn figure(study: &Study, fields: &[(&Of, Vec<f64>)]) -> Result<Figure, Repor
         title: "Section through the deepest point".to_owned(),
         drawings,
         caption: format!(
-            "Profile and pressure along x about the deepest point of wear: {}.{between}",
+            "Profile and pressure along x about the deepest point of wear{}, x {} and y {}: {}.{between}",
+            if study.is_single() {
+                ""
+            } else {
+                " of all runs"
+            },
+            shown(line[0], LENGTH),
+            shown(line[1], LENGTH),
             each.join("; ")
         ),
         query: study.query_last("contact_field", &columns),
@@ -110,6 +127,32 @@ pub fn figure(study: &Study, fields: &[(&Of, Vec<f64>)]) -> Result<Figure, Repor
             ("contact_field", columns),
         ],
     })
+}
+
+/// The axis of the pressures, the same for all runs: logarithmic where states are decades apart.
+fn pressure_axis(sections: &[Section], pressures: &[f64], unit: Unit) -> Axis {
+    let label = labelled("pressure", unit.symbol);
+    let states = sections.iter().flat_map(|section| &section.states);
+    let peaks: Vec<f64> = states
+        .map(|state| quantity::largest(&state.2))
+        .filter(|peak| *peak > 0.0)
+        .collect();
+    let most = quantity::largest(&peaks);
+    let least = peaks.iter().copied().fold(f64::INFINITY, f64::min);
+    if most < DECADE * least {
+        return Axis {
+            label,
+            range: range_of(pressures).map(|range| roomy(range.map(|end| end / unit.size))),
+            ..Axis::default()
+        };
+    }
+    let zero = 10f64.powf((LEAST * most / unit.size).log10().floor());
+    Axis {
+        label,
+        log: true,
+        zero: Some(zero),
+        range: Some([BEFORE_ZERO * zero, 2.0 * most / unit.size]),
+    }
 }
 
 /// A range with air to both sides; what begins at 0 stays there.
@@ -122,12 +165,16 @@ fn section<'a>(
     study: &Study,
     run: &'a Of<'a>,
     depth: &[f64],
+    line: [f64; 2],
 ) -> Result<Option<Section<'a>>, ReportError> {
     let (Some((cells, size)), Some(heights)) = (run.grid(), run.heights()?) else {
         return Ok(None);
     };
-    let cell = deepest(depth);
-    let (column, row) = (cell / cells[1], cell % cells[1]);
+    let [column, row] = [0, 1].map(|d| {
+        let part = line[d] / size[d] * cells[d] as f64;
+        (part as usize).min(cells[d] - 1)
+    });
+    let cell = column * cells[1] + row;
     let half = ((cells[0] as f64 * WINDOW / 2.0).round() as usize).max(8);
     let begin = column
         .saturating_sub(half)

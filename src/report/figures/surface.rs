@@ -120,21 +120,44 @@ pub fn wear_figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     if !worn {
         return Ok(Vec::new());
     }
+    let Some(line) = line_of(&fields) else {
+        return Ok(Vec::new());
+    };
     Ok(vec![
-        wear_map(study, &fields)?,
-        section::figure(study, &fields)?,
+        wear_map(study, &fields, line)?,
+        section::figure(study, &fields, line)?,
     ])
 }
 
+/// The deepest point of all runs \[m\]: sections of all are taken through it, so that they can be compared.
+fn line_of(fields: &[(&Of, Vec<f64>)]) -> Option<[f64; 2]> {
+    let of_depth = |a: &&(&Of, Vec<f64>), b: &&(&Of, Vec<f64>)| {
+        quantity::largest(&a.1).total_cmp(&quantity::largest(&b.1))
+    };
+    let (run, depth) = fields.iter().max_by(of_depth)?;
+    let (cells, size) = run.grid()?;
+    Some(place_of(deepest(depth), cells, size))
+}
+
+/// The middle of a cell \[m\].
+fn place_of(cell: usize, cells: [usize; 2], size: [f64; 2]) -> [f64; 2] {
+    let place = [cell / cells[1], cell % cells[1]];
+    std::array::from_fn(|d| (place[d] as f64 + 0.5) * size[d] / cells[d] as f64)
+}
+
 /// The cell with the largest value.
-pub fn deepest(depth: &[f64]) -> usize {
+fn deepest(depth: &[f64]) -> usize {
     let key = |k: &usize| if depth[*k].is_nan() { -1.0 } else { depth[*k] };
     (0..depth.len())
         .max_by(|a, b| key(a).total_cmp(&key(b)))
         .unwrap_or(0)
 }
 
-fn wear_map(study: &Study, fields: &[(&Of, Vec<f64>)]) -> Result<Figure, ReportError> {
+fn wear_map(
+    study: &Study,
+    fields: &[(&Of, Vec<f64>)],
+    line: [f64; 2],
+) -> Result<Figure, ReportError> {
     const ID: &str = "wear-map";
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
     let deepest_of_all = fields.iter().map(|(_, depth)| quantity::largest(depth));
@@ -143,15 +166,12 @@ fn wear_map(study: &Study, fields: &[(&Of, Vec<f64>)]) -> Result<Figure, ReportE
         let (Some((cells, size)), Some([_, most])) = (run.grid(), range_of(depth)) else {
             continue;
         };
-        let cell = deepest(depth);
-        let place = [cell / cells[1], cell % cells[1]];
-        let at: [f64; 2] =
-            std::array::from_fn(|d| (place[d] as f64 + 0.5) * size[d] / cells[d] as f64);
+        let at = place_of(deepest(depth), cells, size);
         let title = titled(study, run, "worn depth");
         let Some(mut map) = map(run, title, depth, [0.0, top], LENGTH, "worn depth")? else {
             continue;
         };
-        let y = at[1] / MM;
+        let y = line[1] / MM;
         map.curves
             .push(Curve::line("", WORN, vec![[0.0, y], [size[0] / MM, y]]));
         drawings.push(map.draw().map_err(drawn(ID))?);

@@ -137,7 +137,7 @@ const CAP: i32 = 3;
 /// A bar of this part of its value or more says that next to nothing is known: its point is hollow, and the bar left out.
 pub const LONGEST_BAR: f64 = 0.9;
 /// A logarithmic axis begins this part of the place of 0 below it.
-const BEFORE_ZERO: f64 = 0.9;
+pub const BEFORE_ZERO: f64 = 0.9;
 /// Where all values are the same, the axis reaches this part of them to both sides.
 const WIDEN: f64 = 0.05;
 /// A logarithmic axis shows this many decades at most.

@@ -8,7 +8,7 @@ mod map;
 
 use plotters::style::RGBColor;
 
-pub use chart::{Axis, Chart, Curve, LONGEST_BAR, Mark};
+pub use chart::{Axis, BEFORE_ZERO, Chart, Curve, LONGEST_BAR, Mark};
 pub use map::{Map, NOTHING, Scale};
 
 use super::html::escaped;

@@ -14,14 +14,13 @@ use serde_json::json;
 
 use super::Scene;
 use super::canonical::FOLLOWING_KEYS;
-use crate::recipe::{CycleError, Decision, Identity, Inputs, Joint, Reasons, Recipe, told};
+use crate::recipe::{Check, CycleError, Decision, Identity, Inputs, Joint, Reasons, Recipe, told};
 use crate::surface::SurfaceError;
 use crate::wear::Motion;
 use files::Files;
 use rough::{Contents, motion_of};
 
 pub use files::{HistoryProblem, InputError};
-pub use plausible::Check;
 pub use stability::explicit_step;
 
 /// A scene that is well written and cannot be run.

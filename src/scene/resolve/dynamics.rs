@@ -263,7 +263,7 @@ fn frequency(
         };
     }
     let missing = || reader.missing(&FREQUENCY, "");
-    let Some([mass, stiffness]) = structure.mass_and_stiffness(axis) else {
+    let Some([mass, _, stiffness]) = structure.oscillator_along(axis) else {
         return Err(missing());
     };
     let spring = contact

@@ -4,7 +4,7 @@ use super::{All, Body, Result};
 use crate::material::Elastic;
 use crate::scene::keys::{Key, Quantity, contact, joint::*, lines};
 use crate::scene::reader::Reader;
-use crate::scene::{Bodies, Hole, Joint, Motion, Resonator, Scene, Solid};
+use crate::scene::{Bodies, Hole, Joint, Motion, Resonator, Scene, SceneError, Solid};
 
 pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
     let example = match body {
@@ -35,7 +35,9 @@ pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
         return Err(reader.missing(&HOLE_DIAMETER, ""));
     }
     if diameter.is_some_and(|d| d >= size[0].min(size[1])) {
-        return Err(reader.out_of_range(&HOLE_DIAMETER, "less than the shorter side of joint.size"));
+        return Err(doubted(reader, size, diameter).unwrap_or_else(|| {
+            reader.out_of_range(&HOLE_DIAMETER, "less than the shorter side of joint.size")
+        }));
     }
     let hole = match (body, diameter, elements) {
         (Body::Resonator, Some(diameter), Some(elements)) => {
@@ -50,6 +52,24 @@ pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
         elements,
         hole,
     }))
+}
+
+/// Sides of a joint with a hole for a bolt \[m\].
+const BOLTED: [f64; 2] = [1e-3, 2.0];
+
+/// Where a hole and a size do not fit and the size is that of no bolted joint, it is the size that is wrong.
+fn doubted(reader: &Reader<'_>, size: [f64; 2], diameter: Option<f64>) -> Option<SceneError> {
+    let diameter = diameter?;
+    let of_bolts = BOLTED[0]..=BOLTED[1];
+    (!size.iter().all(|side| of_bolts.contains(side))).then(|| {
+        reader.out_of_range(
+            &SIZE,
+            format!(
+                "some times the diameter of its hole, {:.4} mm: mm, um or m?",
+                diameter * 1e3
+            ),
+        )
+    })
 }
 
 /// The contact elements of a resonator, whose mesh has as many along x as along y.
@@ -98,14 +118,14 @@ fn check_hole(
     if (diameter - staircase).abs() <= within {
         return Ok(());
     }
-    Err(reader.out_of_range(
+    Err(doubted(reader, size, Some(diameter)).unwrap_or_else(|| reader.out_of_range(
         &HOLE_DIAMETER,
         format!(
             "within {:.4} mm of {:.4} mm: the hole of a resonator is that of its mesh, {absent} contact elements; leave joint.hole out",
             within * 1e3,
             staircase * 1e3
         ),
-    ))
+    )))
 }
 
 pub(super) fn material(reader: &Reader<'_>, body: Body) -> Result<Option<Bodies>> {

@@ -1,0 +1,155 @@
+//! Friction, motion and wear.
+
+use std::f64::consts::PI;
+
+use super::face::Face;
+use super::{Bounded, PLAIN, half_range, limit, short};
+use crate::recipe::Recipe;
+use crate::wear::Motion;
+
+/// Coefficients of friction of dry solids: of ice, and of metals in vacuum and more.
+const FRICTION: [f64; 2] = [0.01, 2.0];
+/// Half range of a motion over what makes the joint slide: more is no fretting.
+const MOST_MOTION: f64 = 1e3;
+/// Below that nothing slips. What a partial slip dissipates goes as the cube of the motion, so that a joint that is to wear
+/// wears nothing from a larger bound on.
+const STICKS: f64 = 1e-4;
+const WEARS_NOTHING: f64 = 8e-3;
+/// Of a motion that is told: heights stay opposite to the same heights as long as it is less than a cell.
+const CELL: f64 = 1.0;
+/// Worn volume per energy \[m³/J\] of the hardest coatings, and of what crumbles.
+const WEAR: [f64; 2] = [5e-18, 1e-12];
+/// Most cycles of a machine: a hundred years of 300 a second.
+const CYCLES: f64 = 1e12;
+/// Depth of an explicit wear step over Rq.
+const STEP: [f64; 2] = [1e-4, 5.0];
+/// Mean worn depth in the end over Rq, if the joint slid by its whole motion: more is not wear of a joint, and less is hardly any.
+const WORN: f64 = 1e4;
+const HARDLY_WORN: f64 = 2e-3;
+/// Rq of a face whose heights are a form \[m\].
+const OF_FORM: f64 = 1e-6;
+
+/// What friction carries.
+pub fn friction(recipe: &Recipe) -> Option<Bounded> {
+    let (mu, limit) = limit(recipe)?;
+    Some(Bounded {
+        what: "coefficient of friction",
+        value: mu,
+        words: format!("{mu} (friction holds {} N)", short(limit)),
+        bounds: [if mu == 0.0 { 0.0 } else { FRICTION[0] }, FRICTION[1]],
+        key: "contact.friction_coefficient",
+        hint: "a part, or percent?",
+        ..PLAIN
+    })
+}
+
+/// A given motion.
+pub fn moved(face: &Face, motion: &Motion, wears: bool) -> Vec<Bounded> {
+    let Some(half_range) = half_range(motion) else {
+        return Vec::new();
+    };
+    let (grid, contact) = (face.surface.grid(), face.contact);
+    let cell = grid.dx.min(grid.dy);
+    let mut found = vec![Bounded {
+        what: "motion over a cell",
+        value: half_range / cell,
+        words: format!(
+            "{} ({} µm over {} µm)",
+            short(half_range / cell),
+            short(half_range * 1e6),
+            short(cell * 1e6)
+        ),
+        bounds: [0.0, CELL],
+        key: "motion.amplitude, joint.grid",
+        hint: "slip is taken to be small: cells do not travel with it, and all wear is of the places that face each other at rest; um or mm?",
+        ..PLAIN
+    }];
+    let mu = contact.friction_coefficient.unwrap_or(0.0);
+    if mu > 0.0 {
+        // Asperities give way by µ Rq / 2, and the bodies under them by that of a punch as wide as the contact.
+        let onset = mu * face.rq.unwrap_or(0.0) / 2.0
+            + mu * contact.normal_load / (contact.bodies.effective_modulus() * face.width());
+        found.push(Bounded {
+            what: "motion over what makes the joint slide",
+            value: half_range / onset,
+            words: format!(
+                "{} ({} µm over some {} µm)",
+                short(half_range / onset),
+                short(half_range * 1e6),
+                short(onset * 1e6)
+            ),
+            bounds: [if wears { WEARS_NOTHING } else { STICKS }, MOST_MOTION],
+            key: "motion.amplitude",
+            hint: "far less moves nothing and wears nothing, far more is no fretting: um, mm or nm?",
+            ..PLAIN
+        });
+    }
+    found
+}
+
+/// How much is to wear.
+pub fn wear(recipe: &Recipe, face: Option<&Face>, motion: &Motion) -> Vec<Bounded> {
+    let Some(wear) = &recipe.wear else {
+        return Vec::new();
+    };
+    let mut found = Vec::new();
+    if wear.coefficient > 0.0 {
+        found.push(Bounded {
+            what: "wear coefficient",
+            value: wear.coefficient,
+            words: format!("{} µm³/J", short(wear.coefficient * 1e18)),
+            bounds: WEAR,
+            unit: ("µm³/J", 1e-18),
+            key: "wear.coefficient",
+            hint: "um^3/J, mm^3/J or m^3/J? steels have some 1e3 to 1e5 um^3/J",
+            ..PLAIN
+        });
+    }
+    if let Some(cycles) = wear.cycles {
+        found.push(Bounded {
+            what: "number of cycles",
+            value: cycles as f64,
+            words: short(cycles as f64),
+            bounds: [0.0, CYCLES],
+            key: "wear.cycles",
+            hint: "no machine makes as many",
+            ..PLAIN
+        });
+    }
+    let rq = face.and_then(|face| face.rq).filter(|rq| *rq > 0.0);
+    if let (Some(step), Some(rq), true) = (wear.depth_step, rq, wear.scheme.is_explicit()) {
+        found.push(Bounded {
+            what: "depth of a wear step over Rq",
+            value: step / rq,
+            words: format!("{} ({} µm)", short(step / rq), short(step * 1e6)),
+            bounds: STEP,
+            key: "wear.depth_step",
+            hint: "um, nm or mm?",
+            ..PLAIN
+        });
+    }
+    found.extend(face.and_then(|face| worn(face, wear.coefficient, wear.cycles?, motion)));
+    found
+}
+
+/// What wears at most, if the joint slides by its whole motion.
+fn worn(face: &Face, coefficient: f64, cycles: u64, motion: &Motion) -> Option<Bounded> {
+    let slid = half_range(motion)?;
+    let limit = face.contact.friction_coefficient? * face.contact.normal_load;
+    let area = face.contact_radius().map_or(face.area(), |a| PI * a * a);
+    let depth = coefficient * 4.0 * limit * slid * cycles as f64 / area;
+    let rq = face.rq.filter(|rq| *rq > 0.0).unwrap_or(OF_FORM);
+    Some(Bounded {
+        what: "worn depth at most, over Rq",
+        value: depth / rq,
+        words: format!("{} ({} µm)", short(depth / rq), short(depth * 1e6)),
+        bounds: [0.0, WORN],
+        key: "wear.coefficient, wear.cycles, motion.amplitude",
+        hint: "um^3/J, mm^3/J or m^3/J?",
+        usual: (coefficient > 0.0).then_some((
+            [HARDLY_WORN, WORN],
+            "wear will hardly be seen; more cycles, um or nm?",
+        )),
+        ..PLAIN
+    })
+}

@@ -1,0 +1,93 @@
+//! Runs side by side: what their users made different, in the units in which they wrote it, and sections along one line.
+
+use fretwear::report::{Report, RunTables};
+use tempfile::TempDir;
+
+use super::small_runs::{WORN, begin, compute};
+use super::words::{attributes, between};
+use crate::support::{Bench, RESONATOR};
+
+/// A prescribed motion of a joint as large as that of [`RESONATOR`].
+fn prescribed() -> String {
+    WORN.replace(r#"["4 mm", "3 mm"]"#, r#"["40 mm", "36 mm"]"#)
+        .replace(r#"["0.5 mm", "0.4 mm"]"#, r#"["5 mm", "4 mm"]"#)
+}
+
+#[test]
+fn differences_are_those_that_users_made_and_have_units() {
+    let folder = TempDir::new().unwrap();
+    let with_hole =
+        |scene: &str| scene.replace("[material]", "hole = { diameter = \"22 mm\" }\n[material]");
+    let resonator = RESONATOR.replace("stiffness = \"total\"\n", "");
+    let roots = [
+        begin(&folder, "vibrating", &with_hole(&resonator), 1),
+        begin(&folder, "moved", &with_hole(&prescribed()), 1),
+    ];
+    let runs = roots.map(|root| RunTables::open(&root).unwrap());
+    let html = Report::of(&runs).unwrap().html();
+    let section = between(&html, "<section id=\"differences\">", "</section>");
+    let row = |key: &str| {
+        section
+            .lines()
+            .find(|line| line.contains(&format!("<td>{key}</td>")))
+    };
+    assert!(
+        row("dynamics.force")
+            .unwrap()
+            .contains("<td>amplitude 300 N, at far_wall, direction x</td><td>–</td>"),
+        "{section}"
+    );
+    // The same text in both, and defaults of what the other run has nothing of.
+    for key in [
+        "joint.hole.diameter",
+        "contact.stiffness",
+        "contact.distribution",
+        "structure.tied",
+    ] {
+        assert!(row(key).is_none(), "{:?}", row(key));
+    }
+    assert!(
+        row("contact.normal_load")
+            .unwrap()
+            .contains("<td>30 kN</td><td>300 N</td>")
+    );
+}
+
+#[test]
+fn sections_of_all_runs_are_along_one_line() {
+    let folder = TempDir::new().unwrap();
+    let other = WORN.replace("seed = 7", "seed = 8");
+    let roots = [
+        compute(&folder, "a", WORN, None),
+        compute(&folder, "b", &other, None),
+    ];
+    let runs = roots.map(|root| RunTables::open(&root).unwrap());
+    let html = Report::of(&runs).unwrap().html();
+    assert_eq!(attributes(&html, "section", "data-x").len(), 4);
+    let caption = between(&html, "the deepest point of wear of all runs, x ", ": ");
+    assert!(caption.contains(" and y "), "{caption}");
+    // Each alone is cut where it is deepest itself.
+    let alone = runs.map(|run| {
+        let html = Report::of(&[run]).unwrap().html();
+        between(&html, "the deepest point of wear, x ", ": ").to_owned()
+    });
+    assert_ne!(alone[0], alone[1]);
+    assert!(alone.contains(&caption.to_owned()), "{alone:?}: {caption}");
+}
+
+/// Comments say what a scene is meant to be: a report keeps them.
+#[test]
+fn a_report_shows_the_scene_as_it_was_written() {
+    let bench = Bench::new();
+    let small = std::fs::read_to_string(bench.path("small.toml")).unwrap();
+    bench.write("small.toml", format!("# of the rig in hall 2\n{small}"));
+    bench.done(&["run", "small.toml", "--run", "a", "--quiet"]);
+    let run = RunTables::open(&bench.path("a")).unwrap();
+    let html = Report::of(&[run]).unwrap().html();
+    let scene = between(&html, "<section id=\"scene\">", "</section>");
+    assert!(scene.contains("# of the rig in hall 2"), "{scene}");
+    std::fs::remove_file(bench.path("a/scene.original.toml")).unwrap();
+    let run = RunTables::open(&bench.path("a")).unwrap();
+    let html = Report::of(&[run]).unwrap().html();
+    assert!(html.contains("scene.toml as kept in the run"));
+}
