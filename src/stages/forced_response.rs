@@ -110,9 +110,10 @@ fn worn(
 }
 
 fn row(resonance: &Resonance) -> typed::WornResponse {
-    let energy = resonance.phase.energy;
+    let phase = resonance.in_force();
+    let energy = phase.energy;
     typed::WornResponse {
-        resonance_frequency: resonance.phase.frequency(),
+        resonance_frequency: phase.frequency(),
         resonance_amplitude: resonance.amplitude,
         peak_frequency: resonance.peak_frequency,
         peak_amplitude: resonance.peak_amplitude,
@@ -182,6 +183,10 @@ fn tell_left_out(points: &[ForcedPoint], outputs: &mut Outputs) {
         (
             FoundBy::NotPeriodic,
             "without a response of the period of the drive: in time the motion does not settle to one",
+        ),
+        (
+            FoundBy::Unphysical,
+            "without a response: friction would give energy in that of the harmonic balance, whose samples or harmonics are too few there",
         ),
         (FoundBy::Nothing, "not found"),
     ] {
