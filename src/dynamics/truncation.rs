@@ -2,6 +2,7 @@
 
 use super::contact_element::ContactElement;
 use super::effort::BRANCHES;
+use super::survey::is_near;
 use super::vibration::{Resonance, Vibration};
 use super::{DynamicsError, HarmonicBalance, Harmonics, Response, Start};
 
@@ -147,6 +148,16 @@ impl Vibration {
             let Ok(resonance) = self.resonance_near(&balance, phase.as_ref(), &peak) else {
                 break;
             };
+            // Far from it is another one, and the strongest is looked for anew.
+            if balance.is_small()
+                && !is_near(resonance.peak_amplitude, resolved.resonance.peak_amplitude)
+            {
+                if !resolved.survey_again(balance) {
+                    break;
+                }
+                extended = false;
+                continue;
+            }
             (resolved.resonance, resolved.balance, extended) = (resonance, balance, true);
         }
         // With more harmonics another resonance may be the strongest.

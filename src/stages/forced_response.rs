@@ -130,13 +130,25 @@ fn forced_response(
     balance: HarmonicBalance<ContactElement>,
     outputs: &mut Outputs,
 ) -> Result<(), RunError> {
-    let harmonics = balance.harmonics().clone();
+    let mut harmonics = balance.harmonics().clone();
+    let elements = balance.elements().to_vec();
     let force = balance
         .drive()
         .map_or(0.0, |load| load.cosine.hypot(load.sine));
-    let points = vibration
-        .forced_response(balance)
-        .map_err(|source| failed(reads, source))?;
+    let points = match vibration.forced_response(balance) {
+        // With the harmonics that the resonance was extended to no branch begins: those of the scene may have one.
+        Err(error) if error.is_not_converged() && harmonics != vibration.harmonics => {
+            harmonics = vibration.harmonics.clone();
+            outputs.notice(format!(
+                "forced response: {error}; it is that of harmonics up to {}",
+                harmonics.highest()
+            ));
+            let fewer = vibration.balance_of(elements, harmonics.clone());
+            fewer.and_then(|balance| vibration.forced_response(balance))
+        }
+        points => points,
+    };
+    let points = points.map_err(|source| failed(reads, source))?;
     tell_left_out(&points, outputs);
     outputs.put(&harmonic_table(&points, &harmonics))?;
     let all = points.iter();
