@@ -20,6 +20,9 @@ use super::{ContactElement, Harmonics};
 const MOST_CYCLES: usize = 6;
 /// Changes of phase in a cycle per harmonic; a polynomial of order k has 2 k roots at most, and there are four.
 const MOST_CHANGES: usize = 16;
+/// Share of the displacement along one axis of the plane up to which one along the other is rounding: what is left of it where modes of
+/// equal frequencies along both axes mix.
+const REST: f64 = 1e-10;
 
 impl ContactElement {
     /// Coefficients of the force and their Jacobian as [`Sampling::evaluate`](super::Sampling::evaluate) has them, without samples; none
@@ -131,9 +134,16 @@ impl ContactElement {
 
     /// Whether friction acts along x and y independently: by its law, or as one of them rests.
     fn moves_apart(&self, harmonics: &Harmonics, displacement: &[f64]) -> bool {
+        if self.law.is_by_axes() || self.friction_coefficient == 0.0 {
+            return true;
+        }
         let n = harmonics.coefficients();
-        let rests = |axis: usize| displacement[axis * n..][..n].iter().all(|u| *u == 0.0);
-        self.law.is_by_axes() || self.friction_coefficient == 0.0 || rests(0) || rests(1)
+        let size = |axis: usize| {
+            let row = &displacement[axis * n..][..n];
+            row.iter().fold(0.0_f64, |most, u| most.max(u.abs()))
+        };
+        let (x, y) = (size(0), size(1));
+        x.min(y) <= REST * x.max(y)
     }
 }
 

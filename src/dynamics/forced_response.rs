@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::contact_element::ContactElement;
 use super::cycle::half_range;
 use super::periodic::{Periodic, Settled};
-use super::survey::{first_harmonic, start_of};
+use super::survey::{first_harmonic, gives_energy, is_near, start_of};
 use super::time_integration::Motion;
 use super::vibration::Vibration;
 use super::{ContinuationSettings, DynamicsError, Energy, HarmonicBalance, Harmonics, Response};
@@ -28,6 +28,8 @@ pub enum FoundBy {
     Balance,
     /// As a motion in time that repeats after every period of the drive, which the balance did not find.
     Time,
+    /// As a solution of the harmonic balance in which friction gives energy: with these samples or harmonics, and none in truth.
+    Unphysical,
     /// Not: in time the motion repeats after several periods of the drive, or not at all.
     NotPeriodic,
     /// Not, and it is not known whether there is one.
@@ -40,6 +42,7 @@ impl FoundBy {
         match self {
             FoundBy::Balance => "harmonic_balance",
             FoundBy::Time => "time_integration",
+            FoundBy::Unphysical => "unphysical",
             FoundBy::NotPeriodic => "not_periodic",
             FoundBy::Nothing => "not_found",
         }
@@ -197,21 +200,18 @@ impl Vibration {
             };
             found.add(point, None);
         }
-        let Some(error) = survey.stopped.clone() else {
-            return Ok((found, None));
-        };
-        let is_left_out = |frequency: f64| {
-            let mut gaps = survey.gaps.iter();
-            let known = survey.motions.iter().any(|m| m.frequency() == frequency);
-            !known && gaps.any(|[low, high]| (*low..*high).contains(&frequency))
-        };
-        // Where it was looked for one, and none found.
-        for omega in self.probes(&survey) {
-            if is_left_out(omega / TAU) {
-                found.append(self.point_in_time(balance, omega, None, &error)?);
-            }
+        for &(omega, found_by) in &survey.missed {
+            let point = ForcedPoint {
+                frequency: omega / TAU,
+                found_by,
+                residual: 1.0,
+                branch: None,
+                is_fold: false,
+                response: None,
+            };
+            found.add(point, None);
         }
-        Ok((found, Some(error)))
+        Ok((found, survey.stopped))
     }
 
     fn of_branch(
@@ -265,6 +265,16 @@ impl Vibration {
     ) -> Result<ForcedPoint, DynamicsError> {
         let (amplitude, phase_lag) = balance.amplitude(response, self.response_port)?;
         let displacement = self.at_response(balance, &response.displacement);
+        if balance.is_small() && gives_energy(response) {
+            return Ok(ForcedPoint {
+                frequency: response.frequency(),
+                found_by: FoundBy::Unphysical,
+                residual: response.correction,
+                branch,
+                is_fold: false,
+                response: None,
+            });
+        }
         Ok(ForcedPoint {
             frequency: response.frequency(),
             found_by: FoundBy::Balance,
@@ -314,7 +324,7 @@ impl Vibration {
                         amplitude(&periodic.displacement),
                     );
                     // Else the balance has led to another response.
-                    if (ours / theirs - 1.0).abs() <= SAME_RESPONSE {
+                    if is_near(ours, theirs) {
                         return Ok((self.point(balance, &response, None)?, Some(response)));
                     }
                 }
@@ -351,10 +361,6 @@ impl Vibration {
         rows[self.response_port * n..][..n].to_vec()
     }
 }
-
-/// Share by which amplitudes of the balance and of the motion in time that it began from differ where they are one response: of few
-/// harmonics.
-const SAME_RESPONSE: f64 = 0.1;
 
 /// Difference of the largest and the least value over a cycle.
 fn peak_to_peak(harmonics: &Harmonics, row: &[f64]) -> f64 {

@@ -7,6 +7,7 @@
 
 use super::aft::{InterfaceElement, Sampling};
 use super::closed_model::ClosedModel;
+use super::effort::Effort;
 use super::linear_model::LinearModel;
 use super::newton_step::{Condition, State};
 use super::response::{Response, Start};
@@ -105,6 +106,8 @@ pub struct HarmonicBalance<E> {
     pub(super) settings: Settings,
     /// Whether a Jacobian costs more than the further steps that an older one needs.
     pub(super) is_costly: bool,
+    /// What its evaluations count, and may.
+    pub(super) effort: Effort,
     /// Where iterations and points are counted for who watches.
     pub gauge: Gauge,
 }
@@ -188,6 +191,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             load_rows,
             inertial_rows: Vec::new(),
             settings,
+            effort: Effort::default(),
             gauge: Gauge::default(),
         })
     }
@@ -424,6 +428,12 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let end = *omegas.last()?;
         let last = self.solve(end, None).ok()?;
         self.follow(None, &last, end, omega)
+    }
+
+    /// Makes a load on `port` the drive, if there is one of harmonic 1: a phase resonance is that of what does work on the response.
+    pub(super) fn driven_at(mut self, port: usize) -> Self {
+        self.loads.sort_by_key(|load| load.port != port);
+        self
     }
 
     /// The drive: the first load of harmonic 1, loads on the same port summed.

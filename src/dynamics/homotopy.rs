@@ -75,8 +75,10 @@ impl Vibration {
                 slider.normal_load += share * PRELOAD * force / count;
             }
         }
-        easier
-            .balance_of(elements, balance.harmonics().clone())
-            .ok()
+        let eased = easier.balance_of(elements, balance.harmonics().clone());
+        Some(HarmonicBalance {
+            effort: balance.effort.clone(),
+            ..eased.ok()?
+        })
     }
 }

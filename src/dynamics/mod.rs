@@ -53,6 +53,7 @@ mod closed_model;
 pub mod contact_element;
 pub mod continuation;
 pub mod cycle;
+mod effort;
 mod error;
 mod event_driven;
 pub mod forced_response;

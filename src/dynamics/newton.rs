@@ -78,6 +78,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         for iteration in 0..=self.settings.most_iterations {
             self.gauge.add_iteration();
             spent = iteration;
+            if self.effort.is_spent() {
+                break;
+            }
             while self.enlarge(&mut state, &at) {
                 at = self.evaluate(&state, factor, condition, Some(grip))?;
                 (correction, is_old) = (f64::INFINITY, false);

@@ -21,6 +21,8 @@ const WIDTH: f64 = 3e-7;
 /// amplitude is right to half its square.
 const FLAT: f64 = 5e-3;
 const DEAR: f64 = 1e-2;
+/// Share of the amplitude that a peak which cost little may still rise by.
+const RISE: f64 = 1e-6;
 /// Steps to it.
 const SLOPES: usize = 5;
 
@@ -51,7 +53,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let origin = self.first_harmonic(start, port, slot)[1];
         let mut near = self.place(start.clone(), port, slot, origin)?;
         let flat = self.flat();
-        if near.slope.abs() <= flat {
+        if near.slope == 0.0 || self.is_costly && near.slope.abs() <= flat {
             return Ok(near.response);
         }
         if flat > 0.0
@@ -126,10 +128,14 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 return None;
             }
             let next = self.at_phase(from, phase, port, slot).ok()?;
-            if next.slope.abs() <= self.flat() {
+            if next.slope == 0.0 || self.is_costly && next.slope.abs() <= self.flat() {
                 return Some(next.response);
             }
             angle = -next.slope * (next.phase - from.phase) / (next.slope - from.slope);
+            // Friction may make a peak so flat that a small slope is far from it: what it still rises by decides.
+            if (0.5 * angle * next.slope).abs() <= RISE {
+                return Some(next.response);
+            }
             // Away from a peak the slope rises along the phase: no line leads there.
             if !angle.is_finite() || angle * next.slope <= 0.0 {
                 return None;

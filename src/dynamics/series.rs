@@ -67,10 +67,11 @@ impl<'a> Series<'a> {
     }
 
     pub(super) fn value(&self, theta: f64) -> f64 {
+        let mut turns = Turns::of(theta);
         let mut sum = self.row[0];
         for (index, &order) in self.harmonics.orders().iter().enumerate().skip(1) {
             let slot = self.harmonics.slot(index);
-            let (sin, cos) = (f64::from(order) * theta).sin_cos();
+            let [cos, sin] = turns.to(order as usize);
             sum += self.row[slot] * cos + self.row[slot + 1] * sin;
         }
         sum
@@ -181,6 +182,34 @@ impl<'a> Series<'a> {
     }
 }
 
+/// Cosine and sine of ascending multiples of an angle, each from those before: the library's functions would take most of the time.
+struct Turns {
+    one: [f64; 2],
+    now: [f64; 2],
+    multiple: usize,
+}
+
+impl Turns {
+    fn of(angle: f64) -> Turns {
+        let (sin, cos) = angle.sin_cos();
+        Turns {
+            one: [cos, sin],
+            now: [1.0, 0.0],
+            multiple: 0,
+        }
+    }
+
+    /// Those of a multiple that is not below the one before.
+    fn to(&mut self, multiple: usize) -> [f64; 2] {
+        while self.multiple < multiple {
+            let ([c, s], [cos, sin]) = (self.now, self.one);
+            self.now = [c * cos - s * sin, s * cos + c * sin];
+            self.multiple += 1;
+        }
+        self.now
+    }
+}
+
 /// ∫ b_c b_e dθ between two instants, in the weights that make coefficients of it.
 pub(super) struct Products {
     values: Vec<f64>,
@@ -194,17 +223,13 @@ impl Products {
         let most = 2 * harmonics.highest() as usize;
         // ∫ cos mθ and ∫ sin mθ, by products that do not cancel over short pieces.
         let (half, middle) = (0.5 * (to - from), 0.5 * (to + from));
-        let waves: Vec<[f64; 2]> = (0..=most)
-            .map(|m| {
-                if m == 0 {
-                    return [to - from, 0.0];
-                }
-                let m = m as f64;
-                let width = 2.0 * (m * half).sin() / m;
-                let (sin, cos) = (m * middle).sin_cos();
-                [width * cos, width * sin]
-            })
-            .collect();
+        let (mut halves, mut middles) = (Turns::of(half), Turns::of(middle));
+        let mut waves = vec![[to - from, 0.0]];
+        waves.extend((1..=most).map(|m| {
+            let width = 2.0 * halves.to(m)[1] / m as f64;
+            let [cos, sin] = middles.to(m);
+            [width * cos, width * sin]
+        }));
         let orders = harmonics.orders();
         // Of every coefficient its order, and whether it is that of a sine.
         let kinds: Vec<(i64, bool)> = orders

@@ -4,6 +4,8 @@
 use std::f64::consts::TAU;
 
 use super::contact_element::ContactElement;
+use super::effort::{BESIDE_BRANCHES, BRANCHES};
+use super::forced_response::FoundBy;
 use super::periodic::{Periodic, Settled, UNSTABLE};
 use super::time_integration::{Motion, TimeModel};
 use super::vibration::Vibration;
@@ -15,12 +17,24 @@ const PROBES: usize = 8;
 /// have the first.
 const EFFORT: usize = 120_000;
 const BESIDE: usize = 30_000;
+/// Candidates whose motion in time is looked for, the strongest: more would cost more than the branches.
+const JUDGED: usize = 6;
+/// First and least step of frequency to the peak of motions in time, relative, and integration steps for it.
+const CLIMB: f64 = 0.02;
+const LEAST_CLIMB: f64 = 1e-5;
+const CLIMBING: usize = 240_000;
+/// Share of the work of the loads and dampers that friction may give and not take: more is no motion, but samples or harmonics that are
+/// too few.
+const GIVEN: f64 = 0.01;
 /// Frequencies in each gap.
 const IN_GAPS: usize = 5;
 /// Amplitudes that differ by more than this share are those of different responses.
 const OTHER: f64 = 0.02;
 /// Two responses whose frequency and amplitude differ by less are one.
 const SAME: f64 = 1e-6;
+/// Share by which amplitudes of the balance and of the motion in time that it began from differ where they are one response: of few
+/// harmonics.
+const SAME_RESPONSE: f64 = 0.1;
 /// Size that a motion is first thought to have \[m\].
 const USUAL: f64 = 1e-6;
 /// Most points of a branch.
@@ -83,12 +97,20 @@ pub struct Survey {
     pub stopped: Option<DynamicsError>,
     /// Motions in time that no branch has.
     pub motions: Vec<Periodic>,
+    /// Angular frequencies within gaps at which nothing was found, and how that ended.
+    pub missed: Vec<(f64, FoundBy)>,
+    /// Whether the search was given up as it had cost enough.
+    pub is_cut: bool,
 }
 
 /// What a probe finds.
 enum Probed {
-    Response(Response),
+    /// With the motion in time that led to it, where they differ.
+    Response(Box<Response>, Option<Periodic>),
     Motion(Periodic),
+    /// What a branch has.
+    Known,
+    Missed(FoundBy),
 }
 
 impl Vibration {
@@ -114,23 +136,34 @@ impl Vibration {
             most_points: MOST_POINTS,
             ..ContinuationSettings::over(from, to, self.response_port)
         };
+        balance.effort.allow(BRANCHES);
         let (branches, stopped) = balance.parts(settings)?;
         let mut survey = Survey {
             branches,
             gaps: Vec::new(),
             stopped,
             motions: Vec::new(),
+            missed: Vec::new(),
+            is_cut: balance.effort.is_spent(),
         };
         survey.branches.retain(|branch| !branch.is_empty());
+        balance.effort.allow(BESIDE_BRANCHES);
         for omega in self.probes(&survey) {
+            if balance.effort.is_spent() {
+                survey.is_cut = true;
+                break;
+            }
             match self.probe(balance, &survey, omega) {
-                Some(Probed::Response(response)) => {
+                Probed::Response(response, motion) => {
                     survey.branches.push(balance.through(&response, settings)?);
+                    survey.motions.extend(motion);
                 }
-                Some(Probed::Motion(periodic)) => survey.motions.push(periodic),
-                None => {}
+                Probed::Motion(periodic) => survey.motions.push(periodic),
+                Probed::Missed(how) => survey.missed.push((omega, how)),
+                Probed::Known => {}
             }
         }
+        balance.effort.allow(BESIDE_BRANCHES);
         // No point of the forced response is above all branches.
         for response in balance
             .sweep(&self.omegas().unwrap_or_default())
@@ -143,7 +176,16 @@ impl Vibration {
                 survey.branches.push(balance.through(&response, settings)?);
             }
         }
+        survey.is_cut |= balance.effort.is_spent();
+        balance.effort.unbound();
+        if let Some(top) = self.top_in_time(balance, &survey) {
+            survey.motions.push(top);
+        }
         survey.gaps = survey.left_out((from, to));
+        survey.missed.retain(|(omega, _)| {
+            let mut gaps = survey.gaps.iter();
+            gaps.any(|[low, high]| (*low..*high).contains(&(omega / TAU)))
+        });
         Ok(survey)
     }
 
@@ -165,7 +207,7 @@ impl Vibration {
         balance: &HarmonicBalance<ContactElement>,
         survey: &Survey,
         omega: f64,
-    ) -> Option<Probed> {
+    ) -> Probed {
         let amplitude = |rows: &[f64]| first_harmonic(balance, rows, self.response_port);
         let known = survey.amplitudes(balance, self.response_port, omega);
         let is_new = |rows: &[f64]| {
@@ -178,24 +220,77 @@ impl Vibration {
             let found = balance.solve(omega, None).ok();
             let found = found.or_else(|| self.by_easing(balance, omega));
             if let Some(response) = found {
-                return Some(Probed::Response(response));
+                return Probed::Response(Box::new(response), None);
             }
         }
-        let time = self.in_time(balance)?;
+        let missed = |how| match known.is_empty() {
+            true => Probed::Missed(how),
+            false => Probed::Known,
+        };
+        let Some(time) = self.in_time(balance) else {
+            return missed(FoundBy::Nothing);
+        };
         let guess = survey.largest(balance, self.response_port);
         let effort = if known.is_empty() { EFFORT } else { BESIDE };
         let settled = time.settle(omega, &time.rest(), guess, balance.harmonics(), effort);
-        let Ok(Settled::Periodic(periodic)) = settled else {
-            return None;
+        balance.effort.add_steps(time.steps());
+        let periodic = match settled {
+            Ok(Settled::Periodic(periodic)) => periodic,
+            Ok(_) => return missed(FoundBy::NotPeriodic),
+            Err(_) => return missed(FoundBy::Nothing),
         };
         if !is_new(&periodic.displacement) {
+            return Probed::Known;
+        }
+        let size = amplitude(&periodic.displacement);
+        match balance.solve(omega, Some(&start_of(&periodic))) {
+            Ok(response) if is_new(&response.displacement) => {
+                let differs = !is_near(amplitude(&response.displacement), size);
+                Probed::Response(Box::new(response), differs.then_some(periodic))
+            }
+            // With few harmonics the balance may have no such response.
+            _ => Probed::Motion(periodic),
+        }
+    }
+
+    /// The peak of the motions in time that are larger than all branches; none without such a motion. It is climbed to in frequency, as
+    /// the balance has no branch there.
+    fn top_in_time(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        survey: &Survey,
+    ) -> Option<Periodic> {
+        let size = |periodic: &Periodic| {
+            first_harmonic(balance, &periodic.displacement, self.response_port)
+        };
+        let all = survey.motions.iter();
+        let start = all.max_by(|a, b| size(a).total_cmp(&size(b)))?;
+        if size(start) <= survey.largest(balance, self.response_port) {
             return None;
         }
-        match balance.solve(omega, Some(&start_of(&periodic))) {
-            Ok(response) if is_new(&response.displacement) => Some(Probed::Response(response)),
-            // With few harmonics the balance may have no such response.
-            _ => Some(Probed::Motion(periodic)),
+        let time = self.in_time(balance)?;
+        let mut top = start.clone();
+        let (mut step, mut direction) = (CLIMB, 1.0);
+        while step > LEAST_CLIMB && time.steps() < CLIMBING {
+            let mut rose = false;
+            for way in [direction, -direction] {
+                let omega = top.omega * (1.0 + way * step);
+                if !(self.range.0..=self.range.1).contains(&omega) {
+                    continue;
+                }
+                let effort = BESIDE.min(CLIMBING.saturating_sub(time.steps()));
+                let settled =
+                    time.settle(omega, &top.motion, size(&top), balance.harmonics(), effort);
+                if let Ok(Settled::Periodic(next)) = settled
+                    && size(&next) > size(&top)
+                {
+                    (top, direction, rose) = (next, way, true);
+                    break;
+                }
+            }
+            step *= if rose { 1.5 } else { 0.4 };
         }
+        Some(top)
     }
 
     /// What the motion in time at `omega` settles to, from `start` if there is one, else from rest; none of a structure that cannot be
@@ -269,7 +364,12 @@ impl Vibration {
                     });
                 }
             };
-            for response in balance.peaks(branch, port, self.range)? {
+            let physical = |response: &Response| !gives_energy(response);
+            for response in balance
+                .peaks(branch, port, self.range)?
+                .into_iter()
+                .filter(physical)
+            {
                 let kind = match ends.contains(&response.omega) {
                     true => CandidateKind::End,
                     false => CandidateKind::Peak,
@@ -277,16 +377,38 @@ impl Vibration {
                 add(kind, response);
             }
             if balance.drive().is_some() {
-                for response in balance.phase_resonances(branch, self.range)? {
+                let found = balance.phase_resonances(branch, self.range)?;
+                for response in found.into_iter().filter(physical) {
                     add(CandidateKind::PhaseResonance, response);
                 }
             }
         }
-        for candidate in &mut found {
+        found.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+        for candidate in found.iter_mut().take(JUDGED) {
             self.judge(balance, candidate);
         }
+        let branches = found.first().map_or(0.0, |first| first.amplitude);
+        let above = survey
+            .motions
+            .iter()
+            .map(|motion| self.of_time(balance, motion));
+        found.extend(above.filter(|candidate| candidate.amplitude > branches));
         found.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
         Ok(found)
+    }
+
+    /// A motion in time as a candidate.
+    fn of_time(&self, balance: &HarmonicBalance<ContactElement>, periodic: &Periodic) -> Candidate {
+        let rows = &periodic.displacement;
+        let amplitude = first_harmonic(balance, rows, self.response_port);
+        Candidate {
+            kind: CandidateKind::Peak,
+            response: balance.response_of(periodic),
+            amplitude,
+            branch: None,
+            multiplier: periodic.multiplier,
+            amplitude_in_time: Some(amplitude),
+        }
     }
 
     /// Says what the motion in time near a candidate is.
@@ -384,6 +506,17 @@ impl Survey {
     }
 }
 
+/// Whether friction does work in a response, which it cannot.
+pub(super) fn gives_energy(response: &Response) -> bool {
+    let energy = response.energy;
+    energy.friction < -GIVEN * (energy.input.abs() + energy.viscous)
+}
+
+/// Whether two amplitudes are those of one response, but for harmonics left out.
+pub(super) fn is_near(a: f64, b: f64) -> bool {
+    (a / b - 1.0).abs() <= SAME_RESPONSE
+}
+
 /// The motion in time near a response.
 fn near(
     time: &TimeModel<'_>,
@@ -421,6 +554,29 @@ pub fn start_of(periodic: &Periodic) -> Start {
 }
 
 impl HarmonicBalance<ContactElement> {
+    /// A motion in time in the form of a response, with the forces of its elements.
+    fn response_of(&self, periodic: &Periodic) -> Response {
+        let contact = self.elements.len() * self.width();
+        let rows = periodic.displacement[..contact].chunks(self.width());
+        let mut force = vec![0.0; contact];
+        let mut work = self.sampling.workspace();
+        let forces = force.chunks_mut(self.width());
+        for ((element, row), force) in self.elements.iter().zip(rows).zip(forces) {
+            self.sampling.evaluate(element, row, force, None, &mut work);
+        }
+        Response {
+            omega: periodic.omega,
+            load_factor: 1.0,
+            displacement: periodic.displacement.clone(),
+            force,
+            active: vec![true; self.elements.len()],
+            iterations: 0,
+            correction: periodic.change,
+            closure: periodic.change,
+            energy: periodic.energy,
+        }
+    }
+
     /// Where a response is at the phase 0, of a structure whose coordinates are its ports; none of another.
     pub fn motion(&self, response: &Response) -> Option<Motion> {
         let harmonics = self.harmonics();

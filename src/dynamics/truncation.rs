@@ -1,6 +1,8 @@
 //! The harmonics that are left out: what they would change, and as many as leave little.
 
 use super::contact_element::ContactElement;
+use super::effort::BRANCHES;
+use super::survey::is_near;
 use super::vibration::{Resonance, Vibration};
 use super::{DynamicsError, HarmonicBalance, Harmonics, Response, Start};
 
@@ -16,6 +18,10 @@ const ROUGHLY: f64 = 1e-5;
 const UNKNOWN: f64 = 1.0;
 /// The highest order to which harmonics are extended: 340 elements have 64 000 unknowns then.
 const HIGHEST: u32 = 31;
+/// The highest from which all of the range is looked at again with more harmonics, where those do not have the resonance.
+const MOST_SURVEYED: u32 = 15;
+/// Error of a peak that is that of a motion in time: what climbing to it leaves.
+const OF_TIME: f64 = 1e-3;
 /// Highest order of the harmonics with which a response of many is looked for first.
 const FEW: u32 = 3;
 
@@ -40,10 +46,13 @@ impl Truncation {
 
     /// Adds what Newton's method has left of a resonance beyond its `tolerance`, and makes the bar of its amplitude hold a larger one of the motion in time near it.
     fn widen(&mut self, resonance: &Resonance, tolerance: f64) {
-        let left = resonance.phase.correction.max(resonance.peak.correction);
+        let left = resonance
+            .in_force()
+            .correction
+            .max(resonance.peak.correction);
         let left = if left > tolerance { left } else { 0.0 };
         let chosen = resonance.candidates.iter().filter(|candidate| {
-            [resonance.phase.omega, resonance.peak.omega].contains(&candidate.response.omega)
+            [resonance.in_force().omega, resonance.peak.omega].contains(&candidate.response.omega)
         });
         // A peak where no branch could be followed is not known.
         if !resonance.gaps.is_empty() {
@@ -109,25 +118,58 @@ impl Vibration {
             truncation: Truncation::UNKNOWN,
             vibration: self,
         };
+        let cost = resolved.balance.effort.spent();
+        let surveyed = resolved.balance.harmonics().coefficients();
         let mut extended = false;
-        while let Some((finer, resonance)) = resolved.estimate() {
+        loop {
+            let highest = resolved.balance.harmonics().highest();
+            let elements = resolved.balance.elements().to_vec();
+            let Some((finer, resonance)) = resolved.estimate() else {
+                // More harmonics do not have this resonance: which they have is looked for in all of the range.
+                let searches = resolved.truncation.largest() >= UNKNOWN
+                    && tolerance.is_some()
+                    && resolved.balance.is_small()
+                    && highest < MOST_SURVEYED;
+                let beyond = resolved.balance.harmonics().beyond();
+                if !searches || !resolved.survey_again(self.balance_of(elements, beyond)?) {
+                    break;
+                }
+                extended = false;
+                continue;
+            };
             let within = |tolerance| resolved.truncation.largest() <= tolerance;
-            if tolerance.is_none_or(within) || resolved.balance.harmonics().highest() >= HIGHEST {
+            if tolerance.is_none_or(within) || highest >= HIGHEST {
                 break;
             }
-            let elements = resolved.balance.elements().to_vec();
             let balance = self.balance_of(elements, finer.clone())?;
             // A peak that more harmonics move out of the range leaves what there is.
-            let (phase, peak) = (resonance.phase.start(), resonance.peak.start());
-            let Ok(resonance) = self.resonance_near(&balance, &phase, &peak) else {
+            let phase = resonance.phase.as_ref().map(Response::start);
+            let peak = resonance.peak.start();
+            let Ok(resonance) = self.resonance_near(&balance, phase.as_ref(), &peak) else {
                 break;
             };
+            // Far from it is another one, and the strongest is looked for anew.
+            if balance.is_small()
+                && !is_near(resonance.peak_amplitude, resolved.resonance.peak_amplitude)
+            {
+                if !resolved.survey_again(balance) {
+                    break;
+                }
+                extended = false;
+                continue;
+            }
             (resolved.resonance, resolved.balance, extended) = (resonance, balance, true);
         }
         // With more harmonics another resonance may be the strongest.
         if extended && resolved.balance.is_small() {
-            resolved.resonance = self.resonance(&resolved.balance, None)?;
-            resolved.estimate();
+            let growth = resolved.balance.harmonics().coefficients() as f64 / surveyed as f64;
+            if cost as f64 * growth * growth <= BRANCHES as f64 {
+                let harmonics = resolved.balance.harmonics().clone();
+                let balance = self.balance_of(resolved.balance.elements().to_vec(), harmonics)?;
+                if resolved.survey_again(balance) {
+                    resolved.estimate();
+                }
+            }
         }
         let tolerance = resolved.balance.settings.tolerance;
         resolved.truncation.widen(&resolved.resonance, tolerance);
@@ -155,6 +197,18 @@ impl Vibration {
 }
 
 impl Resolved<'_> {
+    /// Takes the resonance of another balance in place of its own, found over the whole range; false, with nothing taken, where it has
+    /// none or looking for it was given up.
+    fn survey_again(&mut self, balance: HarmonicBalance<ContactElement>) -> bool {
+        match self.vibration.resonance(&balance, None) {
+            Ok(resonance) if !resonance.is_cut => {
+                (self.resonance, self.balance) = (resonance, balance);
+                true
+            }
+            _ => false,
+        }
+    }
+
     /// Estimates the errors by solving the resonance again, from itself, with the harmonics [`Harmonics::beyond`] and twice the samples;
     /// those harmonics and that resonance. None where the response is linear, as harmonics other than those of the loads stay 0, or
     /// where none is found from there; the errors are then those known before.
@@ -163,9 +217,19 @@ impl Resolved<'_> {
     /// least what the coefficients of the contact displacements change by on the whole, and that of the dissipation is the sum of the
     /// changes of all elements.
     fn estimate(&mut self) -> Option<(Harmonics, Resonance)> {
-        let coarse = &self.resonance.phase;
+        let coarse = self.resonance.in_force();
         if coarse.active_elements() == 0 && self.resonance.peak.active_elements() == 0 {
             self.truncation = Truncation::default();
+            return None;
+        }
+        let is_in_time = self.resonance.is_in_time();
+        if is_in_time && self.resonance.phase.is_none() {
+            // Harmonics have no part in it.
+            self.truncation = Truncation {
+                frequency: OF_TIME,
+                amplitude: OF_TIME,
+                friction_energy: OF_TIME,
+            };
             return None;
         }
         let harmonics = self.balance.harmonics();
@@ -182,24 +246,32 @@ impl Resolved<'_> {
                 start.transferred(harmonics, finer.harmonics())
             };
             let start = to_finer(coarse);
-            let fine = if is_small {
+            let fine = if is_in_time {
+                let phase = finer.phase_resonance_near(self.vibration.range, &start)?;
+                let peak = Response {
+                    displacement: to_finer(&self.resonance.peak).displacement,
+                    ..self.resonance.peak.clone()
+                };
+                self.vibration.resonance_of(&finer, Some(phase), peak, 0)?
+            } else if is_small {
                 let peak = to_finer(&self.resonance.peak);
-                self.vibration.resonance_near(&finer, &start, &peak)?
+                let phase = self.resonance.phase.is_some().then_some(&start);
+                self.vibration.resonance_near(&finer, phase, &peak)?
             } else {
                 let range = self.vibration.range;
                 let phase = finer.phase_resonance_near(range, &start)?;
                 // Of many unknowns the peak is that of the phase resonance, and is not looked for again.
                 self.vibration
-                    .resonance_of(&finer, phase.clone(), phase, 0)?
+                    .resonance_of(&finer, Some(phase.clone()), phase, 0)?
             };
             Ok((finer, start, fine))
         };
         let (finer, start, fine) = solve().ok()?;
         let contact = 3 * finer.elements().len() * finer.harmonics().coefficients();
-        let left = fine.phase.correction.max(fine.peak.correction);
+        let left = fine.in_force().correction.max(fine.peak.correction);
         let whole = distance(
             &start.displacement[..contact],
-            &fine.phase.displacement[..contact],
+            &fine.in_force().displacement[..contact],
             harmonics,
             finer.harmonics(),
         ) + left;
@@ -224,22 +296,23 @@ impl Resolved<'_> {
         };
         let [before, after] = [
             dissipated(&self.balance, coarse),
-            dissipated(&finer, &fine.phase),
+            dissipated(&finer, fine.in_force()),
         ];
         let moved: f64 = before.iter().zip(&after).map(|(b, a)| (b - a).abs()).sum();
-        let all: f64 = after.iter().sum();
+        let all: f64 = after.iter().map(|energy| energy.abs()).sum();
         let energy = match moved / all + left {
             change if change <= UNKNOWN => change,
             _ if moved == 0.0 => 0.0,
             _ => UNKNOWN,
         };
         let peak = match is_small {
+            _ if is_in_time => OF_TIME,
             true => change(self.resonance.peak_amplitude, fine.peak_amplitude),
             false => 0.0,
         };
         let amplitude = change(self.resonance.amplitude, fine.amplitude);
         self.truncation = Truncation {
-            frequency: TAIL * change(coarse.omega, fine.phase.omega),
+            frequency: TAIL * change(coarse.omega, fine.in_force().omega),
             amplitude: TAIL * amplitude.max(whole).max(peak),
             friction_energy: TAIL * energy,
         };

@@ -1,6 +1,7 @@
 //! A driven structure whose contact elements change: what the response to them is made from, and its figures.
 
 use super::contact_element::ContactElement;
+use super::effort::BESIDE_BRANCHES;
 use super::survey::{Candidate, CandidateKind, Survey};
 use super::{
     DynamicsError, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Settings, Start,
@@ -12,7 +13,7 @@ use crate::gauge::Gauge;
 pub struct Vibration {
     /// The damped structure with its ports.
     pub model: SecondOrder,
-    /// The loads; the first of harmonic 1 is the drive.
+    /// The loads; the first of harmonic 1 on the response port is the drive, or the first where none is there.
     pub loads: Vec<Load>,
     /// Loads that grow with the square of frequency, as [`HarmonicBalance::with_inertial_loads`] has them.
     pub inertial_loads: Vec<Load>,
@@ -33,11 +34,11 @@ pub struct Vibration {
 /// The resonance of a structure with its contact elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Resonance {
-    /// The response whose displacement at the drive is 90° behind it.
-    pub phase: Response,
+    /// The response whose displacement at the drive is 90° behind it; none where the range has none.
+    pub phase: Option<Response>,
     /// The response port.
     pub port: usize,
-    /// Half range of the first harmonic at the response port there \[m\].
+    /// Half range of the first harmonic at the response port there, at the peak without it \[m\].
     pub amplitude: f64,
     /// Frequency of the largest first harmonic at the response port (see [`Vibration::resonance`]) \[Hz\].
     pub peak_frequency: f64,
@@ -53,6 +54,29 @@ pub struct Resonance {
     pub gaps: Vec<[f64; 2]>,
     /// The largest amplitude of a motion in time that no branch has \[m\]; 0 without one.
     pub largest_in_time: f64,
+    /// Whether branches were given up as they had cost enough.
+    pub is_cut: bool,
+}
+
+impl Resonance {
+    /// The response that moves the joint: that of the phase resonance, or the peak where there is none.
+    pub fn in_force(&self) -> &Response {
+        self.phase.as_ref().unwrap_or(&self.peak)
+    }
+
+    /// The candidate that is the peak; none where only the two were looked for.
+    pub fn peak_candidate(&self) -> Option<&Candidate> {
+        let mut peaks = self.candidates.iter();
+        peaks.find(|candidate| {
+            candidate.kind != CandidateKind::PhaseResonance && candidate.response == self.peak
+        })
+    }
+
+    /// Whether the peak is that of a motion in time, which the balance does not have.
+    pub fn is_in_time(&self) -> bool {
+        let candidate = self.peak_candidate();
+        candidate.is_some_and(|candidate| candidate.branch.is_none())
+    }
 }
 
 impl Vibration {
@@ -94,7 +118,7 @@ impl Vibration {
             .with_inertial_loads(&self.inertial_loads)?;
         Ok(HarmonicBalance {
             gauge: self.gauge.clone(),
-            ..balance
+            ..balance.driven_at(self.response_port)
         })
     }
 
@@ -131,13 +155,44 @@ impl Vibration {
     ) -> Result<Resonance, DynamicsError> {
         if balance.is_small() {
             let survey = self.survey(balance)?;
+            balance.effort.allow(BESIDE_BRANCHES);
             let candidates = self.candidates(balance, &survey)?;
-            return self.strongest(balance, start, survey, candidates);
+            let strongest = self.strongest(balance, start, survey, candidates);
+            balance.effort.unbound();
+            return strongest;
         }
         let phase = balance.phase_resonance(self.range, start)?;
-        let peak = balance.peak(self.response_port, self.range, &phase.start())?;
+        let peak = self.peak_beside(balance, &phase)?;
         let iterations = phase.iterations + peak.iterations;
-        self.resonance_of(balance, phase, peak, iterations)
+        self.resonance_of(balance, Some(phase), peak, iterations)
+    }
+
+    /// The peak beside a phase resonance; where the amplitude rises to an end of the range, the larger end.
+    fn peak_beside(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        phase: &Response,
+    ) -> Result<Response, DynamicsError> {
+        let port = self.response_port;
+        let mut largest = match balance.peak(port, self.range, &phase.start()) {
+            Ok(peak) => peak,
+            Err(DynamicsError::NoResonance { .. }) => {
+                let ends = [self.range.0, self.range.1];
+                let ends = ends.map(|end| balance.solve(end, Some(&phase.start())));
+                let mut largest = phase.clone();
+                for end in ends.into_iter().flatten() {
+                    if balance.amplitude(&end, port)?.0 > balance.amplitude(&largest, port)?.0 {
+                        largest = end;
+                    }
+                }
+                largest
+            }
+            Err(error) => return Err(error),
+        };
+        if balance.amplitude(phase, port)?.0 > balance.amplitude(&largest, port)?.0 {
+            largest = phase.clone();
+        }
+        Ok(largest)
     }
 
     /// The resonance near `start` alone, whatever else the range has.
@@ -147,25 +202,35 @@ impl Vibration {
     pub fn resonance_near(
         &self,
         balance: &HarmonicBalance<ContactElement>,
-        phase: &Start,
+        phase: Option<&Start>,
         peak: &Start,
     ) -> Result<Resonance, DynamicsError> {
-        let phase = balance.phase_resonance_near(self.range, phase)?;
-        let peak = balance.peak(self.response_port, self.range, peak)?;
-        let iterations = phase.iterations + peak.iterations;
+        let near = |phase: &Start| balance.phase_resonance_near(self.range, phase);
+        let phase = phase.map(near).transpose()?;
+        let peak = match balance.peak(self.response_port, self.range, peak) {
+            // That of an end of the range stays there.
+            Err(DynamicsError::NoResonance { .. })
+                if [self.range.0, self.range.1].contains(&peak.omega) =>
+            {
+                balance.solve(peak.omega, Some(peak))?
+            }
+            peak => peak?,
+        };
+        let iterations = phase.as_ref().map_or(0, |phase| phase.iterations) + peak.iterations;
         self.resonance_of(balance, phase, peak, iterations)
     }
 
     pub(super) fn resonance_of(
         &self,
         balance: &HarmonicBalance<ContactElement>,
-        phase: Response,
+        phase: Option<Response>,
         peak: Response,
         iterations: usize,
     ) -> Result<Resonance, DynamicsError> {
+        let in_force = phase.as_ref().unwrap_or(&peak);
         Ok(Resonance {
             port: self.response_port,
-            amplitude: balance.amplitude(&phase, self.response_port)?.0,
+            amplitude: balance.amplitude(in_force, self.response_port)?.0,
             peak_frequency: peak.frequency(),
             peak_amplitude: balance.amplitude(&peak, self.response_port)?.0,
             iterations,
@@ -174,6 +239,7 @@ impl Vibration {
             candidates: Vec::new(),
             gaps: Vec::new(),
             largest_in_time: 0.0,
+            is_cut: false,
         })
     }
 
@@ -191,17 +257,22 @@ impl Vibration {
             wanted.next().map(|candidate| candidate.response.clone())
         };
         let phase = match first(|kind| kind == CandidateKind::PhaseResonance) {
-            Some(phase) => phase,
-            None => balance.phase_resonance(self.range, start)?,
+            Some(phase) => Ok(phase),
+            None => balance.phase_resonance(self.range, start),
         };
-        let peak = match first(|kind| kind != CandidateKind::PhaseResonance) {
-            Some(peak) => peak,
-            None => balance.peak(self.response_port, self.range, &phase.start())?,
+        let (phase, peak) = match (phase, first(|kind| kind != CandidateKind::PhaseResonance)) {
+            (phase, Some(peak)) => (phase.ok(), peak),
+            (Ok(phase), None) => {
+                let peak = self.peak_beside(balance, &phase)?;
+                (Some(phase), peak)
+            }
+            (Err(error), None) => return Err(survey.stopped.unwrap_or(error)),
         };
         let iterations = survey.branches.iter().flatten().map(|r| r.iterations).sum();
         Ok(Resonance {
             candidates,
             largest_in_time: survey.largest_in_time(balance, self.response_port),
+            is_cut: survey.is_cut,
             gaps: survey.gaps,
             ..self.resonance_of(balance, phase, peak, iterations)?
         })

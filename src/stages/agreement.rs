@@ -74,7 +74,7 @@ pub fn agreed<'a>(
         let parameters = loading.laws(&best.parameters, mu);
         let elements = contact_elements(reads, &parameters);
         let harmonics = best.resolved.balance.harmonics().clone();
-        let start = best.resolved.resonance.phase.start();
+        let start = best.resolved.resonance.in_force().start();
         let tolerance = harmonic_tolerance(&reads.recipe);
         let resolved = match vibration.resolve(elements, Some((&harmonics, &start)), tolerance) {
             Ok(resolved) => resolved,
@@ -126,7 +126,7 @@ fn compared(
     let elements = solvers.elements(reads)?;
     // Both under the loads at rest: what the variation of loads makes of the force is no matter of the laws.
     let force = work.force[0].abs();
-    let energy = resolved.resonance.phase.energy;
+    let energy = resolved.resonance.in_force().energy;
     let (fine, _) = solvers.work(reads, None, |joint| {
         let cycle = joint.cycle(&wear, &contact, start)?;
         let off = |fine: f64, elements: f64| {

@@ -168,7 +168,7 @@ pub fn start_of(
 ) -> Result<(crate::dynamics::Harmonics, Start), RunError> {
     let (harmonics, displacement) = harmonics_of(response)?;
     let start = Start {
-        omega: row.resonance_frequency * std::f64::consts::TAU,
+        omega: row.resonance_frequency.unwrap_or(row.peak_frequency) * std::f64::consts::TAU,
         load_factor: 1.0,
         displacement,
     };
@@ -203,11 +203,11 @@ fn in_force(
     };
     let cycle = joint_cycle(
         balance.elements(),
-        &resonance.phase.displacement,
+        &resonance.in_force().displacement,
         balance.sampling(),
         &layout.centres,
     )?;
-    let summary = balance.joint_summary(&resonance.phase);
+    let summary = balance.joint_summary(resonance.in_force());
     outputs.put(&response_table(&reads.recipe, balance, resonance))?;
     outputs.put(&candidate_table(balance, resonance))?;
     outputs.put(&row(&layout, resolved, &cycle, &summary))?;
@@ -230,7 +230,7 @@ fn row(
         truncation,
         ..
     } = resolved;
-    let phase = &resonance.phase;
+    let phase = resonance.in_force();
     let count = |state| summary.count(state) as i64;
     let load: f64 = balance
         .elements()
@@ -243,10 +243,11 @@ fn row(
     let spread = if mean > 0.0 { away / mean } else { 0.0 };
     let energy = phase.energy;
     typed::DynamicResponse {
-        resonance_frequency: phase.frequency(),
-        resonance_amplitude: resonance.amplitude,
+        resonance_frequency: resonance.phase.as_ref().map(Response::frequency),
+        resonance_amplitude: resonance.phase.as_ref().map(|_| resonance.amplitude),
         peak_frequency: resonance.peak_frequency,
         peak_amplitude: resonance.peak_amplitude,
+        peak_multiplier: resonance.peak_candidate().and_then(|peak| peak.multiplier),
         input_energy: energy.input,
         friction_energy: energy.friction,
         viscous_energy: energy.viscous,
@@ -284,18 +285,13 @@ fn candidate_table(
         multiplier: None,
         amplitude_in_time: None,
     };
-    let own = [
-        of(
-            CandidateKind::Peak,
-            &resonance.peak,
-            resonance.peak_amplitude,
-        ),
-        of(
-            CandidateKind::PhaseResonance,
-            &resonance.phase,
-            resonance.amplitude,
-        ),
-    ];
+    let mut own = vec![of(
+        CandidateKind::Peak,
+        &resonance.peak,
+        resonance.peak_amplitude,
+    )];
+    let phase = resonance.phase.iter();
+    own.extend(phase.map(|phase| of(CandidateKind::PhaseResonance, phase, resonance.amplitude)));
     let candidates = match &resonance.candidates[..] {
         [] => &own[..],
         candidates => candidates,
@@ -304,10 +300,9 @@ fn candidate_table(
     for candidate in candidates {
         let response = &candidate.response;
         let is_phase = candidate.kind == CandidateKind::PhaseResonance;
-        let chosen = if is_phase {
-            &resonance.phase
-        } else {
-            &resonance.peak
+        let chosen = match is_phase {
+            true => resonance.phase.as_ref(),
+            false => Some(&resonance.peak),
         };
         table.kind.push(candidate.kind.name().to_owned());
         table.frequency.push(response.frequency());
@@ -320,7 +315,7 @@ fn candidate_table(
         table.largest_multiplier.push(candidate.multiplier);
         let branch = candidate.branch.map_or(-1, |branch| branch as i64);
         table.branch.push(branch);
-        table.chosen.push(chosen == response);
+        table.chosen.push(chosen == Some(response));
     }
     table
 }
@@ -328,6 +323,16 @@ fn candidate_table(
 /// Says so where the strongest resonance is no clear one: others are as strong, it is unstable, it lies at an end of the range, or parts
 /// of the range have no branch.
 fn tell_candidates(outputs: &mut Outputs, resonance: &Resonance) {
+    if resonance.phase.is_none() {
+        outputs
+            .notice("dynamics.frequency: no phase resonance in the range; the peak stands for it");
+    }
+    if resonance.is_in_time() {
+        outputs.notice("the peak was found by integration in time, as the harmonic balance has no branch there");
+    }
+    if resonance.is_cut {
+        outputs.notice("the search for further branches was ended, as it had cost as much as it may; some may be missing");
+    }
     for [low, high] in &resonance.gaps {
         outputs.notice(format!(
             "no branch of responses could be followed from {low:.6} to {high:.6} Hz; a peak there is not known"
@@ -395,7 +400,7 @@ pub fn response_table(
     balance: &HarmonicBalance<ContactElement>,
     resonance: &Resonance,
 ) -> typed::Response {
-    let phase = &resonance.phase;
+    let phase = resonance.in_force();
     let harmonics = balance.harmonics();
     let n = harmonics.coefficients();
     let contact = 3 * balance.elements().len();

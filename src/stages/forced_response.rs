@@ -110,9 +110,10 @@ fn worn(
 }
 
 fn row(resonance: &Resonance) -> typed::WornResponse {
-    let energy = resonance.phase.energy;
+    let phase = resonance.in_force();
+    let energy = phase.energy;
     typed::WornResponse {
-        resonance_frequency: resonance.phase.frequency(),
+        resonance_frequency: phase.frequency(),
         resonance_amplitude: resonance.amplitude,
         peak_frequency: resonance.peak_frequency,
         peak_amplitude: resonance.peak_amplitude,
@@ -129,13 +130,25 @@ fn forced_response(
     balance: HarmonicBalance<ContactElement>,
     outputs: &mut Outputs,
 ) -> Result<(), RunError> {
-    let harmonics = balance.harmonics().clone();
+    let mut harmonics = balance.harmonics().clone();
+    let elements = balance.elements().to_vec();
     let force = balance
         .drive()
         .map_or(0.0, |load| load.cosine.hypot(load.sine));
-    let points = vibration
-        .forced_response(balance)
-        .map_err(|source| failed(reads, source))?;
+    let points = match vibration.forced_response(balance) {
+        // With the harmonics that the resonance was extended to no branch begins: those of the scene may have one.
+        Err(error) if error.is_not_converged() && harmonics != vibration.harmonics => {
+            harmonics = vibration.harmonics.clone();
+            outputs.notice(format!(
+                "forced response: {error}; it is that of harmonics up to {}",
+                harmonics.highest()
+            ));
+            let fewer = vibration.balance_of(elements, harmonics.clone());
+            fewer.and_then(|balance| vibration.forced_response(balance))
+        }
+        points => points,
+    };
+    let points = points.map_err(|source| failed(reads, source))?;
     tell_left_out(&points, outputs);
     outputs.put(&harmonic_table(&points, &harmonics))?;
     let all = points.iter();
@@ -182,6 +195,10 @@ fn tell_left_out(points: &[ForcedPoint], outputs: &mut Outputs) {
         (
             FoundBy::NotPeriodic,
             "without a response of the period of the drive: in time the motion does not settle to one",
+        ),
+        (
+            FoundBy::Unphysical,
+            "without a response: friction would give energy in that of the harmonic balance, whose samples or harmonics are too few there",
         ),
         (FoundBy::Nothing, "not found"),
     ] {

@@ -63,9 +63,10 @@ fn of_vibration_alone(reads: &Reads) -> Result<typed::Summary, RunError> {
     };
     Ok(typed::Summary {
         dissipated_energy: of(|row| row.friction_energy),
-        resonance_frequency: of(|row| row.resonance_frequency),
+        resonance_frequency: response.as_ref().and_then(|row| row.resonance_frequency),
         peak_frequency: of(|row| row.peak_frequency),
         peak_amplitude: of(|row| row.peak_amplitude),
+        peak_multiplier: response.as_ref().and_then(|row| row.peak_multiplier),
         error_dissipated_energy: of(|row| row.error_friction_energy),
         error_resonance_frequency: of(|row| row.error_resonance_frequency),
         error_peak_amplitude: of(|row| row.error_peak_amplitude),
@@ -114,7 +115,7 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
     let in_force = InForce::of(reads.maybe()?, reads.maybe()?);
     if let Some(InForce { response, update }) = &in_force {
         summary.updated = Some(update.updated);
-        summary.resonance_frequency = Some(response.resonance_frequency);
+        summary.resonance_frequency = response.resonance_frequency;
         summary.peak_frequency = Some(response.peak_frequency);
         summary.peak_amplitude = Some(response.peak_amplitude);
     }

@@ -93,7 +93,7 @@ fn loads_on_a_port_are_one() {
             .resolve(elements, None, None)
             .expect("a resonance");
         let resonance = resolved.resonance;
-        (resonance.peak_amplitude, resonance.phase.omega)
+        (resonance.peak_amplitude, resonance.in_force().omega)
     });
     let same = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
     assert!(same(peaks[0].0, peaks[1].0), "{peaks:?}");
@@ -180,7 +180,57 @@ fn no_preload_has_a_response() {
         match point.found_by {
             FoundBy::Balance => assert!(point.residual <= 1e-6, "{point:?}"),
             FoundBy::Time => assert!(point.residual <= 1e-7, "{point:?}"),
-            FoundBy::NotPeriodic | FoundBy::Nothing => assert!(point.response.is_none()),
+            FoundBy::Unphysical | FoundBy::NotPeriodic | FoundBy::Nothing => {
+                assert!(point.response.is_none())
+            }
         }
     }
+}
+
+#[test]
+fn a_load_across_the_response_is_not_the_drive() {
+    let mut oscillator = light(element(100.0, 1e5, 1e5));
+    oscillator.stiffness = [1e6, 1e6, 1e8];
+    let load = |port, cosine| Load {
+        port,
+        harmonic: 1,
+        cosine,
+        sine: 0.0,
+    };
+    let (across, along) = (load(2, 1.0), load(0, 20.0));
+    let of = |loads| {
+        let vibration = vibration(&oscillator, loads, 0, (100.0, 250.0));
+        let elements = vec![oscillator.element.clone()];
+        let resolved = vibration.resolve(elements, None, None);
+        let resonance = resolved.expect("a peak").resonance;
+        assert!(resonance.phase.is_some());
+        (resonance.peak_frequency, resonance.peak_amplitude)
+    };
+    let (first, second) = (of(vec![across, along]), of(vec![along, across]));
+    assert!(
+        (first.0 / second.0 - 1.0).abs() < 1e-9,
+        "{first:?} {second:?}"
+    );
+    assert!(
+        (first.1 / second.1 - 1.0).abs() < 1e-9,
+        "{first:?} {second:?}"
+    );
+}
+
+#[test]
+fn without_a_phase_resonance_the_peak_stays() {
+    // Above the resonance all displacements are behind the drive by more than a quarter of a cycle.
+    let oscillator = light(element(100.0, 1e5, 1e5));
+    let vibration = vibration(
+        &oscillator,
+        vec![Oscillator::load(0, 1.0, 0.0)],
+        0,
+        (90.0, 120.0),
+    );
+    let elements = vec![oscillator.element.clone()];
+    let resolved = vibration.resolve(elements, None, None).expect("a peak");
+    let resonance = resolved.resonance;
+    assert!(resonance.phase.is_none());
+    assert!((resonance.peak_frequency / 90.0 - 1.0).abs() < 1e-9);
+    assert_eq!(resonance.in_force(), &resonance.peak);
 }

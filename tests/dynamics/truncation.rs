@@ -47,9 +47,9 @@ fn resolved(
         .unwrap_or_else(|error| panic!("{error}"));
     let resonance = &resolved.resonance;
     let figures = [
-        resonance.phase.omega,
+        resonance.in_force().omega,
         resonance.amplitude,
-        resonance.phase.energy.friction,
+        resonance.in_force().energy.friction,
     ];
     let highest = resolved.balance.harmonics().highest();
     (figures, resolved.truncation, highest)

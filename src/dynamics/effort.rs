@@ -1,0 +1,62 @@
+//! What a search for responses may cost, counted in what it evaluates: the same on every machine, whatever its speed.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Units of a step of the integration in time.
+const STEP: u64 = 5;
+/// Units of the first branches of a survey, and of all that is looked for beside them: a million takes about a second.
+pub(super) const BRANCHES: u64 = 12_000_000;
+pub(super) const BESIDE_BRANCHES: u64 = 1_000_000;
+
+/// A count of what is evaluated, with a bound. Clones count together.
+#[derive(Debug, Clone)]
+pub(super) struct Effort {
+    spent: Arc<AtomicU64>,
+    bound: Arc<AtomicU64>,
+}
+
+impl Default for Effort {
+    fn default() -> Effort {
+        Effort {
+            spent: Arc::default(),
+            bound: Arc::new(AtomicU64::new(u64::MAX)),
+        }
+    }
+}
+
+impl Effort {
+    /// So many units may be spent from now on.
+    pub(super) fn allow(&self, units: u64) {
+        let bound = self.spent().saturating_add(units);
+        self.bound.store(bound, Ordering::Relaxed);
+    }
+
+    /// There is no bound from now on.
+    pub(super) fn unbound(&self) {
+        self.bound.store(u64::MAX, Ordering::Relaxed);
+    }
+
+    /// Elements were evaluated with so many coefficients along each direction: each costs as the square of these.
+    pub(super) fn add_elements(&self, elements: usize, coefficients: usize) {
+        self.add((elements * coefficients * coefficients) as u64);
+    }
+
+    /// Steps in time were made.
+    pub(super) fn add_steps(&self, steps: usize) {
+        self.add(STEP * steps as u64);
+    }
+
+    fn add(&self, units: u64) {
+        self.spent.fetch_add(units, Ordering::Relaxed);
+    }
+
+    pub(super) fn spent(&self) -> u64 {
+        self.spent.load(Ordering::Relaxed)
+    }
+
+    /// Whether all that is allowed is spent.
+    pub(super) fn is_spent(&self) -> bool {
+        self.spent() >= self.bound.load(Ordering::Relaxed)
+    }
+}
