@@ -20,6 +20,8 @@ const UNKNOWN: f64 = 1.0;
 const HIGHEST: u32 = 31;
 /// The highest from which all of the range is looked at again with more harmonics, where those do not have the resonance.
 const MOST_SURVEYED: u32 = 15;
+/// Share of the input below which a dissipation is faint: what is rounding of the input is no error of it.
+const FAINT: f64 = 1e-6;
 /// Error of a peak that is that of a motion in time: what climbing to it leaves.
 const OF_TIME: f64 = 1e-3;
 /// Highest order of the harmonics with which a response of many is looked for first.
@@ -300,6 +302,7 @@ impl Resolved<'_> {
         ];
         let moved: f64 = before.iter().zip(&after).map(|(b, a)| (b - a).abs()).sum();
         let all: f64 = after.iter().map(|energy| energy.abs()).sum();
+        let all = all.max(FAINT * fine.in_force().energy.input.abs());
         let energy = match moved / all + left {
             change if change <= UNKNOWN => change,
             _ if moved == 0.0 => 0.0,

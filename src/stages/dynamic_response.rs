@@ -1,5 +1,7 @@
 //! The steady response of the structure to the contact elements in force.
 
+use std::f64::consts::TAU;
+
 use super::RunError;
 use super::agreement::{self, Agreed, agreed};
 use super::contact_elements::{element_table, slider_table};
@@ -12,7 +14,7 @@ use super::stage::{Stage, When};
 use crate::dynamics::cycle::{JointCycle, JointSummary, joint_cycle};
 use crate::dynamics::{
     Candidate, CandidateKind, ContactElement, ElementState, HarmonicBalance, Resolved, Resonance,
-    Response, Start,
+    Response, Start, Vibration,
 };
 use crate::model_update::ElementParameters;
 use crate::recipe::Layout;
@@ -106,7 +108,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         parameters,
     } = agreed(reads, solvers, &vibration, begin, &mut outputs)?;
     tell_missed(&mut outputs, tolerance, &resolved);
-    tell_candidates(&mut outputs, &resolved.resonance);
+    tell_candidates(&mut outputs, &vibration, &resolved.resonance);
     in_force(reads, &resolved, &parameters, &mut outputs)?;
     if let Some(sliders) = slider_table(&parameters) {
         outputs.put(&sliders)?;
@@ -124,7 +126,7 @@ fn alone(reads: &Reads, solvers: &mut Solvers, outputs: &mut Outputs) -> Result<
     match vibration.resolve(elements, None, tolerance) {
         Ok(resolved) => {
             tell_missed(outputs, tolerance, &resolved);
-            tell_candidates(outputs, &resolved.resonance);
+            tell_candidates(outputs, &vibration, &resolved.resonance);
             in_force(reads, &resolved, &parameters, outputs)
         }
         // The forced response has an answer all the same, or says why it has none.
@@ -168,7 +170,7 @@ pub fn start_of(
 ) -> Result<(crate::dynamics::Harmonics, Start), RunError> {
     let (harmonics, displacement) = harmonics_of(response)?;
     let start = Start {
-        omega: row.resonance_frequency.unwrap_or(row.peak_frequency) * std::f64::consts::TAU,
+        omega: row.resonance_frequency.unwrap_or(row.peak_frequency) * TAU,
         load_factor: 1.0,
         displacement,
     };
@@ -322,10 +324,12 @@ fn candidate_table(
 
 /// Says so where the strongest resonance is no clear one: others are as strong, it is unstable, it lies at an end of the range, or parts
 /// of the range have no branch.
-fn tell_candidates(outputs: &mut Outputs, resonance: &Resonance) {
+fn tell_candidates(outputs: &mut Outputs, vibration: &Vibration, resonance: &Resonance) {
     if resonance.phase.is_none() {
-        outputs
-            .notice("dynamics.frequency: no phase resonance in the range; the peak stands for it");
+        let [from, to] = [vibration.range.0, vibration.range.1].map(|omega| omega / TAU);
+        outputs.notice(format!(
+            "dynamics.frequency: no phase resonance between {from:.6} and {to:.6} Hz; the peak stands for it"
+        ));
     }
     if resonance.is_in_time() {
         outputs.notice("the peak was found by integration in time, as the harmonic balance has no branch there");

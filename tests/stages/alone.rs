@@ -302,17 +302,18 @@ fn no_resonance_in_the_range_is_no_failure() {
     let said = "note: dynamics.frequency: no phase resonance between 400";
     assert!(did.stderr().contains(said), "{}", did.stderr());
     let root = bench.path("a");
-    assert_eq!(tables(&root), ["frf", "frf_harmonic", "summary"]);
     assert_linear(&root, STIFFNESS, FORCE);
     assert!(!table(&root, 0, TableName::Summary).has("resonance_frequency"));
+    // The peak is the largest row, at the end that is nearer to the resonance.
+    let response = frf(&root);
+    let rows = rows(&response);
+    let largest = rows.fold(0.0_f64, |most, row| most.max(row[1]));
+    assert!((summary(&root, 0, "peak_amplitude") / largest - 1.0).abs() < 1e-9);
     // With a contact its element is there all the same.
     bench.write("alone.toml", slider());
     let range = "dynamics.frequency=[\"700 Hz\", \"750 Hz\"]";
     bench.done(&["run", "alone.toml", "--run", "b", "--set", range]);
-    assert_eq!(
-        tables(&bench.path("b")),
-        ["contact_element", "frf", "frf_harmonic", "summary"]
-    );
+    assert!(tables(&bench.path("b")).contains(&"contact_element".to_owned()));
 }
 
 /// The small resonator without its rough surface.
