@@ -2,10 +2,11 @@
 
 use std::f64::consts::TAU;
 
+use super::candidates::gives_energy;
 use super::contact_element::ContactElement;
 use super::cycle::half_range;
 use super::periodic::{Periodic, Settled};
-use super::survey::{first_harmonic, gives_energy, is_near, start_of};
+use super::survey::{first_harmonic, is_near, start_of};
 use super::time_integration::Motion;
 use super::vibration::Vibration;
 use super::{ContinuationSettings, DynamicsError, Energy, HarmonicBalance, Harmonics, Response};

@@ -49,6 +49,7 @@
 
 pub mod aft;
 pub mod backbone;
+mod candidates;
 mod closed_model;
 pub mod contact_element;
 pub mod continuation;
@@ -84,6 +85,7 @@ pub mod vibration;
 
 pub use aft::{InterfaceElement, Sampling};
 pub use backbone::{Backbone, BackboneEnd, BackbonePoint, Levels};
+pub use candidates::{Candidate, CandidateKind};
 pub use closed_model::{ClosedModel, Core};
 pub use contact_element::{ContactElement, ElementState};
 pub use continuation::{Continuation, ContinuationSettings};
@@ -99,7 +101,7 @@ pub use receptance::Receptance;
 pub use reduced::{Damping, reduced_model, reference_springs};
 pub use response::{Energy, Response, Start};
 pub use slider::{FrictionLaw, Slider};
-pub use survey::{Candidate, CandidateKind, Survey};
+pub use survey::Survey;
 pub use time_integration::{Motion, TimeModel};
 pub use truncation::{Resolved, Truncation};
 pub use vibration::{Resonance, Vibration};

@@ -1,12 +1,12 @@
-//! All responses of a small model over a range: its branches, what of the range they leave out, and the peaks and phase resonances on
-//! them.
+//! All responses of a small model over a range: its branches, what of the range they leave out, and motions in time beside them. The
+//! peaks and phase resonances on them are found in `candidates.rs`.
 
 use std::f64::consts::TAU;
 
 use super::contact_element::ContactElement;
 use super::effort::{BESIDE_BRANCHES, BRANCHES};
 use super::forced_response::FoundBy;
-use super::periodic::{Periodic, Settled, UNSTABLE};
+use super::periodic::{Periodic, Settled};
 use super::time_integration::{Motion, TimeModel};
 use super::vibration::Vibration;
 use super::{ContinuationSettings, DynamicsError, HarmonicBalance, Response, Start};
@@ -16,22 +16,17 @@ const PROBES: usize = 8;
 /// Integration steps for a motion in time where no branch is, and beside one: under a second, and a third of it. All multipliers of a forced response
 /// have the first.
 const EFFORT: usize = 120_000;
-const BESIDE: usize = 30_000;
-/// Candidates whose motion in time is looked for, the strongest: more would cost more than the branches.
-const JUDGED: usize = 6;
+pub(super) const BESIDE: usize = 30_000;
 /// First and least step of frequency to the peak of motions in time, relative, and integration steps for it.
 const CLIMB: f64 = 0.02;
 const LEAST_CLIMB: f64 = 1e-5;
 const CLIMBING: usize = 240_000;
-/// Share of the work of the loads and dampers that friction may give and not take: more is no motion, but samples or harmonics that are
-/// too few.
-const GIVEN: f64 = 0.01;
 /// Frequencies in each gap.
 const IN_GAPS: usize = 5;
 /// Amplitudes that differ by more than this share are those of different responses.
 const OTHER: f64 = 0.02;
 /// Two responses whose frequency and amplitude differ by less are one.
-const SAME: f64 = 1e-6;
+pub(super) const SAME: f64 = 1e-6;
 /// Share by which amplitudes of the balance and of the motion in time that it began from differ where they are one response: of few
 /// harmonics.
 const SAME_RESPONSE: f64 = 0.1;
@@ -39,52 +34,6 @@ const SAME_RESPONSE: f64 = 0.1;
 const USUAL: f64 = 1e-6;
 /// Most points of a branch.
 const MOST_POINTS: usize = 1500;
-
-/// What a candidate is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum CandidateKind {
-    /// A displacement 90° behind the drive.
-    PhaseResonance,
-    /// A largest first harmonic at the response port.
-    Peak,
-    /// A first harmonic that is largest at an end of the range or of a branch.
-    End,
-}
-
-impl CandidateKind {
-    /// Its name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            CandidateKind::PhaseResonance => "phase_resonance",
-            CandidateKind::Peak => "peak",
-            CandidateKind::End => "end",
-        }
-    }
-}
-
-/// A peak or phase resonance of a branch.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Candidate {
-    pub kind: CandidateKind,
-    pub response: Response,
-    /// Half range of the first harmonic at the response port \[m\].
-    pub amplitude: f64,
-    /// Number of its branch; none where branches were not followed.
-    pub branch: Option<usize>,
-    /// Largest modulus of the multipliers by which small disturbances grow over a period, from the motion in time near it; none where
-    /// that is not known.
-    pub multiplier: Option<f64>,
-    /// The amplitude of that motion \[m\].
-    pub amplitude_in_time: Option<f64>,
-}
-
-impl Candidate {
-    /// Whether small disturbances of it are known to grow.
-    pub fn is_unstable(&self) -> bool {
-        self.multiplier
-            .is_some_and(|multiplier| multiplier > UNSTABLE)
-    }
-}
 
 /// The responses over a range.
 #[derive(Debug, Clone, PartialEq)]
@@ -115,7 +64,7 @@ enum Probed {
 
 impl Vibration {
     /// The model in time; none of a structure whose contact follows forces without delay.
-    fn in_time<'a>(
+    pub(super) fn in_time<'a>(
         &'a self,
         balance: &'a HarmonicBalance<ContactElement>,
     ) -> Option<TimeModel<'a>> {
@@ -331,98 +280,6 @@ impl Vibration {
         }
         out
     }
-
-    /// All peaks and phase resonances of a survey, the strongest first, each once.
-    ///
-    /// # Errors
-    /// [`DynamicsError::HarmonicMissing`].
-    pub fn candidates(
-        &self,
-        balance: &HarmonicBalance<ContactElement>,
-        survey: &Survey,
-    ) -> Result<Vec<Candidate>, DynamicsError> {
-        let mut found: Vec<Candidate> = Vec::new();
-        let port = self.response_port;
-        for (number, branch) in survey.branches.iter().enumerate() {
-            let ends = [branch.first(), branch.last()].map(|end| end.map_or(0.0, |end| end.omega));
-            let mut add = |kind, response: Response| {
-                let amplitude = first_harmonic(balance, &response.displacement, port);
-                let known = found.iter().any(|known| {
-                    let same = |a: f64, b: f64| (a - b).abs() <= SAME * b.abs();
-                    known.kind == kind
-                        && same(known.response.omega, response.omega)
-                        && same(known.amplitude, amplitude)
-                });
-                if !known {
-                    found.push(Candidate {
-                        kind,
-                        amplitude,
-                        response,
-                        branch: Some(number),
-                        multiplier: None,
-                        amplitude_in_time: None,
-                    });
-                }
-            };
-            let physical = |response: &Response| !gives_energy(response);
-            for response in balance
-                .peaks(branch, port, self.range)?
-                .into_iter()
-                .filter(physical)
-            {
-                let kind = match ends.contains(&response.omega) {
-                    true => CandidateKind::End,
-                    false => CandidateKind::Peak,
-                };
-                add(kind, response);
-            }
-            if balance.drive().is_some() {
-                let found = balance.phase_resonances(branch, self.range)?;
-                for response in found.into_iter().filter(physical) {
-                    add(CandidateKind::PhaseResonance, response);
-                }
-            }
-        }
-        found.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
-        for candidate in found.iter_mut().take(JUDGED) {
-            self.judge(balance, candidate);
-        }
-        let branches = found.first().map_or(0.0, |first| first.amplitude);
-        let above = survey
-            .motions
-            .iter()
-            .map(|motion| self.of_time(balance, motion));
-        found.extend(above.filter(|candidate| candidate.amplitude > branches));
-        found.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
-        Ok(found)
-    }
-
-    /// A motion in time as a candidate.
-    fn of_time(&self, balance: &HarmonicBalance<ContactElement>, periodic: &Periodic) -> Candidate {
-        let rows = &periodic.displacement;
-        let amplitude = first_harmonic(balance, rows, self.response_port);
-        Candidate {
-            kind: CandidateKind::Peak,
-            response: balance.response_of(periodic),
-            amplitude,
-            branch: None,
-            multiplier: periodic.multiplier,
-            amplitude_in_time: Some(amplitude),
-        }
-    }
-
-    /// Says what the motion in time near a candidate is.
-    fn judge(&self, balance: &HarmonicBalance<ContactElement>, candidate: &mut Candidate) {
-        let Some(time) = self.in_time(balance) else {
-            return;
-        };
-        let (response, amplitude) = (&candidate.response, candidate.amplitude);
-        if let Some(periodic) = near(&time, balance, response, amplitude, BESIDE) {
-            let rows = &periodic.displacement;
-            candidate.amplitude_in_time = Some(first_harmonic(balance, rows, self.response_port));
-            candidate.multiplier = periodic.multiplier;
-        }
-    }
 }
 
 impl Survey {
@@ -506,19 +363,13 @@ impl Survey {
     }
 }
 
-/// Whether friction does work in a response, which it cannot.
-pub(super) fn gives_energy(response: &Response) -> bool {
-    let energy = response.energy;
-    energy.friction < -GIVEN * (energy.input.abs() + energy.viscous)
-}
-
 /// Whether two amplitudes are those of one response, but for harmonics left out.
 pub(super) fn is_near(a: f64, b: f64) -> bool {
     (a / b - 1.0).abs() <= SAME_RESPONSE
 }
 
 /// The motion in time near a response.
-fn near(
+pub(super) fn near(
     time: &TimeModel<'_>,
     balance: &HarmonicBalance<ContactElement>,
     response: &Response,
@@ -554,29 +405,6 @@ pub fn start_of(periodic: &Periodic) -> Start {
 }
 
 impl HarmonicBalance<ContactElement> {
-    /// A motion in time in the form of a response, with the forces of its elements.
-    fn response_of(&self, periodic: &Periodic) -> Response {
-        let contact = self.elements.len() * self.width();
-        let rows = periodic.displacement[..contact].chunks(self.width());
-        let mut force = vec![0.0; contact];
-        let mut work = self.sampling.workspace();
-        let forces = force.chunks_mut(self.width());
-        for ((element, row), force) in self.elements.iter().zip(rows).zip(forces) {
-            self.sampling.evaluate(element, row, force, None, &mut work);
-        }
-        Response {
-            omega: periodic.omega,
-            load_factor: 1.0,
-            displacement: periodic.displacement.clone(),
-            force,
-            active: vec![true; self.elements.len()],
-            iterations: 0,
-            correction: periodic.change,
-            closure: periodic.change,
-            energy: periodic.energy,
-        }
-    }
-
     /// Where a response is at the phase 0, of a structure whose coordinates are its ports; none of another.
     pub fn motion(&self, response: &Response) -> Option<Motion> {
         let harmonics = self.harmonics();

@@ -1,8 +1,9 @@
 //! A driven structure whose contact elements change: what the response to them is made from, and its figures.
 
+use super::candidates::{Candidate, CandidateKind};
 use super::contact_element::ContactElement;
 use super::effort::BESIDE_BRANCHES;
-use super::survey::{Candidate, CandidateKind, Survey};
+use super::survey::Survey;
 use super::{
     DynamicsError, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Settings, Start,
 };
@@ -156,8 +157,8 @@ impl Vibration {
         if balance.is_small() {
             let survey = self.survey(balance)?;
             balance.effort.allow(BESIDE_BRANCHES);
-            let candidates = self.candidates(balance, &survey)?;
-            let strongest = self.strongest(balance, start, survey, candidates);
+            let candidates = self.candidates(balance, &survey);
+            let strongest = candidates.and_then(|all| self.strongest(balance, start, survey, all));
             balance.effort.unbound();
             return strongest;
         }

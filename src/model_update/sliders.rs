@@ -235,7 +235,7 @@ impl Laws {
 pub(super) type Slider = [f64; 4];
 
 /// The sliders of a loaded element with the normal stiffness `kn`, whose force has these falling `slopes` up to each level and none beyond
-/// the last.
+/// the last; and those that close under more load than at rest: the contact gains beyond its edge what it loses there as load falls.
 pub(super) fn bank_of(levels: &[f64], slopes: &[f64], kn: f64, mu: f64) -> Vec<Slider> {
     let next = slopes[1..].iter().chain([&0.0]);
     let steps = slopes.iter().zip(next).map(|(slope, next)| slope - next);

@@ -93,7 +93,7 @@ pub enum DampingBasis {
 /// How a structure is made to vibrate, and what of its response is wanted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Response {
-    /// The forces; the first of harmonic 1 is the drive. If there is none, the ground is.
+    /// The forces; the drive is the first of harmonic 1 at the response and along it, or the first of all where none is there. Without any, the ground is.
     pub forces: Vec<Force>,
     /// How the ground of an oscillator moves; none: it rests.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -196,7 +196,7 @@ pub enum Rotation {
 /// `[dynamics]`
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Dynamics {
-    /// The forces; the first of harmonic 1 is the drive.
+    /// The forces; the drive is the first of harmonic 1 at the response and along it, or the first of all where none is there.
     pub forces: Vec<Force>,
     /// How the ground of an oscillator moves; none: it rests.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -6,7 +6,7 @@ use super::contact_state::{
     ElementMotion, Fields, let_move_between_ends, on_axes, reach_of, solution_of, wear_of,
 };
 use super::dynamic_response::{contact_elements, failed, harmonic_tolerance, response_table};
-use super::reads::{Outputs, Reads};
+use super::reads::Reads;
 use super::solvers::Solvers;
 use crate::dynamics::{Resolved, Vibration};
 use crate::model_update::{ElementParameters, Loading};
@@ -14,8 +14,6 @@ use crate::tables::{TableName, typed};
 
 /// What the fine contact may be off the contact elements, relative to the larger: below this laws are left as they are.
 const AGREED: f64 = 0.01;
-/// From here on it is told that laws of a response do not make both agree.
-const TOLD: f64 = 0.03;
 /// Laws that are taken from a response, at most.
 const ROUNDS: usize = 3;
 /// Part of what the exciter supplies that friction must take for its energy to be looked at: of a joint that all but sticks it is rounding.
@@ -47,7 +45,7 @@ struct Fine {
 }
 
 /// The response `resolved` to elements of these `parameters`, and both again as often as it takes until the fine contact agrees. Where the
-/// joint does not go to and fro, or elements have one law for all, they are what they are.
+/// joint does not go to and fro, or elements have one law for all, they are what they are. What is left stands in the ledger, which tells it.
 ///
 /// # Errors
 /// Those of the contact solves, and of a response.
@@ -56,7 +54,6 @@ pub fn agreed<'a>(
     solvers: &mut Solvers,
     vibration: &'a Vibration,
     begin: Agreed<'a>,
-    outputs: &mut Outputs,
 ) -> Result<Agreed<'a>, RunError> {
     let mut best = begin;
     let has_laws = best.parameters.sliders.is_some();
@@ -90,13 +87,6 @@ pub fn agreed<'a>(
             _ => break,
         };
         (best, fine) = (next, found);
-    }
-    if fine.gap > TOLD {
-        outputs.notice(format!(
-            "iteration {}: the fine contact and the contact elements differ by {:.1} % in force or energy, whatever laws are taken from the response",
-            reads.wear_iteration,
-            100.0 * fine.gap
-        ));
     }
     Ok(best)
 }

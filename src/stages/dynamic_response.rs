@@ -106,7 +106,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let Agreed {
         resolved,
         parameters,
-    } = agreed(reads, solvers, &vibration, begin, &mut outputs)?;
+    } = agreed(reads, solvers, &vibration, begin)?;
     tell_missed(&mut outputs, tolerance, &resolved);
     tell_candidates(&mut outputs, &vibration, &resolved.resonance);
     in_force(reads, &resolved, &parameters, &mut outputs)?;

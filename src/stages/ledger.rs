@@ -13,6 +13,8 @@ use crate::tables::{TableName, typed};
 
 /// A difference above this between both is told: the step from one to the other is then no small matter.
 const TOLD: f64 = 0.1;
+/// The same where contact elements have just got laws from the fine contact: both should say the same then.
+const TOLD_AT_UPDATE: f64 = 0.03;
 
 /// What is told of.
 const TOLD_OF: [&str; 3] = ["normal_load [N]", FORCE, ENERGY];
@@ -53,9 +55,9 @@ impl Drift {
 /// Part of the exciter's energy that two energies have to differ by to be told of.
 const WORTH: f64 = 0.01;
 
-/// True if two values of one quantity are too far apart to pass over.
-fn differ(fine: f64, dynamic: f64) -> bool {
-    (fine - dynamic).abs() > TOLD * fine.abs().max(dynamic.abs())
+/// True if two values of one quantity are farther apart than this part of the larger.
+fn differ(fine: f64, dynamic: f64, part: f64) -> bool {
+    (fine - dynamic).abs() > part * fine.abs().max(dynamic.abs())
 }
 
 /// Load, force, displacement, energy and compliance on both scales.
@@ -143,13 +145,19 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let was_open = |quantity: &str| {
         before.as_ref().is_some_and(|ledger| {
             let row = ledger.quantity.iter().position(|q| q == quantity);
-            row.is_some_and(|row| differ(ledger.fine[row], ledger.dynamic[row]))
+            row.is_some_and(|row| differ(ledger.fine[row], ledger.dynamic[row], TOLD))
         })
+    };
+    let has_laws = update.law_remainder.is_some();
+    let told = match update.updated && has_laws {
+        true => TOLD_AT_UPDATE,
+        false => TOLD,
     };
     for (quantity, fine, dynamic) in &rows {
         // Of a joint that all but sticks, friction is no part of the balance worth a word.
         let matters = *quantity != ENERGY || (fine - dynamic).abs() > WORTH * response.input_energy;
-        if TOLD_OF.contains(quantity) && differ(*fine, *dynamic) && matters && !was_open(quantity) {
+        let opens = differ(*fine, *dynamic, told) && !was_open(quantity);
+        if TOLD_OF.contains(quantity) && opens && matters {
             outputs.notice(format!(
                 "iteration {}: {quantity}: {fine:.4e} in the fine contact, {dynamic:.4e} in the contact elements of the structure; error_closure has what it makes wrong",
                 reads.wear_iteration
@@ -157,7 +165,6 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         }
     }
     let fine: Vec<f64> = rows.iter().map(|r| r.1).collect();
-    let has_laws = update.law_remainder.is_some();
     let at_update = before.and_then(|ledger| ledger.fine_at_update);
     outputs.put(&typed::Ledger {
         quantity: rows.iter().map(|r| r.0.to_owned()).collect(),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use fretwear::contact::nodes::{Interpolation, NodalCompliance};
-use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
+use fretwear::contact::normal::{self, NormalOptions, NormalProblem, NormalSolution};
 use fretwear::contact::tangential::{self, Drive, TangentialOptions, TangentialProblem};
 use fretwear::contact::{HalfSpace, Shear};
 use fretwear::grid::{Grid, Patch};
@@ -72,6 +72,16 @@ fn nodes(grid: Grid) -> ContactElements {
     ContactElements::at_nodes(grid, COUNTS, &faces).expect("elements")
 }
 
+/// The rough contact under [`LOAD`].
+fn pressed() -> (Patch, NormalSolution) {
+    let (grid, height) = rough();
+    let patch = Patch::full(grid);
+    let problem = NormalProblem::new(&patch, &height, LOAD);
+    let options = NormalOptions::default();
+    let contact = normal::solve(&mut half_space(grid), &problem, None, options).expect("contact");
+    (patch, contact)
+}
+
 /// Energy of a cycle between ±`amplitude`, and the force of each slider's element at its end, of sliders under steady load.
 fn of_banks(laws: &Laws, amplitude: f64) -> (f64, Vec<f64>) {
     let sliders = laws.parameters.sliders.as_ref().expect("sliders");
@@ -89,12 +99,8 @@ fn of_banks(laws: &Laws, amplitude: f64) -> (f64, Vec<f64>) {
 
 #[test]
 fn banks_do_what_the_fine_contact_does() {
-    let (grid, height) = rough();
-    let patch = Patch::full(grid);
-    let problem = NormalProblem::new(&patch, &height, LOAD);
-    let mut plain = half_space(grid);
-    let contact =
-        normal::solve(&mut plain, &problem, None, NormalOptions::default()).expect("contact");
+    let (patch, contact) = pressed();
+    let grid = patch.grid;
     let elements = nodes(grid);
     let mut half_space = local(grid);
     for shear in [Shear::AlongX, Shear::InPlane] {
@@ -266,12 +272,8 @@ fn without_friction_or_load_there_is_no_stiffness_to_slide_with() {
 /// one displacement of all do not.
 #[test]
 fn banks_of_a_motion_do_what_the_fine_contact_does_under_it() {
-    let (grid, height) = rough();
-    let patch = Patch::full(grid);
-    let problem = NormalProblem::new(&patch, &height, LOAD);
-    let mut plain = half_space(grid);
-    let contact =
-        normal::solve(&mut plain, &problem, None, NormalOptions::default()).expect("contact");
+    let (patch, contact) = pressed();
+    let grid = patch.grid;
     let elements = nodes(grid);
     let mut half_space = local(grid);
     let state = [&contact.pressure[..], &contact.gap[..]];

@@ -44,7 +44,7 @@ keys! {
     section "dynamics.rayleigh": "Damping by a matrix alpha M + beta K, beside dampers and damping_ratio. K is the stiffness of the structure that damping_basis names.";
     section "dynamics.response": "Whose displacement is the response; without it, that of the drive.";
 
-    /// The force, amplitude cos(2 pi harmonic f t + phase), or a list of forces. The first of harmonic 1 is the drive.
+    /// The force, amplitude cos(2 pi harmonic f t + phase), or a list of forces. The drive is the first of harmonic 1 at the response and along it, or the first of all where none is there.
     FORCE: Tables = "dynamics.force", Rule("must be given, unless there is a dynamics.base"), Tables(r#"{ amplitude = "1000 N", at = "far_wall", direction = "x" }"#);
     /// Half range of the force. That of harmonic 0 is constant, and may be negative.
     FORCE_AMPLITUDE: Quantity = "dynamics.force.amplitude", Required, Quantity(Dimension::FORCE, ANY, "1000 N");
