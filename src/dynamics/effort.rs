@@ -5,6 +5,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Units of a step of the integration in time.
 const STEP: u64 = 5;
+/// Units of a cycle of an element beyond its coefficients.
+const CYCLE: u64 = 10;
 /// Units of the first branches of a survey, and of all that is looked for beside them: a million takes about a second.
 pub(super) const BRANCHES: u64 = 12_000_000;
 pub(super) const BESIDE_BRANCHES: u64 = 1_000_000;
@@ -40,6 +42,11 @@ impl Effort {
     /// Elements were evaluated with so many coefficients along each direction: each costs as the square of these.
     pub(super) fn add_elements(&self, elements: usize, coefficients: usize) {
         self.add((elements * coefficients * coefficients) as u64);
+    }
+
+    /// An element was followed over so many cycles until its friction closed.
+    pub(super) fn add_cycles(&self, cycles: usize) {
+        self.add(CYCLE * cycles as u64);
     }
 
     /// Steps in time were made.

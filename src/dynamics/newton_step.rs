@@ -157,6 +157,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let mut jacobian = grip.map(|_| Matrix::zeros(width, width));
             let values = jacobian.as_mut().map(Matrix::values_mut);
             let closure = self.sampling.evaluate(law, u, g, values, &mut work);
+            self.effort.add_cycles(closure.cycles);
             contact.push((g.to_vec(), closure));
             for d in 0..3 {
                 let stiffness = self.reference[element][d];

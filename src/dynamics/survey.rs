@@ -96,7 +96,11 @@ impl Vibration {
             is_cut: balance.effort.is_spent(),
         };
         survey.branches.retain(|branch| !branch.is_empty());
-        balance.effort.allow(BESIDE_BRANCHES);
+        // Without a branch all hangs on what is found here.
+        balance.effort.allow(match survey.branches.is_empty() {
+            true => BRANCHES,
+            false => BESIDE_BRANCHES,
+        });
         for omega in self.probes(&survey) {
             if balance.effort.is_spent() {
                 survey.is_cut = true;

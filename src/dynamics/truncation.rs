@@ -243,6 +243,9 @@ impl Resolved<'_> {
                 let enough = if finer.is_costly { ESTIMATED } else { ROUGHLY };
                 finer.settings.tolerance = finer.settings.tolerance.max(enough);
             }
+            if is_small {
+                finer.effort.allow(BRANCHES / 4);
+            }
             let to_finer = |response: &Response| {
                 let start = response.start();
                 start.transferred(harmonics, finer.harmonics())

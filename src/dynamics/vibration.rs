@@ -1,9 +1,11 @@
 //! A driven structure whose contact elements change: what the response to them is made from, and its figures.
 
+use std::f64::consts::TAU;
+
 use super::candidates::{Candidate, CandidateKind};
 use super::contact_element::ContactElement;
-use super::effort::BESIDE_BRANCHES;
-use super::survey::Survey;
+use super::effort::{BESIDE_BRANCHES, BRANCHES};
+use super::survey::{Survey, first_harmonic};
 use super::{
     DynamicsError, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Settings, Start,
 };
@@ -257,18 +259,31 @@ impl Vibration {
             let mut wanted = candidates.iter().filter(|c| is_wanted(c.kind));
             wanted.next().map(|candidate| candidate.response.clone())
         };
+        let has_branches = candidates.iter().any(|c| c.branch.is_some());
+        if !has_branches {
+            // The only other way.
+            balance.effort.allow(BRANCHES);
+        }
         let phase = match first(|kind| kind == CandidateKind::PhaseResonance) {
             Some(phase) => Ok(phase),
             None => balance.phase_resonance(self.range, start),
         };
-        let (phase, peak) = match (phase, first(|kind| kind != CandidateKind::PhaseResonance)) {
-            (phase, Some(peak)) => (phase.ok(), peak),
-            (Ok(phase), None) => {
-                let peak = self.peak_beside(balance, &phase)?;
-                (Some(phase), peak)
-            }
-            (Err(error), None) => return Err(survey.stopped.unwrap_or(error)),
+        let beside = match &phase {
+            Ok(phase) if !has_branches => self.peak_beside(balance, phase).ok(),
+            _ => None,
         };
+        let size = |r: &Response| first_harmonic(balance, &r.displacement, self.response_port);
+        let known = first(|kind| kind != CandidateKind::PhaseResonance);
+        let peaks = known.into_iter().chain(beside);
+        let Some(peak) = peaks.max_by(|a, b| size(a).total_cmp(&size(b))) else {
+            let error = phase.err().unwrap_or(DynamicsError::NoResonance {
+                what: "peak",
+                from: self.range.0 / TAU,
+                to: self.range.1 / TAU,
+            });
+            return Err(survey.stopped.unwrap_or(error));
+        };
+        let phase = phase.ok();
         let iterations = survey.branches.iter().flatten().map(|r| r.iterations).sum();
         Ok(Resonance {
             candidates,

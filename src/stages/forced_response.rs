@@ -135,19 +135,21 @@ fn forced_response(
     let force = balance
         .drive()
         .map_or(0.0, |load| load.cosine.hypot(load.sine));
-    let points = match vibration.forced_response(balance) {
-        // With the harmonics that the resonance was extended to no branch begins: those of the scene may have one.
-        Err(error) if error.is_not_converged() && harmonics != vibration.harmonics => {
-            harmonics = vibration.harmonics.clone();
-            outputs.notice(format!(
-                "forced response: {error}; it is that of harmonics up to {}",
-                harmonics.highest()
-            ));
-            let fewer = vibration.balance_of(elements, harmonics.clone());
-            fewer.and_then(|balance| vibration.forced_response(balance))
-        }
-        points => points,
+    let mut points = vibration.forced_response(balance);
+    let has_branch = match &points {
+        Ok(points) => points.iter().any(|p| p.found_by == FoundBy::Balance),
+        Err(error) => !error.is_not_converged(),
     };
+    if !has_branch && harmonics != vibration.harmonics {
+        // With the harmonics that the resonance was extended to no branch begins: those of the scene may have one.
+        harmonics = vibration.harmonics.clone();
+        outputs.notice(format!(
+            "forced response: of harmonics up to {}, as no branch of those of the resonance begins",
+            harmonics.highest()
+        ));
+        let fewer = vibration.balance_of(elements, harmonics.clone());
+        points = fewer.and_then(|balance| vibration.forced_response(balance));
+    }
     let points = points.map_err(|source| failed(reads, source))?;
     tell_left_out(&points, outputs);
     outputs.put(&harmonic_table(&points, &harmonics))?;
