@@ -298,7 +298,7 @@ pub(super) fn concave_slopes(
 
 /// The corners of a broken line that has the area of a smooth curve through `force` under it, and so the energy of its loops: chords lie
 /// below a curve of curvature c by c h³/12 of area over a length h, which two thirds of their sag make good. It ends at `strength`, and
-/// keeps the force where the motion turns.
+/// keeps the force where the motion turns and beyond: a corner lifted there would pull up, with the slope that leads to it, all before.
 fn lifted(levels: &[f64], force: &[f64], strength: f64, turn: Option<usize>) -> Vec<f64> {
     let last = levels.len() - 1;
     let within = |t: f64| t.clamp(0.0, strength);
@@ -316,7 +316,7 @@ fn lifted(levels: &[f64], force: &[f64], strength: f64, turn: Option<usize>) -> 
     (0..=last)
         .map(|j| match j == last {
             true => strength,
-            false if turn == Some(j) => within(force[j]),
+            false if turn.is_some_and(|turn| j >= turn) => within(force[j]),
             false => within(force[j] + lift(j)),
         })
         .collect()

@@ -7,7 +7,7 @@ use fretwear::contact::normal::{self, NormalOptions, NormalProblem, NormalSoluti
 use fretwear::contact::tangential::{self, Drive, TangentialOptions, TangentialProblem};
 use fretwear::contact::{HalfSpace, Shear};
 use fretwear::grid::{Grid, Patch};
-use fretwear::model_update::{ContactElements, ElementParameters, Laws, Loading};
+use fretwear::model_update::{ContactElements, ElementParameters, Laws, Loading, Sliders};
 use fretwear::reference::CattaneoMindlin;
 use fretwear::structure::half_space::FaceCompliance;
 
@@ -26,6 +26,8 @@ const FORCE: f64 = 0.02;
 /// across the way of an element are no part of its law.
 const ENERGY_OF_MOTION: f64 = 0.05;
 const FORCE_OF_MOTION: f64 = 0.02;
+/// What elements bear along their way at the end of it, their banks bear: a rising slope before it is all that may be left.
+const FORCE_AT_THE_END: f64 = 4e-3;
 /// What backbones may be off their banks at worst: of some, here, slopes rise.
 const REMAINDER: f64 = 0.03;
 
@@ -318,7 +320,7 @@ fn banks_of_a_motion_do_what_the_fine_contact_does_under_it() {
         let expected = 4.0 * steps[turn].dissipation;
         let shears: Vec<_> = steps.iter().map(|step| step.shear.clone()).collect();
         let loading = Loading::new(&elements, reach.clone(), parts, &shears);
-        let of = |parameters: &ElementParameters| -> (f64, f64) {
+        let of = |parameters: &ElementParameters| -> (f64, f64, f64) {
             let sliders = parameters.sliders.as_ref().expect("sliders");
             let (mut energy, mut force) = (0.0, vec![0.0; elements.len()]);
             for (s, &element) in sliders.element.iter().enumerate() {
@@ -330,19 +332,65 @@ fn banks_of_a_motion_do_what_the_fine_contact_does_under_it() {
                 }
             }
             let fine = elements.integrals(&shears[turn][0]);
+            let across = elements.integrals(&shears[turn][1]);
+            let along = fine.iter().zip(&across).zip(&reach);
+            let along = along.map(|((fx, fy), [x, y])| (fx * x + fy * y) / x.hypot(*y));
+            let at_the_end: f64 = along.zip(&force).map(|(a, f)| (a - f).abs()).sum();
             let pairs = fine.iter().zip(&force).zip(&reach);
             let off: f64 = pairs
                 .map(|((fine, bank), [x, y])| (fine - bank * x / x.hypot(*y)).abs())
                 .sum();
-            (energy / expected - 1.0, off / steps[turn].force[0])
+            let all = steps[turn].force[0];
+            (energy / expected - 1.0, off / all, at_the_end / all)
         };
         let refined = loading.laws(&laws.parameters, FRICTION);
         let (before, after) = (of(&laws.parameters), of(&refined));
         assert!(after.0.abs() < ENERGY_OF_MOTION, "{before:?}, {after:?}");
         assert!(after.1 < FORCE_OF_MOTION, "{before:?}, {after:?}");
+        assert!(after.2 < FORCE_AT_THE_END, "{before:?}, {after:?}");
         // Forces across the way, which remain, are all that is left where everything slides.
         if before.1 > FORCE_OF_MOTION {
             assert!(after.1 < 0.5 * before.1, "{before:?}, {after:?}");
         }
     }
+}
+
+/// An element whose force rises in proportion far beyond the end of the motion, and then slides: what it carries at the end is what its
+/// backbone says, whatever the corner beyond it.
+#[test]
+fn what_lies_beyond_the_end_of_a_motion_does_not_stiffen_what_comes_before() {
+    const WAY: f64 = 2e-6;
+    const KT: f64 = 1e7;
+    let strength = 3.0 * KT * WAY;
+    let load = strength / FRICTION;
+    let laws = ElementParameters {
+        normal_load: vec![load],
+        gap: vec![0.0],
+        kn: vec![2e7],
+        kt: vec![KT],
+        sliders: Some(Sliders {
+            element: vec![0],
+            normal_load: vec![load],
+            gap: vec![0.0],
+            kn: vec![2e7],
+            kt: vec![KT],
+        }),
+    };
+    let reach = vec![[WAY, 0.0]];
+    let parts = Loading::parts(&laws, &reach, FRICTION);
+    let force = parts
+        .iter()
+        .map(|part| vec![[KT * part * WAY, 0.0]])
+        .collect();
+    let loading = Loading {
+        reach,
+        parts,
+        force,
+    };
+    let found = loading.laws(&laws, FRICTION);
+    let sliders = found.sliders.as_ref().expect("sliders");
+    let at_the_end: f64 = (0..sliders.element.len())
+        .map(|s| (sliders.kt[s] * WAY).min(FRICTION * sliders.normal_load[s]))
+        .sum();
+    assert_close(at_the_end, KT * WAY, ROUNDING, "force at the end");
 }
