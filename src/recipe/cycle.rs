@@ -14,6 +14,9 @@ pub(super) const CYCLE: &str = "fretting cycle";
 /// A computed motion that varies the load by less than this share of it, and leaves its line by less than this share of its
 /// reach, is marched between its two reversals: the error of wear is of second order in both.
 pub const STRAIGHT: f64 = 0.01;
+/// The same of the line where contact elements have laws of their own: what they do beside it, and where they turn once more next to an
+/// end, is in what they say of the work of friction ([`WorkBetweenEnds`]).
+pub const STRAIGHT_WITH_LAWS: f64 = 0.1;
 /// Where contact elements have laws of their own, these say what the variation of their loads makes of the work of friction, and a cycle between
 /// two reversals is corrected by it ([`WorkBetweenEnds`]). Below this part of all friction, the correction is taken for it.
 pub const CORRECTED: f64 = 0.5;
@@ -130,7 +133,11 @@ impl Cycle {
             }
             Some(_) => (0.0, 0.0),
         };
-        match (fine.reversals(STRAIGHT, of_load), self.asked) {
+        let straight = match work {
+            Some(_) => STRAIGHT_WITH_LAWS,
+            None => STRAIGHT,
+        };
+        match (fine.reversals(straight, of_load), self.asked) {
             (Some(motion), asked) => Ok((motion, asked.unwrap_or(March::Reversal), left_out)),
             (None, Some(march)) => Err(CycleError::NotStraight { mode: march.word() }),
             (None, None) => Ok(stepped()),
@@ -208,7 +215,7 @@ impl March {
 /// Why a motion that is computed is marched as it is.
 pub(crate) fn why_computed(asked: Option<March>) -> String {
     let straight = format!(
-        "the motion may leave its line by {STRAIGHT} of its reach and the joint's load vary by {STRAIGHT} of it; with sliders, by what changes their friction by {CORRECTED}, which corrects the cycle"
+        "the motion may leave its line by {STRAIGHT} of its reach and the joint's load vary by {STRAIGHT} of it; with sliders it may leave its line by {STRAIGHT_WITH_LAWS}, and loads vary by what changes their friction by {CORRECTED}, which corrects the cycle"
     );
     match asked {
         Some(March::Stepped) => "fidelity.cycle or the preset asks for it".to_owned(),

@@ -9,7 +9,7 @@ use crate::dynamics::cycle::{WorkBetweenEnds, joint_cycle};
 use crate::dynamics::{Harmonics, Sampling};
 use crate::grid::{ByAxis, Patch};
 use crate::model_update::{ContactElements, ElementParameters, Nodes, Sliders, fine_displacement};
-use crate::recipe::{Contact, Recipe, STRAIGHT};
+use crate::recipe::{Contact, Recipe, STRAIGHT_WITH_LAWS};
 use crate::tables::{TableError, TableName, typed};
 use crate::wear::cycle::March;
 use crate::wear::{Channel, Motion, OwnMotion};
@@ -241,7 +241,7 @@ pub fn let_move_between_ends(
     moved: &ElementMotion,
 ) -> Result<Option<WorkBetweenEnds>, RunError> {
     let (fine, work) = computed(reads, solvers, load, moved)?;
-    let Some(motion) = fine.reversals(STRAIGHT, f64::INFINITY) else {
+    let Some(motion) = fine.reversals(STRAIGHT_WITH_LAWS, f64::INFINITY) else {
         return Ok(None);
     };
     let joint = solvers.joint(reads)?;
