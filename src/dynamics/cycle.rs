@@ -102,6 +102,8 @@ pub struct WorkBetweenEnds {
     pub untold: f64,
     /// What all carry along x and y at the first end, under the loads at rest \[N\].
     pub force: [f64; 2],
+    /// By how much each element is closer than at rest, at both ends \[m\].
+    pub approach: [Vec<f64>; 2],
 }
 
 /// The largest part: an element that hardly slips between the ends tells little by it.
@@ -123,9 +125,12 @@ impl WorkBetweenEnds {
         let [top, bottom] = [top, bottom].map(|end| end.map_or(0, |(sample, _)| sample));
         let (mut all, mut changed, mut untold, mut force) = (0.0, 0.0, 0.0, [0.0; 2]);
         let rows = displacement.chunks(3 * sampling.harmonics().coefficients());
+        let mut approach = [Vec::new(), Vec::new()];
         let part = |(element, row): (&ContactElement, &[f64])| {
             let displacement = sampling.synthesise(row);
             let (d, e) = (displacement[top], displacement[bottom]);
+            approach[0].push(d[2]);
+            approach[1].push(e[2]);
             let half = [0.5 * (d[0] - e[0]), 0.5 * (d[1] - e[1])];
             let ends = [[half[0], half[1], 0.0], [-half[0], -half[1], 0.0]];
             let energy = element.cycle(&displacement).dissipated_energy;
@@ -153,6 +158,7 @@ impl WorkBetweenEnds {
             changed: of_all(changed),
             untold: of_all(untold),
             force,
+            approach,
         }
     }
 }

@@ -8,6 +8,7 @@
 mod bolt;
 mod criterion;
 mod elements;
+mod end_loads;
 mod error;
 mod joint_motion;
 pub mod sliders;
@@ -16,6 +17,7 @@ mod stiffness;
 pub use bolt::{Approach, Bolt, PRELOAD_TOLERANCE, Preload, preload};
 pub use criterion::{Criterion, CycleFigures, Due, DueTo, UpdateState};
 pub use elements::{ContactElements, Nodes};
+pub use end_loads::EndLoads;
 pub use error::ModelUpdateError;
 pub use joint_motion::Loading;
 pub use sliders::{Laws, Sliders};

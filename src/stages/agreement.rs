@@ -1,5 +1,5 @@
 //! Agreement of both scales on a response: its contact elements get the laws that the fine contact has under the motion of the response,
-//! until the fine contact says the same of force and energy as the elements.
+//! until the fine contact says the same of loads, force and energy as the elements.
 
 use super::RunError;
 use super::contact_state::{
@@ -8,12 +8,23 @@ use super::contact_state::{
 use super::dynamic_response::{contact_elements, failed, harmonic_tolerance, response_table};
 use super::reads::Reads;
 use super::solvers::Solvers;
+use crate::contact::normal::NormalOptions;
 use crate::dynamics::{Resolved, Vibration};
-use crate::model_update::{ElementParameters, Loading};
+use crate::model_update::{ContactElements, ElementParameters, EndLoads, Loading};
 use crate::tables::{TableName, typed};
 
-/// What the fine contact may be off the contact elements, relative to the larger: below this laws are left as they are.
+/// What the fine contact may be off the contact elements in force and energy, relative to the larger: below this laws are left as they are.
 const AGREED: f64 = 0.01;
+/// The same of loads at the ends of the motion, element by element, in parts of all load. What they vary by is a tenth of it or two, and
+/// counts in the second place: it makes of the work of friction what varies, not all of it.
+const AGREED_LOADS: f64 = 0.02;
+/// Part of a difference that a round leaves at most, if another one is to follow.
+const LEFT: f64 = 0.8;
+/// Relative error of the loads at the ends of a motion, of which a hundredth is asked.
+const LOADS: NormalOptions = NormalOptions {
+    tolerance: 1e-4,
+    max_iterations: 4000,
+};
 /// Laws that are taken from a response, at most.
 const ROUNDS: usize = 3;
 /// Part of what the exciter supplies that friction must take for its energy to be looked at: of a joint that all but sticks it is rounding.
@@ -38,9 +49,11 @@ pub struct Agreed<'a> {
 
 /// What the fine contact does under a response.
 struct Fine {
-    /// Largest of the differences to the elements in force and energy, relative to the larger.
+    /// Largest of the differences to the elements in force, energy and loads, each in parts of what is agreement.
     gap: f64,
-    /// Its loading along the motion, where the gap asks for it.
+    /// Its loads at the ends of the motion, where they are off.
+    loads: Option<EndLoads>,
+    /// Its loading along the motion, where force or energy are off.
     loading: Option<Loading>,
 }
 
@@ -64,11 +77,17 @@ pub fn agreed<'a>(
         return Ok(best);
     };
     for _ in 0..ROUNDS {
-        let Some(loading) = fine.loading.take() else {
+        if fine.gap <= 1.0 {
             return Ok(best);
-        };
-        let mu = solvers.joint(reads)?.friction_coefficient;
-        let parameters = loading.laws(&best.parameters, mu);
+        }
+        let mut parameters = best.parameters.clone();
+        if let Some(loading) = fine.loading.take() {
+            let mu = solvers.joint(reads)?.friction_coefficient;
+            parameters = loading.laws(&parameters, mu);
+        }
+        if let Some(loads) = fine.loads.take() {
+            parameters = loads.laws(&parameters);
+        }
         let elements = contact_elements(reads, &parameters);
         let harmonics = best.resolved.balance.harmonics().clone();
         let start = best.resolved.resonance.in_force().start();
@@ -86,7 +105,11 @@ pub fn agreed<'a>(
             Some(found) if found.gap < fine.gap => found,
             _ => break,
         };
+        let goes_on = found.gap <= LEFT * fine.gap;
         (best, fine) = (next, found);
+        if !goes_on {
+            break;
+        }
     }
     Ok(best)
 }
@@ -114,6 +137,8 @@ fn compared(
     let start = (!start.is_empty()).then_some(&start);
     let contact = solution_of(&row, fields);
     let elements = solvers.elements(reads)?;
+    let fields = work.approach.each_ref();
+    let fields = fields.map(|of_elements| of_cells(&elements, of_elements));
     // Both under the loads at rest: what the variation of loads makes of the force is no matter of the laws.
     let force = work.force[0].abs();
     let energy = resolved.resonance.in_force().energy;
@@ -126,14 +151,39 @@ fn compared(
         if energy.friction > LEAST_FRICTION * energy.input {
             gap = gap.max(off(cycle.dissipation, energy.friction));
         }
-        if gap <= AGREED {
-            return Ok(Fine { gap, loading: None });
-        }
-        let reach = reach_of(&elements, &joint.motion);
-        let parts = Loading::parts(parameters, &reach, joint.friction_coefficient);
-        let shear = joint.loading(&contact, &parts)?;
-        let loading = Some(Loading::new(&elements, reach, parts, &shear));
-        Ok(Fine { gap, loading })
+        let loading = match gap > AGREED {
+            true => {
+                let reach = reach_of(&elements, &joint.motion);
+                let parts = Loading::parts(parameters, &reach, joint.friction_coefficient);
+                let shear = joint.loading(&contact, &parts)?;
+                Some(Loading::new(&elements, reach, parts, &shear))
+            }
+            false => None,
+        };
+        let pressures = joint.pressures_by_place(&contact, fields.into(), LOADS)?;
+        let loads = EndLoads {
+            approach: work.approach,
+            load: [0, 1].map(|end| elements.loads(&pressures[end])),
+        };
+        let off_loads = loads.difference(parameters);
+        Ok(Fine {
+            gap: (gap / AGREED).max(off_loads / AGREED_LOADS),
+            loads: (off_loads > AGREED_LOADS).then_some(loads),
+            loading,
+        })
     })?;
     Ok(Some(fine))
+}
+
+/// What the elements do on the cells between their nodes; nothing where elements are faces.
+fn of_cells(elements: &ContactElements, of_elements: &[f64]) -> Vec<f64> {
+    let mut field = vec![0.0; elements.patch().grid.len()];
+    if let Some(nodes) = elements.nodes() {
+        let mut values = vec![0.0; nodes.interpolation.nodes()];
+        for (&node, value) in nodes.numbers.iter().zip(of_elements) {
+            values[node] = *value;
+        }
+        nodes.interpolation.add(1.0, &values, &mut field);
+    }
+    field
 }

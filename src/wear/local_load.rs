@@ -6,7 +6,9 @@
 //! ([`crate::contact::nodes`]), as it is in the plane.
 
 use super::joint::{FrettingJoint, WearError};
-use crate::contact::normal::{self, Control, NormalProblem, NormalSolution, Rotation};
+use crate::contact::normal::{
+    self, Control, NormalOptions, NormalProblem, NormalSolution, Rotation,
+};
 
 impl FrettingJoint {
     /// Friction limits at every sample; none where every place has the load of the static contact \[Pa\].
@@ -20,15 +22,19 @@ impl FrettingJoint {
         };
         let approaches = (0..self.motion.samples()).map(|k| own.approach_of_cells(k));
         let approaches: Vec<Vec<f64>> = approaches.collect();
-        let pressures = self.pressures_by_place(contact, approaches)?;
+        let pressures = self.pressures_by_place(contact, approaches, self.options.normal)?;
         Ok(Some(pressures.iter().map(|p| self.limit(p)).collect()))
     }
 
-    /// Pressures where cells come closer than in a static contact by each of these \[Pa\].
-    fn pressures_by_place(
+    /// Pressures where cells come closer than in a static contact by each of these \[m\], one field after the other \[Pa\].
+    ///
+    /// # Errors
+    /// [`WearError::Contact`].
+    pub fn pressures_by_place(
         &mut self,
         contact: &NormalSolution,
         approaches: Vec<Vec<f64>>,
+        options: NormalOptions,
     ) -> Result<Vec<Vec<f64>>, WearError> {
         // The height under which the static contact is one of the kernel that answers the nodes.
         let mut rest = vec![0.0; self.patch.grid.len()];
@@ -46,7 +52,6 @@ impl FrettingJoint {
                 pressure_cap: self.pressure_cap,
             };
             let start = pressures.last().unwrap_or(&contact.pressure);
-            let options = self.options.normal;
             let found = normal::solve(&mut self.half_space, &problem, Some(start), options)?;
             pressures.push(found.pressure);
         }

@@ -3,6 +3,7 @@
 mod bolt;
 mod criterion;
 mod elements;
+mod end_loads;
 mod parameters;
 mod sliders;
 mod stiffness;

@@ -1,0 +1,134 @@
+//! The normal law of contact elements from their loads at both ends of a motion.
+
+use fretwear::model_update::{ElementParameters, EndLoads, Sliders};
+
+/// Halving a range of 9 to 1 leaves a millionth of its logarithm.
+const SECANT: f64 = 2e-6;
+
+/// Load, gap, kn, kt of the sliders of two elements with load and one without.
+const SLIDERS: [(usize, [f64; 4]); 6] = [
+    (0, [30.0, 0.0, 2e7, 1e7]),
+    (0, [70.0, 0.0, 1e7, 3e7]),
+    (0, [0.0, 1.5e-6, 2e7, 1e7]),
+    (1, [50.0, 0.0, 5e7, 4e7]),
+    (1, [0.0, 1e-6, 5e7, 4e7]),
+    (2, [0.0, 2e-6, 3e7, 2e7]),
+];
+
+fn laws() -> ElementParameters {
+    let mut sliders = Sliders::default();
+    for (element, [load, gap, kn, kt]) in SLIDERS {
+        sliders.element.push(element);
+        sliders.normal_load.push(load);
+        sliders.gap.push(gap);
+        sliders.kn.push(kn);
+        sliders.kt.push(kt);
+    }
+    ElementParameters {
+        normal_load: vec![100.0, 50.0, 0.0],
+        gap: vec![0.0, 0.0, 2e-6],
+        kn: vec![3e7, 5e7, 0.0],
+        kt: vec![4e7, 4e7, 0.0],
+        sliders: Some(sliders),
+    }
+}
+
+/// Load of an element at an approach, by the law of a unilateral spring.
+fn borne(laws: &ElementParameters, element: usize, approach: f64) -> f64 {
+    let sliders = laws.sliders.as_ref().expect("sliders");
+    (0..sliders.element.len())
+        .filter(|&s| sliders.element[s] == element)
+        .map(|s| (sliders.normal_load[s] + sliders.kn[s] * (approach - sliders.gap[s])).max(0.0))
+        .sum()
+}
+
+/// What elements of a law bear at both ends is the law again, whatever they began with.
+#[test]
+fn elements_get_the_stiffness_of_what_they_bear() {
+    let begin = laws();
+    let mut truth = laws();
+    let sliders = truth.sliders.as_mut().expect("sliders");
+    // All of the first element stiffer, what closes in it less so; the second softer; the third closes later.
+    for (s, factor, closing) in [
+        (0, 1.6, 1.0),
+        (1, 1.6, 1.0),
+        (2, 1.6, 0.7),
+        (3, 0.6, 1.0),
+        (4, 0.6, 1.0),
+    ] {
+        sliders.kn[s] *= factor * closing;
+        sliders.gap[s] /= factor;
+    }
+    sliders.gap[5] = 2.6e-6;
+    let approach = [vec![3e-6, -0.7e-6, 3e-6], vec![-2e-6, 2.4e-6, -1e-6]];
+    let load = approach
+        .each_ref()
+        .map(|end| (0..3).map(|e| borne(&truth, e, end[e])).collect());
+    let ends = EndLoads { approach, load };
+    assert!(ends.difference(&begin) > 0.1, "{}", ends.difference(&begin));
+    let found = ends.laws(&begin);
+    assert!(
+        ends.difference(&found) < SECANT,
+        "{}",
+        ends.difference(&found)
+    );
+    let (found_sliders, expected) = (
+        found.sliders.as_ref().expect("s"),
+        truth.sliders.as_ref().expect("s"),
+    );
+    for s in 0..SLIDERS.len() {
+        for (found, expected) in [
+            (found_sliders.kn[s], expected.kn[s]),
+            (found_sliders.gap[s], expected.gap[s]),
+        ] {
+            assert!(
+                (found - expected).abs() <= 20.0 * SECANT * expected,
+                "slider {s}: {found:e}, {expected:e}"
+            );
+        }
+    }
+    // What friction holds at rest remains.
+    assert_eq!(found.normal_load, begin.normal_load);
+    assert_eq!(
+        found_sliders.normal_load,
+        begin.sliders.as_ref().expect("s").normal_load
+    );
+    assert_eq!(found_sliders.kt, begin.sliders.as_ref().expect("s").kt);
+    // Found again, nothing changes.
+    let again = ends.laws(&found);
+    assert!(ends.difference(&again) <= ends.difference(&found));
+}
+
+/// Loads that no stiffness explains, as neighbours make them, leave the law or come closer to them; and no figure leaves its bounds.
+#[test]
+fn loads_that_no_stiffness_explains_make_no_law_worse() {
+    let begin = laws();
+    for (approach, load) in [
+        // It opens and bears more, it closes and bears less, or stays where it is.
+        ([-1e-6, 1e-6], [130.0, 60.0]),
+        ([0.0, 0.0], [160.0, 20.0]),
+        ([1e-9, -1e-9], [400.0, 0.0]),
+        ([2e-6, 1e-6], [100.0, 300.0]),
+        ([-2e-6, -1e-6], [0.0, 250.0]),
+        ([1e-3, -1e-3], [1e6, 0.0]),
+    ] {
+        let of_all = |values: [f64; 2]| values.map(|v| vec![v; 3]);
+        let ends = EndLoads {
+            approach: of_all(approach),
+            load: of_all(load),
+        };
+        let found = ends.laws(&begin);
+        let off = |laws: &ElementParameters| -> f64 {
+            let at = |end: usize, e: usize| (borne(laws, e, approach[end]) - load[end]).abs();
+            (0..2).map(|e| at(0, e) + at(1, e)).sum()
+        };
+        assert!(off(&found) <= off(&begin), "{approach:?} {load:?}");
+        let sliders = found.sliders.expect("sliders");
+        for values in [&sliders.kn, &sliders.gap, &found.kn] {
+            assert!(
+                values.iter().all(|v| v.is_finite() && *v >= 0.0),
+                "{values:?}"
+            );
+        }
+    }
+}
