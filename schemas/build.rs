@@ -10,7 +10,7 @@ use std::process::Command;
 use std::{env, fs};
 
 /// The tables in the order in which they are told: as a run writes them, then those beside runs.
-const TABLES: [&str; 31] = [
+const TABLES: [&str; 33] = [
     "surface",
     "reference",
     "reference_element",
@@ -26,6 +26,8 @@ const TABLES: [&str; 31] = [
     "structure_port",
     "structure_mode",
     "structure_residual",
+    "structure_outline",
+    "structure_outline_mode",
     "contact_element",
     "contact_slider",
     "model_update",

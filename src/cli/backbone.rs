@@ -15,8 +15,9 @@ use fretwear::tables::{Provenance, TypedTable, to_parquet, typed};
 use fretwear::units::{self, Dimension};
 use serde_json::{Value, json};
 
+use super::arguments::parse_threads;
 use super::run::{cache_folder, parse_source, scene_of_run};
-use super::{CliError, Exit, parse_threads};
+use super::{CliError, Exit};
 use crate::progress::{Watcher, grouped};
 use crate::terminal::Results;
 

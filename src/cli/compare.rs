@@ -2,8 +2,9 @@
 
 use fretwear::report::{self, Cell, Comparison, PassedOver, Rows};
 
+use super::arguments::CompareArguments;
 use super::report::readable;
-use super::{CliError, CompareArguments, Exit};
+use super::{CliError, Exit};
 use crate::terminal::{Results, say};
 
 /// Prints the runs as one table, and writes it where asked.

@@ -8,7 +8,8 @@ use fretwear::structure::deck::Deck;
 use fretwear::structure::resonator::Resonator;
 use serde_json::json;
 
-use super::{CliError, Exit, ExportArguments};
+use super::arguments::ExportArguments;
+use super::{CliError, Exit};
 use crate::terminal::Results;
 
 /// Writes the resonator's input deck, and says on demand what its frequencies are here.

@@ -7,8 +7,9 @@ use fretwear::recipe::Inputs;
 use fretwear::stages::{self, Ending, RunError, RunOptions};
 use fretwear::store::{Cache, RealFileSystem, RunReader};
 
+use super::arguments::Execution;
 use super::run::cache_folder;
-use super::{CliError, Execution, Exit};
+use super::{CliError, Exit};
 use crate::progress::{Stopping, Watcher};
 use crate::terminal::say;
 

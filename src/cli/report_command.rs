@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use fretwear::report::{Report, RunTables};
 use fretwear::study::claims;
 
+use super::arguments::ReportArguments;
 use super::compare::notices;
-use super::{CliError, Exit, ReportArguments};
+use super::{CliError, Exit};
 use crate::terminal::{Results, say};
 
 /// Writes the page on the runs, and prints where it is.

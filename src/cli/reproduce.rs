@@ -10,8 +10,9 @@ use fretwear::study::SCENES;
 use fretwear::study::claims::{self, Finding};
 use serde_json::json;
 
+use super::arguments::ReproduceArguments;
 use super::many::{self, Job};
-use super::{CliError, Exit, ReproduceArguments};
+use super::{CliError, Exit};
 use crate::terminal::{Results, say};
 
 /// Runs the paper's study, or the scenes of a folder, and holds the paper's claims against it.

@@ -8,8 +8,9 @@ use fretwear::scene::{self, Plan, Scene};
 use fretwear::stages::{self, Ending, RunOptions, Source};
 use fretwear::store::{Cache, RealFileSystem, RunReader, SceneOfRun, StoreError};
 
+use super::arguments::RunArguments;
 use super::report::Form;
-use super::{CliError, Exit, RunArguments, cost, report};
+use super::{CliError, Exit, cost, report};
 use crate::progress::{Stopping, Watcher};
 use crate::terminal::{Results, note, say};
 

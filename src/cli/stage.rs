@@ -12,8 +12,9 @@ use fretwear::store::{RealFileSystem, RunReader, StoreError};
 use fretwear::tables::{Provenance, to_parquet};
 use serde_json::json;
 
+use super::arguments::StageArguments;
 use super::run::scene_of_run;
-use super::{CliError, Exit, StageArguments};
+use super::{CliError, Exit};
 use crate::progress::Watcher;
 use crate::terminal::Results;
 

@@ -9,8 +9,9 @@ use fretwear::scene::{self, Plan, Scene};
 use fretwear::stages::RunError;
 use serde_json::{Value, json};
 
+use super::arguments::TradeArguments;
 use super::many;
-use super::{CliError, Exit, TradeArguments, report};
+use super::{CliError, Exit, report};
 use crate::terminal::{Results, say};
 
 /// A variant with what its run needs.

@@ -20,14 +20,14 @@ use crate::terminal::say;
 const TICK: Duration = Duration::from_millis(50);
 /// What an iteration that is being computed has left once a stop is asked for.
 const GRACE: Duration = Duration::from_millis(1500);
-/// What a start has in any case, however short `--max-wall` is: with less, one start after another would get nowhere.
-const LEAST: Duration = Duration::from_secs(5);
 
 /// What a process is at, for who ends it.
 #[derive(Default)]
 pub struct At {
     /// Stage and iteration in words, and since when; none between runs.
     stage: Option<(String, Instant)>,
+    /// Stages that this start has begun, over all runs.
+    begun: u64,
     /// How to go on.
     continuation: String,
     bar: Option<ProgressBar>,
@@ -63,7 +63,6 @@ impl Stopping {
             asked: stopping.asked.clone(),
             at: stopping.at.clone(),
             end: stopping.limit.map(|limit| stopping.begin + limit),
-            least: stopping.begin + LEAST,
             exit,
         };
         let alive = Arc::downgrade(&stopping.alive);
@@ -84,16 +83,17 @@ impl Stopping {
 
     /// A run begins: its bar, and how it is continued.
     pub fn opens(&self, continuation: &str, bar: Option<ProgressBar>) {
-        *self.at() = At {
-            stage: None,
-            continuation: continuation.to_owned(),
-            bar,
-        };
+        let mut at = self.at();
+        at.stage = None;
+        at.continuation = continuation.to_owned();
+        at.bar = bar;
     }
 
     /// A stage begins.
     pub fn enters(&self, stage: String) {
-        self.at().stage = Some((stage, Instant::now()));
+        let mut at = self.at();
+        at.begun += 1;
+        at.stage = Some((stage, Instant::now()));
     }
 
     fn at(&self) -> std::sync::MutexGuard<'_, At> {
@@ -108,7 +108,6 @@ struct Watch {
     at: Arc<Mutex<At>>,
     /// When the limit of time is over.
     end: Option<Instant>,
-    least: Instant,
     exit: i32,
 }
 
@@ -121,7 +120,7 @@ impl Watch {
             let now = Instant::now();
             let signal = self.signalled.swap(false, Ordering::Relaxed);
             if signal && self.asked.swap(true, Ordering::Relaxed) {
-                self.end_now();
+                self.end_now(false);
             }
             if signal {
                 hard = Some(now + GRACE);
@@ -129,14 +128,14 @@ impl Watch {
             }
             let late = self.end.is_some_and(|end| now >= end);
             if late && hard.is_none() {
-                hard = Some(now.max(self.least) + GRACE);
+                hard = Some(now + GRACE);
             }
-            if late && !told && !signal && now >= self.least {
+            if late && !told && !signal {
                 told = true;
                 self.tell("--max-wall is over: the iteration is ended if it takes less than 2 s");
             }
             if hard.is_some_and(|hard| now >= hard) && is_wanted() {
-                self.end_now();
+                self.end_now(late);
             }
         }
     }
@@ -149,7 +148,7 @@ impl Watch {
         }
     }
 
-    fn end_now(&self) -> ! {
+    fn end_now(&self, late: bool) -> ! {
         // Whoever holds it is about to say where the run is, and not to compute.
         let at = self.at.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(bar) = &at.bar {
@@ -160,8 +159,17 @@ impl Watch {
                 "stopped within {stage}, {} after it began: this stage is computed again, and nothing else",
                 duration(since.elapsed().as_secs_f64())
             ));
+            // One start after another would get nowhere.
+            if late && at.begun == 1 {
+                say(
+                    "it is the first stage of this start: give --max-wall more time, or no start gets past it",
+                );
+            }
         }
-        say(&format!("stopped; continue with: {}", at.continuation));
+        match at.continuation.as_str() {
+            "" => say("stopped before a run began; the same command begins it"),
+            continuation => say(&format!("stopped; continue with: {continuation}")),
+        }
         std::process::exit(self.exit)
     }
 }

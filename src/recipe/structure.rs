@@ -14,7 +14,7 @@ use crate::dynamics::{
 use crate::gauge::Gauge;
 use crate::structure::StructureError;
 use crate::structure::reduction::{ContactPorts, Reduced};
-use crate::structure::resonator::Resonator;
+use crate::structure::resonator::{Outline, Resonator};
 
 /// What vibrates.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -126,11 +126,11 @@ impl Structure {
         self.source.resonator().is_some()
     }
 
-    /// The reduced structure; none of one that needs no reduction.
+    /// The reduced structure and its outline; none of one that needs no reduction.
     ///
     /// # Errors
     /// [`StructureError`] for a geometry that cannot be meshed, and for modes that are not found.
-    pub fn reduce(&self) -> Result<Option<Reduced>, StructureError> {
+    pub fn reduce(&self) -> Result<Option<(Reduced, Outline)>, StructureError> {
         let resonator = self.source.resonator();
         resonator
             .map(|r| r.reduce(self.modes, self.contact_ports))

@@ -126,5 +126,6 @@ fn chart(title: &str, x: &Quantity, y: &Quantity, branches: &[Branch], y_log: bo
         x: x.axis(true),
         y: y.axis(y_log),
         curves: curves.collect(),
+        ..Chart::default()
     }
 }

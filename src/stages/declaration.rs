@@ -65,7 +65,9 @@ pub fn is_in(recipe: &Recipe, table: TableName) -> bool {
         TableName::Structure
         | TableName::StructurePort
         | TableName::StructureMode
-        | TableName::StructureResidual => structure.is_some_and(|s| s.is_reduced()),
+        | TableName::StructureResidual
+        | TableName::StructureOutline
+        | TableName::StructureOutlineMode => structure.is_some_and(|s| s.is_reduced()),
         TableName::Surface | TableName::ContactField | TableName::StaticContact => rough,
         TableName::Reference => rough && (vibrates || bolted),
         TableName::WearField | TableName::WearStep => recipe.wear.is_some(),

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::RunError;
 use super::declaration::{Declaration, is_in};
-use super::list::stages_of;
+use super::list::{STAGES, stages_of};
 use super::moment::Moment;
 use super::observer::Observer;
 use super::reads::Reads;
@@ -35,6 +35,11 @@ pub struct Runner<'a> {
     keys: BTreeMap<Stage, StageKey>,
     /// What stages cost since the last commit.
     timing: typed::Timing,
+}
+
+/// True of a table that a stage reads: of the others, which are for drawings, none is held.
+fn is_read(table: &TableName) -> bool {
+    STAGES.iter().any(|stage| stage.reads.contains(table))
 }
 
 /// The stages of the iteration `wear_iteration`, in their order.
@@ -133,7 +138,7 @@ impl<'a> Runner<'a> {
                 tables
             }
         };
-        self.once.extend(tables);
+        self.hold(tables);
         self.keys.insert(stage.stage, key);
         Ok(())
     }
@@ -161,7 +166,7 @@ impl<'a> Runner<'a> {
                     tables
                 }
             };
-            self.once.extend(tables);
+            self.hold(tables);
             self.keys.insert(stage.stage, key);
         }
         Ok(())
@@ -206,6 +211,12 @@ impl<'a> Runner<'a> {
         work(&reads, &mut self.solvers)
     }
 
+    /// Holds the tables of a stage for those that read them.
+    fn hold(&mut self, tables: Tables) {
+        let read = tables.into_iter().filter(|(name, _)| is_read(name));
+        self.once.extend(read);
+    }
+
     /// Takes up the tables of a run, whatever they were computed from.
     ///
     /// # Errors
@@ -213,7 +224,7 @@ impl<'a> Runner<'a> {
     pub fn take_once(&mut self, reader: &RunReader) -> Result<(), RunError> {
         let recipe = self.recipe();
         for stage in stages_of(recipe).filter(|stage| stage.when == When::Once) {
-            for table in stage.writes_in(recipe) {
+            for table in stage.writes_in(recipe).filter(is_read) {
                 let stage = stage.stage;
                 let found = reader.read_once(table)?;
                 let found = found.ok_or(RunError::NotComputed { stage, table })?;

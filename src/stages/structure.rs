@@ -3,16 +3,29 @@
 use super::RunError;
 use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
-use super::reduced::TABLES;
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use crate::recipe::{Layout, Part};
 use crate::structure::reduction::Reduced;
-use crate::tables::typed;
+use crate::structure::resonator::{BOLT, MASS_1, Outline};
+use crate::tables::{TableName, typed};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// The modes and residual flexibility of a structure, at its contact elements and points.
+/// The tables of a structure: those of the reduced one, and its outline, which no stage reads.
+const TABLES: [TableName; 6] = {
+    let [structure, port, mode, residual] = super::reduced::TABLES;
+    [
+        structure,
+        port,
+        mode,
+        residual,
+        TableName::StructureOutline,
+        TableName::StructureOutlineMode,
+    ]
+};
+
+/// The modes and residual flexibility of a structure, at its contact elements and points, and its outline.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::Structure,
     when: When::Once,
@@ -30,7 +43,11 @@ fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
         unreachable!("a run with this stage has a structure");
     };
     match structure.reduce()? {
-        Some(reduced) => tables_of(&reduced, &structure.layout()),
+        Some((reduced, outline)) => {
+            let mut outputs = tables_of(&reduced, &structure.layout())?;
+            put_outline(&outline, &mut outputs)?;
+            Ok(outputs)
+        }
         None => unreachable!("a structure without a reduction has no such stage"),
     }
 }
@@ -94,4 +111,38 @@ fn tables_of(reduced: &Reduced, layout: &Layout) -> Result<Outputs, RunError> {
     outputs.put(&mode)?;
     outputs.put(&residual)?;
     Ok(outputs)
+}
+
+/// The outline, and its modes.
+fn put_outline(outline: &Outline, outputs: &mut Outputs) -> Result<(), RunError> {
+    let mut points = typed::StructureOutline::default();
+    let mut positions = outline.positions.iter().enumerate();
+    for (line, &(part, count)) in outline.lines.iter().enumerate() {
+        let part = match part {
+            MASS_1 => "mass_1",
+            BOLT => "bolt",
+            _ => "mass_2",
+        };
+        for (point, &[x, y, z]) in positions.by_ref().take(count) {
+            points.point.push(point as i32);
+            points.line.push(line as i32);
+            points.part.push(part.to_owned());
+            points.x.push(x);
+            points.y.push(y);
+            points.z.push(z);
+        }
+    }
+    let mut modes = typed::StructureOutlineMode::default();
+    for mode in 0..outline.shapes.columns() {
+        let shape = outline.shapes.column(mode);
+        for (point, along) in shape.chunks_exact(3).enumerate() {
+            modes.mode.push(mode as i32);
+            modes.point.push(point as i32);
+            modes.shape_x.push(along[0]);
+            modes.shape_y.push(along[1]);
+            modes.shape_z.push(along[2]);
+        }
+    }
+    outputs.put(&points)?;
+    outputs.put(&modes)
 }

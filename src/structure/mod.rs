@@ -5,6 +5,7 @@
 //! - [`assembly`]: sparse stiffness and mass; [`order`]: the order of elimination.
 //! - [`modes`]: rigid and elastic modes; [`reduction`]: the model in relative contact displacements.
 //! - [`half_space`]: what a mesh has of the compliance of a half space.
+//! - [`outline`]: the edges of the bodies, for a drawing.
 //! - [`deck`]: the resonator as an input deck of other finite-element programs.
 //!
 //! Degree of freedom 3·n + a is the displacement of node n along axis a (x, y, z) \[m\]. Everything is in SI.
@@ -33,6 +34,7 @@ pub mod half_space;
 pub mod mesh;
 pub mod modes;
 pub mod order;
+pub mod outline;
 pub mod reduction;
 pub mod resonator;
 mod work;

@@ -173,6 +173,24 @@ pub fn reduce(
     ports: Ports,
     options: &ModeOptions,
 ) -> Result<Reduced, StructureError> {
+    reduce_with_shapes(system, ports, &[], options).map(|(reduced, _)| reduced)
+}
+
+/// Reduces a structure to its ports, and gives its modes \[kg^-1/2\] at `nodes` too: three rows each (x, y, z), rigid modes first, one
+/// column each.
+///
+/// # Errors
+/// Those of [`reduce`].
+///
+/// # Panics
+/// On a node that does not exist.
+pub fn reduce_with_shapes(
+    system: &System,
+    ports: Ports,
+    nodes: &[usize],
+    options: &ModeOptions,
+) -> Result<(Reduced, Matrix), StructureError> {
+    let shown = nodes;
     let nodes = ports.checked_nodes(system)?;
     let order = system.elimination_order(&nodes);
     let fail = |source: LinalgError| StructureError::Factorization {
@@ -185,6 +203,14 @@ pub fn reduce(
     let modes = lowest(system, &factor, small, &rigid_shapes, options)?;
     let rigid = ports.displacements(&rigid_shapes);
     let shapes = ports.displacements(&modes.shapes);
+    let held = rigid_shapes.columns();
+    let at_nodes = Matrix::from_fn(3 * shown.len(), held + shapes.columns(), |row, mode| {
+        let dof = 3 * shown[row / 3] + row % 3;
+        match mode.checked_sub(held) {
+            None => rigid_shapes[(dof, mode)],
+            Some(elastic) => modes.shapes[(dof, elastic)],
+        }
+    });
     let above = |factor: &SparseCholesky, shift: f64| {
         let mut flexibility = port_flexibility(factor, &ports, 3 * nodes.len());
         remove(&mut flexibility, &rigid, |_| 1.0 / shift);
@@ -206,7 +232,7 @@ pub fn reduce(
     residual_slope.add(-1.0 / (large - small), &far);
     let mut residual = near;
     residual.add(small, &residual_slope);
-    Ok(Reduced {
+    let reduced = Reduced {
         rigid,
         omega: modes.omega,
         shapes,
@@ -216,7 +242,8 @@ pub fn reduce(
         mode_residual: modes.residuals.iter().copied().fold(0.0, f64::max),
         factor_entries,
         ports,
-    })
+    };
+    Ok((reduced, at_nodes))
 }
 
 /// Displacement of the ports under unit forces on them, statically: Bᵀ K⁻¹ B \[m/N\], symmetric, port by port. The structure must be

@@ -13,12 +13,14 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use crate::linalg::Matrix;
 use crate::material::{Elastic, Material};
 use crate::structure::StructureError;
 use crate::structure::assembly::System;
 use crate::structure::element::{self, Formulation};
 use crate::structure::mesh::{Hexahedron, Mesh, Point, corners};
 use crate::structure::modes::ModeOptions;
+use crate::structure::outline::Line;
 use crate::structure::reduction::{self, ContactPorts, Ports, Reduced};
 
 /// Dimensions \[m\], element counts and materials of the resonator. [`Resonator::default`] has the shipped set.
@@ -200,6 +202,17 @@ pub struct ResonatorMesh {
     pub points: Vec<Point>,
 }
 
+/// The outline of the resonator, and how it moves in the modes: for drawings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outline {
+    /// Straight lines, one after another: the part of each, and how many of the points are its own.
+    pub lines: Vec<(usize, usize)>,
+    /// The points \[m\].
+    pub positions: Vec<[f64; 3]>,
+    /// Modes at the points \[kg^-1/2\]: three rows each (x, y, z), the rigid modes first, one column each.
+    pub shapes: Matrix,
+}
+
 /// Positions of the grid lines along one axis \[m\], built segment by segment.
 struct Lines(Vec<f64>);
 
@@ -276,11 +289,46 @@ impl Resonator {
     ///
     /// # Errors
     /// [`StructureError`] for dimensions that make no mesh, and what the reduction fails of.
-    pub fn reduce(&self, modes: usize, at: ContactPorts) -> Result<Reduced, StructureError> {
-        let meshed = self.mesh()?;
-        let system = System::assemble(&meshed.mesh, Formulation::IncompatibleModes, &[])?;
-        let ports = Ports::new(&meshed.contacts, &meshed.points, at);
-        reduction::reduce(&system, ports, &ModeOptions::new(modes))
+    pub fn reduce(
+        &self,
+        modes: usize,
+        at: ContactPorts,
+    ) -> Result<(Reduced, Outline), StructureError> {
+        let ResonatorMesh {
+            mesh,
+            contacts,
+            points,
+        } = self.mesh()?;
+        let system = System::assemble(&mesh, Formulation::IncompatibleModes, &[])?;
+        let lines = self.outline(&mesh);
+        let shown: Vec<usize> = lines.iter().flat_map(|line| line.nodes.clone()).collect();
+        let positions = shown.iter().map(|&node| mesh.nodes[node]).collect();
+        let ports = Ports::new(&contacts, &points, at);
+        let options = ModeOptions::new(modes);
+        let (reduced, shapes) = reduction::reduce_with_shapes(&system, ports, &shown, &options)?;
+        let outline = Outline {
+            lines: lines
+                .iter()
+                .map(|line| (line.part, line.nodes.len()))
+                .collect(),
+            positions,
+            shapes,
+        };
+        Ok((reduced, outline))
+    }
+
+    /// The outline of the mesh without the hole and the shank in it: within the lap they are small and many.
+    fn outline(&self, mesh: &Mesh) -> Vec<Line> {
+        let ([x, y], _) = self.contact_mesh();
+        // Half the width of the hole, and half a cell for rounding.
+        let reach = HOLE_HALF_WIDTHS[0] as f64 + 1.0;
+        let in_hole = |&node: &usize| {
+            let [at_x, at_y, _] = mesh.nodes[node];
+            at_x.abs() < reach * x && at_y.abs() < reach * y
+        };
+        let mut lines = mesh.outline();
+        lines.retain(|line| !line.nodes.iter().all(in_hole));
+        lines
     }
 
     /// Whether it can be meshed.

@@ -9,11 +9,13 @@ use fretwear::stages::Stage;
 use super::Start;
 use crate::support::{Bench, Did, assert_same, content, flip, verified};
 
-const TABLES: [&str; 4] = [
+const TABLES: [&str; 6] = [
     "structure",
     "structure_port",
     "structure_mode",
     "structure_residual",
+    "structure_outline",
+    "structure_outline_mode",
 ];
 
 /// A run of one iteration.

@@ -4,7 +4,7 @@
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::thread::sleep;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
@@ -159,26 +159,30 @@ fn one_writer() {
     assert_eq!(lock, id.to_string(), "a reader wrote into the lock");
 }
 
+/// What a stop may take: two seconds, and as much again for a machine with other work.
+const STOPS_WITHIN: Duration = Duration::from_secs(4);
+
+/// A static contact and a cycle of some seconds and more.
+const LONG_STAGE: [&str; 12] = [
+    "run",
+    "small.toml",
+    "--run",
+    "a",
+    "--set",
+    "joint.grid=[1024, 768]",
+    "--set",
+    "contact.normal_load=\"2 kN\"",
+    "--set",
+    "fidelity.cycle=stepped",
+    "--set",
+    "fidelity.steps_per_cycle=512",
+];
+
 /// A stage that takes long is not waited for: the process ends within it, says so, and the run goes on to the same bits.
 #[test]
 fn a_long_stage_is_ended_within_two_seconds() {
     let bench = Bench::new();
-    // A static contact and a cycle of some seconds and more.
-    let long = [
-        "run",
-        "small.toml",
-        "--run",
-        "a",
-        "--set",
-        "joint.grid=[1024, 768]",
-        "--set",
-        "contact.normal_load=\"2 kN\"",
-        "--set",
-        "fidelity.cycle=stepped",
-        "--set",
-        "fidelity.steps_per_cycle=512",
-    ];
-    let mut child = bench.command(&long).spawn().expect("started");
+    let mut child = bench.command(&LONG_STAGE).spawn().expect("started");
     let stderr = child.stderr.take().expect("piped");
     let mut lines = BufReader::new(stderr)
         .lines()
@@ -191,16 +195,12 @@ fn a_long_stage_is_ended_within_two_seconds() {
         .args(["-INT", &child.id().to_string()])
         .status();
     assert!(sent.expect("kill runs").success());
-    let asked = std::time::Instant::now();
+    let asked = Instant::now();
     let said: Vec<String> = lines.collect();
     let status = child.wait().expect("a child");
     assert_eq!(status.code(), Some(STOPPED), "{said:?}");
-    // Two seconds, and as much again for a machine with other work.
-    assert!(
-        asked.elapsed() < Duration::from_secs(4),
-        "{:?}: {said:?}",
-        asked.elapsed()
-    );
+    let took = asked.elapsed();
+    assert!(took < STOPS_WITHIN, "{took:?}: {said:?}");
     // The answer is the first that is said after the figures of a beginning.
     let is_figure = |line: &&String| line.starts_with("to look at") || line.starts_with("    ");
     let answer = said
@@ -214,4 +214,28 @@ fn a_long_stage_is_ended_within_two_seconds() {
     );
     let last = said.last().expect("a last line");
     assert_eq!(last, "stopped; continue with: fretwear run --run a");
+}
+
+/// The end of `--max-wall` is obeyed as a signal is, and a start that gets through no stage says so.
+#[test]
+fn max_wall_ends_a_long_stage_within_two_seconds() {
+    let bench = Bench::new();
+    let limited = [&LONG_STAGE[..], &["--max-wall", "0.5 s"]].concat();
+    // Each start gets through a stage or more, but none through the cycle, which takes a minute and more.
+    const MOST_STARTS: usize = 5;
+    for _ in 0..MOST_STARTS {
+        let begun = Instant::now();
+        let did = bench.fretwear(&limited);
+        let took = begun.elapsed();
+        let said = did.stderr();
+        assert_eq!(did.code(), STOPPED, "{said}");
+        assert!(took < Duration::from_millis(500) + STOPS_WITHIN, "{took:?}");
+        assert!(said.contains("--max-wall is over: "), "{said}");
+        assert!(said.contains("stopped within "), "{said}");
+        assert!(said.ends_with("stopped; continue with: fretwear run --run a\n"));
+        if said.contains("the first stage of this start: give --max-wall more time") {
+            return;
+        }
+    }
+    panic!("{MOST_STARTS} starts have all got further");
 }

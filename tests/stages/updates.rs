@@ -234,6 +234,8 @@ fn never() {
         TableName::StructurePort,
         TableName::StructureMode,
         TableName::StructureResidual,
+        TableName::StructureOutline,
+        TableName::StructureOutlineMode,
     ] {
         assert!(reader(&root).read_once(name).expect("readable").is_some());
         for k in 0..=latest(&root) {

@@ -5,6 +5,7 @@ mod deck;
 mod element;
 mod half_space;
 mod matrices;
+mod outline;
 mod reduction;
 mod resonator;
 

@@ -326,6 +326,7 @@ fn chart(study: &Study, runs: &[&Of], course: &Course, zero: Option<f64>) -> Opt
             ..Axis::default()
         },
         curves,
+        ..Chart::default()
     })
 }
 

@@ -8,6 +8,7 @@ mod response;
 mod section;
 mod smooth;
 mod static_contact;
+mod structure;
 mod study;
 mod surface;
 
@@ -54,6 +55,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     figures.extend(course::figures(study)?);
     figures.extend(pressure::figures(study)?);
     figures.extend(loops::figures(study)?);
+    figures.extend(structure::figures(study)?);
     figures.extend(elements::figures(study)?);
     figures.extend(static_contact::figures(study)?);
     let there = |id: &&&str| figures.iter().any(|figure| figure.id == **id);

@@ -160,6 +160,7 @@ fn histogram(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
                 ..Axis::default()
             },
             curves,
+            ..Chart::default()
         };
         drawings.push(chart.draw().map_err(drawn(ID))?);
     }

@@ -129,6 +129,7 @@ pub fn panel(states: &[(String, Vec<Named>)], panel: &Panel) -> Vec<Chart> {
                 ..Axis::default()
             },
             curves,
+            ..Chart::default()
         })
     });
     charts.collect()

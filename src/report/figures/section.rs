@@ -79,6 +79,7 @@ pub fn figure(
                 },
                 y: y.clone(),
                 curves: curves.collect(),
+                ..Chart::default()
             };
             chart.draw().map_err(drawn(ID))
         };

@@ -61,10 +61,25 @@ pub enum Mark {
     Line,
     /// The line and dots on it.
     Dots,
+    /// A thin line.
+    Thin,
     /// Dots, without a line.
     Points,
+    /// Hollow dots, without a line.
+    Hollow,
     /// Rings, without a line.
     Rings,
+}
+
+impl Mark {
+    /// Width of its line; none without.
+    fn line(self) -> Option<u32> {
+        match self {
+            Mark::Line | Mark::Dots => Some(2 * FINE as u32),
+            Mark::Thin => Some(FINE as u32),
+            Mark::Points | Mark::Hollow | Mark::Rings => None,
+        }
+    }
 }
 
 /// Points in the order in which a line joins them, in the units of the axes.
@@ -106,6 +121,8 @@ pub struct Chart {
     pub y: Axis,
     /// The curves, the first below the others.
     pub curves: Vec<Curve>,
+    /// True of places: a unit is as long upwards as to the right, and one of the ranges becomes wider for it.
+    pub equal_scale: bool,
 }
 
 /// Height without heading and legend, in units of the page.
@@ -126,6 +143,8 @@ const BOTTOM: i32 = 46;
 const EDGE: i32 = 4;
 /// Length of the lines that lead from an axis to its numbers.
 pub(super) const TICK: i32 = 5;
+/// Room above the ordinate.
+const TOP: i32 = 6;
 /// Room to the right of the abscissa's last number.
 const RIGHT: i32 = 18;
 /// Radius of a dot, and of a ring.
@@ -164,7 +183,7 @@ impl Chart {
                 entry(&area, left, HEAD + row * ROW + ROW / 2, curve)?;
             }
             let (_, plot) = area.split_vertically(top * FINE);
-            let ([x0, x1], [y0, y1]) = (self.range(0), self.range(1));
+            let [[x0, x1], [y0, y1]] = self.ranges();
             place = match (self.x.log, self.y.log) {
                 (false, false) => self.axes(&plot, x0..x1, y0..y1)?,
                 (true, false) => self.axes(&plot, (x0..x1).log_scale(), y0..y1)?,
@@ -175,8 +194,9 @@ impl Chart {
         }
         let [x, y] = place;
         // Of the ordinate the lower end comes first.
-        let x = self.x.data([x.start, x.end], self.range(0));
-        let y = self.y.data([y.end, y.start], self.range(1));
+        let ranges = self.ranges();
+        let x = self.x.data([x.start, x.end], ranges[0]);
+        let y = self.y.data([y.end, y.start], ranges[1]);
         let named = self.curves.iter().filter(|curve| !curve.name.is_empty());
         let names: Vec<String> = named
             .map(|curve| format!("s{} {}", curve.style, curve.name))
@@ -226,6 +246,24 @@ impl Chart {
     /// True where a point can be drawn.
     fn is_drawn(&self, point: &[f64; 2]) -> bool {
         (0..2).all(|d| point[d].is_finite() && (!self.axis(d).log || point[d] > 0.0))
+    }
+
+    /// The ranges of both axes.
+    fn ranges(&self) -> [[f64; 2]; 2] {
+        let own = [0, 1].map(|direction| self.range(direction));
+        if !self.equal_scale {
+            return own;
+        }
+        let room = [WIDTH - RIGHT - self.left(), HEIGHT - TOP - BOTTOM].map(f64::from);
+        // Of the larger scale in units of the page both have as much as they need.
+        let unit = (0..2)
+            .map(|d| (own[d][1] - own[d][0]) / room[d])
+            .fold(0.0, f64::max);
+        [0, 1].map(|d| {
+            let middle = 0.5 * (own[d][0] + own[d][1]);
+            let reach = 0.5 * unit * room[d];
+            [middle - reach, middle + reach]
+        })
     }
 
     fn range(&self, direction: usize) -> [f64; 2] {
@@ -281,8 +319,9 @@ impl Chart {
         X::CoordDescType: ValueFormatter<f64>,
         Y::CoordDescType: ValueFormatter<f64>,
     {
+        let ranges = self.ranges();
         let mut chart = ChartBuilder::on(area)
-            .margin_top(6 * FINE)
+            .margin_top(TOP * FINE)
             .margin_right(RIGHT * FINE)
             .margin_left(EDGE * FINE)
             .margin_bottom(EDGE * FINE)
@@ -300,13 +339,13 @@ impl Chart {
             .y_labels(6)
             .x_desc(self.x.label.clone())
             .y_desc(self.y.label.clone())
-            .x_label_formatter(&|value| self.x.number(*value, self.range(0)))
-            .y_label_formatter(&|value| self.y.number(*value, self.range(1)))
+            .x_label_formatter(&|value| self.x.number(*value, ranges[0]))
+            .y_label_formatter(&|value| self.y.number(*value, ranges[1]))
             .label_style(text_style(TEXT))
             .axis_desc_style(text_style(TEXT))
             .draw()
             .map_err(said)?;
-        let [low, high] = self.range(1);
+        let [low, high] = ranges[1];
         for curve in &self.curves {
             let colour = style_colour(curve.style);
             let placed: Vec<[f64; 2]> = curve.points.iter().map(|p| self.placed(*p)).collect();
@@ -333,7 +372,8 @@ impl Chart {
                 }
             }
             let thick = colour.stroke_width(2 * FINE as u32);
-            if matches!(curve.mark, Mark::Line | Mark::Dots) {
+            if let Some(width) = curve.mark.line() {
+                let thick = colour.stroke_width(width);
                 let line = drawn().map(|(_, [x, y])| (*x, *y)).collect::<Vec<_>>();
                 chart
                     .draw_series([PathElement::new(line, thick)])
@@ -342,11 +382,13 @@ impl Chart {
             let dots = drawn().map(|(k, [x, y])| {
                 let hollow = bar_at(k) > 0.0 && !is_shown(bar_at(k), *y);
                 match curve.mark {
-                    Mark::Line => None,
+                    Mark::Line | Mark::Thin => None,
                     Mark::Dots | Mark::Points if !hollow => {
                         Some(Circle::new((*x, *y), DOT * FINE, colour.filled()))
                     }
-                    Mark::Dots | Mark::Points => Some(Circle::new((*x, *y), DOT * FINE, thick)),
+                    Mark::Dots | Mark::Points | Mark::Hollow => {
+                        Some(Circle::new((*x, *y), DOT * FINE, thick))
+                    }
                     Mark::Rings => Some(Circle::new((*x, *y), RING * FINE, thick)),
                 }
             });
@@ -366,16 +408,23 @@ fn is_shown(bar: f64, value: f64) -> bool {
 fn entry(area: &Area, left: i32, middle: i32, curve: &Curve) -> Result<(), PlotError> {
     let colour = style_colour(curve.style);
     let at = |x: i32| (x * FINE, middle * FINE);
-    if matches!(curve.mark, Mark::Line | Mark::Dots) {
+    if let Some(width) = curve.mark.line() {
         let line = PathElement::new(
             vec![at(left), at(left + SAMPLE)],
-            colour.stroke_width(2 * FINE as u32),
+            colour.stroke_width(width),
         );
         area.draw(&line).map_err(said)?;
     }
     let centre = at(left + SAMPLE / 2);
     match curve.mark {
-        Mark::Line => (),
+        Mark::Line | Mark::Thin => (),
+        Mark::Hollow => area
+            .draw(&Circle::new(
+                centre,
+                DOT * FINE,
+                colour.stroke_width(2 * FINE as u32),
+            ))
+            .map_err(said)?,
         Mark::Dots | Mark::Points => area
             .draw(&Circle::new(centre, DOT * FINE, colour.filled()))
             .map_err(said)?,

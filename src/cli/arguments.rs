@@ -1,0 +1,386 @@
+//! The arguments of every command: what `--help` says, and the limits that are known without a scene.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+use clap_complete::Shell;
+use fretwear::units::{self, Dimension};
+
+use super::{backbone, new, run};
+
+/// Fretting wear of rough bolted joints over millions of vibration cycles.
+#[derive(Parser)]
+#[command(version, long_version = fretwear::VERSION, after_help = EXIT_CODES)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 done, 1 failure, 2 usage or scene, 3 not converged (the last commit is kept), \
+                          4 damaged or mismatched run, 75 stopped and resumable";
+
+#[derive(Subcommand)]
+pub enum Command {
+    /// Run a scene, or continue its run
+    ///
+    /// The same command twice is right: a run continues from its last commit, and a finished one prints its summary again.
+    Run(RunArguments),
+    /// Say what a scene will compute, why, and what it costs
+    ///
+    /// The cost is rehearsed on coarser grids, in some seconds. A run that was planned computes the same as one that was not.
+    Plan {
+        #[command(flatten)]
+        scene: SceneArguments,
+        /// Everything but the cost, at once
+        #[arg(long)]
+        no_rehearsal: bool,
+        /// Print one JSON object
+        #[arg(long)]
+        json: bool,
+        /// Print the stages and the tables between them, as a Mermaid flowchart
+        #[arg(long, conflicts_with = "json")]
+        graph: bool,
+    },
+    /// Say all that is wrong with scenes, and what is doubtful, at once
+    ///
+    /// Each error has its file and line, the key, its value, and what would be right. Nothing is computed. Ends with 2 if a scene has an
+    /// error.
+    Check {
+        /// The scenes (TOML)
+        #[arg(required = true, value_name = "SCENE")]
+        scenes: Vec<PathBuf>,
+        /// Change a key in all of them, as in `--set wear.cycles=1e6`
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        sets: Vec<String>,
+        /// Print one JSON object a scene
+        #[arg(long)]
+        json: bool,
+    },
+    /// Compute a stage of a committed iteration again, from the tables of the run and the files that its scene names
+    ///
+    /// Says whether the tables are the same to the last bit. A table that a later stage writes again is computed on the way, by the
+    /// stage that wrote it first. The run is not changed.
+    Stage(StageArguments),
+    /// Frequency, damping ratio and amplitude of the resonance over the level of the force
+    ///
+    /// Of the unworn joint of a scene, which is computed in memory, or of the joint as it is worn at an iteration of a run, which is not
+    /// changed; of several in one table and one picture. Where friction cannot bound the amplitude any more, the curve ends and says so.
+    Backbone(backbone::BackboneArguments),
+    /// Say how far a run is
+    Status {
+        /// Folder of the run
+        run: PathBuf,
+        /// Print one JSON object
+        #[arg(long)]
+        json: bool,
+    },
+    /// Write a commented scene of your own that runs
+    ///
+    /// At a terminal, without --like and --set, it asks for what differs from joint to joint.
+    #[command(after_help = new::examples())]
+    New {
+        /// File to write; it must not be there yet
+        #[arg(value_name = "FILE")]
+        path: PathBuf,
+        /// The scene to begin from [default: prescribed_fretting]
+        #[arg(long, value_name = "NAME")]
+        like: Option<String>,
+        /// Change a value of it, as in `--set contact.normal_load="20 kN"`; its comments stay
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        sets: Vec<String>,
+    },
+    /// List the runs of a folder: state, progress, worn volume
+    Ls {
+        /// The folder
+        #[arg(value_name = "FOLDER", default_value = "runs")]
+        folder: PathBuf,
+        /// Print one JSON object a run
+        #[arg(long)]
+        json: bool,
+    },
+    /// Check every file of a run against its hash
+    Verify {
+        /// Folder of the run
+        run: PathBuf,
+    },
+    /// Run the closed forms: error and order of convergence
+    Validate {
+        /// Print one JSON object a row
+        #[arg(long)]
+        json: bool,
+    },
+    /// Measure what accuracy costs: run a scene's presets and single knobs, and compare them
+    ///
+    /// Every variant is a run of its own under the folder, against the preset `reference`. The same command goes on where it was
+    /// stopped. Writes trade.parquet, trade.md, trade.svg and trade.html, and prints the table.
+    Trade(TradeArguments),
+    /// Run the paper's study, and hold its claims against it
+    ///
+    /// The lap joint at four roughnesses, with a hardness limit, and with the dynamic model updated more often, less often, never:
+    /// eight runs in the folder, their scenes in its `scenes`. The same command goes on where it was stopped. Writes claims.md and
+    /// claims.parquet, and prints the claims with what was measured.
+    #[cfg(feature = "polars")]
+    Reproduce(ReproduceArguments),
+    /// Explain a key of a scene: what it means, what it may be, its default, an example
+    Explain {
+        /// A key, as `contact.normal_load`, or a section, as `contact`
+        key: String,
+        /// Print one JSON object
+        #[arg(long)]
+        json: bool,
+    },
+    /// Explain the tables of a run and their columns, or the keys of a scene
+    Schema {
+        /// Name of a table, or `scene` for the keys of a scene; all tables without
+        table: Option<String>,
+        /// As Markdown, for a documentation
+        #[arg(long)]
+        markdown: bool,
+        /// Print one JSON object, by the names of tables or keys
+        #[arg(long, conflicts_with = "markdown")]
+        json: bool,
+        /// Print the JSON Schema of scenes, for an editor
+        #[arg(long, conflicts_with_all = ["markdown", "json"])]
+        json_schema: bool,
+    },
+    /// Check whether this machine can compute runs and keep them
+    ///
+    /// Space, commits, locks and tables in the folder; processor, transforms and factors; the cache of structures. Nothing is left
+    /// behind. Ends with 1 if something fails.
+    Doctor {
+        /// Where runs go
+        #[arg(default_value = "runs")]
+        dir: PathBuf,
+        /// Print one JSON object
+        #[arg(long)]
+        json: bool,
+    },
+    /// Print the completions of the command line for a shell
+    ///
+    /// As in `fretwear completions bash > ~/.local/share/bash-completion/completions/fretwear`.
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Write the resonator as an input deck of CalculiX and Abaqus
+    ///
+    /// Its free vibration, in SI units: nodes, hexahedra with incompatible modes, materials, sets, and a frequency step.
+    Export(ExportArguments),
+    /// Put the summaries of several runs into one table
+    ///
+    /// One row a run: its last iteration, with the FFT pairs of all its iterations. Values are in SI units.
+    #[cfg(feature = "polars")]
+    Compare(CompareArguments),
+    /// Write one HTML page on a run, or on several side by side
+    ///
+    /// Figures with their numbers, results with error bars, what was computed and why, cost, and the scene: one file that needs no
+    /// other. Also of a run that goes on.
+    #[cfg(feature = "polars")]
+    Report(ReportArguments),
+}
+
+#[derive(Args)]
+pub struct SceneArguments {
+    /// The scene (TOML)
+    pub scene: PathBuf,
+    /// Change a key, as in `--set wear.cycles=1e6` or `--set surface.rq="1 um"`
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub sets: Vec<String>,
+}
+
+/// How runs are made.
+#[derive(Args)]
+pub struct Execution {
+    /// Stop after this time, as in `--max-wall "8 h"`: at the end of the iteration if it comes within 2 s, else within its stage
+    #[arg(long, value_name = "TIME", value_parser = parse_time)]
+    pub max_wall: Option<f64>,
+    /// Threads for the contact solvers' transforms, worth it from some 128 x 128 cells; results do not depend on it
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse_threads)]
+    pub threads: usize,
+    /// No progress
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+#[derive(Args)]
+pub struct RunArguments {
+    /// The scene (TOML); without it, that of the run given by --run or --from
+    #[arg(required_unless_present_any = ["run", "from"])]
+    pub scene: Option<PathBuf>,
+    /// Change a key, as in `--set wear.cycles=1e6` or `--set surface.rq="1 um"`
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub sets: Vec<String>,
+    /// Folder of the run [default: runs/<name of the scene>]
+    #[arg(long, value_name = "DIR")]
+    pub run: Option<PathBuf>,
+    /// Begin from iteration N of another run, also with changed keys
+    #[arg(long, value_name = "RUN@N", value_parser = run::parse_source)]
+    pub from: Option<fretwear::stages::Source>,
+    /// End after this stage, as in `--until static_contact`; a wrong one is refused with their list
+    #[arg(long, value_name = "STAGE")]
+    pub until: Option<fretwear::stages::Stage>,
+    #[command(flatten)]
+    pub execution: Execution,
+    /// Print one JSON object: the last summary, and the seconds of each stage
+    #[arg(long)]
+    pub json: bool,
+    /// Print all figures of the last summary at the end, not only what wear has changed
+    #[arg(long, short, conflicts_with = "json")]
+    pub verbose: bool,
+}
+
+#[derive(Args)]
+pub struct StageArguments {
+    /// Name of the stage; a wrong one is refused with their list
+    #[arg(value_name = "NAME")]
+    pub name: fretwear::stages::Stage,
+    /// The run and the iteration
+    #[arg(long, value_name = "RUN@N", value_parser = run::parse_source)]
+    pub run: fretwear::stages::Source,
+    /// Write the tables into this folder, outside of runs; no file is replaced
+    #[arg(long, short, value_name = "FOLDER")]
+    pub output: Option<PathBuf>,
+    /// Threads for the contact solvers' transforms; results do not depend on it
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse_threads)]
+    pub threads: usize,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub struct TradeArguments {
+    #[command(flatten)]
+    pub scene: SceneArguments,
+    /// Folder of the runs and of what is written [default: trade/<name of the scene>]
+    #[arg(long, value_name = "DIR")]
+    pub dir: Option<PathBuf>,
+    /// Turn this knob only, as in `--knob wear_tolerance`; may be repeated, and `--knob preset` is the presets [default: all]
+    #[arg(long = "knob", value_name = "NAME")]
+    pub knobs: Vec<String>,
+    /// The preset `paper` too, which is slow
+    #[arg(long)]
+    pub paper: bool,
+    /// Most cells along the longer side of a grid, up to 1024 [default: twice those of the scene]
+    #[arg(long, value_name = "N")]
+    pub largest_grid: Option<usize>,
+    #[command(flatten)]
+    pub execution: Execution,
+    /// Print one JSON object: the rows of the table, and what follows from them
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[cfg(feature = "polars")]
+#[derive(Args)]
+pub struct ReproduceArguments {
+    /// Folder of the runs and of what is written
+    #[arg(long, value_name = "DIR", default_value = "runs/reproduce")]
+    pub dir: PathBuf,
+    /// Every scene of this folder, in place of the paper's
+    #[arg(long, value_name = "FOLDER")]
+    pub scenes: Option<PathBuf>,
+    /// Change a key in all scenes, as in `--set dynamics.damping_ratio=0.01`
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub sets: Vec<String>,
+    #[command(flatten)]
+    pub execution: Execution,
+    /// Print one JSON object: the claims, and what was found
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub struct ExportArguments {
+    /// The scene (TOML); without it, the shipped resonator
+    pub scene: Option<PathBuf>,
+    /// Change a key, as in `--set structure.leaf_thickness="12 mm"`
+    #[arg(long = "set", value_name = "KEY=VALUE", requires = "scene")]
+    pub sets: Vec<String>,
+    /// Where the deck goes
+    #[arg(long, short, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Both bodies share the nodes of the contact, as they do where there is no contact stiffness
+    #[arg(long, conflicts_with = "kt")]
+    pub tied: bool,
+    /// Tangential stiffness of the whole joint, as in `--kt "1e4 N/um"`, in place of the scene's
+    #[arg(long, value_name = "STIFFNESS", value_parser = parse_stiffness, requires = "kn")]
+    pub kt: Option<f64>,
+    /// Normal stiffness of the whole joint, in place of the scene's
+    #[arg(long, value_name = "STIFFNESS", value_parser = parse_stiffness, requires = "kt")]
+    pub kn: Option<f64>,
+    /// Elastic modes to ask for
+    #[arg(long, value_name = "N", default_value_t = 8)]
+    pub modes: usize,
+    /// Compute the same modes here too, and print one JSON object
+    #[arg(long)]
+    pub frequencies: bool,
+}
+
+#[cfg(feature = "polars")]
+#[derive(Args)]
+pub struct CompareArguments {
+    /// Folders of the runs; among several, what is no run is passed over
+    #[arg(required = true, value_name = "RUN")]
+    pub runs: Vec<PathBuf>,
+    /// One row for every iteration of every run
+    #[arg(long)]
+    pub all: bool,
+    /// Write the table to a Parquet file too
+    #[arg(long, value_name = "FILE")]
+    pub parquet: Option<PathBuf>,
+    /// Write the table to a CSV file too
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+}
+
+#[cfg(feature = "polars")]
+#[derive(Args)]
+pub struct ReportArguments {
+    /// Folders of the runs; among several, what is no run is passed over
+    #[arg(required = true, value_name = "RUN")]
+    pub runs: Vec<PathBuf>,
+    /// Where the page goes [default: report.html in the run's folder; of several runs, here]
+    #[arg(long, short, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Hold the paper's claims against the runs too, as `fretwear reproduce` does
+    #[arg(long)]
+    pub claims: bool,
+    /// Write each figure to a file of its own in this folder too
+    #[arg(long, value_name = "DIR")]
+    pub svg: Option<PathBuf>,
+}
+
+/// Time is no quantity of a scene, but of the command line alone.
+const TIME: Dimension = Dimension {
+    m: 0,
+    kg: 0,
+    s: 1,
+    rad: 0,
+};
+
+fn parse_time(text: &str) -> Result<f64, String> {
+    match units::parse(text, TIME) {
+        Ok(seconds) if seconds > 0.0 => Ok(seconds),
+        Ok(_) => Err("must be longer than 0 s".to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+/// Threads for one matrix of rows; beyond a few hundred each has nothing to do.
+const MAX_THREADS: usize = 256;
+
+pub fn parse_threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(threads) if (1..=MAX_THREADS).contains(&threads) => Ok(threads),
+        _ => Err(format!("must be a number from 1 to {MAX_THREADS}")),
+    }
+}
+
+fn parse_stiffness(text: &str) -> Result<f64, String> {
+    match units::parse(text, Dimension::STIFFNESS) {
+        Ok(stiffness) if stiffness >= 0.0 => Ok(stiffness),
+        Ok(_) => Err("must not be negative".to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
+}

@@ -1,0 +1,163 @@
+//! What a command can fail with, and the exit code that goes with it.
+
+use std::path::PathBuf;
+
+use fretwear::report::trade::TradeError;
+use fretwear::scene::{InputError, KeptError, SceneError};
+use fretwear::stages::RunError;
+use fretwear::store::StoreError;
+use fretwear::structure::StructureError;
+
+use super::Exit;
+
+/// What a command can fail with.
+#[derive(Debug, thiserror::Error)]
+pub enum CliError {
+    #[error(transparent)]
+    Run(#[from] RunError),
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Input(#[from] InputError),
+    #[error(transparent)]
+    Kept(#[from] KeptError),
+    #[error(
+        "{source}\n{} is not as the run wrote it: remove it, and the run goes on with the scene that run.json keeps",
+        path.display()
+    )]
+    EditedScene { path: PathBuf, source: SceneError },
+    #[error("there is no run at {}; name the scene to begin it with", path.display())]
+    NothingToRun { path: PathBuf },
+    #[error("{table} is no table; the tables are {known}; `scene` is for the keys of a scene")]
+    UnknownTable { table: String, known: String },
+    #[error("tables have no JSON Schema, but scenes: fretwear schema scene --json-schema")]
+    NoJsonSchema,
+    #[error(transparent)]
+    UnknownKey(#[from] fretwear::scene::explain::UnknownKey),
+    #[error("{like} is no scene to begin from; there are {known}")]
+    UnknownExample { like: String, known: String },
+    #[error("cannot write {}: {source}", path.display())]
+    NewScene {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error("{} is there already, and is not replaced: give another name, or remove it", path.display())]
+    SceneIsThere { path: PathBuf },
+    #[error(
+        "{key} stands on no line of its own in the scene {like}; change it in the file that is written"
+    )]
+    NoLine { key: String, like: String },
+    #[error("cannot list {}: {source}", path.display())]
+    Folder {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error("cannot watch for signals: {0}")]
+    Signals(std::io::Error),
+    #[error("{} has no [structure] of kind \"resonator\" to export", path.display())]
+    NothingToExport { path: PathBuf },
+    #[error(
+        "the stiffness of this joint follows from its surface, in a run; give --kt and --kn (a run's summary has them), or --tied"
+    )]
+    UnknownStiffness,
+    #[error("cannot write {}: {source}", path.display())]
+    Export {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error(transparent)]
+    Structure(#[from] StructureError),
+    #[cfg(feature = "polars")]
+    #[error("there is no scene (*.toml) in {}", path.display())]
+    NoScenes { path: PathBuf },
+    #[cfg(feature = "polars")]
+    #[error("{}: {source}", path.display())]
+    Scenes {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error("{} lies within the run {}; give a folder outside of it", path.display(), run.display())]
+    WithinARun { path: PathBuf, run: PathBuf },
+    #[error(
+        "{stage} of iteration {wear_iteration} is not the same: {tables}; the run was computed by another version or on another processor, or its end, or the responses asked for, were others then"
+    )]
+    NotTheSame {
+        stage: fretwear::stages::Stage,
+        wear_iteration: u64,
+        tables: String,
+    },
+    #[error("validation: {0}")]
+    Validate(#[from] fretwear::validate::ValidateError),
+    #[error(
+        "{} has no harmonic force in [dynamics]: nothing vibrates whose backbone could be followed",
+        path.display()
+    )]
+    NothingVibrates { path: PathBuf },
+    #[error(
+        "the backbone is to begin at {from} N and to end at {to} N; --from must be less than --to (without them: a thousandth of the scene's force, and twice it)"
+    )]
+    Levels { from: f64, to: f64 },
+    #[error(
+        "--set changes the keys of scenes, and a run has its own: name a scene too, or begin a run with `fretwear run --from RUN@K --set …`"
+    )]
+    SetOfARun,
+    #[cfg(feature = "polars")]
+    #[error("cannot draw the backbone: {0}")]
+    Drawing(fretwear::report::PlotError),
+    #[error(transparent)]
+    Knob(#[from] fretwear::scene::variants::UnknownKnob),
+    #[error(transparent)]
+    Trade(#[from] TradeError),
+    #[cfg(feature = "polars")]
+    #[error(transparent)]
+    Report(#[from] fretwear::report::ReportError),
+}
+
+impl From<StoreError> for CliError {
+    fn from(error: StoreError) -> Self {
+        CliError::Run(error.into())
+    }
+}
+
+impl CliError {
+    /// The exit code that goes with it.
+    pub fn exit(&self) -> Exit {
+        match self {
+            CliError::Run(error) if error.is_scene() => Exit::Scene,
+            CliError::NotTheSame { .. } => Exit::Damaged,
+            CliError::Scene(_) | CliError::Input(_) | CliError::Kept(_) => Exit::Scene,
+            CliError::Run(error) if error.is_not_converged() => Exit::NotConverged,
+            CliError::Run(RunError::Store(error)) if error.is_damage_or_mismatch() => Exit::Damaged,
+            CliError::Run(RunError::Store(
+                StoreError::NoRun { .. } | StoreError::NoIteration { .. },
+            ))
+            | CliError::EditedScene { .. }
+            | CliError::NothingToRun { .. }
+            | CliError::UnknownTable { .. }
+            | CliError::UnknownExample { .. }
+            | CliError::NoLine { .. }
+            | CliError::NoJsonSchema
+            | CliError::UnknownKey(_)
+            | CliError::NothingToExport { .. }
+            | CliError::NothingVibrates { .. }
+            | CliError::Levels { .. }
+            | CliError::SetOfARun
+            | CliError::Knob(_)
+            | CliError::UnknownStiffness
+            | CliError::Structure(
+                StructureError::OutOfRange { .. } | StructureError::DoNotFit { .. },
+            ) => Exit::Scene,
+            CliError::Structure(StructureError::NotConverged { .. }) => Exit::NotConverged,
+            CliError::Trade(TradeError::Store(error)) if error.is_damage_or_mismatch() => {
+                Exit::Damaged
+            }
+            #[cfg(feature = "polars")]
+            CliError::Report(error) if error.is_nothing_to_read() => Exit::Scene,
+            #[cfg(feature = "polars")]
+            CliError::NoScenes { .. } => Exit::Scene,
+            #[cfg(feature = "polars")]
+            CliError::Report(error) if error.is_damage_or_mismatch() => Exit::Damaged,
+            _ => Exit::Failure,
+        }
+    }
+}

@@ -1,0 +1,468 @@
+//! The structure: how it moves at the resonance, and the mesh of its contact.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::TAU;
+
+use polars::prelude::DataFrame;
+
+use super::super::ReportError;
+use super::super::plot::{Axis, Chart, Curve, Mark, style_of_run};
+use super::super::quantity::{FORCE, FREQUENCY, LENGTH, number, shown};
+use super::super::run_tables::{numbers, texts};
+use super::surface::titled;
+use super::{Figure, Of, Study, drawn};
+use crate::recipe::Port;
+use crate::scene::Resonator;
+use crate::tables::TableName;
+
+/// One millimetre \[m\].
+const MM: f64 = 1e-3;
+/// The largest displacement is drawn as at most this part of the structure's length.
+const DRAWN: f64 = 0.08;
+/// Part of a drawing that stays free on each side.
+const MARGIN: f64 = 0.04;
+/// Styles among those of runs: ink, one with dashes, and one more.
+const INK: usize = 0;
+const DASHED: usize = 1;
+const OTHER: usize = 2;
+
+/// The shape of the resonance, and the contact mesh.
+pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
+    let both = [resonance_shape(study)?, contact_mesh(study)?];
+    Ok(both.into_iter().flatten().collect())
+}
+
+/// The outline of a structure, at rest and where its first harmonic is at the resonance.
+struct Shape {
+    /// The points of each line.
+    lines: Vec<Vec<usize>>,
+    /// At rest \[m\].
+    positions: Vec<[f64; 3]>,
+    /// At the instant when the response point is furthest along its axis \[m\].
+    displacement: Vec<[f64; 3]>,
+    frequency: f64,
+    /// Amplitude at the response point: that of the sum of modes, and that of the run \[m\].
+    response: [f64; 2],
+}
+
+/// The generalised forces on the modes of a structure at the resonance: φᵀf of the contact forces and the loads, as the coefficients of
+/// the cosine and the sine of the first harmonic \[N kg^-1/2\].
+fn modal_forces(run: &Of, response: &DataFrame, shapes: &Ports) -> Option<Vec<[f64; 2]>> {
+    let harmonic = numbers(response, "harmonic")?;
+    let element = numbers(response, "element")?;
+    let axis = texts(response, "axis")?;
+    let cosine = numbers(response, "force_cosine")?;
+    let sine = numbers(response, "force_sine")?;
+    let mut forces = vec![[0.0; 2]; shapes.modes];
+    let mut act = |port: usize, force: [f64; 2]| {
+        for (mode, sum) in forces.iter_mut().enumerate() {
+            let shape = shapes.at(mode, port);
+            *sum = [0, 1].map(|k| sum[k] + shape * force[k]);
+        }
+    };
+    for row in 0..harmonic.len() {
+        if harmonic[row] != 1.0 || element[row] < 0.0 {
+            continue;
+        }
+        // The contact pulls back; n is positive where the bodies approach, and the port z where they part.
+        let (place, sign) = match axis[row].as_str() {
+            "x" => (0, -1.0),
+            "y" => (1, -1.0),
+            _ => (2, 1.0),
+        };
+        let port = 3 * element[row] as usize + place;
+        act(port, [sign * cosine[row], sign * sine[row]]);
+    }
+    let loads = &run.tables.recipe().response.as_ref()?.forces;
+    for load in loads.iter().filter(|load| load.harmonic == 1) {
+        let port = shapes.of_point(&load.port.at, load.port.axis)?;
+        let (sine, cosine) = load.phase.sin_cos();
+        act(port, [load.amplitude * cosine, -load.amplitude * sine]);
+    }
+    Some(forces)
+}
+
+/// Half range of the first harmonic at a point of the structure \[m\].
+fn amplitude_at(response: &DataFrame, at: &Port) -> Option<f64> {
+    let (point, axis) = (texts(response, "point")?, texts(response, "axis")?);
+    let harmonic = numbers(response, "harmonic")?;
+    let cosine = numbers(response, "displacement_cosine")?;
+    let sine = numbers(response, "displacement_sine")?;
+    let name = ["x", "y", "z"][at.axis];
+    let row = (0..point.len())
+        .find(|row| point[*row] == at.at && axis[*row] == name && harmonic[*row] == 1.0)?;
+    Some(cosine[row].hypot(sine[row]))
+}
+
+/// Modes at the ports of a structure.
+struct Ports {
+    modes: usize,
+    count: usize,
+    /// Ports of one mode after those of the one before \[kg^-1/2\].
+    shape: Vec<f64>,
+    /// Natural frequency of each mode \[Hz\].
+    frequency: Vec<f64>,
+    points: Vec<String>,
+}
+
+impl Ports {
+    fn of(run: &Of) -> Result<Option<Ports>, ReportError> {
+        let port = run.tables.once(TableName::StructurePort)?;
+        let mode = run.tables.once(TableName::StructureMode)?;
+        Ok(port.zip(mode).and_then(|(port, mode)| {
+            let points = texts(&port, "point")?;
+            let (count, shape) = (points.len(), numbers(&mode, "shape")?);
+            let frequency = numbers(&mode, "frequency")?;
+            Some(Ports {
+                modes: shape.len() / count,
+                count,
+                shape,
+                frequency: frequency.into_iter().step_by(count).collect(),
+                points,
+            })
+        }))
+    }
+
+    fn at(&self, mode: usize, port: usize) -> f64 {
+        self.shape[mode * self.count + port]
+    }
+
+    fn of_point(&self, name: &str, axis: usize) -> Option<usize> {
+        let first = self.points.iter().position(|point| point == name)?;
+        Some(first + axis)
+    }
+}
+
+impl Shape {
+    /// The sum of the modes under the forces that are stored; the residual of the modes that were left out is not in it.
+    fn of(run: &Of) -> Result<Option<Shape>, ReportError> {
+        let last = run.tables.latest();
+        let tables = (
+            run.tables.once(TableName::StructureOutline)?,
+            run.tables.once(TableName::StructureOutlineMode)?,
+            run.tables.at(last, TableName::Response)?,
+            Ports::of(run)?,
+        );
+        let (Some(outline), Some(modes), Some(response), Some(ports)) = tables else {
+            return Ok(None);
+        };
+        Ok(Shape::within(run, &outline, &modes, &response, &ports))
+    }
+
+    fn within(
+        run: &Of,
+        outline: &DataFrame,
+        modes: &DataFrame,
+        response: &DataFrame,
+        ports: &Ports,
+    ) -> Option<Shape> {
+        let last = |name: &str| run.column(name)?.last().copied().filter(|f| f.is_finite());
+        let frequency = last("resonance_frequency").or_else(|| last("peak_frequency"))?;
+        let vibration = run.tables.recipe().response.as_ref()?;
+        let omega = TAU * frequency;
+        let forces = modal_forces(run, response, ports)?;
+        // With e^{iωt} the coefficients c and s are c − is.
+        let amplitudes = forces
+            .iter()
+            .zip(&ports.frequency)
+            .map(|([c, s], natural)| {
+                let natural = TAU * natural;
+                let stiff = natural * natural - omega * omega;
+                let damped = 2.0 * vibration.damping_ratio * natural * omega;
+                let size = stiff * stiff + damped * damped;
+                [
+                    (c * stiff - s * damped) / size,
+                    (-s * stiff - c * damped) / size,
+                ]
+            });
+        let amplitudes: Vec<[f64; 2]> = amplitudes.collect();
+        let at = &vibration.at;
+        let port = ports.of_point(&at.at, at.axis)?;
+        let sum = |shape: &dyn Fn(usize) -> f64| {
+            let each = amplitudes.iter().enumerate();
+            each.fold([0.0; 2], |sum, (mode, q)| {
+                [0, 1].map(|k| sum[k] + shape(mode) * q[k])
+            })
+        };
+        let own = sum(&|mode| ports.at(mode, port));
+        let size = own[0].hypot(own[1]);
+        let turn = own.map(|part| part / size);
+        let columns = |names: [&str; 3], frame: &DataFrame| -> Option<[Vec<f64>; 3]> {
+            let [x, y, z] = names.map(|name| numbers(frame, name));
+            Some([x?, y?, z?])
+        };
+        let shapes = columns(["shape_x", "shape_y", "shape_z"], modes)?;
+        let places = columns(["x", "y", "z"], outline)?;
+        let line = numbers(outline, "line")?;
+        let mut lines: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
+        for (point, line) in line.iter().enumerate() {
+            lines.entry(*line as u64).or_default().push(point);
+        }
+        let count = line.len();
+        let displacement = (0..count).map(|point| {
+            [0, 1, 2].map(|axis| {
+                let [real, imaginary] = sum(&|mode| shapes[axis][mode * count + point]);
+                real * turn[0] + imaginary * turn[1]
+            })
+        });
+        Some(Shape {
+            displacement: displacement.collect(),
+            positions: (0..count)
+                .map(|p| [0, 1, 2].map(|k| places[k][p]))
+                .collect(),
+            lines: lines.into_values().collect(),
+            frequency,
+            response: [size, amplitude_at(response, at)?],
+        })
+        .filter(|_| size > 0.0)
+    }
+
+    /// Largest displacement of a point of the outline \[m\].
+    fn largest(&self) -> f64 {
+        let sizes = self
+            .displacement
+            .iter()
+            .map(|u| u.iter().map(|x| x * x).sum::<f64>());
+        sizes.fold(0.0, f64::max).sqrt()
+    }
+
+    /// By how much displacements are drawn larger: 1, 2 or 5 times a power of ten.
+    fn scale(&self) -> f64 {
+        let along = |p: &[f64; 3]| p[0];
+        let [low, high] = super::range_of(&self.positions.iter().map(along).collect::<Vec<_>>())
+            .unwrap_or([0.0, 1.0]);
+        let most = DRAWN * (high - low) / self.largest();
+        let power = 10f64.powf(most.log10().floor());
+        let steps = [5.0, 2.0, 1.0];
+        let step = steps.iter().find(|step| **step * power <= most);
+        step.unwrap_or(&1.0) * power
+    }
+
+    /// Seen along an axis: the two axes that are left, with their names.
+    fn seen(&self, title: String, axes: [(usize, &str); 2], scale: f64) -> Chart {
+        let curve = |name: &str, style: usize, mark: Mark, scale: f64, line: &Vec<usize>| Curve {
+            mark,
+            ..Curve::line(
+                name,
+                style_of_run(style),
+                line.iter()
+                    .map(|&point| {
+                        axes.map(|(axis, _)| {
+                            let moved = scale * self.displacement[point][axis];
+                            (self.positions[point][axis] + moved) / MM
+                        })
+                    })
+                    .collect(),
+            )
+        };
+        let larger = format!("moved, {} times larger", number(scale));
+        let mut curves = Vec::new();
+        for (k, line) in self.lines.iter().enumerate() {
+            // Its straight lines need no more than their ends.
+            let ends = vec![line[0], line[line.len() - 1]];
+            let name = if k == 0 { "at rest" } else { "" };
+            curves.push(curve(name, DASHED, Mark::Thin, 0.0, &ends));
+        }
+        for (k, line) in self.lines.iter().enumerate() {
+            let name = if k == 0 { larger.as_str() } else { "" };
+            curves.push(curve(name, INK, Mark::Thin, scale, line));
+        }
+        framed(title, axes.map(|(_, name)| name), curves)
+    }
+}
+
+/// A chart of places \[mm\] with the same scale along both axes.
+fn framed(title: String, names: [&str; 2], curves: Vec<Curve>) -> Chart {
+    let axis = |d: usize| {
+        let places = curves.iter().flat_map(|curve| &curve.points);
+        let places: Vec<f64> = places.map(|point| point[d]).collect();
+        let range = super::range_of(&places).map(|[low, high]| {
+            let reach = MARGIN * (high - low);
+            [low - reach, high + reach]
+        });
+        Axis {
+            label: format!("{} / mm", names[d]),
+            range,
+            ..Axis::default()
+        }
+    };
+    Chart {
+        x: axis(0),
+        y: axis(1),
+        title,
+        curves,
+        equal_scale: true,
+    }
+}
+
+fn resonance_shape(study: &Study) -> Result<Option<Figure>, ReportError> {
+    const ID: &str = "resonance-shape";
+    let (mut drawings, mut each) = (Vec::new(), Vec::new());
+    for run in &study.runs {
+        let Some(shape) = Shape::of(run)? else {
+            continue;
+        };
+        let scale = shape.scale();
+        let views = [
+            ("seen along the bolt", [(0, "x"), (1, "y")]),
+            ("seen from the side", [(0, "x"), (2, "z")]),
+        ];
+        for (view, axes) in views {
+            let chart = shape.seen(titled(study, run, view), axes, scale);
+            drawings.push(chart.draw().map_err(drawn(ID))?);
+        }
+        let name = if study.is_single() {
+            String::new()
+        } else {
+            format!("{}: ", run.label)
+        };
+        each.push(format!(
+            "{name}{}, at most {}, drawn {} times larger; at the response point these modes give {}, the run has {}",
+            shown(shape.frequency, FREQUENCY),
+            shown(shape.largest(), LENGTH),
+            number(scale),
+            shown(shape.response[0], LENGTH),
+            shown(shape.response[1], LENGTH)
+        ));
+    }
+    if drawings.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(Figure {
+        id: ID,
+        title: "Shape of the resonance".to_owned(),
+        drawings,
+        caption: format!(
+            "Edges of the bodies at rest, and displaced by the first harmonic at the phase resonance of the last iteration, when the \
+             response point is furthest: the modes of the structure under the loads and the contact forces. {}.",
+            each.join(". ")
+        ),
+        query: study.query_once("structure_outline"),
+        sources: vec![
+            ("structure_outline", vec!["line", "x", "y", "z"]),
+            (
+                "structure_outline_mode",
+                vec!["shape_x", "shape_y", "shape_z"],
+            ),
+            ("response", vec!["force_cosine", "force_sine"]),
+        ],
+    }))
+}
+
+/// Straight lines of the mesh around the cells of the contact.
+fn mesh_lines(resonator: &Resonator) -> Vec<Vec<[f64; 2]>> {
+    let cells: BTreeSet<[usize; 2]> = resonator.contact_cells().into_iter().collect();
+    let count = resonator.lap_cells;
+    let size = [resonator.lap_length, resonator.arm_height];
+    let place = |line: usize, d: usize| (line as f64 / count as f64 - 0.5) * size[d] / MM;
+    let mut lines = Vec::new();
+    for along in 0..2 {
+        let across = 1 - along;
+        for line in 0..=count {
+            // An edge is there where one of the cells beside it is.
+            let is_edge = |k: usize| {
+                let beside = [line.checked_sub(1), Some(line).filter(|line| *line < count)];
+                beside.into_iter().flatten().any(|beside| {
+                    let mut cell = [0; 2];
+                    (cell[along], cell[across]) = (k, beside);
+                    cells.contains(&cell)
+                })
+            };
+            let mut begin = None;
+            for k in 0..=count {
+                let there = k < count && is_edge(k);
+                match (begin, there) {
+                    (None, true) => begin = Some(k),
+                    (Some(from), false) => {
+                        let end = |k: usize| {
+                            let mut point = [0.0; 2];
+                            (point[along], point[across]) = (place(k, along), place(line, across));
+                            point
+                        };
+                        lines.push(vec![end(from), end(k)]);
+                        begin = None;
+                    }
+                    _ => (),
+                }
+            }
+        }
+    }
+    lines
+}
+
+fn contact_mesh(study: &Study) -> Result<Option<Figure>, ReportError> {
+    const ID: &str = "contact-mesh";
+    let (mut drawings, mut each) = (Vec::new(), Vec::new());
+    for run in &study.runs {
+        let structure = run.tables.recipe().structure.as_ref();
+        let frame = run
+            .tables
+            .at(run.tables.latest(), TableName::ContactElement)?;
+        let resonator = structure.and_then(|structure| structure.source.resonator());
+        let (Some(structure), Some(resonator), Some(frame)) = (structure, resonator, frame) else {
+            continue;
+        };
+        let columns = ["x", "y", "normal_load"].map(|name| numbers(&frame, name));
+        let [Some(x), Some(y), Some(load)] = columns else {
+            continue;
+        };
+        let mesh = mesh_lines(resonator).into_iter();
+        let mut curves: Vec<Curve> = mesh
+            .map(|points| Curve {
+                mark: Mark::Thin,
+                ..Curve::line("", style_of_run(INK), points)
+            })
+            .collect();
+        if let Some(first) = curves.first_mut() {
+            first.name = "mesh".to_owned();
+        }
+        let carries = load.iter().filter(|load| **load > 0.0).count();
+        for (name, style, mark, of_loaded) in [
+            ("carries load", DASHED, Mark::Points, true),
+            ("carries none", OTHER, Mark::Hollow, false),
+        ] {
+            let of = (0..load.len()).filter(|e| (load[*e] > 0.0) == of_loaded);
+            let points: Vec<[f64; 2]> = of.map(|e| [x[e] / MM, y[e] / MM]).collect();
+            if !points.is_empty() {
+                curves.push(Curve {
+                    mark,
+                    ..Curve::line(name, style_of_run(style), points)
+                });
+            }
+        }
+        let title = titled(study, run, "contact elements on the interface");
+        let chart = framed(title, ["x", "y"], curves);
+        drawings.push(chart.draw().map_err(drawn(ID))?);
+        let name = if study.is_single() {
+            String::new()
+        } else {
+            format!("{}: ", run.label)
+        };
+        let place = if structure.contact_ports.are_faces() {
+            "faces"
+        } else {
+            "nodes"
+        };
+        each.push(format!(
+            "{name}{} elements at the {place} of the mesh, {carries} of them carry load, {} in all",
+            load.len(),
+            shown(load.iter().sum(), FORCE)
+        ));
+    }
+    if drawings.is_empty() {
+        return Ok(None);
+    }
+    let columns = vec!["x", "y", "normal_load"];
+    Ok(Some(Figure {
+        id: ID,
+        title: "Contact mesh".to_owned(),
+        drawings,
+        caption: format!(
+            "The finite elements on the contact plane, and the contact elements between the bodies with their static load at the last \
+             iteration. {}.",
+            each.join(". ")
+        ),
+        query: study.query_last("contact_element", &columns),
+        sources: vec![("contact_element", columns)],
+    }))
+}
