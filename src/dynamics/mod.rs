@@ -80,6 +80,7 @@ mod slider;
 pub mod survey;
 mod time_events;
 pub mod time_integration;
+pub mod time_response;
 pub mod truncation;
 pub mod vibration;
 

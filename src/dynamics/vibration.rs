@@ -127,11 +127,16 @@ impl Vibration {
 
     /// The angular frequencies of the forced response; none where continuation places them.
     pub(super) fn omegas(&self) -> Option<Vec<f64>> {
+        self.points.map(|points| self.omegas_or(points))
+    }
+
+    /// The same, so many where continuation would place them.
+    pub(super) fn omegas_or(&self, usual: usize) -> Vec<f64> {
         let (from, to) = self.range;
-        let points = self.points?;
+        let points = self.points.unwrap_or(usual);
         let last = points.saturating_sub(1).max(1) as f64;
         let places = (0..points).map(|k| from + (to - from) * k as f64 / last);
-        Some(places.collect())
+        places.collect()
     }
 
     /// The balance that the errors of another are seen by: in more harmonics, with twice the samples that they would have.
