@@ -61,6 +61,7 @@ pub mod forced_response;
 pub mod harmonic_balance;
 pub mod harmonics;
 mod homotopy;
+mod kept_solve;
 mod krylov;
 pub mod linear_model;
 mod march;

@@ -10,6 +10,7 @@ use super::{
     DynamicsError, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Settings, Start,
 };
 use crate::gauge::Gauge;
+use crate::journal::Journal;
 
 /// A structure, how it is driven and what of its response is wanted: all but the contact elements, which change as they wear.
 #[derive(Debug, Clone)]
@@ -32,6 +33,8 @@ pub struct Vibration {
     pub points: Option<usize>,
     /// Where its iterations and points are counted for who watches.
     pub gauge: Gauge,
+    /// What an earlier start has solved, and a place for what this one solves.
+    pub journal: Journal,
 }
 
 /// The resonance of a structure with its contact elements.
@@ -121,6 +124,7 @@ impl Vibration {
             .with_inertial_loads(&self.inertial_loads)?;
         Ok(HarmonicBalance {
             gauge: self.gauge.clone(),
+            journal: self.journal.clone(),
             ..balance.driven_at(self.response_port)
         })
     }

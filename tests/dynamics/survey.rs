@@ -27,6 +27,7 @@ fn vibration(
         range: (TAU * range.0, TAU * range.1),
         points: None,
         gauge: Default::default(),
+        journal: Default::default(),
         inertial_loads: Vec::new(),
     }
 }
