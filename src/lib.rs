@@ -73,6 +73,7 @@ pub mod fft;
 mod files;
 pub mod gauge;
 pub mod grid;
+pub mod journal;
 pub mod json;
 pub mod linalg;
 pub mod material;

@@ -73,7 +73,7 @@ fn names(code: &str, path: &str) -> bool {
 
 /// The modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
 fn modules(source: &Source) -> Vec<String> {
-    const MODULES: [&str; 28] = [
+    const MODULES: [&str; 29] = [
         "cli",
         "contact",
         "doctor",
@@ -81,6 +81,7 @@ fn modules(source: &Source) -> Vec<String> {
         "files",
         "gauge",
         "grid",
+        "journal",
         "json",
         "linalg",
         "material",
@@ -159,6 +160,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("files.rs", &[]),
     ("gauge.rs", &[]),
     ("grid.rs", &[]),
+    ("journal.rs", &[]),
     ("json.rs", &[]),
     ("material.rs", &[]),
     ("units.rs", &[]),
@@ -167,7 +169,10 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("linalg/", &["linalg"]),
     ("contact/", &["gauge", "grid", "fft", "material", "contact"]),
     ("structure/", &["linalg", "material", "structure"]),
-    ("dynamics/", &["gauge", "linalg", "structure", "dynamics"]),
+    (
+        "dynamics/",
+        &["gauge", "journal", "linalg", "structure", "dynamics"],
+    ),
     ("model_update/", &["grid", "contact", "model_update"]),
     (
         "surface/readers/",
@@ -185,6 +190,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "dynamics",
             "gauge",
             "grid",
+            "journal",
             "model_update",
             "recipe",
             "structure",
@@ -259,6 +265,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         &[
             "gauge",
             "grid",
+            "journal",
             "linalg",
             "recipe",
             "contact",

@@ -5,7 +5,7 @@ use std::path::Path;
 use fretwear::recipe::Check;
 use fretwear::report::{ERROR_BARS, error_bar_of, percent};
 use fretwear::scene::Plan;
-use fretwear::stages::{Ending, Outcome};
+use fretwear::stages::{Ending, Outcome, no_phase_resonance_between};
 use fretwear::tables::typed::Summary;
 use fretwear::tables::{Column, Table};
 use serde_json::{Map, Value, json};
@@ -93,8 +93,25 @@ fn with_bar(value: f64, bar: f64, unit: &str) -> String {
     }
 }
 
+/// What is said of a summary whose resonance is none but a peak.
+fn no_phase_resonance(summary: &Map<String, Value>, plan: &Plan) -> Option<String> {
+    let is_there = |key: &str| summary.get(key).is_some_and(|value| !value.is_null());
+    let response = plan.inputs.recipe.response.as_ref()?;
+    let is_absent = is_there("peak_frequency") && !is_there("resonance_frequency");
+    is_absent.then(|| no_phase_resonance_between(response.frequency))
+}
+
 /// Prints what a run left.
-pub fn outcome(outcome: &Outcome, plan: &Plan, root: &Path, form: Form, out: &mut Results) {
+///
+/// As JSON with the `notices` of this start, and that there is no phase resonance whichever start found it so.
+pub fn outcome(
+    outcome: &Outcome,
+    plan: &Plan,
+    root: &Path,
+    form: Form,
+    notices: &[String],
+    out: &mut Results,
+) {
     let verbose = form == Form::Verbose;
     if form == Form::Json {
         let mut object = outcome.summary.as_ref().map(row).unwrap_or_default();
@@ -104,6 +121,10 @@ pub fn outcome(outcome: &Outcome, plan: &Plan, root: &Path, form: Form, out: &mu
             "timing_fft_pairs".to_owned(),
             json!(outcome.spent.fft_pairs),
         );
+        let absent = no_phase_resonance(&object, plan);
+        let absent = absent.filter(|absent| !notices.contains(absent));
+        let notices: Vec<&String> = notices.iter().chain(&absent).collect();
+        object.insert("notices".to_owned(), json!(notices));
         if outcome.wear_iteration.is_some() {
             object.insert("cost".to_owned(), cost::spent(&outcome.spent));
         }

@@ -78,7 +78,8 @@ pub fn run(arguments: RunArguments, out: &mut Results) -> Result<Exit, CliError>
         (false, true) => Form::Verbose,
         (false, false) => Form::Short,
     };
-    report::outcome(&outcome, &plan, &root, form, out);
+    let notices = watcher.notices();
+    report::outcome(&outcome, &plan, &root, form, &notices, out);
     if !arguments.json && outcome.summary.is_some() {
         let reader = RunReader::open(Arc::new(RealFileSystem), &root)?;
         report::write_judged(out, &stages::judged(&reader, &plan.inputs.recipe)?);

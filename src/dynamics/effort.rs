@@ -54,6 +54,11 @@ impl Effort {
         self.add(STEP * steps as u64);
     }
 
+    /// So many units were spent.
+    pub(super) fn add_units(&self, units: u64) {
+        self.add(units);
+    }
+
     fn add(&self, units: u64) {
         self.spent.fetch_add(units, Ordering::Relaxed);
     }

@@ -31,8 +31,10 @@ pub enum FoundBy {
     Time,
     /// As a solution of the harmonic balance in which friction gives energy: with these samples or harmonics, and none in truth.
     Unphysical,
-    /// Not: in time the motion repeats after several periods of the drive, or not at all.
-    NotPeriodic,
+    /// Not: in time the motion repeats after so many periods of the drive.
+    NotPeriodic(usize),
+    /// Not: in time the motion does not settle within what was waited for.
+    NotSettled,
     /// Not, and it is not known whether there is one.
     Nothing,
 }
@@ -44,8 +46,18 @@ impl FoundBy {
             FoundBy::Balance => "harmonic_balance",
             FoundBy::Time => "time_integration",
             FoundBy::Unphysical => "unphysical",
-            FoundBy::NotPeriodic => "not_periodic",
+            FoundBy::NotPeriodic(_) => "not_periodic",
+            FoundBy::NotSettled => "not_settled",
             FoundBy::Nothing => "not_found",
+        }
+    }
+
+    /// Periods of the drive after which the motion in time repeats; none where that is not known.
+    pub fn periods(self) -> Option<usize> {
+        match self {
+            FoundBy::Time => Some(1),
+            FoundBy::NotPeriodic(turns) => Some(turns),
+            _ => None,
         }
     }
 }
@@ -63,6 +75,8 @@ pub struct PointResponse {
     pub displacement: Vec<f64>,
     /// Energy per cycle.
     pub energy: Energy,
+    /// Relative error of the amplitude by the length of steps and by what had not settled; none where it is not known, as of the balance.
+    pub error: Option<f64>,
     /// Elements that had unknowns; none of a motion in time.
     pub active_elements: usize,
     /// Largest modulus of the multipliers by which small disturbances grow over a period; none where it is not known. Of many points it is
@@ -288,6 +302,7 @@ impl Vibration {
                 peak_to_peak: peak_to_peak(balance.harmonics(), &displacement),
                 displacement,
                 energy: response.energy,
+                error: None,
                 active_elements: response.active_elements(),
                 multiplier: None,
             }),
@@ -333,13 +348,14 @@ impl Vibration {
                 point.residual = periodic.change;
                 point.response = Some(self.of_motion(balance, &periodic));
             }
-            Some(Ok(_)) => point.found_by = FoundBy::NotPeriodic,
+            Some(Ok(Settled::Turns(turns))) => point.found_by = FoundBy::NotPeriodic(turns),
+            Some(Ok(Settled::Unsettled(_))) => point.found_by = FoundBy::NotSettled,
             Some(Err(_)) | None => {}
         }
         Ok((point, None))
     }
 
-    fn of_motion(
+    pub(super) fn of_motion(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         periodic: &Periodic,
@@ -352,6 +368,7 @@ impl Vibration {
             peak_to_peak: peak_to_peak(balance.harmonics(), &displacement),
             displacement,
             energy: periodic.energy,
+            error: None,
             active_elements: 0,
             multiplier: periodic.multiplier,
         }

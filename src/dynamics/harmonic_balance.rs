@@ -13,6 +13,7 @@ use super::newton_step::{Condition, State};
 use super::response::{Response, Start};
 use super::{Continuation, ContinuationSettings, DynamicsError, Harmonics};
 use crate::gauge::Gauge;
+use crate::journal::Journal;
 use crate::linalg::add_scaled;
 
 /// Least increment of the load on the way to a state that Newton's method does not reach at once.
@@ -110,6 +111,8 @@ pub struct HarmonicBalance<E> {
     pub(super) effort: Effort,
     /// Where iterations and points are counted for who watches.
     pub gauge: Gauge,
+    /// What an earlier start has solved, and a place for what this one solves.
+    pub journal: Journal,
 }
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
@@ -193,6 +196,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             settings,
             effort: Effort::default(),
             gauge: Gauge::default(),
+            journal: Journal::default(),
         })
     }
 

@@ -61,6 +61,7 @@ pub mod forced_response;
 pub mod harmonic_balance;
 pub mod harmonics;
 mod homotopy;
+mod kept_solve;
 mod krylov;
 pub mod linear_model;
 mod march;
@@ -80,6 +81,7 @@ mod slider;
 pub mod survey;
 mod time_events;
 pub mod time_integration;
+pub mod time_response;
 pub mod truncation;
 pub mod vibration;
 

@@ -50,7 +50,7 @@ const FREQUENCY_WEIGHT: f64 = 100.0;
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
     /// Converges `state` at the load `factor`.
-    pub(super) fn newton(
+    pub(super) fn converge(
         &self,
         mut state: State,
         factor: f64,

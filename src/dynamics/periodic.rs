@@ -40,9 +40,22 @@ pub struct Periodic {
     pub energy: Energy,
     /// Change over a period, relative to its size.
     pub change: f64,
+    /// How far from the periodic motion it is, relative to its size, by a step of Newton's method; none where that was not made.
+    pub distance: Option<f64>,
     /// Largest modulus of the multipliers by which small disturbances grow over a period, but for those of forces that stick; none where
     /// the motion was reached by waiting, and is stable by that.
     pub multiplier: Option<f64>,
+}
+
+/// What Newton's method on the map over a period has led to.
+struct Shot {
+    motion: Motion,
+    /// Over a period, relative to its size.
+    change: f64,
+    /// Largest modulus of the multipliers.
+    multiplier: f64,
+    /// The step that Newton's method would make next.
+    distance: Option<f64>,
 }
 
 /// What becomes of a motion.
@@ -91,14 +104,13 @@ impl TimeModel<'_> {
                 scales = self.scales(omega, size * scales[0]);
             }
             if change <= PERIODIC {
-                return self.measured(omega, now, &scales, harmonics, change, None);
+                return self.measured(omega, now, &scales, harmonics, change);
             }
             if period % BETWEEN == 0
-                && let Some((motion, change, multiplier)) =
-                    self.shoot(omega, &now, &scales, PERIODIC, effort)?
-                && multiplier <= UNSTABLE
+                && let Some(shot) = self.shoot(omega, &now, &scales, PERIODIC, effort)?
+                && shot.multiplier <= UNSTABLE
             {
-                return self.measured(omega, motion, &scales, harmonics, change, Some(multiplier));
+                return self.shot(omega, shot, &scales, harmonics);
             }
             earlier.push(before);
             if earlier.len() > MOST_TURNS {
@@ -127,15 +139,61 @@ impl TimeModel<'_> {
         effort: usize,
     ) -> Result<Option<Periodic>, DynamicsError> {
         let scales = self.scales(omega, amplitude);
-        let Some((motion, change, multiplier)) =
-            self.shoot(omega, start, &scales, NEARLY, effort)?
-        else {
+        self.near_within(NEARLY, omega, start, &scales, harmonics, effort)
+    }
+
+    /// As [`Self::near`], to a change over a period as small as that of a motion that has settled.
+    ///
+    /// # Errors
+    /// As [`Self::settle`].
+    pub fn nearest(
+        &self,
+        omega: f64,
+        start: &Motion,
+        amplitude: f64,
+        harmonics: &Harmonics,
+        effort: usize,
+    ) -> Result<Option<Periodic>, DynamicsError> {
+        let scales = self.scales(omega, amplitude);
+        self.near_within(PERIODIC, omega, start, &scales, harmonics, effort)
+    }
+
+    fn near_within(
+        &self,
+        enough: f64,
+        omega: f64,
+        start: &Motion,
+        scales: &[f64],
+        harmonics: &Harmonics,
+        effort: usize,
+    ) -> Result<Option<Periodic>, DynamicsError> {
+        let Some(shot) = self.shoot(omega, start, scales, enough, effort)? else {
             return Ok(None);
         };
-        match self.measured(omega, motion, &scales, harmonics, change, Some(multiplier))? {
+        match self.shot(omega, shot, scales, harmonics)? {
             Settled::Periodic(periodic) => Ok(Some(periodic)),
             _ => Ok(None),
         }
+    }
+
+    fn shot(
+        &self,
+        omega: f64,
+        shot: Shot,
+        scales: &[f64],
+        harmonics: &Harmonics,
+    ) -> Result<Settled, DynamicsError> {
+        let Shot {
+            motion,
+            change,
+            multiplier,
+            distance,
+        } = shot;
+        let mut settled = self.measured(omega, motion, scales, harmonics, change)?;
+        if let Settled::Periodic(periodic) = &mut settled {
+            (periodic.multiplier, periodic.distance) = (Some(multiplier), distance);
+        }
+        Ok(settled)
     }
 
     fn measured(
@@ -145,7 +203,6 @@ impl TimeModel<'_> {
         scales: &[f64],
         harmonics: &Harmonics,
         change: f64,
-        multiplier: Option<f64>,
     ) -> Result<Settled, DynamicsError> {
         let start = motion.clone();
         let measured = self.period(omega, &mut motion, scales, Some(harmonics))?;
@@ -166,12 +223,12 @@ impl TimeModel<'_> {
                 viscous,
             },
             change,
-            multiplier,
+            distance: None,
+            multiplier: None,
         }))
     }
 
-    /// A fixed point of the map over a period by Newton's method with differences: the motion, its change over a period, and the largest
-    /// modulus of its multipliers.
+    /// A fixed point of the map over a period by Newton's method with differences.
     fn shoot(
         &self,
         omega: f64,
@@ -179,7 +236,7 @@ impl TimeModel<'_> {
         scales: &[f64],
         enough: f64,
         effort: usize,
-    ) -> Result<Option<(Motion, f64, f64)>, DynamicsError> {
+    ) -> Result<Option<Shot>, DynamicsError> {
         let begun = self.steps();
         let order = start.values.len();
         let map = |motion: &Motion| -> Result<Motion, DynamicsError> {
@@ -236,8 +293,21 @@ impl TimeModel<'_> {
             return Ok(None);
         };
         let multipliers = eigenvalues(&slope).map_err(DynamicsError::of_matrix("monodromy"))?;
-        let largest = multipliers.iter().map(|m| m.norm()).fold(0.0, f64::max);
-        Ok(Some((now, change, largest)))
+        let multiplier = multipliers.iter().map(|m| m.norm()).fold(0.0, f64::max);
+        let mut system = slope;
+        for i in 0..order {
+            system.set(i, i, system.at(i, i) - 1.0);
+        }
+        let left: Vec<f64> = (0..order)
+            .map(|i| (now.values[i] - image.values[i]) / scales[i])
+            .collect();
+        let step = least_squares(&system, &left);
+        Ok(Some(Shot {
+            motion: now,
+            change,
+            multiplier,
+            distance: step.map(|step| largest(step.iter().map(|s| s.abs()))),
+        }))
     }
 
     /// The derivative of the map over a period, by differences, in parts of `scales`.

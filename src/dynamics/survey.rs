@@ -68,8 +68,16 @@ impl Vibration {
         &'a self,
         balance: &'a HarmonicBalance<ContactElement>,
     ) -> Option<TimeModel<'a>> {
-        let time = TimeModel::new(&self.model, balance.elements(), &self.loads).ok()?;
-        Some(time.with_inertial_loads(&self.inertial_loads))
+        self.time_model(balance).ok()
+    }
+
+    /// The same, or why there is none.
+    pub(super) fn time_model<'a>(
+        &'a self,
+        balance: &'a HarmonicBalance<ContactElement>,
+    ) -> Result<TimeModel<'a>, DynamicsError> {
+        let time = TimeModel::new(&self.model, balance.elements(), &self.loads)?;
+        Ok(time.with_inertial_loads(&self.inertial_loads))
     }
 
     /// The branches of a small model over the range: from both ends, and through motions in time that no branch leads to.
@@ -189,7 +197,8 @@ impl Vibration {
         balance.effort.add_steps(time.steps());
         let periodic = match settled {
             Ok(Settled::Periodic(periodic)) => periodic,
-            Ok(_) => return missed(FoundBy::NotPeriodic),
+            Ok(Settled::Turns(turns)) => return missed(FoundBy::NotPeriodic(turns)),
+            Ok(Settled::Unsettled(_)) => return missed(FoundBy::NotSettled),
             Err(_) => return missed(FoundBy::Nothing),
         };
         if !is_new(&periodic.displacement) {

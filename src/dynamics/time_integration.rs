@@ -13,6 +13,8 @@ use crate::linalg::RowMatrix as Matrix;
 
 /// Error of a step relative to the size of the motion.
 const TOLERANCE: f64 = 1e-10;
+/// Factor of the error of a step of half the length: the estimate is of order 5 in it.
+const ORDER_FACTOR: f64 = 1.0 / 32.0;
 /// The longest step, in parts of a period: a shorter contact is found by where the load is least within a step.
 const LONGEST: f64 = 1.0 / 40.0;
 /// The shortest, in parts of a period: an event that follows another within it is taken with it.
@@ -82,6 +84,8 @@ pub struct TimeModel<'a> {
     inertial_loads: &'a [Load],
     /// Sliders with their elements.
     pub(super) sliders: Vec<(usize, &'a Slider)>,
+    /// How many times the steps are halved.
+    halvings: i32,
     /// Steps made so far.
     steps: Cell<usize>,
 }
@@ -127,6 +131,7 @@ impl<'a> TimeModel<'a> {
             elements,
             loads,
             inertial_loads: &[],
+            halvings: 0,
             steps: Cell::new(0),
             sliders: sliders
                 .flat_map(|(e, element)| element.sliders.iter().map(move |slider| (e, slider)))
@@ -138,6 +143,12 @@ impl<'a> TimeModel<'a> {
     /// [`HarmonicBalance::with_inertial_loads`](super::HarmonicBalance::with_inertial_loads) has them.
     pub fn with_inertial_loads(mut self, loads: &'a [Load]) -> TimeModel<'a> {
         self.inertial_loads = loads;
+        self
+    }
+
+    /// With steps of half the length, and an error of each as small as that makes it: what the length of steps does to a motion.
+    pub fn halved(mut self) -> TimeModel<'a> {
+        self.halvings += 1;
         self
     }
 
@@ -325,7 +336,8 @@ pub(super) struct Run<'a> {
 impl Run<'_> {
     fn march(&mut self, state: &mut Vec<f64>) -> Result<(), DynamicsError> {
         let period = TAU / self.omega;
-        let (longest, shortest) = (LONGEST * period, SHORTEST * period);
+        let longest = LONGEST * period * 0.5_f64.powi(self.model.halvings);
+        let shortest = SHORTEST * period;
         let (mut time, mut step) = (0.0, longest);
         // Events that follow each other without a step between them are passed over together.
         let mut at_once = 0;
@@ -396,10 +408,11 @@ impl Run<'_> {
             }
             self.rates(time + NODES[k] * h, &trial, &mut stages[k]);
         }
+        let tolerance = TOLERANCE * ORDER_FACTOR.powi(self.model.halvings);
         let mut worst = 0.0_f64;
         for (i, scale) in self.scales.iter().enumerate() {
             let error: f64 = (0..7).map(|k| ERROR[k] * stages[k][i]).sum::<f64>() * h;
-            let ratio = error.abs() / (TOLERANCE * scale);
+            let ratio = error.abs() / (tolerance * scale);
             worst = if ratio.is_nan() {
                 f64::NAN
             } else {

@@ -10,6 +10,7 @@ use super::{
     DynamicsError, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Settings, Start,
 };
 use crate::gauge::Gauge;
+use crate::journal::Journal;
 
 /// A structure, how it is driven and what of its response is wanted: all but the contact elements, which change as they wear.
 #[derive(Debug, Clone)]
@@ -32,6 +33,8 @@ pub struct Vibration {
     pub points: Option<usize>,
     /// Where its iterations and points are counted for who watches.
     pub gauge: Gauge,
+    /// What an earlier start has solved, and a place for what this one solves.
+    pub journal: Journal,
 }
 
 /// The resonance of a structure with its contact elements.
@@ -121,17 +124,23 @@ impl Vibration {
             .with_inertial_loads(&self.inertial_loads)?;
         Ok(HarmonicBalance {
             gauge: self.gauge.clone(),
+            journal: self.journal.clone(),
             ..balance.driven_at(self.response_port)
         })
     }
 
     /// The angular frequencies of the forced response; none where continuation places them.
     pub(super) fn omegas(&self) -> Option<Vec<f64>> {
+        self.points.map(|points| self.omegas_or(points))
+    }
+
+    /// The same, so many where continuation would place them.
+    pub(super) fn omegas_or(&self, usual: usize) -> Vec<f64> {
         let (from, to) = self.range;
-        let points = self.points?;
+        let points = self.points.unwrap_or(usual);
         let last = points.saturating_sub(1).max(1) as f64;
         let places = (0..points).map(|k| from + (to - from) * k as f64 / last);
-        Some(places.collect())
+        places.collect()
     }
 
     /// The balance that the errors of another are seen by: in more harmonics, with twice the samples that they would have.

@@ -42,6 +42,7 @@ pub struct Watcher {
     stopping: Option<Stopping>,
     /// What is said of the scene once a run begins.
     checks: Vec<Check>,
+    notices: RefCell<Vec<String>>,
 }
 
 impl Watcher {
@@ -87,7 +88,13 @@ impl Watcher {
             unknowns,
             stopping: None,
             checks: Vec::new(),
+            notices: RefCell::default(),
         }
+    }
+
+    /// What has been said of the results so far.
+    pub fn notices(&self) -> Vec<String> {
+        self.notices.borrow().clone()
     }
 
     /// A run that begins says what an engineer would look at.
@@ -291,6 +298,7 @@ impl Observer for Watcher {
     }
 
     fn notice(&self, text: &str) {
+        self.notices.borrow_mut().push(text.to_owned());
         self.say(&format!("note: {text}"));
     }
 

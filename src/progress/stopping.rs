@@ -156,7 +156,7 @@ impl Watch {
         }
         if let Some((stage, since)) = &at.stage {
             say(&format!(
-                "stopped within {stage}, {} after it began: this stage is computed again, and nothing else",
+                "stopped within {stage}, {} after it began: what comes before it is not computed again, nor what it has solved of a vibration",
                 duration(since.elapsed().as_secs_f64())
             ));
             // One start after another would get nowhere.

@@ -12,6 +12,7 @@ use crate::dynamics::{
     ContactElement, DynamicsError, Harmonics, Load, SecondOrder, Settings, Vibration,
 };
 use crate::gauge::Gauge;
+use crate::journal::Journal;
 use crate::structure::StructureError;
 use crate::structure::reduction::{ContactPorts, Reduced};
 use crate::structure::resonator::{Outline, Resonator};
@@ -292,6 +293,7 @@ impl Structure {
             range: (response.frequency[0] * TAU, response.frequency[1] * TAU),
             points: response.points,
             gauge: Gauge::default(),
+            journal: Journal::default(),
             model,
         })
     }

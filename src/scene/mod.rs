@@ -45,8 +45,8 @@ pub use crate::contact::Boundary;
 pub use crate::dynamics::{FrictionLaw, Rayleigh};
 pub use crate::model_update::{Distribution, StiffnessKind as Stiffness};
 pub use crate::recipe::{
-    Base, BaseMotion, Criterion as Update, DampingBasis, Force, Heights as Surface, Keep, Output,
-    Port, StructureSource as Structure, Wear,
+    Base, BaseMotion, Criterion as Update, DampingBasis, Force, Heights as Surface, Keep, Method,
+    Output, Port, StructureSource as Structure, Wear,
 };
 pub use crate::structure::resonator::Resonator;
 pub use crate::surface::prepare::{Detrend, Fill};
@@ -220,6 +220,9 @@ pub struct Dynamics {
     pub frequency: [f64; 2],
     /// Equidistant points of the forced response; none: as continuation places them.
     pub points: Option<usize>,
+    /// How the forced response is computed.
+    #[serde(skip_serializing_if = "Method::is_usual")]
+    pub method: Method,
 }
 
 impl Bodies {

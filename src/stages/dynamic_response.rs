@@ -326,10 +326,8 @@ fn candidate_table(
 /// of the range have no branch.
 fn tell_candidates(outputs: &mut Outputs, vibration: &Vibration, resonance: &Resonance) {
     if resonance.phase.is_none() {
-        let [from, to] = [vibration.range.0, vibration.range.1].map(|omega| omega / TAU);
-        outputs.notice(format!(
-            "dynamics.frequency: no phase resonance between {from:.6} and {to:.6} Hz; the peak stands for it"
-        ));
+        let range = [vibration.range.0, vibration.range.1];
+        outputs.notice(no_phase_resonance_between(range.map(|omega| omega / TAU)));
     }
     if resonance.is_in_time() {
         outputs.notice("the peak was found by integration in time, as the harmonic balance has no branch there");
@@ -379,6 +377,13 @@ fn tell_candidates(outputs: &mut Outputs, vibration: &Vibration, resonance: &Res
             at(second)
         ));
     }
+}
+
+/// What is said of a range \[Hz\] without a phase resonance.
+pub fn no_phase_resonance_between([from, to]: [f64; 2]) -> String {
+    format!(
+        "dynamics.frequency: no phase resonance between {from:.6} and {to:.6} Hz; the peak stands for it"
+    )
 }
 
 fn cycle_table(cycle: &JointCycle) -> typed::JointCycle {

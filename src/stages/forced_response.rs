@@ -14,7 +14,7 @@ use super::stage::{Stage, When};
 use crate::dynamics::forced_response::{ForcedPoint, FoundBy, PointResponse};
 use crate::dynamics::{ContactElement, HarmonicBalance, Harmonics, Resonance, Vibration};
 use crate::model_update::ElementParameters;
-use crate::recipe::Part;
+use crate::recipe::{Method, Part};
 use crate::tables::{TableName, typed};
 
 /// The forced response, [A §4d]: of a worn joint with the contact elements that its own fine contact gives, and with their resonance.
@@ -135,6 +135,12 @@ fn forced_response(
     let force = balance
         .drive()
         .map_or(0.0, |load| load.cosine.hypot(load.sine));
+    if is_in_time(reads) {
+        let points = vibration.forced_response_in_time(&balance);
+        let points = points.map_err(|source| failed(reads, source))?;
+        tell_peak(reads, &points, outputs)?;
+        return put(&points, force, &harmonics, outputs);
+    }
     let mut points = vibration.forced_response(balance);
     let has_branch = match &points {
         Ok(points) => points.iter().any(|p| p.found_by == FoundBy::Balance),
@@ -151,8 +157,45 @@ fn forced_response(
         points = fewer.and_then(|balance| vibration.forced_response(balance));
     }
     let points = points.map_err(|source| failed(reads, source))?;
-    tell_left_out(&points, outputs);
-    outputs.put(&harmonic_table(&points, &harmonics))?;
+    put(&points, force, &harmonics, outputs)
+}
+
+/// Whether the forced response is to be integrated in time.
+fn is_in_time(reads: &Reads) -> bool {
+    let response = reads.recipe.response.as_ref();
+    response.is_some_and(|response| response.method == Method::Time)
+}
+
+/// Holds the peak of the harmonic balance to the largest amplitude in time.
+fn tell_peak(reads: &Reads, points: &[ForcedPoint], outputs: &mut Outputs) -> Result<(), RunError> {
+    let found = points
+        .iter()
+        .filter_map(|point| Some((point.frequency, point.response.as_ref()?)));
+    let largest = found.max_by(|a, b| a.1.amplitude.total_cmp(&b.1.amplitude));
+    let row = reads.maybe::<typed::DynamicResponse>()?;
+    let (Some((frequency, top)), Some(row)) = (largest, row) else {
+        return Ok(());
+    };
+    let (amplitude, peak) = (top.amplitude, row.peak_amplitude);
+    let bar = row.error_peak_amplitude + top.error.unwrap_or(0.0);
+    if amplitude > peak * (1.0 + bar) {
+        outputs.notice(format!(
+            "forced response: in time the largest amplitude is {amplitude:.6e} m at {frequency:.6} Hz, beyond the peak of the harmonic balance of {peak:.6e} m and its error of {:.1e}",
+            row.error_peak_amplitude
+        ));
+    }
+    Ok(())
+}
+
+/// Adds the tables of the points.
+fn put(
+    points: &[ForcedPoint],
+    force: f64,
+    harmonics: &Harmonics,
+    outputs: &mut Outputs,
+) -> Result<(), RunError> {
+    tell_left_out(points, outputs);
+    outputs.put(&harmonic_table(points, harmonics))?;
     let all = points.iter();
     let of = |value: fn(&PointResponse) -> f64| -> Vec<Option<f64>> {
         let each = points
@@ -180,6 +223,16 @@ fn forced_response(
                 .collect(),
         ),
         fold: Some(all.clone().map(|p| p.is_fold).collect()),
+        periods: Some(
+            all.clone()
+                .map(|p| p.found_by.periods().map_or(0, |periods| periods as i64))
+                .collect(),
+        ),
+        error_amplitude: Some(
+            all.clone()
+                .map(|p| p.response.as_ref().and_then(|r| r.error))
+                .collect(),
+        ),
         largest_multiplier: Some(
             all.map(|p| p.response.as_ref().and_then(|r| r.multiplier))
                 .collect(),
@@ -195,8 +248,12 @@ fn tell_left_out(points: &[ForcedPoint], outputs: &mut Outputs) {
             "found in time alone, as the harmonic balance with these harmonics has no such response",
         ),
         (
-            FoundBy::NotPeriodic,
-            "without a response of the period of the drive: in time the motion does not settle to one",
+            FoundBy::NotPeriodic(0),
+            "without a response of the period of the drive: in time the motion repeats after several of them (column periods)",
+        ),
+        (
+            FoundBy::NotSettled,
+            "without a response: in time the motion does not settle to one, whether there is one or not",
         ),
         (
             FoundBy::Unphysical,
@@ -204,7 +261,9 @@ fn tell_left_out(points: &[ForcedPoint], outputs: &mut Outputs) {
         ),
         (FoundBy::Nothing, "not found"),
     ] {
-        let some = points.iter().filter(|point| point.found_by == found_by);
+        let some = points
+            .iter()
+            .filter(|point| point.found_by.name() == found_by.name());
         let frequencies: Vec<f64> = some.map(|point| point.frequency).collect();
         let [first, ..] = frequencies[..] else {
             continue;

@@ -42,6 +42,7 @@ mod wear;
 
 pub use backbone::{add_backbone, backbone_of_run, backbone_of_scene};
 pub use declaration::{Declaration, is_in};
+pub use dynamic_response::no_phase_resonance_between;
 pub use error::RunError;
 pub use graph::graph;
 pub use judged::judged;

@@ -13,6 +13,7 @@ use super::reads::Reads;
 use super::run::identity_of;
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
+use crate::journal::INTERVAL;
 use crate::recipe::{Inputs, Part, Recipe};
 use crate::store::{Cache, Kept, RunReader, RunStore, StageKey, StoreError};
 use crate::tables::{Provenance, Table, TableName, Tables, TypedTable, typed};
@@ -268,7 +269,17 @@ impl<'a> Runner<'a> {
             let written = match draft.get(&key)? {
                 Kept::Valid(written) if is_whole(recipe, stage, &written) => written,
                 _ => {
-                    let written = self.compute(stage, wear_iteration, curves, &tables, &before)?;
+                    let (kept, keep) = draft.parts(&key)?;
+                    let solved = self.solvers.journal.open(&kept, INTERVAL, keep);
+                    if solved > 0 {
+                        self.observer.notice(&format!(
+                            "{} goes on behind {solved} solutions of an earlier start",
+                            stage.stage
+                        ));
+                    }
+                    let written = self.compute(stage, wear_iteration, curves, &tables, &before);
+                    self.solvers.journal.close();
+                    let written = written?;
                     let interim = written_again(recipe, wear_iteration, stage);
                     draft.put(&key, &written, &interim)?;
                     written

@@ -11,6 +11,7 @@ use super::reduced::reduced_of;
 use crate::dynamics::Vibration;
 use crate::gauge::Gauge;
 use crate::grid::Patch;
+use crate::journal::Journal;
 use crate::model_update::{Compliance, ContactElements, ElementParameters};
 use crate::recipe::Layout;
 use crate::tables::typed;
@@ -36,6 +37,8 @@ pub struct Solvers {
     vibration: Option<Rc<Vibration>>,
     costs: Vec<PartCost>,
     gauge: Gauge,
+    /// What an earlier start has solved of a stage; the runner opens it.
+    pub journal: Journal,
 }
 
 impl Solvers {
@@ -49,6 +52,7 @@ impl Solvers {
             vibration: None,
             costs: Vec::new(),
             gauge,
+            journal: Journal::default(),
         }
     }
 
@@ -160,6 +164,7 @@ impl Solvers {
             let mut vibration =
                 structure.vibration(response, has_contact, reduced.as_ref(), &unworn)?;
             vibration.gauge = self.gauge.clone();
+            vibration.journal = self.journal.clone();
             self.vibration = Some(Rc::new(vibration));
         }
         Ok(self.vibration.clone().expect("it was built"))

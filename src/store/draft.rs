@@ -5,6 +5,7 @@ use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::EntryKind;
 use super::files::{Files, Layout, hash};
 use super::key::StageKey;
+use super::parts;
 use super::sealed::{Seal, read_sealed, sealed};
 use crate::tables::{Provenance, Table, TableError, TableName, Tables, from_parquet, to_parquet};
 use serde::{Deserialize, Serialize};
@@ -162,6 +163,15 @@ impl Draft {
         Ok(Kept::Valid(tables))
     }
 
+    /// What an earlier start has kept of a stage that it did not complete, under the same key, and what takes more of it. It is removed
+    /// once the tables of the stage are there.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`].
+    pub fn parts(&self, key: &StageKey) -> Result<(Vec<u8>, parts::Keep), StoreError> {
+        parts::open(&self.files, &self.keys, key)
+    }
+
     /// Writes the tables of a stage to staging, in place of those that are there. A later stage of the iteration writes the `interim`
     /// ones again: they stay beside its own until the commit, so that it can be computed again.
     ///
@@ -197,6 +207,7 @@ impl Draft {
         }
         self.files
             .write_unsynced(&key_path, &sealed(&key_path, &of_stage)?)?;
+        parts::remove(&self.files, &self.keys, key.stage(), 0)?;
         for (name, entry) in of_stage.tables {
             let table = TableName::from_name(&name).expect("it was one");
             self.take(table, entry);
@@ -342,6 +353,10 @@ pub(super) fn clean_staging(
     }
     let (mut stages, mut kept) = (Vec::new(), BTreeSet::new());
     for entry in files.list(&keys)? {
+        // Whether they count is seen by the stage that they are of.
+        if parts::is_part(&entry.name) {
+            continue;
+        }
         let key_path = keys.join(&entry.name);
         match whole_stage(files, &draft, &key_path)? {
             Some((stage, names)) => {

@@ -36,6 +36,7 @@ mod history;
 mod key;
 mod look;
 mod open;
+mod parts;
 mod reader;
 mod record;
 mod record_file;

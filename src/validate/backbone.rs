@@ -76,6 +76,7 @@ fn measures(
         range: (4000.0, 7500.0),
         points: None,
         gauge: Default::default(),
+        journal: Default::default(),
         inertial_loads: Vec::new(),
     };
     let backbone = vibration.backbone(vibration.balance(vec![element])?, LEVELS)?;

@@ -31,6 +31,7 @@ fn vibration(oscillator: &Oscillator, loads: Vec<Load>, samples: usize) -> Vibra
         range: (4000.0, 7500.0),
         points: None,
         gauge: Default::default(),
+        journal: Default::default(),
         inertial_loads: Vec::new(),
     }
 }
@@ -256,6 +257,7 @@ fn a_linear_structure_has_the_damping_ratio_of_its_mode() {
         range: (1500.0, 2500.0),
         points: None,
         gauge: Default::default(),
+        journal: Default::default(),
         inertial_loads: Vec::new(),
     };
     let balance = vibration.balance(Vec::new()).expect("right");

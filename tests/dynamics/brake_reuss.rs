@@ -154,6 +154,7 @@ impl Bank {
             range,
             points: None,
             gauge: Default::default(),
+            journal: Default::default(),
             inertial_loads: Vec::new(),
         };
         (vibration, element)

@@ -169,6 +169,7 @@ fn the_highest_of_several_peaks() {
         range,
         points: Some(61),
         gauge: Default::default(),
+        journal: Default::default(),
     };
     let balance = vibration
         .balance(vec![oscillator.element.clone()])

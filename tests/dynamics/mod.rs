@@ -11,6 +11,7 @@ mod event_driven;
 mod extremes;
 mod folds;
 mod harmonics;
+mod kept;
 mod linear;
 mod periodic;
 mod pseudo_modes;

@@ -27,6 +27,7 @@ fn vibration(
         range: (TAU * range.0, TAU * range.1),
         points: None,
         gauge: Default::default(),
+        journal: Default::default(),
         inertial_loads: Vec::new(),
     }
 }
@@ -180,7 +181,10 @@ fn no_preload_has_a_response() {
         match point.found_by {
             FoundBy::Balance => assert!(point.residual <= 1e-6, "{point:?}"),
             FoundBy::Time => assert!(point.residual <= 1e-7, "{point:?}"),
-            FoundBy::Unphysical | FoundBy::NotPeriodic | FoundBy::Nothing => {
+            FoundBy::Unphysical
+            | FoundBy::NotPeriodic(_)
+            | FoundBy::NotSettled
+            | FoundBy::Nothing => {
                 assert!(point.response.is_none())
             }
         }
@@ -233,4 +237,40 @@ fn without_a_phase_resonance_the_peak_stays() {
     assert!(resonance.phase.is_none());
     assert!((resonance.peak_frequency / 90.0 - 1.0).abs() < 1e-9);
     assert_eq!(resonance.in_force(), &resonance.peak);
+}
+
+/// By integration alone a forced response is that of the balance, within its own error and that of the harmonics.
+#[test]
+fn a_forced_response_in_time_is_that_of_the_balance() {
+    /// What harmonics up to 9 leave of the amplitude.
+    const HARMONICS: f64 = 2e-3;
+    let mut oscillator = light(element(100.0, 1e5, 1e5));
+    oscillator.stiffness = [1e6, 1e6, 1e8];
+    let loads = vec![Oscillator::load(0, 20.0, 0.0)];
+    let vibration = Vibration {
+        points: Some(7),
+        harmonics: Harmonics::up_to(9),
+        ..vibration(&oscillator, loads, 0, (100.0, 250.0))
+    };
+    let of = || {
+        let balance = vibration.balance(vec![oscillator.element.clone()]);
+        balance.expect("a balance")
+    };
+    let ours = vibration.forced_response(of()).expect("points");
+    let theirs = vibration.forced_response_in_time(&of()).expect("points");
+    assert_eq!(ours.len(), theirs.len());
+    for (ours, theirs) in ours.iter().zip(&theirs) {
+        assert_eq!(theirs.found_by, FoundBy::Time, "{theirs:?}");
+        let (balance, time) = (ours.response.as_ref(), theirs.response.as_ref());
+        let (balance, time) = (balance.expect("a response"), time.expect("a motion"));
+        let error = time.error.expect("an error");
+        assert!(error < 1e-5, "{error:e} at {} Hz", theirs.frequency);
+        let apart = (balance.amplitude / time.amplitude - 1.0).abs();
+        assert!(
+            apart < HARMONICS + error,
+            "{apart:e} at {} Hz",
+            theirs.frequency
+        );
+        assert!((balance.phase_lag - time.phase_lag).abs() < HARMONICS);
+    }
 }

@@ -33,6 +33,7 @@ fn vibration(oscillator: &Oscillator, force: f64, harmonics: Harmonics) -> Vibra
         range: RANGE,
         points: None,
         gauge: Default::default(),
+        journal: Default::default(),
     }
 }
 

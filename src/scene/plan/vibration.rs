@@ -82,6 +82,7 @@ fn response(scene: &Scene, dynamics: &Dynamics) -> recipe::Response {
         damping_basis: dynamics.damping_basis,
         frequency: dynamics.frequency,
         points: dynamics.points,
+        method: dynamics.method,
         why,
     }
 }

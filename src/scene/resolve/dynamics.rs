@@ -6,7 +6,7 @@ use super::Result;
 use crate::scene::document::Node;
 use crate::scene::keys::dynamics::*;
 use crate::scene::reader::Reader;
-use crate::scene::{Base, BaseMotion, Contact, Dynamics, Force, Port, Rayleigh, Structure};
+use crate::scene::{Base, BaseMotion, Contact, Dynamics, Force, Method, Port, Rayleigh, Structure};
 
 /// Directions of motion of an oscillator, all of which it keeps.
 const OSCILLATOR_MODES: usize = 3;
@@ -67,6 +67,13 @@ pub(super) fn dynamics(
     };
     let harmonics = harmonics(reader, &forces, base)?;
     let rayleigh = rayleigh(reader)?;
+    let method = reader.value(&METHOD)?;
+    if method == Method::Time && !is_oscillator {
+        return Err(reader.conflict(
+            &METHOD,
+            "a resonator is reduced to modes and a residual flexibility, and has hundreds of contact elements: integration in time is of oscillators; leave it out",
+        ));
+    }
     if is_oscillator && reader.has(&MODES) {
         return Err(reader.conflict(
             &MODES,
@@ -93,6 +100,7 @@ pub(super) fn dynamics(
         friction_law: reader.value(&FRICTION_LAW)?,
         frequency: frequency(reader, structure, contact, drive.axis)?,
         points: reader.get(&POINTS)?,
+        method,
         forces,
         base,
     })

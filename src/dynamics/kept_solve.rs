@@ -1,0 +1,143 @@
+//! A solve of the harmonic balance that an interrupted start may have made: what Newton's method led to, as it is kept.
+
+use super::aft::InterfaceElement;
+use super::newton_step::{Condition, State};
+use super::{DynamicsError, Energy, HarmonicBalance, Response};
+use crate::journal::{Inputs, Reader, Writer};
+
+/// What is kept of a solve.
+const FOUND: u64 = 0;
+const NOT_CONVERGED: u64 = 1;
+/// Another error, which is met again at little cost.
+const REFUSED: u64 = 2;
+
+impl<E: InterfaceElement> HarmonicBalance<E> {
+    /// Converges `state` at the load `factor`, unless an earlier start has.
+    pub(super) fn newton(
+        &self,
+        state: State,
+        factor: f64,
+        condition: &Condition,
+    ) -> Result<Response, DynamicsError> {
+        if !self.journal.is_open() {
+            return self.converge(state, factor, condition);
+        }
+        let inputs = self.inputs(&state, factor, condition);
+        if let Some(kept) = self.journal.take(&inputs) {
+            // What is not read is refused again, and stands there already.
+            let read = self.read(&kept);
+            return read.unwrap_or_else(|| self.converge(state, factor, condition));
+        }
+        let before = self.effort.spent();
+        let result = self.converge(state, factor, condition);
+        let spent = self.effort.spent() - before;
+        self.journal.add(&inputs, &written(&result, spent));
+        result
+    }
+
+    fn inputs(&self, state: &State, factor: f64, condition: &Condition) -> Inputs {
+        let conditions = match *condition {
+            Condition::Frequency => vec![],
+            Condition::Linear {
+                port,
+                slot,
+                weights: [a, b, c],
+                value,
+            } => vec![port as f64, slot as f64, a, b, c, value],
+        };
+        Inputs::default()
+            .numbers(&[state.omega, factor, self.settings.tolerance])
+            .numbers(&conditions)
+            .numbers(&self.load_rows)
+            .numbers(&state.contact)
+            .flags(&state.active)
+    }
+
+    /// None of what was not written for this balance.
+    fn read(&self, kept: &[u8]) -> Option<Result<Response, DynamicsError>> {
+        let mut reader = Reader(kept);
+        let kind = reader.count()?;
+        let spent = reader.count()?;
+        let result = match kind {
+            FOUND => Ok(self.read_response(&mut reader)?),
+            NOT_CONVERGED => Err(DynamicsError::NotConverged {
+                frequency: reader.number()?,
+                load_factor: reader.number()?,
+                iterations: reader.count()? as usize,
+                correction: reader.number()?,
+                tolerance: reader.number()?,
+                active: reader.count()? as usize,
+                elements: reader.count()? as usize,
+            }),
+            _ => return None,
+        };
+        if !reader.0.is_empty() {
+            return None;
+        }
+        self.effort.add_units(spent);
+        Some(result)
+    }
+
+    fn read_response(&self, reader: &mut Reader<'_>) -> Option<Response> {
+        let n = self.harmonics().coefficients();
+        let elements = self.elements.len();
+        Some(Response {
+            omega: reader.number()?,
+            load_factor: reader.number()?,
+            iterations: reader.count()? as usize,
+            correction: reader.number()?,
+            closure: reader.number()?,
+            energy: Energy {
+                input: reader.number()?,
+                friction: reader.number()?,
+                viscous: reader.number()?,
+            },
+            displacement: reader.numbers(self.model.ports() * n)?,
+            force: reader.numbers(3 * elements * n)?,
+            active: (0..elements)
+                .map(|_| Some(reader.count()? != 0))
+                .collect::<Option<_>>()?,
+        })
+    }
+}
+
+fn written(result: &Result<Response, DynamicsError>, spent: u64) -> Vec<u8> {
+    let mut out = Writer::default();
+    match result {
+        Ok(response) => {
+            out.count(FOUND);
+            out.count(spent);
+            out.numbers(&[response.omega, response.load_factor]);
+            out.count(response.iterations as u64);
+            let energy = &response.energy;
+            out.numbers(&[response.correction, response.closure]);
+            out.numbers(&[energy.input, energy.friction, energy.viscous]);
+            out.numbers(&response.displacement);
+            out.numbers(&response.force);
+            let active = response.active.iter();
+            active.for_each(|active| out.count(u64::from(*active)));
+        }
+        Err(DynamicsError::NotConverged {
+            frequency,
+            load_factor,
+            iterations,
+            correction,
+            tolerance,
+            active,
+            elements,
+        }) => {
+            out.count(NOT_CONVERGED);
+            out.count(spent);
+            out.numbers(&[*frequency, *load_factor]);
+            out.count(*iterations as u64);
+            out.numbers(&[*correction, *tolerance]);
+            out.count(*active as u64);
+            out.count(*elements as u64);
+        }
+        Err(_) => {
+            out.count(REFUSED);
+            out.count(spent);
+        }
+    }
+    out.0
+}

@@ -1,0 +1,102 @@
+//! A forced response that is interrupted goes on behind what was kept of it, to the same bits.
+
+use std::f64::consts::TAU;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use fretwear::dynamics::forced_response::ForcedPoint;
+use fretwear::dynamics::{FrictionLaw, Harmonics, Oscillator, Settings, Vibration};
+use fretwear::journal::Journal;
+
+use super::oscillator;
+
+fn vibration(oscillator: &Oscillator, points: Option<usize>) -> Vibration {
+    Vibration {
+        model: oscillator.model().expect("an oscillator"),
+        loads: vec![Oscillator::load(0, 120.0, 0.0)],
+        response_port: 0,
+        harmonics: Harmonics::up_to(3),
+        settings: Settings::default(),
+        range: (TAU * 700.0, TAU * 1100.0),
+        points,
+        gauge: Default::default(),
+        journal: Journal::default(),
+        inertial_loads: Vec::new(),
+    }
+}
+
+/// Points of a start that finds `kept`, how many results that is, and what it keeps itself.
+fn start(
+    kept: &[u8],
+    respond: impl Fn(&Journal) -> Vec<ForcedPoint>,
+) -> (Vec<ForcedPoint>, usize, Vec<Vec<u8>>) {
+    let parts: Arc<Mutex<Vec<Vec<u8>>>> = Arc::default();
+    let theirs = parts.clone();
+    let journal = Journal::default();
+    let keep = move |part: &[u8]| {
+        theirs.lock().expect("parts").push(part.to_vec());
+        true
+    };
+    let count = journal.open(kept, Duration::ZERO, Box::new(keep));
+    let points = respond(&journal);
+    journal.close();
+    let parts = parts.lock().expect("parts").clone();
+    (points, count, parts)
+}
+
+fn goes_on(respond: impl Fn(&Journal) -> Vec<ForcedPoint>) {
+    let whole = respond(&Journal::default());
+    let (first, count, parts) = start(&[], &respond);
+    assert_eq!((count, &first), (0, &whole));
+    let cut = parts.len() / 2;
+    assert!(cut > 2, "{} parts", parts.len());
+    // The last one is torn.
+    let mut kept = parts[..cut].concat();
+    kept.extend(&parts[cut][..parts[cut].len() / 2]);
+    let (second, count, rest) = start(&kept, &respond);
+    assert_eq!((count, &second), (cut, &whole));
+    assert_eq!(
+        rest,
+        parts[cut..],
+        "what is left is solved, and nothing else"
+    );
+    let (third, count, rest) = start(&parts.concat(), &respond);
+    assert_eq!((count, &third), (parts.len(), &whole));
+    assert!(rest.is_empty());
+    // Results of other inputs are not taken.
+    let mut other = kept.clone();
+    other[0] ^= 1;
+    let (fourth, _, rest) = start(&other, &respond);
+    assert_eq!(fourth, whole);
+    assert!(rest.is_empty(), "nothing is put behind results of others");
+}
+
+#[test]
+fn an_interrupted_forced_response_goes_on() {
+    let oscillator = oscillator(FrictionLaw::Cone);
+    for points in [None, Some(9)] {
+        goes_on(|journal| {
+            let vibration = Vibration {
+                journal: journal.clone(),
+                ..vibration(&oscillator, points)
+            };
+            let balance = vibration.balance(vec![oscillator.element.clone()]);
+            let points = vibration.forced_response(balance.expect("a balance"));
+            points.expect("points")
+        });
+    }
+}
+
+#[test]
+fn an_interrupted_forced_response_in_time_goes_on() {
+    let oscillator = oscillator(FrictionLaw::Cone);
+    goes_on(|journal| {
+        let vibration = Vibration {
+            journal: journal.clone(),
+            ..vibration(&oscillator, Some(9))
+        };
+        let balance = vibration.balance(vec![oscillator.element.clone()]);
+        let points = vibration.forced_response_in_time(&balance.expect("a balance"));
+        points.expect("points")
+    });
+}
