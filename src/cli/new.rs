@@ -188,9 +188,14 @@ pub fn examples() -> String {
 
 /// One line a run of a folder.
 pub fn list(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
-    let unreadable = |source| CliError::Folder {
-        path: folder.to_owned(),
-        source,
+    let unreadable = |source: io::Error| match source.kind() {
+        io::ErrorKind::NotFound => CliError::NoFolder {
+            path: folder.to_owned(),
+        },
+        _ => CliError::Folder {
+            path: folder.to_owned(),
+            source,
+        },
     };
     let mut roots: Vec<PathBuf> = fs::read_dir(folder)
         .map_err(unreadable)?

@@ -231,7 +231,7 @@ fn schema_explains_every_key_of_a_scene() {
         assert!(text.contains(key.summary()), "{}", key.key);
         let line = format!(" {}\n", key.default);
         let mut lines = text.match_indices(&line).map(|(at, _)| &text[..at]);
-        let told = |before: &str| before.trim_end().ends_with(&key.kind);
+        let told = |before: &str| before.trim_end_matches([' ', ';']).ends_with(&key.kind);
         assert!(lines.any(told), "{}: {line}", key.key);
         assert!(markdown.contains(&format!("| `{}` | ", key.key)));
     }
