@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use fretwear::gauge::Gauge;
 use fretwear::recipe::{Check, Recipe};
-use fretwear::report::visible;
+use fretwear::report::{told, visible};
 use fretwear::stages::{Observer, Progress, Stage};
 use fretwear::store::Opening;
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
@@ -140,13 +140,12 @@ impl Watcher {
             .cycles
             .map_or(String::new(), |all| format!(" of {}", grouped(all)));
         line += &format!(
-            ", {}{of} cycles, worn {} mm³",
+            ", {}{of} cycles, worn {}",
             grouped(progress.cycles),
-            significant(progress.volume * 1e9)
+            told(1e9 * progress.volume, progress.error, 0.0, |volume| {
+                format!("{} mm³", significant(volume))
+            })
         );
-        if progress.error > 0.0 {
-            line += &format!(" ±{:.2} %", progress.error * 100.0);
-        }
         let part = self.part(progress);
         let mut pace = self.pace.borrow_mut();
         pace.committed(part, progress.cycles, self.gauge.points());
