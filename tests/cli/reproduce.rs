@@ -106,12 +106,11 @@ fn the_papers_study_goes_on_where_it_was_stopped() {
             break;
         }
         assert_eq!(did.code(), 75, "{}", did.stderr());
-        assert!(
-            did.stderr()
-                .contains("of 8 scenes; the same command goes on"),
-            "{}",
-            did.stderr()
-        );
+        // Between scenes and iterations, or, on a machine with other work, within a stage.
+        let said = did.stderr();
+        let between = said.contains("of 8 scenes; the same command goes on");
+        let within = said.contains("stopped within") && said.contains(": the same command");
+        assert!(between || within, "{said}");
         assert_eq!(did.stdout(), "");
         assert!(!bench.path("stopped/claims.md").exists());
         assert!(starts < 200, "a start computes something in any case");
