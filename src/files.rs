@@ -29,7 +29,7 @@ pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
 pub fn read_text(path: &Path, limit: u64) -> io::Result<String> {
     String::from_utf8(read(path, limit)?).map_err(|e| {
         let place = e.utf8_error().valid_up_to() + 1;
-        let reason = format!("byte {place} is not UTF-8 text");
+        let reason = format!("byte {place} is not UTF-8 text; save it as UTF-8");
         io::Error::new(ErrorKind::InvalidData, reason)
     })
 }

@@ -47,6 +47,8 @@ pub enum CliError {
         "{key} stands on no line of its own in the scene {like}; change it in the file that is written"
     )]
     NoLine { key: String, like: String },
+    #[error("there is no folder {}; `fretwear run SCENE` begins a run in runs/NAME", path.display())]
+    NoFolder { path: PathBuf },
     #[error("cannot list {}: {source}", path.display())]
     Folder {
         path: PathBuf,
@@ -129,10 +131,13 @@ impl CliError {
             CliError::Run(error) if error.is_not_converged() => Exit::NotConverged,
             CliError::Run(RunError::Store(error)) if error.is_damage_or_mismatch() => Exit::Damaged,
             CliError::Run(RunError::Store(
-                StoreError::NoRun { .. } | StoreError::NoIteration { .. },
+                StoreError::NoRun { .. }
+                | StoreError::NoFolder { .. }
+                | StoreError::NoIteration { .. },
             ))
             | CliError::EditedScene { .. }
             | CliError::NothingToRun { .. }
+            | CliError::NoFolder { .. }
             | CliError::UnknownTable { .. }
             | CliError::UnknownExample { .. }
             | CliError::NoLine { .. }

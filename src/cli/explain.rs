@@ -61,7 +61,7 @@ fn write_key(key: &KeyAbout, out: &mut Results) {
 
 /// The columns of [`write_section`].
 pub fn write_heading(out: &mut Results) {
-    writeln!(out, "    {:<24}{:<56}default", "key", "type");
+    writeln!(out, "    {:<24}type; default", "key");
     writeln!(
         out,
         "        meaning, in short; the whole of it: fretwear explain KEY\n"
@@ -80,7 +80,7 @@ pub fn write_section(section: &SectionAbout, out: &mut Results) {
             None | Some("") => key.key,
             Some(name) => name,
         };
-        writeln!(out, "    {name:<23} {:<54}  {}", key.kind, key.default);
+        writeln!(out, "    {name:<23} {}; {}", key.kind, key.default);
         if key.meaning != section.meaning {
             writeln!(out, "        {}", key.summary());
         }

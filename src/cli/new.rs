@@ -5,16 +5,17 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use fretwear::report::{percent, word};
+use fretwear::report::word;
 use fretwear::scene::{self, SceneError};
 use fretwear::stages::RunStatus;
 use fretwear::store::{RealFileSystem, RunReader};
 use fretwear::tables::typed::Summary;
 use serde_json::json;
 
+use super::report::worn;
 use super::status::state;
 use super::{CliError, Exit, edit};
-use crate::progress::{grouped, significant};
+use crate::progress::grouped;
 use crate::terminal::{Results, is_asking, say};
 
 /// A scene to begin from: its name, what it is, and its text with all comments.
@@ -188,9 +189,14 @@ pub fn examples() -> String {
 
 /// One line a run of a folder.
 pub fn list(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
-    let unreadable = |source| CliError::Folder {
-        path: folder.to_owned(),
-        source,
+    let unreadable = |source: io::Error| match source.kind() {
+        io::ErrorKind::NotFound => CliError::NoFolder {
+            path: folder.to_owned(),
+        },
+        _ => CliError::Folder {
+            path: folder.to_owned(),
+            source,
+        },
     };
     let mut roots: Vec<PathBuf> = fs::read_dir(folder)
         .map_err(unreadable)?
@@ -239,9 +245,7 @@ fn line(root: &Path) -> Result<serde_json::Value, CliError> {
         ));
     }
     if let Some(volume) = summary.wear_volume {
-        let bar = summary.error_wear_volume.filter(|bar| *bar > 0.0);
-        let bar = bar.map_or_else(String::new, |bar| format!(" ± {}", percent(bar)));
-        words.push(format!("worn {} mm³{bar}", significant(volume * 1e9)));
+        words.push(worn(volume, summary.error_wear_volume));
     }
     words.extend(recipe.title);
     Ok(json!({

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use fretwear::recipe::Check;
-use fretwear::report::{ERROR_BARS, error_bar_of, percent};
+use fretwear::recipe::{Check, Recipe};
+use fretwear::report::{ERROR_BARS, Sizes, error_bar_of, told};
 use fretwear::scene::Plan;
 use fretwear::stages::{Ending, Outcome, no_phase_resonance_between};
 use fretwear::tables::typed::Summary;
@@ -84,13 +84,16 @@ fn write_change(out: &mut Results, unworn: &Summary, worn: &Summary) {
     }
 }
 
-/// A figure with its bar. One that may be off by all of itself is known by what it is below alone.
+/// A figure in a unit, with its bar.
 fn with_bar(value: f64, bar: f64, unit: &str) -> String {
-    match bar {
-        bar if bar >= 1.0 => format!("below {} {unit}", significant((1.0 + bar) * value)),
-        bar if bar > 0.0 => format!("{} {unit} ± {}", significant(value), percent(bar)),
-        _ => format!("{} {unit}", significant(value)),
-    }
+    told(value, bar, 0.0, |value| {
+        format!("{} {unit}", significant(value))
+    })
+}
+
+/// The worn volume of a state in words, with its bar \[m³, and relative\].
+pub fn worn(volume: f64, bar: Option<f64>) -> String {
+    format!("worn {}", with_bar(1e9 * volume, bar.unwrap_or(0.0), "mm³"))
 }
 
 /// What is said of a summary whose resonance is none but a peak.
@@ -148,11 +151,11 @@ pub fn outcome(
     }
     match &outcome.change {
         Some([unworn, worn]) => write_change(out, unworn, worn),
-        None => write_summary(out, summary),
+        None => write_summary(out, &plan.inputs.recipe, summary),
     }
     if verbose && outcome.change.is_some() {
         writeln!(out);
-        write_summary(out, summary);
+        write_summary(out, &plan.inputs.recipe, summary);
     }
     let total: f64 = outcome.spent.total_seconds();
     let stages: Vec<String> = outcome
@@ -179,31 +182,29 @@ pub fn write_judged(out: &mut Results, checks: &[Check]) {
     }
 }
 
-/// One line a column: name, value, unit, and its error bar.
-pub fn write_summary(out: &mut Results, summary: &Table) {
+/// One line a column: name, value, unit, and its error bar, or what it is below.
+pub fn write_summary(out: &mut Results, recipe: &Recipe, summary: &Table) {
+    let last = |name: &str| summary.f64(name).ok().map(|values| values[0]);
+    let sizes = Sizes::of(recipe, last("normal_load"), last("rq"));
     for (schema, column) in summary.columns() {
         if ERROR_BARS.iter().any(|(bar, _)| *bar == schema.name) {
             continue;
         }
-        let value = match column {
-            Column::F64(values) => readable(values[0]),
-            Column::MaybeF64(values) => values[0].map_or_else(String::new, readable),
+        let unit = if schema.unit == "1" { "" } else { &schema.unit };
+        let number = |value: f64| format!("{} {unit}", readable(value)).trim_end().to_owned();
+        let bar = error_bar_of(&schema.name).and_then(last).unwrap_or(0.0);
+        let resolution = sizes.resolution(&schema.name, &schema.unit);
+        let figure = |value: f64| told(value, bar, resolution, number);
+        let text = match column {
+            Column::F64(values) => figure(values[0]),
+            Column::MaybeF64(values) => values[0].map_or_else(String::new, figure),
             Column::I64(values) => values[0].to_string(),
             Column::I32(values) => values[0].to_string(),
             Column::Bool(values) => values[0].to_string(),
             Column::Text(values) => values[0].clone(),
         };
-        let unit = if schema.unit == "1" { "" } else { &schema.unit };
-        let line = format!("  {:<24} {value} {unit}", schema.name);
-        let bar = error_bar_of(&schema.name)
-            .and_then(|bar| summary.f64(bar).ok())
-            .map_or(0.0, |bar| bar[0]);
-        let line = line.trim_end();
-        if bar > 0.0 {
-            writeln!(out, "{line} ± {}", percent(bar));
-        } else {
-            writeln!(out, "{line}");
-        }
+        let line = format!("  {:<24} {text}", schema.name);
+        writeln!(out, "{}", line.trim_end());
     }
 }
 

@@ -3,16 +3,17 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use fretwear::report::{continuation, percent};
+use fretwear::recipe::Recipe;
+use fretwear::report::continuation;
 use fretwear::scene;
 use fretwear::stages::{RunCost, RunStatus, judged};
 use fretwear::store::{LockHolder, RealFileSystem, RunReader};
 use fretwear::tables::{Table, TableName};
 use serde_json::{Map, Value, json};
 
-use super::report::{row, write_judged, write_summary};
+use super::report::{row, worn, write_judged, write_summary};
 use super::{CliError, Exit, cost};
-use crate::progress::{duration, grouped, significant};
+use crate::progress::{duration, grouped};
 use crate::terminal::Results;
 
 /// Prints how far a run is, also while another process computes it.
@@ -41,7 +42,7 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
         object.insert("damage".to_owned(), json!(damaged));
         out.json(&Value::Object(object));
     } else {
-        write(out, root, &standing, holder, summary.as_ref());
+        write(out, root, &recipe, &standing, holder, summary.as_ref());
         if damaged.is_empty() {
             write_judged(out, &judged(&reader, &recipe)?);
         }
@@ -105,6 +106,7 @@ fn describe(
 fn write(
     out: &mut Results,
     root: &Path,
+    recipe: &Recipe,
     standing: &RunStatus,
     holder: Option<LockHolder>,
     summary: Option<&Table>,
@@ -136,19 +138,16 @@ fn write(
         let goal = standing
             .cycles_goal
             .map_or_else(String::new, |goal| format!(" of {}", grouped(goal)));
-        let number = |column| summary.f64(column).map_or(0.0, |values| values[0]);
-        let bar = number("error_wear_volume");
-        let bar = if bar > 0.0 {
-            format!(" ± {}", percent(bar))
-        } else {
-            String::new()
-        };
+        let number = |column| summary.f64(column).ok().map(|values| values[0]);
+        let worn = worn(
+            number("wear_volume").unwrap_or(0.0),
+            number("error_wear_volume"),
+        );
         line(
             "progress",
             format!(
-                "{}{goal} cycles, worn {} mm³{bar}, {:.0} % done",
+                "{}{goal} cycles, {worn}, {:.0} % done",
                 grouped(cycles),
-                significant(1e9 * number("wear_volume")),
                 100.0 * standing.part
             ),
         );
@@ -181,6 +180,6 @@ fn write(
         line("continue", continuation(root));
     }
     if let Some(summary) = summary {
-        write_summary(out, summary);
+        write_summary(out, recipe, summary);
     }
 }

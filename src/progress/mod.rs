@@ -1,6 +1,7 @@
 //! What a person sees of a run: a bar of cycles in a terminal, one line an iteration elsewhere. All on stderr.
 
 mod pace;
+mod prior;
 mod stopping;
 
 use std::cell::RefCell;
@@ -12,13 +13,15 @@ use std::time::{Duration, Instant};
 
 use fretwear::gauge::Gauge;
 use fretwear::recipe::{Check, Recipe};
-use fretwear::report::visible;
+use fretwear::report::{told, visible};
 use fretwear::stages::{Observer, Progress, Stage};
-use fretwear::store::Opening;
+use fretwear::store::{Opening, RealFileSystem, RunReader, StoreError};
+use fretwear::tables::typed;
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use crate::terminal::{is_watched, log_into, note, say};
-use pace::{Pace, Responding};
+use pace::{Left, Pace};
+use prior::Prior;
 pub use stopping::Stopping;
 
 /// Redraws of the bar between iterations, so that a long stage is seen to be alive.
@@ -80,7 +83,7 @@ impl Watcher {
             bar,
             cycles,
             volume,
-            pace: RefCell::default(),
+            pace: RefCell::new(Pace::new(Prior::of(recipe, unknowns))),
             gauge,
             at,
             end,
@@ -137,6 +140,37 @@ impl Watcher {
         cycles.max(volume).min(1.0)
     }
 
+    /// Takes up what earlier starts have recorded of the time they took.
+    fn take_up(&self, latest: u64) -> Result<(), StoreError> {
+        let reader = RunReader::open(Arc::new(RealFileSystem), &self.root)?;
+        let (mut iterations, mut response, mut before) = (Vec::new(), 0.0, 0.0);
+        for k in reader.iterations().filter(|k| *k <= latest) {
+            let summary: typed::Summary = reader.typed(k)?;
+            let timing: typed::Timing = reader.typed(k)?;
+            let stages = timing.stage.iter().zip(&timing.seconds);
+            // Parts of stages are told apart, and counted in them.
+            let whole = stages.filter(|(stage, _)| !stage.contains('.'));
+            let (of_response, others): (Vec<_>, Vec<_>) =
+                whole.partition(|(stage, _)| *stage == Stage::ForcedResponse.name());
+            response = of_response
+                .iter()
+                .map(|(_, s)| **s)
+                .fold(response, f64::max);
+            let part = self.part(&Progress {
+                wear_iteration: k,
+                cycles: summary.cycles.unwrap_or(0) as u64,
+                volume: summary.wear_volume.unwrap_or(0.0),
+                error: 0.0,
+            });
+            if k > 0 {
+                iterations.push((before, others.iter().map(|(_, s)| **s).sum()));
+            }
+            before = part;
+        }
+        self.pace.borrow_mut().recorded(&iterations, response);
+        Ok(())
+    }
+
     /// Where the run is, and how long it will take: in one line, or beside the bar.
     fn line(&self, progress: &Progress) -> (String, String) {
         let mut line = format!("iteration {}", progress.wear_iteration);
@@ -147,24 +181,25 @@ impl Watcher {
             .cycles
             .map_or(String::new(), |all| format!(" of {}", grouped(all)));
         line += &format!(
-            ", {}{of} cycles, worn {} mm³",
+            ", {}{of} cycles, worn {}",
             grouped(progress.cycles),
-            significant(progress.volume * 1e9)
+            told(1e9 * progress.volume, progress.error, 0.0, |volume| {
+                format!("{} mm³", significant(volume))
+            })
         );
-        if progress.error > 0.0 {
-            line += &format!(" ±{:.2} %", progress.error * 100.0);
-        }
         let part = self.part(progress);
         let mut pace = self.pace.borrow_mut();
-        pace.committed(part, progress.cycles, self.gauge.points());
         let mut end = locked(&self.end);
         *end = None;
+        pace.committed(part, progress.cycles, self.gauge.points());
         let mut left_of = String::new();
-        if let (Some((cycles, left)), true) = (pace.left(), part < 1.0) {
-            let pace = format!(", {} cycles/s", grouped(cycles as u64));
-            left_of = format!("{pace}, {} left", duration(left));
-            let left = Duration::try_from_secs_f64(left).ok();
-            *end = left.map(|left| End::At(Instant::now() + left, pace));
+        if let (Some(left), true) = (pace.left(), part < 1.0) {
+            let rate = pace.rate();
+            let rate = rate.map_or(String::new(), |rate| {
+                format!(", {} cycles/s", grouped(rate as u64))
+            });
+            left_of = format!("{rate}, {}", told_left(&left, 0));
+            *end = Some((left, rate));
         }
         (line, left_of)
     }
@@ -240,12 +275,16 @@ fn beat(gauge: Gauge, at: &Arc<Mutex<At>>) {
     });
 }
 
-/// When the run will be done.
-enum End {
-    /// By its steps so far, with what it does a second in words.
-    At(Instant, String),
-    /// By the points of a forced response.
-    After(Responding),
+/// When the run will be done, and what it does a second in words: nothing before it has worn.
+type End = (Left, String);
+
+/// Time to go in words, with as many points of a forced response done.
+fn told_left(left: &Left, points: u64) -> String {
+    let text = duration(left.now(points));
+    match left.rough && !text.starts_with('<') {
+        true => format!("about {text} left"),
+        false => format!("{text} left"),
+    }
 }
 
 /// Time to go, counted down between iterations.
@@ -254,16 +293,9 @@ fn left(
     end: Arc<Mutex<Option<End>>>,
 ) -> impl Fn(&ProgressState, &mut dyn Write) + Clone + Send + Sync {
     move |_, to| {
-        let _ = match locked(&end).as_ref() {
-            Some(End::After(response)) => {
-                write!(to, ", {} left", duration(response.left(gauge.points())))
-            }
-            Some(End::At(end, pace)) => match end.saturating_duration_since(Instant::now()) {
-                Duration::ZERO => write!(to, ", longer than expected{pace}"),
-                left => write!(to, ", {} left{pace}", duration(left.as_secs_f64())),
-            },
-            None => Ok(()),
-        };
+        if let Some((left, rate)) = locked(&end).as_ref() {
+            let _ = write!(to, ", {}{rate}", told_left(left, gauge.points()));
+        }
     }
 }
 
@@ -283,6 +315,10 @@ impl Observer for Watcher {
             (false, None) => self.say(&format!(
                 "continues {root}, of which no iteration is committed yet"
             )),
+        }
+        if let (false, Some(latest)) = (opening.created, opening.latest) {
+            // No result depends on it: what cannot be read is told where it matters.
+            let _ = self.take_up(latest);
         }
         if opening.created {
             for line in lines_of(&self.checks) {
@@ -304,11 +340,8 @@ impl Observer for Watcher {
 
     fn stage(&self, stage: Stage, wear_iteration: u64) {
         let mut pace = self.pace.borrow_mut();
-        pace.enters(stage, self.gauge.points());
-        if let (Stage::ForcedResponse, Some(response)) =
-            (stage, pace.response(self.responds_between))
-        {
-            *locked(&self.end) = Some(End::After(response));
+        if let Some(left) = pace.enters(stage, self.gauge.points(), self.responds_between) {
+            *locked(&self.end) = Some((left, String::new()));
         }
         let at = format!("{stage} of iteration {wear_iteration}");
         if let Some(stopping) = &self.stopping {

@@ -1,9 +1,11 @@
-//! How long a run will still take, from what it has done since this start.
+//! How long a run will still take: before it has worn by what runs take, then from what it has done since this start.
 
 use std::collections::VecDeque;
 use std::time::Instant;
 
 use fretwear::stages::Stage;
+
+use super::prior::{Prior, WORN};
 
 /// Steps from which the growth of steps is taken: an even number, of which each half is one length.
 const OF_LATE: usize = 4;
@@ -11,18 +13,20 @@ const OF_LATE: usize = 4;
 const GROWTH: f64 = 1.35;
 /// More than that is an exception and does not go on.
 const MOST_GROWTH: f64 = 1.6;
-/// Forced response of the worn joint over that of the unworn one, in seconds: it has as many points, and more of its elements slide.
-const WORN: f64 = 2.6;
+/// What takes longer than expected has at least this part left of what it took so far.
+const LAST: f64 = 0.05;
 /// Points from which on the pace of a forced response tells when it ends.
 const TELLING: u64 = 3;
-/// Points over the peak are slow: what a forced response has left is at least this part of what it took so far.
-const LAST: f64 = 0.1;
 /// A forced response whose points say this part of what the one before makes expect is a quick one.
 const QUICK: f64 = 0.25;
+/// Steps after which a run is known by its own alone: before, what runs take counts too.
+const KNOWN: usize = 4;
 
 /// The pace of a run.
 #[derive(Debug, Default)]
 pub struct Pace {
+    /// What is known before the run has shown it.
+    prior: Option<Prior>,
     /// The last iterations: what part of the run was behind each.
     parts: VecDeque<f64>,
     /// The stage that is computed, and since when.
@@ -32,18 +36,75 @@ pub struct Pace {
     response: (f64, u64),
     /// Seconds of all other stages of iterations that wear, and how many of these there were.
     seconds: f64,
-    iterations: f64,
+    iterations: usize,
     /// Cycles behind the first iteration of this start, and of the last.
     cycles: Option<[u64; 2]>,
     /// When the first iteration of this start was committed.
     first: Option<Instant>,
 }
 
+/// Seconds to go, counted down from an instant.
+#[derive(Debug, Clone, Copy)]
+pub struct Left {
+    since: Instant,
+    /// Of what is being computed.
+    seconds: f64,
+    /// Of the run after it.
+    after: f64,
+    /// By what runs take, not yet by what this one took.
+    pub rough: bool,
+    /// Points of the forced response before; 0 of what is none, or is not known.
+    points: u64,
+}
+
 impl Pace {
-    /// A stage begins; that before had as many points of a forced response.
-    pub fn enters(&mut self, stage: Stage, points: u64) {
+    /// The pace of a run of which nothing is known but what runs take.
+    pub fn new(prior: Option<Prior>) -> Pace {
+        Pace {
+            prior,
+            ..Pace::default()
+        }
+    }
+
+    /// What earlier starts of a run have recorded: the part that was behind each of the last iterations but the very last, their seconds
+    /// without forced responses, and the seconds of the first forced response.
+    pub fn recorded(&mut self, iterations: &[(f64, f64)], response: f64) {
+        let late = iterations.len().saturating_sub(OF_LATE);
+        for (part, seconds) in &iterations[late..] {
+            self.parts.push_back(*part);
+            self.seconds += seconds;
+            self.iterations += 1;
+        }
+        self.response = (response, 0);
+    }
+
+    /// A stage begins, in a run that may have `more` forced responses; that before had so many points. What is left, where this
+    /// says it anew.
+    pub fn enters(&mut self, stage: Stage, points: u64, more: bool) -> Option<Left> {
         self.leaves(points);
         self.stage = Some((stage, Instant::now()));
+        let is_response = stage == Stage::ForcedResponse;
+        if self.first.is_none() {
+            let prior = self.prior.as_ref()?;
+            return Some(Left {
+                rough: true,
+                ..Left::new(prior.stage(stage), prior.after(stage))
+            });
+        }
+        let (seconds, points) = self.response;
+        if !is_response || seconds == 0.0 {
+            return None;
+        }
+        // One of the steps is being made, and after the last nothing is left.
+        let steps = match more {
+            true => (self.steps().unwrap_or(1.0) - 1.0).round(),
+            false => 0.0,
+        };
+        let last = if steps > 0.0 { WORN * seconds } else { 0.0 };
+        Some(Left {
+            points,
+            ..Left::new(WORN * seconds, steps * self.step() + last)
+        })
     }
 
     fn leaves(&mut self, points: u64) {
@@ -51,6 +112,9 @@ impl Pace {
             return;
         };
         let seconds = since.elapsed().as_secs_f64();
+        if let (Some(prior), None) = (&mut self.prior, self.first) {
+            prior.took(stage, seconds);
+        }
         match stage {
             Stage::ForcedResponse if seconds > self.response.0 => self.response = (seconds, points),
             Stage::ForcedResponse => (),
@@ -65,7 +129,7 @@ impl Pace {
         self.leaves(points);
         match self.first {
             None => self.first = Some(Instant::now()),
-            Some(_) => self.iterations += 1.0,
+            Some(_) => self.iterations += 1,
         }
         self.cycles = Some([self.cycles.map_or(cycles, |[first, _]| first), cycles]);
         self.parts.push_back(part);
@@ -74,12 +138,36 @@ impl Pace {
         }
     }
 
-    /// Cycles a second since the first commit of this start, and the seconds to go; none before a step is done.
-    pub fn left(&self) -> Option<(f64, f64)> {
-        let elapsed = self.first?.elapsed().as_secs_f64();
-        let [from, to] = self.cycles?;
-        let left = self.steps()? * self.step() + WORN * self.response.0;
-        Some(((to - from) as f64 / elapsed, left))
+    /// Cycles a second since the first commit of this start; none before a step is done.
+    pub fn rate(&self) -> Option<f64> {
+        let [from, to] = self.cycles.filter(|[from, to]| to > from)?;
+        Some((to - from) as f64 / self.first?.elapsed().as_secs_f64())
+    }
+
+    /// What is left after a commit; none where nothing is known.
+    pub fn left(&self) -> Option<Left> {
+        let last = WORN * self.response.0;
+        let own = self.steps().map(|steps| steps * self.step());
+        // Of a run that goes on the prior knows no part.
+        let begun = self.parts.front().is_some_and(|part| *part == 0.0);
+        let prior = self.prior.as_ref().filter(|_| begun);
+        let prior = prior.map(|prior| {
+            let last_of_prior = WORN * prior.stage(Stage::ForcedResponse);
+            (prior.worn() - last_of_prior - self.seconds).max(0.0)
+        });
+        let seconds = match (own, prior) {
+            (Some(own), Some(prior)) if self.iterations < KNOWN && prior > 0.0 => {
+                // The logarithms of both, by how many steps have shown it.
+                let weight = self.iterations as f64 / KNOWN as f64;
+                (weight * own.ln() + (1.0 - weight) * prior.ln()).exp()
+            }
+            (Some(own), _) => own,
+            (None, prior) => prior?,
+        };
+        Some(Left {
+            rough: own.is_none(),
+            ..Left::new(seconds, last)
+        })
     }
 
     fn steps(&self) -> Option<f64> {
@@ -88,53 +176,35 @@ impl Pace {
 
     /// Seconds of an iteration without its forced response.
     fn step(&self) -> f64 {
-        self.seconds / self.iterations.max(1.0)
+        self.seconds / self.iterations.max(1) as f64
     }
+}
 
-    /// What is known of a forced response that begins, in a run that may have `more` of them; none of the first of a start.
-    pub fn response(&self, more: bool) -> Option<Responding> {
-        let (seconds, points) = self.response;
-        let known = self.first.is_some() && points > 0;
-        // One of the steps is being made, and after the last nothing is left.
-        let steps = match more {
-            true => (self.steps().unwrap_or(1.0) - 1.0).round(),
-            false => 0.0,
-        };
-        let last = if steps > 0.0 { WORN * seconds } else { 0.0 };
-        known.then(|| Responding {
+impl Left {
+    fn new(seconds: f64, after: f64) -> Left {
+        Left {
             since: Instant::now(),
-            seconds: WORN * seconds,
-            points,
-            after: steps * self.step() + last,
-        })
-    }
-}
-
-/// A forced response that is computed.
-#[derive(Debug, Clone, Copy)]
-pub struct Responding {
-    since: Instant,
-    /// What it will take, by the one before.
-    seconds: f64,
-    /// Points of the one before.
-    points: u64,
-    /// Seconds of the run after it.
-    after: f64,
-}
-
-impl Responding {
-    /// Seconds to the end of the run, with as many points done.
-    pub fn left(&self, points: u64) -> f64 {
-        self.left_after(self.since.elapsed().as_secs_f64(), points)
+            seconds,
+            after,
+            rough: false,
+            points: 0,
+        }
     }
 
-    fn left_after(&self, elapsed: f64, points: u64) -> f64 {
+    /// Seconds to the end of the run, with as many points of a forced response done.
+    pub fn now(&self, points: u64) -> f64 {
+        self.at(self.since.elapsed().as_secs_f64(), points)
+    }
+
+    fn at(&self, elapsed: f64, points: u64) -> f64 {
         let least = LAST * elapsed;
         let by_time = (self.seconds - elapsed).max(least);
+        if self.points == 0 {
+            return by_time + self.after;
+        }
         let part = self.points as f64 / points.max(1) as f64 - 1.0;
         let by_points = (elapsed * part).max(least);
-        let is_quick = by_points < QUICK * by_time;
-        let is_late = by_time == least;
+        let (is_quick, is_late) = (by_points < QUICK * by_time, by_time == least);
         let own = match points >= TELLING && (is_quick || is_late) {
             true => by_points,
             // The nearer the end, the more its points tell.
@@ -178,28 +248,34 @@ fn steps_left(parts: &[f64]) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use std::time::Instant;
-
-    use super::{Responding, steps_left};
+    use super::{Left, steps_left};
 
     #[test]
     fn a_forced_response_is_timed_by_its_points_and_never_over() {
-        let response = Responding {
-            since: Instant::now(),
-            seconds: 30.0,
+        let response = Left {
             points: 50,
-            after: 2.0,
+            ..Left::new(30.0, 2.0)
         };
-        let left = |elapsed, points| response.left_after(elapsed, points);
-        assert!((left(0.0, 0) - 32.0).abs() < 1e-9);
+        let close = |elapsed, points, expected: f64| {
+            let left = response.at(elapsed, points);
+            assert!((left - expected).abs() < 1e-9, "{left} of {expected}");
+        };
+        close(0.0, 0, 32.0);
         // Between the 10 s of the time and the 20 s of the points.
-        assert!((left(20.0, 25) - 14.5).abs() < 1e-9);
+        close(20.0, 25, 14.5);
         // Half of the points after more than was expected: as long again.
-        assert!((left(40.0, 25) - 42.0).abs() < 1e-9);
+        close(40.0, 25, 42.0);
         // Half of the points in a tenth of the time.
-        assert!((left(3.0, 25) - 5.0).abs() < 1e-9);
+        close(3.0, 25, 5.0);
         // More points than the one before had.
-        assert!((left(45.0, 60) - 6.5).abs() < 1e-9);
+        close(40.0, 60, 4.0);
+    }
+
+    #[test]
+    fn what_is_no_forced_response_is_counted_down_and_never_over() {
+        let left = Left::new(10.0, 5.0);
+        assert_eq!(left.at(4.0, 0), 11.0);
+        assert_eq!(left.at(20.0, 0), 6.0);
     }
 
     #[test]

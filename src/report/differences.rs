@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::RunTables;
 use super::html::{NONE, Section, table};
 use crate::json::{differences, flatten, made};
-use crate::scene::FOLLOWING_KEYS;
+use crate::scene::{FOLLOWING_KEYS, means_something};
 
 /// The keys whose values are not the same in all runs, with the value of each run; `None` for a single run.
 pub fn section(runs: &[RunTables], labels: &[&str]) -> Option<Section> {
@@ -47,20 +47,20 @@ pub fn section(runs: &[RunTables], labels: &[&str]) -> Option<Section> {
 
 /// The values of a run's scene.
 struct Told {
-    /// All of them, resolved, by dotted key.
+    /// The scene as it is hashed.
+    canonical: Value,
+    /// Its values, resolved, by dotted key.
     scene: BTreeMap<String, Value>,
     /// Those of the kept scene as they are written there, with units, in its order.
     written: Vec<(String, String)>,
-    /// Whether it has contact elements.
-    has_elements: bool,
 }
 
 impl Told {
     fn of(run: &RunTables) -> Self {
         Told {
+            canonical: run.record().scene.clone(),
             scene: flatten(&run.record().scene),
             written: written(run.scene_toml()),
-            has_elements: run.recipe().elements().is_some(),
         }
     }
 
@@ -79,10 +79,10 @@ impl Told {
 
     /// The value of a key that is not written, as a default.
     fn by_default(&self, key: &str) -> Option<String> {
-        if !self.has_elements && OF_ELEMENTS.contains(&key) {
+        let value = self.scene.get(key).filter(|value| !value.is_null())?;
+        if !means_something(&self.canonical, key) {
             return None;
         }
-        let value = self.scene.get(key).filter(|value| !value.is_null())?;
         Some(
             value
                 .as_str()
@@ -90,9 +90,6 @@ impl Told {
         )
     }
 }
-
-/// What a scene without a structure has by default, and nothing is computed from.
-const OF_ELEMENTS: [&str; 2] = ["contact.stiffness", "contact.distribution"];
 
 /// A key with its value in each run; `None` where no user made a difference: all have written the same, or it is the default of what
 /// another run has none of.

@@ -95,7 +95,10 @@ impl ReportError {
     /// True for a folder that is no run, or a run without an iteration.
     pub fn is_nothing_to_read(&self) -> bool {
         match self {
-            ReportError::Run { source, .. } => matches!(source, StoreError::NoRun { .. }),
+            ReportError::Run { source, .. } => matches!(
+                source,
+                StoreError::NoRun { .. } | StoreError::NoFolder { .. }
+            ),
             ReportError::Empty { damage, .. } => damage.is_empty(),
             ReportError::NoneLeft { .. } => !self.is_damage_or_mismatch(),
             _ => false,

@@ -1,12 +1,13 @@
 //! What became of a joint, in a few words.
 
 use super::figures::{Of, Study};
+use super::known::below as known_below;
 use super::quantity::{
     self, ENERGY, FORCE, FREQUENCY, LENGTH, PRESSURE, SHARE, STIFFNESS, Unit, Units, VOLUME,
     unit_of,
 };
 use super::run_tables::numbers;
-use super::{ReportError, error_bar_of, percent};
+use super::{ReportError, error_bar_of, percent, told};
 use crate::tables::TableName;
 
 /// What the bars in the words are, once a page.
@@ -187,8 +188,8 @@ fn change(
     times: bool,
 ) -> String {
     let unit = unit_of(units, quantity::largest(&[first, last]));
-    if let Some(bar) = bar.filter(|bar| *bar >= 1.0) {
-        return below(name, first, (1.0 + bar) * last, unit);
+    if let Some(limit) = known_below(last, bar.unwrap_or(0.0), 0.0) {
+        return below(name, first, limit, unit);
     }
     let told = bar.map_or(String::new(), |bar| format!(" ± {}", percent(bar)));
     let [before, now] = [first, last].map(|value| rounded(value / unit.size, unit));
@@ -214,16 +215,16 @@ fn change(
     )
 }
 
-/// What a quantity was, and what it is less than: of one whose error bar is as large as itself no more is known.
+/// What a quantity was, and what it is below: of one whose error bar is as large as itself no more is known.
 fn below(name: &str, first: f64, most: f64, unit: Unit) -> String {
     let [before, now] = [first, most].map(|value| rounded(value / unit.size, unit));
     match first > most {
         true => format!(
-            "{name} fell from {before} to less than {now}\u{a0}{}",
+            "{name} fell from {before} to below {now}\u{a0}{}",
             unit.symbol
         ),
         false => format!(
-            "{name} was {before} and is less than {now}\u{a0}{}",
+            "{name} was {before} and is below {now}\u{a0}{}",
             unit.symbol
         ),
     }
@@ -241,11 +242,7 @@ fn shown(value: f64, units: Units) -> String {
 }
 
 fn with_bar(value: f64, units: Units, bar: Option<f64>) -> String {
-    if let Some(bar) = bar.filter(|bar| *bar >= 1.0) {
-        return format!("less than {}", shown((1.0 + bar) * value, units));
-    }
-    let bar = bar.map_or(String::new(), |bar| format!(" ± {}", percent(bar)));
-    shown(value, units) + &bar
+    told(value, bar.unwrap_or(0.0), 0.0, |value| shown(value, units))
 }
 
 /// A value with the digits that are read, the last ones also where they are zeros: 3.50.
@@ -305,7 +302,7 @@ mod tests {
         let told = |bar| change("the energy", [18.6e-3, 0.407e-3], ENERGY, Some(bar), false);
         assert_eq!(
             told(1.49),
-            "the energy fell from 18.6 to less than 1.01\u{a0}mJ"
+            "the energy fell from 18.6 to below 1.01\u{a0}mJ"
         );
         assert_eq!(
             told(0.5),
@@ -313,9 +310,9 @@ mod tests {
         );
         let small = change("the energy", [0.5e-3, 0.4e-3], ENERGY, Some(2.0), false);
         assert!(
-            small.contains(" was ") && small.contains(" is less than "),
+            small.contains(" was ") && small.contains(" is below "),
             "{small}"
         );
-        assert_eq!(with_bar(2e-9, VOLUME, Some(1.5)), "less than 5.00\u{a0}mm³");
+        assert_eq!(with_bar(2e-9, VOLUME, Some(1.5)), "below 5.00\u{a0}mm³");
     }
 }

@@ -15,6 +15,7 @@ mod figures;
 #[cfg(feature = "polars")]
 mod headline;
 pub(crate) mod html;
+mod known;
 pub(crate) mod output;
 #[cfg(feature = "polars")]
 mod page;
@@ -47,6 +48,7 @@ pub use error_bars::{ERROR_BARS, error_bar_of, percent};
 #[cfg(feature = "polars")]
 pub use figures::Figure;
 pub use html::Section;
+pub use known::{Sizes, below, told};
 #[cfg(feature = "polars")]
 pub use page::Report;
 #[cfg(feature = "polars")]

@@ -1,7 +1,6 @@
 //! Folders given together, as by `runs/*`: those that are runs, and why the others are not.
 
 use std::fmt;
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::ReportError;
@@ -57,8 +56,10 @@ impl fmt::Display for PassedOver {
 fn is_no_folder(error: &ReportError) -> bool {
     matches!(
         error,
-        ReportError::Run { source: StoreError::Io { source, .. }, .. }
-            if source.kind() == ErrorKind::NotADirectory
+        ReportError::Run {
+            source: StoreError::NoFolder { .. },
+            ..
+        }
     )
 }
 

@@ -5,11 +5,8 @@ use polars::prelude::DataFrame;
 use super::html::{NONE, Section, table};
 use super::quantity::{self, Units, number};
 use super::run_tables::numbers;
-use super::{ERROR_BARS, ReportError, RunTables, error_bar_of, percent};
+use super::{ERROR_BARS, ReportError, RunTables, Sizes, error_bar_of, told};
 use crate::tables::TableName;
-
-/// What is smaller than this part of what the joint has is what rounding left.
-const FLOOR: f64 = 1e-9;
 
 /// The units in which a column of the summary is shown; none for one whose own unit reads as it is.
 fn units_of(column: &str, unit: &str) -> Option<Units> {
@@ -30,7 +27,7 @@ fn units_of(column: &str, unit: &str) -> Option<Units> {
 }
 
 /// The name of a column as it stands in a table: symbols keep their letters.
-fn in_words(column: &str) -> String {
+fn titled(column: &str) -> String {
     match column {
         "rq" => "Rq".to_owned(),
         "sk" => "Sk".to_owned(),
@@ -46,22 +43,10 @@ fn is_of_computation(column: &str) -> bool {
     column.starts_with("error_") || column.ends_with("_iterations") || column == "fft_pairs"
 }
 
-/// Below this a column of a run is what rounding left of zero \[its unit\]; 0 for what is never so small by rounding.
-fn floor(run: &RunTables, frame: &DataFrame, column: &str, unit: &str) -> f64 {
+/// What the last state of a run has.
+fn sizes(run: &RunTables, frame: &DataFrame) -> Sizes {
     let last = |name: &str| numbers(frame, name).and_then(|v| v.last().copied());
-    let size = run
-        .recipe()
-        .surface()
-        .map_or(1.0, |surface| surface.size[0].max(surface.size[1]));
-    let rq = last("rq").unwrap_or(0.0);
-    FLOOR
-        * match (column, unit) {
-            (_, "N m") => last("normal_load").unwrap_or(0.0).abs() * size,
-            (_, "rad") => rq / size,
-            ("mean_height", _) => rq,
-            ("sk", _) => 1.0,
-            _ => 0.0,
-        }
+    Sizes::of(run.recipe(), last("normal_load"), last("rq"))
 }
 
 /// The summary of the first and the last iteration, with the error bars of the last.
@@ -74,6 +59,12 @@ pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
     let frames = frames?;
     let schema = TableName::Summary.schema();
     let (mut of_joint, mut of_computation) = (Vec::new(), Vec::new());
+    let single = runs.len() == 1;
+    let cells = if single && runs[0].iterations().len() > 1 {
+        2
+    } else {
+        1
+    };
     for column in &schema.columns {
         let name = column.name.as_str();
         if ERROR_BARS.iter().any(|(bar, _)| *bar == name) || name == "updated" {
@@ -84,14 +75,15 @@ pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
             let bar = error_bar_of(name)
                 .and_then(|bar| numbers(frame, bar)?.last().copied())
                 .unwrap_or(0.0);
-            let floor = floor(run, frame, name, &column.unit);
-            let seen = |value: f64| if value.abs() < floor { 0.0 } else { value };
-            Some((seen(*values.first()?), seen(*values.last()?), bar, floor))
+            let resolution = sizes(run, frame).resolution(name, &column.unit);
+            Some((*values.first()?, *values.last()?, bar, resolution))
         });
         let ends: Vec<Option<(f64, f64, f64, f64)>> = ends.collect();
-        // What rounding leaves of nothing is nothing.
+        // Of physics that the scene does not have.
         let is_nothing = |end: &Option<(f64, f64, f64, f64)>| {
-            end.is_none_or(|(first, last, _, floor)| floor > 0.0 && first == 0.0 && last == 0.0)
+            end.is_none_or(|(first, last, _, resolution)| {
+                resolution > 0.0 && first == 0.0 && last == 0.0
+            })
         };
         if ends.iter().all(is_nothing) {
             continue;
@@ -100,33 +92,27 @@ pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
             "1" => number(value),
             unit => format!("{}\u{a0}{unit}", number(value)),
         };
-        let values = |first: f64, last: f64| {
-            let most = quantity::largest(&[first, last]);
-            match units_of(name, &column.unit) {
-                Some(units) => {
-                    let unit = quantity::unit_of(units, most);
-                    [first, last].map(|value| quantity::in_unit(value, unit))
-                }
-                None => [first, last].map(plain),
-            }
+        let in_words = |value: f64, most: f64| match units_of(name, &column.unit) {
+            Some(units) => quantity::in_unit(value, quantity::unit_of(units, most)),
+            None => plain(value),
         };
-        let mut row = vec![in_words(name)];
+        let mut row = vec![titled(name)];
         for end in ends {
-            let ([first, last], bar) = match end {
-                Some((first, last, bar, _)) => (values(first, last), bar),
-                None => ([NONE; 2].map(str::to_owned), 0.0),
+            let Some((first, last, bar, resolution)) = end else {
+                row.extend(vec![NONE.to_owned(); cells]);
+                continue;
             };
-            let bar = match bar > 0.0 {
-                true => format!(" ± {}", percent(bar)),
-                false => String::new(),
-            };
-            if frames.len() == 1 {
-                row.extend((runs[0].iterations().len() > 1).then_some(first));
-                row.push(format!("{last}{bar}"));
-            } else {
+            let most = quantity::largest(&[first, last, resolution]);
+            let first = told(first, 0.0, resolution, |value| in_words(value, most));
+            let last = told(last, bar, resolution, |value| in_words(value, most));
+            match (single, cells) {
+                (true, 1) => row.push(last),
+                (true, _) => row.extend([first, last]),
                 // Both have the unit of the last.
-                let first = first.split('\u{a0}').next().unwrap_or_default();
-                row.push(format!("{first} → {last}{bar}"));
+                (false, _) => {
+                    let first = first.split('\u{a0}').next().unwrap_or_default();
+                    row.push(format!("{first} → {last}"));
+                }
             }
         }
         match is_of_computation(name) {

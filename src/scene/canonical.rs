@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::Scene;
+use super::{Scene, keys};
 use crate::json;
 
 /// What does not influence a result: texts for people, and places of files whose content counts instead.
@@ -22,6 +22,12 @@ pub const FOLLOWING_KEYS: [&str; 5] = [
     "structure.material.*",
     "structure.tied",
 ];
+
+/// Whether something may be computed from a key of a canonical scene: some have their default also where what they are about is not there.
+pub fn means_something(canonical: &Value, key: &str) -> bool {
+    let is_there = |section: &&str| canonical.get(section).is_some_and(|s| !s.is_null());
+    keys::find(key).is_none_or(|key| key.with.iter().all(is_there))
+}
 
 /// See [`Scene::canonical`].
 pub(super) fn canonical(scene: &Scene) -> Value {

@@ -396,11 +396,25 @@ fn file(path: &Path) -> Place {
     }
 }
 
+/// Letters of a line of a file that are shown.
+const SHOWN: usize = 160;
+
+/// A text without the ends of its long lines.
+fn clipped(text: &str) -> String {
+    let lines = text
+        .lines()
+        .map(|line| match line.char_indices().nth(SHOWN) {
+            Some((end, _)) => format!("{}…", &line[..end]),
+            None => line.to_owned(),
+        });
+    lines.collect::<Vec<String>>().join("\n")
+}
+
 fn parse_file(path: &Path, text: &str) -> Result<Node, SceneError> {
     let syntax = |error: toml::de::Error| {
         SceneError::new(
             &file(path),
-            Problem::Syntax(error.to_string().trim_end().to_owned()),
+            Problem::Syntax(clipped(error.to_string().trim_end())),
         )
     };
     let table: Table = text.parse().map_err(syntax)?;

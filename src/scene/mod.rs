@@ -51,7 +51,7 @@ pub use crate::recipe::{
 pub use crate::structure::resonator::Resonator;
 pub use crate::surface::prepare::{Detrend, Fill};
 pub use crate::wear::Scheme;
-pub use canonical::FOLLOWING_KEYS;
+pub use canonical::{FOLLOWING_KEYS, means_something};
 pub use error::{Place, Problem, SceneError};
 pub use faults::MOST as MOST_FAULTS;
 pub use plan::{InputError, Plan, PlanError};

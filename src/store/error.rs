@@ -79,6 +79,12 @@ pub enum StoreError {
         /// The folder.
         path: PathBuf,
     },
+    /// A file in place of the folder of a run.
+    #[error("{} is a file, and a run is a folder; that of a scene is runs/NAME, and `fretwear ls` lists them", path.display())]
+    NoFolder {
+        /// The file.
+        path: PathBuf,
+    },
     /// A file of the run does not verify.
     #[error("damaged run: {0}")]
     Damaged(Damage),

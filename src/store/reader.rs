@@ -42,7 +42,14 @@ impl RunReader {
         let layout = Layout {
             root: root.to_owned(),
         };
-        survey(&files, &layout)?;
+        survey(&files, &layout).map_err(|error| match error {
+            StoreError::Io { source, .. } if source.kind() == ErrorKind::NotADirectory => {
+                StoreError::NoFolder {
+                    path: root.to_owned(),
+                }
+            }
+            error => error,
+        })?;
         let Looked {
             record,
             past,

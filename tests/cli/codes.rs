@@ -179,6 +179,13 @@ fn runs_that_are_not_there() {
         USAGE,
         &["there is no run at none"],
     );
+    fails(
+        &bench,
+        &["status", "small.toml"],
+        USAGE,
+        &["small.toml is a file, and a run is a folder"],
+    );
+    fails(&bench, &["ls"], USAGE, &["there is no folder runs"]);
     std::fs::create_dir(bench.path("other")).expect("made");
     bench.write("other/letter.txt", "hello");
     fails(

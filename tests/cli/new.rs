@@ -143,5 +143,11 @@ fn runs_are_listed_with_their_state() {
         lines[0].contains("worn") && lines[0].contains('±'),
         "{listed}"
     );
-    assert_eq!(bench.fretwear(&["ls", "nowhere"]).code(), 1);
+    let nowhere = bench.fretwear(&["ls", "nowhere"]);
+    assert_eq!(nowhere.code(), 2);
+    assert!(
+        nowhere
+            .stderr()
+            .contains("there is no folder nowhere; `fretwear run SCENE` begins")
+    );
 }

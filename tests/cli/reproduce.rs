@@ -98,23 +98,29 @@ fn the_papers_study_goes_on_where_it_was_stopped() {
         assert!(all.contains(part), "{part} in {all}");
     }
 
-    let mut starts = 0;
+    let (mut starts, mut seconds) = (0, 0.001);
     loop {
         starts += 1;
-        let did = reproduce(&bench, "stopped", &["--max-wall", "1 ms"]);
+        let wall = format!("{seconds} s");
+        let did = reproduce(&bench, "stopped", &["--max-wall", &wall]);
         if did.code() == 0 {
             break;
         }
         assert_eq!(did.code(), 75, "{}", did.stderr());
-        assert!(
-            did.stderr()
-                .contains("of 8 scenes; the same command goes on"),
-            "{}",
-            did.stderr()
-        );
+        // Between scenes and iterations, or, on a machine with other work, within a stage.
+        let said = did.stderr();
+        let between = said.contains("of 8 scenes; the same command goes on");
+        let within = said.contains("stopped within") && said.contains(": the same command");
+        assert!(between || within, "{said}");
+        // A stage that is longer than a start is to get through once the starts are long enough.
+        seconds = if within {
+            1.0f64.max(2.0 * seconds)
+        } else {
+            0.001
+        };
         assert_eq!(did.stdout(), "");
         assert!(!bench.path("stopped/claims.md").exists());
-        assert!(starts < 200, "a start computes something in any case");
+        assert!(starts < 200, "it gets nowhere");
     }
     assert!(starts > 8, "it was stopped {starts} times only");
     for name in NAMES {

@@ -169,3 +169,25 @@ fn the_document_keeps_the_units_of_the_user() {
     assert!(text.contains("normal_load = \"20 kN\""), "{text}");
     assert!(CASE.contains("normal_load = \"30 kN\""));
 }
+
+/// A key means something where all is there that it is about, whatever its default says.
+#[test]
+fn keys_of_contact_elements_mean_something_with_a_structure_alone() {
+    let pipelines = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines");
+    for (name, expected) in [
+        ("prescribed_fretting", [false, false, false, true]),
+        ("oscillator", [false, false, true, true]),
+        ("lap_joint", [true, true, true, true]),
+    ] {
+        let scene = fretwear::scene::load(&pipelines.join(format!("{name}.toml")), &[]);
+        let canonical = scene.expect(name).canonical();
+        let found = [
+            "contact.stiffness",
+            "contact.distribution",
+            "fidelity.aft_samples",
+            "contact.normal_load",
+        ]
+        .map(|key| fretwear::scene::means_something(&canonical, key));
+        assert_eq!(found, expected, "{name}");
+    }
+}

@@ -4,6 +4,7 @@ use polars::prelude::DataFrame;
 
 use super::super::ReportError;
 use super::super::headline::own_resonances;
+use super::super::known::rounding;
 use super::super::plot::{Axis, Chart, Curve, style_of_state};
 use super::super::quantity::{self, ANGLE, FORCE, FREQUENCY, LENGTH, Units, shown, unit_of};
 use super::super::run_tables::numbers;
@@ -348,17 +349,25 @@ fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
             let half = |column: &str| {
                 let [low, high] = super::range_of(&numbers(frame, column)?)?;
                 let (half, mean) = ((high - low) / 2.0, (high + low) / 2.0);
-                // What rounding leaves of a mean of zero is no mean.
-                Some((half, if mean.abs() > 1e-9 * half { mean } else { 0.0 }))
+                // What rounding leaves of zero is nothing.
+                let seen = |value: f64, of: f64| match value.abs() > rounding(of) {
+                    true => value,
+                    false => 0.0,
+                };
+                Some((seen(half, mean), seen(mean, half)))
+            };
+            let about = |half: f64, units| match half {
+                0.0 => "constant".to_owned(),
+                half => format!("±{}", shown(half, units)),
             };
             let (displacement, load) = (half("displacement_x")?, half("normal_load")?);
             let comma = if state.is_empty() { "" } else { ", " };
             Some(format!(
-                "{name}{comma}{state} ±{} about {}, load {} ±{}",
-                shown(displacement.0, LENGTH),
+                "{name}{comma}{state} {} about {}, load {} {}",
+                about(displacement.0, LENGTH),
                 shown(displacement.1, LENGTH),
                 shown(load.1, FORCE),
-                shown(load.0, FORCE)
+                about(load.0, FORCE)
             ))
         })
         .collect();

@@ -52,13 +52,13 @@ keys! {
         ("total", Stiffness::Total, "one slider each, with the stiffness of the whole patch, as published"),
         ("roughness", Stiffness::Roughness, "as total, without the compliance of the bodies, which the finite elements have already"),
         ("tangent", Stiffness::Tangent, "one slider each, with the stiffness of its own cells"),
-    ]), of ["rough"];
+    ]), of ["rough"], with ["structure", "surface"];
     /// How the stiffness of the joint is shared among the contact elements. With stiffness = "total" or "roughness".
     DISTRIBUTION: Choice<Distribution> = "contact.distribution", Is("uniform"), Choice(&[
         ("uniform", Distribution::Uniform, "by area"),
         ("loaded", Distribution::Loaded, "by area, among those that bear load"),
         ("by_load", Distribution::ByLoad, "by static load"),
-    ]), of ["rough"];
+    ]), of ["rough"], with ["structure", "surface"];
     /// Stiffness of the bolt and of what it clamps: the load falls as wear brings the bodies closer. With [wear].
     BOLT_STIFFNESS: Quantity = "contact.bolt_stiffness", Rule("none: the load stays"), Quantity(Dimension::STIFFNESS, POSITIVE, "500 N/um"), of ["rough"];
 }

@@ -57,7 +57,7 @@ keys! {
     // their number, and 64 leave less than a thousandth of amplitude.
     /// Samples of a vibration cycle at which the contact elements are evaluated: more than twice the highest harmonic. An oscillator
     /// has eight times the default, many harmonics have more.
-    AFT_SAMPLES: Even = "fidelity.aft_samples", ByPreset(["32", "32", "64", "512"]), Even(SMALLEST_STEPS, LARGEST_STEPS, "256");
+    AFT_SAMPLES: Even = "fidelity.aft_samples", ByPreset(["32", "32", "64", "512"]), Even(SMALLEST_STEPS, LARGEST_STEPS, "256"), with ["dynamics"];
     /// Whether contact elements are followed from one change of their state to the next, without samples. This is exact, and
     /// possible where an element moves along one axis of its plane, or under the law box; other motions are sampled.
     AFT_EVENTS: Boolean = "fidelity.aft_events", Rule("true of an oscillator, false of other structures"), Boolean;

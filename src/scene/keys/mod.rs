@@ -28,6 +28,8 @@ pub struct Key<V: ?Sized> {
     pub default: Default,
     /// The kinds of its section, or forms of it that have no key for their kind, that have it; none: all.
     pub kinds: &'static [&'static str],
+    /// Sections without all of which it means nothing, also where a scene has its default.
+    pub with: &'static [&'static str],
     pub value: V,
 }
 
@@ -136,13 +138,14 @@ type Declared = (
 macro_rules! keys {
     (
         $(section $section:literal: $about:literal;)*
-        $($(#[doc = $doc:literal])+ $name:ident: $type:ty = $key:literal, $default:expr, $value:expr $(, of [$($kind:literal),+])?;)+
+        $($(#[doc = $doc:literal])+ $name:ident: $type:ty = $key:literal, $default:expr, $value:expr $(, of [$($kind:literal),+])? $(, with [$($with:literal),+])?;)+
     ) => {
         $($(#[doc = $doc])+ pub const $name: $crate::scene::keys::Key<$type> = $crate::scene::keys::Key {
             name: $key,
             doc: concat!($($doc, "\n"),+),
             default: $default,
             kinds: &[$($($kind),+)?],
+            with: &[$($($with),+)?],
             value: $value,
         };)+
 
