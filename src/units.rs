@@ -44,7 +44,7 @@ struct Named {
     units: &'static [&'static str],
 }
 
-const NAMED: [Named; 15] = [
+const NAMED: [Named; 16] = [
     Named {
         dimension: Dimension::NONE,
         name: "a plain number",
@@ -92,6 +92,12 @@ const NAMED: [Named; 15] = [
         name: "a stiffness",
         number: "1e4",
         units: &["N/um"],
+    },
+    Named {
+        dimension: Dimension::CUBIC_STIFFNESS,
+        name: "a cubic stiffness (force per cube of displacement)",
+        number: "1e9",
+        units: &["N/m^3"],
     },
     Named {
         dimension: Dimension::MASS,
@@ -152,6 +158,8 @@ impl Dimension {
     pub const PRESSURE: Self = Self::of(-1, 1, -2);
     /// Density \[kg/m³\].
     pub const DENSITY: Self = Self::of(-3, 1, 0);
+    /// \[N/m³\]: of a force that grows with the cube of displacement.
+    pub const CUBIC_STIFFNESS: Self = Self::of(-2, 1, -2);
     /// Force per length \[N/m\].
     pub const STIFFNESS: Self = Self::of(0, 1, -2);
     /// Mass \[kg\].

@@ -17,6 +17,7 @@
 use super::aft::{Closure, Derivative, InterfaceElement, Scratch};
 use super::march::March;
 use super::slider::{FrictionLaw, Slider};
+use super::spring::Spring;
 use super::{DynamicsError, Harmonics};
 use crate::linalg::add_scaled;
 
@@ -42,8 +43,10 @@ pub struct ContactElement {
     pub friction_coefficient: f64,
     /// Friction law.
     pub law: FrictionLaw,
-    /// The sliders, one or more.
+    /// The sliders, one or more; none only where there are springs.
     pub sliders: Vec<Slider>,
+    /// Springs to the ground beside them, which are no contact: sums over the joint leave them out.
+    pub springs: Vec<Spring>,
 }
 
 /// Forces and slip of one element over its steady cycle, at the samples of the displacement.
@@ -195,7 +198,10 @@ impl InterfaceElement for ContactElement {
                 expected,
             })
         };
-        if self.sliders.is_empty() {
+        if let Some((name, value, expected)) = self.springs.iter().find_map(Spring::fault) {
+            return refused(name, value, expected);
+        }
+        if self.sliders.is_empty() && self.springs.is_empty() {
             return refused("the number of sliders", 0.0, "one or more");
         }
         let own = [
@@ -239,6 +245,10 @@ impl InterfaceElement for ContactElement {
         let (law, friction) = (self.law, self.friction_coefficient);
         let mut sliders = self.sliders.iter();
         sliders.all(|slider| slider.follows_reference(law, friction, displacement))
+            && self.springs.iter().all(|spring| {
+                let mut along = displacement.iter().map(|u| u[spring.direction()]);
+                along.all(|u| spring.force(u)[0] == 0.0)
+            })
     }
 
     fn is_costly(&self) -> bool {
@@ -271,6 +281,7 @@ impl InterfaceElement for ContactElement {
         }
         self.normal_forces(displacement, force, derivative.as_deref_mut());
         let mut closure = Closure::EXACT;
+        // Forces of springs come last: the derivatives of sliders are sums over the cycle.
         let (mut stuck, mut gripping) = (0.0, 0.0);
         for slider in &self.sliders {
             let kt = slider.gripping_stiffness(self.friction_coefficient);
@@ -288,9 +299,10 @@ impl InterfaceElement for ContactElement {
                 sum[1] += own[1];
             }
         }
-        if let Some(derivative) = derivative {
+        if let Some(derivative) = derivative.as_deref_mut() {
             complete(derivative, stuck + gripping);
         }
+        self.add_springs(displacement, force, derivative);
         if stuck > 0.0 {
             for (force, u) in force.iter_mut().zip(displacement) {
                 force[0] += stuck * u[0];
@@ -324,6 +336,31 @@ impl ContactElement {
                 for c in 0..n {
                     let slope = stiffness * derivative.basis_at(j)[c];
                     derivative.row_mut(j, 2)[2 * n + c] = slope;
+                }
+            }
+        }
+    }
+}
+
+impl ContactElement {
+    /// Adds the forces of the springs, and their derivatives.
+    fn add_springs(
+        &self,
+        displacement: &[[f64; 3]],
+        force: &mut [[f64; 3]],
+        mut derivative: Option<&mut Derivative<'_>>,
+    ) {
+        for spring in &self.springs {
+            let d = spring.direction();
+            for (j, (u, sum)) in displacement.iter().zip(&mut *force).enumerate() {
+                let [own, slope] = spring.force(u[d]);
+                sum[d] += own;
+                if let Some(derivative) = derivative.as_deref_mut() {
+                    let n = derivative.coefficients;
+                    for c in 0..n {
+                        let change = slope * derivative.basis_at(j)[c];
+                        derivative.row_mut(j, d)[d * n + c] += change;
+                    }
                 }
             }
         }

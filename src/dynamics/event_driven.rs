@@ -26,7 +26,7 @@ const REST: f64 = 1e-10;
 
 impl ContactElement {
     /// Coefficients of the force and their Jacobian as [`Sampling::evaluate`](super::Sampling::evaluate) has them, without samples; none
-    /// where the law has no closed form: two displacements in the plane under the cone.
+    /// where the law has no closed form: two displacements in the plane under the cone, and springs beside the sliders.
     ///
     /// A displacement that rests under the cone counts for the Jacobian as if it were limited by itself: it has no force.
     pub(super) fn closed_form(
@@ -38,7 +38,7 @@ impl ContactElement {
     ) -> Option<Closure> {
         let n = harmonics.coefficients();
         let (plane, normal) = displacement.split_at(2 * n);
-        if !self.moves_apart(harmonics, displacement) {
+        if !self.moves_apart(harmonics, displacement) || !self.springs.is_empty() {
             return None;
         }
         force.fill(0.0);
@@ -89,7 +89,7 @@ impl ContactElement {
     ) -> Option<bool> {
         let n = harmonics.coefficients();
         let (plane, normal) = displacement.split_at(2 * n);
-        if !self.moves_apart(harmonics, displacement) {
+        if !self.moves_apart(harmonics, displacement) || !self.springs.is_empty() {
             return None;
         }
         for slider in &self.sliders {

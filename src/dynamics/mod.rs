@@ -24,6 +24,7 @@
 //!         area: 4e-6,
 //!         friction_coefficient: 0.6,
 //!         law: FrictionLaw::Cone,
+//!         springs: vec![],
 //!         sliders: vec![Slider {
 //!             normal_load: 90.0,
 //!             gap: 0.0,
@@ -78,6 +79,7 @@ pub mod resonance;
 pub mod response;
 mod series;
 mod slider;
+pub mod spring;
 pub mod survey;
 mod time_events;
 pub mod time_integration;
@@ -103,6 +105,7 @@ pub use receptance::Receptance;
 pub use reduced::{Damping, reduced_model, reference_springs};
 pub use response::{Energy, Response, Start};
 pub use slider::{FrictionLaw, Slider};
+pub use spring::Spring;
 pub use survey::Survey;
 pub use time_integration::{Motion, TimeModel};
 pub use truncation::{Resolved, Truncation};

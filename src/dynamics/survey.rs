@@ -437,9 +437,11 @@ impl HarmonicBalance<ContactElement> {
         values.extend(at_start(&rates));
         let rows = response.displacement.chunks(3 * n);
         for (element, row) in self.elements.iter().zip(rows) {
-            let [_] = &element.sliders[..] else {
-                return None;
-            };
+            match element.sliders.len() {
+                0 => continue,
+                1 => {}
+                _ => return None,
+            }
             let cycle = element.cycle(&self.sampling.synthesise(row));
             values.extend(&cycle.force[0][..2]);
         }

@@ -17,6 +17,8 @@ const TOLERANCE: f64 = 1e-10;
 const ORDER_FACTOR: f64 = 1.0 / 32.0;
 /// The longest step, in parts of a period: a shorter contact is found by where the load is least within a step.
 const LONGEST: f64 = 1.0 / 40.0;
+/// Part of that where there are springs beside the sliders.
+const OF_SPRINGS: f64 = 1.0 / 8.0;
 /// The shortest, in parts of a period: an event that follows another within it is taken with it.
 const SHORTEST: f64 = 1e-11;
 /// Steps in a period at most.
@@ -336,7 +338,14 @@ pub(super) struct Run<'a> {
 impl Run<'_> {
     fn march(&mut self, state: &mut Vec<f64>) -> Result<(), DynamicsError> {
         let period = TAU / self.omega;
-        let longest = LONGEST * period * 0.5_f64.powi(self.model.halvings);
+        // No event marks where a stop touches.
+        let mut springs = self.model.elements.iter().map(|e| e.springs.is_empty());
+        let part = if springs.all(|none| none) {
+            1.0
+        } else {
+            OF_SPRINGS
+        };
+        let longest = part * LONGEST * period * 0.5_f64.powi(self.model.halvings);
         let shortest = SHORTEST * period;
         let (mut time, mut step) = (0.0, longest);
         // Events that follow each other without a step between them are passed over together.
@@ -469,6 +478,20 @@ impl Run<'_> {
             }
             let on = [tangential[0], tangential[1], normal - slider.normal_load];
             for (d, on) in on.iter().enumerate() {
+                let row = model.model.basis.row(3 * e + d);
+                for (force, b) in force.iter_mut().zip(row) {
+                    *force -= b * on;
+                }
+            }
+        }
+        for (e, element) in model.elements.iter().enumerate() {
+            if element.springs.is_empty() {
+                continue;
+            }
+            let (u, _) = model.at(3 * e, state);
+            for spring in &element.springs {
+                let d = spring.direction();
+                let [on, _] = spring.force(u[d]);
                 let row = model.model.basis.row(3 * e + d);
                 for (force, b) in force.iter_mut().zip(row) {
                     *force -= b * on;

@@ -92,6 +92,7 @@ impl Elements {
     /// The contact elements with these parameters.
     pub fn with(&self, layout: &Layout, parameters: &ElementParameters) -> Vec<ContactElement> {
         let of = |e: usize, sliders: Vec<Slider>| ContactElement {
+            springs: Vec::new(),
             // A table of more elements than the structure has is refused where all are counted.
             area: layout.areas.get(e).copied().unwrap_or(0.0),
             friction_coefficient: self.friction_coefficient,

@@ -9,7 +9,8 @@ use super::{BaseMotion, DampingBasis, Layout, Port, Reasons, Response};
 use crate::dynamics::oscillator::mass_on_springs;
 use crate::dynamics::reduced::{Damping, reduced_model, reference_springs};
 use crate::dynamics::{
-    ContactElement, DynamicsError, Harmonics, Load, SecondOrder, Settings, Vibration,
+    ContactElement, DynamicsError, FrictionLaw, Harmonics, Load, SecondOrder, Settings, Spring,
+    Vibration,
 };
 use crate::gauge::Gauge;
 use crate::journal::Journal;
@@ -48,6 +49,9 @@ pub enum StructureSource {
         damping: [f64; 3],
         /// Stiffness without the contact along x, y, z \[N/m\].
         stiffness: [f64; 3],
+        /// Springs to the ground whose force is no multiple of displacement.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        springs: Vec<Spring>,
     },
 }
 
@@ -66,6 +70,38 @@ impl StructureSource {
             mass,
             damping,
             stiffness,
+            springs: Vec::new(),
+        }
+    }
+
+    /// An oscillator with other springs to the ground: cubic stiffness \[N/m³\], stiffness \[N/m\] and gap \[m\] of stops along
+    /// x, y, z; those of no stiffness are none.
+    pub fn with_springs(mut self, cubic: [f64; 3], stop: [f64; 3], gap: [f64; 3]) -> Self {
+        if let StructureSource::Oscillator { springs, .. } = &mut self {
+            for direction in 0..3 {
+                if cubic[direction] != 0.0 {
+                    springs.push(Spring::Cubic {
+                        direction,
+                        stiffness: cubic[direction],
+                    });
+                }
+                if stop[direction] > 0.0 {
+                    springs.push(Spring::Stop {
+                        direction,
+                        stiffness: stop[direction],
+                        gap: gap[direction],
+                    });
+                }
+            }
+        }
+        self
+    }
+
+    /// Springs whose force is no multiple of displacement.
+    pub fn springs(&self) -> &[Spring] {
+        match self {
+            StructureSource::Resonator { .. } => &[],
+            StructureSource::Oscillator { springs, .. } => springs,
         }
     }
 
@@ -106,6 +142,7 @@ impl StructureSource {
                 mass,
                 damping,
                 stiffness,
+                ..
             } => Some([mass[axis], damping[axis], stiffness[axis]]),
         }
     }
@@ -138,6 +175,24 @@ impl Structure {
             .transpose()
     }
 
+    /// Adds the springs of an oscillator to its contact element, or makes one of them alone where it has no contact.
+    pub fn add_springs(&self, elements: &mut Vec<ContactElement>) {
+        let springs = self.source.springs();
+        if springs.is_empty() {
+            return;
+        }
+        if elements.is_empty() {
+            elements.push(ContactElement {
+                area: 0.0,
+                friction_coefficient: 0.0,
+                law: FrictionLaw::default(),
+                sliders: Vec::new(),
+                springs: Vec::new(),
+            });
+        }
+        elements[0].springs = springs.to_vec();
+    }
+
     /// Says what the structure is.
     pub(super) fn tell(&self, told: &mut Told) {
         let source = match &self.source {
@@ -148,6 +203,20 @@ impl Structure {
             StructureSource::Oscillator { .. } => "one mass, three degrees of freedom".to_owned(),
         };
         told.add("structure", source, self.why.of("source"));
+        for spring in self.source.springs() {
+            let axis = ["x", "y", "z"][spring.direction()];
+            let told_as = match spring {
+                Spring::Cubic { stiffness, .. } => format!("cubic along {axis}: {stiffness} N/m³"),
+                Spring::Stop { stiffness, gap, .. } => {
+                    format!("stop along {axis}: {stiffness} N/m beyond {gap} m")
+                }
+            };
+            told.add(
+                "spring",
+                told_as,
+                "sampled, as its force is no multiple of displacement",
+            );
+        }
     }
 
     /// Where the contact elements are.
@@ -224,6 +293,7 @@ impl Structure {
                 mass,
                 damping,
                 stiffness,
+                ..
             } => {
                 let own = mass_on_springs(*mass, *damping, *stiffness, 3 * unworn.len())?;
                 (

@@ -144,9 +144,13 @@ fn alone(reads: &Reads, solvers: &mut Solvers, outputs: &mut Outputs) -> Result<
 /// The contact elements with these parameters; none where there is no contact.
 pub fn contact_elements(reads: &Reads, parameters: &ElementParameters) -> Vec<ContactElement> {
     let elements = reads.recipe.elements();
-    elements.map_or_else(Vec::new, |elements| {
+    let mut elements = elements.map_or_else(Vec::new, |elements| {
         elements.with(&layout(reads), parameters)
-    })
+    });
+    if let Some(structure) = &reads.recipe.structure {
+        structure.add_springs(&mut elements);
+    }
+    elements
 }
 
 /// Relative error by harmonics left out, up to which they are extended; none: they are not.
@@ -201,7 +205,11 @@ fn in_force(
     let has_contact = reads.recipe.elements().is_some();
     let layout = match has_contact {
         true => layout(reads),
-        false => Layout::default(),
+        // Springs alone are no contact; they stand where the mass is.
+        false => Layout {
+            centres: vec![[0.0; 2]; balance.elements().len()],
+            ..Layout::default()
+        },
     };
     let cycle = joint_cycle(
         balance.elements(),

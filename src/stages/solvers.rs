@@ -160,7 +160,8 @@ impl Solvers {
             let unworn = elements.map(|elements| elements.with(&structure.layout(), &unworn));
             let reduced = reduced_of(reads)?;
             let has_contact = elements.is_some();
-            let unworn = unworn.unwrap_or_default();
+            let mut unworn = unworn.unwrap_or_default();
+            structure.add_springs(&mut unworn);
             let mut vibration =
                 structure.vibration(response, has_contact, reduced.as_ref(), &unworn)?;
             vibration.gauge = self.gauge.clone();

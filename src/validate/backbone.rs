@@ -48,6 +48,7 @@ fn measures(
 ) -> Result<(usize, Vec<Measure>), DynamicsError> {
     let friction_coefficient = 0.6;
     let element = ContactElement {
+        springs: Vec::new(),
         area: 1e-6,
         friction_coefficient,
         law: FrictionLaw::default(),

@@ -56,6 +56,7 @@ pub fn bank(one: &ContactElement, count: usize) -> ContactElement {
         }
     });
     ContactElement {
+        springs: Vec::new(),
         sliders: sliders.collect(),
         ..one.clone()
     }
@@ -72,6 +73,7 @@ fn drawn() -> impl Strategy<Value = ContactElement> {
     );
     let sliders = prop::collection::vec(slider, 1..7);
     (sliders, prop::bool::ANY).prop_map(|(sliders, is_cone)| ContactElement {
+        springs: Vec::new(),
         area: 1e-6,
         friction_coefficient: 0.6,
         law: BOTH[usize::from(is_cone)],

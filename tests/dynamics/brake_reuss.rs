@@ -131,6 +131,7 @@ impl Bank {
             normal_stiffness: slider.stiffness,
         };
         let element = ContactElement {
+            springs: Vec::new(),
             area: 1.0,
             friction_coefficient: 1.0,
             law: FrictionLaw::Cone,

@@ -40,6 +40,7 @@ impl Joint {
         let elements: Vec<ContactElement> = shares
             .iter()
             .map(|share| ContactElement {
+                springs: Vec::new(),
                 area: lx * ly / (nx * ny) as f64,
                 friction_coefficient: 0.6,
                 law,

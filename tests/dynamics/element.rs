@@ -217,6 +217,7 @@ fn parameters_out_of_range_are_named() {
     let wrong = [
         (
             ContactElement {
+                springs: Vec::new(),
                 friction_coefficient: -0.1,
                 ..right.clone()
             },
@@ -224,6 +225,7 @@ fn parameters_out_of_range_are_named() {
         ),
         (
             ContactElement {
+                springs: Vec::new(),
                 sliders: Vec::new(),
                 ..right.clone()
             },

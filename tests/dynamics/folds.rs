@@ -20,6 +20,7 @@ fn bouncing(is_pressed: bool) -> Oscillator {
         damping: [4.0; 3],
         stiffness: [5e4; 3],
         element: ContactElement {
+            springs: Vec::new(),
             area: 1e-4,
             friction_coefficient: 0.3,
             law: FrictionLaw::Cone,
@@ -142,6 +143,7 @@ fn the_highest_of_several_peaks() {
     oscillator.damping = [60.0; 3];
     oscillator.stiffness = [4e6; 3];
     oscillator.element = ContactElement {
+        springs: Vec::new(),
         area: 1e-4,
         friction_coefficient: 0.3,
         law: FrictionLaw::Cone,
@@ -215,6 +217,7 @@ fn a_branch_with_a_corner_has_all_frequencies() {
         damping: [38.401, 7.755, 11.796],
         stiffness: [268350.0, 120475.0, 375884.0],
         element: ContactElement {
+            springs: Vec::new(),
             area: 1e-4,
             friction_coefficient: 0.31,
             law: FrictionLaw::Box,

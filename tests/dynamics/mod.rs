@@ -17,6 +17,7 @@ mod periodic;
 mod pseudo_modes;
 mod resonance;
 mod resonator;
+mod spring;
 mod survey;
 mod time_integration;
 mod truncation;
@@ -32,6 +33,7 @@ use fretwear::dynamics::{
 /// An element with stiffnesses of a joint, µ 0.6, preloaded.
 pub fn element(law: FrictionLaw) -> ContactElement {
     ContactElement {
+        springs: Vec::new(),
         area: 4.2e-6,
         friction_coefficient: 0.6,
         law,

@@ -59,6 +59,7 @@ pub fn elements(mesh: &ResonatorMesh) -> Vec<ContactElement> {
     let each = mesh.contacts.iter().map(|contact| {
         let share = contact.area / area;
         ContactElement {
+            springs: Vec::new(),
             area: contact.area,
             friction_coefficient: 0.6,
             law: FrictionLaw::Cone,

@@ -34,6 +34,7 @@ fn vibration(
 
 fn element(normal_load: f64, kt: f64, kn: f64) -> ContactElement {
     ContactElement {
+        springs: Vec::new(),
         area: 0.0,
         friction_coefficient: 0.3,
         law: FrictionLaw::Cone,

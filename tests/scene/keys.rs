@@ -22,6 +22,14 @@ fn scenes() -> Vec<(&'static str, String)> {
             "shaken",
             format!("{OSCILLATOR}base = {{ acceleration = \"1 m/s^2\" }}\n"),
         ),
+        (
+            "stopped",
+            after(
+                OSCILLATOR,
+                "mass = \"1 kg\"\n",
+                "stop_stiffness = \"1 N/um\"\n",
+            ),
+        ),
         ("still", still.replace("friction_coefficient = 0.6\n", "")),
         (
             "exponential",

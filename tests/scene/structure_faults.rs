@@ -449,7 +449,7 @@ damping = "-5 N s/m""#,
         r#"mass = "1 kg""#,
         r#"mass = "1 kg"
 depth = "5 mm""#,
-        r#"case.toml, line 4: structure.depth = "5 mm" does not belong to structure.kind = "oscillator", whose keys are: mass, damping, stiffness"#,
+        r#"case.toml, line 4: structure.depth = "5 mm" does not belong to structure.kind = "oscillator", whose keys are: mass, damping, stiffness, cubic_stiffness, stop_stiffness, stop_gap"#,
     ),
     (
         r#"stiffness = "4 N/um""#,

@@ -248,6 +248,7 @@ fn without_contact_the_joint_is_bonded() {
 fn an_oscillator_with_its_defaults() {
     let scene = of(OSCILLATOR, &[]);
     let expected = Structure::Oscillator {
+        springs: Vec::new(),
         mass: [1.0; 3],
         damping: [0.0; 3],
         stiffness: [4e6; 3],
@@ -266,6 +267,7 @@ fn an_oscillator_with_its_defaults() {
         ],
     );
     let expected = Structure::Oscillator {
+        springs: Vec::new(),
         mass: [1.0, 2.0, 3.0],
         damping: [5.0, 6.0, 0.0],
         stiffness: [4e6, 5e6, 6e6],

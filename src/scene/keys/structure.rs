@@ -2,7 +2,7 @@
 
 use super::Default::{Is, Required};
 use super::keys;
-use super::value::{FOR_ALL, Integer, List, NOT_NEGATIVE, POSITIVE, Quantity, integer};
+use super::value::{ANY, FOR_ALL, Integer, List, NOT_NEGATIVE, POSITIVE, Quantity, integer};
 use super::word::Choice;
 use crate::units::Dimension;
 
@@ -74,4 +74,13 @@ keys! {
     /// Stiffness of the springs to the ground along x, y and z, without the contact.
     STIFFNESS: List<3> = "structure.stiffness", Required,
         List(XYZ, Quantity(Dimension::STIFFNESS, NOT_NEGATIVE, "10 N/um"), Some(FOR_ALL)), of ["oscillator"];
+    /// Cubic stiffness k3 of springs to the ground along x, y and z, beside the linear ones: their force is k3 u^3. Negative ones soften.
+    CUBIC_STIFFNESS: List<3> = "structure.cubic_stiffness", Is("0 N/m^3"),
+        List(XYZ, Quantity(Dimension::CUBIC_STIFFNESS, ANY, "1e9 N/m^3"), Some(FOR_ALL)), of ["oscillator"];
+    /// Stiffness of one-sided springs to the ground along x, y and z. They touch where the displacement is beyond structure.stop_gap.
+    STOP_STIFFNESS: List<3> = "structure.stop_stiffness", Is("0 N/m"),
+        List(XYZ, Quantity(Dimension::STIFFNESS, NOT_NEGATIVE, "10 N/um"), Some(FOR_ALL)), of ["oscillator"];
+    /// Displacement along x, y and z at which the one-sided springs touch.
+    STOP_GAP: List<3> = "structure.stop_gap", Is("0 m"),
+        List(XYZ, Quantity(Dimension::LENGTH, NOT_NEGATIVE, "10 um"), Some(FOR_ALL)), of ["oscillator"];
 }

@@ -40,7 +40,9 @@ pub(super) fn decide(scene: &Scene) -> Option<(recipe::Structure, recipe::Respon
 fn response(scene: &Scene, dynamics: &Dynamics) -> recipe::Response {
     let has_contact = contact_elements(scene) > 0;
     let mut why = Reasons::default();
-    if !has_contact {
+    let structure = scene.structure.as_ref();
+    let has_springs = structure.is_some_and(|structure| !structure.springs().is_empty());
+    if !has_contact && !has_springs {
         why.add(
             "elements",
             "no [contact]: the joint is bonded, the response linear",
@@ -50,7 +52,7 @@ fn response(scene: &Scene, dynamics: &Dynamics) -> recipe::Response {
         "harmonics",
         match scene.fidelity.harmonic_tolerance {
             Some(_) => "no dynamics.harmonics; each extension takes some three times as long",
-            None if has_contact => {
+            None if has_contact || has_springs => {
                 "not extended; what those left out would change is in dynamic_response"
             }
             None => "a linear response has no others than its forces",
@@ -67,7 +69,6 @@ fn response(scene: &Scene, dynamics: &Dynamics) -> recipe::Response {
         "points",
         "for the unworn joint, at output.response_at and at the end",
     );
-    let structure = scene.structure.as_ref();
     let is_oscillator = structure.is_some_and(|structure| structure.resonator().is_none());
     recipe::Response {
         forces: dynamics.forces.clone(),

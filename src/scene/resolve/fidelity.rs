@@ -88,11 +88,13 @@ pub(super) fn with_vibration(
     dynamics: Option<&Dynamics>,
     has_contact: bool,
 ) -> Result<Fidelity> {
+    let has_springs = structure.is_some_and(|structure| !structure.springs().is_empty());
+    let is_nonlinear = has_contact || has_springs;
     let given = reader.get(&HARMONIC_TOLERANCE)?;
     let conflict = |reason| Err(reader.conflict(&HARMONIC_TOLERANCE, reason));
     let harmonic_tolerance = match dynamics {
         None if given.is_some() => return conflict(WITHOUT_DYNAMICS),
-        Some(_) if given.is_some() && !has_contact => {
+        Some(_) if given.is_some() && !is_nonlinear => {
             return conflict(
                 "without a [contact] the vibration is linear and has no more harmonics; leave it out",
             );
@@ -100,7 +102,7 @@ pub(super) fn with_vibration(
         Some(_) if given.is_some() && reader.has(&HARMONICS) => {
             return conflict("dynamics.harmonics says which there are; give one of them");
         }
-        Some(_) if has_contact && !reader.has(&HARMONICS) => {
+        Some(_) if is_nonlinear && !reader.has(&HARMONICS) => {
             let asked = fidelity.tolerance.map(|error| OF_HARMONICS * error);
             reader.get_or(&HARMONIC_TOLERANCE, asked, fidelity.preset)?
         }

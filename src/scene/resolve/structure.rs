@@ -32,7 +32,19 @@ pub(super) fn structure(
 fn oscillator(reader: &Reader<'_>) -> Result<Structure> {
     let (mass, damping) = (reader.required(&MASS), reader.value(&DAMPING));
     let (mass, damping, stiffness) = (mass, damping, reader.required(&STIFFNESS)).all()?;
-    Ok(Structure::oscillator(mass, damping, stiffness))
+    let springs = (
+        reader.value(&CUBIC_STIFFNESS)?,
+        reader.value(&STOP_STIFFNESS)?,
+        reader.value(&STOP_GAP)?,
+    );
+    if reader.has(&STOP_GAP) && springs.1 == [0.0; 3] {
+        return Err(reader.conflict(
+            &STOP_GAP,
+            "there is no structure.stop_stiffness; give one, or leave the gap out",
+        ));
+    }
+    let structure = Structure::oscillator(mass, damping, stiffness);
+    Ok(structure.with_springs(springs.0, springs.1, springs.2))
 }
 
 fn resonator(reader: &Reader<'_>, joint: &Joint, bodies: Bodies, tied: bool) -> Result<Resonator> {
