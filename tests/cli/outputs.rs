@@ -47,7 +47,14 @@ fn json_is_the_last_summary() {
             "{column}"
         );
     }
-    expected.extend(["wear_iteration", "timing", "timing_fft_pairs", "cost"].map(str::to_owned));
+    let beside = [
+        "wear_iteration",
+        "timing",
+        "timing_fft_pairs",
+        "cost",
+        "notices",
+    ];
+    expected.extend(beside.map(str::to_owned));
     assert_eq!(keys(&found), expected);
     assert_eq!(found["wear_iteration"], latest(&root));
     let stages = [
