@@ -1,5 +1,6 @@
-//! The forced response by integration in time alone ([`TimeModel`]): at each frequency the motion is followed until it repeats after every
-//! period of the drive, from where it was at the frequency before. Nothing of it is found by the harmonic balance, which it judges.
+//! The forced response by integration in time alone ([`TimeModel`](super::time_integration::TimeModel)): at each frequency the motion is
+//! followed until it repeats after every period of the drive, from where it was at the frequency before. Nothing of it is found by the
+//! harmonic balance, which it judges.
 //!
 //! The error of an amplitude is what steps of half the length change of it, and how far both motions are from periodic ones by a step of
 //! Newton's method: what had not settled is smaller by far over a period than on the whole where damping is small.
