@@ -121,7 +121,7 @@ const NAMED: [Named; 16] = [
         dimension: Dimension::TIME,
         name: "a time",
         number: "1",
-        units: &["us", "s"],
+        units: &["us", "s", "h"],
     },
     Named {
         dimension: Dimension::ACCELERATION,

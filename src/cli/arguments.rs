@@ -351,16 +351,8 @@ pub struct ReportArguments {
     pub svg: Option<PathBuf>,
 }
 
-/// Time is no quantity of a scene, but of the command line alone.
-const TIME: Dimension = Dimension {
-    m: 0,
-    kg: 0,
-    s: 1,
-    rad: 0,
-};
-
 fn parse_time(text: &str) -> Result<f64, String> {
-    match units::parse(text, TIME) {
+    match units::parse(text, Dimension::TIME) {
         Ok(seconds) if seconds > 0.0 => Ok(seconds),
         Ok(_) => Err("must be longer than 0 s".to_owned()),
         Err(error) => Err(error.to_string()),

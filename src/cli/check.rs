@@ -6,6 +6,7 @@ use fretwear::scene::{self, MOST_FAULTS, Place, Plan, SceneError};
 use serde_json::{Value, json};
 
 use super::Exit;
+use super::cost::too_large;
 use crate::terminal::Results;
 
 /// What is said of a scene.
@@ -87,11 +88,15 @@ fn of_scene(path: &Path, sets: &[String]) -> Found {
         }
     };
     match Plan::of(&scene) {
-        Ok(plan) => Found {
-            errors: Vec::new(),
-            notes: plan.checks.into_iter().filter_map(|c| c.remark).collect(),
-            warnings: plan.warnings,
-        },
+        Ok(mut plan) => {
+            plan.warnings.extend(too_large(&plan.inputs));
+            let remarks = plan.checks.iter().filter_map(|c| c.remark.clone());
+            Found {
+                errors: Vec::new(),
+                notes: remarks.chain(plan.notices()).collect(),
+                warnings: plan.warnings,
+            }
+        }
         Err(error) => alone(format!("{}: {error}", path.display())),
     }
 }

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use fretwear::recipe::Inputs;
 use fretwear::rehearsal::{self, Cost, Options, Range, Rehearsal};
 use fretwear::scene::Plan;
 use fretwear::stages::RunCost;
@@ -168,10 +169,29 @@ fn megabytes(bytes: u64) -> String {
     }
 }
 
+/// What to say of a run that takes more memory than this machine has.
+pub fn too_large(inputs: &Inputs) -> Option<String> {
+    let (peak, cached) = rehearsal::memory(inputs);
+    let least = cached.unwrap_or(peak).min(peak);
+    let machine = told_by_system("/proc/meminfo", "MemTotal:")?;
+    (least > machine).then(|| {
+        format!(
+            "joint.grid, structure: the run takes some {} of memory, and this machine has {}: fewer cells, or a larger machine",
+            megabytes(least),
+            megabytes(machine)
+        )
+    })
+}
+
 /// High-water mark of this process's memory \[B\], where the system tells.
 fn peak_memory() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    told_by_system("/proc/self/status", "VmHWM:")
+}
+
+/// Memory that a file of the system tells under a name \[B\].
+fn told_by_system(path: &str, name: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(path).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(1024 * kibibytes)
 }

@@ -74,6 +74,7 @@ fn asked_of(
         loop {
             say(&format!("{about}, {key} [{}]?", &text[place.clone()]));
             let Some(Ok(answer)) = answers.next() else {
+                say("No more answers: the other values stay as they are.");
                 return sets;
             };
             if answer.trim().is_empty() {

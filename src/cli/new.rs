@@ -247,7 +247,10 @@ fn line(root: &Path) -> Result<serde_json::Value, CliError> {
     if let Some(volume) = summary.wear_volume {
         words.push(worn(volume, summary.error_wear_volume));
     }
-    words.extend(recipe.title);
+    // A title of several lines stays on the run's own.
+    let title = recipe.title.iter().flat_map(|title| title.split_whitespace());
+    words.push(title.collect::<Vec<&str>>().join(" "));
+    words.retain(|word| !word.is_empty());
     Ok(json!({
         "run": root.display().to_string(),
         "state": state(&standing, reader.holder()?),

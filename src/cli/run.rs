@@ -47,7 +47,7 @@ pub fn run(arguments: RunArguments, out: &mut Results) -> Result<Exit, CliError>
         .stopped_by(&stopping, &continuation(&root))
         .telling(&plan.checks);
     if !arguments.execution.quiet {
-        for warning in &plan.warnings {
+        for warning in plan.warnings.iter().chain(&cost::too_large(&plan.inputs)) {
             say(&format!("warning: {warning}"));
         }
     }

@@ -23,6 +23,7 @@ pub fn plan(
 ) -> Result<Exit, CliError> {
     let scene = scene::load(path, sets)?;
     let mut plan = Plan::of(&scene)?;
+    plan.warnings.extend(cost::too_large(&plan.inputs));
     let mut printed =
         json!({ "recipe": plan.inputs.recipe, "decisions": plan.decisions, "checks": plan.checks });
     let mut rehearsal = None;
@@ -35,6 +36,7 @@ pub fn plan(
             printed["seconds"] = json!({ "run": found.seconds, "rehearsal": found.took });
         }
         printed["warnings"] = json!(plan.warnings);
+        printed["notices"] = json!(plan.notices().collect::<Vec<String>>());
         out.json(&printed);
         return Ok(Exit::Done);
     }
@@ -53,6 +55,9 @@ pub fn plan(
     writeln!(out);
     for line in lines_of(&plan.checks) {
         writeln!(out, "{line}");
+    }
+    for notice in plan.notices() {
+        writeln!(out, "note: {notice}");
     }
     for warning in &plan.warnings {
         writeln!(out, "\nwarning: {warning}");

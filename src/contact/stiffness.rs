@@ -39,7 +39,10 @@ use crate::grid::ByAxis;
 
 /// Part of the first residual (in the preconditioner's norm) at which a solve stops. The stiffness is an energy, so its
 /// relative error is about the square of this, some 1e-8.
-const RESIDUAL: f64 = 1e-4;
+pub const RESIDUAL: f64 = 1e-4;
+
+/// The same for a stiffness that is only held against another: its error is some 1e-4.
+pub const COMPARED_RESIDUAL: f64 = 1e-2;
 
 /// The same where the densities of single cells are used: those are in error by this itself.
 const LOCAL_RESIDUAL: f64 = 3e-6;
@@ -74,12 +77,21 @@ pub fn elastic_cells(pressure: &[f64], pressure_cap: Option<f64>) -> Vec<bool> {
 
 /// kn = 1ᵀ K_CC⁻¹ 1 dA over the cells of `set`, for bodies that do not turn.
 pub fn normal(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, ContactError> {
-    normal_under(half_space, set, RESIDUAL, |_| 1.0)
+    normal_to(half_space, set, RESIDUAL)
+}
+
+/// As [`normal`], to a part of the first residual.
+pub fn normal_to(
+    half_space: &mut HalfSpace,
+    set: &[bool],
+    tolerance: f64,
+) -> Result<Stiffness, ContactError> {
+    normal_under(half_space, set, tolerance, |_| 1.0)
 }
 
 /// As [`normal`], with densities as good as the total.
 pub fn local_normal(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, ContactError> {
-    normal_under(half_space, set, LOCAL_RESIDUAL, |_| 1.0)
+    normal_to(half_space, set, LOCAL_RESIDUAL)
 }
 
 /// kn over the cells of `set` for bodies that are free to turn: dN/dδ at constant moments about the grid's centre.
@@ -179,7 +191,8 @@ pub fn local_tangential(
     tangential_to(half_space, set, shear, LOCAL_RESIDUAL)
 }
 
-fn tangential_to(
+/// As [`tangential`], to a part of the first residual.
+pub fn tangential_to(
     half_space: &mut HalfSpace,
     set: &[bool],
     shear: Shear,
@@ -263,13 +276,15 @@ pub enum Direction {
 }
 
 /// kn or kt of the whole K. Elastic cells of `pressed` keep their gap closed, cells of `stuck` do not slip; cells of one set alone
-/// keep the traction of the other kind. Densities are those of the pressure, then of the shear along each axis.
+/// keep the traction of the other kind. Densities are those of the pressure, then of the shear along each axis. The solve stops at
+/// `tolerance`, a part of the first residual.
 pub fn coupled(
     half_space: &mut HalfSpace,
     direction: Direction,
     pressed: &[bool],
     stuck: &[bool],
     shear: Shear,
+    tolerance: f64,
 ) -> Result<Stiffness, ContactError> {
     let mut unit = match shear {
         Shear::AlongX => vec![0.0; 2],
@@ -284,7 +299,7 @@ pub fn coupled(
     linearise(
         half_space,
         &sets,
-        RESIDUAL,
+        tolerance,
         &[&[Traction::Pressure], shear.tractions()].concat(),
         |axis, _| unit[axis],
         |half_space, traction, displacement| {

@@ -117,7 +117,7 @@ impl Scheme {
                 })
             }
             Scheme::SemiImplicit => {
-                let cycles = by_depth(state, law, limits).min(limits.remaining);
+                let cycles = by_depth(state, law, limits);
                 let (wear, contact) = semi_implicit::advance(joint, state, law, cycles)?;
                 Ok(StepOutcome {
                     gap: Some(contact.gap),
@@ -134,13 +134,13 @@ impl Scheme {
     }
 }
 
-/// Cycles that wear the depth of a step at the rate of its beginning [A eq. 2.7].
+/// Cycles that wear the depth of a step at the rate of its beginning [A eq. 2.7], no more than remain.
 fn by_depth(state: &WornState, law: WearLaw, limits: Limits) -> u64 {
     let deepest = law.depth(state.cycle.energy.iter().fold(0.0f64, |m, e| m.max(*e)));
     let depth_step = limits.depth_step.unwrap_or(f64::INFINITY);
     // A joint that does not wear would make a step without end.
     match deepest > 0.0 {
-        true => explicit::cycles(depth_step, deepest),
+        true => explicit::cycles(depth_step, deepest).min(limits.remaining),
         false => limits.remaining,
     }
 }

@@ -17,12 +17,12 @@ impl FrettingJoint {
         shear: Shear,
         coupling: Coupling,
     ) -> Result<(f64, f64), WearError> {
-        let solve = self.linearised(pressure, shear, coupling);
+        let solve = self.linearised(pressure, shear, coupling, stiffness::RESIDUAL);
         Ok(self.half_space.without_nodal(solve)?)
     }
 
     /// kn and kt \[N/m\] as [`FrettingJoint::stiffness`], without the compliance of a structure's own mesh where that is taken from the
-    /// half spaces.
+    /// half spaces; right to some 1e-4, enough to hold them against the contact elements'.
     ///
     /// # Errors
     /// [`WearError::Contact`].
@@ -32,7 +32,7 @@ impl FrettingJoint {
         shear: Shear,
         coupling: Coupling,
     ) -> Result<(f64, f64), WearError> {
-        let solve = self.linearised(pressure, shear, coupling);
+        let solve = self.linearised(pressure, shear, coupling, stiffness::COMPARED_RESIDUAL);
         Ok(solve(&mut self.half_space)?)
     }
 
@@ -42,9 +42,14 @@ impl FrettingJoint {
         pressure: &'a [f64],
         shear: Shear,
         coupling: Coupling,
+        tolerance: f64,
     ) -> impl FnOnce(&mut HalfSpace) -> Result<(f64, f64), ContactError> + use<'a> {
         let (cap, rotation) = (self.pressure_cap, self.rotation);
-        move |half_space| of(half_space, pressure, cap, rotation, shear, coupling)
+        move |half_space| {
+            of(
+                half_space, pressure, cap, rotation, shear, coupling, tolerance,
+            )
+        }
     }
 }
 
@@ -55,21 +60,36 @@ fn of(
     rotation: Rotation,
     shear: Shear,
     coupling: Coupling,
+    tolerance: f64,
 ) -> Result<(f64, f64), ContactError> {
     let elastic = stiffness::elastic_cells(pressure, cap);
     let contact: Vec<bool> = pressure.iter().map(|&p| p > 0.0).collect();
     let kt = match coupling {
-        Coupling::None => stiffness::tangential(half_space, &contact, shear)?,
-        _ => stiffness::coupled(half_space, Direction::AlongX, &elastic, &contact, shear)?,
+        Coupling::None => stiffness::tangential_to(half_space, &contact, shear, tolerance)?,
+        _ => stiffness::coupled(
+            half_space,
+            Direction::AlongX,
+            &elastic,
+            &contact,
+            shear,
+            tolerance,
+        )?,
     };
     let kn = match (coupling, rotation) {
         (Coupling::None | Coupling::Frictionless, Rotation::Given(_)) => {
-            stiffness::normal(half_space, &elastic)?
+            stiffness::normal_to(half_space, &elastic, tolerance)?
         }
         (Coupling::None | Coupling::Frictionless, Rotation::Free { .. }) => {
             stiffness::turning(half_space, &elastic)?
         }
-        _ => stiffness::coupled(half_space, Direction::Normal, &elastic, &contact, shear)?,
+        _ => stiffness::coupled(
+            half_space,
+            Direction::Normal,
+            &elastic,
+            &contact,
+            shear,
+            tolerance,
+        )?,
     };
     Ok((kn.total, kt.total))
 }

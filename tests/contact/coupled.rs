@@ -283,11 +283,25 @@ fn a_bonded_flat_punch_has_its_closed_stiffness() {
 
         // Linear where nothing slips: the secants are the stiffnesses. The punch is symmetric, so that it does not lift.
         let set = &patch.kept;
-        let kn = stiffness::coupled(&mut half_space, Direction::Normal, set, set, Shear::InPlane)
-            .unwrap();
+        let kn = stiffness::coupled(
+            &mut half_space,
+            Direction::Normal,
+            set,
+            set,
+            Shear::InPlane,
+            stiffness::RESIDUAL,
+        )
+        .unwrap();
         assert!((kn.total * bonded.normal.approach / bonded.normal.load - 1.0).abs() < 1e-5);
-        let kt = stiffness::coupled(&mut half_space, Direction::AlongX, set, set, Shear::InPlane)
-            .unwrap();
+        let kt = stiffness::coupled(
+            &mut half_space,
+            Direction::AlongX,
+            set,
+            set,
+            Shear::InPlane,
+            stiffness::RESIDUAL,
+        )
+        .unwrap();
         let displacement = vec![1e-7, 0.0];
         let step = CoupledProblem {
             normal: problem,
@@ -314,8 +328,15 @@ fn stiffness_of_alike_bodies_is_that_of_the_blocks() {
     let kn = stiffness::normal(&mut half_space, &pressed).unwrap();
     let kt = stiffness::tangential(&mut half_space, &stuck, Shear::AlongX).unwrap();
     for (direction, alone) in [(Direction::Normal, &kn), (Direction::AlongX, &kt)] {
-        let found = stiffness::coupled(&mut half_space, direction, &pressed, &stuck, Shear::AlongX)
-            .unwrap();
+        let found = stiffness::coupled(
+            &mut half_space,
+            direction,
+            &pressed,
+            &stuck,
+            Shear::AlongX,
+            stiffness::RESIDUAL,
+        )
+        .unwrap();
         assert_eq!(found.total, alone.total);
         assert_eq!(found.iterations, alone.iterations);
     }

@@ -302,7 +302,7 @@ fn rayleigh_damping() {
         ),
         (
             "dynamics.rayleigh.stiffness=2",
-            r#"dynamics.rayleigh.stiffness: "2" has no unit; a time is wanted, such as "2 us" or "2 s""#,
+            r#"dynamics.rayleigh.stiffness: "2" has no unit; a time is wanted, such as "2 us" or "2 s" or "2 h""#,
         ),
     ] {
         let found = folder.message("case.toml", &[set]);

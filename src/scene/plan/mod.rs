@@ -145,6 +145,14 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// What there is to say of a measured surface: the run's surface stage says it too.
+    pub fn notices(&self) -> impl Iterator<Item = String> + use<'_> {
+        let measured = self.inputs.measured.iter();
+        measured.flat_map(|found| found.notices.iter().map(ToString::to_string))
+    }
+}
+
+impl Plan {
     /// Reads the files of a scene, each once, and decides what it needs.
     ///
     /// # Errors

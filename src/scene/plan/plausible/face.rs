@@ -22,6 +22,13 @@ const CLOSED: [f64; 2] = [2.0, 5.0];
 const TOUCHING: f64 = 5.0;
 /// Cells along the contact radius of a sphere, likewise.
 const CELLS_OF_RADIUS: f64 = 3.0;
+/// Approach over the side of the joint: the strain that it makes in the bodies.
+const APPROACH: f64 = 1e-2;
+/// How far the highest cells of a measured face stand above all but a thousandth of them, over the Rq of these; a Gaussian face has
+/// some 1.5, and a spike of an instrument any number.
+const SPIKE: f64 = 10.0;
+/// The cells that may be such a spike.
+const HIGHEST: f64 = 1e-3;
 /// Least Rq \[m\]: an atom.
 const ATOM: f64 = 1e-10;
 /// Fewer cells along a correlation length do not resolve an asperity; fewer correlation lengths along a side are no statistics.
@@ -42,6 +49,8 @@ pub struct Face<'a> {
     pub rq: Option<f64>,
     /// Root mean square slope along the steeper axis.
     slope: Option<f64>,
+    /// How far the highest cell of a measured face stands above the others, over their Rq.
+    spike: Option<f64>,
 }
 
 impl<'a> Face<'a> {
@@ -60,6 +69,10 @@ impl<'a> Face<'a> {
             contact,
             rq,
             slope: measured.map(slope_of).or(drawn),
+            spike: measured.and_then(|found| {
+                let kept = found.patch.gather(&found.heights);
+                spike_of(&kept)
+            }),
         })
     }
 
@@ -93,6 +106,17 @@ fn rq_of(heights: &[f64]) -> f64 {
     let mean = heights.iter().sum::<f64>() / heights.len() as f64;
     let square: f64 = heights.iter().map(|h| (h - mean).powi(2)).sum();
     (square / heights.len() as f64).sqrt()
+}
+
+/// How far the highest cell stands above all but a thousandth of the others, over the Rq of those.
+fn spike_of(heights: &[f64]) -> Option<f64> {
+    let mut sorted = heights.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let highest = sorted.last().copied()?;
+    let rest = ((1.0 - HIGHEST) * sorted.len() as f64).floor() as usize;
+    let rest = &sorted[..rest.min(sorted.len() - 1)];
+    let (rq, top) = (rq_of(rest), rest.last().copied()?);
+    (rq > 0.0).then(|| (highest - top) / rq)
 }
 
 /// Root mean square slope along the steeper axis.
@@ -179,6 +203,17 @@ pub fn heights(face: &Face, is_measured: bool) -> Vec<Bounded> {
             ..PLAIN
         });
     }
+    if let Some(spike) = face.spike {
+        found.push(Bounded {
+            what: "highest cell above the others over their Rq",
+            value: spike,
+            words: short(spike),
+            bounds: [f64::NEG_INFINITY, SPIKE],
+            key: "surface.path",
+            hint: "a spike of the instrument, or dust? it would carry the load alone; take it out of the map",
+            ..PLAIN
+        });
+    }
     if let Some(lengths) = face.surface.heights.correlation_length() {
         let cells = (lengths[0] / grid.dx).min(lengths[1] / grid.dy);
         let many = (size[0] / lengths[0]).min(size[1] / lengths[1]);
@@ -225,6 +260,19 @@ pub fn pressures(face: &Face) -> Vec<Bounded> {
         });
         found.extend(touching(face, mean / modulus));
         found.extend(hertz(face));
+    }
+    if let Some(approach) = contact.approach {
+        let [x, y] = face.surface.size;
+        let strain = approach / x.min(y);
+        found.push(Bounded {
+            what: "approach over the shorter side of the joint",
+            value: strain,
+            words: format!("{} ({} µm)", short(strain), short(approach * 1e6)),
+            bounds: [f64::NEG_INFINITY, APPROACH],
+            key: "contact.approach, joint.size",
+            hint: "um or mm?",
+            ..PLAIN
+        });
     }
     if let Some(cap) = contact.pressure_cap {
         found.push(Bounded {
