@@ -106,7 +106,7 @@ fn no_phase_resonance(summary: &Map<String, Value>, plan: &Plan) -> Option<Strin
 
 /// Prints what a run left.
 ///
-/// As JSON with the `notices` of this start, and that there is no phase resonance whichever start found it so.
+/// As JSON with the `warnings` of the scene, the `notices` of this start, and that there is no phase resonance whichever start found it so.
 pub fn outcome(
     outcome: &Outcome,
     plan: &Plan,
@@ -127,6 +127,7 @@ pub fn outcome(
         let absent = no_phase_resonance(&object, plan);
         let absent = absent.filter(|absent| !notices.contains(absent));
         let notices: Vec<&String> = notices.iter().chain(&absent).collect();
+        object.insert("warnings".to_owned(), json!(plan.warnings));
         object.insert("notices".to_owned(), json!(notices));
         if outcome.wear_iteration.is_some() {
             object.insert("cost".to_owned(), cost::spent(&outcome.spent));

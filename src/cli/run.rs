@@ -46,10 +46,9 @@ pub fn run(arguments: RunArguments, out: &mut Results) -> Result<Exit, CliError>
     let watcher = watcher
         .stopped_by(&stopping, &continuation(&root))
         .telling(&plan.checks);
-    if !arguments.execution.quiet {
-        for warning in plan.warnings.iter().chain(&cost::too_large(&plan.inputs)) {
-            say(&format!("warning: {warning}"));
-        }
+    plan.warnings.extend(cost::too_large(&plan.inputs));
+    for warning in &plan.warnings {
+        say(&format!("warning: {warning}"));
     }
     let options = RunOptions {
         inputs: &plan.inputs,

@@ -33,18 +33,23 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
         .flat_map(|report| &report.damage)
         .map(ToString::to_string)
         .collect();
+    let warnings = plan.as_ref().and_then(|plan| plan["warnings"].as_array());
     if as_json {
         let mut object = summary.as_ref().map(row).unwrap_or_default();
         describe(&mut object, root, &standing, holder);
         if standing.wear_iteration.is_some() {
             object.insert("cost".to_owned(), cost::spent(&RunCost::of(&reader)?));
         }
+        object.insert("warnings".to_owned(), json!(warnings));
         object.insert("damage".to_owned(), json!(damaged));
         out.json(&Value::Object(object));
     } else {
         write(out, root, &recipe, &standing, holder, summary.as_ref());
         if damaged.is_empty() {
             write_judged(out, &judged(&reader, &recipe)?);
+        }
+        for warning in warnings.into_iter().flatten().filter_map(Value::as_str) {
+            writeln!(out, "warning: {warning}");
         }
         for damage in &damaged {
             writeln!(out, "damaged: {damage}");

@@ -149,6 +149,7 @@ impl Vibration {
             candidate.amplitude_in_time = Some(first_harmonic(balance, rows, self.response_port));
             candidate.multiplier = periodic.multiplier;
         }
+        balance.effort.add_steps(time.steps());
     }
 }
 

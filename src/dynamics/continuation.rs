@@ -1,11 +1,12 @@
 //! A branch of responses over a range of frequencies, through turning points: pseudo-arclength continuation.
 //!
-//! The curve that is followed is (cosine, sine, ω) of the first harmonic at one port, scaled by the largest amplitude so far and
-//! by the width of the range; it does not depend on which elements are active. For a predictor, all displacements go along the
-//! secant.
+//! The curve that is followed is (cosine, sine) of the first harmonic at one port, scaled by the largest amplitude so far, and ω, scaled by
+//! the width of the range; it does not depend on which elements are active. Of a model of few unknowns it has (cosine, sine) of every
+//! harmonic that is loaded at a port too: a resonance along another axis than the response's may bend over and lift the contact off
+//! while the response itself shows nothing of it. For a predictor, all displacements go along the secant.
 
 use super::aft::InterfaceElement;
-use super::newton_step::Condition;
+use super::newton_step::{Condition, Term};
 use super::{DynamicsError, HarmonicBalance, Response};
 
 /// Cosine of the angle between secants beyond which a step is taken again at half its length.
@@ -56,7 +57,8 @@ impl ContinuationSettings {
 pub struct Continuation<'a, E> {
     balance: &'a HarmonicBalance<E>,
     settings: ContinuationSettings,
-    slot: usize,
+    /// Port and slot of each pair of coefficients on the curve; the first is that of the settings' port.
+    watched: Vec<(usize, usize)>,
     /// Angular frequencies that make the length 1 of the scaled curve \[rad/s\].
     width: f64,
     state: Progress,
@@ -72,8 +74,8 @@ struct Branch {
     now: Response,
     before: Option<Response>,
     step: f64,
-    /// Largest amplitude so far \[m\].
-    largest: f64,
+    /// Largest amplitude so far of each pair \[m\].
+    largest: Vec<f64>,
     points: usize,
 }
 
@@ -116,7 +118,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         Ok(Continuation {
             balance,
             settings,
-            slot: balance.harmonics().require(1, "continuation")?,
+            watched: balance.watched(settings.port)?,
             width: (settings.to - settings.from).abs(),
             state: Progress::Start,
         })
@@ -136,7 +138,8 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
     ) -> Result<Response, DynamicsError> {
         let mut path = Continuation::new(balance, settings)?;
         path.width = width;
-        let largest = before.map_or(0.0, |b| path.size(b)).max(path.size(now));
+        let largest = path.sizes(now);
+        let largest = before.map_or(largest.clone(), |before| path.larger(&largest, before));
         path.state = Progress::Underway(Box::new(Branch {
             now: now.clone(),
             before: before.cloned(),
@@ -158,60 +161,76 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         })
     }
 
-    /// The point of the curve, scaled.
-    fn point(&self, response: &Response, largest: f64) -> [f64; 3] {
-        let n = self.balance.harmonics().coefficients();
-        let row = &response.displacement[self.settings.port * n..];
-        let width = self.width;
-        let scale = if largest > 0.0 { largest } else { 1.0 };
-        [
-            row[self.slot] / scale,
-            row[self.slot + 1] / scale,
-            response.omega / width,
-        ]
+    /// The point of the curve, scaled: the pairs, then the frequency.
+    fn point(&self, response: &Response, largest: &[f64]) -> Vec<f64> {
+        let pairs = self.pairs(response).zip(largest);
+        let scaled = pairs.flat_map(|(pair, &largest)| {
+            let scale = if largest > 0.0 { largest } else { 1.0 };
+            pair.map(|value| value / scale)
+        });
+        scaled.chain([response.omega / self.width]).collect()
     }
 
-    fn size(&self, response: &Response) -> f64 {
+    fn pairs(&self, response: &Response) -> impl Iterator<Item = [f64; 2]> {
         let n = self.balance.harmonics().coefficients();
-        let row = &response.displacement[self.settings.port * n..];
-        row[self.slot].hypot(row[self.slot + 1])
+        let watched = self.watched.iter();
+        watched.map(move |&(port, slot)| {
+            let row = &response.displacement[port * n..];
+            [row[slot], row[slot + 1]]
+        })
+    }
+
+    /// Amplitudes of the pairs \[m\].
+    fn sizes(&self, response: &Response) -> Vec<f64> {
+        self.pairs(response).map(|[a, b]| a.hypot(b)).collect()
+    }
+
+    /// The larger of each amplitude and that of a response.
+    fn larger(&self, largest: &[f64], response: &Response) -> Vec<f64> {
+        let sizes = self.sizes(response).into_iter().zip(largest);
+        sizes.map(|(size, largest)| size.max(*largest)).collect()
     }
 
     fn advance(&self, branch: Branch) -> Result<Branch, DynamicsError> {
         let settings = &self.settings;
         let direction = (settings.to - settings.from).signum();
         let width = self.width;
-        let here = self.point(&branch.now, branch.largest);
+        let here = self.point(&branch.now, &branch.largest);
         let tangent = match &branch.before {
-            None => [0.0, 0.0, direction],
+            None => {
+                let mut along = vec![0.0; here.len()];
+                along[here.len() - 1] = direction;
+                along
+            }
             Some(before) => {
-                let there = self.point(before, branch.largest);
-                unit(here, there)
+                let there = self.point(before, &branch.largest);
+                unit(&here, &there)
             }
         };
+        let by_omega = tangent[tangent.len() - 1];
         let mut step = branch.step;
         loop {
-            let target = branch.now.omega + step * tangent[2] * width;
+            let target = branch.now.omega + step * by_omega * width;
             let ends = direction * (target - settings.to) >= 0.0;
             let attempt = if ends {
                 self.balance.solve(settings.to, Some(&branch.now.start()))
             } else {
-                self.correct(&branch, here, tangent, step)
+                self.correct(&branch, &here, &tangent, step)
             };
             let last = match attempt {
                 Ok(next) => {
-                    let largest = branch.largest.max(self.size(&next));
-                    let there = self.point(&next, largest);
-                    let from = self.point(&branch.now, largest);
-                    let secant = unit(there, from);
+                    let largest = self.larger(&branch.largest, &next);
+                    let there = self.point(&next, &largest);
+                    let from = self.point(&branch.now, &largest);
+                    let secant = unit(&there, &from);
                     let straight = match &branch.before {
                         None => 1.0,
                         Some(before) => {
-                            let old = unit(from, self.point(before, largest));
-                            (0..3).map(|i| old[i] * secant[i]).sum()
+                            let old = unit(&from, &self.point(before, &largest));
+                            old.iter().zip(&secant).map(|(a, b)| a * b).sum()
                         }
                     };
-                    let long = distance(there, from) > 4.0 * step.max(settings.least_step);
+                    let long = distance(&there, &from) > 4.0 * step.max(settings.least_step);
                     if (straight >= SHARPEST && !long) || step <= KINK * settings.least_step {
                         let most = if self.balance.is_costly {
                             EASY_CHORDS
@@ -253,40 +272,69 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
     fn correct(
         &self,
         branch: &Branch,
-        here: [f64; 3],
-        tangent: [f64; 3],
+        here: &[f64],
+        tangent: &[f64],
         step: f64,
     ) -> Result<Response, DynamicsError> {
         let width = self.width;
-        let scale = if branch.largest > 0.0 {
-            branch.largest
-        } else {
-            1.0
-        };
-        let value: f64 = (0..3)
-            .map(|i| tangent[i] * (here[i] + step * tangent[i]))
-            .sum();
+        let by_omega = tangent[tangent.len() - 1];
+        let ahead = here.iter().zip(tangent);
+        let value: f64 = ahead.map(|(here, t)| t * (here + step * t)).sum();
+        let watched = self.watched.iter().zip(&branch.largest);
+        let terms = watched.zip(tangent.chunks_exact(2));
+        let terms = terms.map(|((&(port, slot), &largest), along)| {
+            let scale = if largest > 0.0 { largest } else { 1.0 };
+            Term {
+                port,
+                slot,
+                weights: [along[0] / scale, along[1] / scale],
+            }
+        });
         let condition = Condition::Linear {
-            port: self.settings.port,
-            slot: self.slot,
-            weights: [tangent[0] / scale, tangent[1] / scale, tangent[2] / width],
+            terms: terms.collect(),
+            by_omega: by_omega / width,
             value,
         };
         let mut guess = branch.now.start();
         if let Some(before) = &branch.before {
-            let secant = distance(here, self.point(before, branch.largest));
+            let secant = distance(here, &self.point(before, &branch.largest));
             let share = step / secant;
             for (u, old) in guess.displacement.iter_mut().zip(&before.displacement) {
                 *u += share * (*u - old);
             }
         }
-        let omega = branch.now.omega + step * tangent[2] * width;
+        let omega = branch.now.omega + step * by_omega * width;
         let start = self.balance.start_from(&guess, omega, 1.0)?;
         self.balance.newton(start, 1.0, &condition)
     }
 }
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
+    /// Port and slot of what a branch is followed by: the first harmonic at `port`, and what is loaded beside it where that costs little.
+    fn watched(&self, port: usize) -> Result<Vec<(usize, usize)>, DynamicsError> {
+        let mut watched = vec![(port, self.harmonics().require(1, "continuation")?)];
+        if !self.is_small() {
+            return Ok(watched);
+        }
+        let n = self.harmonics().coefficients();
+        let inertial = self
+            .inertial_rows
+            .chunks(n)
+            .map(Some)
+            .chain(std::iter::repeat(None));
+        let rows = self.load_rows.chunks(n).zip(inertial);
+        for (&port, (row, inertial)) in self.load_ports.iter().zip(rows) {
+            for slot in (1..n).step_by(2) {
+                let loaded = |row: &[f64]| row[slot] != 0.0 || row[slot + 1] != 0.0;
+                if (loaded(row) || inertial.is_some_and(loaded)) && !watched.contains(&(port, slot))
+                {
+                    watched.push((port, slot));
+                }
+            }
+        }
+        Ok(watched)
+    }
+
     /// The responses over the range of `settings`, from its one end to the other, turning points included.
     ///
     /// A branch may have a corner, where lift-off begins or a slider is set free, from which it goes on in a direction that no
@@ -370,17 +418,17 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         settings: ContinuationSettings,
     ) -> Result<Vec<Response>, DynamicsError> {
         let mut path = Continuation::new(self, settings)?;
-        let largest = path.size(seed);
+        let largest = path.sizes(seed);
         path.state = Progress::Underway(Box::new(Branch {
             now: seed.clone(),
             before: None,
             step: settings.step,
-            largest,
+            largest: largest.clone(),
             points: 1,
         }));
-        let origin = path.point(seed, largest);
+        let origin = path.point(seed, &largest);
         let close = |response: &Response, path: &Continuation<'_, E>| {
-            distance(path.point(response, largest), origin) < 0.5 * settings.step
+            distance(&path.point(response, &largest), &origin) < 0.5 * settings.step
         };
         let mut points: Vec<Response> = Vec::new();
         let mut away = false;
@@ -429,13 +477,15 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 }
 
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    let squares = a.iter().zip(b).map(|(a, b)| (a - b).powi(2));
+    squares.sum::<f64>().sqrt()
 }
 
-fn unit(to: [f64; 3], from: [f64; 3]) -> [f64; 3] {
+fn unit(to: &[f64], from: &[f64]) -> Vec<f64> {
     let length = distance(to, from);
-    [0, 1, 2].map(|i| (to[i] - from[i]) / length)
+    let along = to.iter().zip(from);
+    along.map(|(to, from)| (to - from) / length).collect()
 }
 
 impl<E: InterfaceElement> Iterator for Continuation<'_, E> {
@@ -448,7 +498,7 @@ impl<E: InterfaceElement> Iterator for Continuation<'_, E> {
                 .balance
                 .solve(self.settings.from, None)
                 .map(|first| Branch {
-                    largest: self.size(&first),
+                    largest: self.sizes(&first),
                     now: first,
                     before: None,
                     step: self.settings.step,

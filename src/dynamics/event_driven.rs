@@ -14,6 +14,7 @@ use super::aft::Closure;
 use super::krylov::dot;
 use super::series::{Products, ROUNDING, Series};
 use super::slider::{self, Dual, FrictionLaw, Slider, Step};
+use super::spring::Spring;
 use super::{ContactElement, Harmonics};
 
 /// Cycles at most until the steady one: the first comes from the preload, the second may be the first that slips.
@@ -26,7 +27,7 @@ const REST: f64 = 1e-10;
 
 impl ContactElement {
     /// Coefficients of the force and their Jacobian as [`Sampling::evaluate`](super::Sampling::evaluate) has them, without samples; none
-    /// where the law has no closed form: two displacements in the plane under the cone, and springs beside the sliders.
+    /// where the law has no closed form: two displacements in the plane under the cone.
     ///
     /// A displacement that rests under the cone counts for the Jacobian as if it were limited by itself: it has no force.
     pub(super) fn closed_form(
@@ -38,7 +39,7 @@ impl ContactElement {
     ) -> Option<Closure> {
         let n = harmonics.coefficients();
         let (plane, normal) = displacement.split_at(2 * n);
-        if !self.moves_apart(harmonics, displacement) || !self.springs.is_empty() {
+        if !self.moves_apart(harmonics, displacement) {
             return None;
         }
         force.fill(0.0);
@@ -65,6 +66,20 @@ impl ContactElement {
                 closure = closure.and(cycle.closure);
             }
         }
+        for spring in &self.springs {
+            let d = spring.direction();
+            let slope = match d {
+                2 => &mut *by_load,
+                axis => &mut of_axes[axis * 2 * n * n..][..n * n],
+            };
+            let row = d * n..(d + 1) * n;
+            spring.add(
+                harmonics,
+                &displacement[row.clone()],
+                &mut force[row],
+                slope,
+            );
+        }
         if let Some(jacobian) = jacobian {
             jacobian.fill(0.0);
             for c in 0..n {
@@ -89,8 +104,13 @@ impl ContactElement {
     ) -> Option<bool> {
         let n = harmonics.coefficients();
         let (plane, normal) = displacement.split_at(2 * n);
-        if !self.moves_apart(harmonics, displacement) || !self.springs.is_empty() {
+        if !self.moves_apart(harmonics, displacement) {
             return None;
+        }
+        let rows = |spring: &Spring| &displacement[spring.direction() * n..][..n];
+        let mut springs = self.springs.iter();
+        if !springs.all(|spring| spring.is_free(harmonics, rows(spring))) {
+            return Some(false);
         }
         for slider in &self.sliders {
             if !slider.bears() {
@@ -134,7 +154,7 @@ impl ContactElement {
 
     /// Whether friction acts along x and y independently: by its law, or as one of them rests.
     fn moves_apart(&self, harmonics: &Harmonics, displacement: &[f64]) -> bool {
-        if self.law.is_by_axes() || self.friction_coefficient == 0.0 {
+        if self.law.is_by_axes() || self.friction_coefficient == 0.0 || self.sliders.is_empty() {
             return true;
         }
         let n = harmonics.coefficients();

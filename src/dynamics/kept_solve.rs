@@ -36,14 +36,19 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 
     fn inputs(&self, state: &State, factor: f64, condition: &Condition) -> Inputs {
-        let conditions = match *condition {
+        let conditions = match condition {
             Condition::Frequency => vec![],
             Condition::Linear {
-                port,
-                slot,
-                weights: [a, b, c],
+                terms,
+                by_omega,
                 value,
-            } => vec![port as f64, slot as f64, a, b, c, value],
+            } => {
+                let terms = terms.iter().flat_map(|term| {
+                    let [a, b] = term.weights;
+                    [term.port as f64, term.slot as f64, a, b]
+                });
+                terms.chain([*by_omega, *value]).collect()
+            }
         };
         Inputs::default()
             .numbers(&[state.omega, factor, self.settings.tolerance])

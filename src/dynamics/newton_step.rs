@@ -31,17 +31,60 @@ pub(super) struct State {
 }
 
 /// What fixes the frequency.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) enum Condition {
     /// It is given.
     Frequency,
-    /// `weights · (cosine, sine, ω) = value`, with the coefficients of the first harmonic at `port`.
+    /// The sum of the terms and `by_omega` ω is `value`.
     Linear {
-        port: usize,
-        slot: usize,
-        weights: [f64; 3],
+        terms: Vec<Term>,
+        by_omega: f64,
         value: f64,
     },
+}
+
+/// `weights · (cosine, sine)` of the harmonic of a slot at a port.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Term {
+    pub(super) port: usize,
+    pub(super) slot: usize,
+    pub(super) weights: [f64; 2],
+}
+
+impl Term {
+    fn of(&self, row: &[f64]) -> f64 {
+        self.weights[0] * row[self.slot] + self.weights[1] * row[self.slot + 1]
+    }
+}
+
+impl Condition {
+    /// That a term is zero.
+    pub(super) fn zero(term: Term) -> Condition {
+        Condition::Linear {
+            terms: vec![term],
+            by_omega: 0.0,
+            value: 0.0,
+        }
+    }
+
+    fn terms(&self) -> &[Term] {
+        match self {
+            Condition::Frequency => &[],
+            Condition::Linear { terms, .. } => terms,
+        }
+    }
+
+    /// The sum of the terms, of rows of `n` coefficients of all ports.
+    fn of_ports(&self, rows: &[f64], n: usize) -> f64 {
+        let terms = self.terms().iter();
+        terms.map(|term| term.of(&rows[term.port * n..])).sum()
+    }
+
+    /// The same of one row a term.
+    fn of_own(&self, rows: &[f64], n: usize) -> f64 {
+        let terms = self.terms().iter().zip(rows.chunks(n));
+        terms.map(|(term, row)| term.of(row)).sum()
+    }
 }
 
 /// Everything that Newton's method wants to know about a state.
@@ -73,7 +116,7 @@ impl Evaluation {
 /// What depends on the active elements alone.
 pub(super) struct Frame {
     elements: Vec<usize>,
-    /// Among their degrees of freedom and, last, the port of the condition.
+    /// Among their degrees of freedom and, last, the ports of the condition's terms.
     among: Among,
     /// The element part of the preconditioner, if there is one by now.
     part: Option<ElementPart>,
@@ -186,18 +229,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 .zip(&displacement[range]);
             residual.extend(pairs.map(|(u, linear)| u - linear));
         }
-        let condition = match *condition {
+        let condition = match condition {
             Condition::Frequency => 0.0,
             Condition::Linear {
-                port,
-                slot,
-                weights,
-                value,
-            } => {
-                let row = &displacement[port * n..][..n];
-                weights[0] * row[slot] + weights[1] * row[slot + 1] + weights[2] * state.omega
-                    - value
-            }
+                by_omega, value, ..
+            } => condition.of_ports(&displacement, n) + by_omega * state.omega - value,
         };
         Ok(Evaluation {
             cores,
@@ -225,9 +261,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             _ => {
                 let elements = at.elements.iter();
                 let mut ports: Vec<usize> = elements.flat_map(|e| 3 * e..3 * e + 3).collect();
-                if let Condition::Linear { port, .. } = condition {
-                    ports.push(*port);
-                }
+                ports.extend(condition.terms().iter().map(|term| term.port));
                 Frame {
                     elements: at.elements.clone(),
                     among: self.model.among(&ports),
@@ -321,7 +355,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         matrix
     }
 
-    /// (1 + H G) v, and H G v at the port of the condition, if there is one.
+    /// (1 + H G) v, and H G v at the ports of the condition's terms.
     fn operate(&self, at: &Evaluation, frame: &Frame, v: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let width = self.width();
         let n = self.harmonics().coefficients();
@@ -402,16 +436,10 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         by_frequency: &[f64],
         motion: &[f64],
     ) -> f64 {
-        let partial = match *condition {
+        let partial = match condition {
             Condition::Frequency => 0.0,
-            Condition::Linear {
-                port,
-                slot,
-                weights,
-                ..
-            } => {
-                let row = &by_frequency[port * self.harmonics().coefficients()..];
-                weights[0] * row[slot] + weights[1] * row[slot + 1] + weights[2]
+            Condition::Linear { by_omega, .. } => {
+                condition.of_ports(by_frequency, self.harmonics().coefficients()) + by_omega
             }
         };
         partial + self.border(at, frame, condition, motion)
@@ -441,11 +469,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 
     /// The derivative of the condition along a change `v` of the active unknowns.
     fn border(&self, at: &Evaluation, frame: &Frame, condition: &Condition, v: &[f64]) -> f64 {
-        match *condition {
+        match condition {
             Condition::Frequency => 0.0,
-            Condition::Linear { slot, weights, .. } => {
-                let (_, row) = self.operate(at, frame, v);
-                -(weights[0] * row[slot] + weights[1] * row[slot + 1])
+            Condition::Linear { .. } => {
+                let (_, rows) = self.operate(at, frame, v);
+                -condition.of_own(&rows, self.harmonics().coefficients())
             }
         }
     }
@@ -485,13 +513,14 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             contact: response.displacement[..response.force.len()].to_vec(),
             active: response.active.clone(),
         };
-        let condition = |weights| Condition::Linear {
-            port,
-            slot,
-            weights,
-            value: 0.0,
+        let condition = |weights| {
+            Condition::zero(Term {
+                port,
+                slot,
+                weights,
+            })
         };
-        let (cosine, sine) = (condition([1.0, 0.0, 0.0]), condition([0.0, 1.0, 0.0]));
+        let (cosine, sine) = (condition([1.0, 0.0]), condition([0.0, 1.0]));
         let at = self.evaluate(&state, response.load_factor, &cosine, Some(LEAST_GRIP))?;
         let frame = self.frame(&at, &cosine, None)?;
         let solver = self.solver(&at, &frame)?;

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::aft::InterfaceElement;
-use super::newton_step::Condition;
+use super::newton_step::{Condition, Term};
 use super::{DynamicsError, HarmonicBalance, Response, Start};
 
 /// First and largest step of phase \[rad\].
@@ -237,12 +237,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         port: usize,
         slot: usize,
     ) -> Result<Place, DynamicsError> {
-        let condition = Condition::Linear {
+        let condition = Condition::zero(Term {
             port,
             slot,
-            weights: [-phase.sin(), phase.cos(), 0.0],
-            value: 0.0,
-        };
+            weights: [-phase.sin(), phase.cos()],
+        });
         let start: Start = near.response.start();
         let start = self.start_from(&start, near.response.omega, 1.0)?;
         let response = self.newton(start, 1.0, &condition)?;

@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 
 use super::aft::InterfaceElement;
-use super::newton_step::Condition;
+use super::newton_step::{Condition, Term};
 use super::{ContinuationSettings, DynamicsError, HarmonicBalance, Response, Start};
 
 /// Points of the search for a start; a range is a few modes wide at most.
@@ -44,23 +44,23 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         range: (f64, f64),
         guess: Option<&Start>,
     ) -> Result<Response, DynamicsError> {
-        let condition = self.phase_lag()?;
+        let lag = self.phase_lag()?;
         if let Some(guess) = guess {
             // A guess of the wrong length is a mistake, and no reason to look elsewhere.
             let start = self.start_from(guess, guess.omega, 1.0)?;
-            if let Ok(response) = self.newton(start, 1.0, &condition)
+            if let Ok(response) = self.newton(start, 1.0, &Condition::zero(lag))
                 && inside(range, &response)
             {
                 return Ok(response);
             }
         }
         if let Some(omega) = self.linear_resonance(range)?
-            && let Ok(response) = self.raise_resonance(omega, &condition)
+            && let Ok(response) = self.raise_resonance(omega, &lag)
             && inside(range, &response)
         {
             return Ok(response);
         }
-        self.scan_resonance(range, &condition)
+        self.scan_resonance(range, &lag)
     }
 
     /// The same from `guess` alone: the resonance that it is near.
@@ -73,7 +73,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         guess: &Start,
     ) -> Result<Response, DynamicsError> {
         let start = self.start_from(guess, guess.omega, 1.0)?;
-        let response = self.newton(start, 1.0, &self.phase_lag()?)?;
+        let response = self.newton(start, 1.0, &Condition::zero(self.phase_lag()?))?;
         if inside(range, &response) {
             Ok(response)
         } else {
@@ -81,8 +81,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// Re(û F̂*) = 0, as a condition.
-    fn phase_lag(&self) -> Result<Condition, DynamicsError> {
+    /// Re(û F̂*), which is zero at a phase resonance.
+    fn phase_lag(&self) -> Result<Term, DynamicsError> {
         let slot = self.harmonics().require(1, "phase resonance")?;
         let Some(load) = self.drive() else {
             return Err(DynamicsError::OutOfRange {
@@ -92,25 +92,20 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             });
         };
         let size = load.cosine.hypot(load.sine);
-        Ok(Condition::Linear {
+        Ok(Term {
             port: load.port,
             slot,
-            weights: [load.cosine / size, load.sine / size, 0.0],
-            value: 0.0,
+            weights: [load.cosine / size, load.sine / size],
         })
     }
 
-    /// In-phase part and size of the displacement at the drive for the condition of [`Self::phase_lag`].
-    fn in_phase(&self, condition: &Condition, displacement: &[f64]) -> (f64, f64) {
-        let Condition::Linear {
+    /// In-phase part and size of the displacement at the drive for the term of [`Self::phase_lag`].
+    fn in_phase(&self, term: &Term, displacement: &[f64]) -> (f64, f64) {
+        let &Term {
             port,
             slot,
             weights,
-            ..
-        } = *condition
-        else {
-            return (0.0, 0.0);
-        };
+        } = term;
         let row = &displacement[port * self.harmonics().coefficients()..];
         let (a, b) = (row[slot], row[slot + 1]);
         (weights[0] * a + weights[1] * b, a.hypot(b))
@@ -118,15 +113,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 
     /// The strongest phase resonance of the reference state, looked for somewhat above the range too: friction lowers it.
     fn linear_resonance(&self, range: (f64, f64)) -> Result<Option<f64>, DynamicsError> {
-        let Condition::Linear {
+        let Term {
             port,
             slot,
             weights,
-            ..
-        } = self.phase_lag()?
-        else {
-            return Ok(None);
-        };
+        } = self.phase_lag()?;
         let among = self.model.among(&self.load_ports);
         let n = self.harmonics().coefficients();
         let amplitude = |row: &[f64]| Complex64::new(row[slot], -row[slot + 1]);
@@ -207,15 +198,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 
     /// From the linear resonance at a load that is small enough, up to the whole load.
-    fn raise_resonance(
-        &self,
-        omega: f64,
-        condition: &Condition,
-    ) -> Result<Response, DynamicsError> {
+    fn raise_resonance(&self, omega: f64, lag: &Term) -> Result<Response, DynamicsError> {
         let mut factor = self.first_load(omega)?;
         let mut last = loop {
             let start = self.linear_start(omega, factor)?;
-            match self.newton(start, factor, condition) {
+            match self.newton(start, factor, &Condition::zero(*lag)) {
                 Ok(response) => break response,
                 Err(error) if factor < LEAST_LOAD => return Err(error),
                 Err(_) => factor *= 0.25,
@@ -225,7 +212,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         while last.load_factor < 1.0 {
             let next = (last.load_factor * growth).min(1.0);
             let start = self.start_from(&last.start(), last.omega, next)?;
-            match self.newton(start, next, condition) {
+            match self.newton(start, next, &Condition::zero(*lag)) {
                 Ok(response) => {
                     last = response;
                     growth = f64::min(growth * growth, 4.0);
@@ -246,18 +233,14 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     ///
     /// # Errors
     /// [`DynamicsError::NoResonance`] if there is none or nothing bounds its amplitude, or what kept from knowing.
-    fn scan_resonance(
-        &self,
-        range: (f64, f64),
-        condition: &Condition,
-    ) -> Result<Response, DynamicsError> {
+    fn scan_resonance(&self, range: (f64, f64), lag: &Term) -> Result<Response, DynamicsError> {
         let port = self.drive().map_or(0, |load| load.port);
         let settings = ContinuationSettings::over(range.0, range.1, port);
         let (mut branch, mut failure) = match self.branch(settings) {
             Ok(branch) => (branch.into_iter().map(Some).collect(), None),
             Err(error) => (Vec::new(), Some(error)),
         };
-        let mut best = self.crossing(&branch, range, condition);
+        let mut best = self.crossing(&branch, range, lag);
         if !matches!(best, Ok(Some(_))) && failure.is_some() {
             (branch, failure) = (Vec::new(), None);
             for k in 0..=NONLINEAR_SCAN {
@@ -271,7 +254,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                     }
                 });
             }
-            best = self.crossing(&branch, range, condition);
+            best = self.crossing(&branch, range, lag);
         }
         match best? {
             Some(response) => Ok(response),
@@ -284,10 +267,10 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         &self,
         branch: &[Option<Response>],
         range: (f64, f64),
-        condition: &Condition,
+        lag: &Term,
     ) -> Result<Option<Response>, DynamicsError> {
-        let (found, failure) = self.crossings(branch, range, condition);
-        let size = |response: &Response| self.in_phase(condition, &response.displacement).1;
+        let (found, failure) = self.crossings(branch, range, lag);
+        let size = |response: &Response| self.in_phase(lag, &response.displacement).1;
         let strongest = found.into_iter().max_by(|a, b| size(a).total_cmp(&size(b)));
         match (strongest, failure) {
             (Some(response), _) => Ok(Some(response)),
@@ -301,18 +284,18 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         &self,
         branch: &[Option<Response>],
         range: (f64, f64),
-        condition: &Condition,
+        lag: &Term,
     ) -> (Vec<Response>, Option<DynamicsError>) {
         let (mut found, mut failure) = (Vec::new(), None);
         for pair in branch.windows(2) {
             let [Some(before), Some(after)] = pair else {
                 continue;
             };
-            let side = |response: &Response| self.in_phase(condition, &response.displacement).0;
+            let side = |response: &Response| self.in_phase(lag, &response.displacement).0;
             if !(side(before) > 0.0 && side(after) <= 0.0) {
                 continue;
             }
-            match self.resonance_between(before, after, range, condition) {
+            match self.resonance_between(before, after, range, lag) {
                 Ok(response) if inside(range, &response) => found.push(response),
                 Ok(_) => {}
                 Err(error) => failure = Some(error),
@@ -340,20 +323,20 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         before: &Response,
         after: &Response,
         range: (f64, f64),
-        condition: &Condition,
+        lag: &Term,
     ) -> Result<Response, DynamicsError> {
         let (mut low, mut high) = (before.clone(), after.clone());
         let mut failure = None;
         for _ in 0..BISECTIONS {
             for near in [&low, &high] {
                 let start = self.start_from(&near.start(), near.omega, 1.0)?;
-                match self.newton(start, 1.0, condition) {
+                match self.newton(start, 1.0, &Condition::zero(*lag)) {
                     Ok(response) => return Ok(response),
                     Err(error) => failure = Some(error),
                 }
             }
             let share = |response: &Response| {
-                let (part, size) = self.in_phase(condition, &response.displacement);
+                let (part, size) = self.in_phase(lag, &response.displacement);
                 part.abs() / size.max(f64::MIN_POSITIVE)
             };
             if (high.omega - low.omega).abs() <= LEAP_WIDTH * low.omega {
@@ -370,7 +353,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 }
                 there => there?,
             };
-            if self.in_phase(condition, &there.displacement).0 > 0.0 {
+            if self.in_phase(lag, &there.displacement).0 > 0.0 {
                 low = there;
             } else {
                 high = there;

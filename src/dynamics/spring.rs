@@ -1,6 +1,13 @@
 //! Springs to the ground whose force is no multiple of displacement, beside the sliders of a contact element.
 
+use std::f64::consts::TAU;
+
 use serde::{Deserialize, Serialize};
+
+use super::Harmonics;
+use super::event_driven::{add_normal, stays_open};
+use super::slider::Slider;
+use crate::linalg::add_scaled;
 
 /// A spring along one direction; its force is positive along the displacement, as that of a slider.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -43,6 +50,54 @@ impl Spring {
                 [stiffness * (displacement - gap), stiffness]
             }
             Spring::Stop { .. } => [0.0; 2],
+        }
+    }
+
+    /// Adds the coefficients of its force over a cycle, and their derivatives (row by row), of those of the displacement along it: exactly,
+    /// so that it does no work.
+    pub(super) fn add(
+        &self,
+        harmonics: &Harmonics,
+        displacement: &[f64],
+        force: &mut [f64],
+        slope: &mut [f64],
+    ) {
+        if let Some(slider) = self.as_slider() {
+            return add_normal(&slider, harmonics, displacement, force, slope);
+        }
+        // Products of four harmonics at most: so many samples sum them up exactly.
+        let n = harmonics.coefficients();
+        let samples = 4 * harmonics.highest() as usize + 1;
+        for j in 0..samples {
+            let basis = harmonics.basis(TAU * j as f64 / samples as f64);
+            let at: f64 = displacement.iter().zip(&basis).map(|(a, b)| a * b).sum();
+            let [value, derivative] = self.force(at);
+            for c in 0..n {
+                let weight = if c == 0 { 1.0 } else { 2.0 } / samples as f64 * basis[c];
+                force[c] += weight * value;
+                add_scaled(&mut slope[c * n..][..n], weight * derivative, &basis);
+            }
+        }
+    }
+
+    /// Whether it has no force throughout a cycle.
+    pub(super) fn is_free(&self, harmonics: &Harmonics, displacement: &[f64]) -> bool {
+        match self.as_slider() {
+            Some(slider) => stays_open(&slider, harmonics, displacement),
+            None => displacement.iter().all(|u| *u == 0.0),
+        }
+    }
+
+    /// A stop as what bears pressure beyond its gap.
+    fn as_slider(&self) -> Option<Slider> {
+        match *self {
+            Spring::Stop { stiffness, gap, .. } => Some(Slider {
+                normal_load: 0.0,
+                gap,
+                tangential_stiffness: 0.0,
+                normal_stiffness: stiffness,
+            }),
+            Spring::Cubic { .. } => None,
         }
     }
 

@@ -88,11 +88,7 @@ impl Vibration {
         &self,
         balance: &HarmonicBalance<ContactElement>,
     ) -> Result<Survey, DynamicsError> {
-        let (from, to) = self.range;
-        let settings = ContinuationSettings {
-            most_points: MOST_POINTS,
-            ..ContinuationSettings::over(from, to, self.response_port)
-        };
+        let settings = self.along();
         balance.effort.allow(BRANCHES);
         let (branches, stopped) = balance.parts(settings)?;
         let mut survey = Survey {
@@ -142,12 +138,21 @@ impl Vibration {
         if let Some(top) = self.top_in_time(balance, &survey) {
             survey.motions.push(top);
         }
-        survey.gaps = survey.left_out((from, to));
+        survey.gaps = survey.left_out(self.range);
         survey.missed.retain(|(omega, _)| {
             let mut gaps = survey.gaps.iter();
             gaps.any(|[low, high]| (*low..*high).contains(&(omega / TAU)))
         });
         Ok(survey)
+    }
+
+    /// How branches are followed over the range.
+    pub(super) fn along(&self) -> ContinuationSettings {
+        let (from, to) = self.range;
+        ContinuationSettings {
+            most_points: MOST_POINTS,
+            ..ContinuationSettings::over(from, to, self.response_port)
+        }
     }
 
     /// Angular frequencies to look at: within gaps, and over the range.
@@ -252,6 +257,7 @@ impl Vibration {
             }
             step *= if rose { 1.5 } else { 0.4 };
         }
+        balance.effort.add_steps(time.steps());
         Some(top)
     }
 
@@ -297,7 +303,7 @@ impl Vibration {
 
 impl Survey {
     /// The parts of a range \[rad/s\] that no branch covers \[Hz\].
-    fn left_out(&self, (from, to): (f64, f64)) -> Vec<[f64; 2]> {
+    pub(super) fn left_out(&self, (from, to): (f64, f64)) -> Vec<[f64; 2]> {
         let mut covered: Vec<[f64; 2]> = self
             .branches
             .iter()

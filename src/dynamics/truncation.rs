@@ -90,6 +90,8 @@ pub struct Resolved<'a> {
     pub resonance: Resonance,
     pub truncation: Truncation,
     vibration: &'a Vibration,
+    /// What looking over the whole range has cost so far.
+    spent: u64,
 }
 
 impl Vibration {
@@ -119,8 +121,10 @@ impl Vibration {
             balance,
             truncation: Truncation::UNKNOWN,
             vibration: self,
+            spent: 0,
         };
         let cost = resolved.balance.effort.spent();
+        resolved.spent = cost;
         let surveyed = resolved.balance.harmonics().coefficients();
         let mut extended = false;
         loop {
@@ -200,10 +204,18 @@ impl Vibration {
 
 impl Resolved<'_> {
     /// Takes the resonance of another balance in place of its own, found over the whole range; false, with nothing taken, where it has
-    /// none or looking for it was given up.
+    /// none, or where looking for it was given up before a larger one was found.
     fn survey_again(&mut self, balance: HarmonicBalance<ContactElement>) -> bool {
-        match self.vibration.resonance(&balance, None) {
-            Ok(resonance) if !resonance.is_cut => {
+        if self.spent > BRANCHES {
+            return false;
+        }
+        let found = self.vibration.resonance(&balance, None);
+        self.spent += balance.effort.spent();
+        match found {
+            Ok(resonance)
+                if !resonance.is_cut
+                    || resonance.peak_amplitude > self.resonance.peak_amplitude =>
+            {
                 (self.resonance, self.balance) = (resonance, balance);
                 true
             }

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::candidates::{Candidate, CandidateKind};
 use super::contact_element::ContactElement;
 use super::effort::{BESIDE_BRANCHES, BRANCHES};
-use super::survey::{Survey, first_harmonic};
+use super::survey::Survey;
 use super::{
     DynamicsError, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Settings, Start,
 };
@@ -73,9 +73,7 @@ impl Resonance {
     /// The candidate that is the peak; none where only the two were looked for.
     pub fn peak_candidate(&self) -> Option<&Candidate> {
         let mut peaks = self.candidates.iter();
-        peaks.find(|candidate| {
-            candidate.kind != CandidateKind::PhaseResonance && candidate.response == self.peak
-        })
+        peaks.find(|candidate| candidate.response == self.peak)
     }
 
     /// Whether the peak is that of a motion in time, which the balance does not have.
@@ -167,9 +165,7 @@ impl Vibration {
     ) -> Result<Resonance, DynamicsError> {
         if balance.is_small() {
             let survey = self.survey(balance)?;
-            balance.effort.allow(BESIDE_BRANCHES);
-            let candidates = self.candidates(balance, &survey);
-            let strongest = candidates.and_then(|all| self.strongest(balance, start, survey, all));
+            let strongest = self.strongest(balance, start, survey);
             balance.effort.unbound();
             return strongest;
         }
@@ -255,44 +251,48 @@ impl Vibration {
         })
     }
 
-    /// The strongest of the candidates of a survey.
+    /// The strongest of a survey. Where its branches have no phase resonance, one is looked for apart from them.
     fn strongest(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         start: Option<&Start>,
-        survey: Survey,
-        candidates: Vec<Candidate>,
+        mut survey: Survey,
     ) -> Result<Resonance, DynamicsError> {
-        // They are sorted.
-        let first = |is_wanted: fn(CandidateKind) -> bool| {
-            let mut wanted = candidates.iter().filter(|c| is_wanted(c.kind));
-            wanted.next().map(|candidate| candidate.response.clone())
-        };
-        let has_branches = candidates.iter().any(|c| c.branch.is_some());
-        if !has_branches {
-            // The only other way.
-            balance.effort.allow(BRANCHES);
+        balance.effort.allow(BESIDE_BRANCHES);
+        let mut candidates = self.candidates(balance, &survey)?;
+        let is_phase = |c: &Candidate| c.kind == CandidateKind::PhaseResonance;
+        let mut missing = None;
+        if !candidates.iter().any(is_phase) {
+            balance.effort.allow(match survey.branches.is_empty() {
+                // The only other way.
+                true => BRANCHES,
+                false => BESIDE_BRANCHES,
+            });
+            match balance.phase_resonance(self.range, start) {
+                Ok(phase) => {
+                    let through = balance.through(&phase, self.along())?;
+                    survey.branches.push(through);
+                    survey.gaps = survey.left_out(self.range);
+                    candidates = self.candidates(balance, &survey)?;
+                }
+                Err(error) => missing = Some(error),
+            }
         }
-        let phase = match first(|kind| kind == CandidateKind::PhaseResonance) {
-            Some(phase) => Ok(phase),
-            None => balance.phase_resonance(self.range, start),
+        // They are sorted.
+        let first = |is_wanted: &dyn Fn(&Candidate) -> bool| {
+            let wanted = candidates.iter().find(|c| is_wanted(c));
+            wanted.map(|candidate| candidate.response.clone())
         };
-        let beside = match &phase {
-            Ok(phase) if !has_branches => self.peak_beside(balance, phase).ok(),
-            _ => None,
-        };
-        let size = |r: &Response| first_harmonic(balance, &r.displacement, self.response_port);
-        let known = first(|kind| kind != CandidateKind::PhaseResonance);
-        let peaks = known.into_iter().chain(beside);
-        let Some(peak) = peaks.max_by(|a, b| size(a).total_cmp(&size(b))) else {
-            let error = phase.err().unwrap_or(DynamicsError::NoResonance {
+        let phase = first(&is_phase);
+        // A peak that could not be refined is no higher than a phase resonance may be.
+        let Some(peak) = first(&|_| true) else {
+            let error = missing.unwrap_or(DynamicsError::NoResonance {
                 what: "peak",
                 from: self.range.0 / TAU,
                 to: self.range.1 / TAU,
             });
             return Err(survey.stopped.unwrap_or(error));
         };
-        let phase = phase.ok();
         let iterations = survey.branches.iter().flatten().map(|r| r.iterations).sum();
         Ok(Resonance {
             candidates,

@@ -345,7 +345,7 @@ impl Observer for Watcher {
         }
         let at = format!("{stage} of iteration {wear_iteration}");
         if let Some(stopping) = &self.stopping {
-            stopping.enters(at.clone());
+            stopping.enters(at.clone(), stage.goes_on());
         }
         note(&at);
         let unknowns = self.unknowns.filter(|_| stage == Stage::Structure);

@@ -25,7 +25,8 @@ const GRACE: Duration = Duration::from_millis(1500);
 #[derive(Default)]
 pub struct At {
     /// Stage and iteration in words, and since when; none between runs.
-    stage: Option<(String, Instant)>,
+    /// With whether it goes on from where it is interrupted.
+    stage: Option<(String, bool, Instant)>,
     /// Stages that this start has begun, over all runs.
     begun: u64,
     /// How to go on.
@@ -89,11 +90,11 @@ impl Stopping {
         at.bar = bar;
     }
 
-    /// A stage begins.
-    pub fn enters(&self, stage: String) {
+    /// A stage begins, which may go on from where it is interrupted.
+    pub fn enters(&self, stage: String, goes_on: bool) {
         let mut at = self.at();
         at.begun += 1;
-        at.stage = Some((stage, Instant::now()));
+        at.stage = Some((stage, goes_on, Instant::now()));
     }
 
     fn at(&self) -> std::sync::MutexGuard<'_, At> {
@@ -154,13 +155,17 @@ impl Watch {
         if let Some(bar) = &at.bar {
             bar.finish_and_clear();
         }
-        if let Some((stage, since)) = &at.stage {
+        if let Some((stage, goes_on, since)) = &at.stage {
+            let again = match goes_on {
+                true => "it goes on from what it has solved",
+                false => "it is computed again",
+            };
             say(&format!(
-                "stopped within {stage}, {} after it began: what comes before it is not computed again, nor what it has solved of a vibration",
+                "stopped within {stage}, {} after it began: {again}; what comes before it is kept",
                 duration(since.elapsed().as_secs_f64())
             ));
             // One start after another would get nowhere.
-            if late && at.begun == 1 {
+            if late && at.begun == 1 && !goes_on {
                 say(
                     "it is the first stage of this start: give --max-wall more time, or no start gets past it",
                 );

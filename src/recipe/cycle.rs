@@ -37,7 +37,7 @@ pub enum CycleError {
     },
     /// The load lifts off within the cycle.
     #[error(
-        "the normal load falls to {load:.6e} N within the cycle; it must stay above zero: make `motion.normal_load_amplitude` smaller than `contact.normal_load`"
+        "the normal load falls to {load:.6e} N within the cycle; it must stay above zero: make `motion.normal_load_amplitude` smaller than `contact.normal_load`, or raise `normal_load` of `motion.history`"
     )]
     LiftsOff {
         /// The least load \[N\].

@@ -55,6 +55,8 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
+/// Relative difference of two frequencies that are one but for rounding.
+const SAME_FREQUENCY: f64 = 1e-9;
 /// Share of the highest peak from which another is as high.
 const TIE: f64 = 0.99;
 
@@ -360,15 +362,23 @@ fn tell_candidates(outputs: &mut Outputs, vibration: &Vibration, resonance: &Res
         format!("{:.6e} m at {frequency:.6} Hz", candidate.amplitude)
     };
     if first.kind == CandidateKind::End {
+        let (low, high) = vibration.range;
+        let is_at = |end: f64| (first.response.omega / end - 1.0).abs() <= SAME_FREQUENCY;
+        let why = match is_at(low) || is_at(high) {
+            true => "an end of it: widen dynamics.frequency if the peak is meant",
+            false => {
+                "the end of a branch that could not be followed further: the peak may be higher"
+            }
+        };
         outputs.notice(format!(
-            "the largest amplitude of the range, {}, lies at an end of it: widen dynamics.frequency if the peak is meant",
+            "the largest amplitude of the range, {}, lies at {why}",
             at(first)
         ));
     }
     if first.is_unstable() {
         let stable = peaks.iter().find(|peak| !peak.is_unstable());
         let stable = stable.map_or(String::new(), |peak| {
-            format!("; the largest that is not is {}", at(peak))
+            format!("; the largest peak that is not is {}", at(peak))
         });
         outputs.notice(format!(
             "the peak of {} is unstable: a motion does not stay there{stable}",

@@ -139,6 +139,7 @@ fn forced_response(
         let points = vibration.forced_response_in_time(&balance);
         let points = points.map_err(|source| failed(reads, source))?;
         tell_peak(reads, &points, outputs)?;
+        tell_left_out(&points, true, outputs);
         return put(&points, force, &harmonics, outputs);
     }
     let mut points = vibration.forced_response(balance);
@@ -157,6 +158,7 @@ fn forced_response(
         points = fewer.and_then(|balance| vibration.forced_response(balance));
     }
     let points = points.map_err(|source| failed(reads, source))?;
+    tell_left_out(&points, false, outputs);
     put(&points, force, &harmonics, outputs)
 }
 
@@ -194,7 +196,6 @@ fn put(
     harmonics: &Harmonics,
     outputs: &mut Outputs,
 ) -> Result<(), RunError> {
-    tell_left_out(points, outputs);
     outputs.put(&harmonic_table(points, harmonics))?;
     let all = points.iter();
     let of = |value: fn(&PointResponse) -> f64| -> Vec<Option<f64>> {
@@ -241,7 +242,7 @@ fn put(
 }
 
 /// Says where the forced response has no point, or one that the balance did not find.
-fn tell_left_out(points: &[ForcedPoint], outputs: &mut Outputs) {
+fn tell_left_out(points: &[ForcedPoint], is_in_time: bool, outputs: &mut Outputs) {
     for (found_by, what) in [
         (
             FoundBy::Time,
@@ -268,6 +269,10 @@ fn tell_left_out(points: &[ForcedPoint], outputs: &mut Outputs) {
         let [first, ..] = frequencies[..] else {
             continue;
         };
+        // What was asked for need not be said.
+        if is_in_time && found_by == FoundBy::Time {
+            continue;
+        }
         let last = frequencies.iter().copied().fold(first, f64::max);
         let first = frequencies.iter().copied().fold(first, f64::min);
         outputs.notice(format!(

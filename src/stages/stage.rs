@@ -74,6 +74,11 @@ impl Stage {
         Stage::Summary,
     ];
 
+    /// Whether what it has solved is kept where it is interrupted, and it goes on from there.
+    pub fn goes_on(self) -> bool {
+        matches!(self, Stage::DynamicResponse | Stage::ForcedResponse)
+    }
+
     /// Name in tables, keys and on the command line.
     pub fn name(self) -> &'static str {
         match self {

@@ -53,6 +53,7 @@ fn json_is_the_last_summary() {
         "timing_fft_pairs",
         "cost",
         "notices",
+        "warnings",
     ];
     expected.extend(beside.map(str::to_owned));
     assert_eq!(keys(&found), expected);

@@ -5,7 +5,7 @@ use std::path::Path;
 use fretwear::scene::{Plan, load};
 
 /// Pipeline, what a tired engineer typed, and the key that has to be named. Each is wrong by a thousand.
-const MISTAKES: [(&str, &str, &str); 69] = [
+const MISTAKES: [(&str, &str, &str); 70] = [
     (
         "hertz_fretting",
         "contact.normal_load=\"90 kN\"",
@@ -221,6 +221,11 @@ const MISTAKES: [(&str, &str, &str); 69] = [
         "structure.leaf_thickness",
     ),
     (
+        "prescribed_fretting",
+        "wear.volume=\"1000 mm^3\"",
+        "wear.volume",
+    ),
+    (
         "lap_joint",
         "structure.leaf_thickness=\"10 um\"",
         "structure.leaf_thickness",
@@ -329,7 +334,7 @@ fn page(warned: &str, remarked: &str) -> String {
          Some values are wrong by a thousand in one scene and right in another. They have a `note` in place of a warning.\n\n\
          | scene | value | what is said |\n|---|---|---|\n{remarked}\n\
          ## What cannot be told\n\n\
-         - A number of cycles, and a worn volume to stop at, can be anything: a thousand times more only takes longer. Above 10\u{b9}\u{b2} cycles\n  there is a warning.\n\
+         - A number of cycles can be anything: a thousand times more only takes longer. Above 10\u{b9}\u{b2} cycles there is a warning.\n\
          - A density is not used by a scene without `[structure]`, so that its unit does not matter there.\n\
          - Tolerances, seeds, grids and other numbers without a unit.\n\
          - Some warnings are of scenes that exist, and that the grid does not resolve or the model does not describe: a weight of 30 N on a plate\n  of 16 cm\u{b2} presses some two cells together.\n\
@@ -497,4 +502,92 @@ fn what_is_unusual_is_not_warned_of() {
         let plan = Plan::of(&load(&shipped(pipeline), &sets).expect("a scene")).expect("a plan");
         assert_eq!(plan.warnings, Vec::<String>::new(), "{pipeline} {sets:?}");
     }
+}
+
+/// A shipped scene whose lines are others, with what is said of it.
+fn said_of_edited(pipeline: &str, edits: &[(&str, &str)], map: Option<&str>) -> Vec<String> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut text = std::fs::read_to_string(shipped(pipeline)).expect("a scene");
+    for (line, other) in edits {
+        assert!(text.contains(line), "{line}");
+        text = text.replace(line, other);
+    }
+    if let Some(map) = map {
+        std::fs::write(folder.path().join("map.csv"), map).expect("written");
+    }
+    let path = folder.path().join("edited.toml");
+    std::fs::write(&path, text).expect("written");
+    let plan = load(&path, &[]).map_err(|error| error.to_string());
+    match plan.and_then(|scene| Plan::of(&scene).map_err(|error| error.to_string())) {
+        Ok(plan) => plan.warnings,
+        Err(error) => vec![error],
+    }
+}
+
+/// What drives a joint other than the shipped scenes do, right and wrong by a thousand.
+#[test]
+fn other_motions_and_loads_are_looked_at() {
+    const AMPLITUDE: &str = "amplitude = [\"5 um\", \"0 um\"]";
+    const LOAD: &str = "normal_load = \"30 kN\"";
+    let history = |load: f64, far: f64| {
+        format!(
+            "time,displacement_x,normal_load\n0,{far},{load}\n0.5,-{far},{load}\n0.75,0,{load}\n"
+        )
+    };
+    for (pipeline, line, [right, wrong], key) in [
+        (
+            "static_contact",
+            LOAD,
+            ["approach = \"2 um\"", "approach = \"2 mm\""],
+            "contact.approach",
+        ),
+        (
+            "prescribed_fretting",
+            AMPLITUDE,
+            ["force = [\"9 kN\", \"0 N\"]", "force = [\"9 N\", \"0 N\"]"],
+            "motion.force",
+        ),
+        (
+            "prescribed_fretting",
+            AMPLITUDE,
+            ["rotation = \"0.2 mrad\"", "rotation = \"0.2 rad\""],
+            "motion.rotation",
+        ),
+    ] {
+        assert_eq!(
+            said_of_edited(pipeline, &[(line, right)], None),
+            Vec::<String>::new()
+        );
+        let said = said_of_edited(pipeline, &[(line, wrong)], None);
+        assert!(
+            said.iter().any(|text| text.contains(key)),
+            "{wrong}: {said:?}"
+        );
+    }
+    let shipped = [
+        (AMPLITUDE, "history = \"map.csv\""),
+        ("phase = \"0 deg\"", ""),
+        ("normal_load_amplitude = \"0 N\"", ""),
+    ];
+    for (load, far, part) in [
+        (30e3, 5e-6, None),
+        (30.0, 5e-6, Some("motion.history, contact.normal_load")),
+        (30e3, 0.0, Some("nothing moves")),
+    ] {
+        let said = said_of_edited("prescribed_fretting", &shipped, Some(&history(load, far)));
+        match part {
+            None => assert_eq!(said, Vec::<String>::new()),
+            Some(part) => assert!(said.iter().any(|text| text.contains(part)), "{said:?}"),
+        }
+    }
+    let tilted = "rotation = \"free\"\nmoment = [\"1000 N m\", \"0 N m\"]\nnormal_load = \"30 kN\"";
+    let said = said_of_edited(
+        "static_contact",
+        &[(LOAD, tilted), ("rotation = \"fixed\"", "")],
+        None,
+    );
+    assert!(
+        said[0].contains("contact.moment") && said[0].contains("reaches"),
+        "{said:?}"
+    );
 }

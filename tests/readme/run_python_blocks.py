@@ -198,7 +198,7 @@ def check_program(checks, program, folder, expected):
     summary = read(folder, iterations(folder)[-1], "summary")
     checks.check(
         "fretwear run --json has the columns of the summary",
-        set(printed) == set(summary) | {"wear_iteration", "timing", "timing_fft_pairs", "cost", "notices"},
+        set(printed) == set(summary) | {"wear_iteration", "timing", "timing_fft_pairs", "cost", "notices", "warnings"},
         f"{sorted(set(printed) ^ set(summary))}",
     )
     for column, values in summary.items():

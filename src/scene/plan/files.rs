@@ -103,6 +103,14 @@ pub enum HistoryProblem {
         /// Its value at 1.
         last: f64,
     },
+    /// Neither displacement nor load changes.
+    #[error(
+        "nothing moves: displacement and normal_load are the same in all {rows} rows; leave [motion] out for a static contact"
+    )]
+    NoMotion {
+        /// Rows.
+        rows: usize,
+    },
     /// Motion along y in a scene without y.
     #[error("displacement_y is not zero, but `contact.transverse` is \"absent\"; use \"fixed\"")]
     TransverseAbsent,
@@ -257,6 +265,11 @@ fn history(contact: &Contact, path: &Path, bytes: &[u8]) -> Result<Motion, Histo
     let normal_load = columns
         .normal_load
         .unwrap_or_else(|| vec![contact.normal_load; rows]);
+    let changes = |values: &[f64]| values.iter().any(|value| *value != values[0]);
+    let mut given = drive.iter().map(|channel| &channel.values()[..]);
+    if !given.any(changes) && !changes(&normal_load) {
+        return Err(HistoryProblem::NoMotion { rows });
+    }
     Ok(Motion {
         time: columns.time,
         drive,

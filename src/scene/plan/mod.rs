@@ -121,6 +121,20 @@ pub enum PlanError {
         /// Friction coefficient times it \[N\].
         limit: f64,
     },
+    /// Moments that no pressure has.
+    #[error(
+        "`contact.moment` = {moment:?} N m moves the resultant of {load:.6e} N to {arm:.4?} mm from the joint's centre, and the joint reaches {reach:.4?} mm: make the moment smaller or the load larger, or see whether its unit is N m or N mm"
+    )]
+    MomentNotCarried {
+        /// About x and y \[N m\].
+        moment: [f64; 2],
+        /// The least load of the cycle \[N\].
+        load: f64,
+        /// Where its resultant would be, x and y \[mm\].
+        arm: [f64; 2],
+        /// The outermost cells, x and y \[mm\].
+        reach: [f64; 2],
+    },
     /// No cell is left.
     #[error(
         "the joint has no cell: `joint.hole.diameter` takes all of {cells} cells; make it smaller"
@@ -160,11 +174,11 @@ impl Plan {
     pub fn of(scene: &Scene) -> Result<Plan, InputError> {
         let files = Files::read(scene)?;
         let recipe = decide(scene, &files.motion, &files.contents)?;
-        let warnings: Vec<String> = stability::warning(&recipe).into_iter().collect();
+        let warnings = stability::warning(&recipe);
         let decisions = told(&recipe);
         let checks = plausible::checks(&recipe, &files.motion, files.measured.as_deref());
         let implausible = checks.iter().filter_map(|check| check.warning.clone());
-        let told_of = warnings.iter().cloned().chain(implausible).collect();
+        let warnings: Vec<String> = warnings.into_iter().chain(implausible).collect();
         Ok(Plan {
             inputs: Inputs {
                 identity: Identity {
@@ -180,7 +194,7 @@ impl Plan {
             },
             decisions,
             checks,
-            warnings: told_of,
+            warnings,
         })
     }
 }

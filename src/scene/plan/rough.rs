@@ -389,6 +389,7 @@ fn check(
     if least <= 0.0 && scene.motion.is_some() {
         return Err(CycleError::LiftsOff { load: least }.into());
     }
+    check_moment(rough.contact, patch, least.min(rough.contact.normal_load))?;
     if let Some(friction) = rough.contact.friction_coefficient {
         check_force(motion, friction)?;
     }
@@ -448,6 +449,30 @@ fn check_pressure(rough: &RoughJoint, patch: &Patch, loads: &[f64]) -> Result<()
         });
     }
     Ok(())
+}
+
+/// Pressures push: their resultant stays among the cells, whatever the moments.
+fn check_moment(contact: &Contact, patch: &Patch, load: f64) -> Result<(), PlanError> {
+    let Some([about_x, about_y]) = contact.moment else {
+        return Ok(());
+    };
+    let grid = patch.grid;
+    let kept = (0..grid.len()).filter(|&cell| patch.kept[cell]);
+    let reach = kept.fold([0.0f64; 2], |[x, y], cell| {
+        let (i, j) = grid.cell(cell);
+        let centre = grid.centre(i, j);
+        [x.max(centre.0.abs()), y.max(centre.1.abs())]
+    });
+    let arm = [-about_y / load, about_x / load];
+    match arm.iter().zip(reach).all(|(arm, reach)| arm.abs() < reach) {
+        true => Ok(()),
+        false => Err(PlanError::MomentNotCarried {
+            moment: [about_x, about_y],
+            load,
+            arm: arm.map(|arm| 1e3 * arm),
+            reach: reach.map(|reach| 1e3 * reach),
+        }),
+    }
 }
 
 /// Forces stay below what friction carries, at every instant.

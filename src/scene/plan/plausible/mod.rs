@@ -107,16 +107,20 @@ fn limit(recipe: &Recipe) -> Option<(f64, f64)> {
 
 /// Half range of the largest displacement \[m\], where that is given.
 fn half_range(motion: &Motion) -> Option<f64> {
-    let half = |channel: &Channel| match channel {
+    let halves = motion.drive.iter().filter_map(half);
+    Some(halves.fold(0.0, f64::max)).filter(|half| *half > 0.0)
+}
+
+/// Half range of a displacement \[m\] or rotation \[rad\] that is given.
+fn half(channel: &Channel) -> Option<f64> {
+    match channel {
         Channel::Displacement(values) => {
             let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             let least = values.iter().copied().fold(f64::INFINITY, f64::min);
             Some(0.5 * (most - least))
         }
         Channel::Force(_) => None,
-    };
-    let halves = motion.drive.iter().filter_map(half);
-    Some(halves.fold(0.0, f64::max)).filter(|half| *half > 0.0)
+    }
 }
 
 /// Four significant digits.

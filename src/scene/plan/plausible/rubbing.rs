@@ -3,9 +3,15 @@
 use std::f64::consts::PI;
 
 use super::face::Face;
-use super::{Bounded, PLAIN, half_range, limit, short};
+use super::{Bounded, PLAIN, half, half_range, limit, short};
 use crate::recipe::Recipe;
-use crate::wear::Motion;
+use crate::wear::{Channel, Motion};
+
+/// The mean load of a history over that of the bolt: it is the same load.
+const OF_HISTORY: [f64; 2] = [0.02, 50.0];
+/// Mean worn depth of a volume that is asked for over the side of the joint, and over Rq: wear alters faces, not bodies.
+const DEPTH: f64 = 1e-2;
+const MANY_RQ: f64 = 1e2;
 
 /// Coefficients of friction of dry solids: of ice, and of metals in vacuum and more.
 const FRICTION: [f64; 2] = [0.01, 2.0];
@@ -43,11 +49,90 @@ pub fn friction(recipe: &Recipe) -> Option<Bounded> {
     })
 }
 
-/// A given motion.
+/// A given motion, or what pulls and turns the joint.
 pub fn moved(face: &Face, motion: &Motion, wears: bool) -> Vec<Bounded> {
-    let Some(half_range) = half_range(motion) else {
-        return Vec::new();
+    let pulled = pulled(face, motion, wears).into_iter();
+    let mut found = vec![pulled.chain(of_history(face, motion)).collect::<Vec<_>>()];
+    let arm = 0.5 * face.surface.size[0].hypot(face.surface.size[1]);
+    // Without a motion along an axis the corners move by the rotation.
+    let turned = motion.rotation.as_ref().and_then(half);
+    let turned = turned.filter(|angle| *angle > 0.0).map(|angle| angle * arm);
+    found.extend(half_range(motion).map(|slid| slid_by(face, slid, &ALONG, wears)));
+    found.extend(turned.map(|slid| slid_by(face, slid, &ABOUT, wears)));
+    found.into_iter().flatten().collect()
+}
+
+/// Forces and moments over what friction holds.
+fn pulled(face: &Face, motion: &Motion, wears: bool) -> Option<Bounded> {
+    let limit = face.contact.friction_coefficient? * face.contact.normal_load;
+    let largest = |channel: &Channel| match channel {
+        Channel::Force(values) => values.iter().fold(0.0f64, |m, v| m.max(v.abs())),
+        Channel::Displacement(_) => 0.0,
     };
+    let force = motion.drive.iter().map(largest).fold(0.0, f64::max);
+    let moment = motion.rotation.as_ref().map_or(0.0, largest);
+    // Friction of a disc as wide as the joint holds two thirds of its radius.
+    let arm = face.width() / 3.0;
+    let (key, hint, share) = match force > 0.0 {
+        true => ("motion.force", "N, mN or kN?", force / limit),
+        false => ("motion.moment", "N m or N mm?", moment / (limit * arm)),
+    };
+    (share > 0.0 && limit > 0.0).then(|| Bounded {
+        what: "pull over what friction holds",
+        value: share,
+        words: short(share),
+        bounds: [if wears { WEARS_NOTHING } else { STICKS }, f64::INFINITY],
+        key,
+        hint,
+        ..PLAIN
+    })
+}
+
+/// The loads of a history over that of the bolt.
+fn of_history(face: &Face, motion: &Motion) -> Option<Bounded> {
+    let load = face.contact.normal_load;
+    let mean = motion.mean_load();
+    let is_own = (mean / load - 1.0).abs() > 1e-6;
+    (load > 0.0 && is_own).then(|| Bounded {
+        what: "mean load of the motion over that of the contact",
+        value: mean / load,
+        words: format!(
+            "{} ({} N over {} N)",
+            short(mean / load),
+            short(mean),
+            short(load)
+        ),
+        bounds: OF_HISTORY,
+        key: "motion.history, contact.normal_load",
+        hint: "N or kN?",
+        ..PLAIN
+    })
+}
+
+/// The keys that give a motion, and what to look at where it is too large for the cells, and where it is out of proportion.
+struct Moving {
+    keys: [&'static str; 2],
+    hints: [&'static str; 2],
+}
+
+const ALONG: Moving = Moving {
+    keys: ["motion.amplitude, joint.grid", "motion.amplitude"],
+    hints: [
+        "slip is taken to be small: cells do not travel with it, and all wear is of the places that face each other at rest; um or mm?",
+        "far less moves nothing and wears nothing, far more is no fretting: um, mm or nm?",
+    ],
+};
+
+const ABOUT: Moving = Moving {
+    keys: ["motion.rotation, joint.grid", "motion.rotation"],
+    hints: [
+        "slip is taken to be small: cells do not travel with it, and all wear is of the places that face each other at rest; rad, mrad or deg?",
+        "far less turns nothing and wears nothing, far more is no fretting: rad, mrad or urad?",
+    ],
+};
+
+/// A motion by this half range, of the corners where it is a rotation.
+fn slid_by(face: &Face, half_range: f64, moving: &Moving, wears: bool) -> Vec<Bounded> {
     let (grid, contact) = (face.surface.grid(), face.contact);
     let cell = grid.dx.min(grid.dy);
     let mut found = vec![Bounded {
@@ -60,8 +145,8 @@ pub fn moved(face: &Face, motion: &Motion, wears: bool) -> Vec<Bounded> {
             short(cell * 1e6)
         ),
         bounds: [0.0, CELL],
-        key: "motion.amplitude, joint.grid",
-        hint: "slip is taken to be small: cells do not travel with it, and all wear is of the places that face each other at rest; um or mm?",
+        key: moving.keys[0],
+        hint: moving.hints[0],
         ..PLAIN
     }];
     let mu = contact.friction_coefficient.unwrap_or(0.0);
@@ -79,8 +164,8 @@ pub fn moved(face: &Face, motion: &Motion, wears: bool) -> Vec<Bounded> {
                 short(onset * 1e6)
             ),
             bounds: [if wears { WEARS_NOTHING } else { STICKS }, MOST_MOTION],
-            key: "motion.amplitude",
-            hint: "far less moves nothing and wears nothing, far more is no fretting: um, mm or nm?",
+            key: moving.keys[1],
+            hint: moving.hints[1],
             ..PLAIN
         });
     }
@@ -129,6 +214,7 @@ pub fn wear(recipe: &Recipe, face: Option<&Face>, motion: &Motion) -> Vec<Bounde
         });
     }
     found.extend(face.and_then(|face| worn(face, wear.coefficient, wear.cycles?, motion)));
+    found.extend(face.and_then(|face| asked_for(face, wear.volume?)));
     found
 }
 
@@ -149,6 +235,31 @@ fn worn(face: &Face, coefficient: f64, cycles: u64, motion: &Motion) -> Option<B
         usual: (coefficient > 0.0).then_some((
             [HARDLY_WORN, WORN],
             "wear will hardly be seen; more cycles, um or nm?",
+        )),
+        ..PLAIN
+    })
+}
+
+/// The volume at which wear is to end.
+fn asked_for(face: &Face, volume: f64) -> Option<Bounded> {
+    let side = face.surface.size[0].min(face.surface.size[1]);
+    let depth = volume / face.area();
+    let rq = face.rq.filter(|rq| *rq > 0.0).unwrap_or(OF_FORM);
+    Some(Bounded {
+        what: "depth of the volume asked for, over the side of the joint",
+        value: depth / side,
+        words: format!(
+            "{} ({} µm, {} Rq)",
+            short(depth / side),
+            short(depth * 1e6),
+            short(depth / rq)
+        ),
+        bounds: [0.0, DEPTH],
+        key: "wear.volume, joint.size",
+        hint: "mm^3, um^3 or m^3?",
+        usual: Some((
+            [0.0, DEPTH.min(MANY_RQ * rq / side)],
+            "far more than the roughness is gone then; mm^3 or um^3?",
         )),
         ..PLAIN
     })
