@@ -182,6 +182,10 @@ pub struct RunRecord {
     /// was any.
     #[serde(default)]
     pub scene_toml: Option<String>,
+    /// The text of `scene.original.toml`; `None` in a run whose scene was not written by a user, or that was last started before it was
+    /// kept here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene_written: Option<String>,
     /// Hash of `plan.json`, `None` likewise.
     #[serde(default)]
     pub plan_hash: Option<String>,
@@ -211,6 +215,7 @@ impl RunRecord {
             unsealed: false,
             scene: identity.scene.clone(),
             scene_toml: None,
+            scene_written: None,
             plan_hash: None,
             schemas_hash: None,
         }
