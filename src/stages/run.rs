@@ -92,8 +92,12 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
     check_until(&inputs.recipe, options.until)?;
     let mut store = open(options, observer)?;
     let ending = match pass_through(options, &mut store, observer) {
+        Ok(ending) => ending,
         Err(RunError::EndedBefore(_)) => Ending::Stopped,
-        ended => ended?,
+        Err(error) => {
+            store.note_failure(&error.to_string());
+            return Err(error);
+        }
     };
     outcome(&mut store, inputs, ending)
 }

@@ -288,6 +288,7 @@ pub(super) fn resume(
     record.scene = identity.scene.clone();
     record.scene_hash = identity.scene_hash();
     files.remove_file_if_there(&layout.copying())?;
+    files.remove_file_if_there(&layout.failure())?;
     for folder in [layout.once(), layout.iterations(), layout.staging()] {
         files.make_dir(&folder)?;
     }

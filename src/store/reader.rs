@@ -8,9 +8,9 @@ use super::file_system::{FileSystem, LockHolder, RealFileSystem};
 use super::files::{Files, Layout};
 use super::history::{History, is_in_history};
 use super::look::{Looked, walk_beside_a_writer};
-use super::record::RunRecord;
+use super::record::{Failure, RunRecord};
 use super::record_file::{check_metadata, check_text, written_scene};
-use super::sealed::read_sealed;
+use super::sealed::{Seal, read_sealed};
 use super::survey::survey;
 use crate::json::{as_read, differences, matches};
 use crate::tables::{Table, TableName, TypedTable, provenance_of, typed};
@@ -155,6 +155,15 @@ impl RunReader {
     pub fn written_scene_damage(&self) -> Result<Option<Damage>, StoreError> {
         let kept = self.record.scene_written.as_ref();
         check_text(&self.files, self.layout.written_scene(), kept)
+    }
+
+    /// Why the last start failed; `None` if it did not, or the run goes on. What is no longer as it was written says nothing.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`].
+    pub fn failure(&self) -> Result<Option<Failure>, StoreError> {
+        let found = read_sealed(&self.files, &self.layout.failure(), Seal::Required)?;
+        Ok(found.ok())
     }
 
     /// Who writes the run at the moment; `None` if nobody does.

@@ -145,6 +145,15 @@ pub struct Continuation {
     pub changed_keys: Vec<String>,
 }
 
+/// The content of `failure.json`: why the last start failed.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Failure {
+    /// When that was, as [`RunRecord::began`].
+    pub when: String,
+    /// The error, as it was printed.
+    pub message: String,
+}
+
 /// The content of `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunRecord {

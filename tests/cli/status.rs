@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use crate::support::{Bench, Did, latest, summary};
 
 /// What `status --json` has beside the row of the summary.
-pub const KEYS: [&str; 14] = [
+pub const KEYS: [&str; 15] = [
     "state",
     "running",
     "process",
@@ -19,6 +19,7 @@ pub const KEYS: [&str; 14] = [
     "cycles_per_second",
     "seconds_left",
     "continue",
+    "failure",
     "damage",
 ];
 
@@ -141,6 +142,45 @@ fn the_last_update_is_told() {
     // A prescribed motion has no contact elements to renew.
     step(&bench, "small.toml", "b");
     assert_eq!(status(&bench, "b")["last_update"], Value::Null);
+}
+
+/// Why a run failed is told until it goes on.
+#[test]
+fn a_failed_run_says_why() {
+    let bench = Bench::new();
+    let run = ["run", "resonator.toml", "--run", "a"];
+    let without = ["--set", "dynamics.frequency=[\"300 Hz\", \"310 Hz\"]"];
+    let did = bench.fretwear(&[&run[..], &without[..]].concat());
+    assert_eq!(did.code(), 3, "{}", did.stderr());
+    let found = status(&bench, "a");
+    let message = found["failure"].as_str().expect("a message");
+    assert!(
+        message.contains("no phase resonance between 300"),
+        "{message}"
+    );
+    assert!(did.stderr().contains(message), "{}", did.stderr());
+    assert_eq!(found["state"], "stopped");
+    let words = bench.done(&["status", "a"]).stdout();
+    assert!(
+        words.contains(&format!("  failed       {message}\n")),
+        "{words}"
+    );
+    let line = bench.done(&["ls", "."]).stdout();
+    let begin: String = message.chars().take(40).collect();
+    assert!(line.contains(&format!("failed: {begin}")), "{line}");
+    assert_eq!(line.lines().count(), 1, "{line}");
+    let listed = bench.done(&["ls", ".", "--json"]).json();
+    assert_eq!(listed["failure"], message);
+    // A message that was changed is none of the run.
+    let file = bench.path("a/failure.json");
+    let kept = std::fs::read_to_string(&file).expect("a file");
+    std::fs::write(&file, kept.replace("no phase", "a phase")).expect("written");
+    assert_eq!(status(&bench, "a")["failure"], Value::Null);
+    std::fs::write(&file, kept).expect("written");
+
+    bench.done(&[&run[..], &["--max-wall", "1 ms", "--until", "unworn"]].concat());
+    assert_eq!(status(&bench, "a")["failure"], Value::Null);
+    assert!(!file.exists());
 }
 
 /// A run may end by volume: then the way to go is that.
