@@ -79,6 +79,8 @@ pub struct Outcome {
     pub summary: Option<Table>,
     /// The summaries of the unworn joint and of the last iteration, where there was wear in between.
     pub change: Option<[typed::Summary; 2]>,
+    /// The responses of these two states with their own contact elements, where the run has both.
+    pub own: Option<[typed::WornResponse; 2]>,
     /// What the run has cost, over all its starts.
     pub spent: RunCost,
 }
@@ -267,16 +269,19 @@ fn outcome(store: &mut RunStore, inputs: &Inputs, ending: Ending) -> Result<Outc
         .map(|k| store.read(k, TableName::Summary))
         .transpose()?;
     let history = store.reader().history()?;
-    let change = match wear_iteration.filter(|last| *last > 0) {
-        Some(last) => history.row(0)?.zip(history.row(last)?),
-        None => None,
-    };
+    let (mut change, mut own) = (None, None);
+    if let Some(last) = wear_iteration.filter(|last| *last > 0) {
+        change = history.row(0)?.zip(history.row(last)?);
+        own = history.row(0)?.zip(history.row(last)?);
+    }
     let change = change.map(|(unworn, worn)| [unworn, worn]);
+    let own = own.map(|(unworn, worn)| [unworn, worn]);
     Ok(Outcome {
         ending,
         wear_iteration,
         summary,
         change,
+        own,
         spent,
     })
 }

@@ -1,8 +1,9 @@
 //! `fretwear status`: what it says of runs that are stopped, killed within an iteration, and done.
 
+use fretwear::tables::TableName;
 use serde_json::{Value, json};
 
-use crate::support::{Bench, Did, latest, summary};
+use crate::support::{Bench, Did, latest, summary, table};
 
 /// What `status --json` has beside the row of the summary.
 pub const KEYS: [&str; 15] = [
@@ -142,6 +143,41 @@ fn the_last_update_is_told() {
     // A prescribed motion has no contact elements to renew.
     step(&bench, "small.toml", "b");
     assert_eq!(status(&bench, "b")["last_update"], Value::Null);
+}
+
+/// What a run prints at its end is what its report says first, under the same names.
+#[test]
+fn the_end_of_a_run_has_the_resonance_of_the_worn_joint() {
+    let bench = Bench::new();
+    let words = bench
+        .done(&["run", "resonator.toml", "--run", "a"])
+        .stdout();
+    let root = bench.path("a");
+    let last = latest(&root);
+    let row = |name: &str| {
+        let mut lines = words.lines().map(str::trim_start);
+        let line = lines.find(|line| line.starts_with(name));
+        line.unwrap_or_else(|| panic!("no {name} in {words}"))
+            .to_owned()
+    };
+    let of = |k: u64, column: &str| {
+        table(&root, k, TableName::WornResponse)
+            .f64(column)
+            .unwrap()[0]
+    };
+    let (frequency, amplitude) = (row("resonance "), row("amplitude at resonance "));
+    for k in [0, last] {
+        let hertz = format!("{:.1} Hz", of(k, "resonance_frequency"));
+        assert!(frequency.contains(&hertz), "{frequency} lacks {hertz}");
+        let micrometres = of(k, "resonance_amplitude") * 1e6;
+        let decimals = (3.0 - micrometres.log10().floor()) as usize;
+        let text = format!("{micrometres:.decimals$} µm");
+        assert!(amplitude.contains(&text), "{amplitude} lacks {text}");
+    }
+    let driving = row("what drives the wear");
+    let hertz = format!(" {:.1} Hz, ", summary(&root, last, "resonance_frequency"));
+    assert!(driving.contains(&hertz), "{driving} lacks {hertz}");
+    assert!(driving.contains(" µm at most"), "{driving}");
 }
 
 /// Why a run failed is told until it goes on.
