@@ -229,6 +229,16 @@ pub fn list(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
     Ok(Exit::Done)
 }
 
+/// The first words of a message, on one line.
+fn short(message: &str) -> String {
+    const LONGEST: usize = 80;
+    let message = message.split_whitespace().collect::<Vec<&str>>().join(" ");
+    match message.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{} …", message[..end].trim_end()),
+        None => message,
+    }
+}
+
 fn line(root: &Path) -> Result<serde_json::Value, CliError> {
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
     let plan = reader.plan()?;
@@ -254,6 +264,12 @@ fn line(root: &Path) -> Result<serde_json::Value, CliError> {
         .flat_map(|title| title.split_whitespace());
     words.push(title.collect::<Vec<&str>>().join(" "));
     words.retain(|word| !word.is_empty());
+    let failure = reader.failure()?.map(|failure| failure.message);
+    words.extend(
+        failure
+            .as_ref()
+            .map(|failure| format!("failed: {}", short(failure))),
+    );
     Ok(json!({
         "run": root.display().to_string(),
         "state": state(&standing, reader.holder()?),
@@ -262,6 +278,7 @@ fn line(root: &Path) -> Result<serde_json::Value, CliError> {
         "part_done": standing.part,
         "wear_volume": summary.wear_volume,
         "error_wear_volume": summary.error_wear_volume,
+        "failure": failure,
         "words": words.join(", "),
     }))
 }

@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use fretwear::recipe::{Check, Recipe};
+use fretwear::report::quantity::{self, Unit, Units};
 use fretwear::report::{ERROR_BARS, Sizes, error_bar_of, told};
 use fretwear::scene::Plan;
 use fretwear::stages::{Ending, Outcome, no_phase_resonance_between};
-use fretwear::tables::typed::Summary;
+use fretwear::tables::typed::{Summary, WornResponse};
 use fretwear::tables::{Column, Table};
 use serde_json::{Map, Value, json};
 
@@ -25,24 +26,22 @@ pub enum Form {
     Json,
 }
 
-/// A figure that wear changes: its title, its unit and how many of these an SI unit is, where it stands, and its error bar.
+/// A figure that wear changes: its title, its units, where it stands, and its error bar.
 struct Changing {
     title: &'static str,
-    unit: &'static str,
-    scale: f64,
+    units: Units,
     of: fn(&Summary) -> Option<f64>,
     bar: fn(&Summary) -> Option<f64>,
 }
 
 const fn changing(
-    (title, unit, scale): (&'static str, &'static str, f64),
+    (title, units): (&'static str, Units),
     of: fn(&Summary) -> Option<f64>,
     bar: fn(&Summary) -> Option<f64>,
 ) -> Changing {
     Changing {
         title,
-        unit,
-        scale,
+        units,
         of,
         bar,
     }
@@ -50,50 +49,72 @@ const fn changing(
 
 #[rustfmt::skip]
 const CHANGING: [Changing; 7] = [
-    changing(("resonance", "Hz", 1.0), |s| s.resonance_frequency, |s| s.error_resonance_frequency),
-    changing(("amplitude", "µm", 1e6), |s| s.peak_amplitude, |s| s.error_peak_amplitude),
-    changing(("friction of a cycle", "J", 1.0), |s| s.dissipated_energy, |s| s.error_dissipated_energy),
-    changing(("stiffness kn", "N/µm", 1e-6), |s| s.kn, |s| s.error_kn),
-    changing(("stiffness kt", "N/µm", 1e-6), |s| s.kt, |s| s.error_kt),
-    changing(("loaded area", "%", 100.0), |s| s.loaded_area_fraction, |s| s.error_loaded_area),
-    changing(("worn volume", "mm³", 1e9), |s| s.wear_volume, |s| s.error_wear_volume),
+    changing(("resonance", quantity::FREQUENCY), |s| s.resonance_frequency, |s| s.error_resonance_frequency),
+    changing(("largest amplitude", quantity::LENGTH), |s| s.peak_amplitude, |s| s.error_peak_amplitude),
+    changing(("friction of a cycle", quantity::ENERGY), |s| s.dissipated_energy, |s| s.error_dissipated_energy),
+    changing(("stiffness kn", quantity::STIFFNESS), |s| s.kn, |s| s.error_kn),
+    changing(("stiffness kt", quantity::STIFFNESS), |s| s.kt, |s| s.error_kt),
+    changing(("loaded area", quantity::SHARE), |s| s.loaded_area_fraction, |s| s.error_loaded_area),
+    changing(("worn volume", quantity::VOLUME), |s| s.wear_volume, |s| s.error_wear_volume),
 ];
 
-/// What wear has changed, before and after, with the error bars of what is after.
-fn write_change(out: &mut Results, unworn: &Summary, worn: &Summary) {
+/// What wear has changed, before and after, with the error bars of what is after. Resonance and amplitude are those of the two states
+/// with their own contact elements where the run has these, as in a report.
+fn write_change(out: &mut Results, [unworn, worn]: &[Summary; 2], own: Option<&[WornResponse; 2]>) {
     let cycles = worn.cycles.unwrap_or(0).unsigned_abs();
     let heads = [
         "unworn".to_owned(),
         format!("after {} cycles", grouped(cycles)),
     ];
-    writeln!(out, "  {:<20} {:>14}   {}", "", heads[0], heads[1]);
+    writeln!(out, "  {:<22} {:>14}   {}", "", heads[0], heads[1]);
+    let mut driving = Vec::new();
     for figure in &CHANGING {
         let [Some(before), Some(after)] = [unworn, worn].map(figure.of) else {
             continue;
         };
-        let bar = (figure.bar)(worn).unwrap_or(0.0);
-        let before = significant(before * figure.scale);
-        let after = with_bar(after * figure.scale, bar, figure.unit);
-        let unit = figure.unit;
+        let unit = quantity::unit_of(figure.units, quantity::largest(&[before, after]));
+        let (title, [before, after]) = match (figure.title, own) {
+            ("resonance", Some(own)) => {
+                driving.push(in_unit(after, unit));
+                ("resonance", own.each_ref().map(|o| o.resonance_frequency))
+            }
+            ("largest amplitude", Some(own)) => {
+                driving.push(format!("{} at most", in_unit(after, unit)));
+                (
+                    "amplitude at resonance",
+                    own.each_ref().map(|o| o.resonance_amplitude),
+                )
+            }
+            (title, _) => (title, [before, after]),
+        };
+        let after = with_bar(after, (figure.bar)(worn).unwrap_or(0.0), unit);
+        writeln!(out, "  {title:<22} {:>14}   {after}", in_unit(before, unit));
+    }
+    if !driving.is_empty() {
         writeln!(
             out,
-            "  {:<20} {:>14}   {after}",
-            figure.title,
-            format!("{before} {unit}")
+            "  {:<22} {:>14}   {}, with the contact elements of the last update",
+            "what drives the wear",
+            "",
+            driving.join(", ")
         );
     }
 }
 
+/// A figure in a unit.
+fn in_unit(value: f64, unit: Unit) -> String {
+    format!("{} {}", significant(value / unit.size), unit.symbol)
+}
+
 /// A figure in a unit, with its bar.
-fn with_bar(value: f64, bar: f64, unit: &str) -> String {
-    told(value, bar, 0.0, |value| {
-        format!("{} {unit}", significant(value))
-    })
+fn with_bar(value: f64, bar: f64, unit: Unit) -> String {
+    told(value, bar, 0.0, |value| in_unit(value, unit))
 }
 
 /// The worn volume of a state in words, with its bar \[m³, and relative\].
 pub fn worn(volume: f64, bar: Option<f64>) -> String {
-    format!("worn {}", with_bar(1e9 * volume, bar.unwrap_or(0.0), "mm³"))
+    let unit = quantity::unit_of(quantity::VOLUME, volume);
+    format!("worn {}", with_bar(volume, bar.unwrap_or(0.0), unit))
 }
 
 /// What is said of a summary whose resonance is none but a peak.
@@ -151,7 +172,7 @@ pub fn outcome(
         writeln!(out, "iteration {wear_iteration} of {}", root.display());
     }
     match &outcome.change {
-        Some([unworn, worn]) => write_change(out, unworn, worn),
+        Some(change) => write_change(out, change, outcome.own.as_ref()),
         None => write_summary(out, &plan.inputs.recipe, summary),
     }
     if verbose && outcome.change.is_some() {

@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use fretwear::recipe::Recipe;
 use fretwear::report::continuation;
 use fretwear::scene;
 use fretwear::stages::{RunCost, RunStatus, judged};
@@ -27,6 +26,7 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
         .map(|k| reader.read(k, TableName::Summary))
         .transpose()?;
     let holder = reader.holder()?;
+    let failure = reader.failure()?.map(|failure| failure.message);
     let damaged: Vec<String> = reader
         .reports()
         .iter()
@@ -37,6 +37,7 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
     if as_json {
         let mut object = summary.as_ref().map(row).unwrap_or_default();
         describe(&mut object, root, &standing, holder);
+        object.insert("failure".to_owned(), json!(failure));
         if standing.wear_iteration.is_some() {
             object.insert("cost".to_owned(), cost::spent(&RunCost::of(&reader)?));
         }
@@ -44,7 +45,10 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
         object.insert("damage".to_owned(), json!(damaged));
         out.json(&Value::Object(object));
     } else {
-        write(out, root, &recipe, &standing, holder, summary.as_ref());
+        write(out, root, &standing, holder, summary.as_ref(), failure);
+        if let Some(summary) = &summary {
+            write_summary(out, &recipe, summary);
+        }
         if damaged.is_empty() {
             write_judged(out, &judged(&reader, &recipe)?);
         }
@@ -111,10 +115,10 @@ fn describe(
 fn write(
     out: &mut Results,
     root: &Path,
-    recipe: &Recipe,
     standing: &RunStatus,
     holder: Option<LockHolder>,
     summary: Option<&Table>,
+    failure: Option<String>,
 ) {
     let mut first = match standing.wear_iteration {
         Some(latest) => format!("{}: iteration {latest}, ", root.display()),
@@ -181,10 +185,10 @@ fn write(
             format!("{} cycles/s of late{left}{time}", grouped(rate as u64)),
         );
     }
+    if let Some(failure) = failure {
+        line("failed", failure);
+    }
     if holder.is_none() && !standing.done {
         line("continue", continuation(root));
-    }
-    if let Some(summary) = summary {
-        write_summary(out, recipe, summary);
     }
 }

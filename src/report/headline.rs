@@ -4,7 +4,6 @@ use super::figures::{Of, Study};
 use super::known::below as known_below;
 use super::quantity::{
     self, ENERGY, FORCE, FREQUENCY, LENGTH, PRESSURE, SHARE, STIFFNESS, Unit, Units, VOLUME,
-    unit_of,
 };
 use super::run_tables::numbers;
 use super::{ReportError, error_bar_of, percent, told};
@@ -23,16 +22,17 @@ const DIGITS: i32 = 3;
 ///
 /// # Errors
 /// [`ReportError`] for a table that cannot be read.
-pub fn headline(run: &Of) -> Result<Option<String>, ReportError> {
-    let vibration = vibration(run)?;
-    let stiffness = course(run, "kn", "normal stiffness", STIFFNESS, true);
+pub fn headline(study: &Study, run: &Of) -> Result<Option<String>, ReportError> {
+    let vibration = vibration(study, run)?;
+    let stiffness = || course(study, run, "kn", "normal stiffness", STIFFNESS, true);
     let worn = run.column("wear_volume").and_then(|v| v.last().copied());
     let sentences: Vec<String> = match (worn, run.cycles.last()) {
         (Some(volume), Some(cycles)) if volume > 0.0 => {
-            let lost = with_bar(volume, VOLUME, bar(run, "wear_volume"));
+            let lost = with_bar(volume, VOLUME[0], bar(run, "wear_volume"));
             let first = format!("After {} cycles the joint has lost {lost}.", whole(*cycles));
             let energy = || {
                 course(
+                    study,
                     run,
                     "dissipated_energy",
                     "energy dissipated in a cycle",
@@ -41,15 +41,18 @@ pub fn headline(run: &Of) -> Result<Option<String>, ReportError> {
                 )
             };
             let mut rest = vibration;
-            rest.extend(stiffness);
+            rest.extend(stiffness());
             if rest.len() < 2 {
                 rest.extend(energy());
             }
             let rest = (!rest.is_empty()).then(|| format!("Its {}.", listed(&rest)));
             std::iter::once(first).chain(rest).collect()
         }
-        _ => [
-            pressed(run),
+        (volume, cycles) => [
+            volume
+                .zip(cycles.filter(|cycles| **cycles > 0.0))
+                .map(|(_, cycles)| format!("After {} cycles nothing has worn.", whole(*cycles))),
+            pressed(study, run),
             (!vibration.is_empty()).then(|| format!("Its {}.", listed(&vibration))),
         ]
         .into_iter()
@@ -64,30 +67,28 @@ pub fn headlines(study: &Study) -> Result<Vec<(Option<String>, String)>, ReportE
     let mut headlines = Vec::new();
     for run in &study.runs {
         let name = (!study.is_single()).then(|| run.label.clone());
-        headlines.extend(headline(run)?.map(|text| (name, text)));
+        headlines.extend(headline(study, run)?.map(|text| (name, text)));
     }
     Ok(headlines)
 }
 
 /// The contact of a joint that has not worn.
-fn pressed(run: &Of) -> Option<String> {
+fn pressed(study: &Study, run: &Of) -> Option<String> {
     let last = |column: &str| {
         run.column(column)?
             .last()
             .copied()
             .filter(|v| v.is_finite())
     };
-    let area = shown(last("contact_area_fraction")?, SHARE);
-    let load = quantity::shown(last("normal_load")?, FORCE);
-    let most = shown(last("max_pressure")?, PRESSURE);
+    let of = |column: &str, units| Some(shown(last(column)?, study.unit(column, units)));
+    let area = of("contact_area_fraction", SHARE)?;
+    let load = quantity::in_unit(last("normal_load")?, study.unit("normal_load", FORCE));
+    let most = of("max_pressure", PRESSURE)?;
     let mut text = format!("Under {load} {area} of the joint is in contact, with {most} at most.");
     let stiffness = [("kn", "normal"), ("kt", "tangential")]
         .into_iter()
         .filter_map(|(column, name)| {
-            Some(format!(
-                "{name} stiffness is {}",
-                shown(last(column)?, STIFFNESS)
-            ))
+            Some(format!("{name} stiffness is {}", of(column, STIFFNESS)?))
         });
     let stiffness: Vec<String> = stiffness.collect();
     if !stiffness.is_empty() {
@@ -96,8 +97,9 @@ fn pressed(run: &Of) -> Option<String> {
     Some(text)
 }
 
-/// The resonance and its amplitude: of every state with its own contact elements where the run has that of its last one.
-fn vibration(run: &Of) -> Result<Vec<String>, ReportError> {
+/// The resonance and its amplitude: of every state with its own contact elements where the run has that of its last one; else that of
+/// the vibration that drives the wear, whose largest amplitude is known and not that at the phase resonance.
+fn vibration(study: &Study, run: &Of) -> Result<Vec<String>, ReportError> {
     let own = own_resonances(run)?;
     let own = own.filter(|[.., last]| last.wear_iteration == run.tables.latest());
     let pairs = |column: &str, of: fn(&Resonance) -> f64| match &own {
@@ -107,6 +109,10 @@ fn vibration(run: &Of) -> Result<Vec<String>, ReportError> {
             Some([*values.first()?, *values.last()?])
         }
     };
+    let amplitude = match &own {
+        Some(_) => "amplitude at resonance",
+        None => "largest amplitude",
+    };
     let told = [
         (
             "resonance_frequency",
@@ -114,9 +120,7 @@ fn vibration(run: &Of) -> Result<Vec<String>, ReportError> {
             FREQUENCY,
             (|r| r.frequency) as fn(&Resonance) -> f64,
         ),
-        ("peak_amplitude", "amplitude at resonance", LENGTH, |r| {
-            r.amplitude
-        }),
+        ("peak_amplitude", amplitude, LENGTH, |r| r.amplitude),
     ];
     let each = told
         .into_iter()
@@ -127,7 +131,7 @@ fn vibration(run: &Of) -> Result<Vec<String>, ReportError> {
             Some(change(
                 &format!("{article}{name}"),
                 ends,
-                units,
+                study.unit(column, units),
                 bar(run, column),
                 false,
             ))
@@ -172,29 +176,36 @@ pub fn own_resonances(run: &Of) -> Result<Option<[Resonance; 2]>, ReportError> {
 }
 
 /// The change of a column of the summary; `None` where the run has none of it.
-fn course(run: &Of, column: &str, name: &str, units: Units, times: bool) -> Option<String> {
+fn course(
+    study: &Study,
+    run: &Of,
+    column: &str,
+    name: &str,
+    units: Units,
+    times: bool,
+) -> Option<String> {
+    let unit = study.unit(column, units);
     let values = run.column(column)?;
     let ends = [*values.first()?, *values.last()?];
     let finite = ends.iter().all(|v| v.is_finite());
-    finite.then(|| change(&format!("the {name}"), ends, units, bar(run, column), times))
+    finite.then(|| change(&format!("the {name}"), ends, unit, bar(run, column), times))
 }
 
 /// What a quantity was and is.
 fn change(
     name: &str,
     [first, last]: [f64; 2],
-    units: Units,
+    unit: Unit,
     bar: Option<f64>,
     times: bool,
 ) -> String {
-    let unit = unit_of(units, quantity::largest(&[first, last]));
     if let Some(limit) = known_below(last, bar.unwrap_or(0.0), 0.0) {
         return below(name, first, limit, unit);
     }
     let told = bar.map_or(String::new(), |bar| format!(" ± {}", percent(bar)));
     let [before, now] = [first, last].map(|value| rounded(value / unit.size, unit));
-    if (last - first).abs() <= STAYED * last.abs() {
-        return format!("{name} is {now}\u{a0}{}{told}", unit.symbol);
+    if before == now || (last - first).abs() <= STAYED * last.abs() {
+        return format!("{name} stayed at {now}\u{a0}{}{told}", unit.symbol);
     }
     let verb = if last > first { "rose" } else { "fell" };
     let ratio = last / first;
@@ -236,13 +247,12 @@ fn bar(run: &Of, column: &str) -> Option<f64> {
     (bar.is_finite() && bar > 0.0).then_some(bar)
 }
 
-fn shown(value: f64, units: Units) -> String {
-    let unit = unit_of(units, value.abs());
+fn shown(value: f64, unit: Unit) -> String {
     format!("{}\u{a0}{}", rounded(value / unit.size, unit), unit.symbol)
 }
 
-fn with_bar(value: f64, units: Units, bar: Option<f64>) -> String {
-    told(value, bar.unwrap_or(0.0), 0.0, |value| shown(value, units))
+fn with_bar(value: f64, unit: Unit, bar: Option<f64>) -> String {
+    told(value, bar.unwrap_or(0.0), 0.0, |value| shown(value, unit))
 }
 
 /// A value with the digits that are read, the last ones also where they are zeros: 3.50.
@@ -295,11 +305,13 @@ fn listed(things: &[String]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{ENERGY, VOLUME, change, with_bar};
+    use super::{VOLUME, change, with_bar};
+    use crate::report::quantity::{ENERGY, unit_of};
 
     #[test]
     fn what_may_be_off_by_all_of_itself_is_known_by_what_it_is_below() {
-        let told = |bar| change("the energy", [18.6e-3, 0.407e-3], ENERGY, Some(bar), false);
+        let mj = unit_of(ENERGY, 1e-3);
+        let told = |bar| change("the energy", [18.6e-3, 0.407e-3], mj, Some(bar), false);
         assert_eq!(
             told(1.49),
             "the energy fell from 18.6 to below 1.01\u{a0}mJ"
@@ -308,11 +320,18 @@ mod tests {
             told(0.5),
             "the energy fell from 18.6 to 0.407\u{a0}mJ ± 50 %"
         );
-        let small = change("the energy", [0.5e-3, 0.4e-3], ENERGY, Some(2.0), false);
+        let small = change("the energy", [0.5e-3, 0.4e-3], mj, Some(2.0), false);
         assert!(
             small.contains(" was ") && small.contains(" is below "),
             "{small}"
         );
-        assert_eq!(with_bar(2e-9, VOLUME, Some(1.5)), "below 5.00\u{a0}mm³");
+        assert_eq!(with_bar(2e-9, VOLUME[0], Some(1.5)), "below 5.00\u{a0}mm³");
+    }
+
+    #[test]
+    fn what_prints_alike_has_stayed() {
+        let told = |last| change("the energy", [28.80, last], ENERGY[2], None, true);
+        assert_eq!(told(28.83), "the energy stayed at 28.8\u{a0}J");
+        assert_eq!(told(28.9), "the energy rose from 28.8 to 28.9\u{a0}J");
     }
 }

@@ -23,8 +23,7 @@ mod page;
 mod passed_over;
 #[cfg(feature = "polars")]
 mod plot;
-#[cfg(feature = "polars")]
-pub(crate) mod quantity;
+pub mod quantity;
 #[cfg(feature = "polars")]
 mod results;
 #[cfg(feature = "polars")]

@@ -33,8 +33,8 @@ pub const ENERGY: Units = &[
 ];
 /// Area.
 pub const AREA: Units = &[unit("mm²", 1e-6)];
-/// Worn volume.
-pub const VOLUME: Units = &[unit("µm³", 1e-18), unit("mm³", 1e-9)];
+/// Worn volume: always in the same unit, since µm³ and mm³ are too far apart to be compared by eye.
+pub const VOLUME: Units = &[unit("mm³", 1e-9)];
 /// Worn volume per cycle.
 pub const VOLUME_RATE: Units = &[unit("µm³ per cycle", 1e-18), unit("mm³ per cycle", 1e-9)];
 /// Frequency.

@@ -44,7 +44,7 @@ fn is_of_computation(column: &str) -> bool {
 }
 
 /// What the last state of a run has.
-fn sizes(run: &RunTables, frame: &DataFrame) -> Sizes {
+pub fn sizes(run: &RunTables, frame: &DataFrame) -> Sizes {
     let last = |name: &str| numbers(frame, name).and_then(|v| v.last().copied());
     Sizes::of(run.recipe(), last("normal_load"), last("rq"))
 }
@@ -96,13 +96,17 @@ pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
             Some(units) => quantity::in_unit(value, quantity::unit_of(units, most)),
             None => plain(value),
         };
+        // All runs have the unit of the largest.
+        let all = ends.iter().flatten();
+        let most = all.fold(0.0, |most: f64, (first, last, _, resolution)| {
+            most.max(quantity::largest(&[*first, *last, *resolution]))
+        });
         let mut row = vec![titled(name)];
         for end in ends {
             let Some((first, last, bar, resolution)) = end else {
                 row.extend(vec![NONE.to_owned(); cells]);
                 continue;
             };
-            let most = quantity::largest(&[first, last, resolution]);
             let first = told(first, 0.0, resolution, |value| in_words(value, most));
             let last = told(last, bar, resolution, |value| in_words(value, most));
             match (single, cells) {
@@ -111,7 +115,10 @@ pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
                 // Both have the unit of the last.
                 (false, _) => {
                     let first = first.split('\u{a0}').next().unwrap_or_default();
-                    row.push(format!("{first} → {last}"));
+                    match last.split('\u{a0}').next() == Some(first) {
+                        true => row.push(last),
+                        false => row.push(format!("{first} → {last}")),
+                    }
                 }
             }
         }

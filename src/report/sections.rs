@@ -255,11 +255,27 @@ fn program(version: &str, commit: Option<&str>) -> String {
 fn scenes(runs: &[RunTables]) -> Section {
     let html = runs.iter().map(|run| {
         let (file, text) = match run.reader().written_scene() {
-            Some(text) => ("scene.original.toml, as it was written", text),
+            Some(text) if run.record().scene_written.is_some() => {
+                ("the scene as it was written", text)
+            }
+            Some(text) => (
+                "scene.original.toml, which nothing verifies in a run this old",
+                text,
+            ),
             None => ("scene.toml as kept in the run", run.scene_toml().to_owned()),
         };
+        let damage = match run.reader().written_scene_damage() {
+            Ok(damage) => damage.map(|damage| damage.to_string()),
+            Err(error) => Some(error.to_string()),
+        };
+        let damage = damage.map_or(String::new(), |damage| {
+            let damage = escaped(&damage);
+            format!(
+                "<p class=\"banner\">Does not verify: {damage}; this is what run.json keeps.</p>\n"
+            )
+        });
         format!(
-            "<details><summary>{}: {file}</summary>\n<pre>{}</pre></details>\n",
+            "{damage}<details><summary>{}: {file}</summary>\n<pre>{}</pre></details>\n",
             escaped(run.name()),
             escaped(&text)
         )

@@ -79,6 +79,8 @@ pub struct Outcome {
     pub summary: Option<Table>,
     /// The summaries of the unworn joint and of the last iteration, where there was wear in between.
     pub change: Option<[typed::Summary; 2]>,
+    /// The responses of these two states with their own contact elements, where the run has both.
+    pub own: Option<[typed::WornResponse; 2]>,
     /// What the run has cost, over all its starts.
     pub spent: RunCost,
 }
@@ -92,8 +94,12 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
     check_until(&inputs.recipe, options.until)?;
     let mut store = open(options, observer)?;
     let ending = match pass_through(options, &mut store, observer) {
+        Ok(ending) => ending,
         Err(RunError::EndedBefore(_)) => Ending::Stopped,
-        ended => ended?,
+        Err(error) => {
+            store.note_failure(&error.to_string());
+            return Err(error);
+        }
     };
     outcome(&mut store, inputs, ending)
 }
@@ -263,16 +269,19 @@ fn outcome(store: &mut RunStore, inputs: &Inputs, ending: Ending) -> Result<Outc
         .map(|k| store.read(k, TableName::Summary))
         .transpose()?;
     let history = store.reader().history()?;
-    let change = match wear_iteration.filter(|last| *last > 0) {
-        Some(last) => history.row(0)?.zip(history.row(last)?),
-        None => None,
-    };
+    let (mut change, mut own) = (None, None);
+    if let Some(last) = wear_iteration.filter(|last| *last > 0) {
+        change = history.row(0)?.zip(history.row(last)?);
+        own = history.row(0)?.zip(history.row(last)?);
+    }
     let change = change.map(|(unworn, worn)| [unworn, worn]);
+    let own = own.map(|(unworn, worn)| [unworn, worn]);
     Ok(Outcome {
         ending,
         wear_iteration,
         summary,
         change,
+        own,
         spent,
     })
 }

@@ -50,6 +50,10 @@ impl Layout {
     pub fn record_copy(&self) -> PathBuf {
         self.root.join("run.copy.json")
     }
+    /// Why the last start failed; gone once the run goes on.
+    pub fn failure(&self) -> PathBuf {
+        self.root.join("failure.json")
+    }
     /// There while the beginning of a sibling is being copied.
     pub fn copying(&self) -> PathBuf {
         self.root.join("copying.json")

@@ -57,6 +57,6 @@ pub use history::{History, StageCost, is_in_history};
 pub use key::StageKey;
 pub use open::{Opening, SetAside};
 pub use reader::RunReader;
-pub use record::{Continuation, Machine, Origin, RunIdentity, RunRecord};
+pub use record::{Continuation, Failure, Machine, Origin, RunIdentity, RunRecord};
 pub use record_file::SceneOfRun;
 pub use run::{Keep, RunStore};

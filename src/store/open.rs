@@ -208,7 +208,7 @@ pub(super) fn create(
     Ok(found.record)
 }
 
-/// Brings `scene.toml`, `plan.json` and `schemas.json` up to date, and what the record says of them.
+/// Brings `scene.toml`, `scene.original.toml`, `plan.json` and `schemas.json` up to date, and what the record says of them.
 fn write_identity(
     files: &Files,
     layout: &Layout,
@@ -216,7 +216,10 @@ fn write_identity(
     record: &mut RunRecord,
 ) -> Result<(), StoreError> {
     files.replace_if_different(&layout.scene(), identity.scene_toml.as_bytes())?;
-    if let Some(written) = &identity.scene_written {
+    if identity.scene_written.is_some() {
+        record.scene_written.clone_from(&identity.scene_written);
+    }
+    if let Some(written) = &record.scene_written {
         files.replace_if_different(&layout.written_scene(), written.as_bytes())?;
     }
     record.scene_toml = Some(identity.scene_toml.clone());
@@ -276,13 +279,16 @@ pub(super) fn resume(
                     && record.scene_toml.is_some_and(|kept| written != Some(kept)),
             });
         }
+        let written = record.scene_written;
         record = RunRecord::new(identity, None);
+        record.scene_written = written;
     }
     opening.changed_keys = changed;
     // As it is in memory, not as it was read: the text of a float must not drift.
     record.scene = identity.scene.clone();
     record.scene_hash = identity.scene_hash();
     files.remove_file_if_there(&layout.copying())?;
+    files.remove_file_if_there(&layout.failure())?;
     for folder in [layout.once(), layout.iterations(), layout.staging()] {
         files.make_dir(&folder)?;
     }

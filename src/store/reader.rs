@@ -3,14 +3,14 @@
 use super::chain::{self, CommitReport, VerifyReport};
 use super::commit::Commit;
 use super::draft::{KeyedEntry, read_entry};
-use super::error::StoreError;
+use super::error::{Damage, StoreError};
 use super::file_system::{FileSystem, LockHolder, RealFileSystem};
 use super::files::{Files, Layout};
 use super::history::{History, is_in_history};
 use super::look::{Looked, walk_beside_a_writer};
-use super::record::RunRecord;
-use super::record_file::{check_metadata, written_scene};
-use super::sealed::read_sealed;
+use super::record::{Failure, RunRecord};
+use super::record_file::{check_metadata, check_text, written_scene};
+use super::sealed::{Seal, read_sealed};
 use super::survey::survey;
 use crate::json::{as_read, differences, matches};
 use crate::tables::{Table, TableName, TypedTable, provenance_of, typed};
@@ -138,11 +138,32 @@ impl RunReader {
         }
     }
 
-    /// The scene as its user wrote it, for people; `None` where there is none that is text. No hash covers it, and nothing is computed
-    /// from it.
+    /// The scene as its user wrote it, for people: what `run.json` keeps of it, and of a run without it what stands in the file, which
+    /// nothing verifies then. `None` where there is none that is text. Nothing is computed from it.
     pub fn written_scene(&self) -> Option<String> {
-        let bytes = self.files.read_metadata(&self.layout.written_scene());
-        String::from_utf8(bytes.ok()?.ok()?).ok()
+        let bytes = || {
+            let found = self.files.read_metadata(&self.layout.written_scene());
+            String::from_utf8(found.ok()?.ok()?).ok()
+        };
+        self.record.scene_written.clone().or_else(bytes)
+    }
+
+    /// What is wrong with the file of the scene as its user wrote it; `None` also where `run.json` does not keep what it was.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`].
+    pub fn written_scene_damage(&self) -> Result<Option<Damage>, StoreError> {
+        let kept = self.record.scene_written.as_ref();
+        check_text(&self.files, self.layout.written_scene(), kept)
+    }
+
+    /// Why the last start failed; `None` if it did not, or the run goes on. What is no longer as it was written says nothing.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`].
+    pub fn failure(&self) -> Result<Option<Failure>, StoreError> {
+        let found = read_sealed(&self.files, &self.layout.failure(), Seal::Required)?;
+        Ok(found.ok())
     }
 
     /// Who writes the run at the moment; `None` if nobody does.

@@ -145,6 +145,15 @@ pub struct Continuation {
     pub changed_keys: Vec<String>,
 }
 
+/// The content of `failure.json`: why the last start failed.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Failure {
+    /// When that was, as [`RunRecord::began`].
+    pub when: String,
+    /// The error, as it was printed.
+    pub message: String,
+}
+
 /// The content of `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunRecord {
@@ -182,6 +191,10 @@ pub struct RunRecord {
     /// was any.
     #[serde(default)]
     pub scene_toml: Option<String>,
+    /// The text of `scene.original.toml`; `None` in a run whose scene was not written by a user, or that was last started before it was
+    /// kept here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene_written: Option<String>,
     /// Hash of `plan.json`, `None` likewise.
     #[serde(default)]
     pub plan_hash: Option<String>,
@@ -211,6 +224,7 @@ impl RunRecord {
             unsealed: false,
             scene: identity.scene.clone(),
             scene_toml: None,
+            scene_written: None,
             plan_hash: None,
             schemas_hash: None,
         }

@@ -105,27 +105,47 @@ pub(super) fn check_metadata(
             damage.push(found);
         }
     }
-    let scene_hash = record.scene_toml.as_ref().map(|text| hash(text.as_bytes()));
-    let expected = [
-        (layout.scene(), scene_hash),
-        (layout.plan(), record.plan_hash.clone()),
-        (layout.schemas(), record.schemas_hash.clone()),
-    ];
-    for (path, expected) in expected {
-        let Some(expected) = expected else { continue };
-        let found = match files.read_metadata(&path)? {
-            Ok(bytes) => hash(&bytes),
-            Err(found) => {
-                damage.push(found);
-                continue;
-            }
-        };
-        if found != expected {
-            let kind = DamageKind::Hash { expected, found };
-            damage.push(Damage { path, kind });
-        }
+    for (path, text) in [
+        (layout.scene(), &record.scene_toml),
+        (layout.written_scene(), &record.scene_written),
+    ] {
+        damage.extend(check_text(files, path, text.as_ref())?);
+    }
+    for (path, expected) in [
+        (layout.plan(), &record.plan_hash),
+        (layout.schemas(), &record.schemas_hash),
+    ] {
+        damage.extend(check_hash(files, path, expected.clone())?);
     }
     Ok(damage)
+}
+
+/// What is wrong with a file that has a text of `run.json`; nothing where that does not keep it.
+pub(super) fn check_text(
+    files: &Files,
+    path: PathBuf,
+    kept: Option<&String>,
+) -> Result<Option<Damage>, StoreError> {
+    check_hash(files, path, kept.map(|text| hash(text.as_bytes())))
+}
+
+fn check_hash(
+    files: &Files,
+    path: PathBuf,
+    expected: Option<String>,
+) -> Result<Option<Damage>, StoreError> {
+    let Some(expected) = expected else {
+        return Ok(None);
+    };
+    let found = match files.read_metadata(&path)? {
+        Ok(bytes) => hash(&bytes),
+        Err(damage) => return Ok(Some(damage)),
+    };
+    let kind = DamageKind::Hash {
+        expected: expected.clone(),
+        found: found.clone(),
+    };
+    Ok((found != expected).then_some(Damage { path, kind }))
 }
 
 /// The scene of a run as its user goes on with it.

@@ -2,6 +2,7 @@
 
 use super::chain::VerifyReport;
 use super::commit::Commit;
+use super::date;
 use super::draft::{Draft, Kept, KeyedEntry, clean_staging, encode, read_keyed};
 use super::error::StoreError;
 use super::file_system::{FileSystem, LockGuard};
@@ -10,7 +11,7 @@ use super::history;
 use super::key::StageKey;
 use super::open::{self, Locked, Opening};
 use super::reader::RunReader;
-use super::record::RunIdentity;
+use super::record::{Failure, RunIdentity};
 use super::record_file::FoundRecord;
 use super::sealed::sealed;
 use crate::tables::{Provenance, Table, TableName, TypedTable};
@@ -106,6 +107,17 @@ impl RunStore {
     /// The run as a reader sees it.
     pub fn reader(&self) -> &RunReader {
         &self.reader
+    }
+
+    /// Keeps why this start failed, until the run goes on. A disk that is full has no place for it, which is no other failure.
+    pub fn note_failure(&self, message: &str) {
+        let path = self.layout().failure();
+        let failure = Failure {
+            when: date::now(),
+            message: message.to_owned(),
+        };
+        let bytes = sealed(&path, &failure);
+        let _ = bytes.and_then(|bytes| self.files().replace(&path, &bytes));
     }
 
     /// See [`RunReader::latest`].

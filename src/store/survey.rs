@@ -10,10 +10,11 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 /// The files and folders that a run has in its folder. Whatever else is there, it neither reads nor touches.
-const FILES: [&str; 10] = [
+const FILES: [&str; 11] = [
     "scene.toml",
     "scene.original.toml",
     "log.txt",
+    "failure.json",
     "plan.json",
     "run.json",
     "run.copy.json",

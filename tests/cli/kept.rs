@@ -34,9 +34,24 @@ fn the_scene_is_kept_as_it_was_written() {
         "--quiet",
     ]);
     assert_eq!(text(&bench, "a/scene.original.toml"), kept);
-    fs::write(bench.path("a/scene.original.toml"), "no TOML [").expect("written");
-    bench.done(&["run", "--run", "a", "--quiet"]);
-    bench.done(&["verify", "a"]);
+    // It is verified, and the next start writes it anew.
+    for replaced in [Some("no TOML ["), None] {
+        let file = bench.path("a/scene.original.toml");
+        match replaced {
+            Some(text) => fs::write(file, text).expect("written"),
+            None => fs::remove_file(file).expect("removed"),
+        }
+        let did = bench.fretwear(&["verify", "a"]);
+        assert_eq!(did.code(), 4, "{}", did.stdout());
+        assert!(
+            did.stdout().contains("scene.original.toml"),
+            "{}",
+            did.stdout()
+        );
+        bench.done(&["run", "--run", "a", "--quiet"]);
+        assert_eq!(text(&bench, "a/scene.original.toml"), kept);
+        bench.done(&["verify", "a"]);
+    }
 }
 
 #[test]

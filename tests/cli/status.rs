@@ -1,11 +1,12 @@
 //! `fretwear status`: what it says of runs that are stopped, killed within an iteration, and done.
 
+use fretwear::tables::TableName;
 use serde_json::{Value, json};
 
-use crate::support::{Bench, Did, latest, summary};
+use crate::support::{Bench, Did, latest, summary, table};
 
 /// What `status --json` has beside the row of the summary.
-pub const KEYS: [&str; 14] = [
+pub const KEYS: [&str; 15] = [
     "state",
     "running",
     "process",
@@ -19,6 +20,7 @@ pub const KEYS: [&str; 14] = [
     "cycles_per_second",
     "seconds_left",
     "continue",
+    "failure",
     "damage",
 ];
 
@@ -141,6 +143,80 @@ fn the_last_update_is_told() {
     // A prescribed motion has no contact elements to renew.
     step(&bench, "small.toml", "b");
     assert_eq!(status(&bench, "b")["last_update"], Value::Null);
+}
+
+/// What a run prints at its end is what its report says first, under the same names.
+#[test]
+fn the_end_of_a_run_has_the_resonance_of_the_worn_joint() {
+    let bench = Bench::new();
+    let words = bench
+        .done(&["run", "resonator.toml", "--run", "a"])
+        .stdout();
+    let root = bench.path("a");
+    let last = latest(&root);
+    let row = |name: &str| {
+        let mut lines = words.lines().map(str::trim_start);
+        let line = lines.find(|line| line.starts_with(name));
+        line.unwrap_or_else(|| panic!("no {name} in {words}"))
+            .to_owned()
+    };
+    let of = |k: u64, column: &str| {
+        table(&root, k, TableName::WornResponse)
+            .f64(column)
+            .unwrap()[0]
+    };
+    let (frequency, amplitude) = (row("resonance "), row("amplitude at resonance "));
+    for k in [0, last] {
+        let hertz = format!("{:.1} Hz", of(k, "resonance_frequency"));
+        assert!(frequency.contains(&hertz), "{frequency} lacks {hertz}");
+        let micrometres = of(k, "resonance_amplitude") * 1e6;
+        let decimals = (3.0 - micrometres.log10().floor()) as usize;
+        let text = format!("{micrometres:.decimals$} µm");
+        assert!(amplitude.contains(&text), "{amplitude} lacks {text}");
+    }
+    let driving = row("what drives the wear");
+    let hertz = format!(" {:.1} Hz, ", summary(&root, last, "resonance_frequency"));
+    assert!(driving.contains(&hertz), "{driving} lacks {hertz}");
+    assert!(driving.contains(" µm at most"), "{driving}");
+}
+
+/// Why a run failed is told until it goes on.
+#[test]
+fn a_failed_run_says_why() {
+    let bench = Bench::new();
+    let run = ["run", "resonator.toml", "--run", "a"];
+    let without = ["--set", "dynamics.frequency=[\"300 Hz\", \"310 Hz\"]"];
+    let did = bench.fretwear(&[&run[..], &without[..]].concat());
+    assert_eq!(did.code(), 3, "{}", did.stderr());
+    let found = status(&bench, "a");
+    let message = found["failure"].as_str().expect("a message");
+    assert!(
+        message.contains("no phase resonance between 300"),
+        "{message}"
+    );
+    assert!(did.stderr().contains(message), "{}", did.stderr());
+    assert_eq!(found["state"], "stopped");
+    let words = bench.done(&["status", "a"]).stdout();
+    assert!(
+        words.contains(&format!("  failed       {message}\n")),
+        "{words}"
+    );
+    let line = bench.done(&["ls", "."]).stdout();
+    let begin: String = message.chars().take(40).collect();
+    assert!(line.contains(&format!("failed: {begin}")), "{line}");
+    assert_eq!(line.lines().count(), 1, "{line}");
+    let listed = bench.done(&["ls", ".", "--json"]).json();
+    assert_eq!(listed["failure"], message);
+    // A message that was changed is none of the run.
+    let file = bench.path("a/failure.json");
+    let kept = std::fs::read_to_string(&file).expect("a file");
+    std::fs::write(&file, kept.replace("no phase", "a phase")).expect("written");
+    assert_eq!(status(&bench, "a")["failure"], Value::Null);
+    std::fs::write(&file, kept).expect("written");
+
+    bench.done(&[&run[..], &["--max-wall", "1 ms", "--until", "unworn"]].concat());
+    assert_eq!(status(&bench, "a")["failure"], Value::Null);
+    assert!(!file.exists());
 }
 
 /// A run may end by volume: then the way to go is that.

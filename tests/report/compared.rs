@@ -86,8 +86,34 @@ fn a_report_shows_the_scene_as_it_was_written() {
     let html = Report::of(&[run]).unwrap().html();
     let scene = between(&html, "<section id=\"scene\">", "</section>");
     assert!(scene.contains("# of the rig in hall 2"), "{scene}");
-    std::fs::remove_file(bench.path("a/scene.original.toml")).unwrap();
+    assert!(!scene.contains("verif"), "{scene}");
+    // What somebody puts in its place is not what was computed.
+    let file = bench.path("a/scene.original.toml");
+    std::fs::write(&file, "# another joint\n").unwrap();
     let run = RunTables::open(&bench.path("a")).unwrap();
     let html = Report::of(&[run]).unwrap().html();
-    assert!(html.contains("scene.toml as kept in the run"));
+    let scene = between(&html, "<section id=\"scene\">", "</section>");
+    assert!(!scene.contains("# another joint"), "{scene}");
+    for kept in ["Does not verify: ", "# of the rig in hall 2"] {
+        assert!(scene.contains(kept), "{scene} lacks {kept}");
+    }
+}
+
+/// One that was begun before `run.json` kept the scene as it was written.
+#[test]
+fn an_older_run_shows_its_scene_with_a_word_of_caution() {
+    let folder = TempDir::new().unwrap();
+    let root = begin(&folder, "old", WORN, 1);
+    let scene = || {
+        let run = RunTables::open(&root).unwrap();
+        let html = Report::of(&[run]).unwrap().html();
+        between(&html, "<section id=\"scene\">", "</section>").to_owned()
+    };
+    assert!(scene().contains("scene.toml as kept in the run"));
+    std::fs::write(root.join("scene.original.toml"), "# of old\n").unwrap();
+    let old = scene();
+    assert!(
+        old.contains("# of old") && old.contains("nothing verifies"),
+        "{old}"
+    );
 }

@@ -49,15 +49,10 @@ fn a_page_begins_with_what_became_of_the_joint() {
     assert!(html.find("class=\"headline\"") < html.find("<nav"));
     // The volume with its bar, and the stiffness before and after.
     let volume = last("wear_volume");
-    let (size, unit) = if volume >= 1e-10 {
-        (1e-9, "mm³")
-    } else {
-        (1e-18, "µm³")
-    };
     let bar = percent(last("error_wear_volume"));
     let lost = format!(
-        "After 400\u{202f}000 cycles the joint has lost {}\u{a0}{unit} ± {bar}.",
-        three(volume / size)
+        "After 400\u{202f}000 cycles the joint has lost {}·10⁻⁴\u{a0}mm³ ± {bar}.",
+        three(volume / 1e-13)
     );
     assert!(
         headline.starts_with(&lost),
@@ -112,6 +107,76 @@ fn the_headline_of_a_vibration_is_that_of_the_worn_state() {
         ids[..4],
         ["forced-response", "wear-map", "wear-rate", "resonance"]
     );
+}
+
+/// A joint that sticks wears nothing: that is said, and what rounding left of its dissipation and heights is no figure.
+#[test]
+fn a_joint_in_which_nothing_wore_says_so() {
+    let folder = TempDir::new().unwrap();
+    let still = WORN.replace("[\"3 um\", \"0 um\"]", "[\"0.1 nm\", \"0 um\"]");
+    let still = still.replace("= 0.6", "= 1e6");
+    let run = open(&folder, "still", &still);
+    let summary = run.series(TableName::Summary).unwrap().unwrap();
+    assert_eq!(
+        *numbers(&summary, "wear_volume").unwrap().last().unwrap(),
+        0.0
+    );
+    let report = Report::of(std::slice::from_ref(&run)).unwrap();
+    let html = report.html();
+    let headline = between(&html, "<p class=\"headline\">", "</p>");
+    let first = "After 400\u{202f}000 cycles nothing has worn. Under 300\u{a0}N ";
+    assert!(headline.starts_with(first), "{headline}");
+    let caption = |id: &str| {
+        let mut figures = report.figures().iter();
+        figures
+            .find(|figure| figure.id == id)
+            .unwrap()
+            .caption
+            .clone()
+    };
+    let rate = caption("wear-rate");
+    assert!(
+        rate.starts_with("Worn volume stays at 0\u{a0}mm³. Wear rate stays at 0"),
+        "{rate}"
+    );
+    // What rounding left, if it left anything.
+    let roughness = caption("roughness");
+    let left = ["Mean height stays at 0\u{a0}", "Mean height stays below "];
+    assert!(
+        left.iter().any(|left| roughness.starts_with(left)),
+        "{roughness}"
+    );
+    let loops = caption("hysteresis-loops");
+    assert!(loops.contains(" below "), "{loops}");
+}
+
+/// One unit a quantity: the largest run decides, on the whole page.
+#[test]
+fn runs_side_by_side_have_one_unit() {
+    let folder = TempDir::new().unwrap();
+    let gentle = WORN.replace("\"2e3 um^3/J\"", "\"2 um^3/J\"");
+    let far = gentle.replace("[\"3 um\", \"0 um\"]", "[\"20 um\", \"0 um\"]");
+    let runs = [("far", far.as_str()), ("gentle", gentle.as_str())]
+        .map(|(name, scene)| open(&folder, name, scene));
+    let last = |run: &RunTables, column: &str| {
+        let summary = run.series(TableName::Summary).unwrap().unwrap();
+        *numbers(&summary, column).unwrap().last().unwrap()
+    };
+    // Alone they would have other units.
+    let [most, least] = [0, 1].map(|k| last(&runs[k], "dissipated_energy"));
+    assert!(most >= 1e-3 && least < 1e-3, "{most} {least}");
+    let html = Report::of(&runs).unwrap().html();
+    let headlines: Vec<&str> = html.split("<p class=\"headline\">").skip(1).collect();
+    for headline in &headlines {
+        let volume = between(headline, "has lost ", "±");
+        assert!(volume.contains("mm³"), "{volume}");
+    }
+    let results = between(&html, "<section id=\"results\">", "</section>");
+    let row = between(results, "<td>dissipated energy</td>", "</tr>");
+    assert_eq!(row.matches("\u{a0}mJ").count(), 2, "{row}");
+    let caption = between(&html, "<figure id=\"fig-dissipation\">", "</figure>");
+    let energies = between(caption, "Energy per cycle: ", ". ");
+    assert_eq!(energies.matches("\u{a0}mJ").count(), 2, "{energies}");
 }
 
 /// A moment that rounding left is known by what it is below alone.

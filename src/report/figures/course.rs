@@ -4,9 +4,9 @@ use super::super::headline::own_resonances;
 use super::super::plot::{Axis, Chart, Curve, LONGEST_BAR, Mark};
 use super::super::quantity::{
     self, ENERGY, FREQUENCY, LENGTH, NUMBER, PRESSURE, SHARE, STIFFNESS, Units, VOLUME,
-    VOLUME_RATE, in_unit, unit_of,
+    VOLUME_RATE, in_unit, shown,
 };
-use super::super::{ReportError, error_bar_of};
+use super::super::{ReportError, below, error_bar_of, told};
 use super::{Figure, Of, Study, dotted, drawn};
 
 /// A column of the summary.
@@ -117,7 +117,7 @@ fn figure(study: &Study, (id, title, note, courses): &Plan) -> Result<Option<Fig
         };
         early.extend(zero.map(|_| course.name));
         drawings.push(chart.draw().map_err(drawn(id))?);
-        sentences.push(sentence(&runs, course));
+        sentences.push(sentence(study, &runs, course));
         columns.push(course.column);
         columns.extend(error_bar_of(course.column).filter(|name| has(&runs, name)));
     }
@@ -160,7 +160,7 @@ fn figure(study: &Study, (id, title, note, courses): &Plan) -> Result<Option<Fig
     };
     // What a reader would take for the largest of the forced response.
     let own = match *id {
-        "resonance" => own_resonances_sentence(&runs)?,
+        "resonance" => own_resonances_sentence(study, &runs)?,
         _ => String::new(),
     };
     Ok(Some(Figure {
@@ -208,16 +208,15 @@ fn place_of_zero(study: &Study, runs: &[&Of]) -> Option<f64> {
 }
 
 /// The phase resonance of the last state by itself, where it is another than the one that drives the wear.
-fn own_resonances_sentence(runs: &[&Of]) -> Result<String, ReportError> {
+fn own_resonances_sentence(study: &Study, runs: &[&Of]) -> Result<String, ReportError> {
     let mut each = Vec::new();
+    let unit = study.unit("peak_amplitude", LENGTH);
     for run in runs {
         let Some([_, own]) = own_resonances(run)? else {
             continue;
         };
-        let (frequency, amplitude) = (
-            in_words(own.frequency, FREQUENCY),
-            in_words(own.amplitude, LENGTH),
-        );
+        let amplitude = in_unit(own.amplitude, unit);
+        let frequency = shown(own.frequency, FREQUENCY);
         let name = match runs {
             [_] => String::new(),
             _ => format!("{} ", run.label),
@@ -231,10 +230,6 @@ fn own_resonances_sentence(runs: &[&Of]) -> Result<String, ReportError> {
             each.join("; ")
         ),
     })
-}
-
-fn in_words(value: f64, units: Units) -> String {
-    in_unit(value, unit_of(units, value.abs()))
 }
 
 fn has(runs: &[&Of], column: &str) -> bool {
@@ -268,12 +263,15 @@ fn updates_sentence(runs: &[&Of]) -> String {
 }
 
 fn chart(study: &Study, runs: &[&Of], course: &Course, zero: Option<f64>) -> Option<Chart> {
-    let columns: Vec<(&&Of, Vec<f64>)> = runs
-        .iter()
-        .filter_map(|run| Some((run, run.column(course.column)?)))
-        .collect();
+    let columns = runs.iter().filter_map(|run| {
+        let (mut values, resolution) = (run.column(course.column)?, run.resolution(course.column));
+        let left = values.iter_mut().filter(|value| value.abs() < resolution);
+        left.for_each(|value| *value = 0.0);
+        Some((run, values))
+    });
+    let columns: Vec<(&&Of, Vec<f64>)> = columns.collect();
     let all = || columns.iter().flat_map(|(_, values)| values);
-    let unit = unit_of(course.units, quantity::largest(all()));
+    let unit = study.unit(course.column, course.units);
     let cycles = study.cycles();
     let finite = || all().copied().filter(|value| value.is_finite());
     let least = finite().fold(f64::INFINITY, f64::min);
@@ -350,28 +348,32 @@ pub fn capitalised(text: &str) -> String {
     }
 }
 
-fn sentence(runs: &[&Of], course: &Course) -> String {
+fn sentence(study: &Study, runs: &[&Of], course: &Course) -> String {
+    let unit = study.unit(course.column, course.units);
     let each: Vec<String> = runs
         .iter()
         .filter_map(|run| {
             let values = run.column(course.column)?;
-            let (first, last) = (*values.first()?, *values.last()?);
-            let unit = unit_of(course.units, quantity::largest(&[first, last]));
-            Some(match runs {
-                [_] => format!(
-                    "{} {} from {} to {}{}.",
-                    capitalised(course.name),
-                    verb(first, last),
-                    quantity::number(first / unit.size),
-                    in_unit(last, unit),
-                    change(first, last)
-                ),
-                _ => format!(
-                    "{} {} to {}",
-                    run.label,
-                    quantity::number(first / unit.size),
-                    in_unit(last, unit)
-                ),
+            let (name, ends) = (
+                capitalised(course.name),
+                [*values.first()?, *values.last()?],
+            );
+            let resolution = run.resolution(course.column);
+            let [before, after] = ends.map(|v| told(v, 0.0, resolution, |v| in_unit(v, unit)));
+            let stays = before == after || ends.iter().all(|v| v.abs() < resolution);
+            let plain = told(ends[0], 0.0, resolution, |v| {
+                quantity::number(v / unit.size)
+            });
+            Some(match (runs, stays) {
+                ([_], true) if after.starts_with("below") => format!("{name} stays {after}."),
+                ([_], true) => format!("{name} stays at {after}."),
+                ([_], false) => {
+                    let known = ends.iter().all(|v| below(*v, 0.0, resolution).is_none());
+                    let change = if known { change(ends) } else { String::new() };
+                    format!("{name} {} from {plain} to {after}{change}.", verb(ends))
+                }
+                (_, true) => format!("{} {after}", run.label),
+                (_, false) => format!("{} {plain} to {after}", run.label),
             })
         })
         .collect();
@@ -381,18 +383,12 @@ fn sentence(runs: &[&Of], course: &Course) -> String {
     }
 }
 
-fn verb(first: f64, last: f64) -> &'static str {
-    if last > first {
-        "rises"
-    } else if last < first {
-        "falls"
-    } else {
-        "stays"
-    }
+fn verb([first, last]: [f64; 2]) -> &'static str {
+    if last > first { "rises" } else { "falls" }
 }
 
 /// The change in percent, where it says something.
-fn change(first: f64, last: f64) -> String {
+fn change([first, last]: [f64; 2]) -> String {
     let change = 100.0 * (last / first - 1.0);
     // Beyond a factor of ten the two values say more.
     let says = change.abs() < 900.0 && change != 0.0 && first.signum() == last.signum();

@@ -1,8 +1,9 @@
 //! Hysteresis loops of the joint.
 
-use super::super::ReportError;
-use super::super::quantity::{ENERGY, FORCE, LENGTH, shown};
+use super::super::known::rounding;
+use super::super::quantity::{ENERGY, FORCE, LENGTH, in_unit, largest, unit_of};
 use super::super::run_tables::numbers;
+use super::super::{ReportError, told};
 use super::response::{Panel, panel, states_with};
 use super::smooth::mark_points;
 use super::{Figure, Study, drawn};
@@ -48,12 +49,12 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
             .iter()
             .flat_map(|(state, named)| named.iter().map(move |named| (state, named)))
             .filter_map(|(state, (name, _, frame))| {
-                let area = enclosed(&numbers(frame, one.x.0)?, &numbers(frame, one.y.0)?);
+                let (x, y) = (numbers(frame, one.x.0)?, numbers(frame, one.y.0)?);
                 let comma = if state.is_empty() { "" } else { ", " };
-                Some(format!("{name}{comma}{state} {}", shown(area, ENERGY)))
+                let least = rounding(largest(&x) * largest(&y));
+                Some((format!("{name}{comma}{state}"), enclosed(&x, &y), least))
             });
-        let each: Vec<String> = each.collect();
-        areas.push(format!("{}: {}", one.title, each.join("; ")));
+        areas.push((one.title, each.collect::<Vec<_>>()));
         sources.push((table.as_str(), vec![one.x.0, one.y.0]));
     }
     let Some((table, columns)) = sources.first() else {
@@ -66,6 +67,20 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         }
         false => "",
     };
+    let all: Vec<f64> = areas
+        .iter()
+        .flat_map(|(_, each)| each)
+        .map(|one| one.1)
+        .collect();
+    let unit = unit_of(ENERGY, largest(&all));
+    let areas = areas.iter().map(|(title, each)| {
+        let each = each.iter().map(|(name, area, least)| {
+            let area = told(*area, 0.0, *least, |energy| in_unit(energy, unit));
+            format!("{name} {area}")
+        });
+        format!("{title}: {}", each.collect::<Vec<String>>().join("; "))
+    });
+    let areas: Vec<String> = areas.collect();
     Ok(vec![Figure {
         id: ID,
         title: "Hysteresis loops".to_owned(),

@@ -6,7 +6,9 @@ use super::super::ReportError;
 use super::super::headline::own_resonances;
 use super::super::known::rounding;
 use super::super::plot::{Axis, Chart, Curve, style_of_state};
-use super::super::quantity::{self, ANGLE, FORCE, FREQUENCY, LENGTH, Units, shown, unit_of};
+use super::super::quantity::{
+    self, ANGLE, FORCE, FREQUENCY, LENGTH, Units, in_unit, shown, unit_of,
+};
 use super::super::run_tables::numbers;
 use super::course::labelled;
 use super::{Figure, Of, Study, drawn, points};
@@ -149,17 +151,23 @@ const PHASE: Panel = Panel {
 
 /// The largest point of each curve, in words.
 fn peaks(states: &[(String, Vec<Named>)]) -> Vec<String> {
-    let all = states
-        .iter()
-        .flat_map(|(state, named)| named.iter().map(move |named| (state, named)));
-    let peaks = all.filter_map(|(state, (name, _, frame))| {
+    let all = || {
+        let each = states.iter();
+        each.flat_map(|(state, named)| named.iter().map(move |named| (state, named)))
+    };
+    let amplitudes = all().filter_map(|(_, (.., frame))| numbers(frame, "amplitude"));
+    let unit = unit_of(
+        LENGTH,
+        quantity::largest(&amplitudes.flatten().collect::<Vec<f64>>()),
+    );
+    let peaks = all().filter_map(|(state, (name, _, frame))| {
         let (amplitude, frequency) = (numbers(frame, "amplitude")?, numbers(frame, "frequency")?);
         let largest =
             (0..amplitude.len()).max_by(|a, b| amplitude[*a].total_cmp(&amplitude[*b]))?;
         let comma = if state.is_empty() { "" } else { ", " };
         Some(format!(
             "{name}{comma}{state} {} at {}",
-            shown(amplitude[largest], LENGTH),
+            in_unit(amplitude[largest], unit),
             shown(frequency[largest], FREQUENCY)
         ))
     });
@@ -168,6 +176,7 @@ fn peaks(states: &[(String, Vec<Named>)]) -> Vec<String> {
 
 /// Where the phase resonances are, which are other figures than the largest points of the curves.
 fn phase_resonances(study: &Study) -> Result<String, ReportError> {
+    let unit = study.unit("peak_amplitude", LENGTH);
     let mut each = Vec::new();
     for run in &study.runs {
         let Some(both) = own_resonances(run)? else {
@@ -176,7 +185,7 @@ fn phase_resonances(study: &Study) -> Result<String, ReportError> {
         let both = both.map(|one| {
             format!(
                 "{} at {}",
-                shown(one.amplitude, LENGTH),
+                in_unit(one.amplitude, unit),
                 shown(one.frequency, FREQUENCY)
             )
         });
@@ -342,6 +351,14 @@ fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
     if drawings.is_empty() {
         return Ok(None);
     }
+    let units = [("displacement_x", LENGTH), ("normal_load", FORCE)].map(|(column, units)| {
+        let frames = states.iter().flat_map(|(_, named)| named);
+        let columns = frames.filter_map(|(.., frame)| numbers(frame, column));
+        unit_of(
+            units,
+            quantity::largest(&columns.flatten().collect::<Vec<f64>>()),
+        )
+    });
     let each: Vec<String> = states
         .iter()
         .flat_map(|(state, named)| named.iter().map(move |named| (state, named)))
@@ -356,18 +373,18 @@ fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
                 };
                 Some((seen(half, mean), seen(mean, half)))
             };
-            let about = |half: f64, units| match half {
+            let about = |half: f64, unit| match half {
                 0.0 => "constant".to_owned(),
-                half => format!("±{}", shown(half, units)),
+                half => format!("±{}", in_unit(half, unit)),
             };
             let (displacement, load) = (half("displacement_x")?, half("normal_load")?);
             let comma = if state.is_empty() { "" } else { ", " };
             Some(format!(
                 "{name}{comma}{state} {} about {}, load {} {}",
-                about(displacement.0, LENGTH),
-                shown(displacement.1, LENGTH),
-                shown(load.1, FORCE),
-                about(load.0, FORCE)
+                about(displacement.0, units[0]),
+                in_unit(displacement.1, units[0]),
+                in_unit(load.1, units[1]),
+                about(load.0, units[1])
             ))
         })
         .collect();

@@ -2,7 +2,7 @@
 
 use super::super::ReportError;
 use super::super::plot::{Axis, BEFORE_ZERO, Chart, Curve, style_of_state};
-use super::super::quantity::{self, LENGTH, PRESSURE, Unit, shown, unit_of};
+use super::super::quantity::{self, LENGTH, PRESSURE, Unit, in_unit, shown, unit_of};
 use super::course::labelled;
 use super::surface::{name_of, titled};
 use super::{Figure, Of, Study, drawn, range_of};
@@ -94,8 +94,8 @@ pub fn figure(
         each.push(format!(
             "{}the height there falls from {} to {}",
             name_of(study, section.run),
-            shown(section.ends[0], LENGTH),
-            shown(section.ends[1], LENGTH)
+            in_unit(section.ends[0], units[0]),
+            in_unit(section.ends[1], units[0])
         ));
     }
     let columns = vec!["i", "j", "pressure"];

@@ -3,7 +3,8 @@
 use polars::prelude::DataFrame;
 
 use super::super::plot::style_of_run;
-use super::super::quantity::{self, CYCLES, Unit};
+use super::super::quantity::{self, CYCLES, Unit, Units};
+use super::super::results::sizes;
 use super::super::run_tables::numbers;
 use super::super::{ReportError, RunTables, WEAR_ITERATION};
 use crate::tables::TableName;
@@ -70,6 +71,14 @@ impl<'a> Study<'a> {
     pub fn cycles(&self) -> Unit {
         let all = self.runs.iter().flat_map(|run| &run.cycles);
         quantity::unit_of(CYCLES, quantity::largest(all))
+    }
+
+    /// The unit of a column of `summary` on the whole page: that of the largest value which a run begins or ends with.
+    pub fn unit(&self, column: &str, units: Units) -> Unit {
+        let columns = self.runs.iter().filter_map(|run| run.column(column));
+        let ends = columns.flat_map(|values| [values.first().copied(), values.last().copied()]);
+        let ends: Vec<f64> = ends.flatten().collect();
+        quantity::unit_of(units, quantity::largest(&ends))
     }
 
     /// The runs that have a table.
@@ -160,6 +169,14 @@ impl Of<'_> {
     /// A column of `summary` over the iterations.
     pub fn column(&self, name: &str) -> Option<Vec<f64>> {
         numbers(&self.summary, name)
+    }
+
+    /// Below this a column of `summary` is what rounding left of zero.
+    pub fn resolution(&self, column: &str) -> f64 {
+        let known = TableName::Summary.schema().column(column);
+        known.map_or(0.0, |known| {
+            sizes(self.tables, &self.summary).resolution(column, &known.unit)
+        })
     }
 
     /// The row of an iteration in `summary`.

@@ -2,7 +2,7 @@
 
 use super::super::ReportError;
 use super::super::plot::{Curve, Map, Scale, WORN};
-use super::super::quantity::{self, LENGTH, shown, unit_of};
+use super::super::quantity::{self, LENGTH, in_unit, shown, unit_of};
 use super::course::labelled;
 use super::{Figure, Of, Study, drawn, range_of, section, widened};
 use crate::tables::TableName;
@@ -162,6 +162,7 @@ fn wear_map(
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
     let deepest_of_all = fields.iter().map(|(_, depth)| quantity::largest(depth));
     let top = deepest_of_all.fold(0.0, f64::max);
+    let unit = unit_of(LENGTH, top);
     for (run, depth) in fields {
         let (Some((cells, size)), Some([_, most])) = (run.grid(), range_of(depth)) else {
             continue;
@@ -180,7 +181,7 @@ fn wear_map(
         each.push(format!(
             "{}{} at x {} and y {}, {} of the cells worn",
             name_of(study, run),
-            shown(most, LENGTH),
+            in_unit(most, unit),
             shown(at[0], LENGTH),
             shown(at[1], LENGTH),
             shown(worn as f64 / count.max(1) as f64, quantity::SHARE)
