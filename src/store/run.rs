@@ -244,6 +244,7 @@ impl RunStore {
         files.sync_dir(&draft)?;
         files.rename(&draft, &layout.iteration(wear_iteration))?;
         files.sync_dir(&layout.iterations())?;
+        files.remove_dir_if_there(&layout.draft_keys(wear_iteration))?;
         self.reader.commits.insert(wear_iteration, commit);
         let history = std::mem::take(&mut self.reader.history);
         self.reader.history = self.reader.completed(history)?;
@@ -299,6 +300,16 @@ impl RunStore {
         }
         open::discard(self.files(), self.layout(), gone.iter().copied())?;
         Ok(gone)
+    }
+
+    /// Removes what is drafted of a next iteration: nobody will commit it.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`].
+    pub fn clear_draft(&self) -> Result<(), StoreError> {
+        let (files, layout) = (self.files(), self.layout());
+        files.remove_dir_if_there(&layout.draft(self.next()))?;
+        files.remove_dir_if_there(&layout.draft_keys(self.next()))
     }
 
     fn files(&self) -> &Files {
