@@ -258,7 +258,7 @@ fn outcome(store: &mut RunStore, inputs: &Inputs, ending: Ending) -> Result<Outc
     prune(store, inputs)?;
     store.write_history()?;
     if ending == Ending::Done {
-        store.clear_draft()?;
+        store.clear_staging()?;
     }
     let spent = RunCost::of(store.reader())?;
     let wear_iteration = store.latest();

@@ -302,14 +302,21 @@ impl RunStore {
         Ok(gone)
     }
 
-    /// Removes what is drafted of a next iteration: nobody will commit it.
+    /// Removes what is staged, also of a next iteration: nobody will commit it.
     ///
     /// # Errors
     /// [`StoreError::Io`].
-    pub fn clear_draft(&self) -> Result<(), StoreError> {
+    pub fn clear_staging(&self) -> Result<(), StoreError> {
         let (files, layout) = (self.files(), self.layout());
-        files.remove_dir_if_there(&layout.draft(self.next()))?;
-        files.remove_dir_if_there(&layout.draft_keys(self.next()))
+        let next = self.next();
+        for folder in [
+            layout.draft(next),
+            layout.draft_keys(next),
+            layout.staged_once(),
+        ] {
+            files.remove_dir_if_there(&folder)?;
+        }
+        Ok(())
     }
 
     fn files(&self) -> &Files {
