@@ -64,6 +64,11 @@ impl Report {
                 run.latest()
             ));
             banners.extend(progress(run, cycles, volume)?);
+            let name = match runs {
+                [_] => String::new(),
+                _ => format!("{}: ", run.name()),
+            };
+            banners.extend(run.warnings().map(|warning| format!("{name}{warning}")));
             banners.extend(run.damage().iter().map(|damage| {
                 format!("Damaged: {damage}; the iterations from there on are left out.")
             }));

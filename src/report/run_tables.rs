@@ -93,6 +93,12 @@ impl RunTables {
         self.plan.as_ref()
     }
 
+    /// What was doubtful of the scene before it ran.
+    pub fn warnings(&self) -> impl Iterator<Item = &str> {
+        let warnings = self.plan().and_then(|plan| plan["warnings"].as_array());
+        warnings.into_iter().flatten().filter_map(Value::as_str)
+    }
+
     /// What the run is and how it came about, the content of `run.json`.
     pub fn record(&self) -> &RunRecord {
         self.reader.record()

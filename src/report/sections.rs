@@ -1,7 +1,5 @@
 //! What stands in a report as tables: how the results came about.
 
-use serde_json::Value;
-
 use super::html::{Section, escaped, table};
 use super::quantity::{self, number};
 use super::run_tables::{numbers, texts};
@@ -99,24 +97,14 @@ fn ledger(runs: &[RunTables]) -> Result<Option<Section>, ReportError> {
     }))
 }
 
-fn text(value: &Value) -> String {
-    value.as_str().unwrap_or_default().to_owned()
-}
-
 fn decisions(runs: &[RunTables]) -> Section {
     let html = each(runs, |run| {
         let rows = told(run.recipe()).into_iter();
         let rows: Vec<Vec<String>> = rows.map(|d| vec![d.what, d.choice, d.why]).collect();
-        let warnings = run.plan().and_then(|plan| plan["warnings"].as_array());
-        let warnings: String = warnings
-            .into_iter()
-            .flatten()
-            .map(|warning| format!("<p class=\"banner\">{}</p>\n", escaped(&text(warning))))
-            .collect();
         let table = table(&words(["what", "decision", "why"]), &rows, false);
         match runs.len() {
-            1 => warnings + &table,
-            _ => format!("{warnings}<details><summary>Decisions</summary>\n{table}</details>\n"),
+            1 => table,
+            _ => format!("<details><summary>Decisions</summary>\n{table}</details>\n"),
         }
     });
     Section {

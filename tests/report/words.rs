@@ -38,6 +38,18 @@ fn three(value: f64) -> String {
     )
 }
 
+/// Doubts of the scene stand before its figures, however long ago the run was.
+#[test]
+fn a_page_says_first_what_was_doubtful() {
+    let folder = TempDir::new().unwrap();
+    let doubtful = WORN.replace("friction_coefficient = 0.6", "friction_coefficient = 60");
+    let run = open(&folder, "doubtful", &doubtful);
+    let html = Report::of(&[run]).unwrap().html();
+    let banner = between(&html, "<p class=\"banner\">", "</p>");
+    assert!(banner.contains("contact.friction_coefficient"), "{banner}");
+    assert!(html.find("class=\"banner\"") < html.find("<figure"));
+}
+
 #[test]
 fn a_page_begins_with_what_became_of_the_joint() {
     let folder = TempDir::new().unwrap();
