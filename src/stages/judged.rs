@@ -106,19 +106,22 @@ fn natural_frequencies(reader: &RunReader, recipe: &Recipe) -> Result<Option<Che
     }))
 }
 
-/// How far cells slip, against their side.
+/// How far cells slip, against their side. Those that do not touch move too, and wear nothing.
 fn slip(reader: &RunReader, recipe: &Recipe, last: u64) -> Result<Option<Check>, RunError> {
     let fields: typed::ContactField = reader.typed(last)?;
     let (Some(paths), Some(surface)) = (fields.slip_path, recipe.surface()) else {
         return Ok(None);
     };
     let grid = surface.grid();
-    let (half, cell) = (largest(&paths) / HALF_RANGES, grid.dx.min(grid.dy));
+    let of_touching = paths.iter().zip(&fields.pressure);
+    let of_touching = of_touching.filter(|(_, pressure)| **pressure > 0.0);
+    let path = of_touching.map(|(path, _)| *path).fold(0.0, f64::max);
+    let (half, cell) = (path / HALF_RANGES, grid.dx.min(grid.dy));
     let part = half / cell;
     Ok(Some(Check {
         what: "slip over a cell",
         value: format!(
-            "{part:.3} at most (half range of {:.3} µm over {:.3} µm)",
+            "{part:.3} at most of cells that touch (half range of {:.3} µm over {:.3} µm)",
             half * 1e6,
             cell * 1e6
         ),

@@ -1,6 +1,8 @@
 //! `fretwear check`: all that is wrong, at once; and what `plan` and `run` refuse before there is a folder.
 
-use crate::support::{Bench, SMALL};
+use fretwear::tables::TableName;
+
+use crate::support::{Bench, SMALL, latest, table};
 
 /// Six mistakes of six kinds, in four sections.
 fn broken() -> String {
@@ -131,6 +133,17 @@ fn a_run_says_what_to_look_at() {
     assert!(!again.stderr().contains("to look at"));
     let quiet = bench.done(&["run", "small.toml", "--run", "b", "--quiet"]);
     assert!(!quiet.stderr().contains("to look at"));
+    // Cells that do not touch move more than those that do, and rub nowhere.
+    let root = bench.path("b");
+    let fields = table(&root, latest(&root), TableName::ContactField);
+    let column = |name: &str| fields.f64(name).expect("a column");
+    let all = || column("slip_path").iter().zip(column("pressure"));
+    let largest = |paths: &mut dyn Iterator<Item = &f64>| paths.copied().fold(0.0, f64::max);
+    let touching = largest(&mut all().filter(|(_, p)| **p > 0.0).map(|(path, _)| path));
+    assert!(0.0 < touching && touching < largest(&mut all().map(|(path, _)| path)));
+    let told = format!("half range of {:.3} µm over", touching / 4.0 * 1e6);
+    let end = quiet.stdout();
+    assert!(end.contains(&told), "{told}: {end}");
 }
 
 /// Where the size of a joint and its hole do not fit, the one that is no bolted joint's is named.
