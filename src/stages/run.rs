@@ -257,6 +257,9 @@ fn prune(store: &mut RunStore, inputs: &Inputs) -> Result<(), RunError> {
 fn outcome(store: &mut RunStore, inputs: &Inputs, ending: Ending) -> Result<Outcome, RunError> {
     prune(store, inputs)?;
     store.write_history()?;
+    if ending == Ending::Done {
+        store.clear_staging()?;
+    }
     let spent = RunCost::of(store.reader())?;
     let wear_iteration = store.latest();
     let summary = wear_iteration

@@ -125,12 +125,26 @@ impl<'a> Runner<'a> {
         let key = self.key(stage, 0, &self.keys, None, false);
         let names: Vec<TableName> = stage.writes_in(self.recipe()).collect();
         let cache = cache.filter(|_| stage.shared);
+        // What it costs counts for the iteration that is committed next.
+        let mut draft = store.draft(store.next())?;
         let tables = match own(store, &names, &key)? {
-            Some(tables) => tables,
+            Some(tables) => {
+                if let Kept::Valid(mut kept) = draft.get(&key)? {
+                    self.adopt(&mut kept)?;
+                }
+                tables
+            }
             None => {
                 let tables = match self.shared(cache, &names, &key) {
                     Some(tables) => tables,
-                    None => self.compute(stage, 0, false, &Tables::new(), &Tables::new())?,
+                    None => {
+                        let before = self.timing.stage.len();
+                        let none = Tables::new();
+                        let tables = self.compute(stage, 0, false, &none, &none)?;
+                        let cost = Tables::from([(TableName::Timing, self.cost_since(before)?)]);
+                        draft.put(&key, &cost, &[TableName::Timing])?;
+                        tables
+                    }
                 };
                 for (name, table) in &tables {
                     store.put_once(*name, &key, table)?;
@@ -267,7 +281,10 @@ impl<'a> Runner<'a> {
             let curves = moment.curves_due;
             let key = self.key(stage, wear_iteration, &keys, parent.as_ref(), curves);
             let written = match draft.get(&key)? {
-                Kept::Valid(written) if is_whole(recipe, stage, &written) => written,
+                Kept::Valid(mut written) if is_whole(recipe, stage, &written) => {
+                    self.adopt(&mut written)?;
+                    written
+                }
                 _ => {
                     let (kept, keep) = draft.parts(&key)?;
                     let solved = self.solvers.journal.open(&kept, INTERVAL, keep);
@@ -277,11 +294,15 @@ impl<'a> Runner<'a> {
                             stage.stage
                         ));
                     }
+                    let cost_before = self.timing.stage.len();
                     let written = self.compute(stage, wear_iteration, curves, &tables, &before);
                     self.solvers.journal.close();
-                    let written = written?;
-                    let interim = written_again(recipe, wear_iteration, stage);
+                    let mut written = written?;
+                    let mut interim = written_again(recipe, wear_iteration, stage);
+                    interim.push(TableName::Timing);
+                    written.insert(TableName::Timing, self.cost_since(cost_before)?);
                     draft.put(&key, &written, &interim)?;
+                    written.remove(&TableName::Timing);
                     written
                 }
             };
@@ -337,6 +358,27 @@ impl<'a> Runner<'a> {
             self.observer.notice(notice);
         }
         Ok(outputs.tables)
+    }
+
+    /// What was computed behind so many rows of the timing cost, to be kept with its result.
+    fn cost_since(&self, rows: usize) -> Result<Table, RunError> {
+        let cost = typed::Timing {
+            stage: self.timing.stage[rows..].to_vec(),
+            seconds: self.timing.seconds[rows..].to_vec(),
+            fft_pairs: self.timing.fft_pairs[rows..].to_vec(),
+        };
+        Ok(cost.to_table()?)
+    }
+
+    /// Counts what a stage cost that an earlier start computed. Those of former versions have not kept it.
+    fn adopt(&mut self, kept: &mut Tables) -> Result<(), RunError> {
+        if let Some(cost) = kept.remove(&TableName::Timing) {
+            let cost = typed::Timing::of(&cost)?;
+            self.timing.stage.extend(cost.stage);
+            self.timing.seconds.extend(cost.seconds);
+            self.timing.fft_pairs.extend(cost.fft_pairs);
+        }
+        Ok(())
     }
 
     /// The tables of an iteration that the stages of the next one read, as they are committed: a run that is continued computes from

@@ -173,7 +173,8 @@ impl Draft {
     }
 
     /// Writes the tables of a stage to staging, in place of those that are there. A later stage of the iteration writes the `interim`
-    /// ones again: they stay beside its own until the commit, so that it can be computed again.
+    /// ones again: they stay beside its own until the commit, so that it can be computed again. So does what the stage cost, which counts
+    /// wherever its tables are used again.
     ///
     /// # Errors
     /// [`StoreError::NoSpace`] before a file is written, [`StoreError::Table`] if the values are those of another table,

@@ -244,6 +244,7 @@ impl RunStore {
         files.sync_dir(&draft)?;
         files.rename(&draft, &layout.iteration(wear_iteration))?;
         files.sync_dir(&layout.iterations())?;
+        files.remove_dir_if_there(&layout.draft_keys(wear_iteration))?;
         self.reader.commits.insert(wear_iteration, commit);
         let history = std::mem::take(&mut self.reader.history);
         self.reader.history = self.reader.completed(history)?;
@@ -299,6 +300,23 @@ impl RunStore {
         }
         open::discard(self.files(), self.layout(), gone.iter().copied())?;
         Ok(gone)
+    }
+
+    /// Removes what is staged, also of a next iteration: nobody will commit it.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`].
+    pub fn clear_staging(&self) -> Result<(), StoreError> {
+        let (files, layout) = (self.files(), self.layout());
+        let next = self.next();
+        for folder in [
+            layout.draft(next),
+            layout.draft_keys(next),
+            layout.staged_once(),
+        ] {
+            files.remove_dir_if_there(&folder)?;
+        }
+        Ok(())
     }
 
     fn files(&self) -> &Files {

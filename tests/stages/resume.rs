@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use fretwear::stages::{Ending, Stage};
+use fretwear::stages::{Ending, RunCost, Stage};
 use fretwear::tables::TableName;
 
 use super::Start;
@@ -42,6 +42,16 @@ fn a_run_made_stage_by_stage_is_the_same() {
             assert_eq!(outcome.ending, Ending::Until(stage));
         }
         assert_same(&content(&parts), &content(&whole), "stage by stage");
+        // Each stage was computed once, and counts once.
+        let costs = [&whole, &parts].map(|root| {
+            let spent = RunCost::of(&reader(root)).expect("readable");
+            let staged = fs::read_dir(root.join("staging")).expect("a folder");
+            assert_eq!(staged.count(), 0, "{}", root.display());
+            assert!(spent.seconds.keys().eq(spent.fft_pairs.keys()));
+            spent.fft_pairs
+        });
+        assert!(costs[0].contains_key("surface") && costs[0].contains_key("unworn"));
+        assert_eq!(costs[1], costs[0]);
         let mut once = computed.clone();
         once.sort();
         once.dedup();
@@ -258,6 +268,12 @@ fn a_damaged_surface_is_computed_again() {
     bench.done(&["run", "--run", "a", "--set", "wear.cycles=60_000"]);
     assert_eq!(fs::read(&path).expect("a file"), before);
     verified(&root);
+    // Also in a run that is done, which has no next iteration.
+    flip(&path);
+    bench.done(&["run", "--run", "a", "--set", "wear.cycles=60_000"]);
+    assert_eq!(fs::read(&path).expect("a file"), before);
+    let staged = fs::read_dir(root.join("staging")).expect("a folder");
+    assert_eq!(staged.count(), 0);
 }
 
 /// A timing may be lost without a reason to stop.
