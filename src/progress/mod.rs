@@ -5,6 +5,7 @@ mod prior;
 mod stopping;
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -57,9 +58,7 @@ impl Watcher {
         if !quiet && !is_watched() {
             beat(gauge.clone(), &at);
         }
-        let resonator = recipe.structure.as_ref().and_then(|s| s.source.resonator());
-        let unknowns =
-            resonator.and_then(|resonator| Some(3 * resonator.mesh().ok()?.mesh.nodes.len()));
+        let unknowns = unknowns_of(recipe);
         let bar = (!quiet && is_watched()).then(|| {
             let bar = ProgressBar::new(1000);
             // Three short lines, which are whole on 80 columns.
@@ -83,7 +82,11 @@ impl Watcher {
             bar,
             cycles,
             volume,
-            pace: RefCell::new(Pace::new(Prior::of(recipe, unknowns))),
+            pace: RefCell::new(Pace::new(
+                Prior::of(recipe, unknowns),
+                recipe.output.curves_every,
+                prior::updates(recipe),
+            )),
             gauge,
             at,
             end,
@@ -143,31 +146,30 @@ impl Watcher {
     /// Takes up what earlier starts have recorded of the time they took.
     fn take_up(&self, latest: u64) -> Result<(), StoreError> {
         let reader = RunReader::open(Arc::new(RealFileSystem), &self.root)?;
-        let (mut iterations, mut response, mut before) = (Vec::new(), 0.0, 0.0);
+        let mut iterations = Vec::new();
         for k in reader.iterations().filter(|k| *k <= latest) {
             let summary: typed::Summary = reader.typed(k)?;
             let timing: typed::Timing = reader.typed(k)?;
-            let stages = timing.stage.iter().zip(&timing.seconds);
-            // Parts of stages are told apart, and counted in them.
-            let whole = stages.filter(|(stage, _)| !stage.contains('.'));
-            let (of_response, others): (Vec<_>, Vec<_>) =
-                whole.partition(|(stage, _)| *stage == Stage::ForcedResponse.name());
-            response = of_response
-                .iter()
-                .map(|(_, s)| **s)
-                .fold(response, f64::max);
+            let stage_of = |name: &str| {
+                let stage = name.split('.').next();
+                Stage::ALL.into_iter().find(|s| Some(s.name()) == stage)
+            };
+            // A stage and its parts have rows of their own.
+            let mut stages: BTreeMap<Stage, f64> = BTreeMap::new();
+            for (name, seconds) in timing.stage.iter().zip(&timing.seconds) {
+                if let Some(stage) = stage_of(name) {
+                    *stages.entry(stage).or_default() += seconds;
+                }
+            }
             let part = self.part(&Progress {
                 wear_iteration: k,
                 cycles: summary.cycles.unwrap_or(0) as u64,
                 volume: summary.wear_volume.unwrap_or(0.0),
                 error: 0.0,
             });
-            if k > 0 {
-                iterations.push((before, others.iter().map(|(_, s)| **s).sum()));
-            }
-            before = part;
+            iterations.push((stages.into_iter().collect(), part));
         }
-        self.pace.borrow_mut().recorded(&iterations, response);
+        self.pace.borrow_mut().recorded(&iterations);
         Ok(())
     }
 
@@ -193,7 +195,7 @@ impl Watcher {
         *end = None;
         pace.committed(part, progress.cycles, self.gauge.points());
         let mut left_of = String::new();
-        if let (Some(left), true) = (pace.left(), part < 1.0) {
+        if let (Some(left), true) = (pace.left(progress.wear_iteration), part < 1.0) {
             let rate = pace.rate();
             let rate = rate.map_or(String::new(), |rate| {
                 format!(", {} cycles/s", grouped(rate as u64))
@@ -203,6 +205,12 @@ impl Watcher {
         }
         (line, left_of)
     }
+}
+
+/// Degrees of freedom of the structure's mesh, if it has one.
+fn unknowns_of(recipe: &Recipe) -> Option<usize> {
+    let resonator = recipe.structure.as_ref()?.source.resonator()?;
+    Some(3 * resonator.mesh().ok()?.mesh.nodes.len())
 }
 
 /// A stage that takes no time is not told of.

@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use fretwear::stages::Stage;
 
-use super::prior::{Prior, WORN};
+use super::prior::{self, Prior, STEPS, WORN};
 
-/// Steps from which the growth of steps is taken: an even number, of which each half is one length.
+/// Steps from which the growth of steps and what one takes are known: an even number, of which each half is one length.
 const OF_LATE: usize = 4;
 /// By how much one step of the wear is longer than the one before, until steps have shown it: what the shipped scenes have.
 const GROWTH: f64 = 1.35;
@@ -21,12 +21,20 @@ const TELLING: u64 = 3;
 const QUICK: f64 = 0.25;
 /// Steps after which a run is known by its own alone: before, what runs take counts too.
 const KNOWN: usize = 4;
+/// A vibration that takes this part of the first one is a new one.
+const NEW: f64 = 0.1;
+/// What runs take of vibrations at updates counts like so many of the first one beside what this run took.
+const EXPECTED: f64 = 2.0;
 
 /// The pace of a run.
 #[derive(Debug, Default)]
 pub struct Pace {
     /// What is known before the run has shown it.
     prior: Option<Prior>,
+    /// Curves are computed at every so many iterations and at the last; 0: never.
+    curves_every: u64,
+    /// Whether contact elements are updated.
+    updates: bool,
     /// The last iterations: what part of the run was behind each.
     parts: VecDeque<f64>,
     /// The stage that is computed, and since when.
@@ -34,13 +42,34 @@ pub struct Pace {
     /// Seconds and points of the longest forced response: they are computed at the first iteration and at the last, and where they are
     /// asked for.
     response: (f64, u64),
-    /// Seconds of all other stages of iterations that wear, and how many of these there were.
-    seconds: f64,
+    /// Seconds of the first vibration, and of all later ones.
+    vibrations: [f64; 2],
+    /// Part of the run behind the last update.
+    updated: f64,
+    /// The unworn joint, the last iterations that wear, and the one being computed.
+    unworn: Took,
+    late: VecDeque<Took>,
+    current: Took,
+    /// How many iterations have worn.
     iterations: usize,
+    /// Whether a state is committed.
+    begun: bool,
+    /// What was said last, and is said again where no update is due.
+    said: Option<Left>,
     /// Cycles behind the first iteration of this start, and of the last.
     cycles: Option<[u64; 2]>,
     /// When the first iteration of this start was committed.
     first: Option<Instant>,
+}
+
+/// Seconds of an iteration, but for its forced response.
+#[derive(Debug, Clone, Copy, Default)]
+struct Took {
+    /// Of all but vibrations.
+    step: f64,
+    /// Of its contact and cycle among these, which curves make longer.
+    contact: f64,
+    vibration: f64,
 }
 
 /// Seconds to go, counted down from an instant.
@@ -58,84 +87,149 @@ pub struct Left {
 }
 
 impl Pace {
-    /// The pace of a run of which nothing is known but what runs take.
-    pub fn new(prior: Option<Prior>) -> Pace {
+    /// The pace of a run of which nothing is known but what runs take, that computes curves at every so many iterations, and may update
+    /// its contact elements.
+    pub fn new(prior: Option<Prior>, curves_every: u64, updates: bool) -> Pace {
         Pace {
             prior,
+            curves_every,
+            updates,
             ..Pace::default()
         }
     }
 
-    /// What earlier starts of a run have recorded: the part that was behind each of the last iterations but the very last, their seconds
-    /// without forced responses, and the seconds of the first forced response.
-    pub fn recorded(&mut self, iterations: &[(f64, f64)], response: f64) {
-        let late = iterations.len().saturating_sub(OF_LATE);
-        for (part, seconds) in &iterations[late..] {
-            self.parts.push_back(*part);
-            self.seconds += seconds;
-            self.iterations += 1;
+    /// What earlier starts have recorded: the seconds of each iteration by stage, and the part of the run behind it. The last one is
+    /// committed again as this start begins.
+    pub fn recorded(&mut self, iterations: &[(Vec<(Stage, f64)>, f64)]) {
+        for (k, (stages, part)) in iterations.iter().enumerate() {
+            for (stage, seconds) in stages {
+                self.took(*stage, *seconds, 0);
+            }
+            if k + 1 < iterations.len() {
+                self.closes(*part);
+            }
         }
-        self.response = (response, 0);
     }
 
     /// A stage begins, in a run that may have `more` forced responses; that before had so many points. What is left, where this
     /// says it anew.
     pub fn enters(&mut self, stage: Stage, points: u64, more: bool) -> Option<Left> {
-        self.leaves(points);
+        let after_update = self.leaves(points);
         self.stage = Some((stage, Instant::now()));
-        let is_response = stage == Stage::ForcedResponse;
-        if self.first.is_none() {
+        if !self.begun {
             let prior = self.prior.as_ref()?;
             return Some(Left {
                 rough: true,
                 ..Left::new(prior.stage(stage), prior.after(stage))
             });
         }
-        let (seconds, points) = self.response;
-        if !is_response || seconds == 0.0 {
+        match stage {
+            Stage::ForcedResponse if self.response.0 > 0.0 => {
+                let (seconds, points) = self.response;
+                // One of the steps is being made, and after the last nothing is left.
+                let steps = match more {
+                    true => (self.steps().unwrap_or(1.0) - 1.0).round(),
+                    false => 0.0,
+                };
+                let last = if steps > 0.0 { WORN * seconds } else { 0.0 };
+                Some(Left {
+                    points,
+                    ..Left::new(WORN * seconds, steps * self.step() + last)
+                })
+            }
+            Stage::DynamicResponse => self.at_update(),
+            _ => after_update,
+        }
+    }
+
+    /// What is left if a vibration that begins is an update.
+    fn at_update(&self) -> Option<Left> {
+        let [first, _] = self.vibrations;
+        if !self.updates || first == 0.0 {
             return None;
         }
-        // One of the steps is being made, and after the last nothing is left.
-        let steps = match more {
-            true => (self.steps().unwrap_or(1.0) - 1.0).round(),
-            false => 0.0,
-        };
-        let last = if steps > 0.0 { WORN * seconds } else { 0.0 };
+        let part = GROWTH * self.parts.back()?;
+        let said = self.said?;
+        let others = said.seconds - self.updates_to_come(self.updated);
+        let after = others.max(0.0) + self.updates_to_come(part) + said.after;
         Some(Left {
-            points,
-            ..Left::new(WORN * seconds, steps * self.step() + last)
+            rough: said.rough,
+            ..Left::new(first * prior::update(part), after)
         })
     }
 
-    fn leaves(&mut self, points: u64) {
-        let Some((stage, since)) = self.stage.take() else {
-            return;
-        };
+    /// Ends the stage that is computed; what is left after a vibration.
+    fn leaves(&mut self, points: u64) -> Option<Left> {
+        let (stage, since) = self.stage.take()?;
         let seconds = since.elapsed().as_secs_f64();
-        if let (Some(prior), None) = (&mut self.prior, self.first) {
+        let update = self.at_update();
+        self.took(stage, seconds, points);
+        if stage != Stage::DynamicResponse {
+            return None;
+        }
+        match update {
+            Some(left) if self.is_new(seconds) => Some(Left {
+                rough: left.rough,
+                ..Left::new(0.0, left.after)
+            }),
+            _ => self.said,
+        }
+    }
+
+    fn is_new(&self, vibration: f64) -> bool {
+        vibration > NEW * self.vibrations[0]
+    }
+
+    /// A stage took so long, with so many points of a forced response.
+    fn took(&mut self, stage: Stage, seconds: f64, points: u64) {
+        if let (Some(prior), false) = (&mut self.prior, self.begun) {
             prior.took(stage, seconds);
         }
+        // Without a first one none is told apart.
+        let is_told = !self.begun || self.vibrations[0] > 0.0;
+        let current = &mut self.current;
         match stage {
             Stage::ForcedResponse if seconds > self.response.0 => self.response = (seconds, points),
             Stage::ForcedResponse => (),
-            // What comes before the first commit is not part of a step.
-            _ if self.first.is_none() => (),
-            _ => self.seconds += seconds,
+            Stage::DynamicResponse if is_told => current.vibration += seconds,
+            Stage::StaticContact | Stage::FrettingCycle => {
+                current.step += seconds;
+                current.contact += seconds;
+            }
+            _ => current.step += seconds,
+        }
+    }
+
+    /// An iteration ends with such a part of the run behind it.
+    fn closes(&mut self, part: f64) {
+        let took = std::mem::take(&mut self.current);
+        if !self.begun {
+            // Also that of a run which begins from another: nothing of it is known.
+            (self.begun, self.unworn) = (true, took);
+            self.vibrations[0] = took.vibration;
+        } else {
+            self.iterations += 1;
+            self.vibrations[1] += took.vibration;
+            if self.is_new(took.vibration) {
+                self.updated = part;
+            }
+            self.late.push_back(took);
+            if self.late.len() > OF_LATE {
+                self.late.pop_front();
+            }
+        }
+        self.parts.push_back(part);
+        if self.parts.len() > OF_LATE + 1 {
+            self.parts.pop_front();
         }
     }
 
     /// An iteration is committed: the part of the run, and the cycles, that are behind it.
     pub fn committed(&mut self, part: f64, cycles: u64, points: u64) {
         self.leaves(points);
-        match self.first {
-            None => self.first = Some(Instant::now()),
-            Some(_) => self.iterations += 1,
-        }
+        self.closes(part);
+        self.first.get_or_insert_with(Instant::now);
         self.cycles = Some([self.cycles.map_or(cycles, |[first, _]| first), cycles]);
-        self.parts.push_back(part);
-        if self.parts.len() > OF_LATE + 1 {
-            self.parts.pop_front();
-        }
     }
 
     /// Cycles a second since the first commit of this start; none before a step is done.
@@ -144,39 +238,77 @@ impl Pace {
         Some((to - from) as f64 / self.first?.elapsed().as_secs_f64())
     }
 
-    /// What is left after a commit; none where nothing is known.
-    pub fn left(&self) -> Option<Left> {
-        let last = WORN * self.response.0;
-        let own = self.steps().map(|steps| steps * self.step());
+    /// What is left after the commit of an iteration; none where nothing is known.
+    pub fn left(&mut self, wear_iteration: u64) -> Option<Left> {
+        let own = self.steps();
         // Of a run that goes on the prior knows no part.
         let begun = self.parts.front().is_some_and(|part| *part == 0.0);
         let prior = self.prior.as_ref().filter(|_| begun);
-        let prior = prior.map(|prior| {
-            let last_of_prior = WORN * prior.stage(Stage::ForcedResponse);
-            (prior.worn() - last_of_prior - self.seconds).max(0.0)
+        let expected = prior.map(|prior| {
+            let steps = (STEPS - self.iterations as f64).max(1.0);
+            [steps, prior.step]
         });
-        let seconds = match (own, prior) {
-            (Some(own), Some(prior)) if self.iterations < KNOWN && prior > 0.0 => {
+        let [steps, step] = match (own.map(|steps| [steps, self.step()]), expected) {
+            (Some(own), Some(expected)) if self.iterations < KNOWN => {
                 // The logarithms of both, by how many steps have shown it.
                 let weight = self.iterations as f64 / KNOWN as f64;
-                (weight * own.ln() + (1.0 - weight) * prior.ln()).exp()
+                let mean = |k: usize| own[k].powf(weight) * expected[k].powf(1.0 - weight);
+                [mean(0), mean(1)]
             }
             (Some(own), _) => own,
-            (None, prior) => prior?,
+            (None, expected) => expected?,
         };
-        Some(Left {
+        let curves = curves_ahead(wear_iteration, steps, self.curves_every);
+        let contact = median(self.late.iter().map(|took| took.contact));
+        let curve = (self.unworn.contact - contact).max(0.0);
+        let seconds = steps * step + curves * curve + self.updates_to_come(self.updated);
+        let last = WORN * self.response.0;
+        self.said = Some(Left {
             rough: own.is_none(),
             ..Left::new(seconds, last)
-        })
+        });
+        self.said
     }
 
     fn steps(&self) -> Option<f64> {
         steps_left(self.parts.iter().copied().collect::<Vec<f64>>().as_slice())
     }
 
-    /// Seconds of an iteration without its forced response.
+    /// Seconds of an iteration of late, without its vibration and forced response: not the mean, since few have curves.
     fn step(&self) -> f64 {
-        self.seconds / self.iterations.max(1) as f64
+        median(self.late.iter().map(|took| took.step))
+    }
+
+    /// Seconds of the vibrations at updates to come, of which the last had such a part of the run behind it.
+    fn updates_to_come(&self, last: f64) -> f64 {
+        let part = self.parts.back().copied().unwrap_or(0.0);
+        let [first, later] = self.vibrations;
+        if !self.updates || first == 0.0 {
+            return 0.0;
+        }
+        let expected = first * (prior::updates_between(0.0, part) + EXPECTED);
+        let ratio = (later + EXPECTED * first) / expected;
+        ratio * first * prior::updates_to_come(part, last)
+    }
+}
+
+/// Iterations with curves among so many steps behind an iteration: every so many, and the last.
+fn curves_ahead(wear_iteration: u64, steps: f64, every: u64) -> f64 {
+    if every == 0 {
+        return 0.0;
+    }
+    let last = wear_iteration + steps.round() as u64;
+    (last.div_ceil(every) - wear_iteration / every) as f64
+}
+
+/// 0 of nothing.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    match (values.len(), values.len() / 2) {
+        (0, _) => 0.0,
+        (all, half) if all % 2 == 0 => 0.5 * (values[half - 1] + values[half]),
+        (_, half) => values[half],
     }
 }
 
@@ -248,7 +380,108 @@ fn steps_left(parts: &[f64]) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Left, steps_left};
+    use fretwear::stages::Stage;
+
+    use super::{KNOWN, Left, Pace, curves_ahead, median, steps_left};
+
+    /// By which factor the time to go may be off.
+    const OFF: f64 = 1.5;
+
+    /// Iterations of a run: the part behind each, and seconds of wear, contact, vibration and forced response.
+    type Course = &'static [[f64; 5]];
+    /// A prescribed motion on 512 x 512 cells: contacts with curves are few, at every tenth iteration and the last.
+    const CURVES: Course = &[
+        [0.0, 0.04, 2.19, 0.0, 0.0],
+        [0.0058, 0.60, 0.43, 0.0, 0.0],
+        [0.0151, 0.38, 0.30, 0.0, 0.0],
+        [0.0269, 0.64, 0.39, 0.0, 0.0],
+        [0.0414, 0.57, 0.38, 0.0, 0.0],
+        [0.0596, 0.53, 0.49, 0.0, 0.0],
+        [0.0831, 0.63, 0.56, 0.0, 0.0],
+        [0.1145, 0.58, 0.49, 0.0, 0.0],
+        [0.1589, 0.65, 0.52, 0.0, 0.0],
+        [0.2248, 0.66, 0.53, 0.0, 0.0],
+        [0.3330, 0.61, 1.81, 0.0, 0.0],
+        [0.5359, 0.84, 0.72, 0.0, 0.0],
+        [0.7679, 0.79, 0.70, 0.0, 0.0],
+        [1.0, 0.66, 1.85, 0.0, 0.0],
+    ];
+    /// A lap joint with the preset fast: vibrations are few, and longer the more is worn.
+    const UPDATES: Course = &[
+        [0.0, 0.53, 0.51, 8.1, 9.6],
+        [0.0025, 0.34, 0.35, 0.0, 0.0],
+        [0.0066, 1.21, 0.33, 4.0, 0.0],
+        [0.0163, 0.42, 0.36, 0.0, 0.0],
+        [0.0184, 0.86, 0.28, 7.6, 0.0],
+        [0.0360, 0.43, 0.35, 0.0, 0.0],
+        [0.0632, 0.94, 0.26, 8.5, 0.0],
+        [0.1204, 0.44, 0.34, 0.0, 0.0],
+        [0.2510, 0.35, 0.25, 0.0, 0.0],
+        [0.3300, 1.00, 0.25, 15.4, 0.0],
+        [0.5533, 0.46, 0.46, 0.0, 0.0],
+        [0.8576, 1.29, 0.27, 17.1, 0.0],
+        [1.0, 0.32, 0.45, 0.0, 22.2],
+    ];
+
+    fn stages_of(iteration: &[f64; 5]) -> (Vec<(Stage, f64)>, f64) {
+        let [part, wear, contact, vibration, response] = *iteration;
+        let stages = vec![
+            (Stage::Wear, wear),
+            (Stage::StaticContact, contact),
+            (Stage::DynamicResponse, vibration),
+            (Stage::ForcedResponse, response),
+        ];
+        (stages, part)
+    }
+
+    /// Where one long stage is left, or two, no mean of many says it.
+    #[test]
+    fn what_is_left_of_runs_is_known_within_a_factor() {
+        for (course, updates) in [(CURVES, false), (UPDATES, true)] {
+            let all: Vec<_> = course.iter().map(stages_of).collect();
+            for k in KNOWN..course.len() - 1 {
+                let mut pace = Pace::new(None, 10, updates);
+                pace.recorded(&all[..=k]);
+                pace.committed(course[k][0], 0, 0);
+                let said = pace.left(k as u64).expect("steps").at(0.0, 0);
+                let ahead = course[k + 1..].iter().flat_map(|i| &i[1..]);
+                let rest: f64 = ahead.sum();
+                assert!(
+                    (rest / OFF..rest * OFF).contains(&said),
+                    "{said} s said of {rest} s behind iteration {k}"
+                );
+            }
+        }
+    }
+
+    /// A vibration that is computed anew is counted down from what it takes, and one that is not changes nothing.
+    #[test]
+    fn an_update_is_counted_down() {
+        let all: Vec<_> = UPDATES[..10].iter().map(stages_of).collect();
+        let mut pace = Pace::new(None, 10, true);
+        pace.recorded(&all);
+        pace.committed(UPDATES[9][0], 0, 0);
+        let said = pace.left(9).expect("steps");
+        let update = pace.enters(Stage::DynamicResponse, 0, false);
+        let update = update.expect("a vibration");
+        assert!(
+            update.at(10.0, 0) < update.at(0.0, 0) - 9.9,
+            "it is under way"
+        );
+        let after = pace.enters(Stage::FrettingCycle, 0, false);
+        let after = after.expect("said again");
+        assert_eq!(after.at(0.0, 0), said.at(0.0, 0), "it took no time");
+    }
+
+    #[test]
+    fn curves_are_counted_once() {
+        assert_eq!(curves_ahead(8, 5.0, 10), 2.0);
+        assert_eq!(curves_ahead(10, 4.0, 10), 1.0);
+        assert_eq!(curves_ahead(15, 5.0, 10), 1.0);
+        assert_eq!(curves_ahead(3, 5.0, 0), 0.0);
+        assert_eq!(median([3.0, 1.0, 9.0].into_iter()), 3.0);
+        assert_eq!(median([3.0, 1.0].into_iter()), 2.0);
+    }
 
     #[test]
     fn a_forced_response_is_timed_by_its_points_and_never_over() {

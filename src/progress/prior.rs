@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use fretwear::model_update::Criterion;
 use fretwear::recipe::Recipe;
 use fretwear::stages::Stage;
 
@@ -13,17 +14,21 @@ const OF_UNKNOWNS: f64 = 2.0;
 /// Seconds of its first vibration, with so many contact elements; it grows as they do.
 const VIBRATION: (f64, f64) = (4.8, 388.0);
 /// A forced response of the unworn joint over that vibration.
-const RESPONSE: f64 = 2.8;
-/// Forced response of the worn joint over that of the unworn one: more of its elements slide.
+const RESPONSE: f64 = 2.6;
+/// Forced response, and vibration, of the worn joint over that of the unworn one: more of its elements slide.
 pub const WORN: f64 = 2.3;
-/// Updates of the contact elements in a run, and what the vibration takes then over the first.
-const UPDATES: (f64, f64) = (4.0, 0.9);
+/// The vibration at an update of the contact elements grows to that by this power of the part of the run behind it: measured.
+const OF_PART: f64 = 0.2;
+/// From one update to the next the part of the run behind it grows so many times: the stiffness goes with the logarithm of the wear.
+const APART: f64 = 4.0;
+/// Part of the run behind the first step, before which nothing is updated.
+const FIRST: f64 = 0.0025;
 /// Steps of the wear where their error decides.
-const STEPS: f64 = 15.0;
+pub const STEPS: f64 = 14.0;
 /// Seconds of a step a cell: of a joint that vibrates, and of another.
-const STEP: [f64; 2] = [1.15e-5, 4.0e-6];
+const STEP: [f64; 2] = [8.0e-6, 3.0e-6];
 /// The unworn contact takes as long as so many steps.
-const UNWORN: f64 = 0.7;
+const UNWORN: f64 = 1.0;
 
 /// By how much a first stage may say that the machine is slower or faster.
 const MOST: f64 = 2.0;
@@ -33,8 +38,10 @@ const MOST: f64 = 2.0;
 pub struct Prior {
     /// Those of the unworn joint, which come before the first step.
     stages: BTreeMap<Stage, f64>,
-    /// All steps of the wear, with the vibrations at updates.
-    steps: f64,
+    /// A step of the wear, without a vibration.
+    pub step: f64,
+    /// Whether contact elements are updated.
+    updates: bool,
 }
 
 impl Prior {
@@ -49,7 +56,6 @@ impl Prior {
         let vibrates = recipe.structure.is_some();
         let step = cells * if vibrates { STEP[0] } else { STEP[1] };
         let mut stages = BTreeMap::from([(Stage::StaticContact, UNWORN * step)]);
-        let mut steps = STEPS * step;
         if let Some(unknowns) = unknowns {
             let (seconds, of) = STRUCTURE;
             let size = (unknowns as f64 / of).powf(OF_UNKNOWNS);
@@ -61,9 +67,12 @@ impl Prior {
             let first = seconds * elements as f64 / of;
             stages.insert(Stage::DynamicResponse, first);
             stages.insert(Stage::ForcedResponse, RESPONSE * first);
-            steps += UPDATES.0 * UPDATES.1 * first;
         }
-        Some(Prior { stages, steps })
+        Some(Prior {
+            stages,
+            step,
+            updates: updates(recipe),
+        })
     }
 
     /// A stage of the unworn joint took so long.
@@ -78,7 +87,8 @@ impl Prior {
         match stage {
             Stage::Structure => self.scale(ratio_of_machine),
             Stage::StaticContact if !vibrates => self.scale(ratio_of_machine),
-            Stage::DynamicResponse => self.scale_of(&[Stage::ForcedResponse], ratio),
+            // What makes a vibration long need not make a response long.
+            Stage::DynamicResponse => self.scale_of(&[Stage::ForcedResponse], ratio.sqrt()),
             _ => (),
         }
     }
@@ -90,7 +100,7 @@ impl Prior {
             .filter(|s| *s > Stage::Structure)
             .collect();
         self.scale_of(&after, ratio);
-        self.steps *= ratio;
+        self.step *= ratio;
     }
 
     fn scale_of(&mut self, stages: &[Stage], ratio: f64) {
@@ -112,8 +122,36 @@ impl Prior {
         others.map(|(_, seconds)| seconds).sum::<f64>() + self.worn()
     }
 
-    /// Steps, and the forced response of the worn joint.
+    /// Steps with the vibrations at updates, and the forced response of the worn joint.
     pub fn worn(&self) -> f64 {
-        self.steps + WORN * self.stage(Stage::ForcedResponse)
+        let first = self.stage(Stage::DynamicResponse);
+        let updates = match self.updates {
+            true => first * updates_between(0.0, 1.0),
+            false => 0.0,
+        };
+        STEPS * self.step + updates + WORN * self.stage(Stage::ForcedResponse)
     }
+}
+
+/// Whether a run of a recipe updates its contact elements.
+pub fn updates(recipe: &Recipe) -> bool {
+    let criterion = recipe.elements().map(|elements| elements.update);
+    recipe.wear.is_some() && criterion.is_some_and(|criterion| criterion != Criterion::Never)
+}
+
+/// The vibration at an update with such a part of the run behind it, over the first one.
+pub fn update(part: f64) -> f64 {
+    WORN * part.clamp(FIRST, 1.0).powf(OF_PART)
+}
+
+/// The vibrations at all updates between two parts of the run, over the first one: as if they were spread evenly in the logarithm.
+pub fn updates_between(from: f64, to: f64) -> f64 {
+    (update(to) - update(from)).max(0.0) / (OF_PART * APART.ln())
+}
+
+/// The vibrations at the updates to come, over the first one, with such a part of the run behind it and behind the last update. One that
+/// is due and does not come does so a while later.
+pub fn updates_to_come(part: f64, last: f64) -> f64 {
+    let between = APART.sqrt();
+    updates_between((between * last).max(part / between), 1.0)
 }
