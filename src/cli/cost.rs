@@ -9,6 +9,7 @@ use fretwear::stages::RunCost;
 use serde_json::{Value, json};
 
 use super::run::cache_folder;
+use crate::progress::{duration, expected_seconds};
 use crate::terminal::Results;
 
 /// Time after which a rehearsal ends \[s\].
@@ -23,8 +24,17 @@ pub fn rehearsed(plan: &Plan) -> Rehearsal {
     rehearsal::rehearse(&plan.inputs, &options)
 }
 
-/// Prints what a scene will cost here.
-pub fn write_expected(out: &mut Results, rehearsal: &Rehearsal) {
+/// Seconds of a whole run by what such runs take, as the run itself will say at its beginning: where a rehearsal does not say them.
+pub fn whole(plan: &Plan, rehearsal: &Rehearsal) -> Option<f64> {
+    let is_known = rehearsal.seconds.is_some_and(|s| s.response.is_some());
+    let vibrates = rehearsal.cost.contact_elements > 0;
+    (vibrates && !is_known)
+        .then(|| expected_seconds(&plan.inputs.recipe))
+        .flatten()
+}
+
+/// Prints what a scene will cost here: its whole time, if that is told otherwise than by the rehearsal.
+pub fn write_expected(out: &mut Results, rehearsal: &Rehearsal, whole: Option<f64>) {
     let Cost {
         memory,
         memory_cached,
@@ -60,6 +70,9 @@ pub fn write_expected(out: &mut Results, rehearsal: &Rehearsal) {
     if let Some(pairs) = cost.fft_pairs.filter(|found| found.expected > 0.0) {
         line("FFT pairs", range(pairs, number));
     }
+    if let (Some(whole), None) = (whole, rehearsal.seconds) {
+        line("time", by_prior(whole, ""));
+    }
     if let Some(seconds) = rehearsal.seconds {
         let parts = [
             (
@@ -74,8 +87,9 @@ pub fn write_expected(out: &mut Results, rehearsal: &Rehearsal) {
             .filter(|(_, s)| *s >= 0.05)
             .map(|(name, s)| format!("{name} {s:.1} s"))
             .collect();
+        let joined = parts.join(", ");
         let parts = if parts.len() > 1 {
-            format!(" ({})", parts.join(", "))
+            format!(" ({joined})")
         } else {
             String::new()
         };
@@ -95,7 +109,11 @@ pub fn write_expected(out: &mut Results, rehearsal: &Rehearsal) {
             most: with(most),
         };
         let time = range(time, |seconds| format!("{seconds:.1} s"));
-        line("time", format!("{time}{unknown} here, one thread{parts}"));
+        let rehearsed = format!("{time}{unknown} here, one thread{parts}");
+        let text = whole.map_or(rehearsed, |whole| {
+            by_prior(whole, &format!("; rehearsed: {joined}"))
+        });
+        line("time", text);
     }
     let grids: Vec<String> = cost
         .rehearsed
@@ -112,6 +130,11 @@ pub fn write_expected(out: &mut Results, rehearsal: &Rehearsal) {
     for why in &cost.not_rehearsed {
         line("not rehearsed", why.clone());
     }
+}
+
+fn by_prior(whole: f64, rehearsed: &str) -> String {
+    let whole = duration(whole);
+    format!("about {whole} with the vibration, by what such runs take{rehearsed}")
 }
 
 fn range(range: Range, text: impl Fn(f64) -> String) -> String {

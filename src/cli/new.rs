@@ -248,7 +248,10 @@ fn line(root: &Path) -> Result<serde_json::Value, CliError> {
         words.push(worn(volume, summary.error_wear_volume));
     }
     // A title of several lines stays on the run's own.
-    let title = recipe.title.iter().flat_map(|title| title.split_whitespace());
+    let title = recipe
+        .title
+        .iter()
+        .flat_map(|title| title.split_whitespace());
     words.push(title.collect::<Vec<&str>>().join(" "));
     words.retain(|word| !word.is_empty());
     Ok(json!({

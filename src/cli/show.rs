@@ -30,10 +30,12 @@ pub fn plan(
     if as_json {
         if rehearse {
             let found = cost::rehearsed(&plan);
-            said_once(&mut plan.warnings, found.warnings);
+            said_once(&mut plan.warnings, found.warnings.clone());
             printed["cost"] = json!(found.cost);
             // Of the machine, where the rest is of the scene.
-            printed["seconds"] = json!({ "run": found.seconds, "rehearsal": found.took });
+            let whole = cost::whole(&plan, &found);
+            printed["seconds"] =
+                json!({ "run": found.seconds, "whole": whole, "rehearsal": found.took });
         }
         printed["warnings"] = json!(plan.warnings);
         printed["notices"] = json!(plan.notices().collect::<Vec<String>>());
@@ -64,7 +66,7 @@ pub fn plan(
     }
     if let Some(rehearsal) = &rehearsal {
         writeln!(out, "\nrehearsed cost");
-        cost::write_expected(out, rehearsal);
+        cost::write_expected(out, rehearsal, cost::whole(&plan, rehearsal));
     }
     Ok(Exit::Done)
 }

@@ -213,6 +213,12 @@ fn unknowns_of(recipe: &Recipe) -> Option<usize> {
     Some(3 * resonator.mesh().ok()?.mesh.nodes.len())
 }
 
+/// Seconds of a whole run by what runs take, with the reduction of its structure: what it says before it has done anything. None where
+/// nothing is known.
+pub fn expected_seconds(recipe: &Recipe) -> Option<f64> {
+    Some(Prior::of(recipe, unknowns_of(recipe))?.whole())
+}
+
 /// A stage that takes no time is not told of.
 const SHORT: Duration = Duration::from_secs(1);
 

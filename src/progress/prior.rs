@@ -122,6 +122,11 @@ impl Prior {
         others.map(|(_, seconds)| seconds).sum::<f64>() + self.worn()
     }
 
+    /// The whole run.
+    pub fn whole(&self) -> f64 {
+        self.stages.values().sum::<f64>() + self.worn()
+    }
+
     /// Steps with the vibrations at updates, and the forced response of the worn joint.
     pub fn worn(&self) -> f64 {
         let first = self.stage(Stage::DynamicResponse);

@@ -298,3 +298,25 @@ fn both_are_told() {
         .stdout();
     assert!(!at_once.contains("cost"), "{at_once}");
 }
+
+/// Where the vibration is too large to be rehearsed, the whole time is said as the run itself says it, and not that of its contact alone.
+#[test]
+fn the_time_of_a_run_is_that_of_its_vibration_too() {
+    let bench = Bench::new();
+    let scene = format!("{}/pipelines/lap_joint.toml", env!("CARGO_MANIFEST_DIR"));
+    let plan = bench.done(&["plan", &scene, "--json"]).json();
+    let seconds = &plan["seconds"];
+    assert!(plan["cost"]["vibrations"].is_null(), "it is rehearsed");
+    let whole = seconds["whole"].as_f64().expect("seconds");
+    let contact = seconds["run"]["contact"].as_f64().unwrap_or(0.0);
+    assert!(whole > contact, "{seconds}");
+    let told = bench.done(&["plan", &scene]).stdout();
+    assert!(
+        told.contains("with the vibration, by what such runs take"),
+        "{told}"
+    );
+    assert!(!told.contains("here, one thread"), "{told}");
+    // What is rehearsed is told by its rehearsal.
+    let small = bench.done(&["plan", "small.toml", "--json"]).json();
+    assert!(small["seconds"]["whole"].is_null());
+}
