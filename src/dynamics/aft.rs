@@ -41,6 +41,17 @@ pub trait InterfaceElement {
         None
     }
 
+    /// Adds to the coefficients of the force, and to their Jacobian if there is one, what has a closed form whatever the motion and is
+    /// neither sampled nor in [`InterfaceElement::by_events`].
+    fn add_exactly(
+        &self,
+        _harmonics: &Harmonics,
+        _displacement: &[f64],
+        _force: &mut [f64],
+        _jacobian: Option<&mut [f64]>,
+    ) {
+    }
+
     /// Whether the force is reference stiffness times displacement at every instant; none where that is not known without samples.
     fn follows_by_events(&self, _harmonics: &Harmonics, _displacement: &[f64]) -> Option<bool> {
         None
@@ -268,6 +279,20 @@ impl Sampling {
     /// `displacement` and `force` are three rows of coefficients (x, y, n); `jacobian`, if given, is the square matrix
     /// ∂force/∂displacement of `3 × coefficients` rows, row by row.
     pub fn evaluate<E: InterfaceElement>(
+        &self,
+        element: &E,
+        displacement: &[f64],
+        force: &mut [f64],
+        mut jacobian: Option<&mut [f64]>,
+        work: &mut Workspace,
+    ) -> Closure {
+        let closure = self.sampled(element, displacement, force, jacobian.as_deref_mut(), work);
+        element.add_exactly(&self.harmonics, displacement, force, jacobian);
+        closure
+    }
+
+    /// The same of what is sampled, or integrated by events in its place.
+    fn sampled<E: InterfaceElement>(
         &self,
         element: &E,
         displacement: &[f64],

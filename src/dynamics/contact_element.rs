@@ -265,6 +265,29 @@ impl InterfaceElement for ContactElement {
         self.closed_form(harmonics, displacement, force, jacobian)
     }
 
+    fn add_exactly(
+        &self,
+        harmonics: &Harmonics,
+        displacement: &[f64],
+        force: &mut [f64],
+        mut jacobian: Option<&mut [f64]>,
+    ) {
+        let n = harmonics.coefficients();
+        for spring in &self.springs {
+            let d = spring.direction();
+            let mut slope = vec![0.0; n * n];
+            let row = d * n..(d + 1) * n;
+            let along = &displacement[row.clone()];
+            spring.add(harmonics, along, &mut force[row], &mut slope);
+            if let Some(jacobian) = jacobian.as_deref_mut() {
+                for (c, slope) in slope.chunks_exact(n).enumerate() {
+                    let own = &mut jacobian[((d * n + c) * 3 + d) * n..][..n];
+                    add_scaled(own, 1.0, slope);
+                }
+            }
+        }
+    }
+
     fn follows_by_events(&self, harmonics: &Harmonics, displacement: &[f64]) -> Option<bool> {
         self.follows_throughout(harmonics, displacement)
     }
@@ -281,7 +304,6 @@ impl InterfaceElement for ContactElement {
         }
         self.normal_forces(displacement, force, derivative.as_deref_mut());
         let mut closure = Closure::EXACT;
-        // Forces of springs come last: the derivatives of sliders are sums over the cycle.
         let (mut stuck, mut gripping) = (0.0, 0.0);
         for slider in &self.sliders {
             let kt = slider.gripping_stiffness(self.friction_coefficient);
@@ -299,10 +321,9 @@ impl InterfaceElement for ContactElement {
                 sum[1] += own[1];
             }
         }
-        if let Some(derivative) = derivative.as_deref_mut() {
+        if let Some(derivative) = derivative {
             complete(derivative, stuck + gripping);
         }
-        self.add_springs(displacement, force, derivative);
         if stuck > 0.0 {
             for (force, u) in force.iter_mut().zip(displacement) {
                 force[0] += stuck * u[0];
@@ -336,31 +357,6 @@ impl ContactElement {
                 for c in 0..n {
                     let slope = stiffness * derivative.basis_at(j)[c];
                     derivative.row_mut(j, 2)[2 * n + c] = slope;
-                }
-            }
-        }
-    }
-}
-
-impl ContactElement {
-    /// Adds the forces of the springs, and their derivatives.
-    fn add_springs(
-        &self,
-        displacement: &[[f64; 3]],
-        force: &mut [[f64; 3]],
-        mut derivative: Option<&mut Derivative<'_>>,
-    ) {
-        for spring in &self.springs {
-            let d = spring.direction();
-            for (j, (u, sum)) in displacement.iter().zip(&mut *force).enumerate() {
-                let [own, slope] = spring.force(u[d]);
-                sum[d] += own;
-                if let Some(derivative) = derivative.as_deref_mut() {
-                    let n = derivative.coefficients;
-                    for c in 0..n {
-                        let change = slope * derivative.basis_at(j)[c];
-                        derivative.row_mut(j, d)[d * n + c] += change;
-                    }
                 }
             }
         }

@@ -27,7 +27,7 @@ const REST: f64 = 1e-10;
 
 impl ContactElement {
     /// Coefficients of the force and their Jacobian as [`Sampling::evaluate`](super::Sampling::evaluate) has them, without samples; none
-    /// where the law has no closed form: two displacements in the plane under the cone.
+    /// where the law has no closed form: two displacements in the plane under the cone. Springs are left out.
     ///
     /// A displacement that rests under the cone counts for the Jacobian as if it were limited by itself: it has no force.
     pub(super) fn closed_form(
@@ -65,20 +65,6 @@ impl ContactElement {
                 );
                 closure = closure.and(cycle.closure);
             }
-        }
-        for spring in &self.springs {
-            let d = spring.direction();
-            let slope = match d {
-                2 => &mut *by_load,
-                axis => &mut of_axes[axis * 2 * n * n..][..n * n],
-            };
-            let row = d * n..(d + 1) * n;
-            spring.add(
-                harmonics,
-                &displacement[row.clone()],
-                &mut force[row],
-                slope,
-            );
         }
         if let Some(jacobian) = jacobian {
             jacobian.fill(0.0);

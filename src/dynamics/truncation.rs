@@ -20,6 +20,9 @@ const UNKNOWN: f64 = 1.0;
 const HIGHEST: u32 = 31;
 /// The highest from which all of the range is looked at again with more harmonics, where those do not have the resonance.
 const MOST_SURVEYED: u32 = 15;
+/// How many times the effort of a search one with more harmonics may be expected to cost to be begun: it is ended where it costs more
+/// than a search may, and counts then if it has found more.
+const MOST_LIKELY: f64 = 4.0;
 /// Share of the input below which a dissipation is faint: what is rounding of the input is no error of it.
 const FAINT: f64 = 1e-6;
 /// Error of a peak that is that of a motion in time: what climbing to it leaves.
@@ -56,8 +59,9 @@ impl Truncation {
         let chosen = resonance.candidates.iter().filter(|candidate| {
             [resonance.in_force().omega, resonance.peak.omega].contains(&candidate.response.omega)
         });
-        // A peak where no branch could be followed is not known.
-        if !resonance.gaps.is_empty() {
+        // A peak where no branch could be followed is not known, nor whether one in time is the largest where the search was ended.
+        let is_found = resonance.gaps.is_empty() && !(resonance.is_cut && resonance.is_in_time());
+        if !is_found {
             self.amplitude = self.amplitude.max(UNKNOWN);
         }
         let above = resonance.largest_in_time / resonance.peak_amplitude - 1.0;
@@ -169,7 +173,7 @@ impl Vibration {
         // With more harmonics another resonance may be the strongest.
         if extended && resolved.balance.is_small() {
             let growth = resolved.balance.harmonics().coefficients() as f64 / surveyed as f64;
-            if cost as f64 * growth * growth <= BRANCHES as f64 {
+            if cost as f64 * growth * growth <= MOST_LIKELY * BRANCHES as f64 {
                 let harmonics = resolved.balance.harmonics().clone();
                 let balance = self.balance_of(resolved.balance.elements().to_vec(), harmonics)?;
                 if resolved.survey_again(balance) {

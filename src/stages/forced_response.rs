@@ -158,6 +158,9 @@ fn forced_response(
         points = fewer.and_then(|balance| vibration.forced_response(balance));
     }
     let points = points.map_err(|source| failed(reads, source))?;
+    if reads.recipe.surface().is_none() {
+        tell_peak(reads, &points, outputs)?;
+    }
     tell_left_out(&points, false, outputs);
     put(&points, force, &harmonics, outputs)
 }
@@ -168,7 +171,7 @@ fn is_in_time(reads: &Reads) -> bool {
     response.is_some_and(|response| response.method == Method::Time)
 }
 
-/// Holds the peak of the harmonic balance to the largest amplitude in time.
+/// Holds the peak of the resonance to the largest amplitude of the points.
 fn tell_peak(reads: &Reads, points: &[ForcedPoint], outputs: &mut Outputs) -> Result<(), RunError> {
     let found = points
         .iter()
@@ -182,7 +185,7 @@ fn tell_peak(reads: &Reads, points: &[ForcedPoint], outputs: &mut Outputs) -> Re
     let bar = row.error_peak_amplitude + top.error.unwrap_or(0.0);
     if amplitude > peak * (1.0 + bar) {
         outputs.notice(format!(
-            "forced response: in time the largest amplitude is {amplitude:.6e} m at {frequency:.6} Hz, beyond the peak of the harmonic balance of {peak:.6e} m and its error of {:.1e}",
+            "forced response: the largest amplitude is {amplitude:.6e} m at {frequency:.6} Hz, beyond the peak of {peak:.6e} m and its error of {:.1e}",
             row.error_peak_amplitude
         ));
     }

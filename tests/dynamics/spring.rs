@@ -127,6 +127,32 @@ fn jacobians_of_springs_are_their_differences() {
     }
 }
 
+/// Springs store what they take, however few the samples are and wherever a stop touches between them.
+#[test]
+fn springs_do_no_work() {
+    /// Rounding of the sums.
+    const ROUNDING: f64 = 1e-13;
+    let element = ContactElement {
+        sliders: Vec::new(),
+        springs: vec![
+            cubic(0, 2e15),
+            stop(0, 4e5, 2e-6),
+            cubic(2, -1e15),
+            stop(1, 4e5, 2e-6),
+        ],
+        ..super::element(FrictionLaw::Cone)
+    };
+    let harmonics = Harmonics::up_to(3);
+    let sampling = Sampling::new(harmonics.clone(), 8).expect("samples");
+    let u = motion(7);
+    let mut force = vec![0.0; 21];
+    sampling.evaluate(&element, &u, &mut force, None, &mut sampling.workspace());
+    let size = |row: &[f64]| row.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let work = harmonics.work(&force, &u);
+    assert!(size(&force) > 1.0);
+    assert!(work.abs() <= ROUNDING * size(&force) * size(&u), "{work:e}");
+}
+
 /// Forced responses with both kinds of springs, by the balance and in time.
 #[test]
 fn springs_in_time_are_those_of_the_balance() {

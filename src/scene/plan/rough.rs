@@ -453,7 +453,9 @@ fn check_pressure(rough: &RoughJoint, patch: &Patch, loads: &[f64]) -> Result<()
 
 /// Pressures push: their resultant stays among the cells, whatever the moments.
 fn check_moment(contact: &Contact, patch: &Patch, load: f64) -> Result<(), PlanError> {
-    let Some([about_x, about_y]) = contact.moment else {
+    // Under an approach the load is found.
+    let given = contact.moment.filter(|_| contact.approach.is_none());
+    let Some([about_x, about_y]) = given else {
         return Ok(());
     };
     let grid = patch.grid;

@@ -86,6 +86,8 @@ fn count(run: &Evidence, cycles: &[f64]) -> Option<Finding> {
 
 fn lengths(run: &Evidence) -> Finding {
     let steps = &run.column("n_cycles").unwrap_or_default()[1..];
+    // The last one ends where the run does.
+    let steps = &steps[..steps.len().saturating_sub(usize::from(run.done))];
     let Some(depth_step) = run.scene.explicit else {
         let reason = "not an explicit run: its steps follow from their error";
         return Finding::not_applicable(2, &[run], reason);
