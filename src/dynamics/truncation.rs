@@ -20,9 +20,9 @@ const UNKNOWN: f64 = 1.0;
 const HIGHEST: u32 = 31;
 /// The highest from which all of the range is looked at again with more harmonics, where those do not have the resonance.
 const MOST_SURVEYED: u32 = 15;
-/// How many times the effort of a search one with more harmonics may be expected to cost to be begun: it is ended where it costs more
-/// than a search may, and counts then if it has found more.
-const MOST_LIKELY: f64 = 4.0;
+/// A search with more harmonics is begun if it is expected to cost up to so many times what one may: it is ended where it costs more
+/// than it may, and counts then if it has found more.
+const MOST_EXPECTED: f64 = 4.0;
 /// Share of the input below which a dissipation is faint: what is rounding of the input is no error of it.
 const FAINT: f64 = 1e-6;
 /// Error of a peak that is that of a motion in time: what climbing to it leaves.
@@ -173,7 +173,7 @@ impl Vibration {
         // With more harmonics another resonance may be the strongest.
         if extended && resolved.balance.is_small() {
             let growth = resolved.balance.harmonics().coefficients() as f64 / surveyed as f64;
-            if cost as f64 * growth * growth <= MOST_LIKELY * BRANCHES as f64 {
+            if cost as f64 * growth * growth <= MOST_EXPECTED * BRANCHES as f64 {
                 let harmonics = resolved.balance.harmonics().clone();
                 let balance = self.balance_of(resolved.balance.elements().to_vec(), harmonics)?;
                 if resolved.survey_again(balance) {

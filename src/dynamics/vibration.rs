@@ -284,7 +284,7 @@ impl Vibration {
             wanted.map(|candidate| candidate.response.clone())
         };
         let phase = first(&is_phase);
-        // A peak that could not be refined is no higher than a phase resonance may be.
+        // A phase resonance stands for a peak that could not be refined to above it.
         let Some(peak) = first(&|_| true) else {
             let error = missing.unwrap_or(DynamicsError::NoResonance {
                 what: "peak",
