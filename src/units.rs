@@ -324,6 +324,9 @@ impl fmt::Display for UnitError {
     }
 }
 
+/// Sizes of the numbers that are computed with, in SI units: cubes of others, and what is left of their differences, are no numbers any more.
+pub const SIZES: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
+
 /// The SI value of a text such as `"30 kN"`, whose dimension must be `expected`.
 ///
 /// # Errors

@@ -91,7 +91,7 @@ struct Found {
 
 fn parse_force(text: &str) -> Result<f64, String> {
     match units::parse(text, Dimension::FORCE) {
-        Ok(force) if (1e-60..=1e60).contains(&force) => Ok(force),
+        Ok(force) if units::SIZES.contains(&force) => Ok(force),
         Ok(force) if force > 0.0 => Err("must be from 1e-60 N to 1e60 N".to_owned()),
         Ok(_) => Err("must be more than 0 N".to_owned()),
         Err(error) => Err(error.to_string()),

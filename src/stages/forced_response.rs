@@ -123,6 +123,9 @@ fn row(resonance: &Resonance) -> typed::WornResponse {
     }
 }
 
+/// What a peak may be below a point beside it: it is searched to an angle of some 5e-3, and amplitudes fall by half the square of it.
+const FLAT: f64 = 2e-5;
+
 /// The tables `frf` and `frf_harmonic`.
 fn forced_response(
     reads: &Reads,
@@ -183,7 +186,7 @@ fn tell_peak(reads: &Reads, points: &[ForcedPoint], outputs: &mut Outputs) -> Re
     };
     let (amplitude, peak) = (top.amplitude, row.peak_amplitude);
     let bar = row.error_peak_amplitude + top.error.unwrap_or(0.0);
-    if amplitude > peak * (1.0 + bar) {
+    if amplitude > peak * (1.0 + bar + FLAT) {
         outputs.notice(format!(
             "forced response: the largest amplitude is {amplitude:.6e} m at {frequency:.6} Hz, beyond the peak of {peak:.6e} m and its error of {:.1e}",
             row.error_peak_amplitude

@@ -275,3 +275,56 @@ fn a_forced_response_in_time_is_that_of_the_balance() {
         assert!((balance.phase_lag - time.phase_lag).abs() < HARMONICS);
     }
 }
+
+/// A force of the second harmonic along z lifts the contact off at its own resonance, of which the response along x shows nothing: the branch
+/// bends down to where the freed x resonates, far above what x does while it sticks.
+#[test]
+fn a_resonance_along_another_axis_is_not_stepped_over() {
+    /// How far the freed motion is above the stuck one at least; integration in time, with a program of its own, has 14 times.
+    const ABOVE: f64 = 10.0;
+    /// What harmonics up to 15 leave of a motion with lift-off against the one in time.
+    const IN_TIME: f64 = 0.05;
+    let oscillator = Oscillator {
+        mass: [0.7287; 3],
+        damping: [0.006753; 3],
+        stiffness: [13254.0; 3],
+        element: ContactElement {
+            friction_coefficient: 0.6915,
+            ..element(13.885, 315_447.0, 109_365.0)
+        },
+    };
+    let (along_z, phase) = (1.5942, -148.14 * PI / 180.0);
+    let loads = vec![
+        Oscillator::load(0, 1.5159, 0.0),
+        Load {
+            harmonic: 2,
+            ..Oscillator::load(2, along_z, phase)
+        },
+    ];
+    let mut vibration = vibration(&oscillator, loads, 0, (10.73, 160.3));
+    vibration.harmonics = Harmonics::up_to(15);
+    let balance = vibration
+        .balance(vec![oscillator.element.clone()])
+        .expect("a balance");
+    let resonance = vibration.resonance(&balance, None).expect("a resonance");
+    let stuck = resonance
+        .candidates
+        .iter()
+        .find(|candidate| candidate.response.frequency() > 90.0)
+        .expect("the resonance of the stuck contact");
+    let freed = resonance.candidates.iter().find(|candidate| {
+        let in_time = candidate.amplitude_in_time;
+        in_time.is_some_and(|size| (size / candidate.amplitude - 1.0).abs() < IN_TIME)
+            && candidate.amplitude > ABOVE * stuck.amplitude
+    });
+    let told = resonance.candidates.iter().map(|c| {
+        let frequency = c.response.frequency();
+        format!(
+            "{frequency:.3} Hz {:.3e} m, in time {:?}",
+            c.amplitude, c.amplitude_in_time
+        )
+    });
+    let freed = freed.unwrap_or_else(|| panic!("{:?}", told.collect::<Vec<String>>()));
+    assert!(freed.response.frequency() < 32.0);
+    assert!(resonance.peak_amplitude >= freed.amplitude);
+}

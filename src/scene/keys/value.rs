@@ -144,9 +144,6 @@ fn without_example(text: &'static str) -> &'static str {
     text.split(", such as").next().unwrap_or(text)
 }
 
-/// Sizes of numbers, in SI units: cubes of others, and what is left of their differences, are no numbers any more.
-const SIZES: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
-
 /// A number with its unit; example as `30 kN`.
 pub struct Quantity(pub Dimension, pub Check, pub &'static str);
 
@@ -173,7 +170,7 @@ impl Quantity {
         if !check.range.contains(&number) {
             return Err(given.out_of_range(check.expected));
         }
-        if number != 0.0 && !SIZES.contains(&number.abs()) {
+        if number != 0.0 && !units::SIZES.contains(&number.abs()) {
             return Err(given.out_of_range("zero, or from 1e-60 to 1e60 in SI units"));
         }
         Ok(number)

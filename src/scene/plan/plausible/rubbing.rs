@@ -51,15 +51,19 @@ pub fn friction(recipe: &Recipe) -> Option<Bounded> {
 
 /// A given motion, or what pulls and turns the joint.
 pub fn moved(face: &Face, motion: &Motion, wears: bool) -> Vec<Bounded> {
-    let pulled = pulled(face, motion, wears).into_iter();
-    let mut found = vec![pulled.chain(of_history(face, motion)).collect::<Vec<_>>()];
+    let mut found: Vec<Bounded> = pulled(face, motion, wears).into_iter().collect();
+    found.extend(of_history(face, motion));
+    if let Some(slid) = half_range(motion) {
+        found.extend(slid_by(face, slid, &ALONG, wears));
+    }
+    // The corners move by the rotation.
     let arm = 0.5 * face.surface.size[0].hypot(face.surface.size[1]);
-    // Without a motion along an axis the corners move by the rotation.
-    let turned = motion.rotation.as_ref().and_then(half);
-    let turned = turned.filter(|angle| *angle > 0.0).map(|angle| angle * arm);
-    found.extend(half_range(motion).map(|slid| slid_by(face, slid, &ALONG, wears)));
-    found.extend(turned.map(|slid| slid_by(face, slid, &ABOUT, wears)));
-    found.into_iter().flatten().collect()
+    if let Some(angle) = motion.rotation.as_ref().and_then(half)
+        && angle > 0.0
+    {
+        found.extend(slid_by(face, angle * arm, &ABOUT, wears));
+    }
+    found
 }
 
 /// Forces and moments over what friction holds.
