@@ -66,7 +66,7 @@ pub struct Cycle {
     pub asked: Option<March>,
     /// Time steps of a stepped cycle.
     pub steps: usize,
-    /// Whether a stepped cycle is extrapolated to steps of no length, from its samples and half of them.
+    /// Whether a stepped cycle has steps of second order, and is extrapolated to steps of no length from its samples and half of them.
     pub extrapolate: bool,
     /// The reasons.
     pub why: Reasons,
@@ -178,7 +178,7 @@ impl Cycle {
                 .map_or(self.steps, |motion| motion.samples()),
         };
         let extrapolated = if self.extrapolate {
-            "; with half of them too, for its error and, where the motion turns, to extrapolate"
+            "; steps of second order, half as many too, extrapolated"
         } else {
             ""
         };

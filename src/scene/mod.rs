@@ -289,7 +289,7 @@ pub struct Fidelity {
     pub tangential_tolerance: f64,
     /// Relative closure of a steady cycle.
     pub cycle_tolerance: f64,
-    /// Whether a stepped cycle is extrapolated to steps of no length, from its samples and half of them.
+    /// Whether a stepped cycle has steps of second order, and is extrapolated to steps of no length from them and half as many.
     pub cycle_extrapolation: bool,
     /// Steps in which the load rises on bodies that slip under it, since they differ elastically; none: those of the preset.
     #[serde(skip_serializing_if = "Option::is_none")]

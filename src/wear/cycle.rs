@@ -6,7 +6,7 @@
 //! mean of the limits at both ends, on cells that come into contact or leave it too.
 
 use super::joint::{FrettingJoint, WearError};
-use super::motion::{Channel, StraightMotion};
+use super::motion::{Channel, Step, StraightMotion};
 use super::own_motion::OwnMotion;
 use crate::contact::normal::NormalSolution;
 use crate::contact::tangential::{
@@ -41,6 +41,27 @@ pub struct Instant {
     pub force: ByAxis<f64>,
     /// Rotation about z \[rad\] and its moment \[N m\]; none of a motion without.
     pub torsion: Option<[f64; 2]>,
+}
+
+impl Instant {
+    /// Takes the `middle` of the displacements, and of the rotation after them, for zero.
+    pub(super) fn shift(&mut self, middle: &[f64]) {
+        let rotation = self.torsion.iter_mut().map(|[rotation, _]| rotation);
+        let place = self.displacement.iter_mut().chain(rotation);
+        place.zip(middle).for_each(|(place, m)| *place -= m);
+    }
+
+    /// The instant half a period later, or earlier, of a cycle whose halves are opposite.
+    pub(super) fn opposite(&self) -> Instant {
+        let negative = |values: &ByAxis<f64>| values.iter().map(|v| -v).collect();
+        Instant {
+            time: self.time + if self.time > 0.5 { -0.5 } else { 0.5 },
+            displacement: negative(&self.displacement),
+            normal_load: self.normal_load,
+            force: negative(&self.force),
+            torsion: self.torsion.map(|pair| pair.map(|v| -v)),
+        }
+    }
 }
 
 /// The steady cycle of a joint.
@@ -105,28 +126,59 @@ impl Tally {
         }
     }
 
-    /// Adds a step, `times` over. `varying` are the limits at its ends \[Pa\] where these differ.
-    pub(super) fn add(
-        &mut self,
-        step: &TangentialSolution,
-        times: f64,
-        varying: Option<[&[f64]; 2]>,
-    ) {
+    /// Adds a step from rest, `times` over.
+    fn add(&mut self, step: &TangentialSolution, times: f64) {
         for c in 0..self.energy.len() {
-            let slip = step.slip.iter().map(|s| s[c] * s[c]).sum::<f64>().sqrt();
-            self.slip_path[c] += times * slip;
-            self.energy[c] += times
-                * match (varying, step.state[c]) {
-                    (_, CellState::Stick) | (None, CellState::Open) => 0.0,
-                    (Some([before, after]), _) => 0.5 * (before[c] + after[c]) * slip,
-                    (None, CellState::Slip) => {
-                        let axes = step.shear.iter().zip(&step.slip);
-                        axes.map(|(q, s)| q[c] * s[c]).sum()
-                    }
-                };
+            let axes = step.slip.iter().map(|s| s[c] * s[c]);
+            self.slip_path[c] += times * axes.sum::<f64>().sqrt();
+            if step.state[c] == CellState::Slip {
+                let axes = step.shear.iter().zip(&step.slip);
+                self.energy[c] += times * axes.map(|(q, s)| q[c] * s[c]).sum::<f64>();
+            }
         }
         self.dissipation_error += times * step.dissipation_error;
         self.count(step);
+    }
+
+    /// Adds a step in which the cells moved by `moved` \[m\], between limits at its ends \[Pa\], each for a part of it in contact. Cells that
+    /// stick do not slip: what they moved by is what a step of second order leaves of a slip that has just ended.
+    pub(super) fn add_moved(
+        &mut self,
+        step: &TangentialSolution,
+        moved: &ByAxis<Vec<f64>>,
+        limits: [&[f64]; 2],
+        part_in_contact: &[f64],
+    ) {
+        for c in 0..self.energy.len() {
+            if step.state[c] != CellState::Stick {
+                let slip = moved.iter().map(|m| m[c] * m[c]).sum::<f64>().sqrt();
+                let limit = 0.5 * (limits[0][c] + limits[1][c]);
+                self.slip_path[c] += slip;
+                self.energy[c] += part_in_contact[c] * limit * slip;
+            }
+        }
+        self.dissipation_error += step.dissipation_error;
+        self.count(step);
+    }
+
+    /// Adds what another has gathered.
+    pub(super) fn join(&mut self, other: &Tally) {
+        for (all, new) in [
+            (&mut self.slip_path, &other.slip_path),
+            (&mut self.energy, &other.energy),
+        ] {
+            all.iter_mut().zip(new).for_each(|(all, new)| *all += new);
+        }
+        self.dissipation_error += other.dissipation_error;
+        self.steps += other.steps;
+        self.error = self.error.max(other.error);
+    }
+
+    /// Makes a whole cycle of half of one, whose steps were solved once.
+    pub(super) fn double(&mut self) {
+        let fields = [&mut self.slip_path, &mut self.energy];
+        fields.into_iter().flatten().for_each(|v| *v *= 2.0);
+        self.dissipation_error *= 2.0;
     }
 
     fn count(&mut self, step: &TangentialSolution) {
@@ -208,7 +260,7 @@ impl FrettingJoint {
             self.step(&limit, None, [&zero, &motion.end], start)?
         };
         let mut tally = Tally::new(limit.len());
-        tally.add(&half, 4.0, None);
+        tally.add(&half, 4.0);
         if let Some(work) = self.motion.own.as_ref().and_then(OwnMotion::work_of_cells) {
             tally.scale(&work);
         }
@@ -302,17 +354,17 @@ impl FrettingJoint {
         &mut self,
         limit: &[f64],
         previous: Option<&ByAxis<Vec<f64>>>,
-        ends: [&[f64]; 2],
+        [from, to]: [&[f64]; 2],
         start: Option<&ByAxis<Vec<f64>>>,
     ) -> Result<TangentialSolution, WearError> {
         let options = match self.march {
             March::Stepped => self.options.tangential_in_sequence(),
             March::Reversal | March::Superposition => self.options.tangential,
         };
-        self.step_within(options, limit, previous, ends, start)
+        self.step_within(options, limit, previous, [from, to], start)
     }
 
-    /// The same with other options than the cycle's.
+    /// A tangential step with other options than the cycle's.
     pub fn step_within(
         &mut self,
         options: TangentialOptions,
@@ -322,6 +374,18 @@ impl FrettingJoint {
         start: Option<&ByAxis<Vec<f64>>>,
     ) -> Result<TangentialSolution, WearError> {
         let driven = self.motion.between(from, to);
+        self.driven(options, limit, previous, &driven, start)
+    }
+
+    /// A tangential step that something drives.
+    pub(super) fn driven(
+        &mut self,
+        options: TangentialOptions,
+        limit: &[f64],
+        previous: Option<&ByAxis<Vec<f64>>>,
+        driven: &Step,
+        start: Option<&ByAxis<Vec<f64>>>,
+    ) -> Result<TangentialSolution, WearError> {
         let problem = TangentialProblem {
             patch: &self.patch,
             limit,

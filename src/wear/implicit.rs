@@ -1,7 +1,8 @@
 //! The second-order implicit wear step.
 //!
 //! Wear depth w grows by dw/dn = α(c p + f) per cycle, where c = ∮µ|dv| is the slip seen by friction (so that c p is the
-//! dissipated energy) and f what is dissipated where the static pressure is zero. With c frozen, a step that is implicit in p
+//! dissipated energy). Where the load varies in the cycle p is the pressure under its largest load, under which all cells touch that ever
+//! do, and c what they dissipate in proportion to that; f is what is left where p is zero. With c frozen, a step that is implicit in p
 //! is a *normal contact with an additional diagonal compliance* N α c, and stable at any size:
 //!
 //! 1. half a step with c at its beginning, by backward Euler: pressure p½ on the surface w½;
@@ -16,6 +17,7 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use super::WearLaw;
+use super::cycle::CycleSolution;
 use super::joint::{FrettingJoint, WearError, WornState};
 use crate::contact::normal::NormalSolution;
 use crate::grid::ByAxis;
@@ -23,7 +25,7 @@ use crate::grid::ByAxis;
 /// γ of the two-stage SDIRK method.
 const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
 
-/// A proportion c above this many times µ·(slip path) comes from a cell that the static contact hardly touches; what is
+/// A proportion c above this many times µ·(slip path) comes from a cell whose pressure is larger under another load than the largest; what is
 /// above it is worn explicitly.
 const LARGEST_RATIO: f64 = 4.0;
 
@@ -43,6 +45,13 @@ pub(super) struct Rate {
     pub(super) rest: Vec<f64>,
 }
 
+/// What a step begins with.
+pub(super) struct Begin {
+    pub(super) rate: Rate,
+    /// Pressure under the largest load of the cycle \[Pa\].
+    pub(super) pressure: Vec<f64>,
+}
+
 /// A finished step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
@@ -50,7 +59,7 @@ pub struct Step {
     pub cycles: u64,
     /// Wear depth after it \[m\].
     pub wear: Vec<f64>,
-    /// Static contact after it, as the last stage found it: what the next contact starts from.
+    /// Contact after it under the largest load of the cycle, as the last stage found it: what the next contact starts from.
     pub contact: NormalSolution,
     /// Shear at t = 0 in its middle, to start the next cycle from \[Pa\].
     pub shear: ByAxis<Vec<f64>>,
@@ -78,11 +87,9 @@ pub struct Limits {
 /// Cycles for a first step, before any error is known: the fastest-wearing cell's wear compliance is then the half
 /// space's own.
 pub fn first_proposal(joint: &FrettingJoint, state: &WornState, law: WearLaw) -> f64 {
-    let fastest = rate(joint, state)
-        .proportion
-        .iter()
-        .fold(0.0f64, |m, c| m.max(*c));
-    joint.half_space.self_compliance() / law.depth(fastest)
+    let farthest = state.cycle.slip_path.iter();
+    let farthest = farthest.fold(0.0f64, |m, path| m.max(*path));
+    joint.half_space.self_compliance() / law.depth(joint.friction_coefficient * farthest)
 }
 
 /// Makes one step of at most `proposal` cycles, shorter ones until its error is within the limits.
@@ -93,7 +100,7 @@ pub fn advance(
     proposal: f64,
     limits: Limits,
 ) -> Result<Step, WearError> {
-    let begin = rate(joint, state);
+    let begin = begin(joint, state)?;
     let deepest = law.depth(state.cycle.energy.iter().fold(0.0f64, |m, e| m.max(*e)));
     let by_depth = limits.depth_step.map_or(f64::INFINITY, |d| d / deepest);
     let mut cycles = whole(proposal.min(by_depth), limits.remaining);
@@ -145,11 +152,15 @@ fn whole(wanted: f64, remaining: u64) -> u64 {
 fn attempt(
     joint: &mut FrettingJoint,
     state: &WornState,
-    begin: &Rate,
+    begin: &Begin,
     law: WearLaw,
     cycles: u64,
 ) -> Result<Step, WearError> {
-    let load = joint.motion.mean_load();
+    let Begin {
+        rate: begin,
+        pressure,
+    } = begin;
+    let load = joint.motion.largest_load();
     let reach = law.over(cycles);
     let add = |wear: &[f64], parts: &[(f64, &[f64])]| -> Vec<f64> {
         (0..wear.len())
@@ -174,9 +185,15 @@ fn attempt(
 
     let base = add(&state.wear, &[(0.5 * reach, &begin.rest)]);
     let compliance = scaled(0.5 * reach, &begin.proportion);
-    let half = joint.contact(&base, Some(&compliance), load, Some(&state.pressure))?;
+    let half = joint.contact(&base, Some(&compliance), load, Some(pressure))?;
     let half_wear = add(&base, &[(0.5 * reach, &worn(begin, &half.pressure))]);
-    let cycle = joint.cycle(&half_wear, &half, Some(&state.cycle.shear))?;
+    let shear = Some(&state.cycle.shear);
+    let cycle = if joint.motion.constant_load() {
+        joint.cycle(&half_wear, &half, shear)?
+    } else {
+        let at_rest = joint.static_contact(&half_wear, Some(&half.pressure))?;
+        joint.cycle(&half_wear, &at_rest, shear)?
+    };
     let middle = split(joint, &half.pressure, &cycle.slip_path, &cycle.energy);
 
     let compliance = scaled(GAMMA * reach, &middle.proportion);
@@ -195,7 +212,7 @@ fn attempt(
     let error = (0..wear.len()).map(|c| {
         let last = (2.0 * middle.proportion[c] - begin.proportion[c]).max(0.0) * second.pressure[c];
         let between = middle.proportion[c] * half.pressure[c];
-        let simpson = (begin.proportion[c] * state.pressure[c] + 4.0 * between + last) / 6.0;
+        let simpson = (begin.proportion[c] * pressure[c] + 4.0 * between + last) / 6.0;
         let taken = (1.0 - GAMMA) * first_worn[c] + GAMMA * second_worn[c];
         // Where wear is stiff (its compliance above the half space's), an implicit step damps what a quadrature sees.
         reach * (taken - simpson).abs() / (1.0 + reach * middle.proportion[c] / lambda)
@@ -213,17 +230,26 @@ fn attempt(
     })
 }
 
-/// The rate of a state.
-pub(super) fn rate(joint: &FrettingJoint, state: &WornState) -> Rate {
-    split(
-        joint,
-        &state.pressure,
-        &state.cycle.slip_path,
-        &state.cycle.energy,
-    )
+/// The rate at the beginning of a step, with the pressure that it is in proportion to.
+pub(super) fn begin(joint: &mut FrettingJoint, state: &WornState) -> Result<Begin, WearError> {
+    let pressure = if joint.motion.constant_load() {
+        state.pressure.clone()
+    } else {
+        let load = joint.motion.largest_load();
+        joint
+            .contact(&state.wear, None, load, Some(&state.pressure))?
+            .pressure
+    };
+    let CycleSolution {
+        slip_path, energy, ..
+    } = &state.cycle;
+    Ok(Begin {
+        rate: split(joint, &pressure, slip_path, energy),
+        pressure,
+    })
 }
 
-/// Splits the energy of a cycle into c·p and f. With a constant load c is µ times the slip path, and f is zero.
+/// Splits the energy of a cycle into c·p and f, p under the largest load. With a constant load c is µ times the slip path, and f is zero.
 fn split(joint: &FrettingJoint, pressure: &[f64], slip_path: &[f64], energy: &[f64]) -> Rate {
     let constant = joint.motion.constant_load();
     let mut rate = Rate {

@@ -11,19 +11,20 @@ use crate::contact::normal::{
 };
 
 impl FrettingJoint {
-    /// Friction limits at every sample; none where every place has the load of the static contact \[Pa\].
-    pub(super) fn limits_by_place(
+    /// The contacts at every sample, one after the other; none where every place has the load of the static contact.
+    pub(super) fn contacts_by_place(
         &mut self,
         contact: &NormalSolution,
-    ) -> Result<Option<Vec<Vec<f64>>>, WearError> {
+        mut each: impl FnMut(&Self, &NormalSolution),
+    ) -> Result<bool, WearError> {
         let own = self.motion.own.as_ref();
         let Some(own) = own.filter(|own| !own.approach.is_empty()) else {
-            return Ok(None);
+            return Ok(false);
         };
         let approaches = (0..self.motion.samples()).map(|k| own.approach_of_cells(k));
         let approaches: Vec<Vec<f64>> = approaches.collect();
-        let pressures = self.pressures_by_place(contact, approaches, self.options.normal)?;
-        Ok(Some(pressures.iter().map(|p| self.limit(p)).collect()))
+        self.closer(contact, approaches, self.options.normal, &mut each)?;
+        Ok(true)
     }
 
     /// Pressures where cells come closer than in a static contact by each of these \[m\], one field after the other \[Pa\].
@@ -36,11 +37,25 @@ impl FrettingJoint {
         approaches: Vec<Vec<f64>>,
         options: NormalOptions,
     ) -> Result<Vec<Vec<f64>>, WearError> {
+        let mut pressures = Vec::with_capacity(approaches.len());
+        self.closer(contact, approaches, options, &mut |_, found| {
+            pressures.push(found.pressure.clone());
+        })?;
+        Ok(pressures)
+    }
+
+    fn closer(
+        &mut self,
+        contact: &NormalSolution,
+        approaches: Vec<Vec<f64>>,
+        options: NormalOptions,
+        each: &mut impl FnMut(&Self, &NormalSolution),
+    ) -> Result<(), WearError> {
         // The height under which the static contact is one of the kernel that answers the nodes.
         let mut rest = vec![0.0; self.patch.grid.len()];
         self.half_space.normal(&contact.pressure, &mut rest);
         rest.iter_mut().zip(&contact.gap).for_each(|(u, g)| *u -= g);
-        let mut pressures: Vec<Vec<f64>> = Vec::with_capacity(approaches.len());
+        let mut start = contact.pressure.clone();
         for mut height in approaches {
             height.iter_mut().zip(&rest).for_each(|(h, u)| *h += u);
             let problem = NormalProblem {
@@ -51,10 +66,10 @@ impl FrettingJoint {
                 rotation: Rotation::Given([0.0; 2]),
                 pressure_cap: self.pressure_cap,
             };
-            let start = pressures.last().unwrap_or(&contact.pressure);
-            let found = normal::solve(&mut self.half_space, &problem, Some(start), options)?;
-            pressures.push(found.pressure);
+            let found = normal::solve(&mut self.half_space, &problem, Some(&start), options)?;
+            each(self, &found);
+            start = found.pressure;
         }
-        Ok(pressures)
+        Ok(())
     }
 }

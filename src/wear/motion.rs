@@ -1,17 +1,11 @@
 //! The motion of one vibration cycle: what drives the bodies in the plane, and the total normal load, against time.
 
-use std::f64::consts::TAU;
-
 use super::own_motion::OwnMotion;
 use crate::contact::tangential::Drive;
 use crate::grid::ByAxis;
 
 /// Two loads or displacements this close, relative to the largest, are the same: rounding of cosines.
-const SAME: f64 = 1e-12;
-
-/// Distance from a line, over its length, from which on a motion turns. Extrapolation would double the error of second order of one
-/// that does not, and gains that of first order, which is some hundredth of that of an orbit below this.
-const TURNING: f64 = 0.01;
+pub(super) const SAME: f64 = 1e-12;
 
 /// One closed cycle, by samples: sample 0 is at t = 0, and the cycle returns to it at t = T.
 ///
@@ -79,79 +73,6 @@ impl Channel {
     }
 }
 
-/// A harmonic channel, `amplitude · cos(2πt/T + phase)`.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Harmonic {
-    /// Half range, of a displacement \[m\] or force \[N\], a rotation \[rad\] or moment \[N m\].
-    pub amplitude: f64,
-    /// Lead \[rad\].
-    pub phase: f64,
-    /// Whether it is the force or moment that is given.
-    pub is_force: bool,
-}
-
-/// What drives a joint harmonically, under the normal load `load + normal_load_amplitude · cos(2πt/T)`.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct HarmonicMotion {
-    /// Along x, and along y where there is shear.
-    pub axes: Vec<Harmonic>,
-    /// About z.
-    pub rotation: Option<Harmonic>,
-    /// Half range of the normal load \[N\].
-    pub normal_load_amplitude: f64,
-}
-
-impl HarmonicMotion {
-    /// One cycle about the mean `load`: half of the samples equally spaced, with the two ends of a motion whose axes turn together, and
-    /// one in the middle between any two of these. So every other one is a motion of its own.
-    pub fn sampled(&self, load: f64, samples: usize) -> Motion {
-        let half = samples.div_ceil(2);
-        let mut time: Vec<f64> = (0..half).map(|k| k as f64 / half as f64).collect();
-        let moving: Vec<f64> = self
-            .axes
-            .iter()
-            .chain(&self.rotation)
-            .filter(|channel| channel.amplitude != 0.0)
-            .map(|channel| channel.phase / TAU)
-            .collect();
-        if let Some(&first) = moving.first()
-            && moving
-                .iter()
-                .all(|phase| (2.0 * (phase - first)).rem_euclid(1.0) <= SAME)
-        {
-            for end in [-first, 0.5 - first] {
-                let end = end.rem_euclid(1.0);
-                if end < 1.0 - SAME && time.iter().all(|t| (t - end).abs() > SAME) {
-                    time.push(end);
-                }
-            }
-            time.sort_by(f64::total_cmp);
-        }
-        let time = with_middles(&time, 1.0);
-        let channel = |harmonic: &Harmonic| {
-            let values = time
-                .iter()
-                .map(|t| harmonic.amplitude * (TAU * t + harmonic.phase).cos())
-                .collect();
-            if harmonic.is_force {
-                Channel::Force(values)
-            } else {
-                Channel::Displacement(values)
-            }
-        };
-        Motion {
-            drive: self.axes.iter().map(channel).collect(),
-            rotation: self.rotation.as_ref().map(channel),
-            normal_load: time
-                .iter()
-                .map(|t| load + self.normal_load_amplitude * (TAU * t).cos())
-                .collect(),
-            own: None,
-            time,
-        }
-    }
-}
-
 /// What drives one step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
@@ -161,6 +82,19 @@ pub struct Step {
     pub rotation: Option<Drive>,
     /// What cells are displaced by on top, one field an axis \[m\].
     pub offset: Option<ByAxis<Vec<f64>>>,
+}
+
+impl Step {
+    /// Displaces cells by this, on top \[m\].
+    pub(super) fn displace(&mut self, by: ByAxis<Vec<f64>>) {
+        match &mut self.offset {
+            None => self.offset = Some(by),
+            Some(offset) => {
+                let values = offset.iter_mut().flatten().zip(by.iter().flatten());
+                values.for_each(|(value, by)| *value += by);
+            }
+        }
+    }
 }
 
 /// A motion along a straight line that only turns at its two ends, under constant load and about zero.
@@ -175,25 +109,6 @@ pub struct StraightMotion {
 }
 
 impl Motion {
-    /// Harmonic displacement `amplitude · cos(2πt/T + phase)` along each axis, under `load + load_amplitude · cos(2πt/T)`, sampled as
-    /// by [`HarmonicMotion::sampled`].
-    pub fn harmonic(axes: &[(f64, f64)], load: f64, load_amplitude: f64, samples: usize) -> Self {
-        let axes: Vec<Harmonic> = axes
-            .iter()
-            .map(|&(amplitude, phase)| Harmonic {
-                amplitude,
-                phase,
-                is_force: false,
-            })
-            .collect();
-        let motion = HarmonicMotion {
-            axes,
-            rotation: None,
-            normal_load_amplitude: load_amplitude,
-        };
-        motion.sampled(load, samples)
-    }
-
     /// A joint that only bears a load.
     pub fn none(load: f64) -> Self {
         Motion {
@@ -401,38 +316,67 @@ impl Motion {
         self.normal_load.iter().sum::<f64>() / self.samples() as f64
     }
 
-    /// True unless all that moves does so in proportion, within a hundredth, so that slip keeps its line. Where force is given along
-    /// one axis and displacement along another, what is found is not in proportion.
-    pub fn turns(&self) -> bool {
-        let sizes = [true, false].map(|force| {
+    /// Duration of the step between two samples that are `stride` apart, as a part of the period.
+    pub(super) fn duration(&self, sample: usize, stride: usize) -> f64 {
+        let k = sample % self.samples();
+        self.time_of(k + stride) - self.time[k]
+    }
+
+    /// The cosine of the angle between the step that follows sample `k` and the one before it, each between samples that are `stride`
+    /// apart: 1 along a line, negative where the motion turns back, 0 where it stands still. Displacements count over the largest of
+    /// their ranges, and so do forces, and a rotation over its own.
+    pub fn ahead(&self, k: usize, stride: usize) -> f64 {
+        let n = self.samples();
+        let widest = |force: bool| {
             let axes = self.drive.iter().filter(|axis| axis.is_force() == force);
             axes.map(|axis| extent(axis.values())).fold(0.0, f64::max)
-        });
-        if sizes.iter().all(|size| *size > 0.0) {
-            return true;
+        };
+        let widths = [widest(false), widest(true)];
+        let axes = self.drive.iter();
+        let sizes = axes.map(|axis| widths[usize::from(axis.is_force())]);
+        let sizes = sizes.chain(self.rotation.iter().map(|r| extent(r.values())));
+        let [mut along, mut before, mut after] = [0.0; 3];
+        for (channel, size) in self.channels().zip(sizes).filter(|(_, size)| *size > 0.0) {
+            let at = |sample: usize| channel.values()[sample % n] / size;
+            let (a, b) = (at(k) - at(k + n - stride), at(k + stride) - at(k));
+            along += a * b;
+            before += a * a;
+            after += b * b;
         }
-        let along = sizes[0].max(sizes[1]);
-        let scaled = |channel: &Channel, size: f64| -> Vec<f64> {
-            let begin = channel.values()[0];
-            let part = |v: &f64| if size > 0.0 { (v - begin) / size } else { 0.0 };
-            channel.values().iter().map(part).collect()
-        };
-        let mut channels: Vec<_> = self.drive.iter().map(|axis| scaled(axis, along)).collect();
-        channels.extend(self.rotation.iter().map(|r| scaled(r, extent(r.values()))));
-        let at = |k: usize| channels.iter().map(move |channel| channel[k]);
-        let square = |k: usize| at(k).map(|v| v * v).sum::<f64>();
-        let samples = 0..self.samples();
-        let Some(farthest) = samples
-            .clone()
-            .max_by(|a, b| square(*a).total_cmp(&square(*b)))
-        else {
-            return false;
-        };
-        let reach = square(farthest);
-        samples.into_iter().any(|k| {
-            let along = at(k).zip(at(farthest)).map(|(a, b)| a * b).sum::<f64>();
-            reach * square(k) - along * along > (TURNING * reach).powi(2)
-        })
+        if before * after > 0.0 {
+            along / (before * after).sqrt()
+        } else {
+            0.0
+        }
+    }
+
+    /// True if the second half of the cycle, of every `stride`-th sample, is the first with all signs turned, under constant load.
+    pub fn is_antiperiodic(&self, stride: usize) -> bool {
+        let n = self.samples();
+        let constant =
+            self.constant_load() && self.own.as_ref().is_none_or(OwnMotion::has_constant_load);
+        let whole = self.at(0).len();
+        let reach = (0..n).map(|k| self.at(k));
+        let reach = reach.fold(vec![0.0f64; whole], |reach, at| {
+            let both = reach.iter().zip(&at);
+            both.map(|(r, v)| r.max(v.abs())).collect()
+        });
+        constant
+            && n.is_multiple_of(2 * stride)
+            && (0..n / 2).all(|k| {
+                let [now, then] = [k, k + n / 2].map(|k| self.at(k));
+                let mut opposite = now.iter().zip(&then).zip(&reach);
+                (self.time[k + n / 2] - self.time[k] - 0.5).abs() <= SAME
+                    && opposite.all(|((a, b), reach)| (a + b).abs() <= SAME * reach)
+            })
+    }
+
+    /// Largest normal load of the cycle \[N\]; the mean one where it never changes.
+    pub fn largest_load(&self) -> f64 {
+        match self.constant_load() {
+            true => self.mean_load(),
+            false => self.normal_load.iter().fold(0.0, |m: f64, n| m.max(*n)),
+        }
     }
 
     /// True if the normal load never changes.
@@ -522,7 +466,7 @@ fn extent(series: &[f64]) -> f64 {
 }
 
 /// A series with the middle of any two of its values between them; that of the last is towards `next`.
-fn with_middles(series: &[f64], next: f64) -> Vec<f64> {
+pub(super) fn with_middles(series: &[f64], next: f64) -> Vec<f64> {
     let after = series.iter().skip(1).chain([&next]);
     series
         .iter()

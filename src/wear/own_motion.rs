@@ -87,6 +87,11 @@ impl OwnMotion {
         field
     }
 
+    /// True if every place keeps the load of the static contact.
+    pub(super) fn has_constant_load(&self) -> bool {
+        self.approach.is_empty()
+    }
+
     /// True if it is between two ends alone, opposite to each other.
     pub(super) fn is_straight(&self) -> bool {
         let [top, bottom] = &self.displacement[..] else {

@@ -4,26 +4,26 @@
 //! costs a third of the [`super::implicit`] step and has no error of its own; it is for comparison with that one.
 
 use super::WearLaw;
-use super::implicit::rate;
+use super::implicit::{Begin, begin};
 use super::joint::{FrettingJoint, WearError, WornState};
 use crate::contact::normal::NormalSolution;
 
-/// Wear depth \[m\] after `cycles`, and the contact there.
+/// Wear depth \[m\] after `cycles`, and the contact there under the largest load of the cycle.
 pub fn advance(
     joint: &mut FrettingJoint,
     state: &WornState,
     law: WearLaw,
     cycles: u64,
 ) -> Result<(Vec<f64>, NormalSolution), WearError> {
-    let begin = rate(joint, state);
+    let Begin { rate, pressure } = begin(joint, state)?;
     let reach = law.over(cycles);
     let mut wear: Vec<f64> = state.wear.clone();
-    let compliance: Vec<f64> = begin.proportion.iter().map(|c| reach * c).collect();
+    let compliance: Vec<f64> = rate.proportion.iter().map(|c| reach * c).collect();
     wear.iter_mut()
-        .zip(&begin.rest)
+        .zip(&rate.rest)
         .for_each(|(w, f)| *w += reach * f);
-    let load = joint.motion.mean_load();
-    let contact = joint.contact(&wear, Some(&compliance), load, Some(&state.pressure))?;
+    let load = joint.motion.largest_load();
+    let contact = joint.contact(&wear, Some(&compliance), load, Some(&pressure))?;
     for ((w, d), p) in wear.iter_mut().zip(&compliance).zip(&contact.pressure) {
         *w += d * p;
     }

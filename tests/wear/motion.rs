@@ -1,4 +1,4 @@
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use fretwear::wear::{Channel, Motion};
 
@@ -280,23 +280,50 @@ fn a_halved_motion_passes_its_samples_and_their_middles() {
     }
 }
 
+/// The cosine of the bend of a motion at its samples, however large its channels are.
 #[test]
-fn a_motion_turns_unless_its_channels_move_in_proportion() {
+fn a_motion_goes_ahead_along_a_line_and_bends_on_an_orbit() {
     let along =
-        |phases: [f64; 2]| Motion::harmonic(&[(5e-6, phases[0]), (2e-6, phases[1])], 30e3, 3e3, 16);
-    assert!(!along([0.4, 0.4]).turns());
-    assert!(!along([0.4, 0.4 + std::f64::consts::PI]).turns());
-    assert!(along([0.4, 0.5]).turns());
-    assert!(!along([0.4, 0.401]).turns(), "a thousandth is none");
-    assert!(!Motion::harmonic(&[(5e-6, 1.0), (0.0, 0.0)], 30e3, 0.0, 16).turns());
-    assert!(!Motion::none(30e3).turns());
-    // A line that does not pass zero is one as well.
-    let offset = sampled(9, |t| {
-        (1.0 + (7.0 * t).sin(), 2.0 - 3.0 * (7.0 * t).sin(), 1.0)
+        |phases: [f64; 2]| Motion::harmonic(&[(5e-6, phases[0]), (5e-6, phases[1])], 30e3, 3e3, 32);
+    // Between its ends a line goes straight ahead, also one that does not pass zero; at them it turns back.
+    let line = sampled(32, |t| {
+        let reach = (TAU * t).cos();
+        (1.0 + reach, 2.0 - 3.0 * reach, 1.0)
     });
-    assert!(!offset.turns());
-    assert!(sampled(9, |t| (t, t * t, 1.0)).turns());
-    let mut mixed = along([0.4, 0.4]);
-    mixed.drive[1] = Channel::Force(mixed.drive[1].values().clone());
-    assert!(mixed.turns(), "what a force moves is not in proportion");
+    for k in 0..32 {
+        let expected = if k % 16 == 0 { -1.0 } else { 1.0 };
+        assert!((line.ahead(k, 1) - expected).abs() < 1e-9, "sample {k}");
+    }
+    // A circle bends by the angle of its steps.
+    for stride in [1, 2] {
+        let bend = (TAU * stride as f64 / 32.0).cos();
+        let circle = along([0.4, 0.4 - FRAC_PI_2]);
+        for k in (0..32).step_by(stride) {
+            assert!((circle.ahead(k, stride) - bend).abs() < 1e-9, "sample {k}");
+        }
+    }
+    // A force counts over its own range: with it, the same circle.
+    let mut mixed = along([0.4, 0.4 - FRAC_PI_2]);
+    let force: Vec<f64> = mixed.drive[1].values().iter().map(|v| 1e9 * v).collect();
+    mixed.drive[1] = Channel::Force(force);
+    assert!((mixed.ahead(5, 1) - (TAU / 32.0).cos()).abs() < 1e-9);
+    assert_eq!(Motion::none(30e3).ahead(0, 1), 0.0);
+}
+
+/// Half of a cycle is enough where the other half is its opposite.
+#[test]
+fn the_second_half_of_an_orbit_is_the_first_with_all_signs_turned() {
+    let orbit = |load_amplitude: f64, samples: usize| {
+        Motion::harmonic(&[(5e-6, 0.4), (2e-6, -0.9)], 30e3, load_amplitude, samples)
+    };
+    assert!(orbit(0.0, 32).is_antiperiodic(1) && orbit(0.0, 32).is_antiperiodic(2));
+    assert!(!orbit(3e3, 32).is_antiperiodic(1), "the load varies");
+    assert!(
+        !orbit(0.0, 34).is_antiperiodic(2),
+        "no sample is half a cycle later"
+    );
+    let shifted = sampled(8, |t| ((TAU * t).cos() + 0.1, (TAU * t).sin(), 1.0));
+    assert!(!shifted.is_antiperiodic(1));
+    let doubled = sampled(8, |t| ((TAU * t).cos(), (2.0 * TAU * t).sin(), 1.0));
+    assert!(!doubled.is_antiperiodic(1));
 }

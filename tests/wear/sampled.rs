@@ -118,8 +118,10 @@ fn a_load_that_varies_is_that_of_many_steps() {
         }
     }
     let motion = |samples| Motion::harmonic(&[(reach, FRAC_PI_2)], LOAD, varies, samples);
-    for [error, _] in errors(motion, true, energy) {
-        assert!(error < BALANCED, "error {error:e}");
+    let errors = errors(motion, true, energy);
+    assert!(errors[1][0] < BALANCED, "errors {errors:?}");
+    for [error, said] in errors {
+        assert!(error <= said, "error {error:e}, estimated {said:e}");
     }
 }
 
@@ -138,11 +140,13 @@ fn a_straight_motion_is_left_as_it_is() {
     }
 }
 
-/// An odd number of samples has no half.
+/// An odd number of samples has no half: it is marched once, by steps of second order all the same.
 #[test]
 fn an_odd_number_of_samples_is_marched_once() {
     const ODD: usize = 15;
-    let reach = 3.0 * onset();
+    const SECOND: f64 = 0.03;
+    let onset = onset();
+    let reach = 3.0 * onset;
     let series = |of: &dyn Fn(f64) -> f64| (0..ODD).map(|k| of(k as f64 / ODD as f64)).collect();
     let motion = Motion {
         time: series(&|t| t),
@@ -154,9 +158,14 @@ fn an_odd_number_of_samples_is_marched_once() {
         normal_load: vec![LOAD; ODD],
         own: None,
     };
-    let with = cycle(motion.clone(), true);
-    assert_eq!(with, cycle(motion, false));
-    assert!(with.dissipation > 0.0 && with.dissipation < TAU * FRICTION * LOAD * reach);
+    let exact = TAU * FRICTION * LOAD * (reach * reach - onset * onset).sqrt();
+    let [second, first] = [true, false].map(|order| cycle(motion.clone(), order));
+    let [second_off, first_off] = [&second, &first].map(|c| (c.dissipation / exact - 1.0).abs());
+    assert!(
+        second_off < SECOND && second_off < 0.5 * first_off,
+        "{second_off:e}, {first_off:e}"
+    );
+    assert_eq!(second.instants.len(), ODD + 1);
 }
 
 /// Steps solved to a gap of 1e-6 leave more of the shear than the 1e-5 that are asked: the cycle closes by its energy, and says what
@@ -175,4 +184,122 @@ fn a_shear_that_only_trembles_closes_by_energy() {
     let exact = cycle(ASKED, 1e-10);
     let off = (trembling.dissipation - exact.dissipation).abs();
     assert!(off <= trembling.dissipation_error, "off by {off:e} J");
+}
+
+/// Errors of the energy that a rough joint dissipates with ever more samples, relative to that of many, and the errors that the cycles say.
+fn errors_of_rough_joint(motion: impl Fn(usize) -> Motion) -> Vec<[f64; 2]> {
+    let cycle = |samples: usize| {
+        let mut joint = joint(motion(samples), March::Stepped);
+        joint.options.cycle_tolerance = SETTLED;
+        joint.options.tangential.tolerance = SETTLED;
+        unworn(&mut joint).cycle
+    };
+    let exact = cycle(MANY).dissipation;
+    let error = |cycle: CycleSolution| {
+        [
+            (cycle.dissipation / exact - 1.0).abs(),
+            cycle.relative_error(),
+        ]
+    };
+    SAMPLES.map(|samples| error(cycle(samples))).into()
+}
+
+/// Samples whose energy counts as exact.
+const MANY: usize = 512;
+/// Closure and gap of the rough joint: what they leave is far below what 32 samples do.
+const SETTLED: f64 = 1e-5;
+/// What 64 samples leave of the energy of a rough joint at most.
+const ROUGH: f64 = 5e-3;
+
+/// Orbits from partial to gross slip. By steps of first order, 64 samples leave 4 %.
+#[test]
+fn an_orbit_of_a_rough_joint_is_that_of_many_samples() {
+    for reach in [0.2e-6, 0.6e-6, 3e-6] {
+        let errors = errors_of_rough_joint(|samples| {
+            Motion::harmonic(&[(reach, 0.0), (0.6 * reach, -1.0)], LOAD, 0.0, samples)
+        });
+        let [_, [error, _], _] = errors[..] else {
+            unreachable!("three numbers of samples");
+        };
+        assert!(error < ROUGH, "reach {reach}: {errors:?}");
+        for [error, said] in errors {
+            assert!(error <= said, "reach {reach}: {error:e} of {said:e}");
+        }
+    }
+}
+
+/// Under a load that varies by two fifths most cells close and open in every cycle. If each stuck to where it was when the step began in which it
+/// closed, 64 samples would leave 0.7 % and the error would fall with their number alone.
+#[test]
+fn cells_stick_to_where_they_closed() {
+    for (reach, phase) in [(0.2e-6, FRAC_PI_2), (0.6e-6, 0.3), (0.6e-6, FRAC_PI_2)] {
+        let errors = errors_of_rough_joint(|samples| {
+            Motion::harmonic(&[(reach, phase), (0.0, 0.0)], LOAD, 0.4 * LOAD, samples)
+        });
+        let [_, [error, _], _] = errors[..] else {
+            unreachable!("three numbers of samples");
+        };
+        assert!(error < ROUGH, "reach {reach}, phase {phase}: {errors:?}");
+        // Half of 32 samples are too few for a bar that always holds.
+        for [error, said] in errors.into_iter().skip(1) {
+            assert!(error <= said, "reach {reach}: {error:e} of {said:e}");
+        }
+    }
+}
+
+/// What another way to the cycle leaves of its energy where all but slides.
+const ANOTHER_WAY: f64 = 1e-4;
+
+/// An orbit is marched over half a cycle. About another centre it is not, and the same cycle results where all slides; its displacement
+/// is that about the other centre.
+#[test]
+fn half_an_orbit_says_what_the_whole_does() {
+    let orbit = Motion::harmonic(&[(3e-6, 0.3), (2e-6, -1.0)], LOAD, 0.0, 32);
+    let mut moved = orbit.clone();
+    if let Channel::Displacement(x) = &mut moved.drive[0] {
+        x.iter_mut().for_each(|x| *x += 1e-6);
+    }
+    assert!(orbit.is_antiperiodic(1) && !moved.is_antiperiodic(1));
+    let [half, whole] =
+        [orbit, moved].map(|motion| unworn(&mut joint(motion, March::Stepped)).cycle);
+    let off = (half.dissipation / whole.dissipation - 1.0).abs();
+    assert!(off < ANOTHER_WAY, "off by {off:e}");
+    assert_eq!(half.instants.len(), whole.instants.len());
+    for (a, b) in half.instants.iter().zip(&whole.instants) {
+        assert!((a.time - b.time).abs() < 1e-12);
+        assert!((a.displacement[0] + 1e-6 - b.displacement[0]).abs() < 1e-15);
+        for axis in 0..2 {
+            let off = (a.force[axis] - b.force[axis]).abs();
+            assert!(off < 1e-3 * FRICTION * LOAD, "time {}: {off} N", a.time);
+        }
+    }
+}
+
+/// A force that turns leaves the displacement open: the middle of its range is at zero, as that of the force is.
+#[test]
+fn an_orbit_of_a_force_is_about_its_middle() {
+    let force = |phase: f64| {
+        let values = (0..32).map(|k| 0.5 * FRICTION * LOAD * (TAU * k as f64 / 32.0 + phase).cos());
+        Channel::Force(values.collect())
+    };
+    let motion = Motion {
+        time: (0..32).map(|k| k as f64 / 32.0).collect(),
+        drive: vec![force(0.0), force(-FRAC_PI_2)],
+        rotation: None,
+        normal_load: vec![LOAD; 32],
+        own: None,
+    };
+    let cycle = unworn(&mut joint(motion, March::Stepped)).cycle;
+    let [first, last] = [0, 32].map(|k| &cycle.instants[k]);
+    assert_eq!(first.displacement, last.displacement);
+    for k in 0..16 {
+        let [now, then] = [k, k + 16].map(|k| &cycle.instants[k]);
+        for axis in 0..2 {
+            assert!((now.displacement[axis] + then.displacement[axis]).abs() < 1e-15);
+            assert!((now.force[axis] + then.force[axis]).abs() < 1e-9 * LOAD);
+        }
+    }
+    // It moves along the force, within what a joint of half its limit does.
+    assert!(cycle.instants[0].displacement[0] > 0.0);
+    assert!(cycle.dissipation > 0.0);
 }

@@ -1,0 +1,99 @@
+//! Motions of one harmonic.
+
+use std::f64::consts::TAU;
+
+use super::motion::{Channel, Motion, SAME, with_middles};
+
+/// A harmonic channel, `amplitude · cos(2πt/T + phase)`.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Harmonic {
+    /// Half range, of a displacement \[m\] or force \[N\], a rotation \[rad\] or moment \[N m\].
+    pub amplitude: f64,
+    /// Lead \[rad\].
+    pub phase: f64,
+    /// Whether it is the force or moment that is given.
+    pub is_force: bool,
+}
+
+/// What drives a joint harmonically, under the normal load `load + normal_load_amplitude · cos(2πt/T)`.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct HarmonicMotion {
+    /// Along x, and along y where there is shear.
+    pub axes: Vec<Harmonic>,
+    /// About z.
+    pub rotation: Option<Harmonic>,
+    /// Half range of the normal load \[N\].
+    pub normal_load_amplitude: f64,
+}
+
+impl HarmonicMotion {
+    /// One cycle about the mean `load`: half of the samples equally spaced, with the two ends of a motion whose axes turn together, and
+    /// one in the middle between any two of these. So every other one is a motion of its own.
+    pub fn sampled(&self, load: f64, samples: usize) -> Motion {
+        let half = samples.div_ceil(2);
+        let mut time: Vec<f64> = (0..half).map(|k| k as f64 / half as f64).collect();
+        let moving: Vec<f64> = self
+            .axes
+            .iter()
+            .chain(&self.rotation)
+            .filter(|channel| channel.amplitude != 0.0)
+            .map(|channel| channel.phase / TAU)
+            .collect();
+        if let Some(&first) = moving.first()
+            && moving
+                .iter()
+                .all(|phase| (2.0 * (phase - first)).rem_euclid(1.0) <= SAME)
+        {
+            for end in [-first, 0.5 - first] {
+                let end = end.rem_euclid(1.0);
+                if end < 1.0 - SAME && time.iter().all(|t| (t - end).abs() > SAME) {
+                    time.push(end);
+                }
+            }
+            time.sort_by(f64::total_cmp);
+        }
+        let time = with_middles(&time, 1.0);
+        let channel = |harmonic: &Harmonic| {
+            let values = time
+                .iter()
+                .map(|t| harmonic.amplitude * (TAU * t + harmonic.phase).cos())
+                .collect();
+            if harmonic.is_force {
+                Channel::Force(values)
+            } else {
+                Channel::Displacement(values)
+            }
+        };
+        Motion {
+            drive: self.axes.iter().map(channel).collect(),
+            rotation: self.rotation.as_ref().map(channel),
+            normal_load: time
+                .iter()
+                .map(|t| load + self.normal_load_amplitude * (TAU * t).cos())
+                .collect(),
+            own: None,
+            time,
+        }
+    }
+}
+
+impl Motion {
+    /// Harmonic displacement `amplitude · cos(2πt/T + phase)` along each axis, under `load + load_amplitude · cos(2πt/T)`, sampled as
+    /// by [`HarmonicMotion::sampled`].
+    pub fn harmonic(axes: &[(f64, f64)], load: f64, load_amplitude: f64, samples: usize) -> Self {
+        let axes: Vec<Harmonic> = axes
+            .iter()
+            .map(|&(amplitude, phase)| Harmonic {
+                amplitude,
+                phase,
+                is_force: false,
+            })
+            .collect();
+        let motion = HarmonicMotion {
+            axes,
+            rotation: None,
+            normal_load_amplitude: load_amplitude,
+        };
+        motion.sampled(load, samples)
+    }
+}
