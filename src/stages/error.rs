@@ -165,7 +165,9 @@ impl RunError {
             RunError::Contact { source, .. } => contact(source),
             RunError::Wear { source, .. } => match source {
                 WearError::Contact(source) => contact(source),
-                WearError::NotSteady { .. } | WearError::StepTooSmall { .. } => true,
+                WearError::NotSteady { .. }
+                | WearError::StepTooSmall { .. }
+                | WearError::CycleWearsTooMuch { .. } => true,
                 WearError::NotStraight | WearError::NotSuperposed => false,
             },
             RunError::WearsNoMore { .. } => true,

@@ -35,6 +35,14 @@ pub enum WearError {
         /// The closure asked for.
         tolerance: f64,
     },
+    /// A single cycle wears far more than a step of its scheme may.
+    #[error(
+        "a single cycle wears {times:.2e} times what a wear step can, and no step is shorter: lower wear.coefficient (is its unit right?) or the motion"
+    )]
+    CycleWearsTooMuch {
+        /// How many times.
+        times: f64,
+    },
     /// A wear step that could not be made accurate enough.
     #[error(
         "a wear step of {cycles} cycle has an error of {error:.2e} of its volume, {tolerance:.1e} asked: a single cycle wears too much; raise wear.tolerance, or lower wear.coefficient or the motion"

@@ -117,7 +117,7 @@ impl Scheme {
                 })
             }
             Scheme::SemiImplicit => {
-                let cycles = by_depth(state, law, limits);
+                let cycles = by_depth(state, law, limits)?;
                 let (wear, contact) = semi_implicit::advance(joint, state, law, cycles)?;
                 Ok(StepOutcome {
                     gap: Some(contact.gap),
@@ -126,7 +126,7 @@ impl Scheme {
                 })
             }
             Scheme::Explicit => {
-                let cycles = by_depth(state, law, limits);
+                let cycles = by_depth(state, law, limits)?;
                 let wear = explicit::advance(&state.wear, &state.cycle.energy, law, cycles);
                 Ok(of_depth(cycles, wear))
             }
@@ -134,13 +134,20 @@ impl Scheme {
     }
 }
 
+/// Times that a single cycle may wear more than a step is to. Far beyond that a step may still look accurate: what wears at once has no rate.
+pub(super) const LARGEST_CYCLE: f64 = 100.0;
+
 /// Cycles that wear the depth of a step at the rate of its beginning [A eq. 2.7], no more than remain.
-fn by_depth(state: &WornState, law: WearLaw, limits: Limits) -> u64 {
+fn by_depth(state: &WornState, law: WearLaw, limits: Limits) -> Result<u64, WearError> {
     let deepest = law.depth(state.cycle.energy.iter().fold(0.0f64, |m, e| m.max(*e)));
     let depth_step = limits.depth_step.unwrap_or(f64::INFINITY);
+    let times = deepest / depth_step;
+    if times > LARGEST_CYCLE {
+        return Err(WearError::CycleWearsTooMuch { times });
+    }
     // A joint that does not wear would make a step without end.
-    match deepest > 0.0 {
+    Ok(match deepest > 0.0 {
         true => explicit::cycles(depth_step, deepest).min(limits.remaining),
         false => limits.remaining,
-    }
+    })
 }

@@ -1,7 +1,7 @@
 use fretwear::wear::cycle::March;
 use fretwear::wear::explicit;
 use fretwear::wear::implicit::{Limits, advance, first_proposal};
-use fretwear::wear::{FrettingJoint, Motion};
+use fretwear::wear::{FrettingJoint, Motion, WearError, WearLaw};
 
 use super::{COEFFICIENT, LAW, LOAD, after, difference_l1, joint, unworn, wear_by_equal_steps};
 
@@ -261,6 +261,47 @@ fn steps_of_any_size_stay_finite_and_positive() {
         );
         assert!(step.error.is_finite());
     }
+}
+
+/// Worn volume depends on the wear coefficient times the cycles alone, over 15 decades of it: the same volume, or a refusal where not even one
+/// cycle can be told from another.
+#[test]
+fn coefficient_times_cycles_decides_or_a_single_cycle_is_refused() {
+    const CYCLES: f64 = 1e8;
+    let limits = |cycles: u64| Limits {
+        tolerance: 0.015,
+        depth_step: None,
+        remaining: cycles,
+    };
+    let worn = |factor: f64| -> Result<f64, WearError> {
+        let law = WearLaw {
+            coefficient: COEFFICIENT * factor,
+        };
+        let mut left = (CYCLES / factor).round().max(1.0) as u64;
+        let mut joint = reversal(CASES[1].0);
+        let mut state = unworn(&mut joint);
+        let mut proposal = first_proposal(&joint, &state, law);
+        while left > 0 {
+            let step = advance(&mut joint, &state, law, proposal, limits(left))?;
+            (left, proposal) = (left - step.cycles, step.proposal);
+            state = after(&mut joint, step);
+        }
+        Ok(joint.volume(&state.wear))
+    };
+    let exact = worn(1.0).expect("the volume of steel");
+    let mut refused = 0;
+    for decade in [-3, 3, 5, 7, 8, 9, 10, 12, 20, 30] {
+        match worn(10f64.powi(decade)) {
+            Ok(volume) if decade <= 8 => {
+                let off = (volume / exact - 1.0).abs();
+                assert!(off < 0.02, "1e{decade}: off by {off:e}");
+            }
+            // More than all cycles together: another wear.
+            Ok(volume) => panic!("1e{decade}: {volume:e} of {exact:e}"),
+            Err(_) => refused += 1,
+        }
+    }
+    assert!(refused >= 5, "{refused} refused");
 }
 
 #[test]
