@@ -255,6 +255,13 @@ impl InterfaceElement for ContactElement {
             })
     }
 
+    fn following_share(&self, displacement: &[[f64; 3]]) -> f64 {
+        let (law, friction) = (self.law, self.friction_coefficient);
+        let follows = |slider: &&Slider| slider.follows_reference(law, friction, displacement);
+        let following = self.sliders.iter().filter(follows).count();
+        following as f64 / self.sliders.len().max(1) as f64
+    }
+
     fn is_costly(&self) -> bool {
         self.sliders.len() > 1
     }
