@@ -24,6 +24,11 @@ pub trait InterfaceElement {
     /// Whether at every sample the force is exactly reference stiffness times displacement.
     fn follows_reference(&self, displacement: &[[f64; 3]]) -> bool;
 
+    /// Share of it that follows the reference at every sample, where it does not as a whole.
+    fn following_share(&self, _displacement: &[[f64; 3]]) -> f64 {
+        0.0
+    }
+
     /// Whether its derivative costs so much that it is to do for several states near each other.
     fn is_costly(&self) -> bool {
         false

@@ -107,15 +107,19 @@ impl ContactElement {
                 1.0 / self.sliders.len() as f64
             };
             let kt = slider.gripping_stiffness(self.friction_coefficient);
-            let closure = if self.is_linear(slider, displacement) {
+            if self.is_linear(slider, displacement) {
                 let kt = if slider.bears() { kt } else { 0.0 };
-                scratch.force.clear();
-                let force = displacement.iter().map(|u| [kt * u[0], kt * u[1]]);
-                scratch.force.extend(force);
-                linear(kt, displacement)
-            } else {
-                self.march(slider, displacement, None, &mut scratch)
-            };
+                cycle.closure = cycle.closure.and(linear(kt, displacement));
+                for ((u, sum), count) in displacement.iter().zip(&mut cycle.force).zip(&mut count) {
+                    let load = slider.bilateral_load(u[2]);
+                    sum[0] += kt * u[0];
+                    sum[1] += kt * u[1];
+                    sum[2] += load.max(0.0);
+                    count.0 += usize::from(load > 0.0);
+                }
+                continue;
+            }
+            let closure = self.march(slider, displacement, None, &mut scratch);
             cycle.closure = cycle.closure.and(closure);
             let position = |j: usize| {
                 let (u, force) = (displacement[j], scratch.force[j]);
@@ -249,6 +253,13 @@ impl InterfaceElement for ContactElement {
                 let mut along = displacement.iter().map(|u| u[spring.direction()]);
                 along.all(|u| spring.force(u)[0] == 0.0)
             })
+    }
+
+    fn following_share(&self, displacement: &[[f64; 3]]) -> f64 {
+        let (law, friction) = (self.law, self.friction_coefficient);
+        let follows = |slider: &&Slider| slider.follows_reference(law, friction, displacement);
+        let following = self.sliders.iter().filter(follows).count();
+        following as f64 / self.sliders.len().max(1) as f64
     }
 
     fn is_costly(&self) -> bool {

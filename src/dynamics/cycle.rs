@@ -12,8 +12,8 @@ pub struct JointCycle {
     pub force: Vec<[f64; 3]>,
     /// Sum of moments about the origin of the positions, `[Σ yN, −Σ xN, Σ (xT_y − yT_x)]` \[N m\].
     pub moment: Vec<[f64; 3]>,
-    /// Energy dissipated in one cycle, from samples \[J\].
-    pub dissipated_energy: f64,
+    /// Energy that each element dissipates in one cycle, from samples \[J\].
+    pub dissipated_energy: Vec<f64>,
 }
 
 impl JointCycle {
@@ -110,12 +110,14 @@ pub struct WorkBetweenEnds {
 pub const LARGEST_PART: f64 = 4.0;
 
 impl WorkBetweenEnds {
-    /// Of elements with this `displacement`; the ends are where the `mean` displacement along its widest axis is largest and least.
+    /// Of elements with this `displacement` and the `energy` that each dissipates in it \[J\]; the ends are where the `mean` displacement
+    /// along its widest axis is largest and least.
     pub fn of(
         elements: &[ContactElement],
         displacement: &[f64],
         sampling: &Sampling,
         mean: &[[f64; 3]],
+        energy: &[f64],
     ) -> Self {
         let width = |axis: &usize| half_range(mean.iter().map(|u| u[*axis]));
         let axis = if width(&1) > width(&0) { 1 } else { 0 };
@@ -126,14 +128,13 @@ impl WorkBetweenEnds {
         let (mut all, mut changed, mut untold, mut force) = (0.0, 0.0, 0.0, [0.0; 2]);
         let rows = displacement.chunks(3 * sampling.harmonics().coefficients());
         let mut approach = [Vec::new(), Vec::new()];
-        let part = |(element, row): (&ContactElement, &[f64])| {
+        let part = |((element, row), &energy): ((&ContactElement, &[f64]), &f64)| {
             let displacement = sampling.synthesise(row);
             let (d, e) = (displacement[top], displacement[bottom]);
             approach[0].push(d[2]);
             approach[1].push(e[2]);
             let half = [0.5 * (d[0] - e[0]), 0.5 * (d[1] - e[1])];
             let ends = [[half[0], half[1], 0.0], [-half[0], -half[1], 0.0]];
-            let energy = element.cycle(&displacement).dissipated_energy;
             let to_and_fro = element.cycle(&ends);
             let between = to_and_fro.dissipated_energy;
             for (axis, force) in force.iter_mut().enumerate() {
@@ -148,7 +149,7 @@ impl WorkBetweenEnds {
             untold += (energy - part * between).abs();
             part
         };
-        let part = elements.iter().zip(rows).map(part).collect();
+        let part = elements.iter().zip(rows).zip(energy).map(part).collect();
         let of_all = |energy: f64| match all > 0.0 {
             true => energy / all,
             false => 0.0,
@@ -243,14 +244,14 @@ pub fn joint_cycle(
         displacement: vec![[0.0; 3]; samples],
         force: vec![[0.0; 3]; samples],
         moment: vec![[0.0; 3]; samples],
-        dissipated_energy: 0.0,
+        dissipated_energy: Vec::with_capacity(elements.len()),
     };
     let rows = displacement.chunks(3 * sampling.harmonics().coefficients());
     let elements = elements.iter().zip(weights(elements));
     for (((element, weight), row), [x, y]) in elements.zip(rows).zip(positions) {
         let displacement = sampling.synthesise(row);
         let cycle = element.cycle(&displacement);
-        joint.dissipated_energy += cycle.dissipated_energy;
+        joint.dissipated_energy.push(cycle.dissipated_energy);
         for j in 0..samples {
             let [tx, ty, n] = cycle.force[j];
             for d in 0..3 {

@@ -5,6 +5,8 @@
 //! the others, the *active* ones, have unknowns; the displacement of the rest follows, and is checked over the whole cycle at
 //! the same samples. The result is that of all elements active, to rounding.
 
+use std::rc::Rc;
+
 use super::aft::{InterfaceElement, Sampling};
 use super::closed_model::ClosedModel;
 use super::effort::Effort;
@@ -94,7 +96,7 @@ impl Default for Settings {
 
 /// A structure, its contact elements and its loads.
 pub struct HarmonicBalance<E> {
-    pub(super) model: ClosedModel,
+    pub(super) model: Rc<ClosedModel>,
     pub(super) reference: Vec<[f64; 3]>,
     pub(super) elements: Vec<E>,
     pub(super) sampling: Sampling,
@@ -134,6 +136,25 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 expected: 3 * elements.len(),
             });
         }
+        for (index, element) in elements.iter().enumerate() {
+            element.check(index)?;
+        }
+        let springs = elements.iter().flat_map(E::reference_stiffness);
+        let closed = model.close(&springs.collect::<Vec<f64>>())?;
+        Self::of_closed(Rc::new(closed), elements, harmonics, loads, settings)
+    }
+
+    /// Joins a structure that is closed by the reference stiffness of its elements already.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(super) fn of_closed(
+        model: Rc<ClosedModel>,
+        elements: Vec<E>,
+        harmonics: Harmonics,
+        loads: Vec<Load>,
+        settings: Settings,
+    ) -> Result<HarmonicBalance<E>, DynamicsError> {
         if !(settings.tolerance > 0.0 && settings.tolerance < 1e-2) {
             return Err(DynamicsError::OutOfRange {
                 name: "the tolerance of the harmonic balance",
@@ -141,11 +162,6 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 expected: "between 0 and 0.01",
             });
         }
-        for (index, element) in elements.iter().enumerate() {
-            element.check(index)?;
-        }
-        let reference: Vec<[f64; 3]> = elements.iter().map(E::reference_stiffness).collect();
-        let springs: Vec<f64> = reference.iter().flatten().copied().collect();
         let n = harmonics.coefficients();
         let (mut load_ports, mut load_rows) = (Vec::new(), Vec::new());
         for load in &loads {
@@ -181,9 +197,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             }
         }
         Ok(HarmonicBalance {
-            model: model.close(&springs)?,
+            model,
             is_costly: elements.iter().any(E::is_costly),
-            reference,
+            reference: elements.iter().map(E::reference_stiffness).collect(),
             elements,
             sampling: match settings.by_events {
                 true => Sampling::new(harmonics, settings.samples)?.with_events(),

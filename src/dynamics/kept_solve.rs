@@ -19,23 +19,35 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         factor: f64,
         condition: &Condition,
     ) -> Result<Response, DynamicsError> {
+        self.newton_to(self.settings.tolerance, state, factor, condition)
+    }
+
+    /// The same to another `tolerance`, at least that of the settings.
+    pub(super) fn newton_to(
+        &self,
+        tolerance: f64,
+        state: State,
+        factor: f64,
+        condition: &Condition,
+    ) -> Result<Response, DynamicsError> {
+        let tolerance = tolerance.max(self.settings.tolerance);
         if !self.journal.is_open() {
-            return self.converge(state, factor, condition);
+            return self.converge(state, factor, condition, tolerance);
         }
-        let inputs = self.inputs(&state, factor, condition);
+        let inputs = self.inputs(&state, factor, condition, tolerance);
         if let Some(kept) = self.journal.take(&inputs) {
             // What is not read is refused again, and stands there already.
             let read = self.read(&kept);
-            return read.unwrap_or_else(|| self.converge(state, factor, condition));
+            return read.unwrap_or_else(|| self.converge(state, factor, condition, tolerance));
         }
         let before = self.effort.spent();
-        let result = self.converge(state, factor, condition);
+        let result = self.converge(state, factor, condition, tolerance);
         let spent = self.effort.spent() - before;
         self.journal.add(&inputs, &written(&result, spent));
         result
     }
 
-    fn inputs(&self, state: &State, factor: f64, condition: &Condition) -> Inputs {
+    fn inputs(&self, state: &State, factor: f64, condition: &Condition, tolerance: f64) -> Inputs {
         let conditions = match condition {
             Condition::Frequency => vec![],
             Condition::Linear {
@@ -51,7 +63,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             }
         };
         Inputs::default()
-            .numbers(&[state.omega, factor, self.settings.tolerance])
+            .numbers(&[state.omega, factor, tolerance])
             .numbers(&conditions)
             .numbers(&self.load_rows)
             .numbers(&state.contact)

@@ -7,9 +7,12 @@ use super::aft::{Closure, Derivative, Scratch};
 use super::slider::{self, Dual, FrictionLaw, INPUTS, MEMORY, Number, Slider, Step};
 use crate::linalg::add_scaled;
 
-/// Cycles marched one after the other. The memory of most motions is gone after one; a slider that slips by much less than it
+/// Cycles marched one after the other, at most. The memory of most motions is gone after one; a slider that slips by much less than it
 /// stretches forgets a force across its motion over hundreds, and from here on its steady cycle is looked for.
 const PLAIN_CYCLES: usize = 4;
+/// Change of the force over the second cycle, relative to its largest value, from which the steady cycle is looked for at once: what a
+/// cycle leaves of it is about its square, and its cube, so that no plain cycle would be steady.
+const SLOW: f64 = 1e-4;
 /// Cycles at most until the steady one is found.
 const MOST_CYCLES: usize = 2000;
 /// A guess of the steady force is taken if it changes over a cycle by less than this share of the change before.
@@ -91,8 +94,9 @@ impl March<'_> {
     /// The steady cycle of the displacements that end in `last`.
     fn steady(&self, last: [f64; 3], force: &mut [[f64; 2]]) -> Steady {
         let (mut start, mut from) = ([0.0; 2], [0.0; 3]);
-        let mut before = None;
-        for cycle in 1..=PLAIN_CYCLES {
+        let (mut before, mut cycle) = (None, 0);
+        loop {
+            cycle += 1;
             let lap = match before {
                 Some(before) => self.lap_after(before, from, force),
                 None => self.lap(start, from, force),
@@ -111,13 +115,23 @@ impl March<'_> {
             }
             (start, from) = (lap.end, last);
             before = Some(lap);
+            if cycle == PLAIN_CYCLES || cycle > 1 && closure.change > SLOW {
+                return self.settle(cycle, start, last, force);
+            }
         }
-        self.settle(start, last, force)
     }
 
-    /// The steady cycle near the force `start` at its beginning.
-    fn settle(&self, mut start: [f64; 2], last: [f64; 3], force: &mut [[f64; 2]]) -> Steady {
-        let mut cycle = PLAIN_CYCLES;
+    /// The steady cycle near the force `start` at its beginning, `plain` cycles after the preload.
+    fn settle(
+        &self,
+        mut plain: usize,
+        mut start: [f64; 2],
+        last: [f64; 3],
+        force: &mut [[f64; 2]],
+    ) -> Steady {
+        let mut cycle = plain;
+        // Whether all cycles so far were marched one after the other.
+        let mut is_march = true;
         // After a guess that was none, so many cycles are marched before the next.
         let (mut wait, mut patience) = (0_usize, 1_usize);
         loop {
@@ -126,12 +140,15 @@ impl March<'_> {
             } else {
                 self.lap_with_memory(start, last, force)
             };
+            if is_march {
+                plain = cycle.min(PLAIN_CYCLES);
+            }
             cycle += 1;
             let closure = lap.closure(cycle, start);
             if closure.change <= STEADY || cycle >= MOST_CYCLES {
                 return Steady {
                     start,
-                    plain: PLAIN_CYCLES,
+                    plain,
                     is_plain: false,
                     stuck: lap.stuck,
                     closure,
@@ -154,11 +171,23 @@ impl March<'_> {
                     cycle += 1;
                     let left = [there.end[0] - guess[0], there.end[1] - guess[1]];
                     let better = slider::magnitude(left) <= BETTER * slider::magnitude(change);
-                    (!there.stuck && better).then_some(there.end)
+                    (!there.stuck && better).then_some((guess, there))
                 })
             });
             match guess {
-                Some(end) => (start, patience) = (end, 1),
+                Some((guess, there)) => {
+                    let closure = there.closure(cycle, guess);
+                    if closure.change <= STEADY {
+                        return Steady {
+                            start: guess,
+                            plain,
+                            is_plain: false,
+                            stuck: false,
+                            closure,
+                        };
+                    }
+                    (start, patience, is_march) = (there.end, 1, false);
+                }
                 None => (wait, patience) = (patience, 2 * patience),
             }
         }

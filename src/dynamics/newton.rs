@@ -7,7 +7,7 @@
 use super::aft::InterfaceElement;
 use super::krylov::{dot, norm};
 use super::newton_step::{
-    Change, Condition, Evaluation, Frame, LEAST_GRIP, STEP_TOLERANCE, Solving, State,
+    Change, Condition, Evaluation, Frame, LEAST_GRIP, STEP_TOLERANCE, Slope, Solving, State,
 };
 use super::{DynamicsError, HarmonicBalance, Response};
 use crate::linalg::add_scaled;
@@ -19,8 +19,9 @@ const HALVINGS: u32 = 6;
 /// Correction from which one more step mostly converges, so that no Jacobian is wanted after it.
 const NEARLY: f64 = 1e-4;
 /// Correction from which Jacobians that cost much are kept for further steps, and the share of a correction that such a step may
-/// leave: at more, they are made anew. A step of more Krylov iterations costs more than they do.
-const NEAR: f64 = 2e-2;
+/// leave: at more, or where more than two such steps would be left, they are made anew. A step of more Krylov iterations costs more
+/// than they do.
+const NEAR: f64 = 2e-3;
 const DEAR: usize = 25;
 const CHORD: f64 = 0.1;
 /// Where an iteration is dear: the largest relative tolerance of a step, and that of the motion with frequency, which every step begins
@@ -45,16 +46,20 @@ const FAR: f64 = 0.5;
 const ACCEPTED: f64 = 1e-6;
 /// Iterations after which the correction must have halved.
 const PATIENCE: usize = 8;
+/// Times in a row that a correction may grow at most where the frequency is free, and from which size on: below, it is rounding.
+const RUNAWAY: usize = 2;
+const AWAY: f64 = 0.1;
 /// Weight of a relative change of frequency against one of displacement: amplitudes change by 100 % within about 1 %.
-const FREQUENCY_WEIGHT: f64 = 100.0;
+pub(super) const FREQUENCY_WEIGHT: f64 = 100.0;
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
-    /// Converges `state` at the load `factor`.
+    /// Converges `state` at the load `factor`, until the correction is within `tolerance`.
     pub(super) fn converge(
         &self,
         mut state: State,
         factor: f64,
         condition: &Condition,
+        tolerance: f64,
     ) -> Result<Response, DynamicsError> {
         let first_omega = state.omega;
         let mut grip = MOST_GRIP;
@@ -74,7 +79,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         // Whether the Jacobians are of a state before: their step is taken only where it is a good one.
         let mut is_old = false;
         // Of the step before, along frequency.
-        let mut motion: Option<Vec<f64>> = None;
+        let mut slope_before: Option<Slope> = None;
+        // How often in a row the correction has grown.
+        let (mut last, mut growths) = (f64::INFINITY, 0);
         for iteration in 0..=self.settings.most_iterations {
             self.gauge.add_iteration();
             spent = iteration;
@@ -86,7 +93,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 (correction, is_old) = (f64::INFINITY, false);
             }
             let free = matches!(condition, Condition::Frequency);
-            if (at.elements.is_empty() && free) || correction <= self.settings.tolerance {
+            if (at.elements.is_empty() && free) || correction <= tolerance {
                 let correction = if correction.is_finite() {
                     correction
                 } else {
@@ -101,13 +108,16 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let solver = self.solver(&at, &now)?;
             let slope = match condition {
                 Condition::Frequency => None,
+                // Jacobians of a state before go with the motion along frequency there.
+                Condition::Linear { .. } if is_old && slope_before.is_some() => slope_before.take(),
                 Condition::Linear { .. } => {
+                    let motion = slope_before.as_ref().map(|slope| &slope.motion[..]);
                     let solving = Solving {
                         tolerance: match self.is_costly {
                             true => SLOPE_TOLERANCE,
                             false => STEP_TOLERANCE,
                         },
-                        start: motion.as_deref().filter(|_| self.is_costly),
+                        start: motion.filter(|_| self.is_costly),
                     };
                     Some(self.slope(&at, &now, &solver, condition, state.omega, solving)?)
                 }
@@ -123,7 +133,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             standing = rough;
             let mut before = rough;
             let solving = Solving {
-                tolerance: self.step_tolerance(rough),
+                tolerance: self.step_tolerance(rough, tolerance),
                 start: None,
             };
             let (direct, effort) = self.step(&solver, &at, &now, &at.residual, solving)?;
@@ -154,7 +164,14 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             } else if iteration - since >= patience {
                 break;
             }
-            if reach.size(&step) <= self.settings.tolerance && before <= self.settings.tolerance {
+            // One that only grows runs away to another resonance, if to any.
+            let grows = rough > last && rough > AWAY;
+            growths = if grows { growths + 1 } else { 0 };
+            last = rough;
+            if !free && growths > RUNAWAY {
+                break;
+            }
+            if reach.size(&step) <= tolerance && before <= tolerance {
                 correction = reach.size(&step);
                 frame = Some(now);
                 continue;
@@ -163,6 +180,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 0..=DEAR if self.is_costly => NEAR,
                 _ => NEARLY,
             };
+            let near = f64::max(near, tolerance / CHORD);
             let mut is_refused = false;
             let mut best: Option<(f64, f64, State, Evaluation)> = None;
             let mut full: Option<(State, Evaluation)> = None;
@@ -177,7 +195,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 let there = self.evaluate(&trial, factor, condition, wanted)?;
                 let left = measure(&there)?;
                 let enough = left <= (1.0 - DESCENT * length) * before || gains(&there);
-                is_refused = is_old && !enough && left > self.settings.tolerance;
+                is_refused = is_old && !enough && left > tolerance;
                 if is_refused {
                     break;
                 }
@@ -207,11 +225,13 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 correction = if length == 1.0 { left } else { f64::INFINITY };
                 let old = std::mem::replace(&mut at, there);
                 state = trial;
-                is_old = self.is_costly && left <= CHORD * before && !at.has_jacobians();
+                let share = left / before;
+                let lasts = share <= CHORD && left * share * share <= tolerance;
+                is_old = self.is_costly && lasts && !at.has_jacobians();
                 if is_old {
                     at.beyond = old.beyond;
                 }
-            } else if left <= self.settings.tolerance {
+            } else if left <= tolerance {
                 // Rounding: neither better nor worse.
                 correction = left;
             } else {
@@ -236,7 +256,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             if effort > if self.is_costly { LOST } else { STALE } {
                 now.forget();
             }
-            motion = slope.map(|slope| slope.motion);
+            slope_before = slope;
             frame = Some(now);
         }
         if standing <= ACCEPTED && !self.is_costly {
@@ -247,7 +267,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             load_factor: factor,
             iterations: spent,
             correction: reached,
-            tolerance: self.settings.tolerance,
+            tolerance,
             active: at.elements.len(),
             elements: self.elements.len(),
         })
@@ -255,11 +275,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 
     /// How exactly the step from a state is solved whose correction is known to be about `correction`. Where an iteration is dear, no
     /// more exactly than what the step leaves by its curvature (Eisenstat and Walker 1996), or than is wanted in the end.
-    fn step_tolerance(&self, correction: f64) -> f64 {
+    fn step_tolerance(&self, correction: f64, tolerance: f64) -> f64 {
         if !self.is_costly {
             return STEP_TOLERANCE;
         }
-        let wanted = 0.3 * self.settings.tolerance / correction;
+        let wanted = 0.3 * tolerance / correction;
         correction.max(wanted).clamp(STEP_TOLERANCE, LOOSE)
     }
 

@@ -21,6 +21,8 @@ const WIDTH: f64 = 3e-7;
 /// amplitude is right to half its square.
 const FLAT: f64 = 5e-3;
 const DEAR: f64 = 1e-2;
+/// Correction that is left to the responses that lead there: less than what the angle leaves.
+const ROUGHLY: f64 = 1e-6;
 /// Share of the amplitude that a peak which cost little may still rise by.
 const RISE: f64 = 1e-6;
 /// Steps to it.
@@ -244,7 +246,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         });
         let start: Start = near.response.start();
         let start = self.start_from(&start, near.response.omega, 1.0)?;
-        let response = self.newton(start, 1.0, &condition)?;
+        let tolerance = if self.flat() > 0.0 { ROUGHLY } else { 0.0 };
+        let response = self.newton_to(tolerance, start, 1.0, &condition)?;
         let place = self.place(response, port, slot, phase)?;
         let size = |place: &Place| self.first_harmonic(&place.response, port, slot)[0];
         let ratio = size(&place) / size(near);

@@ -21,6 +21,10 @@ const LEAP_WIDTH: f64 = 1e-7;
 const LEAP: f64 = 0.1;
 /// Least factor between two loads on the way to the asked one.
 const LEAST_FACTOR: f64 = 1.01;
+/// Correction that is left to the responses to these loads, which are nothing but starts.
+const ON_THE_WAY: f64 = 1e-3;
+/// Relative change of frequency up to which the last two of them are taken to tell that of the next.
+const AHEAD: f64 = 0.02;
 /// Share of the elements that the first load may move out of their reference.
 const FIRST_ACTIVE: f64 = 0.5;
 /// Least load factor to start from; at smaller loads a preloaded joint is linear.
@@ -185,35 +189,53 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// The load factor to begin from: at which the linear resonance would make some elements slip or open, not most of them. Newton's
     /// method leads from there; from a linear response far beyond it takes its time to fail.
     fn first_load(&self, omega: f64) -> Result<f64, DynamicsError> {
-        let most = (FIRST_ACTIVE * self.elements.len() as f64).ceil() as usize;
+        let most = (FIRST_ACTIVE * self.elements.len() as f64).ceil();
         let mut factor = 1.0;
         while factor > LEAST_LOAD {
             let start = self.linear_start(omega, factor)?;
-            if start.active.iter().filter(|active| **active).count() <= most {
+            let rows = start.contact.chunks(self.width());
+            let elements = self.elements.iter().zip(rows).zip(&start.active);
+            let moved = elements.filter(|(_, active)| **active);
+            let moved = moved.map(|((element, row), _)| {
+                1.0 - element.following_share(&self.sampling.synthesise(row))
+            });
+            if moved.sum::<f64>() <= most {
                 break;
             }
             factor *= 0.5;
         }
-        Ok(f64::min(2.0 * factor, 1.0))
+        // The sliders of a bank yield one after the other: half of them is far already.
+        let beyond = if self.is_costly { 1.0 } else { 2.0 };
+        Ok(f64::min(beyond * factor, 1.0))
     }
 
     /// From the linear resonance at a load that is small enough, up to the whole load.
     fn raise_resonance(&self, omega: f64, lag: &Term) -> Result<Response, DynamicsError> {
+        let tolerance = |factor: f64| if factor < 1.0 { ON_THE_WAY } else { 0.0 };
+        let condition = Condition::zero(*lag);
         let mut factor = self.first_load(omega)?;
         let mut last = loop {
             let start = self.linear_start(omega, factor)?;
-            match self.newton(start, factor, &Condition::zero(*lag)) {
+            match self.newton_to(tolerance(factor), start, factor, &condition) {
                 Ok(response) => break response,
                 Err(error) if factor < LEAST_LOAD => return Err(error),
                 Err(_) => factor *= 0.25,
             }
         };
+        // No load is none of a response.
+        let mut before = Start {
+            omega,
+            load_factor: 0.0,
+            displacement: vec![0.0; last.displacement.len()],
+        };
         let mut growth = 2.0;
         while last.load_factor < 1.0 {
             let next = (last.load_factor * growth).min(1.0);
-            let start = self.start_from(&last.start(), last.omega, next)?;
-            match self.newton(start, next, &Condition::zero(*lag)) {
+            let ahead = ahead(&before, last.start(), next);
+            let start = self.start_from(&ahead, ahead.omega, next)?;
+            match self.newton_to(tolerance(next), start, next, &condition) {
                 Ok(response) => {
+                    before = last.start();
                     last = response;
                     growth = f64::min(growth * growth, 4.0);
                 }
@@ -377,6 +399,19 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         guess: &Start,
     ) -> Result<Response, DynamicsError> {
         let start = self.solve(guess.omega.clamp(range.0, range.1), Some(guess))?;
+        self.peak_from(port, range, start)
+    }
+
+    /// The same from a response.
+    ///
+    /// # Errors
+    /// As [`Self::peak`].
+    pub(super) fn peak_from(
+        &self,
+        port: usize,
+        range: (f64, f64),
+        start: Response,
+    ) -> Result<Response, DynamicsError> {
         match self.peak_by_phase(port, range, &start) {
             Ok(peak) => Ok(peak),
             Err(_) => self.peak_by_frequency(port, range, start),
@@ -442,6 +477,22 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
         let higher = self.amplitude(&far, port)?.0 > self.amplitude(&near, port)?.0;
         Ok(if higher { far } else { near })
+    }
+}
+
+/// Where two states lead in a straight line, at the load `factor`.
+fn ahead(before: &Start, last: Start, factor: f64) -> Start {
+    let share = (factor - last.load_factor) / (last.load_factor - before.load_factor);
+    let along = |before: f64, last: f64| last + share * (last - before);
+    let omega = along(before.omega, last.omega);
+    let pairs = before.displacement.iter().zip(&last.displacement);
+    Start {
+        omega: match (omega / last.omega - 1.0).abs() <= AHEAD {
+            true => omega,
+            false => last.omega,
+        },
+        load_factor: factor,
+        displacement: pairs.map(|(before, last)| along(*before, *last)).collect(),
     }
 }
 

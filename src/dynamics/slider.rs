@@ -202,10 +202,10 @@ impl<const K: usize> Mul for Dual<K> {
 impl<const K: usize> Div for Dual<K> {
     type Output = Self;
     fn div(self, other: Self) -> Self {
-        let value = self.value / other.value;
+        let (value, share) = (self.value / other.value, other.value.recip());
         Dual {
             value,
-            slope: std::array::from_fn(|i| (self.slope[i] - value * other.slope[i]) / other.value),
+            slope: std::array::from_fn(|i| (self.slope[i] - value * other.slope[i]) * share),
         }
     }
 }
@@ -359,19 +359,21 @@ fn slip<T: Number>(start: [T; 2], pull: [T; 2], trial: [T; 2], [before, limit]: 
         return radial();
     }
     let path = path_square.sqrt();
-    let along = [pull[0] / path, pull[1] / path];
-    let cos = (leaving[0] * along[0] + leaving[1] * along[1]) / limit_there;
-    let sin = (along[0] * leaving[1] - along[1] * leaving[0]) / limit_there;
+    let per_path = T::constant(1.0) / path;
+    let along = [pull[0] * per_path, pull[1] * per_path];
+    let per_limit = T::constant(1.0) / limit_there;
+    let cos = (leaving[0] * along[0] + leaving[1] * along[1]) * per_limit;
+    let sin = (along[0] * leaving[1] - along[1] * leaving[0]) * per_limit;
     // ∫ k_t |du| / µN over the rest of the step, the load linear.
-    let sum = limit + limit_there;
-    let x = (limit - limit_there) / sum;
+    let per_sum = T::constant(1.0) / (limit + limit_there);
+    let x = (limit - limit_there) * per_sum;
     let mean = if x.value().abs() < SMALL_CHANGE {
         let square = x * x;
         let series =
             T::constant(1.0 / 3.0) + square * (T::constant(0.2) + square * T::constant(1.0 / 7.0));
-        T::constant(2.0) * (T::constant(1.0) + square * series) / sum
+        T::constant(2.0) * (T::constant(1.0) + square * series) * per_sum
     } else {
-        (limit / limit_there).ln() / (limit - limit_there)
+        (limit * per_limit).ln() / (limit - limit_there)
     };
     let decay = (-(path * left * mean)).exp();
     let (p, q) = (T::constant(1.0) + cos, decay * sin);
@@ -379,8 +381,9 @@ fn slip<T: Number>(start: [T; 2], pull: [T; 2], trial: [T; 2], [before, limit]: 
     if norm.value() <= f64::EPSILON {
         return radial();
     }
-    let cos = (p * p - q * q) / norm;
-    let sin = T::constant(2.0) * p * q / norm;
+    let per_norm = T::constant(1.0) / norm;
+    let cos = (p * p - q * q) * per_norm;
+    let sin = T::constant(2.0) * p * q * per_norm;
     [
         limit * (along[0] * cos - along[1] * sin),
         limit * (along[1] * cos + along[0] * sin),

@@ -2,6 +2,7 @@
 
 use super::contact_element::ContactElement;
 use super::effort::BRANCHES;
+use super::newton::FREQUENCY_WEIGHT;
 use super::survey::is_near;
 use super::vibration::{Resonance, Vibration};
 use super::{DynamicsError, HarmonicBalance, Harmonics, Response, Start};
@@ -96,6 +97,8 @@ pub struct Resolved<'a> {
     vibration: &'a Vibration,
     /// What looking over the whole range has cost so far.
     spent: u64,
+    /// Whether its peak and its errors are still to be found.
+    is_open: bool,
 }
 
 impl Vibration {
@@ -111,6 +114,21 @@ impl Vibration {
         start: Option<(&Harmonics, &Start)>,
         tolerance: Option<f64>,
     ) -> Result<Resolved<'_>, DynamicsError> {
+        self.resolve_in_force(elements, start, tolerance)?
+            .completed()
+    }
+
+    /// The same, but for the peak and the errors where the response in force is known without them: for whoever may look for another one
+    /// with other elements before [`Resolved::completed`].
+    ///
+    /// # Errors
+    /// Those of [`Vibration::resonance`].
+    pub fn resolve_in_force(
+        &self,
+        elements: Vec<ContactElement>,
+        start: Option<(&Harmonics, &Start)>,
+        tolerance: Option<f64>,
+    ) -> Result<Resolved<'_>, DynamicsError> {
         let harmonics = match start {
             Some((of_start, _)) if of_start.highest() > self.harmonics.highest() => of_start,
             _ => &self.harmonics,
@@ -120,13 +138,26 @@ impl Vibration {
             Some((of_start, start)) => Some(start.transferred(of_start, harmonics)),
             None => self.start_in_few(&balance),
         };
+        let is_open = tolerance.is_none() && !balance.is_small();
+        let resonance = match is_open {
+            true => {
+                let phase = balance.phase_resonance(self.range, start.as_ref())?;
+                let iterations = phase.iterations;
+                self.resonance_of(&balance, Some(phase.clone()), phase, iterations)?
+            }
+            false => self.resonance(&balance, start.as_ref())?,
+        };
         let mut resolved = Resolved {
-            resonance: self.resonance(&balance, start.as_ref())?,
+            resonance,
             balance,
             truncation: Truncation::UNKNOWN,
             vibration: self,
             spent: 0,
+            is_open,
         };
+        if is_open {
+            return Ok(resolved);
+        }
         let cost = resolved.balance.effort.spent();
         resolved.spent = cost;
         let surveyed = resolved.balance.harmonics().coefficients();
@@ -207,6 +238,21 @@ impl Vibration {
 }
 
 impl Resolved<'_> {
+    /// With the peak and the errors, where they have not been found yet.
+    ///
+    /// # Errors
+    /// Those of [`Vibration::resonance`].
+    pub fn completed(mut self) -> Result<Self, DynamicsError> {
+        if let (true, Some(phase)) = (self.is_open, &self.resonance.phase) {
+            self.resonance = self.vibration.beside(&self.balance, phase.clone())?;
+            self.estimate();
+            let tolerance = self.balance.settings.tolerance;
+            self.truncation.widen(&self.resonance, tolerance);
+            self.is_open = false;
+        }
+        Ok(self)
+    }
+
     /// Takes the resonance of another balance in place of its own, found over the whole range; false, with nothing taken, where it has
     /// none, or where looking for it was given up before a larger one was found.
     fn survey_again(&mut self, balance: HarmonicBalance<ContactElement>) -> bool {
@@ -253,8 +299,7 @@ impl Resolved<'_> {
         let harmonics = self.balance.harmonics();
         let is_small = self.balance.is_small();
         let solve = || -> Result<_, DynamicsError> {
-            let elements = self.balance.elements().to_vec();
-            let mut finer = self.vibration.finer(elements, harmonics.beyond())?;
+            let mut finer = self.vibration.finer(&self.balance, harmonics.beyond())?;
             if !is_small {
                 let enough = if finer.is_costly { ESTIMATED } else { ROUGHLY };
                 finer.settings.tolerance = finer.settings.tolerance.max(enough);
@@ -334,7 +379,8 @@ impl Resolved<'_> {
         };
         let amplitude = change(self.resonance.amplitude, fine.amplitude);
         self.truncation = Truncation {
-            frequency: TAIL * change(coarse.omega, fine.in_force().omega),
+            frequency: TAIL
+                * (change(coarse.omega, fine.in_force().omega) + left / FREQUENCY_WEIGHT),
             amplitude: TAIL * amplitude.max(whole).max(peak),
             friction_energy: TAIL * energy,
         };

@@ -108,18 +108,22 @@ impl Vibration {
         if harmonics.highest() > self.harmonics.highest() {
             settings.samples = settings.samples.max(4 * harmonics.highest() as usize + 2);
         }
-        self.joined(elements, harmonics, settings)
+        let loads = self.loads.clone();
+        self.driven(HarmonicBalance::new(
+            &self.model,
+            elements,
+            harmonics,
+            loads,
+            settings,
+        )?)
     }
 
-    fn joined(
+    /// A balance with all loads and who watches.
+    fn driven(
         &self,
-        elements: Vec<ContactElement>,
-        harmonics: Harmonics,
-        settings: Settings,
+        balance: HarmonicBalance<ContactElement>,
     ) -> Result<HarmonicBalance<ContactElement>, DynamicsError> {
-        let loads = self.loads.clone();
-        let balance = HarmonicBalance::new(&self.model, elements, harmonics, loads, settings)?
-            .with_inertial_loads(&self.inertial_loads)?;
+        let balance = balance.with_inertial_loads(&self.inertial_loads)?;
         Ok(HarmonicBalance {
             gauge: self.gauge.clone(),
             journal: self.journal.clone(),
@@ -144,13 +148,17 @@ impl Vibration {
     /// The balance that the errors of another are seen by: in more harmonics, with twice the samples that they would have.
     pub(super) fn finer(
         &self,
-        elements: Vec<ContactElement>,
+        balance: &HarmonicBalance<ContactElement>,
         harmonics: Harmonics,
     ) -> Result<HarmonicBalance<ContactElement>, DynamicsError> {
         let mut settings = self.settings;
         let enough = 4 * harmonics.highest() as usize + 2;
         settings.samples = 2 * settings.samples.max(enough);
-        self.joined(elements, harmonics, settings)
+        let (model, elements) = (balance.model.clone(), balance.elements.clone());
+        let loads = self.loads.clone();
+        self.driven(HarmonicBalance::of_closed(
+            model, elements, harmonics, loads, settings,
+        )?)
     }
 
     /// Phase resonance and peak, from `start` if there is one. Of a model of few unknowns, whose branches cost little, the strongest of
@@ -170,6 +178,15 @@ impl Vibration {
             return strongest;
         }
         let phase = balance.phase_resonance(self.range, start)?;
+        self.beside(balance, phase)
+    }
+
+    /// A phase resonance and the peak beside it.
+    pub(super) fn beside(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        phase: Response,
+    ) -> Result<Resonance, DynamicsError> {
         let peak = self.peak_beside(balance, &phase)?;
         let iterations = phase.iterations + peak.iterations;
         self.resonance_of(balance, Some(phase), peak, iterations)
@@ -182,7 +199,7 @@ impl Vibration {
         phase: &Response,
     ) -> Result<Response, DynamicsError> {
         let port = self.response_port;
-        let mut largest = match balance.peak(port, self.range, &phase.start()) {
+        let mut largest = match balance.peak_from(port, self.range, phase.clone()) {
             Ok(peak) => peak,
             Err(DynamicsError::NoResonance { .. }) => {
                 let ends = [self.range.0, self.range.1];

@@ -39,7 +39,7 @@ pub const TABLES: [TableName; 5] = [
     TableName::ContactField,
 ];
 
-/// A response with its elements, and how far the fine contact is off them.
+/// A response with its elements.
 pub struct Agreed<'a> {
     /// The response.
     pub resolved: Resolved<'a>,
@@ -92,7 +92,8 @@ pub fn agreed<'a>(
         let harmonics = best.resolved.balance.harmonics().clone();
         let start = best.resolved.resonance.in_force().start();
         let tolerance = harmonic_tolerance(&reads.recipe);
-        let resolved = match vibration.resolve(elements, Some((&harmonics, &start)), tolerance) {
+        let start = Some((&harmonics, &start));
+        let resolved = match vibration.resolve_in_force(elements, start, tolerance) {
             Ok(resolved) => resolved,
             Err(error) if error.is_not_converged() => break,
             Err(error) => return Err(failed(reads, error)),

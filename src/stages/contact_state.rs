@@ -276,7 +276,9 @@ fn computed(
     };
     let mean = &cycle.displacement;
     let has_laws = moved.parameters.sliders.is_some();
-    let work = has_laws.then(|| WorkBetweenEnds::of(&elements, &displacement, &sampling, mean));
+    let energy = &cycle.dissipated_energy;
+    let work =
+        has_laws.then(|| WorkBetweenEnds::of(&elements, &displacement, &sampling, mean, energy));
     let mut own = None;
     if let Some(work) = &work {
         let elements = solvers.elements(reads)?;

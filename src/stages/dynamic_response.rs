@@ -99,7 +99,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let vibration = solvers.vibration(reads)?;
     let elements = contact_elements(reads, &parameters);
     let tolerance = harmonic_tolerance(&reads.recipe);
-    let resolved = vibration.resolve(elements, start, tolerance);
+    let resolved = vibration.resolve_in_force(elements, start, tolerance);
     let resolved = resolved.map_err(|source| failed(reads, source))?;
     let begin = Agreed {
         resolved,
@@ -109,6 +109,9 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         resolved,
         parameters,
     } = agreed(reads, solvers, &vibration, begin)?;
+    // Of no response but the one in force are peak and error bars wanted, which cost as much as it.
+    let resolved = resolved.completed();
+    let resolved = resolved.map_err(|source| failed(reads, source))?;
     tell_missed(&mut outputs, tolerance, &resolved);
     tell_candidates(&mut outputs, &vibration, &resolved.resonance);
     in_force(reads, &resolved, &parameters, &mut outputs)?;

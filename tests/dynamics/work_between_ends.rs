@@ -1,6 +1,6 @@
 //! What the variation of the load makes of the work of friction of contact elements.
 
-use fretwear::dynamics::cycle::{LARGEST_PART, WorkBetweenEnds};
+use fretwear::dynamics::cycle::{LARGEST_PART, WorkBetweenEnds, element_cycles};
 use fretwear::dynamics::{ContactElement, FrictionLaw, Harmonics, Sampling};
 
 use super::{changed, element};
@@ -30,7 +30,9 @@ fn work(elements: &[ContactElement], ways: &[f64], [normal, order]: [f64; 2]) ->
     };
     let displacement: Vec<f64> = ways.iter().flat_map(row).collect();
     let mean = sampling.synthesise(&displacement[..15]);
-    WorkBetweenEnds::of(elements, &displacement, &sampling, &mean)
+    let cycles = element_cycles(elements, &displacement, &sampling);
+    let energy: Vec<f64> = cycles.iter().map(|cycle| cycle.dissipated_energy).collect();
+    WorkBetweenEnds::of(elements, &displacement, &sampling, &mean, &energy)
 }
 
 /// ∮ µ(N + a cos 2θ) |d cos θ| = µ(4N − 4a/3); a load of the motion's own frequency has no part in it.
