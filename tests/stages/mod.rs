@@ -3,6 +3,7 @@
 mod again;
 mod alone;
 mod checkpoint;
+mod drawn;
 mod drives;
 mod energy;
 mod error_bars;

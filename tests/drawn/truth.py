@@ -1,0 +1,168 @@
+"""The truth of drawn scenes, with its own error: worn volume and field, dissipation, pressure and force range.
+
+    python truth.py scene.toml ... [--samples 32] [--tolerance 1.6e-2] [--goal 1e-3] [--again]
+
+Each scene is worn by the dense reference (dense.py): cycles by BDF2 extrapolated from `samples` and half of them, wear steps
+to a tolerance. Samples are doubled, and the tolerance of the steps is divided by eight, until the volume changes by less
+than the goal with either. Beside the scene are then
+
+    NAME.truth.json      the figures, and what samples and wear steps changed of them last (volume, and L1 of the field)
+    NAME.truth.parquet   a row a cell: i, j, wear_depth, dissipation and pressure of the first and the last cycle
+
+The pressure is that under contact.normal_load, also where the load varies. Scenes that have a truth are passed over.
+"""
+
+import argparse
+import json
+import pathlib
+import time
+
+import dense
+import numpy as np
+import polars as pl
+
+
+def figures(joint, depth, cycle):
+    pressed = joint.press(joint.heights - depth, joint.load, "figures")
+    pressure = pressed.pressure
+    return pressure, {
+        "dissipated_energy": cycle.energy.sum() * joint.cell,
+        "max_pressure": pressure.max(),
+        "loaded_area_fraction": float((pressure > 1e-3 * pressure.max()).mean()),
+        "contact_area_fraction": float((pressure > 0).mean()),
+        "approach": pressed.approach,
+        "contact_violation": pressed.violation,
+        "force_x": [cycle.forces[:, 0].min(), cycle.forces[:, 0].max()],
+        "force_y": [cycle.forces[:, 1].min(), cycle.forces[:, 1].max()],
+        "moment_z": [cycle.forces[:, 2].min(), cycle.forces[:, 2].max()],
+        "marches": cycle.marches,
+    }
+
+
+class Worn:
+    """Runs of one scene, by samples and tolerance."""
+
+    def __init__(self, path, limit):
+        self.joint = dense.Joint.read(path)
+        self.limit = limit
+        self.began = time.process_time()
+        self.runs = {}
+
+    def __call__(self, samples, tolerance):
+        if (samples, tolerance) not in self.runs:
+            began = time.process_time()
+
+            def progress(part, steps, rejected, depth):
+                if time.process_time() - self.began > self.limit:
+                    raise TimeoutError(f"{part:.2f} of the cycles with {samples} samples at {tolerance:.1e}")
+
+            worn = dense.wear(self.joint, samples, tolerance, progress=progress)
+            print(
+                f"  {samples} samples, tolerance {tolerance:.1e}: {worn.depth.sum() * self.joint.cell:.6e} m^3, "
+                f"{worn.steps} steps, {worn.rejected} rejected, {worn.evaluations} cycles, "
+                f"{time.process_time() - began:.0f} s",
+                flush=True,
+            )
+            self.runs[samples, tolerance] = worn
+        return self.runs[samples, tolerance]
+
+
+def relative(one, other):
+    """By how much the volume of `one` differs from that of `other`, and its field (L1), over the volume of `one`."""
+    volume = one.depth.sum()
+    return abs(one.depth.sum() - other.depth.sum()) / volume, np.abs(one.depth - other.depth).sum() / volume
+
+
+def truth(path, samples, tolerance, goal, limit):
+    runs = Worn(path, limit)
+    joint = runs.joint
+    if joint.drive.rows:  # in the end a step to a row: BDF2 is of second order where the velocity does not jump
+        samples = joint.drive.rows // 2
+    began = time.process_time()
+    note = ""
+    while True:
+        fine = runs(2 * samples, tolerance / 8)
+        by_steps = relative(fine, runs(2 * samples, tolerance))
+        by_samples = relative(fine, runs(samples, tolerance / 8))
+        best = (fine, by_steps, by_samples, 2 * samples, tolerance / 8)
+        if by_steps[0] < goal and by_samples[0] < goal:
+            break
+        try:
+            if by_steps[0] >= goal:
+                tolerance /= 8
+            if by_samples[0] >= goal:
+                samples *= 2
+            runs(2 * samples, tolerance / 8)
+        except TimeoutError as late:
+            note = f"stopped before the goal, at {late}"
+            break
+    fine, by_steps, by_samples, samples, tolerance = best
+    first_pressure, first = figures(joint, np.zeros_like(fine.depth), fine.first)
+    last_pressure, last = figures(joint, fine.depth, fine.last)
+    # The other discretisation of time, on the unworn surface: of first order, extrapolated.
+    one, two = (joint.cycle(joint.heights, m, "euler").energy.sum() * joint.cell for m in (samples, 2 * samples))
+    result = {
+        "volume": fine.depth.sum() * joint.cell,
+        "error_volume": by_steps[0] + by_samples[0],
+        "error_field": by_steps[1] + by_samples[1],
+        "change_by_steps": by_steps,
+        "change_by_samples": by_samples,
+        "samples": samples,
+        "tolerance": tolerance,
+        "wear_steps": fine.steps,
+        "estimate_of_steps": fine.estimate,
+        "change_of_cycles": fine.change,
+        "max_depth": fine.depth.max(),
+        "rq": joint.heights.std(),
+        "cycles": joint.wear["cycles"],
+        "first": first,
+        "last": last,
+        "first_dissipation_euler": [one, two, 2 * two - one],
+        "worst_friction_residual": joint.friction.worst,
+        "seconds": time.process_time() - began,
+        "note": note,
+    }
+    i, j = (index.ravel() for index in np.indices(joint.grid))
+    table = pl.DataFrame(
+        {
+            "i": i,
+            "j": j,
+            "wear_depth": fine.depth,
+            "dissipation_first": fine.first.energy,
+            "dissipation_last": fine.last.energy,
+            "pressure_first": first_pressure,
+            "pressure_last": last_pressure,
+        }
+    )
+    table.write_parquet(path.with_suffix(".truth.parquet"))
+    path.with_suffix(".truth.json").write_text(json.dumps(result, indent=1, default=float) + "\n", encoding="utf-8")
+    return result
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", nargs="+", type=pathlib.Path)
+    parser.add_argument("--samples", type=int, default=32)
+    parser.add_argument("--tolerance", type=float, default=1.6e-2)
+    parser.add_argument("--goal", type=float, default=1e-3)
+    parser.add_argument("--limit", type=float, default=1500.0, help="CPU seconds after which nothing is refined any more")
+    parser.add_argument("--again", action="store_true")
+    options = parser.parse_args()
+    for path in options.scenes:
+        if path.with_suffix(".truth.json").exists() and not options.again:
+            continue
+        print(path, flush=True)
+        try:
+            result = truth(path, options.samples, options.tolerance, options.goal, options.limit)
+        except (dense.NotSolved, TimeoutError) as failure:
+            print(f"  {type(failure).__name__}: {failure}", flush=True)
+            continue
+        print(
+            f"  {result['volume']:.6e} m^3 +- {result['error_volume']:.1e}, field {result['error_field']:.1e}, "
+            f"deepest {result['max_depth'] / result['rq']:.2f} Rq, {result['seconds']:.0f} s",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()
