@@ -19,7 +19,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use super::WearLaw;
 use super::cycle::CycleSolution;
 use super::joint::{FrettingJoint, WearError, WornState};
-use super::scheme::LARGEST_CYCLE;
+use super::scheme::check_cycle;
 use crate::contact::normal::NormalSolution;
 use crate::grid::ByAxis;
 
@@ -101,10 +101,7 @@ pub fn advance(
     proposal: f64,
     limits: Limits,
 ) -> Result<Step, WearError> {
-    if proposal * LARGEST_CYCLE < 1.0 {
-        let times = 1.0 / proposal;
-        return Err(WearError::CycleWearsTooMuch { times });
-    }
+    check_cycle(proposal)?;
     let begin = begin(joint, state)?;
     let deepest = law.depth(state.cycle.energy.iter().fold(0.0f64, |m, e| m.max(*e)));
     let by_depth = limits.depth_step.map_or(f64::INFINITY, |d| d / deepest);

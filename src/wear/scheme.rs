@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::implicit::{Limits, Step};
+use super::implicit::{Limits, Step, first_proposal};
 use super::joint::{FrettingJoint, WearError, WornState};
 use super::{WearLaw, explicit, semi_implicit};
 use crate::grid::ByAxis;
@@ -117,7 +117,7 @@ impl Scheme {
                 })
             }
             Scheme::SemiImplicit => {
-                let cycles = by_depth(state, law, limits)?;
+                let cycles = by_depth(joint, state, law, limits)?;
                 let (wear, contact) = semi_implicit::advance(joint, state, law, cycles)?;
                 Ok(StepOutcome {
                     gap: Some(contact.gap),
@@ -126,7 +126,7 @@ impl Scheme {
                 })
             }
             Scheme::Explicit => {
-                let cycles = by_depth(state, law, limits)?;
+                let cycles = by_depth(joint, state, law, limits)?;
                 let wear = explicit::advance(&state.wear, &state.cycle.energy, law, cycles);
                 Ok(of_depth(cycles, wear))
             }
@@ -135,16 +135,27 @@ impl Scheme {
 }
 
 /// Times that a single cycle may wear more than a step is to. Far beyond that a step may still look accurate: what wears at once has no rate.
-pub(super) const LARGEST_CYCLE: f64 = 100.0;
+const LARGEST_CYCLE: f64 = 100.0;
+
+/// Refuses a cycle that wears far more than a step of `proposal` cycles, a part of one.
+pub(super) fn check_cycle(proposal: f64) -> Result<(), WearError> {
+    let times = 1.0 / proposal;
+    match times > LARGEST_CYCLE {
+        true => Err(WearError::CycleWearsTooMuch { times }),
+        false => Ok(()),
+    }
+}
 
 /// Cycles that wear the depth of a step at the rate of its beginning [A eq. 2.7], no more than remain.
-fn by_depth(state: &WornState, law: WearLaw, limits: Limits) -> Result<u64, WearError> {
+fn by_depth(
+    joint: &FrettingJoint,
+    state: &WornState,
+    law: WearLaw,
+    limits: Limits,
+) -> Result<u64, WearError> {
     let deepest = law.depth(state.cycle.energy.iter().fold(0.0f64, |m, e| m.max(*e)));
     let depth_step = limits.depth_step.unwrap_or(f64::INFINITY);
-    let times = deepest / depth_step;
-    if times > LARGEST_CYCLE {
-        return Err(WearError::CycleWearsTooMuch { times });
-    }
+    check_cycle(first_proposal(joint, state, law))?;
     // A joint that does not wear would make a step without end.
     Ok(match deepest > 0.0 {
         true => explicit::cycles(depth_step, deepest).min(limits.remaining),

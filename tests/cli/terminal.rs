@@ -134,7 +134,7 @@ fn a_log_that_cannot_be_written() {
     // What says something while it works, and what says in the end that something is wrong.
     let mut commands = commands();
     commands.retain(|(arguments, code)| arguments[0] == "run" || *code != 0);
-    let not_converged = ["fidelity.cycle=stepped", "fidelity.cycle_tolerance=1e-16"];
+    let not_converged = ["fidelity.cycle=stepped", "fidelity.normal_tolerance=1e-17"];
     let [stepped, tolerance] = not_converged;
     commands.extend([
         (vec!["run", "none.toml"], 2),

@@ -8,8 +8,9 @@ use fretwear::tables::TableName;
 use super::Start;
 use crate::support::{Bench, latest, summary, table, verified};
 
-/// Runs to the scene's tolerances of 1e-4 of friction and 1e-3 of a wear step, on the energies of a cycle.
-const SAME: f64 = 2e-3;
+/// Runs to the scene's tolerances of 1e-4 of friction and 1e-3 of a wear step, on the energies of a cycle; and that slip turns a little on the way
+/// between two reversals, which 64 steps see and one does not.
+const SAME: f64 = 4e-3;
 /// The reduced pressure of a superposition is solved to 1e-3.
 const SUPERPOSED: f64 = 1e-2;
 /// Mirror images: what rounding leaves of them.

@@ -46,7 +46,7 @@ keys! {
     TANGENTIAL_TOLERANCE: Quantity = "fidelity.tangential_tolerance", ByPreset(["1e-4", "1e-3", "1e-3", "1e-6"]), tolerance("1e-4");
     /// Relative difference between two cycles, below which the cycle is steady.
     CYCLE_TOLERANCE: Quantity = "fidelity.cycle_tolerance", ByPreset(["1e-3", "1e-2", "1e-3", "1e-5"]), tolerance("1e-4");
-    /// Whether a stepped cycle has steps of second order, and is extrapolated to steps of no length from them and half as many.
+    /// Whether a stepped cycle has steps of second order, and is extrapolated from them and half as many.
     CYCLE_EXTRAPOLATION: Boolean = "fidelity.cycle_extrapolation", ByPreset(["false", "true", "true", "true"]), Boolean;
     /// Steps in which the load rises on bodies of different materials with friction, which slip under it.
     LOAD_STEPS: Integer<usize> = "fidelity.load_steps", ByPreset(["16", "8", "16", "64"]), integer(1, LARGEST_STEPS, "16");
