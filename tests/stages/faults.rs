@@ -92,7 +92,7 @@ fn an_end_at_any_call_of_a_stepped_run() {
     let stepped = [
         "fidelity.cycle=stepped",
         "fidelity.steps_per_cycle=8",
-        "wear.cycles=80_000",
+        "wear.cycles=160_000",
         "motion.normal_load_amplitude=\"20 N\"",
     ];
     sweep(Fault::EndTruncating, &stepped, 1);
