@@ -1,6 +1,6 @@
 //! The steady cycle of any motion, sample by sample.
 //!
-//! The cycle is marched twice, over every other sample until it closes and from there over all of them ([`super::sequence`]). The steps are
+//! The cycle is marched twice, over every other sample until it closes and from there over all of them (`sequence`). The steps are
 //! of second order, so that a third of the change between the two takes slip path and energy of each cell to steps of no length, and the
 //! change says what is left.
 
