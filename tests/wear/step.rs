@@ -221,27 +221,22 @@ fn a_changing_load_wears_cells_that_the_mean_load_does_not_touch() {
     assert!((ratio - 1.0).abs() < 1e-2, "wear against energy: {ratio}");
 }
 
-/// Cells that touch under the largest load alone are worn until they hardly do, not beyond: one long step against many short ones. Worn
-/// explicitly, they were three times as deep.
+/// Cells that touch under the largest load alone wear in few long steps what they do in many short ones. Worn explicitly, as cells without
+/// pressure under the mean load, they wear 9 % more.
 #[test]
-fn cells_that_touch_for_a_part_of_the_cycle_wear_no_deeper_in_long_steps() {
-    const CYCLES: u64 = 600_000;
+fn cells_that_touch_for_a_part_of_the_cycle_wear_alike_in_long_steps() {
+    const CYCLES: u64 = 8_000_000;
+    const OFF: f64 = 0.03;
     let worn = |steps: u64| {
         let motion = Motion::harmonic(&[(1e-6, 0.5)], LOAD, 0.5 * LOAD, 16);
         let mut joint = joint(motion, March::Stepped);
+        joint.options.cycle_tolerance = 1e-3;
+        joint.options.tangential.tolerance = 1e-3;
         let (state, _) = wear_by_equal_steps(&mut joint, CYCLES, steps);
-        let deepest = state.wear.iter().fold(0.0f64, |m, w| m.max(*w));
-        (joint.volume(&state.wear), deepest)
+        joint.volume(&state.wear)
     };
-    let [(volume, deepest), (exact_volume, exact_deepest)] = [2, 24].map(worn);
-    assert!(
-        (volume / exact_volume - 1.0).abs() < 0.1,
-        "volume {volume:e} of {exact_volume:e}"
-    );
-    assert!(
-        deepest < 1.2 * exact_deepest,
-        "deepest {deepest:e} of {exact_deepest:e}"
-    );
+    let off = worn(3) / worn(48) - 1.0;
+    assert!(off.abs() < OFF, "off by {off:e}");
 }
 
 #[test]
