@@ -8,9 +8,11 @@ use fretwear::tables::TableName;
 use super::Start;
 use crate::support::{Bench, latest, summary, table, verified};
 
-/// Runs to the scene's tolerances of 1e-4 of friction and 1e-3 of a wear step, on the energies of a cycle; and that slip turns a little on the way
-/// between two reversals, which 64 steps see and one does not.
-const SAME: f64 = 4e-3;
+/// Runs to the scene's tolerances of 1e-4 of friction and 1e-3 of a wear step, on the energies of a cycle.
+const SAME: f64 = 2e-3;
+/// Under a rotation slip turns a little on the way between two reversals, which 64 steps see and one does not: the dense solution of
+/// `tests/drawn` has up to 3.5e-3 of it.
+const TURNED: f64 = 4e-3;
 /// The reduced pressure of a superposition is solved to 1e-3.
 const SUPERPOSED: f64 = 1e-2;
 /// Mirror images: what rounding leaves of them.
@@ -41,12 +43,14 @@ fn reversal_and_stepped_agree_on_a_straight_motion() {
         &["motion.amplitude=0 um", "motion.rotation=0.3 mrad"],
     ] {
         let bench = Bench::new();
+        let turned = more.iter().any(|set| set.contains("rotation"));
+        let same = if turned { TURNED } else { SAME };
         let reversal = run(&bench, "a", &[more, &["fidelity.cycle=reversal"]].concat());
         let stepped = run(&bench, "b", &[more, &["fidelity.cycle=stepped"]].concat());
         for name in ["dissipated_energy", "wear_volume", "kn", "kt"] {
             let (found, expected) = (last(&stepped, name), last(&reversal, name));
             assert!(
-                (found / expected - 1.0).abs() < SAME,
+                (found / expected - 1.0).abs() < same,
                 "{name} with {more:?}: {found:e} for {expected:e}"
             );
         }
