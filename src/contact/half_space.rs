@@ -162,6 +162,11 @@ impl HalfSpace {
         self.workspace.take_pairs()
     }
 
+    /// Counts pairs that were taken away and belong to what comes next.
+    pub fn count_pairs(&mut self, pairs: f64) {
+        self.workspace.count_pairs(pairs);
+    }
+
     /// Displacement of a cell under unit pressure on itself alone \[m/Pa\]: the scale of the smallest eigenvalues of K.
     pub fn self_compliance(&self) -> f64 {
         self.pair.compliance() * cell_integrals(0.0, 0.0, self.grid.dx, self.grid.dy).inverse

@@ -84,6 +84,11 @@ impl Workspace {
         }
     }
 
+    /// Counts pairs of transforms that were taken away.
+    pub fn count_pairs(&mut self, pairs: f64) {
+        self.pairs += pairs;
+    }
+
     /// Pairs of transforms done since the last call. Sums begin at zero each time, so that equal work gives equal sums whatever was
     /// done before it.
     pub fn take_pairs(&mut self) -> f64 {

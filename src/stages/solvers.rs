@@ -16,6 +16,7 @@ use crate::model_update::{Compliance, ContactElements, ElementParameters};
 use crate::recipe::Layout;
 use crate::tables::typed;
 use crate::wear::cycle::March;
+use crate::wear::implicit::EndCycle;
 use crate::wear::{FrettingJoint, Motion};
 
 /// What a part of a stage that is told apart cost.
@@ -37,6 +38,9 @@ pub struct Solvers {
     vibration: Option<Rc<Vibration>>,
     costs: Vec<PartCost>,
     gauge: Gauge,
+    /// The cycle at the end of the last wear step. The stage that marches the same one takes it from here; another start of the program finds
+    /// none and marches it, to the same bits.
+    pub end: Option<EndCycle>,
     /// What an earlier start has solved of a stage; the runner opens it.
     pub journal: Journal,
 }
@@ -52,6 +56,7 @@ impl Solvers {
             vibration: None,
             costs: Vec::new(),
             gauge,
+            end: None,
             journal: Journal::default(),
         }
     }

@@ -191,6 +191,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let (step, fft_pairs) = solvers.work(reads, None, |joint| {
         wear.scheme.advance(joint, state, law, limits, implicit)
     })?;
+    solvers.end = step.end;
     let mut outputs = Outputs::default();
     let joint = solvers.joint(reads)?;
     if wear.scheme.is_explicit() && reads.wear_iteration == 1 {

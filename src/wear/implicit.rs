@@ -12,13 +12,16 @@
 //! Both are of second order, and all coefficients are positive: wear only grows, and nowhere but where c p or f is positive.
 //!
 //! The embedded error compares with Simpson's rule over c₀p₀, c½p½ and the extrapolated (2c½ − c₀)p₂: it sees the change of
-//! slip *and* of pressure, and is of third order as the step's own error is.
+//! slip *and* of pressure, and is of third order as the step's own error is. Where cycles are stepped a few cells may decide whether the joint
+//! slides, so that a step is held against Simpson's rule over the energies of three cycles too, that of its end among them, which is the
+//! cycle of the next state and costs nothing more.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use super::WearLaw;
-use super::cycle::CycleSolution;
+use super::cycle::{CycleSolution, March};
 use super::joint::{FrettingJoint, WearError, WornState};
+use super::motion::Motion;
 use super::scheme::check_cycle;
 use crate::contact::normal::NormalSolution;
 use crate::grid::ByAxis;
@@ -72,6 +75,25 @@ pub struct Step {
     pub proposal: f64,
     /// Steps that were tried and found inaccurate before this one.
     pub rejected: usize,
+    /// The cycle at its end, where cycles are stepped.
+    pub end: Option<EndCycle>,
+}
+
+/// The steady cycle at the end of a step, with all that it hangs on: who asks for it there need not march it again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EndCycle {
+    /// The motion.
+    pub motion: Motion,
+    /// Wear depth \[m\].
+    pub wear: Vec<f64>,
+    /// Static pressure at the mean load \[Pa\].
+    pub pressure: Vec<f64>,
+    /// Shear that it was marched from \[Pa\].
+    pub start: ByAxis<Vec<f64>>,
+    /// The cycle.
+    pub cycle: CycleSolution,
+    /// Transform pairs that it took; they count for who asks for it.
+    pub fft_pairs: f64,
 }
 
 /// What bounds a step.
@@ -111,6 +133,14 @@ pub fn advance(
         let mut step = attempt(joint, state, &begin, law, cycles)?;
         let before = joint.volume(&state.wear);
         let volume = joint.volume(&step.wear) - before + SETTLED * before;
+        let mut end = None;
+        if joint.march == March::Stepped && step.error <= limits.tolerance * volume {
+            let found = end_cycle(joint, &step)?;
+            step.error = step
+                .error
+                .max(in_retrospect(joint, state, law, &step, &found));
+            end = Some(found);
+        }
         let relative = if volume > 0.0 {
             step.error / volume
         } else {
@@ -121,8 +151,12 @@ pub fn advance(
         step.proposal = cycles as f64 * factor.clamp(CHANGE.0, CHANGE.1);
         if relative <= limits.tolerance {
             step.rejected = rejected;
+            step.end = end;
             return Ok(step);
         }
+        joint
+            .half_space
+            .count_pairs(end.map_or(0.0, |end| end.fft_pairs));
         if cycles == 1 {
             let tolerance = limits.tolerance;
             return Err(WearError::StepTooSmall {
@@ -151,7 +185,7 @@ fn whole(wanted: f64, remaining: u64) -> u64 {
 }
 
 /// One step of `cycles`, whatever its error.
-fn attempt(
+pub(super) fn attempt(
     joint: &mut FrettingJoint,
     state: &WornState,
     begin: &Begin,
@@ -229,7 +263,48 @@ fn attempt(
         error,
         proposal: 0.0,
         rejected: 0,
+        end: None,
     })
+}
+
+/// The cycle at the end of a step.
+fn end_cycle(joint: &mut FrettingJoint, step: &Step) -> Result<EndCycle, WearError> {
+    let contact = joint.static_contact(&step.wear, Some(&step.contact.pressure))?;
+    let before = joint.half_space.take_pairs();
+    let cycle = joint.cycle(&step.wear, &contact, Some(&step.shear))?;
+    let fft_pairs = joint.half_space.take_pairs();
+    joint.half_space.count_pairs(before);
+    Ok(EndCycle {
+        motion: joint.motion.clone(),
+        wear: step.wear.clone(),
+        pressure: contact.pressure,
+        start: step.shear.clone(),
+        cycle,
+        fft_pairs,
+    })
+}
+
+/// What a step has worn otherwise than Simpson's rule over the cycles of its beginning, its middle and its `end` says \[m³\], where wear grows
+/// towards its end: a joint that begins to slide, or new cells that come to bear, may show there alone. Where wear dies out an implicit step
+/// damps what the quadrature sees.
+fn in_retrospect(
+    joint: &FrettingJoint,
+    begin: &WornState,
+    law: WearLaw,
+    step: &Step,
+    end: &EndCycle,
+) -> f64 {
+    let energies = [
+        begin.cycle.dissipation,
+        step.middle[0],
+        end.cycle.dissipation,
+    ];
+    let [first, middle, last] = energies;
+    if last <= middle {
+        return 0.0;
+    }
+    let worn = joint.volume(&step.wear) - joint.volume(&begin.wear);
+    (law.over(step.cycles) * (first + 4.0 * middle + last) / 6.0 - worn).abs()
 }
 
 /// The rate at the beginning of a step, with the pressure that it is in proportion to.

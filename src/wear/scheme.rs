@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::implicit::{Limits, Step, first_proposal};
+use super::implicit::{EndCycle, Limits, Step, first_proposal};
 use super::joint::{FrettingJoint, WearError, WornState};
 use super::{WearLaw, explicit, semi_implicit};
 use crate::grid::ByAxis;
@@ -40,6 +40,8 @@ pub struct StepOutcome {
     pub shear: ByAxis<Vec<f64>>,
     /// Energy \[J\] and force \[N\] of the cycle in its middle; none of a scheme that keeps the cycle of its beginning.
     pub middle: Option<[f64; 2]>,
+    /// The cycle at its end, if that was marched.
+    pub end: Option<EndCycle>,
 }
 
 impl Scheme {
@@ -100,6 +102,7 @@ impl Scheme {
             pressure: state.pressure.clone(),
             shear: state.cycle.shear.clone(),
             middle: None,
+            end: None,
         };
         match self {
             Scheme::Implicit => {
@@ -114,6 +117,7 @@ impl Scheme {
                     pressure: step.contact.pressure,
                     shear: step.shear,
                     middle: Some(step.middle),
+                    end: step.end,
                 })
             }
             Scheme::SemiImplicit => {
