@@ -10,7 +10,7 @@ use std::process::Command;
 use std::{env, fs};
 
 /// The tables in the order in which they are told: as a run writes them, then those beside runs.
-const TABLES: [&str; 33] = [
+const TABLES: [&str; 35] = [
     "surface",
     "reference",
     "reference_element",
@@ -18,6 +18,8 @@ const TABLES: [&str; 33] = [
     "static_contact",
     "wear_field",
     "wear_step",
+    "coarse_field",
+    "coarse_step",
     "indentation",
     "hysteresis",
     "cycle",

@@ -1,7 +1,7 @@
 //! Which error bar of the summary belongs to which figure.
 
 /// Columns of the summary with relative error bars, and the columns that they belong to.
-pub const ERROR_BARS: [(&str, &[&str]); 7] = [
+pub const ERROR_BARS: [(&str, &[&str]); 8] = [
     (
         "error_wear_volume",
         &["wear_volume", "dissipated_energy_total"],
@@ -11,6 +11,7 @@ pub const ERROR_BARS: [(&str, &[&str]); 7] = [
         &["dissipated_energy", "wear_rate"],
     ),
     ("error_loaded_area", &["loaded_area_fraction"]),
+    ("error_max_pressure", &["max_pressure"]),
     ("error_kn", &["kn"]),
     ("error_kt", &["kt"]),
     ("error_resonance_frequency", &["resonance_frequency"]),

@@ -5,8 +5,9 @@ use super::moment::Moment;
 use super::reads::{Declared, Outputs, Reads};
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
-use crate::recipe::{Part, Recipe};
+use crate::recipe::{Part, Recipe, Wear};
 use crate::tables::TableName;
+use crate::wear::cycle::March;
 
 /// What a stage reads and writes, and how it computes the one from the other. A stage sees nothing but what it declares, and its key is
 /// made of that: no table is used again that was computed from something else.
@@ -71,6 +72,13 @@ pub fn is_in(recipe: &Recipe, table: TableName) -> bool {
         TableName::Surface | TableName::ContactField | TableName::StaticContact => rough,
         TableName::Reference => rough && (vibrates || bolted),
         TableName::WearField | TableName::WearStep => recipe.wear.is_some(),
+        TableName::CoarseField | TableName::CoarseStep => {
+            let is_stepped = recipe
+                .cycle()
+                .is_some_and(|cycle| cycle.march == Some(March::Stepped));
+            let has_steps = |wear: &Wear| wear.scheme.estimates_error();
+            is_stepped && !vibrates && recipe.wear.as_ref().is_some_and(has_steps)
+        }
         TableName::Indentation => rough && curves,
         TableName::Hysteresis => recipe.cycle().is_some() && curves,
         TableName::Cycle | TableName::FrettingCycle => recipe.cycle().is_some(),

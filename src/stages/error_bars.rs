@@ -6,6 +6,7 @@ use super::reads::Reads;
 use crate::recipe::Wear;
 use crate::tables::TableName;
 use crate::tables::typed::{self, Summary};
+use crate::wear::coarse::SPREAD;
 use crate::wear::error_bar::{self, VolumeError};
 
 /// Relative error of what is 0 and should perhaps not be.
@@ -60,6 +61,7 @@ impl PreviousIteration {
         let harmonics = summary.error_harmonics.unwrap_or(0.0);
         let closure = summary.error_closure.unwrap_or(0.0);
         let whole = of(summary.error_wear_volume, "error_wear_volume")?;
+        let propagation = summary.error_propagation.unwrap_or(0.0);
         let dissipation = there(TableName::ContactField, &fields.dissipation, "dissipation")?;
         Ok(Some(PreviousIteration {
             cycles: *there(TableName::Summary, &summary.cycles, "cycles")?,
@@ -67,7 +69,9 @@ impl PreviousIteration {
             energy: of(summary.dissipated_energy_total, "dissipated_energy_total")?,
             error: of(summary.error_wear, "error_wear")? * volume,
             bar: VolumeError {
-                steps: (whole - harmonics - closure) * volume,
+                steps: (whole - propagation - harmonics - closure) * volume,
+                // That of an iteration follows from the coarse trajectory as it is then.
+                propagation: 0.0,
                 harmonics: harmonics * volume,
                 closure: closure * volume,
             },
@@ -88,12 +92,24 @@ pub struct Sources<'a> {
     pub in_force: Option<&'a InForce>,
     /// The cycle.
     pub cycle: &'a typed::FrettingCycle,
+    /// The coarse trajectory; none where there is none.
+    pub coarse: Option<&'a typed::CoarseStep>,
+    /// Cells that are loaded, that touch, and that are not known to.
+    pub cells: Cells,
     /// Energy per area of the cycle \[J/m²\].
     pub dissipation: &'a [f64],
     /// Area of a cell \[m²\].
     pub cell_area: f64,
     /// Volume worn in all iterations \[m³\].
     pub volume: f64,
+}
+
+/// Numbers of cells.
+#[derive(Debug, Clone, Copy)]
+pub struct Cells {
+    pub loaded: f64,
+    pub touching: f64,
+    pub undecided: f64,
 }
 
 /// Adds the error bars to a summary that has its figures: of the volume, of figures of the contact, and of those of the vibration.
@@ -103,6 +119,8 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         step,
         in_force,
         cycle,
+        coarse,
+        cells,
         volume,
         ..
     } = sources;
@@ -115,12 +133,18 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     // The vibration that the step was worn under is that of the iteration before.
     let last = before.and_then(|b| b.in_force.as_ref());
     let wrong = |of: fn(&typed::DynamicResponse) -> f64| last.map_or(0.0, |l| of(&l.response));
-    let bar = before.map_or(VolumeError::default(), |b| b.bar)
+    let of_step = error_bar::of_step(estimate, step.volume, cycle.error_cycle, coarse.is_some());
+    let mut bar = before.map_or(VolumeError::default(), |b| b.bar)
         + VolumeError {
-            steps: error_bar::of_step(estimate, step.volume, cycle.error_cycle),
+            steps: of_step,
+            propagation: 0.0,
             harmonics: step.volume * wrong(|row| row.error_friction_energy),
             closure: last.map_or(0.0, |last| gap(wear, step, &last.response)),
         };
+    let spread = |of: fn(&typed::CoarseStep) -> f64| coarse.map_or(0.0, |c| SPREAD * of(c));
+    let field = spread(|c| c.difference_wear_field).max(bar.total());
+    bar.propagation = (spread(|c| c.difference_wear_volume) - bar.steps).max(0.0);
+    let bar = bar;
     // The bar of a figure of this and of the iteration before, which what was inherited may not have had: by the volume worn while the
     // figure changed, and by an error that is in it by itself, not through wear.
     let followed = |figure: fn(&Summary) -> Option<f64>, meanwhile: f64, own: f64| {
@@ -129,6 +153,15 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         let ends = [earlier.unwrap_or(now), now];
         Some(error_bar::of_figure(ends, bar, meanwhile, volume) + own)
     };
+    // That of a figure of the contact alone: by the coarse trajectory, or as above.
+    let of_contact =
+        |figure: fn(&Summary) -> Option<f64>, difference: Option<f64>, own: f64| match difference {
+            Some(difference) => Some(relative(error_bar::LEAST * bar.steps) + difference + own),
+            None => followed(figure, step.volume, own),
+        };
+    let part = |count: f64, of: f64| if of > 0.0 { (count / of).min(ALL) } else { 0.0 };
+    let undecided = part(cells.undecided, cells.touching);
+    let coarse_by = |of: fn(&typed::CoarseStep) -> f64| coarse.map(|c| SPREAD * of(c));
     let (mut meanwhile, mut own) = (step.volume, cycle.error_cycle);
     let mut of_vibration = [None; 2];
     if let Some(InForce { response, update }) = in_force {
@@ -151,17 +184,37 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
             followed(|s| s.peak_amplitude, since, errors[1]),
         ];
     }
+    let energy = |s: &Summary| s.dissipated_energy;
+    let least = relative(error_bar::LEAST_OF_ENERGY * bar.steps) + own;
+    let of_energy = match (before.and_then(|b| energy(&b.summary)), energy(summary)) {
+        (Some(before), Some(0.0)) if before > 0.0 => ALL,
+        _ => followed(energy, meanwhile, own)
+            .unwrap_or(0.0)
+            .max(least)
+            .max(spread(|c| c.difference_dissipated_energy)),
+    };
     let bars = Summary {
-        error_loaded_area: followed(|s| s.loaded_area_fraction, step.volume, 0.0),
-        error_kn: followed(|s| s.kn, step.volume, 0.0),
-        error_kt: followed(|s| s.kt, step.volume, 0.0),
-        error_dissipated_energy: followed(|s| s.dissipated_energy, meanwhile, own),
+        error_loaded_area: of_contact(
+            |s| s.loaded_area_fraction,
+            coarse.map(|c| c.difference_loaded_area),
+            part(1.0, cells.loaded),
+        ),
+        error_kn: of_contact(|s| s.kn, coarse_by(|c| c.difference_kn), undecided),
+        error_kt: of_contact(|s| s.kt, coarse_by(|c| c.difference_kt), undecided),
+        error_max_pressure: of_contact(
+            |s| s.max_pressure,
+            coarse_by(|c| c.difference_max_pressure),
+            0.0,
+        ),
+        error_dissipated_energy: Some(of_energy),
         error_resonance_frequency: of_vibration[0],
         error_peak_amplitude: of_vibration[1],
         error_harmonics: in_force.map(|_| relative(bar.harmonics)),
         error_closure: in_force.map(|_| relative(bar.closure)),
         error_wear: Some(relative(before.map_or(0.0, |b| b.error) + estimate)),
         error_wear_volume: Some(relative(bar.total())),
+        error_wear_field: Some(relative(field)),
+        error_propagation: coarse.map(|_| relative(bar.propagation)),
         ..summary.clone()
     };
     *summary = bars;

@@ -2,13 +2,13 @@
 
 use super::declaration::Declaration;
 use super::{
-    dynamic_response, forced_response, fretting_cycle, ledger, model_update, reference,
-    static_contact, structure, summary, surface, wear,
+    coarse_trajectory, dynamic_response, forced_response, fretting_cycle, ledger, model_update,
+    reference, static_contact, structure, summary, surface, wear,
 };
 use crate::recipe::Recipe;
 
 /// All stages, in the order in which they are passed through.
-pub const STAGES: [&Declaration; 12] = [
+pub const STAGES: [&Declaration; 13] = [
     &structure::DECLARATION,
     &surface::DECLARATION,
     &reference::DECLARATION,
@@ -19,6 +19,7 @@ pub const STAGES: [&Declaration; 12] = [
     &dynamic_response::DECLARATION,
     &forced_response::DECLARATION,
     &fretting_cycle::DECLARATION,
+    &coarse_trajectory::DECLARATION,
     &ledger::DECLARATION,
     &summary::DECLARATION,
 ];

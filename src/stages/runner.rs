@@ -394,9 +394,18 @@ impl<'a> Runner<'a> {
         let stages = stages_in(recipe, wear_iteration + 1);
         let names: BTreeSet<TableName> = stages.flat_map(|stage| stage.before).copied().collect();
         let names = names.into_iter().filter(|name| is_in(recipe, *name));
-        names
-            .map(|name| Ok((name, committed(reader, wear_iteration, name)?)))
-            .collect()
+        let mut before = Tables::new();
+        for name in names {
+            match committed(reader, wear_iteration, name) {
+                Err(RunError::Store(StoreError::NoTable { .. })) if BEGUN_ANEW.contains(&name) => {
+                    ()
+                }
+                found => {
+                    before.insert(name, found?);
+                }
+            }
+        }
+        Ok(before)
     }
 
     fn balanced(&mut self, reader: &RunReader, wear_iteration: u64) -> Result<Tables, RunError> {
@@ -499,6 +508,9 @@ fn written_again(recipe: &Recipe, wear_iteration: u64, stage: &Declaration) -> V
     let written = stage.writes_in(recipe);
     written.filter(|table| later.contains(table)).collect()
 }
+
+/// Tables that a run of an earlier version does not have: what they hold begins anew.
+const BEGUN_ANEW: [TableName; 2] = [TableName::CoarseField, TableName::CoarseStep];
 
 /// A table of a committed iteration that its recipe has. Runs of earlier versions have what the cycle found in their summary alone, and
 /// have kept no resonances but that of the response in force.

@@ -26,6 +26,8 @@ pub enum Stage {
     ForcedResponse,
     /// Shear, slip and dissipation over a steady cycle.
     FrettingCycle,
+    /// The coarse trajectory, whose differences make the error bars.
+    CoarseTrajectory,
     /// What the fine contact and the contact elements say of the same quantity.
     Ledger,
     /// The figures of an iteration with their error bars.
@@ -59,7 +61,7 @@ impl When {
 
 impl Stage {
     /// All stages.
-    pub const ALL: [Stage; 12] = [
+    pub const ALL: [Stage; 13] = [
         Stage::Structure,
         Stage::Surface,
         Stage::Reference,
@@ -70,6 +72,7 @@ impl Stage {
         Stage::DynamicResponse,
         Stage::ForcedResponse,
         Stage::FrettingCycle,
+        Stage::CoarseTrajectory,
         Stage::Ledger,
         Stage::Summary,
     ];
@@ -92,6 +95,7 @@ impl Stage {
             Stage::DynamicResponse => "dynamic_response",
             Stage::ForcedResponse => "forced_response",
             Stage::FrettingCycle => "fretting_cycle",
+            Stage::CoarseTrajectory => "coarse_trajectory",
             Stage::Ledger => "ledger",
             Stage::Summary => "summary",
         }

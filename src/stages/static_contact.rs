@@ -117,6 +117,9 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     }
     let turns = matches!(contact.rotation, Rotation::Free { .. });
     let rotation = turns.then_some(solution.rotation);
+    let joint = solvers.joint(reads)?;
+    let compliance = joint.half_space.self_compliance();
+    let undecided = solution.undecided(&patch, compliance, joint.options.normal.tolerance);
     outputs.put(&typed::StaticContact {
         normal_load: load,
         approach: solution.approach,
@@ -131,6 +134,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         fft_pairs: solve_pairs + stiffness_pairs + curve_pairs,
         tangential_iterations: friction.as_ref().map(|f| f.steps as i64),
         error_tangential: friction.as_ref().map(|f| f.error),
+        undecided_cells: Some(undecided as i64),
     })?;
     let predicted = predicted.map(|fields| fields.shear);
     if reads.wear_iteration == 0 {

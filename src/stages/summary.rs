@@ -2,7 +2,7 @@
 
 use super::RunError;
 use super::declaration::Declaration;
-use super::error_bars::{InForce, PreviousIteration, Sources, error_bars};
+use super::error_bars::{Cells, InForce, PreviousIteration, Sources, error_bars};
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, patch_and_height};
 use super::stage::{Stage, When};
@@ -11,7 +11,7 @@ use crate::surface::statistics::roughness;
 use crate::tables::{TableName, typed};
 
 /// Pressure above this part of the largest counts as load: area by p > 0 alone hangs on cells that carry next to nothing.
-const LOADED: f64 = 1e-3;
+pub(super) const LOADED: f64 = 1e-3;
 
 /// The figures of an iteration, with the error bars of a worn state.
 pub const DECLARATION: Declaration = Declaration {
@@ -25,6 +25,7 @@ pub const DECLARATION: Declaration = Declaration {
         TableName::StaticContact,
         TableName::ContactField,
         TableName::FrettingCycle,
+        TableName::CoarseStep,
         TableName::ModelUpdate,
         TableName::ContactElement,
         TableName::DynamicResponse,
@@ -140,11 +141,20 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
         summary.wear_volume = Some(volume);
         summary.wear_rate = Some(law.volume(cycle.dissipated_energy));
         summary.dissipated_energy_total = Some(energy);
+        let coarse = reads.maybe::<typed::CoarseStep>()?;
+        summary.fft_pairs += coarse.as_ref().map_or(0.0, |coarse| coarse.fft_pairs);
+        let cells = Cells {
+            loaded: count(LOADED * largest),
+            touching: count(0.0),
+            undecided: contact.undecided_cells.unwrap_or(0) as f64,
+        };
         let sources = Sources {
             before,
             step: &step,
             in_force: in_force.as_ref(),
             cycle: &cycle,
+            coarse: coarse.as_ref(),
+            cells,
             dissipation: fields.dissipation.as_deref().unwrap_or_default(),
             cell_area: patch.grid.cell_area(),
             volume,

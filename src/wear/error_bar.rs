@@ -7,6 +7,9 @@
 //! (a vibration in force: the last update), and what vibration and cycle make wrong in it directly. Where wear dies out the energy
 //! of a cycle falls by a large part while little volume is worn, so that a small error of volume is a large one of the energy; the
 //! bar says so.
+//!
+//! Where a cycle is stepped, single cells decide between sticking and wearing, and wear makes large errors of small ones. There a coarse
+//! trajectory ([`super::coarse`]) is worn beside, and twice what it differs by is the least that the bar of any figure is.
 
 use std::ops::Add;
 
@@ -15,8 +18,10 @@ use super::WearLaw;
 /// Error of a worn volume, by source \[m³\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct VolumeError {
-    /// Wear steps and contact solves.
+    /// Wear steps and contact solves, each by itself.
     pub steps: f64,
+    /// What wear has made of them, beyond that.
+    pub propagation: f64,
     /// Harmonics left out of the vibration.
     pub harmonics: f64,
     /// Mean displacement and total load, by which a vibration drives the contact.
@@ -26,7 +31,7 @@ pub struct VolumeError {
 impl VolumeError {
     /// Errors need not cancel.
     pub fn total(self) -> f64 {
-        self.steps + self.harmonics + self.closure
+        self.steps + self.propagation + self.harmonics + self.closure
     }
 }
 
@@ -36,6 +41,7 @@ impl Add for VolumeError {
     fn add(self, other: VolumeError) -> VolumeError {
         VolumeError {
             steps: self.steps + other.steps,
+            propagation: self.propagation + other.propagation,
             harmonics: self.harmonics + other.harmonics,
             closure: self.closure + other.closure,
         }
@@ -46,14 +52,24 @@ impl Add for VolumeError {
 /// Measured, true errors are 0.3 to 2.8 times the estimate.
 const SAFETY: f64 = 3.0;
 
+/// The same beside a coarse trajectory, which has what a step goes on to change.
+const SAFETY_BESIDE_COARSE: f64 = 2.0;
+
 /// Part of the volume's relative error that every figure has at least: one that happens not to change in a step is not right for
 /// that.
-const LEAST: f64 = 0.1;
+pub const LEAST: f64 = 0.125;
+
+/// The same of the energy of a cycle, whose errors are nearly as large as the volume's where the force is given.
+pub const LEAST_OF_ENERGY: f64 = 0.4;
 
 /// Error of the volume worn in a step of `volume` \[m³\], the step's own estimate being `estimate` \[m³\] and `cycle` the relative
-/// error of the energy that its cycle dissipates.
-pub fn of_step(estimate: f64, volume: f64, cycle: f64) -> f64 {
-    SAFETY * estimate + cycle * volume
+/// error of the energy that its cycle dissipates; with a coarse trajectory beside it or without.
+pub fn of_step(estimate: f64, volume: f64, cycle: f64, beside_coarse: bool) -> f64 {
+    let safety = match beside_coarse {
+        true => SAFETY_BESIDE_COARSE,
+        false => SAFETY,
+    };
+    safety * estimate + cycle * volume
 }
 
 /// Relative error of a figure that changed from `before` to `after` while `volume` was worn, under an `error` of the volume worn in

@@ -1,5 +1,6 @@
 //! Fretting of a joint under a given motion: the steady cycle, the energy it dissipates, and the wear that follows.
 
+pub mod coarse;
 pub mod curves;
 pub mod cycle;
 pub mod error_bar;

@@ -24,7 +24,7 @@ const LEAST_CHANGE: f64 = 16.0;
 const LEAST_EXTRAPOLATED: f64 = 0.5;
 
 /// Half of fewer samples has no inside.
-const FEWEST: usize = 8;
+pub(super) const FEWEST: usize = 8;
 
 impl FrettingJoint {
     /// Marches sample by sample until the cycle closes. An odd number of samples, fewer than 8, and any without

@@ -87,6 +87,8 @@ def compare(program, path, preset, sets, folder):
         "bar_wear": one(last, "error_wear"),
         "error_loaded_area": one(last, "loaded_area_fraction") / truth["last"]["loaded_area_fraction"] - 1,
         "bar_loaded_area": one(last, "error_loaded_area"),
+        "bar_field": one(last, "error_wear_field"),
+        "bar_max_pressure": one(last, "error_max_pressure"),
         "error_max_pressure": one(last, "max_pressure") / truth["last"]["max_pressure"] - 1,
         "iterations": len(folders) - 1,
         "fft_pairs": sum(one(summary, "fft_pairs") for summary in summaries),

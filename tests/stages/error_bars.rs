@@ -13,17 +13,18 @@ use crate::support::{Bench, RESONATOR, SMALL, assert_same, content, latest, summ
 const COEFFICIENT: f64 = 2e-13;
 
 /// Figures and their bars.
-const FIGURES: [(&str, &str); 6] = [
+const FIGURES: [(&str, &str); 7] = [
     ("wear_volume", "error_wear_volume"),
     ("dissipated_energy_total", "error_wear_volume"),
     ("dissipated_energy", "error_dissipated_energy"),
     ("loaded_area_fraction", "error_loaded_area"),
     ("kn", "error_kn"),
     ("kt", "error_kt"),
+    ("max_pressure", "error_max_pressure"),
 ];
 
 /// Partial slip and gross slip, rough, smooth and capped.
-const JOINTS: [&[&str]; 5] = [
+const JOINTS: [&[&str]; 7] = [
     &[],
     &["motion.amplitude=\"5 um\""],
     &["surface.rq=\"0.3 um\""],
@@ -31,6 +32,15 @@ const JOINTS: [&[&str]; 5] = [
     &[
         "contact.transverse=\"absent\"",
         "motion.amplitude=\"0.5 um\"",
+    ],
+    // Two that are stepped, with a coarse trajectory beside them.
+    &[
+        "motion.amplitude=[\"1 um\", \"0.6 um\"]",
+        "motion.phase=[\"0 deg\", \"70 deg\"]",
+    ],
+    &[
+        "motion.amplitude=\"2 um\"",
+        "motion.normal_load_amplitude=\"100 N\"",
     ],
 ];
 

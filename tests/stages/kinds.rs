@@ -82,7 +82,7 @@ const CYCLE_SUMMARY: [&str; 4] = [
     "tangential_iterations",
     "error_tangential",
 ];
-const WEAR_SUMMARY: [&str; 11] = [
+const WEAR_SUMMARY: [&str; 13] = [
     "cycles",
     "n_cycles",
     "wear_volume",
@@ -90,7 +90,9 @@ const WEAR_SUMMARY: [&str; 11] = [
     "dissipated_energy_total",
     "error_wear",
     "error_wear_volume",
+    "error_wear_field",
     "error_loaded_area",
+    "error_max_pressure",
     "error_kn",
     "error_kt",
     "error_dissipated_energy",

@@ -9,6 +9,7 @@ mod energy;
 mod error_bars;
 mod extremes;
 mod faults;
+mod invariants;
 mod keys;
 mod kill;
 mod kinds;

@@ -1,5 +1,6 @@
 //! Steady cycle and wear steps on a small rough joint, never square and never dx = dy.
 
+mod coarse;
 mod cycle;
 mod drives;
 mod landing;

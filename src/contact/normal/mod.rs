@@ -117,6 +117,25 @@ pub struct NormalSolution {
     pub error: f64,
 }
 
+/// Times its tolerance that a solve may be off in the pressure or gap of a single cell, in the measure of [`NormalSolution::error`].
+const DECIDED: f64 = 10.0;
+
+impl NormalSolution {
+    /// Cells of a `patch` of which a solve to a `tolerance` does not tell whether they touch: their pressure or gap is within ten times of it.
+    /// Such are cells that have worn until they bear nothing. They count in a linearised stiffness as much as any other.
+    pub fn undecided(&self, patch: &Patch, self_compliance: f64, tolerance: f64) -> usize {
+        let peak = self.pressure.iter().fold(0.0f64, |m, p| m.max(*p));
+        let pressure = DECIDED * tolerance * peak;
+        let gap = pressure * self_compliance;
+        let kept = (0..self.pressure.len()).filter(|&c| patch.kept[c]);
+        let undecided = kept.filter(|&c| match self.pressure[c] > 0.0 {
+            true => self.pressure[c] <= pressure,
+            false => self.gap[c] <= gap,
+        });
+        undecided.count()
+    }
+}
+
 /// Solves for pressure and gap. `start` is a pressure to begin from (a similar problem's), used for speed alone.
 pub fn solve(
     half_space: &mut HalfSpace,

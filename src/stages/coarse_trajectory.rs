@@ -1,0 +1,226 @@
+//! The coarse trajectory beside the run's own.
+
+use super::RunError;
+use super::contact_state::{contact_of, let_move, there, wear_of};
+use super::declaration::Declaration;
+use super::reads::{Outputs, Reads};
+use super::solvers::Solvers;
+use super::stage::{Stage, When};
+use super::summary::LOADED;
+use crate::grid::{ByAxis, Patch};
+use crate::recipe::Part;
+use crate::tables::{TableName, typed};
+use crate::wear::coarse::{self, Difference, SPREAD};
+use crate::wear::cycle::CycleSolution;
+use crate::wear::joint::WornState;
+
+/// The wear of the run once more by coarser steps, and what that differs by: one step for two of the run, and one at its end. In between the
+/// last difference stays.
+pub const DECLARATION: Declaration = Declaration {
+    stage: Stage::CoarseTrajectory,
+    when: When::Always,
+    recipe: &[Part::Surface, Part::Contact, Part::Cycle, Part::Wear],
+    reads: &[
+        TableName::Surface,
+        TableName::WearField,
+        TableName::WearStep,
+        TableName::StaticContact,
+        TableName::ContactField,
+        TableName::FrettingCycle,
+    ],
+    before: &[
+        TableName::CoarseField,
+        TableName::CoarseStep,
+        TableName::Summary,
+    ],
+    writes: &[TableName::CoarseField, TableName::CoarseStep],
+    is_due: |_| true,
+    shared: false,
+    compute,
+};
+
+/// Part of the worn volume from which on an error of the worn depths is told.
+const REMARKABLE: f64 = 0.1;
+
+/// Steps of the run that the coarse trajectory takes at once.
+const STEPS: u64 = 2;
+
+fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
+    let mut outputs = Outputs::default();
+    let patch = solvers.joint(reads)?.patch.clone();
+    let before = reads.maybe_before::<typed::CoarseField>()?;
+    let Some(field) = before else {
+        // Both begin alike; so does what goes on from a run without a coarse trajectory.
+        let own = own(reads, &patch)?;
+        outputs.put(&field_of(&patch, &own))?;
+        outputs.put(&begun(&own, typed::CoarseStep::default()))?;
+        return Ok(outputs);
+    };
+    let last: typed::CoarseStep = reads.before()?;
+    let step: typed::WearStep = reads.table()?;
+    let pending = last.pending_n_cycles + step.n_cycles;
+    if !reads.wear_iteration.is_multiple_of(STEPS) && !ends(reads, &step)? {
+        outputs.put(&field)?;
+        outputs.put(&typed::CoarseStep {
+            n_cycles: 0,
+            pending_n_cycles: pending,
+            fft_pairs: 0.0,
+            ..last
+        })?;
+        return Ok(outputs);
+    }
+    let own = own(reads, &patch)?;
+    let from = state_of(&patch, &field, &last);
+    let contact: typed::StaticContact = reads.table()?;
+    let_move(reads, solvers, contact.normal_load, None)?;
+    let law = wear(reads).law();
+    let (worn, fft_pairs) = solvers.work(reads, None, |joint| {
+        Ok(coarse::advance(joint, &from, law, pending as u64))
+    })?;
+    let worn = match worn {
+        Ok(worn) => worn,
+        Err(error) => {
+            // The run itself goes on: what it knows of its errors are those of single steps.
+            outputs.notice(format!(
+                "the coarse trajectory begins anew, and error bars know nothing of what wear has made of earlier errors: {error}"
+            ));
+            outputs.put(&field_of(&patch, &own))?;
+            outputs.put(&begun(&own, typed::CoarseStep { fft_pairs, ..last }))?;
+            return Ok(outputs);
+        }
+    };
+    let recipe = contact_of(&reads.recipe);
+    let ((kn, kt), stiffness_pairs) = solvers.work(reads, Some("stiffness"), |joint| {
+        Ok(joint.stiffness(&worn.pressure, recipe.shear, recipe.coupling)?)
+    })?;
+    let relative = |own: f64, coarse: f64| match own > 0.0 && own.is_finite() {
+        true => (own - coarse).abs() / own,
+        false => 0.0,
+    };
+    let of = Difference::of(&own, &worn, patch.grid.cell_area(), LOADED);
+    let volume = solvers.joint(reads)?.volume(&own.wear);
+    if ends(reads, &step)? && SPREAD * of.field > REMARKABLE * volume {
+        outputs.notice(format!(
+            "where single cells wear is undecided: steps twice as long and cycles of half as many samples wear {} cells less than half or more than twice as deep, \
+             and the worn depths are known to ±{:.0} % only; fidelity.preset = \"reference\" or a smaller fidelity.wear_tolerance decides",
+            of.undecided,
+            100.0 * SPREAD * of.field / volume
+        ));
+    }
+    outputs.put(&field_of(&patch, &worn))?;
+    outputs.put(&typed::CoarseStep {
+        n_cycles: pending,
+        pending_n_cycles: 0,
+        difference_wear_volume: of.volume,
+        difference_wear_field: of.field,
+        difference_loaded_area: of.loaded_area,
+        difference_kn: relative(contact.kn, kn),
+        difference_kt: relative(contact.kt, kt),
+        difference_max_pressure: of.max_pressure,
+        difference_dissipated_energy: of.dissipation,
+        undecided_cells: of.undecided as i64,
+        error_tangential: worn.cycle.error,
+        dissipated_energy: worn.cycle.dissipation,
+        fft_pairs: fft_pairs + stiffness_pairs,
+    })?;
+    Ok(outputs)
+}
+
+/// A coarse trajectory that begins at the run's `own` state, with the differences of an earlier one.
+fn begun(own: &WornState, earlier: typed::CoarseStep) -> typed::CoarseStep {
+    typed::CoarseStep {
+        n_cycles: 0,
+        pending_n_cycles: 0,
+        error_tangential: own.cycle.error,
+        dissipated_energy: own.cycle.dissipation,
+        ..earlier
+    }
+}
+
+fn wear<'a>(reads: &'a Reads) -> &'a crate::recipe::Wear {
+    let wear = reads.recipe.wear.as_ref();
+    wear.expect("a run with a coarse trajectory wears")
+}
+
+/// True if the run ends with this iteration.
+fn ends(reads: &Reads, step: &typed::WearStep) -> Result<bool, RunError> {
+    let before: typed::Summary = reads.before()?;
+    let cycles = *there(TableName::Summary, &before.cycles, "cycles")?;
+    let volume = *there(TableName::Summary, &before.wear_volume, "wear_volume")?;
+    let cycles = (cycles + step.n_cycles) as u64;
+    Ok(wear(reads).is_reached(cycles, volume + step.volume))
+}
+
+/// The run's own state in this iteration.
+fn own(reads: &Reads, patch: &Patch) -> Result<WornState, RunError> {
+    let fields: typed::ContactField = reads.table()?;
+    let cycle: typed::FrettingCycle = reads.table()?;
+    let field = |values: &Option<Vec<f64>>, column| -> Result<Vec<f64>, RunError> {
+        Ok(patch.spread(there(TableName::ContactField, values, column)?))
+    };
+    let shear = [&fields.shear_x, &fields.shear_y].into_iter().flatten();
+    Ok(worn(
+        wear_of(patch, reads.maybe()?),
+        patch.spread(&fields.pressure),
+        shear.map(|shear| patch.spread(shear)).collect(),
+        field(&fields.slip_path, "slip_path")?,
+        field(&fields.dissipation, "dissipation")?,
+        [cycle.dissipated_energy, cycle.error_tangential],
+    ))
+}
+
+fn state_of(patch: &Patch, field: &typed::CoarseField, step: &typed::CoarseStep) -> WornState {
+    let shear = [Some(&field.shear_x), field.shear_y.as_ref()];
+    worn(
+        patch.spread(&field.wear_depth),
+        patch.spread(&field.pressure),
+        shear
+            .into_iter()
+            .flatten()
+            .map(|shear| patch.spread(shear))
+            .collect(),
+        patch.spread(&field.slip_path),
+        patch.spread(&field.dissipation),
+        [step.dissipated_energy, step.error_tangential],
+    )
+}
+
+fn worn(
+    wear: Vec<f64>,
+    pressure: Vec<f64>,
+    shear: ByAxis<Vec<f64>>,
+    slip_path: Vec<f64>,
+    energy: Vec<f64>,
+    [dissipation, error]: [f64; 2],
+) -> WornState {
+    WornState {
+        wear,
+        pressure,
+        cycle: CycleSolution {
+            shear,
+            slip_path,
+            energy,
+            dissipation,
+            instants: Vec::new(),
+            steps: 0,
+            error,
+            dissipation_error: 0.0,
+        },
+    }
+}
+
+fn field_of(patch: &Patch, state: &WornState) -> typed::CoarseField {
+    let (i, j) = patch.indices();
+    let cycle = &state.cycle;
+    let mut shear = cycle.shear.iter().map(|shear| patch.gather(shear));
+    typed::CoarseField {
+        i,
+        j,
+        wear_depth: patch.gather(&state.wear),
+        pressure: patch.gather(&state.pressure),
+        shear_x: shear.next().expect("a cycle has an axis"),
+        shear_y: shear.next(),
+        slip_path: patch.gather(&cycle.slip_path),
+        dissipation: patch.gather(&cycle.energy),
+    }
+}

@@ -1,0 +1,93 @@
+//! The coarse trajectory against the one that it is to tell the error of.
+
+use fretwear::wear::coarse::{self, Difference};
+use fretwear::wear::cycle::{CycleSolution, March};
+use fretwear::wear::joint::WornState;
+use fretwear::wear::{FrettingJoint, Motion};
+
+use super::{LAW, LOAD, difference_l1, joint, unworn, wear_by_equal_steps};
+
+/// Cycles that wear the orbit of partial slip well into its running-in.
+const CYCLES: u64 = 1_200_000;
+/// Steps of the finer, the own and the coarse trajectory.
+const STEPS: [u64; 3] = [16, 8, 4];
+/// The difference of two trajectories of second order is three times the error of the finer one; a fit over so few steps is this far from it.
+const OVER_ERROR: (f64, f64) = (1.5, 12.0);
+
+fn orbit() -> FrettingJoint {
+    let motion = Motion::harmonic(&[(0.5e-6, 0.0), (0.35e-6, 1.2)], LOAD, 0.0, 32);
+    joint(motion, March::Stepped)
+}
+
+/// The joint worn by so many steps of the coarse kind.
+fn coarsely(joint: &mut FrettingJoint, steps: u64) -> WornState {
+    let mut state = unworn(joint);
+    for _ in 0..steps {
+        state = coarse::advance(joint, &state, LAW, CYCLES / steps).expect("a coarse step");
+    }
+    state
+}
+
+#[test]
+fn the_difference_of_the_coarse_trajectory_is_above_the_error_of_the_own_one() {
+    let mut joint = orbit();
+    let motion = joint.motion.clone();
+    let [fine, own, coarse] = STEPS;
+    joint.motion = Motion::harmonic(&[(0.5e-6, 0.0), (0.35e-6, 1.2)], LOAD, 0.0, 64);
+    let (truth, _) = wear_by_equal_steps(&mut joint, CYCLES, fine);
+    joint.motion = motion.clone();
+    let (own, _) = wear_by_equal_steps(&mut joint, CYCLES, own);
+    let coarse = coarsely(&mut joint, coarse);
+    assert_eq!(joint.motion, motion, "the motion is given back");
+    let error = difference_l1(&own.wear, &truth.wear);
+    let of = Difference::of(&own, &coarse, joint.patch.grid.cell_area(), 1e-3);
+    let difference = of.field / joint.volume(&own.wear);
+    println!("error {error:.2e}, difference {difference:.2e}: {of:?}");
+    assert!(
+        difference > OVER_ERROR.0 * error && difference < OVER_ERROR.1 * error,
+        "error {error:e}, difference {difference:e}"
+    );
+    assert!(of.volume <= of.field);
+}
+
+fn state(wear: &[f64], pressure: &[f64], dissipation: f64) -> WornState {
+    let none = vec![0.0; wear.len()];
+    WornState {
+        wear: wear.to_vec(),
+        pressure: pressure.to_vec(),
+        cycle: CycleSolution {
+            shear: vec![none.clone()],
+            slip_path: none.clone(),
+            energy: none,
+            dissipation,
+            instants: Vec::new(),
+            steps: 0,
+            error: 0.0,
+            dissipation_error: 0.0,
+        },
+    }
+}
+
+#[test]
+fn differences_are_those_of_the_figures() {
+    let own = state(&[0.0, 1.0, 4.0, 3.0, 1.0], &[0.0, 10.0, 2.2, 1.9, 0.5], 8.0);
+    let coarse = state(&[0.0, 1.5, 1.0, 3.0, 2.5], &[0.0, 9.0, 2.0, 1.7, 0.5], 10.0);
+    let of = Difference::of(&own, &coarse, 2.0, 0.2);
+    // Own less coarse: −0.5, 3, 0, −1.5.
+    assert_eq!((of.volume, of.field), (2.0, 10.0));
+    // Two are loaded, above 2; twice their difference takes the one of 2.2 below it, and the one of 1.9 above.
+    assert_eq!(of.loaded_area, 1.0);
+    assert_eq!((of.max_pressure, of.dissipation), (0.1, 0.25));
+    // The mean depth of what wears is 2.25: only the third cell is off by more and by half.
+    assert_eq!(of.undecided, 1);
+    assert_eq!(
+        Difference::of(&own, &own, 2.0, 0.2),
+        Difference::default(),
+        "of two that are alike"
+    );
+    let unworn = state(&[0.0; 5], &[0.0; 5], 0.0);
+    assert_eq!(
+        Difference::of(&unworn, &unworn, 2.0, 0.2),
+        Difference::default()
+    );
+}
