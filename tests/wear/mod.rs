@@ -2,6 +2,7 @@
 
 mod cycle;
 mod drives;
+mod fields;
 mod landing;
 mod left_out;
 mod local_load;
