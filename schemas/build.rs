@@ -10,7 +10,7 @@ use std::process::Command;
 use std::{env, fs};
 
 /// The tables in the order in which they are told: as a run writes them, then those beside runs.
-const TABLES: [&str; 35] = [
+const TABLES: [&str; 36] = [
     "surface",
     "reference",
     "reference_element",
@@ -23,6 +23,7 @@ const TABLES: [&str; 35] = [
     "indentation",
     "hysteresis",
     "cycle",
+    "cycle_field",
     "fretting_cycle",
     "structure",
     "structure_port",

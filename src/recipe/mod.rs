@@ -7,6 +7,7 @@
 mod check;
 mod contact;
 mod cycle;
+mod cycle_fields;
 mod decision;
 mod elements;
 mod inputs;
@@ -27,6 +28,7 @@ pub use check::Check;
 pub use contact::{Contact, StructureMesh, YIELDS};
 pub(crate) use cycle::why_computed;
 pub use cycle::{Cycle, CycleError, MotionSource, STRAIGHT_WITH_LAWS};
+pub use cycle_fields::CycleFields;
 pub use decision::Decision;
 pub use elements::{ElementStiffness, Elements, Layout};
 pub use inputs::{Identity, Inputs};
@@ -94,8 +96,9 @@ impl Reasons {
 pub struct Output {
     /// Which iterations are kept.
     pub keep: Keep,
-    /// Whether the fields at every step of a cycle are written.
-    pub cycle_fields: bool,
+    /// Which fields of the steady cycle are written; none: none, and none are held.
+    #[serde(with = "cycle_fields")]
+    pub cycle_fields: Option<CycleFields>,
     /// Indentation and hysteresis curves are written every so many iterations; 0: never.
     pub curves_every: u64,
     /// Cycles at which a forced response of the worn state is computed, without feeding it back.

@@ -25,6 +25,8 @@ pub enum Part {
     WearLaw,
     /// Whether the curves of this iteration are wanted: not how often they are.
     Curves,
+    /// Which fields of the cycle of this iteration are wanted, if any: not how often they are.
+    CycleFields,
     /// The cycles at which a response is wanted.
     ResponseAt,
 }
@@ -42,6 +44,7 @@ impl Part {
             Part::Wear => "wear",
             Part::WearLaw => "wear_law",
             Part::Curves => "output.curves_every",
+            Part::CycleFields => "output.cycle_fields",
             Part::ResponseAt => "output.response_at",
         }
     }
@@ -77,7 +80,11 @@ impl Recipe {
             },
             output: Output {
                 keep: Keep::All,
-                cycle_fields: false,
+                cycle_fields: self
+                    .output
+                    .cycle_fields
+                    .clone()
+                    .filter(|_| has(Part::CycleFields)),
                 curves_every: 0,
                 response_at,
             },
@@ -100,13 +107,16 @@ impl Recipe {
                 Part::Response => serde_json::to_value(&only.response),
                 Part::Wear | Part::WearLaw => serde_json::to_value(&only.wear),
                 Part::ResponseAt => serde_json::to_value(&only.output.response_at),
-                Part::Curves => unreachable!("who reads it says whether they are due"),
+                Part::Curves | Part::CycleFields => {
+                    unreachable!("who reads it says whether they are due")
+                }
             };
             let mut value = value.expect("a recipe is numbers, words and UTF-8 paths");
             strip(&mut value);
             (part.name().to_owned(), value)
         };
-        let parts = parts.iter().filter(|part| **part != Part::Curves);
+        let where_due = [Part::Curves, Part::CycleFields];
+        let parts = parts.iter().filter(|part| !where_due.contains(part));
         parts.map(|part| of(*part)).collect()
     }
 }

@@ -11,7 +11,12 @@ pub fn told(recipe: &Recipe) -> Vec<Decision> {
     if let (Some(surface), Some(contact)) = (recipe.surface(), recipe.contact()) {
         contact.tell(surface, &mut told);
         match recipe.cycle() {
-            Some(cycle) => cycle.tell(contact, &mut told),
+            Some(cycle) => {
+                cycle.tell(contact, &mut told);
+                if let Some(fields) = &recipe.output.cycle_fields {
+                    fields.tell(recipe, &mut told);
+                }
+            }
             None => told.add(CYCLE, "none", contact.why.of("cycle")),
         }
         match &recipe.wear {

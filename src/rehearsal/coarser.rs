@@ -74,14 +74,17 @@ pub(super) fn counts(recipe: &Recipe, part: f64) -> [usize; 2] {
 /// cannot be brought onto it.
 pub(super) fn on_grid(inputs: &Inputs, grid: [usize; 2]) -> Option<Inputs> {
     let mut coarse = inputs.clone();
-    let keep = &mut coarse.recipe.output;
-    keep.keep = crate::recipe::Keep::All;
+    let output = &mut coarse.recipe.output;
+    output.keep = crate::recipe::Keep::All;
     let Some(joint) = coarse.recipe.joints.first_mut() else {
         return Some(coarse);
     };
     let (Some(surface), Some(contact)) = (&mut joint.surface, &mut joint.contact) else {
         return Some(coarse);
     };
+    if let Some(fields) = &mut output.cycle_fields {
+        fields.on_grid(surface.grid, grid);
+    }
     surface.grid = grid;
     let patch = surface.patch().ok()?;
     surface.kept = patch.cells();

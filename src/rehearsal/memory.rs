@@ -70,7 +70,7 @@ fn doubles(inputs: &Inputs) -> [f64; 2] {
         // Shear, path, energy.
         let cycle_result = axes + 2.0;
         let step = 4.0 * axes + IN_CONTACT * (9.0 * axes + axes * axes + 3.5);
-        let cycle = limits + cycle_result + 2.0 * axes + step;
+        let cycle = limits + cycle_result + 2.0 * axes + step + cycle_fields(inputs, axes);
         let wear = recipe.wear.as_ref();
         if wear.is_none_or(|wear| wear.scheme.needs_depth_step()) {
             let plain = held + cycle.max(NORMAL_SOLVE);
@@ -83,6 +83,19 @@ fn doubles(inputs: &Inputs) -> [f64; 2] {
         begun + stages.max(cycle)
     });
     [kept, half_space + fullest].map(|fields| cells * fields)
+}
+
+/// Fields of the samples that are written, and the rows that are made of them.
+fn cycle_fields(inputs: &Inputs, axes: f64) -> f64 {
+    let recipe = &inputs.recipe;
+    let Some((fields, cycle)) = recipe.output.cycle_fields.as_ref().zip(recipe.cycle()) else {
+        return 0.0;
+    };
+    let load = recipe.contact().map_or(0.0, |contact| contact.normal_load);
+    let samples = fields.samples_of(cycle, load) as f64;
+    // Pressure and gap twice, shear and slip; of a row also where it is.
+    let held = 4.0 + 2.0 * axes;
+    samples * (held + IN_CONTACT * held)
 }
 
 /// Friction limits that a cycle holds at once; none without one.

@@ -82,6 +82,7 @@ pub fn is_in(recipe: &Recipe, table: TableName) -> bool {
         TableName::Indentation => rough && curves,
         TableName::Hysteresis => recipe.cycle().is_some() && curves,
         TableName::Cycle | TableName::FrettingCycle => recipe.cycle().is_some(),
+        TableName::CycleField => recipe.cycle().is_some() && recipe.output.cycle_fields.is_some(),
         TableName::ContactSlider => {
             let elements = recipe.elements();
             vibrates && elements.is_some_and(|elements| elements.stiffness.is_sliders())

@@ -6,10 +6,12 @@ use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
-use crate::recipe::{MotionSource, Part};
+use crate::grid::Patch;
+use crate::recipe::{Cycle, CycleFields, Part};
 use crate::tables::{TableName, typed};
 use crate::wear::curves::{self, Curve};
 use crate::wear::cycle::{Instant, March};
+use crate::wear::fields::InstantFields;
 use crate::wear::implicit::EndCycle;
 
 /// Shear, slip and dissipation over the steady cycle, [A §2e, eq. 2.6], from the shear of the static contact on.
@@ -23,6 +25,7 @@ pub const DECLARATION: Declaration = Declaration {
         Part::Cycle,
         Part::Elements,
         Part::Curves,
+        Part::CycleFields,
     ],
     reads: &[
         TableName::Surface,
@@ -40,6 +43,7 @@ pub const DECLARATION: Declaration = Declaration {
         TableName::ContactField,
         TableName::Cycle,
         TableName::Hysteresis,
+        TableName::CycleField,
     ],
     is_due: |_| true,
     shared: false,
@@ -62,32 +66,45 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         None => reads.motion().drive.first(),
     };
     let curve_due = reads.curves_due && drive.is_none_or(|x| x.moves());
-    let known = solvers.end.take();
-    let ((solution, curve), fft_pairs) = solvers.work(reads, None, |joint| {
+    let every = samples_an_instant(reads, solvers.joint(reads)?.march);
+    let chosen = reads.recipe.output.cycle_fields.clone();
+    let wanted = |instant: usize| {
+        let is_written = || instant.is_multiple_of(every);
+        chosen
+            .as_ref()
+            .is_some_and(|fields| is_written() && fields.has_sample(instant / every))
+    };
+    // The cycle at the end of a wear step has no fields.
+    let known = solvers.end.take().filter(|_| chosen.is_none());
+    let ((solution, of_instants, curve), fft_pairs) = solvers.work(reads, None, |joint| {
         let is_same = |end: &EndCycle| {
             end.motion == joint.motion
                 && end.wear == wear
                 && end.pressure == contact.pressure
                 && Some(&end.start) == start
         };
-        let solution = match known.filter(is_same) {
+        let (solution, of_instants) = match known.filter(is_same) {
             Some(known) => {
                 joint.half_space.count_pairs(known.fft_pairs);
-                known.cycle
+                (known.cycle, Vec::new())
             }
-            None => joint.cycle(&wear, &contact, start)?,
+            None => joint.cycle_with_fields(&wear, &contact, start, &wanted)?,
         };
         let curve = curve_due
             .then(|| curves::hysteresis(joint, &contact, &solution))
             .transpose()?;
-        Ok((solution, curve))
+        Ok((solution, of_instants, curve))
     })?;
     let mut outputs = Outputs::default();
     if let Some(Curve { load, displacement }) = curve {
         outputs.put(&typed::Hysteresis { load, displacement })?;
     }
-    let march = solvers.joint(reads)?.march;
-    outputs.put(&instants(&recorded(reads, march, &solution.instants)))?;
+    let written: Vec<&Instant> = solution.instants.iter().step_by(every).collect();
+    outputs.put(&instants(&written))?;
+    if let Some(chosen) = &chosen {
+        outputs.put(&cycle_field(&patch, chosen, &of_instants, &written, every))?;
+    }
+    drop(of_instants);
     outputs.put(&typed::FrettingCycle {
         dissipated_energy: solution.dissipation,
         iterations: solution.steps as i64,
@@ -108,16 +125,56 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     Ok(outputs)
 }
 
-/// The instants that are written: not those between them at which a history is marched too, to extrapolate it. So the cycle of a run
-/// with a history is a history with the same result.
-fn recorded<'a>(reads: &Reads, march: March, instants: &'a [Instant]) -> Vec<&'a Instant> {
-    let motion = reads.recipe.cycle().map(|cycle| &cycle.motion);
-    let halved = matches!(motion, Some(MotionSource::History { halved: true, .. }));
-    let every = match halved && march == March::Stepped {
-        true => 2,
-        false => 1,
+/// Samples of the motion from one instant that is written to the next: those between them at which a history is marched too, to
+/// extrapolate it, are not. So the cycle of a run with a history is a history with the same result.
+fn samples_an_instant(reads: &Reads, march: March) -> usize {
+    let cycle = reads.recipe.cycle().filter(|_| march == March::Stepped);
+    cycle.map_or(1, Cycle::samples_an_instant)
+}
+
+/// The fields of the chosen cells that are in contact at one of the instants, those of one instant after those of another. `written` are all
+/// instants of the table of the cycle, each `every` of the march.
+fn cycle_field(
+    patch: &Patch,
+    chosen: &CycleFields,
+    fields: &[InstantFields],
+    written: &[&Instant],
+    every: usize,
+) -> typed::CycleField {
+    let is_pressed = |cell: &usize| fields.iter().any(|of| of.pressure[*cell] > 0.0);
+    let is_chosen = |cell: &usize| patch.kept[*cell] && chosen.has_cell(patch.grid.cell(*cell));
+    let cells: Vec<usize> = (0..patch.grid.len())
+        .filter(|cell| is_chosen(cell) && is_pressed(cell))
+        .collect();
+    let of_cells = |value: &dyn Fn(&InstantFields, usize) -> f64| -> Vec<f64> {
+        let rows = fields
+            .iter()
+            .flat_map(|of| cells.iter().map(move |cell| (of, *cell)));
+        rows.map(|(of, cell)| value(of, cell)).collect()
     };
-    instants.iter().step_by(every).collect()
+    let index = |axis: fn((usize, usize)) -> usize| -> Vec<i32> {
+        let once = cells.iter().map(|cell| axis(patch.grid.cell(*cell)) as i32);
+        fields.iter().flat_map(|_| once.clone()).collect()
+    };
+    let sample = |of: &InstantFields| of.instant / every;
+    let samples = fields
+        .iter()
+        .flat_map(|of| cells.iter().map(move |_| sample(of) as i32));
+    let first = fields.first();
+    let in_plane = first.is_some_and(|of| of.shear.len() > 1);
+    let has_gap = first.is_some_and(|of| of.gap.is_some());
+    typed::CycleField {
+        sample: samples.collect(),
+        time: of_cells(&|of, _| written[sample(of)].time),
+        i: index(|cell| cell.0),
+        j: index(|cell| cell.1),
+        gap: has_gap.then(|| of_cells(&|of, cell| of.gap.as_ref().map_or(0.0, |gap| gap[cell]))),
+        pressure: of_cells(&|of, cell| of.pressure[cell]),
+        shear_x: of_cells(&|of, cell| of.shear[0][cell]),
+        shear_y: in_plane.then(|| of_cells(&|of, cell| of.shear[1][cell])),
+        slip_x: of_cells(&|of, cell| of.slip[0][cell]),
+        slip_y: in_plane.then(|| of_cells(&|of, cell| of.slip[1][cell])),
+    }
 }
 
 fn instants(instants: &[&Instant]) -> typed::Cycle {

@@ -4,6 +4,15 @@ use super::RunError;
 use crate::recipe::Recipe;
 use crate::tables::{TableName, Tables, TypedTable, typed};
 
+/// What is written of some iterations only: every so many, and the last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Due {
+    /// The curves behind the stiffnesses.
+    pub curves: bool,
+    /// Fields of the cycle.
+    pub cycle_fields: bool,
+}
+
 /// Where an iteration stands in its run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moment {
@@ -17,8 +26,8 @@ pub struct Moment {
     pub volume: f64,
     /// True if it reaches the end of the scene.
     pub is_last: bool,
-    /// True if the curves behind the stiffnesses belong to it: every so many, and the last.
-    pub curves_due: bool,
+    /// What else is written of it.
+    pub due: Due,
     /// True if the response of the worn joint belongs to it: the first, those asked for, and the last.
     pub response_due: bool,
 }
@@ -43,7 +52,12 @@ impl Moment {
         let volume = volume_before.unwrap_or(0.0) + step.volume;
         let wear = recipe.wear.as_ref();
         let is_last = wear.is_none_or(|wear| wear.is_reached(cycles, volume));
-        let every = recipe.output.curves_every;
+        let is_due = |every: u64| every > 0 && (is_last || wear_iteration.is_multiple_of(every));
+        let output = &recipe.output;
+        let fields_every = output
+            .cycle_fields
+            .as_ref()
+            .map_or(0, |fields| fields.every);
         let asked = &recipe.output.response_at;
         let passes = |before: u64| asked.iter().any(|&at| before < at && at <= cycles);
         Ok(Moment {
@@ -52,7 +66,10 @@ impl Moment {
             cycles,
             volume,
             is_last,
-            curves_due: every > 0 && (is_last || wear_iteration.is_multiple_of(every)),
+            due: Due {
+                curves: is_due(output.curves_every),
+                cycle_fields: is_due(fields_every),
+            },
             response_due: is_last || cycles_before.is_none_or(passes),
         })
     }

@@ -2,6 +2,7 @@
 
 use super::RunError;
 use super::error::NumericsError;
+use super::moment::Due;
 use super::stage::Stage;
 use crate::recipe::{Inputs, Part, Recipe};
 use crate::surface::prepare::Prepared;
@@ -64,14 +65,18 @@ impl<'a> Reads<'a> {
         declared: Declared,
         inputs: &'a Inputs,
         wear_iteration: u64,
-        curves_due: bool,
+        due: Due,
         tables: [&'a Tables; 2],
         before: &'a Tables,
     ) -> Reads<'a> {
+        let mut recipe = inputs.recipe.only(declared.recipe);
+        if !due.cycle_fields {
+            recipe.output.cycle_fields = None;
+        }
         Reads {
-            recipe: inputs.recipe.only(declared.recipe),
+            recipe,
             wear_iteration,
-            curves_due: curves_due && declared.recipe.contains(&Part::Curves),
+            curves_due: due.curves && declared.recipe.contains(&Part::Curves),
             declared,
             inputs,
             tables,

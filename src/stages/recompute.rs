@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::RunError;
 use super::declaration::{Declaration, is_in};
 use super::list::STAGES;
-use super::moment::Moment;
+use super::moment::{Due, Moment};
 use super::observer::Observer;
 use super::runner::{Runner, committed, stages_in, writer_before};
 use super::stage::{Stage, When};
@@ -56,7 +56,7 @@ pub fn recompute(
     let tables = match declaration.when {
         When::Once => {
             let none = Tables::new();
-            runner.compute(declaration, 0, false, &none, &none)?
+            runner.compute(declaration, 0, Due::default(), &none, &none)?
         }
         _ => {
             let before = match wear_iteration.checked_sub(1) {
@@ -148,8 +148,8 @@ impl Recomputation<'_> {
             tables.extend(table.map(|table| (name, table)));
         }
         let moment = Moment::of(self.recipe, k, &tables, &self.before)?;
-        let curves = moment.curves_due;
-        self.runner.compute(stage, k, curves, &tables, &self.before)
+        self.runner
+            .compute(stage, k, moment.due, &tables, &self.before)
     }
 
     /// A table of the iteration; none where it was not due. What the cycle found is always there, if only in the summary.

@@ -4,10 +4,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
+use serde_json::json;
+
 use super::RunError;
 use super::declaration::{Declaration, is_in};
 use super::list::{STAGES, stages_of};
-use super::moment::Moment;
+use super::moment::{Due, Moment};
 use super::observer::Observer;
 use super::reads::Reads;
 use super::run::identity_of;
@@ -91,13 +93,24 @@ impl<'a> Runner<'a> {
         wear_iteration: u64,
         keys: &BTreeMap<Stage, StageKey>,
         parent: Option<&StageKey>,
-        curves_due: bool,
+        due: Due,
     ) -> StageKey {
         let recipe = self.recipe();
         let mut parameters = recipe.parameters(stage.recipe);
         if stage.recipe.contains(&Part::Curves) {
-            parameters.insert("curves_due".to_owned(), curves_due.into());
+            parameters.insert("curves_due".to_owned(), due.curves.into());
         }
+        let reads_fields = stage.recipe.contains(&Part::CycleFields);
+        let fields = recipe.output.cycle_fields.as_ref();
+        let fields = fields.filter(|_| reads_fields && due.cycle_fields);
+        if let Some(fields) = fields {
+            let chosen = json!({ "samples": fields.samples, "cells": fields.cells });
+            parameters.insert(Part::CycleFields.name().to_owned(), chosen);
+        }
+        // Without them the key is that of a version that knows of none.
+        let writes = stage.writes.iter().copied();
+        let writes = writes.filter(|table| *table != TableName::CycleField || fields.is_some());
+        let writes: Vec<TableName> = writes.collect();
         if stage.shared {
             // Another version may compute otherwise.
             let version = env!("CARGO_PKG_VERSION");
@@ -111,7 +124,7 @@ impl<'a> Runner<'a> {
         let mut upstream: Vec<&StageKey> = writers.iter().filter_map(|s| keys.get(s)).collect();
         upstream.extend(parent.filter(|_| !stage.before.is_empty()));
         let name = stage.stage.name();
-        StageKey::new(name, stage.writes, &parameters.into(), &upstream)
+        StageKey::new(name, &writes, &parameters.into(), &upstream)
     }
 
     /// Takes the tables of a stage that is passed through once a run: those of this run, those of another one that shares them, or
@@ -122,7 +135,7 @@ impl<'a> Runner<'a> {
         store: &mut RunStore,
         cache: Option<&Cache>,
     ) -> Result<(), RunError> {
-        let key = self.key(stage, 0, &self.keys, None, false);
+        let key = self.key(stage, 0, &self.keys, None, Due::default());
         let names: Vec<TableName> = stage.writes_in(self.recipe()).collect();
         let cache = cache.filter(|_| stage.shared);
         // What it costs counts for the iteration that is committed next.
@@ -140,7 +153,7 @@ impl<'a> Runner<'a> {
                     None => {
                         let before = self.timing.stage.len();
                         let none = Tables::new();
-                        let tables = self.compute(stage, 0, false, &none, &none)?;
+                        let tables = self.compute(stage, 0, Due::default(), &none, &none)?;
                         let cost = Tables::from([(TableName::Timing, self.cost_since(before)?)]);
                         draft.put(&key, &cost, &[TableName::Timing])?;
                         tables
@@ -166,13 +179,13 @@ impl<'a> Runner<'a> {
         let recipe = self.recipe();
         let none = Tables::new();
         for stage in stages_of(recipe).filter(|stage| stage.when == When::Once) {
-            let key = self.key(stage, 0, &self.keys, None, false);
+            let key = self.key(stage, 0, &self.keys, None, Due::default());
             let names: Vec<TableName> = stage.writes_in(recipe).collect();
             let cache = cache.filter(|_| stage.shared);
             let tables = match self.shared(cache, &names, &key) {
                 Some(tables) => tables,
                 None => {
-                    let tables = self.compute(stage, 0, false, &none, &none)?;
+                    let tables = self.compute(stage, 0, Due::default(), &none, &none)?;
                     let provenance = Provenance {
                         scene_hash: identity_of(self.inputs).scene_hash(),
                         program_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -200,7 +213,7 @@ impl<'a> Runner<'a> {
         let (mut tables, none) = (Tables::new(), Tables::new());
         let before = stages_in(self.recipe(), 0).filter(|stage| stage.stage < end);
         for stage in before.filter(|stage| is_needed(stage.stage)) {
-            match self.compute(stage, 0, false, &tables, &none) {
+            match self.compute(stage, 0, Due::default(), &tables, &none) {
                 Ok(written) => tables.extend(written),
                 Err(error @ RunError::Dynamics { .. }) => self.observer.notice(&error.to_string()),
                 Err(error) => return Err(error),
@@ -221,7 +234,14 @@ impl<'a> Runner<'a> {
         work: impl FnOnce(&Reads, &mut Solvers) -> Result<T, RunError>,
     ) -> Result<T, RunError> {
         let (declared, given) = (stage.declared(), [tables, &self.once]);
-        let reads = Reads::new(declared, self.inputs, wear_iteration, false, given, before);
+        let reads = Reads::new(
+            declared,
+            self.inputs,
+            wear_iteration,
+            Due::default(),
+            given,
+            before,
+        );
         self.solvers.begin();
         work(&reads, &mut self.solvers)
     }
@@ -278,8 +298,8 @@ impl<'a> Runner<'a> {
             if let Some(ended) = last.filter(|ended| until == Some(*ended)) {
                 return Ok(Some(ended));
             }
-            let curves = moment.curves_due;
-            let key = self.key(stage, wear_iteration, &keys, parent.as_ref(), curves);
+            let due = moment.due;
+            let key = self.key(stage, wear_iteration, &keys, parent.as_ref(), due);
             let written = match draft.get(&key)? {
                 Kept::Valid(mut written) if is_whole(recipe, stage, &written) => {
                     self.adopt(&mut written)?;
@@ -295,7 +315,7 @@ impl<'a> Runner<'a> {
                         ));
                     }
                     let cost_before = self.timing.stage.len();
-                    let written = self.compute(stage, wear_iteration, curves, &tables, &before);
+                    let written = self.compute(stage, wear_iteration, due, &tables, &before);
                     self.solvers.journal.close();
                     let mut written = written?;
                     let mut interim = written_again(recipe, wear_iteration, stage);
@@ -326,7 +346,7 @@ impl<'a> Runner<'a> {
         &mut self,
         stage: &'static Declaration,
         wear_iteration: u64,
-        curves_due: bool,
+        due: Due,
         tables: &Tables,
         before: &Tables,
     ) -> Result<Tables, RunError> {
@@ -340,7 +360,7 @@ impl<'a> Runner<'a> {
             stage.declared(),
             self.inputs,
             wear_iteration,
-            curves_due,
+            due,
             given,
             before,
         );
@@ -428,7 +448,7 @@ impl<'a> Runner<'a> {
         let summary = inherited[&TableName::Summary].clone();
         let before = Tables::from([(TableName::Summary, summary)]);
         for stage in stages_of(recipe).filter(|stage| OF_BALANCE.contains(&stage.stage)) {
-            let balanced = self.compute(stage, wear_iteration, false, &tables, &before)?;
+            let balanced = self.compute(stage, wear_iteration, Due::default(), &tables, &before)?;
             tables.extend(balanced);
         }
         for name in [TableName::WearStep, TableName::Summary] {
@@ -495,7 +515,11 @@ fn own(store: &RunStore, names: &[TableName], key: &StageKey) -> Result<Option<T
 /// True if the tables that a stage has left are all that a run of this recipe has of it. What else there may be depends on what is due,
 /// and a vibration has no tables of a resonance that it does not have.
 fn is_whole(recipe: &Recipe, stage: &Declaration, written: &Tables) -> bool {
-    const WHERE_DUE: [TableName; 2] = [TableName::Indentation, TableName::Hysteresis];
+    const WHERE_DUE: [TableName; 3] = [
+        TableName::Indentation,
+        TableName::Hysteresis,
+        TableName::CycleField,
+    ];
     let is_alone = recipe.surface().is_none();
     let mut always = stage.writes_in(recipe).filter(|t| !WHERE_DUE.contains(t));
     is_alone || always.all(|table| written.contains_key(&table))

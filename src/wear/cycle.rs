@@ -5,6 +5,7 @@
 //! its end, and wear depth per cycle is α times the sum of it over the cycle [A eq. 2.6]; where the load varies it is |s| times the
 //! mean of the limits at both ends, on cells that come into contact or leave it too.
 
+use super::fields::{InstantFields, Kept};
 use super::joint::{FrettingJoint, WearError};
 use super::motion::{Channel, Step, StraightMotion};
 use super::own_motion::OwnMotion;
@@ -234,12 +235,28 @@ impl FrettingJoint {
         contact: &NormalSolution,
         start: Option<&ByAxis<Vec<f64>>>,
     ) -> Result<CycleSolution, WearError> {
+        let (solution, _) = self.cycle_with_fields(wear, contact, start, &|_| false)?;
+        Ok(solution)
+    }
+
+    /// The same with the fields of those of its instants, by their number, that are `wanted`. With [`March::Reversal`] and
+    /// [`March::Superposition`] the instants are the reversals, and t = 0.
+    ///
+    /// # Errors
+    /// As for [`FrettingJoint::cycle`].
+    pub fn cycle_with_fields(
+        &mut self,
+        wear: &[f64],
+        contact: &NormalSolution,
+        start: Option<&ByAxis<Vec<f64>>>,
+        wanted: &dyn Fn(usize) -> bool,
+    ) -> Result<(CycleSolution, Vec<InstantFields>), WearError> {
         match (self.march, self.motion.straight()) {
             (March::Reversal | March::Superposition, Some(motion)) => {
-                self.by_reversals(&motion, contact, start)
+                self.by_reversals(&motion, contact, start, wanted)
             }
             (March::Reversal | March::Superposition, None) => Err(WearError::NotStraight),
-            (March::Stepped, _) => self.by_samples(wear, contact, start),
+            (March::Stepped, _) => self.by_samples(wear, contact, start, wanted),
         }
     }
 
@@ -250,7 +267,8 @@ impl FrettingJoint {
         motion: &StraightMotion,
         contact: &NormalSolution,
         start: Option<&ByAxis<Vec<f64>>>,
-    ) -> Result<CycleSolution, WearError> {
+        wanted: &dyn Fn(usize) -> bool,
+    ) -> Result<(CycleSolution, Vec<InstantFields>), WearError> {
         let limit = self.limit(&contact.pressure);
         let zero = vec![0.0; motion.end.len()];
         let superposed = self.march == March::Superposition;
@@ -285,7 +303,20 @@ impl FrettingJoint {
         if motion.top == 0 {
             let middle = self.motion.time_of(motion.bottom);
             let instants = vec![instant(0.0, 1.0), instant(middle, -1.0), instant(1.0, 1.0)];
-            return Ok(tally.finish(self.patch.grid.cell_area(), half.shear, instants));
+            let ends = [(0, 1.0), (motion.bottom, -1.0), (0, 1.0)]
+                .into_iter()
+                .enumerate();
+            let kept = ends
+                .filter(|(k, _)| wanted(*k))
+                .map(|(instant, (sample, sign))| Kept {
+                    instant,
+                    sample,
+                    shear: times(&half.shear, sign),
+                })
+                .collect();
+            let solution = tally.finish(self.patch.grid.cell_area(), half.shear, instants);
+            let fields = self.fields(contact, None, &solution, kept);
+            return Ok((solution, fields));
         }
         // t = 0 lies on a branch: one more step from the end that precedes it.
         let (from, sign) = if motion.bottom > motion.top {
@@ -302,11 +333,7 @@ impl FrettingJoint {
             instant(self.motion.time_of(from), sign),
             instant(1.0, 1.0),
         ];
-        let before: ByAxis<Vec<f64>> = half
-            .shear
-            .iter()
-            .map(|q| q.iter().map(|v| sign * v).collect())
-            .collect();
+        let before = times(&half.shear, sign);
         let now = self.motion.at(0);
         let ahead: Vec<f64> = motion.end.iter().map(|end| sign * end).collect();
         let first = if superposed {
@@ -338,7 +365,23 @@ impl FrettingJoint {
             instants[at].force = first.force.clone();
             instants[at].torsion = turned;
         }
-        Ok(tally.finish(self.patch.grid.cell_area(), first.shear, instants))
+        let to = motion.top + motion.bottom - from;
+        let samples = [0, to, from, 0].into_iter().enumerate();
+        let kept = samples
+            .filter(|(k, _)| wanted(*k))
+            .map(|(instant, sample)| Kept {
+                instant,
+                sample,
+                shear: match instant {
+                    1 => times(&before, -1.0),
+                    2 => before.clone(),
+                    _ => first.shear.clone(),
+                },
+            })
+            .collect();
+        let solution = tally.finish(self.patch.grid.cell_area(), first.shear, instants);
+        let fields = self.fields(contact, None, &solution, kept);
+        Ok((solution, fields))
     }
 
     /// µp on every cell \[Pa\].
@@ -407,6 +450,12 @@ impl FrettingJoint {
 pub(super) fn found(step: &TangentialSolution) -> Vec<f64> {
     let axes = step.displacement.iter().copied();
     axes.chain([step.rotation]).collect()
+}
+
+/// Shear times a number.
+fn times(shear: &ByAxis<Vec<f64>>, factor: f64) -> ByAxis<Vec<f64>> {
+    let field = |q: &Vec<f64>| q.iter().map(|v| factor * v).collect();
+    shear.iter().map(field).collect()
 }
 
 /// The step from the shear `before` that is twice a first loading.

@@ -13,6 +13,8 @@ pub(super) struct FrictionLimits {
     fields: Vec<Vec<f64>>,
     /// Gap on every cell \[m\], likewise; none under constant load. Gaps only say when cells close, for which single precision is ample.
     gaps: Vec<Vec<f32>>,
+    /// Pressure \[Pa\] and gap \[m\] of the same contacts, where fields of the cycle are wanted.
+    contacts: Option<Vec<[Vec<f64>; 2]>>,
     /// The field of each sample.
     of_sample: Vec<usize>,
 }
@@ -32,6 +34,7 @@ impl FrictionLimits {
         FrictionLimits {
             fields: vec![limit],
             gaps: Vec::new(),
+            contacts: None,
             of_sample: vec![0; samples],
         }
     }
@@ -40,11 +43,20 @@ impl FrictionLimits {
         self.fields.push(joint.limit(&contact.pressure));
         self.gaps
             .push(contact.gap.iter().map(|g| *g as f32).collect());
+        if let Some(contacts) = &mut self.contacts {
+            contacts.push([contact.pressure.clone(), contact.gap.clone()]);
+        }
     }
 
     /// Limits at a sample, counted on over the end of the cycle \[Pa\].
     pub(super) fn at(&self, sample: usize) -> &[f64] {
         &self.fields[self.of_sample[sample % self.of_sample.len()]]
+    }
+
+    /// Pressure and gap at a sample, where they are held and change over the cycle.
+    pub(super) fn contact_at(&self, sample: usize) -> Option<(&[f64], &[f64])> {
+        let [pressure, gap] = &self.contacts.as_ref()?[self.of_sample[sample]];
+        Some((pressure, gap))
     }
 
     /// True if the limits are not the same throughout.
@@ -95,16 +107,18 @@ impl FrictionLimits {
 
 impl FrettingJoint {
     /// Friction limits over the cycle, on a surface of which `wear` is gone, with its static contact at the mean load. Loads that
-    /// come back are solved once.
+    /// come back are solved once. With `hold` the pressures and gaps of a load that varies are held too.
     pub(super) fn limits_over_cycle(
         &mut self,
         wear: &[f64],
         contact: &NormalSolution,
+        hold: bool,
     ) -> Result<FrictionLimits, WearError> {
         let samples = self.motion.samples();
         let mut limits = FrictionLimits {
             fields: Vec::new(),
             gaps: Vec::new(),
+            contacts: hold.then(Vec::new),
             of_sample: (0..samples).collect(),
         };
         if self.contacts_by_place(contact, |joint, found| limits.add(joint, found))? {

@@ -5,6 +5,7 @@ pub mod curves;
 pub mod cycle;
 pub mod error_bar;
 pub mod explicit;
+pub mod fields;
 mod harmonic_motion;
 pub mod implicit;
 pub mod indentation;

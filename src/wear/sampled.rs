@@ -5,6 +5,7 @@
 //! change says what is left.
 
 use super::cycle::{CycleSolution, Instant, Tally};
+use super::fields::{InstantFields, Kept};
 use super::joint::{FrettingJoint, WearError};
 use super::motion::Channel;
 use super::sequence::{Closed, Sequence};
@@ -29,14 +30,19 @@ pub(super) const FEWEST: usize = 8;
 impl FrettingJoint {
     /// Marches sample by sample until the cycle closes. An odd number of samples, fewer than 8, and any without
     /// [`FrettingOptions::extrapolate`](super::joint::FrettingOptions::extrapolate) are marched once.
+    ///
+    /// The fields are those of the march over all samples: extrapolated are slip path and energy alone.
     pub(super) fn by_samples(
         &mut self,
         wear: &[f64],
         contact: &NormalSolution,
         start: Option<&ByAxis<Vec<f64>>>,
-    ) -> Result<CycleSolution, WearError> {
-        let limits = self.limits_over_cycle(wear, contact)?;
+        wanted: &dyn Fn(usize) -> bool,
+    ) -> Result<(CycleSolution, Vec<InstantFields>), WearError> {
         let samples = self.motion.samples();
+        // The last instant is the first one again.
+        let instants: Vec<usize> = (0..=samples).filter(|k| wanted(*k)).collect();
+        let limits = self.limits_over_cycle(wear, contact, !instants.is_empty())?;
         let halved = self.options.extrapolate && samples.is_multiple_of(2) && samples >= FEWEST;
         let cell_area = self.patch.grid.cell_area();
         let coarse = match halved {
@@ -47,13 +53,28 @@ impl FrettingJoint {
         let Closed {
             mut tally,
             shear,
-            mut instants,
-        } = Sequence::new(self, &limits, 1, start)?.close()?;
+            instants: mut marched,
+            mut kept,
+        } = Sequence::new(self, &limits, 1, start)?
+            .keeping(&instants)
+            .close()?;
         if let Some(coarse) = &coarse {
             extrapolate(&mut tally, &coarse.tally, samples, cell_area);
         }
-        self.about_their_middle(&mut instants);
-        Ok(tally.finish(cell_area, shear, instants))
+        self.about_their_middle(&mut marched);
+        let solution = tally.finish(cell_area, shear, marched);
+        let mut shear_of = |instant: usize| match instant {
+            0 => kept.get(&0).cloned(),
+            _ => kept.remove(&(instant % samples)),
+        };
+        let kept = instants.into_iter().map(|instant| Kept {
+            instant,
+            sample: instant % samples,
+            shear: shear_of(instant).expect("every sample of a cycle is marched"),
+        });
+        let kept = kept.collect();
+        let fields = self.fields(contact, Some(&limits), &solution, kept);
+        Ok((solution, fields))
     }
 
     /// Shifts displacements that were found, and are known up to a constant, to the middle of their range.

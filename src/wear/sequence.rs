@@ -11,6 +11,8 @@
 //! then is an offset too, with the rate of the step before. Without it the error of a varying load is of first order. It dissipates only
 //! while it is in contact.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use super::cycle::{Instant, Tally, found};
 use super::joint::{FrettingJoint, WearError};
 use super::limits::FrictionLimits;
@@ -44,6 +46,8 @@ pub(super) struct Closed {
     pub(super) shear: ByAxis<Vec<f64>>,
     /// From t = 0 to t = T.
     pub(super) instants: Vec<Instant>,
+    /// The shear at the samples that are kept \[Pa\].
+    pub(super) kept: BTreeMap<usize, ByAxis<Vec<f64>>>,
 }
 
 /// The march.
@@ -65,6 +69,8 @@ pub(super) struct Sequence<'a> {
     last: Option<Last>,
     /// Displacements and rotation now. Where force or moment is given, they are the sums of what was found.
     place: Vec<f64>,
+    /// Samples whose shear is kept.
+    keeps: BTreeSet<usize>,
 }
 
 /// What a step needs of the one before.
@@ -82,6 +88,8 @@ struct Segment {
     end: usize,
     shear: ByAxis<Vec<f64>>,
     place: Vec<f64>,
+    /// The shear at samples that are kept, or half a cycle away from such \[Pa\].
+    kept: Vec<(usize, ByAxis<Vec<f64>>)>,
     /// What its shear had changed by over a span would dissipate \[J/m²\], summed over the cells; none in the first span.
     unsteady: Option<f64>,
 }
@@ -119,8 +127,22 @@ impl<'a> Sequence<'a> {
             place: channels
                 .map(|(channel, v)| if channel.is_force() { 0.0 } else { v })
                 .collect(),
+            keeps: BTreeSet::new(),
             joint,
         })
+    }
+
+    /// Keeps the shear at these instants, counted in samples of the motion.
+    pub(super) fn keeping(mut self, instants: &[usize]) -> Self {
+        let samples = self.joint.motion.samples();
+        self.keeps = instants.iter().map(|instant| instant % samples).collect();
+        self
+    }
+
+    /// The sample half a cycle later, where the march is over half of it.
+    fn opposite(&self, sample: usize) -> Option<usize> {
+        let samples = self.joint.motion.samples();
+        (self.sign < 0.0).then_some((sample + samples / 2) % samples)
     }
 
     /// Marches until what the shear still changes by over a span would dissipate no more than the tolerance of the cycle, should it go on
@@ -178,8 +200,14 @@ impl<'a> Sequence<'a> {
     fn segment(&mut self, from: usize, to: usize) -> Result<Segment, WearError> {
         let mut tally = Tally::new(self.joint.patch.grid.len());
         let mut instants = Vec::with_capacity(to - from);
+        let mut kept = Vec::new();
         for step in from..to {
             instants.push(self.step(step % self.steps * self.stride, &mut tally)?);
+            let sample = (step + 1) % self.steps * self.stride;
+            let opposite = self.opposite(sample);
+            if self.keeps.contains(&sample) || opposite.is_some_and(|s| self.keeps.contains(&s)) {
+                kept.push((sample, self.shear.clone()));
+            }
         }
         Ok(Segment {
             tally,
@@ -187,6 +215,7 @@ impl<'a> Sequence<'a> {
             end: to,
             shear: self.shear.clone(),
             place: self.place.clone(),
+            kept,
             unsteady: None,
         })
     }
@@ -326,10 +355,20 @@ impl<'a> Sequence<'a> {
     }
 
     /// The whole cycle, whose place was `old` a span ago.
-    fn whole(self, mut tally: Tally, old: &[f64], segments: Vec<Option<Segment>>) -> Closed {
-        let mut shear = self.shear;
+    fn whole(mut self, mut tally: Tally, old: &[f64], segments: Vec<Option<Segment>>) -> Closed {
+        let mut shear = std::mem::take(&mut self.shear);
         let mut instants = Vec::with_capacity(self.steps + 1);
-        for segment in segments.into_iter().flatten() {
+        let mut kept = BTreeMap::new();
+        for mut segment in segments.into_iter().flatten() {
+            for (sample, shear) in segment.kept.drain(..) {
+                if let Some(opposite) = self.opposite(sample).filter(|s| self.keeps.contains(s)) {
+                    let negative = |q: &Vec<f64>| q.iter().map(|v| -v).collect();
+                    kept.insert(opposite, shear.iter().map(negative).collect());
+                }
+                if self.keeps.contains(&sample) {
+                    kept.insert(sample, shear);
+                }
+            }
             // The last one ends where a cycle begins, or in its middle.
             shear = segment.shear;
             if segment.end % self.steps != 0 {
@@ -359,6 +398,7 @@ impl<'a> Sequence<'a> {
             tally,
             shear,
             instants,
+            kept,
         }
     }
 }

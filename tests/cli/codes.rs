@@ -108,8 +108,16 @@ fn scenes() {
             &["contact.moment", "contact.rotation", "\"free\""],
         ),
         (
-            "output.cycle_fields=true",
-            &["output.cycle_fields", "contact_field"],
+            "output.cycle_fields.i=[3, 26]",
+            &["output.cycle_fields.i", "[3, 26]", "from 0 to 25"],
+        ),
+        (
+            "output.cycle_fields.samples=[0, 3]",
+            &[
+                "`output.cycle_fields.samples` has 3",
+                "0 to 2",
+                "fidelity.cycle = \"stepped\"",
+            ],
         ),
         ("wear.scheme=explicit", &["wear.depth_step"]),
         ("joint.hole.diameter=\"1 m\"", &["joint.hole.diameter"]),
@@ -118,6 +126,45 @@ fn scenes() {
             fails(&bench, &[command, "small.toml", "--set", set], USAGE, parts);
         }
     }
+    fails(
+        &bench,
+        &[
+            "plan",
+            "small.toml",
+            "--set",
+            "fidelity.cycle=stepped",
+            "--set",
+            "output.cycle_fields.samples=[65]",
+        ],
+        USAGE,
+        &[
+            "`output.cycle_fields.samples` has 65",
+            "0 to 64",
+            "fidelity.steps_per_cycle",
+        ],
+    );
+    fails(
+        &bench,
+        &[
+            "plan",
+            "resonator.toml",
+            "--set",
+            "output.cycle_fields.samples=[0, 32]",
+        ],
+        USAGE,
+        &["output.cycle_fields.samples", "fidelity.cycle"],
+    );
+    let (still, _) = SMALL.split_once("[motion]").expect("a motion");
+    bench.write(
+        "still.toml",
+        format!("{still}[output]\ncycle_fields = true\n"),
+    );
+    fails(
+        &bench,
+        &["plan", "still.toml"],
+        USAGE,
+        &["output.cycle_fields = true", "[motion]"],
+    );
     let history = SMALL.replace("amplitude = \"1 um\"", "history = \"h.csv\"");
     bench.write("history.toml", history);
     fails(

@@ -418,7 +418,17 @@ tolerance = 2",
     (
         r#"keep = "all""#,
         r#"cycle_fields = "yes""#,
-        r#"case.toml, line 23: output.cycle_fields = "yes": must be true or false"#,
+        r#"case.toml, line 23: output.cycle_fields = "yes": must be true, false or a table such as { samples = [0, 16, 32], j = [20, 20], every = 10 }"#,
+    ),
+    (
+        r#"keep = "all""#,
+        "cycle_fields = { j = [20, 10] }",
+        "case.toml, line 23: output.cycle_fields.j = [20, 10]: must be a list of two integers of 0 or more, the first and the last, such as [20, 20]",
+    ),
+    (
+        r#"keep = "all""#,
+        "cycle_fields = { samples = [] }",
+        "case.toml, line 23: output.cycle_fields.samples = []: must be a list of different numbers of samples, such as [0, 16, 32]",
     ),
 ];
 

@@ -47,6 +47,10 @@ fn scenes() -> Vec<(&'static str, String)> {
         ),
         ("pruned", replaced(CASE, "\"all\"", "{ every = 2 }")),
         (
+            "fields",
+            after(CASE, "keep = \"all\"\n", "cycle_fields = { j = [0, 3] }\n"),
+        ),
+        (
             "open",
             replaced(OSCILLATOR, "normal_load = \"1 kN\"", "gap = \"2 um\""),
         ),
@@ -171,7 +175,13 @@ fn every_default_is_what_an_absent_key_gives() {
             let mut held = false;
             for name in scenes.1.iter().filter(|name| !scenes.has(name, key.key)) {
                 // A key of a table makes one of what is none.
-                if key.key.starts_with("output.keep.") && *name != "pruned" {
+                let tables = [
+                    ("output.keep.", "pruned"),
+                    ("output.cycle_fields.", "fields"),
+                ];
+                let of_table =
+                    |(table, with): (&str, &str)| key.key.starts_with(table) && *name != with;
+                if tables.into_iter().any(of_table) {
                     continue;
                 }
                 // Where a key does not belong it is refused.
@@ -292,7 +302,13 @@ fn every_key_is_told_in_plain_sentences() {
             );
             assert_eq!(
                 explain(key.key).map(|about| matches!(about, About::Key(_))),
-                Ok(!["update", "output.keep", "dynamics.force"].contains(&key.key))
+                Ok(![
+                    "update",
+                    "output.keep",
+                    "output.cycle_fields",
+                    "dynamics.force"
+                ]
+                .contains(&key.key))
             );
             for other in &key.instead {
                 assert!(

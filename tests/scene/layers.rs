@@ -131,7 +131,7 @@ fn a_set_value_is_toml_else_a_string() {
         Surface::Gaussian { rq: 2e-6, .. }
     ));
     assert_eq!(scene.the_joint().grid.expect("grid"), [32, 24]);
-    assert!(scene.output.cycle_fields);
+    assert!(scene.output.cycle_fields.is_some());
     assert_eq!(
         scene.the_joint().hole.map(|hole| hole.diameter),
         Some(0.009)

@@ -60,7 +60,7 @@ fn a_case_with_its_defaults() {
     assert_eq!(scene.fidelity.steps_per_cycle, 64);
     assert!(scene.fidelity.cycle_extrapolation);
     assert_eq!(scene.output.keep, Keep::All);
-    assert!(!scene.output.cycle_fields);
+    assert_eq!(scene.output.cycle_fields, None);
     assert_eq!(scene.output.curves_every, 10);
 }
 

@@ -44,8 +44,9 @@ fn computed_again(bench: &Bench, file: &str, sets: &[&str]) -> BTreeSet<Stage> {
 #[test]
 fn of_prescribed_motion() {
     let bench = Bench::new();
-    let kinds: [&[&str]; 6] = [
+    let kinds: [&[&str]; 7] = [
         &[],
+        &["output.cycle_fields={ samples = [1], every = 2 }"],
         &["fidelity.cycle=stepped", "fidelity.steps_per_cycle=8"],
         &["wear.scheme=explicit", "wear.depth_step=\"10 nm\""],
         &["wear.scheme=semi_implicit", "wear.depth_step=\"20 nm\""],

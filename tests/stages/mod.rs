@@ -3,6 +3,7 @@
 mod again;
 mod alone;
 mod checkpoint;
+mod cycle_fields;
 mod drawn;
 mod drives;
 mod energy;

@@ -3,6 +3,7 @@
 mod coarse;
 mod cycle;
 mod drives;
+mod fields;
 mod landing;
 mod left_out;
 mod local_load;

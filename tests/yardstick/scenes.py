@@ -375,7 +375,7 @@ WRONG = {
         "surface.seed": None,
     },
     "beyond_friction": lambda d: {"motion.amplitude": None, "motion.force": f"{2.0 * d.friction * d.load:.4g} N"},
-    "not_computed": {"output.cycle_fields": True},
+    "no_such_sample": {"output.cycle_fields": {"samples": [2000000]}},
     "worn_in_a_cycle": {"wear.coefficient": "2e9 um^3/J"},
     "moved_unlike_bodies": {"material.upper.youngs_modulus": "50 GPa"},
 }

@@ -3,11 +3,14 @@
 use super::Default::{Is, Rule};
 use super::cycles::MOST_ITERATIONS;
 use super::keys;
-use super::value::{Integer, Integers, integer};
-use super::word::{Boolean, WordOrTable};
+use super::value::{FirstLast, Integer, Integers, integer};
+use super::word::{Boolean, BooleanOrTable, WordOrTable};
 
 /// Each is a forced response of its own, which takes seconds at least: more of them are no choice of the user's.
 const MOST_RESPONSES: usize = 10_000;
+
+/// A history has no more.
+const MOST_SAMPLES: usize = 1_000_000;
 
 keys! {
     section "output": "What a run keeps.";
@@ -20,8 +23,17 @@ keys! {
     KEEP_LAST: Integer = "output.keep.last", Is("1"), integer(1, MOST_ITERATIONS, "3");
     /// Whether the iterations that updated the contact elements are kept.
     KEEP_UPDATES: Boolean = "output.keep.updates", Is("true"), Boolean;
-    /// Whether the fields at every step of a cycle are written: not yet, so that true is refused. Those at t = 0 are in contact_field.
-    CYCLE_FIELDS: Boolean = "output.cycle_fields", Is("false"), Boolean;
+    /// Whether pressure, shear and slip over the steady cycle are written, as table cycle_field. True is all that the keys below choose from.
+    CYCLE_FIELDS: BooleanOrTable = "output.cycle_fields", Is("false"), BooleanOrTable("{ samples = [0, 16, 32], j = [20, 20], every = 10 }");
+    /// The samples, by their rows in the table cycle: 0 is t = 0. A cycle by reversal has three or four, one that is stepped has one for each
+    /// step and t = T.
+    CYCLE_FIELDS_SAMPLES: Integers = "output.cycle_fields.samples", Rule("all"), Integers(MOST_SAMPLES, "a list of different numbers of samples, such as [0, 16, 32]");
+    /// The first and the last cell along x.
+    CYCLE_FIELDS_I: FirstLast = "output.cycle_fields.i", Rule("all"), FirstLast("[0, 63]");
+    /// The first and the last cell along y.
+    CYCLE_FIELDS_J: FirstLast = "output.cycle_fields.j", Rule("all"), FirstLast("[20, 20]");
+    /// They are written every so many iterations, and of the last.
+    CYCLE_FIELDS_EVERY: Integer = "output.cycle_fields.every", Is("1"), integer(1, MOST_ITERATIONS, "10");
     /// Indentation and hysteresis curves are written every so many iterations; 0: never.
     CURVES_EVERY: Integer = "output.curves_every", Is("10"), integer(0, MOST_ITERATIONS, "5");
     /// Cycles at which a forced response of the worn joint is computed. It is not fed back; the first and the last are always there.

@@ -377,6 +377,37 @@ impl Value for Counts {
     }
 }
 
+/// The first and the last of a range of integers of 0 or more; the example.
+pub struct FirstLast(pub &'static str);
+
+impl Value for FirstLast {
+    type Read = [u64; 2];
+
+    fn form(&self) -> Form {
+        let each = json!({ "type": "integer", "minimum": 0 });
+        let schema = json!({ "type": "array", "items": each, "minItems": 2, "maxItems": 2 });
+        Form::new(
+            self.0,
+            "a list of two integers of 0 or more, the first and the last",
+            schema,
+        )
+    }
+
+    fn read(&self, given: &Given<'_>) -> Result<[u64; 2]> {
+        let expected = || format!("{}, such as {}", self.form().words, self.0);
+        let items = given.value().and_then(Toml::as_array);
+        let numbers: Option<Vec<i64>> =
+            items.and_then(|items| items.iter().map(as_integer).collect());
+        let Some(&[first, last]) = numbers.as_deref() else {
+            return Err(given.wrong_type(expected()));
+        };
+        match (u64::try_from(first), u64::try_from(last)) {
+            (Ok(first), Ok(last)) if first <= last => Ok([first, last]),
+            _ => Err(given.out_of_range(expected())),
+        }
+    }
+}
+
 /// A list of at most so many different integers of 0 or more; what it must be, with the example at its end.
 pub struct Integers(pub usize, pub &'static str);
 

@@ -144,6 +144,24 @@ impl Value for WordOrTable {
     }
 }
 
+/// True or false where there is no table of keys; the table as an example.
+pub struct BooleanOrTable(pub &'static str);
+
+impl Value for BooleanOrTable {
+    type Read = bool;
+
+    fn form(&self) -> Form {
+        let words = "true, false or a table";
+        Form::new(self.0, words, json!({ "type": "boolean" }))
+    }
+
+    fn read(&self, given: &Given<'_>) -> Result<bool> {
+        let value = given.value().and_then(Toml::as_bool);
+        let expected = || format!("true, false or a table such as {}", self.0);
+        value.ok_or_else(|| given.out_of_range(expected()))
+    }
+}
+
 /// A table of keys, or a list of such tables; the example. What is read is the list, if it is one.
 pub struct Tables(pub &'static str);
 

@@ -61,6 +61,35 @@ pub enum PlanError {
         /// What would be right.
         instead: &'static str,
     },
+    /// Fields of cells beyond the grid.
+    #[error(
+        "`output.cycle_fields.{key}` = {range:?}, and the cells of the grid have {key} from 0 to {last}: give two numbers of these"
+    )]
+    NoSuchCells {
+        /// `i` or `j`.
+        key: &'static str,
+        /// The first and the last cell asked for.
+        range: [u64; 2],
+        /// The last there is.
+        last: usize,
+    },
+    /// Fields of samples beyond the cycle.
+    #[error(
+        "`output.cycle_fields.samples` has {sample}, and the cycle has the samples 0 to {last}: {instead}"
+    )]
+    NoSuchSample {
+        /// The sample.
+        sample: u64,
+        /// The last there is.
+        last: usize,
+        /// What would be right.
+        instead: &'static str,
+    },
+    /// Fields of chosen samples of a cycle whose samples depend on a vibration.
+    #[error(
+        "`output.cycle_fields.samples` is given, and which samples the cycle has is decided after dynamic_response; give fidelity.cycle = \"stepped\" or \"reversal\" too, or leave the samples out for all"
+    )]
+    SamplesNotKnown,
     /// `superposition` of a rotation, or of forces and displacements together.
     #[error(
         "`fidelity.cycle` is \"superposition\", which needs displacements along all axes that move, or forces along all of them, and no rotation about z; use \"reversal\""

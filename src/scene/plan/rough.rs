@@ -33,6 +33,9 @@ pub(super) fn decide(
     let surface = surface(rough, &patch, contact_ports(scene), contents);
     let mut contact = contact(scene, rough)?;
     let cycle = cycle(scene, rough.contact, motion, contents)?;
+    if let (Some(fields), Some(cycle)) = (&scene.output.cycle_fields, &cycle) {
+        check_cycle_fields(fields, rough.grid, cycle, motion)?;
+    }
     if cycle.is_none() {
         contact.why.add("cycle", "no [motion]: static contact");
     }
@@ -374,14 +377,6 @@ fn check(
             cells: patch.grid.len(),
         });
     }
-    if scene.output.cycle_fields {
-        let (value, instead) = ("true", "false: the fields at t = 0 are in contact_field");
-        return Err(PlanError::NotAvailable {
-            key: "output.cycle_fields",
-            value,
-            instead,
-        });
-    }
     check_waves(rough)?;
     let loads = &motion.normal_load;
     check_pressure(rough, patch, loads)?;
@@ -407,6 +402,44 @@ fn check(
                 load,
             });
         }
+    }
+    Ok(())
+}
+
+/// Fields of samples that the cycle does not have, or of cells that the grid does not have.
+fn check_cycle_fields(
+    fields: &recipe::CycleFields,
+    grid: Grid,
+    cycle: &recipe::Cycle,
+    motion: &Motion,
+) -> Result<(), PlanError> {
+    let axes = ["i", "j"].into_iter().zip([grid.nx, grid.ny]);
+    for (range, (key, cells)) in fields.cells.iter().zip(axes) {
+        if let Some(range) = range.filter(|range| range[1] >= cells as u64) {
+            let last = cells - 1;
+            return Err(PlanError::NoSuchCells { key, range, last });
+        }
+    }
+    let Some(&sample) = fields.samples.as_ref().and_then(|samples| samples.last()) else {
+        return Ok(());
+    };
+    let Some(instants) = cycle.instants(motion) else {
+        return Err(PlanError::SamplesNotKnown);
+    };
+    if sample >= instants as u64 {
+        let march = cycle.march.or(cycle.asked);
+        return Err(PlanError::NoSuchSample {
+            sample,
+            last: instants - 1,
+            instead: match march {
+                Some(March::Stepped) => {
+                    "the last is t = T; give fewer, or raise fidelity.steps_per_cycle"
+                }
+                _ => {
+                    "a cycle by reversal has its ends alone; give these, or fidelity.cycle = \"stepped\" for those between"
+                }
+            },
+        });
     }
     Ok(())
 }

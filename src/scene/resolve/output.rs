@@ -1,6 +1,7 @@
 //! `[output]`
 
 use super::Result;
+use crate::recipe::CycleFields;
 use crate::scene::keys::{cycles::MOST_CYCLES, output::*};
 use crate::scene::reader::Reader;
 use crate::scene::{Dynamics, Keep, Output, Wear};
@@ -22,10 +23,42 @@ pub(super) fn output(
     };
     Ok(Output {
         keep,
-        cycle_fields: reader.value(&CYCLE_FIELDS)?,
+        cycle_fields: cycle_fields(reader)?,
         response_at: response_at(reader, wear, dynamics)?,
         curves_every: reader.value(&CURVES_EVERY)?,
     })
+}
+
+fn cycle_fields(reader: &Reader<'_>) -> Result<Option<CycleFields>> {
+    let is_table = [&CYCLE_FIELDS_I, &CYCLE_FIELDS_J]
+        .iter()
+        .any(|key| reader.has(*key))
+        || reader.has(&CYCLE_FIELDS_SAMPLES)
+        || reader.has(&CYCLE_FIELDS_EVERY);
+    if !is_table && !reader.value(&CYCLE_FIELDS)? {
+        return Ok(None);
+    }
+    let mut samples = reader.get(&CYCLE_FIELDS_SAMPLES)?;
+    if let Some(samples) = &mut samples {
+        samples.sort_unstable();
+    }
+    if samples.as_ref().is_some_and(Vec::is_empty) {
+        let expected = CYCLE_FIELDS_SAMPLES.value.1;
+        return Err(reader.out_of_range(&CYCLE_FIELDS_SAMPLES, expected));
+    }
+    let fields = CycleFields {
+        samples,
+        cells: [reader.get(&CYCLE_FIELDS_I)?, reader.get(&CYCLE_FIELDS_J)?],
+        every: reader.value(&CYCLE_FIELDS_EVERY)?,
+    };
+    let moves = reader.has("motion") || reader.has("dynamics");
+    if !(reader.has("surface") && moves) {
+        return Err(reader.conflict(
+            &CYCLE_FIELDS,
+            "there is a fretting cycle in a scene with [surface] and [motion] or [dynamics] only; leave it out",
+        ));
+    }
+    Ok(Some(fields))
 }
 
 fn response_at(
