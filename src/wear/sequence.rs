@@ -185,10 +185,12 @@ impl<'a> Sequence<'a> {
                     new.unsteady = Some(unsteady);
                 }
             }
+            let arrived = self.shear.clone();
             if self.sign < 0.0 {
                 self.unlock(&begin, &segments);
             }
             drift = self.hasten(span, &begin, drift);
+            self.carry_back(&arrived, segments.iter_mut().flatten());
         }
         Err(WearError::NotSteady {
             cycles: MAX_CYCLES,
@@ -352,6 +354,49 @@ impl<'a> Sequence<'a> {
         }
         self.shear = within(&self.shear, self.limits.at(0));
         None
+    }
+
+    /// Takes what was added to the shear since it `arrived` at the end of a span for having been there all along. The cycle is put together of
+    /// the last of each of its parts, which would not fit else. Forces that are given stay as they are.
+    fn carry_back<'s>(
+        &self,
+        arrived: &ByAxis<Vec<f64>>,
+        segments: impl Iterator<Item = &'s mut Segment>,
+    ) {
+        let motion = &self.joint.motion;
+        if motion.channels().any(Channel::is_force) {
+            return;
+        }
+        let grid = self.joint.patch.grid;
+        let pairs = self.shear.iter().zip(arrived);
+        let added: ByAxis<Vec<f64>> = pairs
+            .map(|(now, before)| now.iter().zip(before).map(|(a, b)| a - b).collect())
+            .collect();
+        let force: ByAxis<f64> = added
+            .iter()
+            .map(|of| of.iter().sum::<f64>() * grid.cell_area())
+            .collect();
+        let about_z = |c: usize| {
+            let (i, j) = grid.cell(c);
+            let (x, y) = grid.centre(i, j);
+            x * added.get(1).map_or(0.0, |q| q[c]) - y * added[0][c]
+        };
+        let moment = (0..grid.len()).map(about_z).sum::<f64>() * grid.cell_area();
+        let add = |shear: &mut ByAxis<Vec<f64>>| {
+            let values = shear.iter_mut().flatten().zip(added.iter().flatten());
+            values.for_each(|(q, by)| *q += by);
+        };
+        for segment in segments {
+            add(&mut segment.shear);
+            segment.kept.iter_mut().for_each(|(_, shear)| add(shear));
+            for instant in &mut segment.instants {
+                let values = instant.force.iter_mut().zip(&force);
+                values.for_each(|(value, by)| *value += by);
+                if let Some([_, of_instant]) = &mut instant.torsion {
+                    *of_instant += moment;
+                }
+            }
+        }
     }
 
     /// The whole cycle, whose place was `old` a span ago.

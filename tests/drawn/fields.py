@@ -21,7 +21,9 @@ joint and the last iteration, and of each, with what may be left in `limits_of`:
     closure                shear at t = T against that at t = 0
     energy                 sum of mean limit times |dv| over the steps against the dissipation, which is extrapolated
 
-Told, and not judged: `seam`, see SEAMS; `energy_of_cells` and `path`, sums of |difference| over the cells.
+    seam_stick             as stick, at the seams (see SEAMS)
+
+Told, and not judged: `seam`, their friction; `energy_of_cells` and `path`, sums of |difference| over the cells.
 """
 
 import argparse
@@ -57,6 +59,9 @@ STUCK = 1e-2
 # A cycle is put together of parts of two marches, and in between and at t = 0 the shear of cells that stick may jump; where its halves are opposite
 # each is there twice. These steps are told apart, and their friction is that of the steps beside them.
 SEAMS_OF_HALVES, SEAMS = 4, 2
+# What a cell below its limit may move there, as STUCK: the closing of a cycle weighs what cells dissipate, and those that stick the least. Measured are
+# 0.07, and 0.3 where forces are given, whose resultant keeps what was locked in from being taken out of both marches.
+AT_SEAM, AT_SEAM_OF_FORCES = 0.15, 0.5
 # One is a step whose friction is wrong by so many times that of most steps.
 STANDS_OUT = 20.0
 # Below this part of mu N times the way of the bodies nothing is dissipated.
@@ -358,6 +363,7 @@ def limits_of(found):
     limits |= dict.fromkeys(("given_normal", "given_displacement", "given_rotation", "given_force", "given_moment"), ROUNDING)
     limits |= dict.fromkeys(("penetration", "adhesion", "gap", "gap_sign"), NORMAL)
     limits["stick"] = STUCK
+    limits["seam_stick"] = AT_SEAM_OF_FORCES if "given_force" in found else AT_SEAM
     # Where t = 0 is between the ends of a motion, it has a solve of its own.
     solves = 2 if samples == 3 else 1
     limits["friction"] = turning + bar if stepped else solves * WITHIN_BAR * bar
