@@ -79,6 +79,7 @@ impl Recipe {
                 keep: Keep::All,
                 cycle_fields: false,
                 curves_every: 0,
+                stiffness: true,
                 response_at,
             },
             asked_error: None,

@@ -153,8 +153,12 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     }
     let bars = Summary {
         error_loaded_area: followed(|s| s.loaded_area_fraction, step.volume, 0.0),
-        error_kn: followed(|s| s.kn, step.volume, 0.0),
-        error_kt: followed(|s| s.kt, step.volume, 0.0),
+        error_kn: summary
+            .kn
+            .and_then(|_| followed(|s| s.kn, step.volume, 0.0)),
+        error_kt: summary
+            .kt
+            .and_then(|_| followed(|s| s.kt, step.volume, 0.0)),
         error_dissipated_energy: followed(|s| s.dissipated_energy, meanwhile, own),
         error_resonance_frequency: of_vibration[0],
         error_peak_amplitude: of_vibration[1],

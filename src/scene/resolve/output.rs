@@ -23,6 +23,7 @@ pub(super) fn output(
     Ok(Output {
         keep,
         cycle_fields: reader.value(&CYCLE_FIELDS)?,
+        stiffness: reader.value(&STIFFNESS)?,
         response_at: response_at(reader, wear, dynamics)?,
         curves_every: reader.value(&CURVES_EVERY)?,
     })
