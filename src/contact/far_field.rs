@@ -4,19 +4,25 @@
 //! the surface between the spots stood still; in truth it moves with them, and the far field is softer. With S = M 1 the
 //! springs to the ground, M = (M − S) + S, and springs that stand on the far field with its compliance L in place of the ground
 //! give (M − S) + (S⁻¹ + L)⁻¹ = M − S (L⁻¹ + S)⁻¹ S. This stays positive definite, as M − S is that of springs between free cells.
-//! L is taken on some blocks of cells, as a small dense matrix. A periodic contact goes without.
+//! L is taken on some blocks of cells, as a small dense matrix.
 //!
 //! The solvers own the springs of each cell and sum them up over the blocks; here are the blocks.
 
+use std::f64::consts::{PI, TAU};
+
 use super::half_space::{Boundary, HalfSpace};
 use super::kernel::{CellIntegrals, cell_integrals};
+use super::sums::dot;
 use crate::grid::Grid;
 
-/// Blocks along each side.
-const BLOCKS: usize = 8;
+/// Most blocks: a factor of their matrix then costs no more than a pair of transforms of the grids that have so many.
+const MOST_BLOCKS: f64 = 144.0;
 
 /// Least cells along each side of a block.
-const LEAST_CELLS: usize = 4;
+const LEAST_CELLS: usize = 2;
+
+/// Waves that the blocks of a periodic contact are told apart by, in each block along a side. The next ones are some parts in a thousand.
+const WAVES: usize = 2;
 
 /// The blocks, with `A` displacements each.
 pub(super) struct FarField<const A: usize> {
@@ -28,10 +34,16 @@ pub(super) struct FarField<const A: usize> {
     size: usize,
     /// G, the Cholesky factors of the springs of each block.
     roots: Vec<[[f64; A]; A]>,
-    /// Cholesky factor of 1 + Gᵀ L G; empty where there is no correction.
+    /// Unknowns that springs hold: of the others nothing is asked.
+    held: Vec<usize>,
+    /// Where among them an unknown is, or beyond the last.
+    places: Vec<usize>,
+    /// L between these, and the Cholesky factor of 1 + Gᵀ L G; empty where there is no correction.
+    held_compliance: Vec<f64>,
     factor: Vec<f64>,
     moved: Vec<f64>,
     inner: Vec<f64>,
+    outer: Vec<f64>,
 }
 
 impl<const A: usize> FarField<A> {
@@ -41,20 +53,21 @@ impl<const A: usize> FarField<A> {
         compliance: impl Fn(CellIntegrals) -> [[f64; A]; A],
     ) -> Self {
         let grid = half_space.grid();
-        let blocks = |n: usize| (n / LEAST_CELLS).clamp(1, BLOCKS);
+        let [lx, ly] = grid.size();
         // With a compliance between nodes the far field is mostly theirs.
-        let [mx, my] = match half_space.boundary() {
-            Boundary::Free if half_space.nodal().is_none() => [blocks(grid.nx), blocks(grid.ny)],
-            Boundary::Free | Boundary::Periodic => [0; 2],
+        let [mx, my] = match half_space.nodal() {
+            None => numbers(grid),
+            Some(_) => [0; 2],
         };
         let size = A * mx * my;
-        let [lx, ly] = grid.size();
         let (dx, dy) = (lx / mx as f64, ly / my as f64);
         // Tractions summed over the cells of a block act on its whole area.
         let per_cell = grid.cell_area() / (dx * dy);
-        let quadrant: Vec<CellIntegrals> = (0..mx * my)
-            .map(|k| cell_integrals((k / my) as f64 * dx, (k % my) as f64 * dy, dx, dy))
-            .collect();
+        let at = |k: usize| match half_space.boundary() {
+            Boundary::Free => cell_integrals((k / my) as f64 * dx, (k % my) as f64 * dy, dx, dy),
+            Boundary::Periodic => periodic_integrals([k / my, k % my], [mx, my], [lx, ly]),
+        };
+        let quadrant: Vec<CellIntegrals> = (0..mx * my).map(at).collect();
         let mut matrix = vec![0.0; size * size];
         for p in 0..mx * my {
             for q in 0..mx * my {
@@ -76,13 +89,17 @@ impl<const A: usize> FarField<A> {
             compliance: matrix,
             size,
             roots: vec![[[0.0; A]; A]; mx * my],
+            held: Vec::new(),
+            places: vec![usize::MAX; size],
+            held_compliance: Vec::new(),
             factor: Vec::new(),
             moved: vec![0.0; size],
-            inner: vec![0.0; size],
+            inner: Vec::new(),
+            outer: Vec::new(),
         }
     }
 
-    /// False for a periodic contact.
+    /// False where the far field is that of nodes.
     pub(super) fn exists(&self) -> bool {
         self.size > 0
     }
@@ -107,105 +124,161 @@ impl<const A: usize> FarField<A> {
 
     /// Prepares the correction for the summed springs of the blocks.
     pub(super) fn prepare(&mut self, springs: &[[[f64; A]; A]]) {
-        let n = self.size;
         for (root, springs) in self.roots.iter_mut().zip(springs) {
             *root = root_of(*springs);
         }
-        // 1 + Gᵀ L G, and its factor in place.
+        let (size, roots) = (self.size, &self.roots);
+        self.held.clear();
+        self.held
+            .extend((0..size).filter(|k| roots[k / A][k % A][k % A] > 0.0));
+        self.places.fill(usize::MAX);
+        for (place, &k) in self.held.iter().enumerate() {
+            self.places[k] = place;
+        }
+        let n = self.held.len();
+        self.held_compliance.clear();
         let mut m = std::mem::take(&mut self.factor);
         m.clear();
-        m.resize(n * n, 0.0);
-        for p in 0..n / A {
-            for q in 0..=p {
-                for u in 0..A {
-                    for v in 0..A {
-                        let mut sum = 0.0;
-                        for w in u..A {
-                            for z in v..A {
-                                sum += self.roots[p][w][u]
-                                    * self.compliance[(A * p + w) * n + A * q + z]
-                                    * self.roots[q][z][v];
-                            }
-                        }
-                        m[(A * p + u) * n + A * q + v] = sum;
+        // 1 + Gᵀ L G, and its factor in place.
+        for (i, &row) in self.held.iter().enumerate() {
+            let (p, u) = (row / A, row % A);
+            let of_row = &self.compliance[row * size..(row + 1) * size];
+            self.held_compliance
+                .extend(self.held.iter().map(|&k| of_row[k]));
+            for &column in &self.held {
+                let (q, v) = (column / A, column % A);
+                let mut sum = 0.0;
+                for w in u..A {
+                    for z in v..A {
+                        sum += roots[p][w][u]
+                            * self.compliance[(A * p + w) * size + A * q + z]
+                            * roots[q][z][v];
                     }
                 }
+                m.push(sum);
             }
-        }
-        for k in 0..n {
-            m[k * n + k] += 1.0;
+            m[i * n + i] += 1.0;
         }
         for i in 0..n {
-            for j in 0..=i {
-                let (a, b) = (&m[i * n..i * n + j], &m[j * n..j * n + j]);
-                let sum: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
-                let left = m[i * n + j] - sum;
-                if i == j {
-                    if left <= 0.0 {
-                        return;
-                    }
-                    m[i * n + i] = left.sqrt();
-                } else {
-                    m[i * n + j] = left / m[j * n + j];
-                }
+            let (above, own) = m.split_at_mut(i * n);
+            for j in 0..i {
+                let above = &above[j * n..j * n + j + 1];
+                own[j] = (own[j] - dot(&own[..j], &above[..j])) / above[j];
             }
+            let left = own[i] - dot(&own[..i], &own[..i]);
+            if left <= 0.0 {
+                return;
+            }
+            own[i] = left.sqrt();
         }
         self.factor = m;
     }
 
     /// (L⁻¹ + S)⁻¹ of `sums`, those of S times a source over the blocks; 0 where no springs hold a block, and `None` where there
     /// is no correction.
-    pub(super) fn moved(&mut self, sums: &mut [f64]) -> Option<&[f64]> {
-        let n = self.size;
+    pub(super) fn moved(&mut self, sums: &[f64]) -> Option<&[f64]> {
+        let n = self.held.len();
         if self.factor.is_empty() {
             return None;
         }
-        let roots = &self.roots;
-        let held = |k: usize| roots[k / A][k % A][k % A] > 0.0;
-        for (k, sum) in sums.iter_mut().enumerate() {
-            *sum = if held(k) { *sum } else { 0.0 };
-        }
         // (L⁻¹ + G Gᵀ)⁻¹ = L − L G (1 + Gᵀ L G)⁻¹ Gᵀ L.
-        let product = |x: &[f64], out: &mut [f64], compliance: &[f64]| {
-            for (out, row) in out.iter_mut().zip(compliance.chunks_exact(n)) {
-                *out = row.iter().zip(x).map(|(a, b)| a * b).sum();
-            }
+        let product = |x: &[f64], out: &mut Vec<f64>, compliance: &[f64]| {
+            out.clear();
+            out.extend(compliance.chunks_exact(n).map(|row| dot(row, x)));
         };
-        product(sums, &mut self.moved, &self.compliance);
-        let inner = &mut self.inner;
-        for p in 0..n / A {
-            for u in 0..A {
-                inner[A * p + u] = (u..A)
-                    .map(|w| self.roots[p][w][u] * self.moved[A * p + w])
-                    .sum();
-            }
-        }
+        let (roots, held) = (&self.roots, &self.held);
+        let FarField {
+            inner,
+            outer,
+            places,
+            ..
+        } = self;
+        let value = |of: &[f64], unknown: usize| of.get(places[unknown]).copied().unwrap_or(0.0);
+        inner.clear();
+        inner.extend(held.iter().map(|&k| sums[k]));
+        product(inner, outer, &self.held_compliance);
+        inner.clear();
+        inner.extend(held.iter().map(|&k| {
+            let (p, u) = (k / A, k % A);
+            let terms = (u..A).map(|w| roots[p][w][u] * value(outer, A * p + w));
+            terms.sum::<f64>()
+        }));
         let m = &self.factor;
         for i in 0..n {
-            let row = m[i * n..i * n + i].iter().zip(inner.iter());
-            let sum: f64 = row.map(|(a, b)| a * b).sum();
+            let sum = dot(&m[i * n..i * n + i], &inner[..i]);
             inner[i] = (inner[i] - sum) / m[i * n + i];
         }
         for i in (0..n).rev() {
             inner[i] /= m[i * n + i];
             let v = inner[i];
-            for j in 0..i {
-                inner[j] -= m[i * n + j] * v;
+            for (left, of_row) in inner[..i].iter_mut().zip(&m[i * n..]) {
+                *left -= of_row * v;
             }
         }
-        for p in 0..n / A {
-            for u in 0..A {
-                sums[A * p + u] = (0..=u)
-                    .map(|w| self.roots[p][u][w] * inner[A * p + w])
-                    .sum();
-            }
+        self.moved.fill(0.0);
+        for (k, &at) in held.iter().enumerate() {
+            self.moved[at] = outer[k];
         }
-        product(sums, inner, &self.compliance);
-        for (k, (moved, less)) in self.moved.iter_mut().zip(inner.iter()).enumerate() {
-            *moved = if held(k) { *moved - less } else { 0.0 };
+        outer.clear();
+        outer.extend(held.iter().map(|&k| {
+            let (p, u) = (k / A, k % A);
+            let terms = (0..=u).map(|w| roots[p][u][w] * value(inner, A * p + w));
+            terms.sum::<f64>()
+        }));
+        product(outer, inner, &self.held_compliance);
+        for (less, &at) in inner.iter().zip(held) {
+            self.moved[at] -= less;
         }
         Some(&self.moved)
     }
+}
+
+/// Blocks along x and y, about as long as wide: as many as half the cells have rows, up to the most.
+fn numbers(grid: Grid) -> [usize; 2] {
+    let [lx, ly] = grid.size();
+    let all = (grid.len() as f64).sqrt().min(MOST_BLOCKS);
+    let within = |wanted: f64, cells: usize| {
+        let most = (cells / LEAST_CELLS).max(1);
+        (wanted.round() as usize).clamp(1, most)
+    };
+    let x = within((all * lx / ly).sqrt(), grid.nx);
+    let y = within(all / x as f64, grid.ny);
+    [within(all / y as f64, grid.nx), y]
+}
+
+/// As [`cell_integrals`] of a traction that is periodic over `lengths`, on one of so many `blocks`, averaged over the block that is `offset`
+/// blocks away. The mean displacement is zero.
+fn periodic_integrals(offset: [usize; 2], blocks: [usize; 2], lengths: [f64; 2]) -> CellIntegrals {
+    let mut sum = CellIntegrals::default();
+    let area = 1.0 / (blocks[0] * blocks[1]) as f64;
+    // A wave's number, its phase at the offset, and its means over both blocks.
+    let along = |axis: usize, wave: usize| {
+        let part = wave as f64 / blocks[axis] as f64;
+        let half = PI * part;
+        let mean = if wave == 0 { 1.0 } else { half.sin() / half };
+        let number = TAU * wave as f64 / lengths[axis];
+        (number, TAU * part * offset[axis] as f64, mean * mean)
+    };
+    for m in 0..=WAVES * blocks[0] {
+        let (x, phase_x, mean_x) = along(0, m);
+        for n in 0..=WAVES * blocks[1] {
+            if m + n == 0 {
+                continue;
+            }
+            let (y, phase_y, mean_y) = along(1, n);
+            // Of the waves ±m and ±n, those that differ.
+            let count = if m == 0 || n == 0 { 2.0 } else { 4.0 };
+            let k = x.hypot(y);
+            // 1/r, y²/r³ and xy/r³ transform to 2π/k, 2π k_x²/k³ and −2π k_x k_y/k³.
+            let size = count * TAU / k * mean_x * mean_y * area;
+            let even = size * phase_x.cos() * phase_y.cos();
+            sum.inverse += even;
+            sum.xx += even * (y / k).powi(2);
+            sum.yy += even * (x / k).powi(2);
+            sum.xy += size * phase_x.sin() * phase_y.sin() * x * y / (k * k);
+        }
+    }
+    sum
 }
 
 /// Lower Cholesky factor; a direction without spring has none.

@@ -47,8 +47,10 @@ pub struct HalfSpace {
     boundary: Boundary,
     /// Zero-padded (free) or as it is (periodic).
     convolution: Convolution,
-    /// Unpadded and periodic: good enough for a preconditioner, at a quarter of the cost.
+    /// For a preconditioner, at a quarter of the cost: periodic on a plane that is hardly larger than the grid.
     inverse: Convolution,
+    /// The grid over all of that plane.
+    inverse_grid: Grid,
     workspace: Workspace,
     normal: Vec<f64>,
     normal_inverse: Vec<f64>,
@@ -66,9 +68,15 @@ impl HalfSpace {
             Boundary::Periodic => (grid.nx, grid.ny),
         };
         let convolution = Convolution::new(grid.nx, grid.ny, px, py);
-        let weight = grid.len() as f64 / (px * py) as f64;
-        let inverse = Convolution::new(grid.nx, grid.ny, grid.nx, grid.ny).with_pair_weight(weight);
+        let [nx, ny] = inverse_plane(grid, boundary);
+        let inverse_grid = Grid { nx, ny, ..grid };
+        let weight = inverse_grid.len() as f64 / (px * py) as f64;
+        let inverse = Convolution::new(grid.nx, grid.ny, nx, ny).with_pair_weight(weight);
         let symbols = Symbols { grid, pair };
+        let of_inverse = Symbols {
+            grid: inverse_grid,
+            pair,
+        };
         let normal = match boundary {
             Boundary::Free => {
                 let integrals = Integrals::new(grid);
@@ -77,13 +85,14 @@ impl HalfSpace {
             }
             Boundary::Periodic => convolution.symbol(|m, n| symbols.compliance(m, n)[0]),
         };
-        let normal_inverse = inverse.symbol(|m, n| symbols.stiffness(m, n)[0]);
+        let normal_inverse = inverse.symbol(|m, n| of_inverse.stiffness(m, n)[0]);
         HalfSpace {
             grid,
             pair,
             boundary,
             convolution,
             inverse,
+            inverse_grid,
             workspace: Workspace::default(),
             normal,
             normal_inverse,
@@ -179,6 +188,22 @@ impl HalfSpace {
             + self.pair.lateral_compliance() * cell.xx.min(cell.yy)
     }
 
+    /// What the preconditioners of a periodic contact have of a mean displacement, by which the cells of a period hold each other alike: of
+    /// the pressure and of shear, over the cells \[Pa/m\]. None of a free one, which is held by the ground.
+    pub(super) fn mean_stiffness(&self) -> [f64; 2] {
+        match self.boundary {
+            Boundary::Free => [0.0; 2],
+            Boundary::Periodic => {
+                let symbols = Symbols {
+                    grid: self.inverse_grid,
+                    pair: self.pair,
+                };
+                let [normal, shear, ..] = symbols.stiffness(0, 0);
+                [normal, shear].map(|k| k / self.grid.len() as f64)
+            }
+        }
+    }
+
     /// Normal displacement under a pressure field: u = K_zz ⊗ p [A eq. 2.4].
     pub fn normal(&mut self, pressure: &[f64], displacement: &mut [f64]) {
         self.convolution
@@ -232,12 +257,43 @@ impl HalfSpace {
         }
     }
 
+    /// Tangential displacement along as many axes as there are fields for it, under shear along x alone.
+    pub(super) fn shear_of_x(&mut self, shear: &[f64], displacement: &mut ByAxis<Vec<f64>>) {
+        let [x, y] = &mut displacement[..] else {
+            return self.shear_x(shear, &mut displacement[0]);
+        };
+        self.build_shear();
+        if let Some([kernel, _]) = &self.shear {
+            let both = [&mut x[..], &mut y[..]];
+            self.convolution
+                .apply_column(&mut self.workspace, kernel, shear, both);
+        }
+        if let Some(nodal) = &self.nodal {
+            nodal.add_shear([shear, &vec![0.0; shear.len()]], [x, y]);
+        }
+    }
+
     /// An approximate shear for a displacement in both directions.
     pub fn shear_inverse(&mut self, displacement: [&[f64]; 2], shear: [&mut [f64]; 2]) {
         self.build_shear();
         if let Some([_, kernel]) = &self.shear {
             self.inverse
                 .apply_vector(&mut self.workspace, kernel, displacement, shear);
+        }
+    }
+
+    /// An approximate shear along one axis for a displacement along it, without what that shears along the other.
+    pub(super) fn own_shear_inverse(
+        &mut self,
+        axis: usize,
+        displacement: &[f64],
+        shear: &mut [f64],
+    ) {
+        self.build_shear();
+        if let Some([_, kernel]) = &self.shear {
+            let own = if axis == 0 { &kernel.xx } else { &kernel.yy };
+            self.inverse
+                .apply(&mut self.workspace, own, displacement, shear);
         }
     }
 
@@ -296,6 +352,10 @@ impl HalfSpace {
             grid: self.grid,
             pair: self.pair,
         };
+        let of_inverse = Symbols {
+            grid: self.inverse_grid,
+            pair: self.pair,
+        };
         let forward = match self.boundary {
             Boundary::Free => {
                 let integrals = Integrals::new(self.grid);
@@ -309,7 +369,7 @@ impl HalfSpace {
         };
         self.shear_x = Some([
             forward,
-            self.inverse.symbol(|m, n| symbols.stiffness(m, n)[1]),
+            self.inverse.symbol(|m, n| of_inverse.stiffness(m, n)[1]),
         ]);
     }
 
@@ -319,6 +379,10 @@ impl HalfSpace {
         }
         let symbols = Symbols {
             grid: self.grid,
+            pair: self.pair,
+        };
+        let of_inverse = Symbols {
+            grid: self.inverse_grid,
             pair: self.pair,
         };
         let convolution = &self.convolution;
@@ -341,11 +405,24 @@ impl HalfSpace {
             },
         };
         let inverse = VectorKernel {
-            xx: self.inverse.symbol(|m, n| symbols.stiffness(m, n)[1]),
-            yy: self.inverse.symbol(|m, n| symbols.stiffness(m, n)[2]),
-            xy: self.inverse.symbol(|m, n| symbols.stiffness(m, n)[3]),
+            xx: self.inverse.symbol(|m, n| of_inverse.stiffness(m, n)[1]),
+            yy: self.inverse.symbol(|m, n| of_inverse.stiffness(m, n)[2]),
+            xy: self.inverse.symbol(|m, n| of_inverse.stiffness(m, n)[3]),
         };
         self.shear = Some([forward, inverse]);
+    }
+}
+
+/// One cell in so many is added along each side to the plane of the preconditioner: without it cells at opposite edges of a free contact
+/// hold each other.
+const MARGIN: usize = 32;
+
+/// Points of the plane of the preconditioner. That of a periodic contact is the contact's own, whatever a transform of that length costs.
+fn inverse_plane(grid: Grid, boundary: Boundary) -> [usize; 2] {
+    let cells = [grid.nx, grid.ny];
+    match boundary {
+        Boundary::Free => cells.map(|n| fast_length(n + n.div_ceil(MARGIN))),
+        Boundary::Periodic => cells,
     }
 }
 
@@ -415,7 +492,8 @@ impl Symbols {
         [a, a + b * (y / k).powi(2), a + b * (x / k).powi(2), xy]
     }
 
-    /// The inverse of [`Symbols::compliance`]. The rigid mode gets the stiffness of the patch as a punch, 2E*√(A/π) over A.
+    /// The inverse of [`Symbols::compliance`]. The rigid mode gets the stiffness of a patch as long as wide as a punch, 2E*√(A/π) over A:
+    /// less than any other mode's, whatever the shape.
     fn stiffness(&self, m: isize, n: usize) -> [f64; 4] {
         let (x, y, k) = self.wave(m, n);
         let (a, b) = (
@@ -424,7 +502,7 @@ impl Symbols {
         );
         if k == 0.0 {
             let [lx, ly] = self.grid.size();
-            let rigid = 4.0 / (PI * lx * ly).sqrt();
+            let rigid = 4.0 / (PI.sqrt() * lx.max(ly));
             return [rigid / a, rigid / (a + 0.5 * b), rigid / (a + 0.5 * b), 0.0];
         }
         // Along k the compliance is a/k, across it (a + b)/k.

@@ -37,21 +37,33 @@ use super::half_space::{Boundary, HalfSpace, Shear};
 use super::tangential::{compliance, stiffness};
 use crate::grid::ByAxis;
 
-/// Part of the first residual (in the preconditioner's norm) at which a solve stops. The stiffness is an energy, so its
-/// relative error is about the square of this, some 1e-8.
-pub const RESIDUAL: f64 = 1e-4;
+/// Relative error of the tractions, in the norm of their energy, at which a solve stops. The stiffness is that energy: its relative error is
+/// the square of this at most, and what the last iterations say of the rest is added to it, so that it is right to 1e-7.
+pub const TOLERANCE: f64 = 2e-4;
+
+/// The same for a stiffness that is a figure of a contact: that contact is solved to some 1e-6 itself.
+pub const FIGURE_TOLERANCE: f64 = 1e-3;
 
 /// The same for a stiffness that is only held against another: its error is some 1e-4.
-pub const COMPARED_RESIDUAL: f64 = 1e-2;
+pub const COMPARED_TOLERANCE: f64 = 1e-2;
 
 /// The same where the densities of single cells are used: those are in error by this itself.
-const LOCAL_RESIDUAL: f64 = 3e-6;
+const LOCAL_TOLERANCE: f64 = 3e-6;
 
-/// The same where pressures of one motion are summed up over another, which is in error by the residual itself.
-const MIXED_RESIDUAL: f64 = 1e-8;
+/// The same where several motions are put together: their resultants are right to the square too, and their differences lose some digits.
+const MIXED_TOLERANCE: f64 = 1e-4;
 
-/// A stiffness against turning below this part of its terms is rounding: the cells do not resist.
-const SINGULAR: f64 = 1e-9;
+/// A stiffness against turning below this part of its terms is the error of these: the cells do not resist.
+const SINGULAR: f64 = 1e-6;
+
+/// Bound on what an iteration leaves of the one before, in the estimate of what all others will add.
+const SLOWEST: f64 = 0.9;
+
+/// Share of the cells in contact from which on a periodic contact is next to rigid: kn's pressures, all but even, then tell nothing of kt.
+const NEARLY_FULL: f64 = 0.8;
+
+/// A residual whose own energy is this part of what is asked for has nothing left to add.
+const NOTHING: f64 = 1e-3;
 
 /// Bound on conjugate gradient iterations; a contact set of any shape takes a few dozen.
 const MAX_ITERATIONS: usize = 2000;
@@ -69,6 +81,36 @@ pub struct Stiffness {
     pub iterations: usize,
 }
 
+impl Stiffness {
+    /// The total as the sum of the densities: of those that are as good as it.
+    fn of_density(self, cell_area: f64) -> Self {
+        let total = match self.total.is_finite() {
+            true => self.density[0].iter().sum::<f64>() * cell_area,
+            false => self.total,
+        };
+        Stiffness { total, ..self }
+    }
+}
+
+/// Tractions under a motion, and what is left of it: the displacement that they do not reach.
+struct Moved {
+    density: Field,
+    residual: Field,
+    /// Energy of the motion over the cell's area.
+    energy: f64,
+    iterations: usize,
+}
+
+impl Moved {
+    fn stiffness(self, cell_area: f64) -> Stiffness {
+        Stiffness {
+            density: self.density,
+            total: self.energy * cell_area,
+            iterations: self.iterations,
+        }
+    }
+}
+
 /// Cells in contact below the pressure cap: those that a higher load presses further.
 pub fn elastic_cells(pressure: &[f64], pressure_cap: Option<f64>) -> Vec<bool> {
     let cap = pressure_cap.unwrap_or(f64::INFINITY);
@@ -77,21 +119,22 @@ pub fn elastic_cells(pressure: &[f64], pressure_cap: Option<f64>) -> Vec<bool> {
 
 /// kn = 1ᵀ K_CC⁻¹ 1 dA over the cells of `set`, for bodies that do not turn.
 pub fn normal(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, ContactError> {
-    normal_to(half_space, set, RESIDUAL)
+    normal_to(half_space, set, TOLERANCE)
 }
 
-/// As [`normal`], to a part of the first residual.
+/// As [`normal`], to a relative error of the tractions.
 pub fn normal_to(
     half_space: &mut HalfSpace,
     set: &[bool],
     tolerance: f64,
 ) -> Result<Stiffness, ContactError> {
-    normal_under(half_space, set, tolerance, |_| 1.0)
+    let moved = normal_under(half_space, set, tolerance, |_| 1.0)?;
+    Ok(moved.stiffness(half_space.grid().cell_area()))
 }
 
 /// As [`normal`], with densities as good as the total.
 pub fn local_normal(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, ContactError> {
-    normal_to(half_space, set, LOCAL_RESIDUAL)
+    Ok(normal_to(half_space, set, LOCAL_TOLERANCE)?.of_density(half_space.grid().cell_area()))
 }
 
 /// kn over the cells of `set` for bodies that are free to turn: dN/dδ at constant moments about the grid's centre.
@@ -106,7 +149,7 @@ pub fn turning(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, Co
         [1.0, y, -x]
     };
     let moved = [0, 1, 2]
-        .map(|k| normal_under(half_space, set, MIXED_RESIDUAL, |c| field(c)[k]))
+        .map(|k| normal_under(half_space, set, MIXED_TOLERANCE, |c| field(c)[k]))
         .into_iter()
         .collect::<Result<Vec<_>, _>>()?;
     Ok(followed(moved, grid.cell_area(), |motion, _, c| {
@@ -117,42 +160,64 @@ pub fn turning(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, Co
 /// The first of some motions, where each of the others follows without a resultant. `field` is the displacement of a motion
 /// along an axis at a cell; a motion that the cells do not resist stays away.
 fn followed(
-    mut moved: Vec<Stiffness>,
+    mut moved: Vec<Moved>,
     cell_area: f64,
     field: impl Fn(usize, usize, usize) -> f64,
 ) -> Stiffness {
-    let sum = |density: &Field, motion: usize, part: fn(f64) -> f64| -> f64 {
+    let sum = |density: &Field, part: &dyn Fn(usize, usize, f64) -> f64| -> f64 {
         let on_axis = |(axis, density): (usize, &Vec<f64>)| {
             let cells = density.iter().enumerate().filter(|(_, q)| **q != 0.0);
-            cells
-                .map(|(c, q)| part(q * field(motion, axis, c)))
-                .sum::<f64>()
+            cells.map(|(c, q)| part(axis, c, *q)).sum::<f64>()
         };
         density.iter().enumerate().map(on_axis).sum()
     };
-    let resultant = |density: &Field, motion: usize| sum(density, motion, |term| term);
+    // The resultant of one motion's tractions along another, and the work of the other's on what the one has left: together right to
+    // the second order. Symmetric up to that.
+    let count = moved.len();
+    let resultant = |a: usize, b: usize| {
+        sum(&moved[a].density, &|axis, c, q| q * field(b, axis, c))
+            + sum(&moved[b].density, &|axis, c, q| {
+                q * moved[a].residual[axis][c]
+            })
+    };
+    let mut resultants = vec![vec![0.0; count]; count];
+    for a in 0..count {
+        for b in 0..=a {
+            resultants[a][b] = resultant(a, b);
+            resultants[b][a] = resultants[a][b];
+        }
+    }
+    let terms = |motion: usize| {
+        sum(&moved[motion].density, &|axis, c, q| {
+            (q * field(motion, axis, c)).abs()
+        })
+    };
+    let terms: Vec<f64> = (0..count).map(terms).collect();
     while moved.len() > 1
         && let Some(follower) = moved.pop()
     {
         let motion = moved.len();
-        let own = resultant(&follower.density, motion);
-        let resisted = own > SINGULAR * sum(&follower.density, motion, f64::abs);
-        for other in &mut moved {
+        let own = resultants[motion][motion];
+        let resisted = own > SINGULAR * terms[motion];
+        for (k, other) in moved.iter_mut().enumerate() {
             other.iterations += follower.iterations;
             if !resisted {
                 continue;
             }
-            let part = resultant(&other.density, motion) / own;
+            let part = resultants[k][motion] / own;
             for (density, less) in other.density.iter_mut().zip(&follower.density) {
                 for (density, less) in density.iter_mut().zip(less) {
                     *density -= part * less;
                 }
             }
+            for l in 0..motion {
+                resultants[k][l] -= part * resultants[motion][l];
+            }
         }
     }
     let mut first = moved.remove(0);
-    first.total = resultant(&first.density, 0) * cell_area;
-    first
+    first.energy = resultants[0][0];
+    first.stiffness(cell_area)
 }
 
 /// Pressures on the cells of `set` that displace each of them as told.
@@ -161,11 +226,12 @@ fn normal_under(
     set: &[bool],
     tolerance: f64,
     motion: impl Fn(usize) -> f64,
-) -> Result<Stiffness, ContactError> {
+) -> Result<Moved, ContactError> {
     linearise(
         half_space,
         &[set],
         tolerance,
+        None,
         &[Traction::Pressure],
         |_, c| motion(c),
         |h, p, u| h.normal(&p[0], &mut u[0]),
@@ -179,7 +245,7 @@ pub fn tangential(
     set: &[bool],
     shear: Shear,
 ) -> Result<Stiffness, ContactError> {
-    tangential_to(half_space, set, shear, RESIDUAL)
+    tangential_to(half_space, set, shear, TOLERANCE)
 }
 
 /// As [`tangential`], with densities as good as the total.
@@ -188,26 +254,43 @@ pub fn local_tangential(
     set: &[bool],
     shear: Shear,
 ) -> Result<Stiffness, ContactError> {
-    tangential_to(half_space, set, shear, LOCAL_RESIDUAL)
+    let found = tangential_to(half_space, set, shear, LOCAL_TOLERANCE)?;
+    Ok(found.of_density(half_space.grid().cell_area()))
 }
 
-/// As [`tangential`], to a part of the first residual.
+/// As [`tangential`], to a relative error of the tractions.
 pub fn tangential_to(
     half_space: &mut HalfSpace,
     set: &[bool],
     shear: Shear,
     tolerance: f64,
 ) -> Result<Stiffness, ContactError> {
+    tangential_from(half_space, set, shear, tolerance, None)
+}
+
+/// As [`tangential_to`], begun from kn of the same contact, whose pressures are nearly the shear up to a factor.
+pub fn tangential_from(
+    half_space: &mut HalfSpace,
+    set: &[bool],
+    shear: Shear,
+    tolerance: f64,
+    normal: Option<&Stiffness>,
+) -> Result<Stiffness, ContactError> {
     let fields = shear.tractions();
-    linearise(
+    let share = set.iter().filter(|c| **c).count() as f64 / set.len() as f64;
+    let nearly_full = half_space.boundary() == Boundary::Periodic && share > NEARLY_FULL;
+    let normal = normal.filter(|_| !nearly_full);
+    let moved = linearise(
         half_space,
         &vec![set; fields.len()],
         tolerance,
+        normal.map(|normal| &normal.density[0][..]),
         fields,
         |axis, _| if axis == 0 { 1.0 } else { 0.0 },
         compliance,
         stiffness,
-    )
+    )?;
+    Ok(moved.stiffness(half_space.grid().cell_area()))
 }
 
 /// What follows freely, without a force or moment, while the bodies move along x by a unit.
@@ -250,7 +333,8 @@ pub fn tangential_following(
         linearise(
             half_space,
             &sets,
-            MIXED_RESIDUAL,
+            MIXED_TOLERANCE,
+            None,
             Shear::InPlane.tractions(),
             given,
             compliance,
@@ -258,7 +342,7 @@ pub fn tangential_following(
         )
     };
     let moved = motions.iter().map(solve).collect::<Result<Vec<_>, _>>()?;
-    if moved.iter().any(|motion| motion.total.is_infinite()) {
+    if moved.iter().any(|motion| motion.energy.is_infinite()) {
         return tangential(half_space, set, Shear::InPlane);
     }
     Ok(followed(moved, grid.cell_area(), |motion, axis, c| {
@@ -277,7 +361,7 @@ pub enum Direction {
 
 /// kn or kt of the whole K. Elastic cells of `pressed` keep their gap closed, cells of `stuck` do not slip; cells of one set alone
 /// keep the traction of the other kind. Densities are those of the pressure, then of the shear along each axis. The solve stops at
-/// `tolerance`, a part of the first residual.
+/// `tolerance`, a relative error of the tractions.
 pub fn coupled(
     half_space: &mut HalfSpace,
     direction: Direction,
@@ -296,10 +380,11 @@ pub fn coupled(
     let cells = half_space.grid().len();
     let mut lag = vec![vec![0.0; cells]; unit.len() - 1];
     let mut opening = vec![0.0; cells];
-    linearise(
+    let moved = linearise(
         half_space,
         &sets,
         tolerance,
+        None,
         &[&[Traction::Pressure], shear.tractions()].concat(),
         |axis, _| unit[axis],
         |half_space, traction, displacement| {
@@ -323,7 +408,8 @@ pub fn coupled(
             stiffness(half_space, &displacement[1..].to_vec(), &mut shear);
             traction.extend(shear);
         },
-    )
+    )?;
+    Ok(moved.stiffness(half_space.grid().cell_area()))
 }
 
 type Field = ByAxis<Vec<f64>>;
@@ -356,16 +442,23 @@ fn far_field(half_space: &HalfSpace, traction: Traction) -> Coarse {
     })
 }
 
-/// Preconditioned conjugate gradients for K x = `motion` (of an axis and a cell), each of the `fields` on its set.
+/// Preconditioned conjugate gradients for K x = `motion` (of an axis and a cell), each of the `fields` on its set. They begin with the best
+/// multiple of `start`, shear along x.
+///
+/// Iteration by iteration the energy xᵀ K x grows to that of the solution. What it grows by falls like a geometric series, and the rest of
+/// that series is what is left to find: a residual says little of it, as on scattered cells a small one is that of soft, far-reaching
+/// motions [Hestenes and Stiefel 1952; Strakoš and Tichý 2002].
+#[allow(clippy::too_many_arguments)]
 fn linearise(
     half_space: &mut HalfSpace,
     sets: &[&[bool]],
     tolerance: f64,
+    start: Option<&[f64]>,
     fields: &[Traction],
     motion: impl Fn(usize, usize) -> f64,
     mut apply: impl FnMut(&mut HalfSpace, &Field, &mut Field),
     mut precondition: impl FnMut(&mut HalfSpace, &Field, &mut Field),
-) -> Result<Stiffness, ContactError> {
+) -> Result<Moved, ContactError> {
     let (grid, axes) = (half_space.grid(), fields.len());
     if let Some(set) = sets.iter().find(|set| set.len() != grid.len()) {
         return Err(ContactError::Length {
@@ -389,9 +482,10 @@ fn linearise(
     let moves = |axis: usize| cells[axis].iter().any(|&c| motion(axis, c) != 0.0);
     let full = |axis: usize| moves(axis) && cells[axis].len() == grid.len();
     if half_space.boundary() == Boundary::Periodic && (0..axes).any(full) {
-        return Ok(Stiffness {
+        return Ok(Moved {
             density,
-            total: f64::INFINITY,
+            residual,
+            energy: f64::INFINITY,
             iterations: 0,
         });
     }
@@ -410,31 +504,48 @@ fn linearise(
         .collect();
     for (axis, coarse) in coarse.iter_mut().enumerate() {
         cells[axis].iter().for_each(|&c| direction[axis][c] = 1.0);
-        precondition(half_space, &direction, &mut image);
+        match fields[axis] {
+            Traction::Pressure => half_space.normal_inverse(&direction[axis], &mut image[axis]),
+            Traction::AlongX if axes == 1 => {
+                half_space.shear_x_inverse(&direction[axis], &mut image[axis])
+            }
+            Traction::AlongX => half_space.own_shear_inverse(0, &direction[axis], &mut image[axis]),
+            Traction::AlongY => half_space.own_shear_inverse(1, &direction[axis], &mut image[axis]),
+        }
         cells[axis].iter().for_each(|&c| direction[axis][c] = 0.0);
-        coarse.prepare(&cells[axis], |c| image[axis][c]);
+        coarse.prepare(&cells[axis], |c| image[axis][c], |_| 1.0);
+    }
+    // A unit displacement of the only field has been preconditioned with that.
+    let mut known = axes == 1
+        && start.is_none()
+        && !coarse.is_empty()
+        && cells[0].iter().all(|&c| motion(0, c) == 1.0);
+    let mut energy = 0.0;
+    if let Some(start) = start {
+        for &c in &cells[0] {
+            density[0][c] = start[c];
+        }
+        let work = dot(&density, &residual);
+        if work != 0.0 {
+            half_space.shear_of_x(&density[0], &mut image);
+            let factor = work / dot(&density, &image);
+            energy = factor * work;
+            for axis in 0..axes {
+                for &c in &cells[axis] {
+                    density[axis][c] *= factor;
+                    residual[axis][c] -= factor * image[axis][c];
+                }
+            }
+        }
     }
     let (mut source, mut target) = (Vec::new(), Vec::new());
-    // The plain preconditioner is positive definite: it measures the residual.
-    let (mut first, mut product) = (0.0, f64::INFINITY);
+    let mut product = f64::INFINITY;
+    // What the last three iterations have added.
+    let mut added = [f64::INFINITY; 3];
     let mut iterations = 0;
     while (0..axes).any(moves) {
-        precondition(half_space, &residual, &mut image);
-        let size = dot(&residual, &image);
-        if iterations == 0 {
-            first = size;
-        }
-        if size <= tolerance * tolerance * first {
-            break;
-        }
-        if iterations == MAX_ITERATIONS {
-            let error = (size / first).sqrt();
-            return Err(ContactError::NotConverged {
-                problem: "stiffness",
-                iterations,
-                error,
-                tolerance,
-            });
+        if !std::mem::take(&mut known) {
+            precondition(half_space, &residual, &mut image);
         }
         for (axis, coarse) in coarse.iter_mut().enumerate() {
             gather(&residual[axis], &cells[axis], &mut source);
@@ -443,6 +554,18 @@ fn linearise(
             scatter(&target, &cells[axis], &mut image[axis]);
         }
         let new_product = dot(&residual, &image);
+        let asked = tolerance * tolerance * energy;
+        if new_product.abs() <= NOTHING * asked {
+            break;
+        }
+        if iterations == MAX_ITERATIONS {
+            return Err(ContactError::NotConverged {
+                problem: "stiffness",
+                iterations,
+                error: (left(&added) / energy).sqrt(),
+                tolerance,
+            });
+        }
         if new_product <= 0.0 && !coarse.is_empty() {
             // A correction that is not positive on these cells: on without it.
             coarse.clear();
@@ -465,15 +588,25 @@ fn linearise(
             }
         }
         iterations += 1;
+        let more = length * product;
+        energy += more;
+        added = [more, added[0], added[1]];
+        let rest = left(&added);
+        if added[2].is_finite() && rest <= tolerance * tolerance * energy {
+            energy += rest;
+            break;
+        }
     }
-    let work = |axis: usize| -> f64 {
-        let cells = cells[axis].iter();
-        cells.map(|&c| density[axis][c] * motion(axis, c)).sum()
-    };
-    let total = (0..axes).map(work).sum::<f64>() * grid.cell_area();
-    Ok(Stiffness {
+    Ok(Moved {
         density,
-        total,
+        residual,
+        energy,
         iterations,
     })
+}
+
+/// What all further iterations will add, after what the last three have, the latest first.
+fn left([last, before, earlier]: &[f64; 3]) -> f64 {
+    let rate = (last / before).max(before / earlier).min(SLOWEST);
+    last * rate / (1.0 - rate)
 }

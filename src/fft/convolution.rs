@@ -260,6 +260,22 @@ impl Convolution {
         });
     }
 
+    /// As [`Convolution::apply_vector`] of an x field alone. Costs a pair and a half.
+    pub fn apply_column(
+        &self,
+        work: &mut Workspace,
+        kernels: &VectorKernel,
+        input: &[f64],
+        mut output: [&mut [f64]; 2],
+    ) {
+        self.convolve(work, &[input], &mut output, |column, [x, y]| {
+            let kernels = kernels.xx[column.clone()].iter().zip(&kernels.xy[column]);
+            for ((x, y), (xx, xy)) in x.iter_mut().zip(y).zip(kernels) {
+                (*x, *y) = (*x * xx, *x * xy);
+            }
+        });
+    }
+
     /// Sums odd kernels: `output = Σ kernel ⊗ input` over one or two pairs of kernel and field. Costs half a pair a transform.
     pub fn apply_odd_sum(
         &self,

@@ -45,6 +45,9 @@ pub struct Contact {
     /// The structure's mesh under the joint, where what it has of the bodies' compliance is left out in shear.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub structure_mesh: Option<StructureMesh>,
+    /// Whether kn and kt are computed at every iteration.
+    #[serde(default = "super::yes", skip_serializing_if = "super::is_yes")]
+    pub stiffness: bool,
     /// Relative error of a normal contact solve.
     pub normal_tolerance: f64,
     /// Relative duality gap of a tangential contact solve.
@@ -196,6 +199,9 @@ impl Contact {
             ),
         };
         told.add("rotations about x and y", rotation, why.of("rotation"));
+        if !self.stiffness {
+            told.add("kn and kt", "left out", why.of("stiffness"));
+        }
         if self.friction_coefficient == Some(0.0) {
             told.add("friction", "none", why.of("friction_coefficient"));
         }

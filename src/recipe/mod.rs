@@ -101,8 +101,21 @@ pub struct Output {
     pub cycle_fields: Option<CycleFields>,
     /// Indentation and hysteresis curves are written every so many iterations; 0: never.
     pub curves_every: u64,
+    /// Whether the stiffness of the joint is wanted at every iteration.
+    #[serde(default = "yes", skip_serializing_if = "is_yes")]
+    pub stiffness: bool,
     /// Cycles at which a forced response of the worn state is computed, without feeding it back.
     pub response_at: Vec<u64>,
+}
+
+/// What was always done before there was a choice.
+fn yes() -> bool {
+    true
+}
+
+/// Whether that was chosen: recipes say the rest.
+fn is_yes(choice: &bool) -> bool {
+    *choice
 }
 
 /// Which iterations are kept.

@@ -86,6 +86,7 @@ impl Recipe {
                     .clone()
                     .filter(|_| has(Part::CycleFields)),
                 curves_every: 0,
+                stiffness: true,
                 response_at,
             },
             asked_error: None,

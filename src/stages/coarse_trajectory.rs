@@ -53,7 +53,13 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         // Both begin alike; so does what goes on from a run without a coarse trajectory.
         let own = own(reads, &patch)?;
         outputs.put(&field_of(&patch, &own))?;
-        outputs.put(&begun(&own, typed::CoarseStep::default()))?;
+        let none = contact_of(&reads.recipe).stiffness.then_some(0.0);
+        let alike = typed::CoarseStep {
+            difference_kn: none,
+            difference_kt: none,
+            ..typed::CoarseStep::default()
+        };
+        outputs.put(&begun(&own, alike))?;
         return Ok(outputs);
     };
     let last: typed::CoarseStep = reads.before()?;
@@ -90,13 +96,19 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         }
     };
     let recipe = contact_of(&reads.recipe);
-    let ((kn, kt), stiffness_pairs) = solvers.work(reads, Some("stiffness"), |joint| {
-        Ok(joint.stiffness(&worn.pressure, recipe.shear, recipe.coupling)?)
-    })?;
     let relative = |own: f64, coarse: f64| match own > 0.0 && own.is_finite() {
         true => (own - coarse).abs() / own,
         false => 0.0,
     };
+    let mut of_stiffness = [None; 2];
+    let mut stiffness_pairs = 0.0;
+    if let (Some(own_kn), Some(own_kt)) = (contact.kn, contact.kt) {
+        let ((kn, kt), pairs) = solvers.work(reads, Some("stiffness"), |joint| {
+            Ok(joint.stiffness(&worn.pressure, recipe.shear, recipe.coupling)?)
+        })?;
+        of_stiffness = [Some(relative(own_kn, kn)), Some(relative(own_kt, kt))];
+        stiffness_pairs = pairs;
+    }
     let of = Difference::of(&own, &worn, patch.grid.cell_area(), LOADED);
     let volume = solvers.joint(reads)?.volume(&own.wear);
     if ends(reads, &step)? && SPREAD * of.field > REMARKABLE * volume {
@@ -114,8 +126,8 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         difference_wear_volume: of.volume,
         difference_wear_field: of.field,
         difference_loaded_area: of.loaded_area,
-        difference_kn: relative(contact.kn, kn),
-        difference_kt: relative(contact.kt, kt),
+        difference_kn: of_stiffness[0],
+        difference_kt: of_stiffness[1],
         difference_max_pressure: of.max_pressure,
         difference_dissipated_energy: of.dissipation,
         undecided_cells: of.undecided as i64,

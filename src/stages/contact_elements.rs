@@ -1,7 +1,7 @@
 //! What the fine contact gives the contact elements of a structure: loads, gaps and springs.
 
 use super::RunError;
-use super::contact_state::{Fields, contact_of};
+use super::contact_state::{Fields, compliance_of, contact_of};
 use super::reads::Reads;
 use super::solvers::{Solvers, smooth};
 use crate::contact::{ContactError, Shear};
@@ -104,7 +104,7 @@ pub fn parameters(
         return Ok((found, None));
     }
     // kn and kt of the whole joint are known already: no linearisation is needed to share them.
-    let total = Compliance::of(contact.kn, contact.kt);
+    let total = compliance_of(contact)?;
     let springs = shared_springs(recipe, total, smooth);
     let found = ElementParameters::new(&elements, &pressure, &gap, springs)?;
     Ok((found, None))

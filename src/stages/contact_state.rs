@@ -8,7 +8,9 @@ use crate::contact::normal::NormalSolution;
 use crate::dynamics::cycle::{WorkBetweenEnds, joint_cycle};
 use crate::dynamics::{Harmonics, Sampling};
 use crate::grid::{ByAxis, Patch};
-use crate::model_update::{ContactElements, ElementParameters, Nodes, Sliders, fine_displacement};
+use crate::model_update::{
+    Compliance, ContactElements, ElementParameters, Nodes, Sliders, fine_displacement,
+};
 use crate::recipe::{Contact, Recipe, STRAIGHT_WITH_LAWS};
 use crate::tables::{TableError, TableName, typed};
 use crate::wear::cycle::March;
@@ -66,6 +68,13 @@ pub fn solution_of(row: &typed::StaticContact, fields: Fields) -> NormalSolution
         moment: or_zero([row.moment_x, row.moment_y]),
         error: row.error,
     }
+}
+
+/// Compliance of the fine contact, in runs whose contact elements are made of it.
+pub fn compliance_of(row: &typed::StaticContact) -> Result<Compliance, TableError> {
+    let kn = there(TableName::StaticContact, &row.kn, "kn")?;
+    let kt = there(TableName::StaticContact, &row.kt, "kt")?;
+    Ok(Compliance::of(*kn, *kt))
 }
 
 /// A column that every state of wear has.

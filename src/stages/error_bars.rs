@@ -199,8 +199,10 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
             coarse.map(|c| c.difference_loaded_area),
             part(1.0, cells.loaded),
         ),
-        error_kn: of_contact(|s| s.kn, coarse_by(|c| c.difference_kn), undecided),
-        error_kt: of_contact(|s| s.kt, coarse_by(|c| c.difference_kt), undecided),
+        error_kn: (summary.kn)
+            .and_then(|_| of_contact(|s| s.kn, coarse_by(|c| c.difference_kn?), undecided)),
+        error_kt: (summary.kt)
+            .and_then(|_| of_contact(|s| s.kt, coarse_by(|c| c.difference_kt?), undecided)),
         error_max_pressure: of_contact(
             |s| s.max_pressure,
             coarse_by(|c| c.difference_max_pressure),

@@ -1,7 +1,7 @@
 //! The fine contact against the contact elements of the structure: what both say of the same quantity.
 
 use super::RunError;
-use super::contact_state::contact_of;
+use super::contact_state::{compliance_of, contact_of};
 use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, smooth};
@@ -191,7 +191,7 @@ fn compliance(
         })?;
         return Ok(Compliance::of(kn, kt));
     }
-    let total = Compliance::of(contact.kn, contact.kt);
+    let total = compliance_of(contact)?;
     Ok(match smooth(reads)? {
         Some(smooth) => total.without(smooth),
         None => total,

@@ -2,6 +2,7 @@
 
 use super::RunError;
 use super::contact_elements::{element_table, parameters, slider_table};
+use super::contact_state::compliance_of;
 use super::declaration::Declaration;
 use super::error::NumericsError;
 use super::ledger::Drift;
@@ -56,7 +57,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let smooth = smooth(reads)?;
     let now = UpdateState {
         iteration: reads.wear_iteration,
-        compliance: compliance(smooth, contact.kn, contact.kt),
+        compliance: beyond(compliance_of(&contact)?, smooth),
         wear_volume: volume_before.unwrap_or(0.0) + step.volume,
         cycle: end_of(&step),
     };
@@ -144,9 +145,8 @@ fn criterion(reads: &Reads) -> Criterion {
     elements.map_or(Criterion::Never, |elements| elements.update)
 }
 
-/// Compliance of the springs of a joint of kn and kt together.
-fn compliance(smooth: Option<Compliance>, kn: f64, kt: f64) -> Compliance {
-    let total = Compliance::of(kn, kt);
+/// Compliance of the springs of a joint of this compliance together.
+fn beyond(total: Compliance, smooth: Option<Compliance>) -> Compliance {
     match smooth {
         Some(smooth) => total.without(smooth),
         None => total,
@@ -193,7 +193,7 @@ impl NextUpdate {
     fn at(&self, kn: f64, kt: f64, wear_volume: f64, cycle: Option<CycleFigures>) -> f64 {
         let now = UpdateState {
             iteration: self.reference.iteration,
-            compliance: compliance(self.smooth, kn, kt),
+            compliance: beyond(Compliance::of(kn, kt), self.smooth),
             wear_volume,
             cycle,
         };

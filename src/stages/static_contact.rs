@@ -98,9 +98,15 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         friction,
         ..
     } = pressed;
-    let ((kn, kt), stiffness_pairs) = solvers.work(reads, Some("stiffness"), |joint| {
-        Ok(joint.stiffness(&solution.pressure, shear, coupling)?)
-    })?;
+    let (stiffness, stiffness_pairs) = match contact.stiffness {
+        false => (None, 0.0),
+        true => {
+            let (found, pairs) = solvers.work(reads, Some("stiffness"), |joint| {
+                Ok(joint.stiffness(&solution.pressure, shear, coupling)?)
+            })?;
+            (Some(found), pairs)
+        }
+    };
     let (curve, curve_pairs) = match (reads.curves_due, pressed.curve) {
         (false, _) => (None, 0.0),
         (true, Some(curve)) => (Some(curve), 0.0),
@@ -127,8 +133,8 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         rotation_y: rotation.map(|r| r[1]),
         moment_x: Some(solution.moment[0]),
         moment_y: Some(solution.moment[1]),
-        kn,
-        kt,
+        kn: stiffness.map(|(kn, _)| kn),
+        kt: stiffness.map(|(_, kt)| kt),
         error: solution.error,
         iterations: solution.iterations as i64,
         fft_pairs: solve_pairs + stiffness_pairs + curve_pairs,

@@ -8,6 +8,7 @@ use crate::contact::{ContactError, Coupling, HalfSpace, Shear};
 impl FrettingJoint {
     /// kn and kt \[N/m\] under `pressure` \[Pa\], of half spaces. Capped cells count in kt alone; kn is that of bodies that turn where the
     /// rotation is free. Those of coupled bodies are at full stick, but for kn without friction.
+    /// They are right to 1e-6.
     ///
     /// # Errors
     /// [`WearError::Contact`].
@@ -17,7 +18,7 @@ impl FrettingJoint {
         shear: Shear,
         coupling: Coupling,
     ) -> Result<(f64, f64), WearError> {
-        let solve = self.linearised(pressure, shear, coupling, stiffness::RESIDUAL);
+        let solve = self.linearised(pressure, shear, coupling, stiffness::FIGURE_TOLERANCE);
         Ok(self.half_space.without_nodal(solve)?)
     }
 
@@ -32,7 +33,7 @@ impl FrettingJoint {
         shear: Shear,
         coupling: Coupling,
     ) -> Result<(f64, f64), WearError> {
-        let solve = self.linearised(pressure, shear, coupling, stiffness::COMPARED_RESIDUAL);
+        let solve = self.linearised(pressure, shear, coupling, stiffness::COMPARED_TOLERANCE);
         Ok(solve(&mut self.half_space)?)
     }
 
@@ -64,17 +65,6 @@ fn of(
 ) -> Result<(f64, f64), ContactError> {
     let elastic = stiffness::elastic_cells(pressure, cap);
     let contact: Vec<bool> = pressure.iter().map(|&p| p > 0.0).collect();
-    let kt = match coupling {
-        Coupling::None => stiffness::tangential_to(half_space, &contact, shear, tolerance)?,
-        _ => stiffness::coupled(
-            half_space,
-            Direction::AlongX,
-            &elastic,
-            &contact,
-            shear,
-            tolerance,
-        )?,
-    };
     let kn = match (coupling, rotation) {
         (Coupling::None | Coupling::Frictionless, Rotation::Given(_)) => {
             stiffness::normal_to(half_space, &elastic, tolerance)?
@@ -85,6 +75,19 @@ fn of(
         _ => stiffness::coupled(
             half_space,
             Direction::Normal,
+            &elastic,
+            &contact,
+            shear,
+            tolerance,
+        )?,
+    };
+    let kt = match coupling {
+        Coupling::None => {
+            stiffness::tangential_from(half_space, &contact, shear, tolerance, Some(&kn))?
+        }
+        _ => stiffness::coupled(
+            half_space,
+            Direction::AlongX,
             &elastic,
             &contact,
             shear,

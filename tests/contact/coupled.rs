@@ -289,7 +289,7 @@ fn a_bonded_flat_punch_has_its_closed_stiffness() {
             set,
             set,
             Shear::InPlane,
-            stiffness::RESIDUAL,
+            stiffness::TOLERANCE,
         )
         .unwrap();
         assert!((kn.total * bonded.normal.approach / bonded.normal.load - 1.0).abs() < 1e-5);
@@ -299,7 +299,7 @@ fn a_bonded_flat_punch_has_its_closed_stiffness() {
             set,
             set,
             Shear::InPlane,
-            stiffness::RESIDUAL,
+            stiffness::TOLERANCE,
         )
         .unwrap();
         let displacement = vec![1e-7, 0.0];
@@ -334,7 +334,7 @@ fn stiffness_of_alike_bodies_is_that_of_the_blocks() {
             &pressed,
             &stuck,
             Shear::AlongX,
-            stiffness::RESIDUAL,
+            stiffness::TOLERANCE,
         )
         .unwrap();
         assert_eq!(found.total, alone.total);

@@ -9,6 +9,7 @@ mod convolution;
 mod cost;
 mod coupled;
 mod coupling;
+mod drawn;
 mod driven;
 mod extremes;
 mod hertz;

@@ -368,3 +368,97 @@ fn densities_displace_sets_of_any_share_by_a_unit() {
         assert!((total / kn.total - 1.0).abs() < ENERGY, "{share}");
     }
 }
+
+/// Kernel of both bodies at an offset, without the factors of the materials.
+fn influence(grid: Grid, a: usize, b: usize) -> fretwear::contact::CellIntegrals {
+    let at = |c: usize| grid.centre(grid.cell(c).0, grid.cell(c).1);
+    let ((xa, ya), (xb, yb)) = (at(a), at(b));
+    cell_integrals(xa - xb, ya - yb, grid.dx, grid.dy)
+}
+
+/// kn, kt along x alone and kt with y held, by dense solutions with the kernel's integrals.
+fn dense(grid: Grid, cells: &[usize]) -> [f64; 3] {
+    // (1 − ν²)/(πE) and ν(1 + ν)/(πE) of both bodies: Boussinesq's and Cerruti's displacements.
+    let of_both = |part: fn(f64) -> f64| -> f64 {
+        let bodies = [PAIR.lower, PAIR.upper];
+        bodies
+            .iter()
+            .map(|body| part(body.poisson_ratio) / (PI * body.youngs_modulus))
+            .sum()
+    };
+    let a = of_both(|nu| 1.0 - nu * nu);
+    let b = of_both(|nu| nu * (1.0 + nu));
+    let n = cells.len();
+    let total = |matrix: &[Vec<f64>]| {
+        let right = (0..matrix.len()).map(|k| if k < n { 1.0 } else { 0.0 });
+        let traction = eliminate(matrix, right.collect());
+        traction[..n].iter().sum::<f64>() * grid.cell_area()
+    };
+    let block = |of: &dyn Fn(fretwear::contact::CellIntegrals) -> f64| -> Vec<Vec<f64>> {
+        let row = |p: &usize| cells.iter().map(|q| of(influence(grid, *p, *q))).collect();
+        cells.iter().map(row).collect()
+    };
+    let normal = block(&|k| a * k.inverse);
+    let xx = block(&|k| a * k.inverse + b * k.xx);
+    let yy = block(&|k| a * k.inverse + b * k.yy);
+    let xy = block(&|k| b * k.xy);
+    let both: Vec<Vec<f64>> = (0..n)
+        .map(|p| [&xx[p][..], &xy[p]].concat())
+        .chain((0..n).map(|p| [&xy[p][..], &yy[p]].concat()))
+        .collect();
+    [total(&normal), total(&xx), total(&both)]
+}
+
+/// On scattered cells the residual of a solve says little of its error, which is that of the soft, far-reaching motions.
+#[test]
+fn kn_and_kt_are_those_of_a_dense_solution_on_cells_of_any_pattern() {
+    /// What the documentation of [`stiffness::TOLERANCE`] says.
+    const SAID: f64 = 1e-7;
+    let grid = Grid::over([5e-3, 3e-3], [23, 16]);
+    let mut half_space = half_space(&Patch::full(grid));
+    type Pattern = fn(usize, usize) -> bool;
+    let patterns: [(&str, Pattern); 9] = [
+        ("a checkerboard", |i, j| (i + j) % 2 == 0),
+        ("a checkerboard of blocks", |i, j| (i / 4 + j / 4) % 2 == 0),
+        ("stripes along y", |i, _| i % 2 == 0),
+        ("stripes along x", |_, j| j % 4 == 0),
+        ("single cells", |i, j| i % 5 == 2 && j % 4 == 1),
+        ("two cells", |i, j| (i, j) == (5, 7) || (i, j) == (20, 11)),
+        ("one cell", |i, j| (i, j) == (5, 7)),
+        ("all cells but one", |i, j| (i, j) != (5, 7)),
+        ("all cells", |_, _| true),
+    ];
+    for (name, pattern) in patterns {
+        let set: Vec<bool> = (0..grid.len())
+            .map(|c| pattern(grid.cell(c).0, grid.cell(c).1))
+            .collect();
+        let cells: Vec<usize> = (0..grid.len()).filter(|&c| set[c]).collect();
+        let [kn, along_x, in_plane] = dense(grid, &cells);
+        let normal = stiffness::normal(&mut half_space, &set).expect("kn");
+        let mut shear = |shear, start| {
+            let tolerance = stiffness::TOLERANCE;
+            let kt = stiffness::tangential_from(&mut half_space, &set, shear, tolerance, start);
+            kt.expect("kt").total
+        };
+        let found = [
+            ("kn", normal.total, kn),
+            ("kt along x", shear(Shear::AlongX, None), along_x),
+            (
+                "kt along x, from kn",
+                shear(Shear::AlongX, Some(&normal)),
+                along_x,
+            ),
+            ("kt in the plane", shear(Shear::InPlane, None), in_plane),
+            (
+                "kt in the plane, from kn",
+                shear(Shear::InPlane, Some(&normal)),
+                in_plane,
+            ),
+        ];
+        for (what, found, expected) in found {
+            let off = found / expected - 1.0;
+            println!("{name}: {what} off by {off:.1e}");
+            assert!(off.abs() < SAID, "{name}: {what} {found:e}, {expected:e}");
+        }
+    }
+}

@@ -510,3 +510,30 @@ fn a_history_that_is_straight_is_written_with_its_reversals() {
     let place = cycle.f64("displacement_x").expect("a column");
     assert_eq!(place, [1e-6, -1e-6, 1e-6]);
 }
+
+/// kn and kt are left out where they are not asked for, from all iterations and with their error bars, and nothing else changes.
+#[test]
+fn a_run_without_stiffness_has_all_but_that() {
+    let [with, without] = ["true", "false"].map(|choice| {
+        let bench = Bench::new();
+        let asked = format!("output.stiffness={choice}");
+        let root = run(&bench, "small.toml", &[SHORT, &asked]);
+        assert_same_columns(&root);
+        (bench, root)
+    });
+    let lost = |name| -> BTreeSet<String> {
+        let kept = columns(&without.1, name);
+        let all = columns(&with.1, name);
+        assert!(kept.is_subset(&all));
+        all.difference(&kept).cloned().collect()
+    };
+    assert_eq!(lost(TableName::StaticContact), set(&["kn", "kt"]));
+    let bars = ["kn", "kt", "error_kn", "error_kt"];
+    assert_eq!(lost(TableName::Summary), set(&bars));
+    let figure = |root: &Path, column| summary(root, latest(root), column);
+    let of_both = |column| [&with.1, &without.1].map(|root| figure(root, column));
+    let [worn, same] = of_both("wear_volume");
+    assert_eq!(worn.to_bits(), same.to_bits());
+    let [pairs, fewer] = of_both("fft_pairs");
+    assert!(fewer < pairs, "{fewer} of {pairs}");
+}

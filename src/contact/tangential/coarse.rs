@@ -70,7 +70,7 @@ impl<const A: usize> Coarse<A> {
 
     /// `target` −= S (L⁻¹ + S)⁻¹ of the sums that were looked at.
     pub(super) fn correct(&mut self, target: &mut [Vector<A>]) {
-        let Some(moved) = self.far_field.moved(&mut self.sums) else {
+        let Some(moved) = self.far_field.moved(&self.sums) else {
             return;
         };
         for (cell, (&block, z)) in self.block.iter().zip(target).enumerate() {

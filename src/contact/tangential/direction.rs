@@ -73,6 +73,7 @@ impl<const A: usize> Solver<'_, '_, A> {
             return;
         }
         let (freedom, lambda) = (&self.freedom, self.lambda);
+        let [_, mean_stiffness] = self.operator.half_space().mean_stiffness();
         let unit = |axis: usize, cell: usize| {
             let mut unit = [0.0; A];
             unit[axis] = 1.0;
@@ -82,7 +83,12 @@ impl<const A: usize> Solver<'_, '_, A> {
             for (cell, s) in springs.iter_mut().enumerate() {
                 *s = unit(axis, cell);
             }
+            let mut mean = [0.0; A];
+            for s in springs.iter() {
+                mean = plus(mean, -mean_stiffness, *s);
+            }
             self.operator.stiffness(springs);
+            springs.iter_mut().for_each(|s| *s = plus(*s, 1.0, mean));
             for (s, freedom) in springs.iter_mut().zip(freedom) {
                 *s = freedom.free(*s);
             }

@@ -45,18 +45,26 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         })
         .collect();
     let columns = vec!["displacement", "load"];
+    // A run may have left its stiffness out.
+    let of_summary = match each.is_empty() {
+        true => vec!["normal_load"],
+        false => vec!["normal_load", "kn"],
+    };
+    let slope = match each.is_empty() {
+        true => String::new(),
+        false => format!(
+            "Its slope at the static load is the normal stiffness kn: {}. ",
+            each.join("; ")
+        ),
+    };
     Ok(vec![Figure {
         id: ID,
         title: "Indentation curve".to_owned(),
         drawings,
         caption: format!(
-            "Its slope at the static load is the normal stiffness kn: {}. Dots are what was computed; the lines between them are interpolated.",
-            each.join("; ")
+            "{slope}Dots are what was computed; the lines between them are interpolated."
         ),
         query: study.query("indentation", &columns),
-        sources: vec![
-            ("indentation", columns),
-            ("summary", vec!["normal_load", "kn"]),
-        ],
+        sources: vec![("indentation", columns), ("summary", of_summary)],
     }])
 }

@@ -36,6 +36,8 @@ keys! {
     CYCLE_FIELDS_EVERY: Integer = "output.cycle_fields.every", Is("1"), integer(1, MOST_ITERATIONS, "10");
     /// Indentation and hysteresis curves are written every so many iterations; 0: never.
     CURVES_EVERY: Integer = "output.curves_every", Is("10"), integer(0, MOST_ITERATIONS, "5");
+    /// Whether kn and kt of the joint are computed at every iteration; contact elements want them in any case.
+    STIFFNESS: Boolean = "output.stiffness", Is("true"), Boolean;
     /// Cycles at which a forced response of the worn joint is computed. It is not fed back; the first and the last are always there.
     RESPONSE_AT: Integers = "output.response_at", Is("[]"),
         Integers(MOST_RESPONSES, "a list of numbers of cycles in ascending order, such as [0, 1e6, 1e7]");

@@ -157,8 +157,14 @@ fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanErr
             "contact.friction_coefficient = 0: no shear, nothing is dissipated and nothing wears",
         );
     }
+    // Contact elements are made of them, and held against them.
+    let stiffness = scene.output.stiffness || scene.structure.is_some();
+    if !stiffness {
+        why.add("stiffness", "output.stiffness = false");
+    }
     Ok(recipe::Contact {
         bodies,
+        stiffness,
         boundary: contact.boundary,
         plane: plane(rough.grid, contact.boundary),
         pressure_cap: contact.pressure_cap,

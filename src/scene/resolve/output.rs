@@ -24,6 +24,7 @@ pub(super) fn output(
     Ok(Output {
         keep,
         cycle_fields: cycle_fields(reader)?,
+        stiffness: reader.value(&STIFFNESS)?,
         response_at: response_at(reader, wear, dynamics)?,
         curves_every: reader.value(&CURVES_EVERY)?,
     })

@@ -6,7 +6,8 @@
 //! projected point, whose displacement is the one convolution of the iteration, is followed to its minimum: on a steady set of
 //! cells this is the conjugate gradient method, and everywhere a descent. Where the projection bends a direction so far that
 //! the chord does not descend, shorter and plainer ones are tried, down to the projected gradient, which always does; these
-//! trials cost no convolution. The steps are in [`step`].
+//! trials cost no convolution. Where bounds cut most of a step off, the next one follows the gradient on all cells, far enough to
+//! bring most of them to a bound. The steps are in [`step`].
 
 mod step;
 
@@ -66,6 +67,8 @@ pub(super) struct Solver<'a, 'h> {
     /// Length of the next trial step, in units of the direction, and along the gradient in units of 1/λ.
     predicted: f64,
     predicted_gradient: f64,
+    /// That of a long step along the gradient, in the same units, where one is worth a trial.
+    long: Option<f64>,
     iterations: usize,
 }
 
@@ -135,6 +138,7 @@ impl<'a, 'h> Solver<'a, 'h> {
             on_free: OnFree::default(),
             predicted: 1.0,
             predicted_gradient: 1.0,
+            long: None,
             iterations: 0,
         }
     }

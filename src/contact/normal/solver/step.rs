@@ -23,6 +23,12 @@ const WHOLE: f64 = 0.8;
 /// cuts most of a step off, no length is the best one, and the prediction would run away.
 const LENGTHS: (f64, f64) = (1e-3, 4.0);
 
+/// Beyond so many times its length the minimum of a bent chord says that bounds have cut off most of the step.
+const BEYOND: f64 = 8.0;
+
+/// Bound on the length of a long step, along the gradient in units of 1/λ.
+const LONGEST: f64 = 1e6;
+
 /// A step that descends.
 struct Trial {
     way: Way,
@@ -37,13 +43,18 @@ enum Way {
     Conjugate,
     Preconditioned,
     Gradient,
+    /// The gradient on all cells, so far that most of them come to a bound.
+    Long,
 }
 
 impl Solver<'_, '_> {
     /// One iteration. False where no direction descends: rounding is all that is left.
     pub(super) fn advance(&mut self) -> bool {
-        self.precondition();
-        let Some(Trial { way, length, bent }) = self.descending_trial() else {
+        let long = self.long_trial();
+        if long.is_none() {
+            self.precondition();
+        }
+        let Some(Trial { way, length, bent }) = long.or_else(|| self.descending_trial()) else {
             return false;
         };
         scatter(&self.on_free.step, &self.free, &mut self.step);
@@ -86,11 +97,20 @@ impl Solver<'_, '_> {
         scatter(&on.pressure, &self.free, &mut self.pressure);
         self.move_residual(part);
         // Where the best part of a chord is less than all of it, cells that the trial opens do not open: a shorter trial does it.
-        if way == Way::Gradient {
-            let length = length * self.half_space.self_compliance();
-            self.predicted_gradient = (length * best).clamp(LENGTHS.0, 1.0);
-        } else {
-            self.predicted = (length * best).clamp(LENGTHS.0, LENGTHS.1);
+        let along_gradient = matches!(way, Way::Gradient | Way::Long);
+        let length = match along_gradient {
+            true => length * self.half_space.self_compliance(),
+            false => length,
+        };
+        let cut_off = bent && best.is_finite() && best > BEYOND;
+        self.long = cut_off.then_some(length * best);
+        match way {
+            Way::Conjugate | Way::Preconditioned => {
+                self.predicted = (length * best).clamp(LENGTHS.0, LENGTHS.1)
+            }
+            Way::Gradient => self.predicted_gradient = (length * best).clamp(LENGTHS.0, 1.0),
+            // Which says nothing of the free cells'.
+            Way::Long => (),
         }
         self.iterations += 1;
         true
@@ -107,9 +127,7 @@ impl Solver<'_, '_> {
         // The last step has been read: its field carries values into the transform, and its image the result out of it.
         self.moved.iter().for_each(|&c| self.step[c] = 0.0);
         if self.coarse.is_stale(&self.free) {
-            self.free.iter().for_each(|&c| self.step[c] = 1.0);
-            self.stiffen();
-            self.coarse.prepare(&self.free, |c| self.image[c]);
+            self.set_springs();
         }
         scatter(&self.on_free.gap, &self.free, &mut self.step);
         self.stiffen();
@@ -131,6 +149,25 @@ impl Solver<'_, '_> {
         without_resultants(&self.motions, &self.free, &mut on.direction);
     }
 
+    /// The springs of the free cells, from those of other cells where these are nearly the same.
+    fn set_springs(&mut self) {
+        if !self.coarse.is_near(&self.free) {
+            self.free.iter().for_each(|&c| self.step[c] = 1.0);
+            self.stiffen();
+        } else if let Some(kernel) = self.coarse.kernel() {
+            kernel.resize(self.step.len(), 0.0);
+            self.step[0] = 1.0;
+            self.half_space.normal_inverse(&self.step, kernel);
+            self.step[0] = 0.0;
+        }
+        let scaling = self.scaling.as_deref();
+        let of = |c: usize| scaling.map_or(1.0, |scaling| scaling[c]);
+        match self.coarse.is_near(&self.free) {
+            true => self.coarse.follow(&self.free, of),
+            false => self.coarse.prepare(&self.free, |c| self.image[c], of),
+        }
+    }
+
     /// `image` = S M S `step` on the free cells: the preconditioner, scaled by S where there is a diagonal compliance.
     fn stiffen(&mut self) {
         if let Some(scaling) = &self.scaling {
@@ -140,6 +177,33 @@ impl Solver<'_, '_> {
         if let Some(scaling) = &self.scaling {
             self.free.iter().for_each(|&c| self.image[c] *= scaling[c]);
         }
+    }
+
+    /// A long step, where the last one ended at the bounds long before its minimum: which cells carry load is then decided by their gaps
+    /// more than by what pressure makes of them, and the nearest pressures find that out at once on all cells. `None` leaves the free
+    /// cells as they are.
+    fn long_trial(&mut self) -> Option<Trial> {
+        let length = self.long.take()?.min(LONGEST) / self.half_space.self_compliance();
+        let free = std::mem::replace(&mut self.free, self.kept.clone());
+        let held = std::mem::take(&mut self.held);
+        let gap: Vec<f64> = self
+            .kept
+            .iter()
+            .map(|&c| self.residual[c] - self.motions.at(&self.motion, c))
+            .collect();
+        let of_free = std::mem::replace(&mut self.on_free.gap, gap);
+        gather(&self.pressure, &self.free, &mut self.on_free.pressure);
+        let target = self.target;
+        if let Some(bent) = self.descends(Way::Long, length, &target) {
+            self.moved.iter().for_each(|&c| self.step[c] = 0.0);
+            return Some(Trial {
+                way: Way::Long,
+                length,
+                bent,
+            });
+        }
+        (self.free, self.held, self.on_free.gap) = (free, held, of_free);
+        None
     }
 
     /// Finds a step whose chord descends, and leaves it in `step` and its end in `trial`.
@@ -167,13 +231,13 @@ impl Solver<'_, '_> {
         let (direction, length) = match way {
             Way::Conjugate => (&on.direction, length),
             Way::Preconditioned => (&on.preconditioned, -length),
-            Way::Gradient => (&on.gap, -length),
+            Way::Gradient | Way::Long => (&on.gap, -length),
         };
         on.trial.clear();
         let ends = on.pressure.iter().zip(direction);
         on.trial.extend(ends.map(|(p, d)| p + length * d));
         let (low, high) = extremes(&on.trial);
-        let bent = low < 0.0 || high > self.cap || way == Way::Gradient;
+        let bent = low < 0.0 || high > self.cap || matches!(way, Way::Gradient | Way::Long);
         if bent {
             // A trial so long that its digits do not hold the resultants would lose them.
             if !project(&self.motions, &self.free, &mut on.trial, self.cap, target) {
