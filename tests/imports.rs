@@ -365,6 +365,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
         ],
     ),
     (&["fs4"], &["store/file_system.rs"]),
+    (&["rustix"], &["stages/clock.rs"]),
     (&["toml"], &["scene/", "tables/", "cli/edit.rs"]),
     (&["npyz", "quick_xml", "zip::"], &["surface/readers/"]),
     (
@@ -427,8 +428,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "journal.rs",
             "cli/",
             "progress/",
-            "stages/runner.rs",
-            "stages/solvers.rs",
+            "stages/clock.rs",
             "store/date.rs",
             "store/file_system.rs",
             "doctor/machine.rs",

@@ -111,8 +111,9 @@ pub enum Command {
     },
     /// Measure what accuracy costs: run a scene's presets and single knobs, and compare them
     ///
-    /// Every variant is a run of its own under the folder, against the preset `reference`. The same command goes on where it was
-    /// stopped. Writes trade.parquet, trade.md, trade.svg and trade.html, and prints the table.
+    /// Every variant is a run of its own under the folder, against the preset `reference`. Of several scenes, or a folder of them, the
+    /// presets `fast` and `balanced` are held against `reference` by kind of motion. The same command goes on where it was stopped. Writes
+    /// trade.parquet, trade.md, trade.svg and trade.html, and prints the tables.
     Trade(TradeArguments),
     /// Run the paper's study, and hold its claims against it
     ///
@@ -250,9 +251,13 @@ pub struct StageArguments {
 
 #[derive(Args)]
 pub struct TradeArguments {
-    #[command(flatten)]
-    pub scene: SceneArguments,
-    /// Folder of the runs and of what is written [default: trade/<name of the scene>]
+    /// The scene (TOML); several, or a folder of them, to run the presets `fast`, `balanced` and `reference` on each
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+    /// Change a key, as in `--set wear.cycles=1e6`, in all scenes
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub sets: Vec<String>,
+    /// Folder of the runs and of what is written [default: trade/<name of the scene>; of several, trade]
     #[arg(long, value_name = "DIR")]
     pub dir: Option<PathBuf>,
     /// Turn this knob only, as in `--knob wear_tolerance`; may be repeated, and `--knob preset` is the presets [default: all]

@@ -69,10 +69,17 @@ pub enum CliError {
     },
     #[error(transparent)]
     Structure(#[from] StructureError),
-    #[cfg(feature = "polars")]
     #[error("there is no scene (*.toml) in {}", path.display())]
     NoScenes { path: PathBuf },
-    #[cfg(feature = "polars")]
+    #[error(
+        "{} and {} have the same name {name}, and so the same folder of runs; give one of them another name",
+        paths[0].display(), paths[1].display()
+    )]
+    SameName { name: String, paths: [PathBuf; 2] },
+    #[error(
+        "{option} is for a single scene, and there are {scenes}: of several, the presets fast, balanced and reference are run"
+    )]
+    OfOneScene { option: &'static str, scenes: usize },
     #[error("{}: {source}", path.display())]
     Scenes {
         path: PathBuf,
@@ -147,6 +154,9 @@ impl CliError {
             | CliError::NothingVibrates { .. }
             | CliError::Levels { .. }
             | CliError::SetOfARun
+            | CliError::NoScenes { .. }
+            | CliError::SameName { .. }
+            | CliError::OfOneScene { .. }
             | CliError::Knob(_)
             | CliError::UnknownStiffness
             | CliError::Structure(
@@ -158,8 +168,6 @@ impl CliError {
             }
             #[cfg(feature = "polars")]
             CliError::Report(error) if error.is_nothing_to_read() => Exit::Scene,
-            #[cfg(feature = "polars")]
-            CliError::NoScenes { .. } => Exit::Scene,
             #[cfg(feature = "polars")]
             CliError::Report(error) if error.is_damage_or_mismatch() => Exit::Damaged,
             _ => Exit::Failure,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use fretwear::recipe::Inputs;
 use fretwear::stages::{self, Ending, RunError, RunOptions};
-use fretwear::store::{Cache, RealFileSystem, RunReader};
+use fretwear::store::{Cache, EntryKind, FileSystem, RealFileSystem, RunReader};
 
 use super::arguments::Execution;
 use super::run::cache_folder;
@@ -26,6 +26,26 @@ pub struct Ran {
     pub ended: Vec<Option<RunError>>,
     /// True if it was asked to stop before the end.
     pub stopped: bool,
+}
+
+/// The scenes in a folder, by name.
+pub fn scenes_in(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
+    let entries = RealFileSystem.list(folder);
+    let entries = entries.map_err(|source| CliError::Scenes {
+        path: folder.to_owned(),
+        source,
+    })?;
+    let scenes: Vec<PathBuf> = entries
+        .iter()
+        .filter(|entry| entry.kind != EntryKind::Folder && entry.name.ends_with(".toml"))
+        .map(|entry| folder.join(&entry.name))
+        .collect();
+    if scenes.is_empty() {
+        return Err(CliError::NoScenes {
+            path: folder.to_owned(),
+        });
+    }
+    Ok(scenes)
 }
 
 /// How many runs go on.

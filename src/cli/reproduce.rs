@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use fretwear::recipe::Inputs;
 use fretwear::report::{Report, RunTables};
 use fretwear::scene::{self, Plan};
-use fretwear::store::{EntryKind, FileSystem, RealFileSystem};
+use fretwear::store::{FileSystem, RealFileSystem};
 use fretwear::study::SCENES;
 use fretwear::study::claims::{self, Finding};
 use serde_json::json;
@@ -19,7 +19,7 @@ use crate::terminal::{Results, say};
 pub fn reproduce(arguments: &ReproduceArguments, out: &mut Results) -> Result<Exit, CliError> {
     let folder = &arguments.dir;
     let scenes = match &arguments.scenes {
-        Some(scenes) => found(scenes)?,
+        Some(scenes) => many::scenes_in(scenes)?,
         None => shipped(&folder.join("scenes"))?,
     };
     let planned = scenes.iter().map(|path| {
@@ -96,22 +96,6 @@ fn shipped(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
             Ok(path)
         })
         .collect()
-}
-
-/// The scenes in a folder, by name.
-fn found(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
-    let entries = RealFileSystem.list(folder).map_err(failed(folder))?;
-    let scenes: Vec<PathBuf> = entries
-        .iter()
-        .filter(|entry| entry.kind != EntryKind::Folder && entry.name.ends_with(".toml"))
-        .map(|entry| folder.join(&entry.name))
-        .collect();
-    if scenes.is_empty() {
-        return Err(CliError::NoScenes {
-            path: folder.to_owned(),
-        });
-    }
-    Ok(scenes)
 }
 
 fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> CliError {

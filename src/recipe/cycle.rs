@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::decision::Told;
-use super::{Contact, Reasons};
+use super::{Contact, Reasons, Recipe};
 use crate::dynamics::cycle::WorkBetweenEnds;
 use crate::wear::cycle::March;
 use crate::wear::{HarmonicMotion, Motion};
@@ -89,6 +89,81 @@ pub enum MotionSource {
     },
     /// What the response of the structure gives the joint.
     Computed,
+}
+
+/// What kind of motion a joint is put through.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum MotionKind {
+    /// To and fro along a line, under constant load.
+    Line,
+    /// Along a closed curve, under constant load.
+    Orbit,
+    /// Under a load that varies.
+    VaryingLoad,
+    /// Driven by a force, under constant load.
+    Force,
+    /// With a rotation about the normal.
+    Torsion,
+    /// A table in a file.
+    History,
+    /// What a structure gives it.
+    Vibration,
+    /// None.
+    Rest,
+}
+
+impl MotionKind {
+    /// All of them, in the order in which they are told.
+    pub const ALL: [MotionKind; 8] = [
+        MotionKind::Line,
+        MotionKind::Orbit,
+        MotionKind::VaryingLoad,
+        MotionKind::Force,
+        MotionKind::Torsion,
+        MotionKind::History,
+        MotionKind::Vibration,
+        MotionKind::Rest,
+    ];
+
+    /// The kind of a recipe; of several that it is, the one that stands last.
+    pub fn of(recipe: &Recipe) -> MotionKind {
+        if recipe.response.is_some() {
+            return MotionKind::Vibration;
+        }
+        match recipe.cycle().map(|cycle| &cycle.motion) {
+            None => MotionKind::Rest,
+            Some(MotionSource::Computed) => MotionKind::Vibration,
+            Some(MotionSource::History { .. }) => MotionKind::History,
+            Some(MotionSource::Harmonic(motion)) => {
+                let moving = || motion.axes.iter().filter(|axis| axis.amplitude != 0.0);
+                if motion.rotation.as_ref().is_some_and(|r| r.amplitude != 0.0) {
+                    MotionKind::Torsion
+                } else if moving().any(|axis| axis.is_force) {
+                    MotionKind::Force
+                } else if motion.normal_load_amplitude != 0.0 {
+                    MotionKind::VaryingLoad
+                } else if motion.is_straight() {
+                    MotionKind::Line
+                } else {
+                    MotionKind::Orbit
+                }
+            }
+        }
+    }
+
+    /// What a person calls it.
+    pub fn word(self) -> &'static str {
+        match self {
+            MotionKind::Line => "line",
+            MotionKind::Orbit => "orbit",
+            MotionKind::VaryingLoad => "varying load",
+            MotionKind::Force => "force",
+            MotionKind::Torsion => "torsion",
+            MotionKind::History => "history",
+            MotionKind::Vibration => "vibration",
+            MotionKind::Rest => "rest",
+        }
+    }
 }
 
 impl Cycle {

@@ -27,7 +27,7 @@ pub use crate::wear::Scheme;
 pub use check::Check;
 pub use contact::{Contact, StructureMesh, YIELDS};
 pub(crate) use cycle::why_computed;
-pub use cycle::{Cycle, CycleError, MotionSource, STRAIGHT_WITH_LAWS};
+pub use cycle::{Cycle, CycleError, MotionKind, MotionSource, STRAIGHT_WITH_LAWS};
 pub use cycle_fields::CycleFields;
 pub use decision::Decision;
 pub use elements::{ElementStiffness, Elements, Layout};

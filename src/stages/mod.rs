@@ -9,6 +9,7 @@
 
 mod agreement;
 mod backbone;
+mod clock;
 mod coarse_trajectory;
 mod contact_elements;
 mod contact_state;

@@ -2,11 +2,11 @@
 //! and what they compute, the runner does not know.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::time::Instant;
 
 use serde_json::json;
 
 use super::RunError;
+use super::clock::Clock;
 use super::declaration::{Declaration, is_in};
 use super::list::{STAGES, stages_of};
 use super::moment::{Due, Moment};
@@ -67,6 +67,12 @@ pub fn writer_before(
     writers
         .filter(|stage| stage.writes_in(recipe).any(|written| written == table))
         .last()
+}
+
+/// The CPU times of as many rows as there are stages: none where a former version has not written them.
+fn cpu_seconds(timing: &mut typed::Timing) -> &mut Vec<Option<f64>> {
+    let rows = timing.seconds.len();
+    (timing.cpu_seconds).get_or_insert_with(|| vec![None; rows])
 }
 
 impl<'a> Runner<'a> {
@@ -354,7 +360,7 @@ impl<'a> Runner<'a> {
             return Err(RunError::EndedBefore(stage.stage));
         }
         self.observer.stage(stage.stage, wear_iteration);
-        let begin = Instant::now();
+        let clock = Clock::begin();
         let given = [tables, &self.once];
         let reads = Reads::new(
             stage.declared(),
@@ -366,12 +372,13 @@ impl<'a> Runner<'a> {
         );
         self.solvers.begin();
         let outputs = (stage.compute)(&reads, &mut self.solvers)?;
-        for cost in self.solvers.end(begin.elapsed().as_secs_f64()) {
+        for cost in self.solvers.end(clock.spent()) {
             self.timing.stage.push(match cost.part {
                 Some(part) => format!("{}.{part}", stage.stage),
                 None => stage.stage.name().to_owned(),
             });
-            self.timing.seconds.push(cost.seconds);
+            cpu_seconds(&mut self.timing).push(cost.spent.cpu_seconds);
+            self.timing.seconds.push(cost.spent.seconds);
             self.timing.fft_pairs.push(cost.fft_pairs);
         }
         for notice in &outputs.notices {
@@ -386,6 +393,7 @@ impl<'a> Runner<'a> {
             stage: self.timing.stage[rows..].to_vec(),
             seconds: self.timing.seconds[rows..].to_vec(),
             fft_pairs: self.timing.fft_pairs[rows..].to_vec(),
+            cpu_seconds: (self.timing.cpu_seconds.as_ref()).map(|cpu| cpu[rows..].to_vec()),
         };
         Ok(cost.to_table()?)
     }
@@ -393,7 +401,8 @@ impl<'a> Runner<'a> {
     /// Counts what a stage cost that an earlier start computed. Those of former versions have not kept it.
     fn adopt(&mut self, kept: &mut Tables) -> Result<(), RunError> {
         if let Some(cost) = kept.remove(&TableName::Timing) {
-            let cost = typed::Timing::of(&cost)?;
+            let mut cost = typed::Timing::of(&cost)?;
+            cpu_seconds(&mut self.timing).append(cpu_seconds(&mut cost));
             self.timing.stage.extend(cost.stage);
             self.timing.seconds.extend(cost.seconds);
             self.timing.fft_pairs.extend(cost.fft_pairs);

@@ -2,9 +2,9 @@
 //! of a run: a stage sets what moves the joint, and it rests again for the next one.
 
 use std::rc::Rc;
-use std::time::Instant;
 
 use super::RunError;
+use super::clock::{Clock, Spent};
 use super::error::NumericsError;
 use super::reads::Reads;
 use super::reduced::reduced_of;
@@ -24,8 +24,8 @@ use crate::wear::{FrettingJoint, Motion};
 pub struct PartCost {
     /// Name of the part; none of the stage itself.
     pub part: Option<&'static str>,
-    /// Wall time \[s\].
-    pub seconds: f64,
+    /// Its time.
+    pub spent: Spent,
     /// Forward and inverse transform pairs.
     pub fft_pairs: f64,
 }
@@ -73,12 +73,12 @@ impl Solvers {
         }
     }
 
-    /// What the stage has cost in `seconds`: of itself, and of the parts that it tells apart.
-    pub fn end(&mut self, seconds: f64) -> Vec<PartCost> {
+    /// What the stage has cost in the time it took: of itself, and of the parts that it tells apart.
+    pub fn end(&mut self, spent: Spent) -> Vec<PartCost> {
         let left = self.joint.as_mut();
         let mut own = PartCost {
             part: None,
-            seconds,
+            spent,
             fft_pairs: left.map_or(0.0, |joint| joint.half_space.take_pairs()),
         };
         let mut parts = Vec::new();
@@ -86,7 +86,7 @@ impl Solvers {
             match cost.part {
                 None => own.fft_pairs += cost.fft_pairs,
                 Some(_) => {
-                    own.seconds -= cost.seconds;
+                    own.spent = own.spent.less(cost.spent);
                     parts.push(cost);
                 }
             }
@@ -118,14 +118,14 @@ impl Solvers {
         part: Option<&'static str>,
         work: impl FnOnce(&mut FrettingJoint) -> Result<T, NumericsError>,
     ) -> Result<(T, f64), RunError> {
-        let begin = Instant::now();
+        let clock = Clock::begin();
         let joint = self.joint(reads)?;
         joint.half_space.take_pairs();
         let result = work(joint).map_err(|error| reads.failed(error))?;
         let fft_pairs = joint.half_space.take_pairs();
         self.costs.push(PartCost {
             part,
-            seconds: begin.elapsed().as_secs_f64(),
+            spent: clock.spent(),
             fft_pairs,
         });
         Ok((result, fft_pairs))

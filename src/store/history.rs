@@ -30,7 +30,11 @@ const WEAR_ITERATION: &str = "wear_iteration";
 const COMMIT: &str = "commit";
 const PRUNED: &str = "pruned";
 const BYTES: &str = "bytes";
-const TIMING: [&str; 2] = ["timing_seconds_", "timing_fft_pairs_"];
+const TIMING: [&str; 3] = [
+    "timing_seconds_",
+    "timing_fft_pairs_",
+    "timing_cpu_seconds_",
+];
 
 /// What stands before the hash, and in its place while it is computed.
 const BEFORE_SEAL: &[u8] = b"\"seal\":\"";
@@ -61,6 +65,8 @@ pub struct StageCost {
     pub seconds: f64,
     /// Forward and inverse transform pairs.
     pub fft_pairs: f64,
+    /// CPU time of all threads \[s\]; none where an iteration does not tell it.
+    pub cpu_seconds: Option<f64>,
 }
 
 /// A column of a one-row table, and what it is called in a history.
@@ -146,6 +152,11 @@ impl History {
                 costs.entry(stage.to_owned()).or_default().seconds = sum;
             } else if let Some(stage) = name.strip_prefix(TIMING[1]) {
                 costs.entry(stage.to_owned()).or_default().fft_pairs = sum;
+            } else if let Some(stage) = name.strip_prefix(TIMING[2]) {
+                let wall = self.columns.get(&format!("{}{stage}", TIMING[0]));
+                let told = matches!(wall, Some(Nullable::F64(wall)) if (wall.iter().zip(values))
+                    .all(|(wall, cpu)| wall.is_none() || cpu.is_some()));
+                costs.entry(stage.to_owned()).or_default().cpu_seconds = told.then_some(sum);
             }
         }
         costs
@@ -201,13 +212,22 @@ impl History {
     /// Adds the times of the last row.
     pub(super) fn push_timing(&mut self, timing: &typed::Timing) {
         let rows = self.links.len() - 1;
-        let series = [&timing.seconds, &timing.fft_pairs];
+        let known = |values: &[f64]| values.iter().map(|value| Some(*value)).collect();
+        let series: [Vec<Option<f64>>; 3] = [
+            known(&timing.seconds),
+            known(&timing.fft_pairs),
+            timing.cpu_seconds.clone().unwrap_or_default(),
+        ];
         for (prefix, values) in TIMING.into_iter().zip(series) {
-            let mut sums: BTreeMap<&str, f64> = BTreeMap::new();
+            let mut sums: BTreeMap<&str, Option<f64>> = BTreeMap::new();
             for (stage, value) in timing.stage.iter().zip(values) {
-                *sums.entry(stage).or_insert(0.0) += value;
+                let sum = sums.entry(stage).or_insert(Some(0.0));
+                *sum = sum.zip(value).map(|(sum, value)| sum + value);
             }
-            for (stage, sum) in sums {
+            for (stage, sum) in sums
+                .into_iter()
+                .filter_map(|(stage, sum)| Some((stage, sum?)))
+            {
                 let column = self.column(format!("{prefix}{stage}"), ColumnType::F64, rows);
                 column.resize(rows);
                 column.push(&vec![sum].into());
@@ -383,10 +403,10 @@ fn own_columns() -> [ColumnSchema; 4] {
 }
 
 fn timing_column(name: &str) -> ColumnSchema {
-    let unit = if name.starts_with(TIMING[0]) {
-        "s"
-    } else {
+    let unit = if name.starts_with(TIMING[1]) {
         "1"
+    } else {
+        "s"
     };
     described(name, ColumnType::F64, unit)
 }

@@ -27,23 +27,31 @@ pub struct HarmonicMotion {
 }
 
 impl HarmonicMotion {
+    /// The phase of what moves \[turns\], if all of it turns together: it then goes along a line.
+    fn turns_together(&self) -> Option<f64> {
+        let mut moving = self
+            .axes
+            .iter()
+            .chain(&self.rotation)
+            .filter(|channel| channel.amplitude != 0.0)
+            .map(|channel| channel.phase / TAU);
+        let first = moving.next()?;
+        moving
+            .all(|phase| (2.0 * (phase - first)).rem_euclid(1.0) <= SAME)
+            .then_some(first)
+    }
+
+    /// True if it goes along a line.
+    pub fn is_straight(&self) -> bool {
+        self.turns_together().is_some()
+    }
+
     /// One cycle about the mean `load`: half of the samples equally spaced, with the two ends of a motion whose axes turn together, and
     /// one in the middle between any two of these. So every other one is a motion of its own.
     pub fn sampled(&self, load: f64, samples: usize) -> Motion {
         let half = samples.div_ceil(2);
         let mut time: Vec<f64> = (0..half).map(|k| k as f64 / half as f64).collect();
-        let moving: Vec<f64> = self
-            .axes
-            .iter()
-            .chain(&self.rotation)
-            .filter(|channel| channel.amplitude != 0.0)
-            .map(|channel| channel.phase / TAU)
-            .collect();
-        if let Some(&first) = moving.first()
-            && moving
-                .iter()
-                .all(|phase| (2.0 * (phase - first)).rem_euclid(1.0) <= SAME)
-        {
+        if let Some(first) = self.turns_together() {
             for end in [-first, 0.5 - first] {
                 let end = end.rem_euclid(1.0);
                 if end < 1.0 - SAME && time.iter().all(|t| (t - end).abs() > SAME) {

@@ -75,6 +75,7 @@ fn runs_every_variant_and_compares_it_with_the_reference() {
         "cycle-superposition",
         "cycle-stepped",
         "grid-52-44",
+        "balanced_again",
     ];
     assert_eq!(table.text("variant").expect("names"), expected);
     assert!(table.bool("done").expect("flags").iter().all(|done| *done));
@@ -87,6 +88,9 @@ fn runs_every_variant_and_compares_it_with_the_reference() {
             }
         }
         assert!(table.f64("seconds").expect("times")[row] > 0.0);
+        let cpu = table.maybe_f64("cpu_seconds").expect("times")[row];
+        assert!(!cfg!(unix) || cpu.is_some_and(|cpu| cpu > 0.0), "{cpu:?}");
+        assert_eq!(table.text("motion").expect("kinds")[row], "line");
         assert!(table.f64("fft_pairs").expect("pairs")[row] > 0.0);
         assert!(table.i64("memory").expect("memory")[row] > 0);
         assert!(table.i64("iterations").expect("iterations")[row] > 0);
@@ -99,15 +103,23 @@ fn runs_every_variant_and_compares_it_with_the_reference() {
     let pairs = table.f64("fft_pairs").expect("pairs");
     assert!(pairs[row_of(&table, "cycle-stepped")] > 3.0 * pairs[row_of(&table, "balanced")]);
 
+    // The same preset again is the same run, at the same cost; a finer grid costs more than its pairs.
+    let relative = table.maybe_f64("relative_cost").expect("costs");
+    assert_eq!(relative[row_of(&table, "balanced_again")], Some(1.0));
+    assert!(errors(&table, 0) == errors(&table, 6));
+    let finer = row_of(&table, "grid-52-44");
+    let by_pairs = pairs[finer] / pairs[row_of(&table, "balanced")];
+    assert!(relative[finer].expect("a cost") > 4.0 * by_pairs);
+
     let said = did.stdout();
     assert_eq!(
         said,
         fs::read_to_string(folder.join("trade.md")).expect("text")
     );
     for part in [
-        "| variant | seconds | FFT pairs |",
-        "| cycle = stepped |",
-        "balanced, wear volume: ",
+        "| FFT pairs | CPU seconds |",
+        "| cycle = stepped ",
+        "balanced, volume: ",
         "grid [26, 22], against [52, 44]: ",
         "load_steps",
     ] {
@@ -125,7 +137,7 @@ fn runs_every_variant_and_compares_it_with_the_reference() {
         );
     }
     assert!(
-        did.stderr().contains("variant 6 of 6: grid-52-44"),
+        did.stderr().contains("variant 7 of 7: balanced_again"),
         "{}",
         did.stderr()
     );
@@ -141,7 +153,7 @@ fn the_same_command_again_computes_nothing() {
     assert_eq!(first.stdout(), second.stdout());
     assert!(before == files(&bench.path("a")), "a file changed");
     let object = first.json();
-    assert_eq!(object["rows"].as_array().map(Vec::len), Some(5));
+    assert_eq!(object["rows"].as_array().map(Vec::len), Some(6));
     assert_eq!(object["rows"][1]["variant"], "reference");
     assert_eq!(object["rows"][1]["error_wear_field"], 0.0);
     let promises = object["findings"]["promises"].as_array().expect("promises");
@@ -184,7 +196,7 @@ fn goes_on_where_it_was_stopped() {
     assert!(starts > 5, "it was stopped {starts} times only");
     let [direct, stopped] = ["direct", "stopped"].map(|folder| trade_table(&bench.path(folder)));
     for (schema, column) in direct.columns() {
-        if !["seconds", "pareto"].contains(&schema.name.as_str()) {
+        if !["seconds", "cpu_seconds"].contains(&schema.name.as_str()) {
             let again = stopped.column(&schema.name).expect("the same columns");
             assert_eq!(again, column, "{}", schema.name);
         }
@@ -207,7 +219,7 @@ fn a_variant_that_fails_is_a_row() {
     let failed = row_of(&table, "modes-3");
     assert_eq!(
         table.bool("done").expect("flags"),
-        [true, true, false, true, true]
+        [true, true, false, true, true, true]
     );
     let message = &table.text("message").expect("texts")[failed];
     assert!(
@@ -248,4 +260,134 @@ fn refuses_what_it_cannot_do() {
         other.stderr()
     );
     assert!(before == files(&bench.path("trade/tiny")), "a file changed");
+}
+
+/// Three scenes of two kinds of motion, two of them in a folder.
+fn scenes() -> Bench {
+    let bench = bench();
+    let scene = fs::read_to_string(bench.path("tiny.toml")).expect("the scene");
+    let round = "amplitude = [\"1 um\", \"0.5 um\"]\nphase = [\"0 deg\", \"90 deg\"]";
+    let orbit = scene.replace("amplitude = \"1 um\"", round);
+    assert!(orbit.contains(round), "{orbit}");
+    for folder in ["set", "other", "empty"] {
+        fs::create_dir(bench.path(folder)).expect("a folder");
+    }
+    bench.write("set/line.toml", scene.replace("seed = ", "seed = 1"));
+    bench.write("set/orbit.toml", orbit);
+    bench
+}
+
+#[test]
+fn several_scenes_are_held_against_their_references() {
+    let bench = scenes();
+    let command = ["trade", "tiny.toml", "set"];
+    let did = bench.done(&command);
+    let folder = bench.path("trade");
+    let table = trade_table(&folder);
+    let names = ["tiny", "line", "orbit"].map(|name| [name; 3]).concat();
+    assert_eq!(table.text("scene").expect("names"), names);
+    let presets = ["fast", "balanced", "reference"];
+    assert_eq!(table.text("variant").expect("names"), [presets; 3].concat());
+    let kinds = ["line", "line", "orbit"].map(|kind| [kind; 3]).concat();
+    assert_eq!(table.text("motion").expect("kinds"), kinds);
+    assert!(table.bool("done").expect("flags").iter().all(|done| *done));
+    for row in 0..9 {
+        verified(&folder.join(names[row]).join(presets[row % 3]));
+        for figure in [
+            "wear_volume",
+            "loaded_area_fraction",
+            "kn",
+            "kt",
+            "dissipated_energy",
+        ] {
+            let bar = table.maybe_f64(&format!("bar_{figure}")).expect("bars")[row];
+            assert!(
+                bar.is_some_and(|bar| bar > 0.0),
+                "{figure} of {row}: {bar:?}"
+            );
+        }
+    }
+    let said = did.stdout();
+    let text = fs::read_to_string(folder.join("trade.md")).expect("text");
+    assert_eq!(said, text);
+    for part in [
+        "| balanced, orbit ",
+        "| fast, all ",
+        "scenes: the presets over 3 scenes",
+    ] {
+        assert!(said.contains(part), "{part:?} in {said}");
+    }
+    assert!(
+        did.stderr().contains("run 9 of 9: orbit, reference"),
+        "{}",
+        did.stderr()
+    );
+    // The runs are those of the scene alone, and are there.
+    let before = files(&folder.join("tiny/reference"));
+    bench.done(&["trade", "tiny.toml", "--knob", "load_steps"]);
+    assert!(
+        before == files(&folder.join("tiny/reference")),
+        "a file changed"
+    );
+    // The same again is the same.
+    let object = bench.done(&[&command[..], &["--json"]].concat()).json();
+    assert_eq!(trade_table(&folder), table);
+    assert_eq!(object["rows"].as_array().map(Vec::len), Some(9));
+    let all = &object["tallies"][0];
+    assert_eq!(
+        (&all["motion"], &all["scenes"]),
+        (&Value::from("all"), &Value::from(3))
+    );
+}
+
+#[test]
+fn several_scenes_go_on_where_they_were_stopped() {
+    let bench = scenes();
+    let stopped = ["trade", "set", "--dir", "s", "--max-wall", "1 ms"];
+    let mut starts = 0;
+    while bench.fretwear(&stopped).code() == 75 {
+        starts += 1;
+        assert!(starts < 100, "a start computes something in any case");
+    }
+    assert!(starts > 5, "it was stopped {starts} times only");
+    let did = bench.done(&["trade", "set", "--dir", "direct"]);
+    let [direct, stopped] = ["direct", "s"].map(|folder| trade_table(&bench.path(folder)));
+    for (schema, column) in direct.columns() {
+        if !["seconds", "cpu_seconds"].contains(&schema.name.as_str()) {
+            let again = stopped.column(&schema.name).expect("the same columns");
+            assert_eq!(again, column, "{}", schema.name);
+        }
+    }
+    let text = fs::read_to_string(bench.path("s/trade.md")).expect("text");
+    assert_eq!(did.stdout(), text);
+    assert!(text.starts_with("set: the presets over 2 scenes"), "{text}");
+}
+
+#[test]
+fn several_scenes_are_refused_before_anything_is_computed() {
+    let bench = scenes();
+    bench.write("other/line.toml", "");
+    bench.write("empty/notes.txt", "");
+    let twice = ["trade", "set", "set/line.toml"];
+    for (command, said) in [
+        (&twice[..], "have the same name line"),
+        (
+            &["trade", "set", "--knob", "grid"],
+            "--knob is for a single scene, and there are 2",
+        ),
+        (
+            &["trade", "set", "--paper"],
+            "--paper is for a single scene",
+        ),
+        (&["trade", "empty"], "there is no scene (*.toml) in empty"),
+        (&["trade", "tiny.toml", "other"], "line.toml"),
+    ] {
+        let did = bench.fretwear(command);
+        assert_eq!(did.code(), 2, "{command:?}: {}", did.stderr());
+        assert!(did.stderr().contains(said), "{said:?} in {}", did.stderr());
+        assert!(
+            !bench.path("trade").exists(),
+            "{command:?} computed something"
+        );
+    }
 }

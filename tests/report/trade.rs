@@ -1,22 +1,25 @@
 //! What a trade concludes, on tables made by hand.
 
+use fretwear::recipe::MotionKind;
 use fretwear::report::trade::{
-    Bars, COUNT, Cost, FIELD, Row, Trade, Values, WearField, chart, field_error, findings, html,
-    markdown, pareto,
+    Cost, FIELD, Row, Trade, Values, WearField, chart, chart_of_scenes, field_error, findings,
+    html, html_of_scenes, markdown, markdown_of_scenes, misses, noise, pareto, table, tallies,
 };
 use fretwear::scene::variants::{KnobKind, Variant};
 
-fn row(name: &str, kind: KnobKind, size: f64, seconds: f64, error: Option<f64>) -> Row {
+/// Seconds of a row are a thousandth of its FFT pairs and noise, so that either decides otherwise.
+fn row(name: &str, kind: KnobKind, size: f64, pairs: f64, error: Option<f64>) -> Row {
     let (knob, value) = name.split_once('-').unwrap_or(("preset", name));
-    let mut values: Values = [None; COUNT];
-    let mut errors: Values = [None; COUNT];
+    let (mut values, mut errors, mut bars): (Values, Values, Values) = Default::default();
     (values[0], errors[0]) = (error.map(|error| 2.0 * (1.0 + error)), error);
+    bars[0] = error.map(|error| 2.0 * error.abs());
     Row {
         variant: Variant {
             name: name.to_owned(),
             knob: match knob {
                 "grid" => "grid",
                 "wear_tolerance" => "wear_tolerance",
+                "balanced_again" => "repeat",
                 _ => "preset",
             },
             kind,
@@ -25,18 +28,18 @@ fn row(name: &str, kind: KnobKind, size: f64, seconds: f64, error: Option<f64>) 
             sets: Vec::new(),
         },
         failure: error.is_none().then(|| "no <luck>".to_owned()),
-        seconds,
-        fft_pairs: 10.0 * seconds,
+        seconds: 2e-3 * pairs,
+        cpu_seconds: Some(1e-3 * pairs),
+        fft_pairs: pairs,
+        cost: pairs,
         memory: 1_000_000,
         iterations: 3,
-        pareto: error.is_some(),
+        pareto: error.is_some() && name != "reference",
         values,
         worst: error.map(f64::abs),
         errors,
-        bars: Bars {
-            volume: error.map(|error| 2.0 * error.abs()),
-            closure: error.filter(|_| knob == "grid").map(|_| 0.0123),
-        },
+        bars,
+        closure: error.filter(|_| knob == "grid").map(|_| 0.0123),
         field: None,
     }
 }
@@ -45,21 +48,25 @@ fn example() -> Trade {
     let (preset, solver, mesh) = (KnobKind::Preset, KnobKind::Solver, KnobKind::Discretisation);
     Trade {
         name: "made & up".to_owned(),
+        motion: MotionKind::Line,
         rows: vec![
-            row("balanced", preset, 0.0, 10.0, Some(0.005)),
-            row("reference", preset, 0.0, 100.0, Some(0.0)),
-            row("fast", preset, 0.0, 4.0, Some(-0.06)),
-            row("wear_tolerance-0.03", solver, 33.0, 8.0, Some(0.009)),
-            row("wear_tolerance-0.1", solver, 10.0, 5.0, Some(0.04)),
-            row("wear_tolerance-0.001", solver, 1000.0, 30.0, Some(-0.001)),
-            row("grid-32", mesh, 32.0, 2.0, Some(0.2)),
-            row("grid-128", mesh, 128.0, 50.0, Some(0.008)),
+            row("balanced", preset, 0.0, 1000.0, Some(0.005)),
+            row("reference", preset, 0.0, 10000.0, Some(0.0)),
+            row("fast", preset, 0.0, 400.0, Some(-0.06)),
+            row("wear_tolerance-0.03", solver, 33.0, 800.0, Some(0.009)),
+            row("wear_tolerance-0.1", solver, 10.0, 500.0, Some(0.04)),
+            row("wear_tolerance-0.001", solver, 1000.0, 3000.0, Some(-0.001)),
+            row("grid-32", mesh, 32.0, 200.0, Some(0.2)),
+            row("grid-128", mesh, 128.0, 5000.0, Some(0.008)),
             row("grid-256", mesh, 256.0, 0.0, None),
+            row("balanced_again", KnobKind::Repeat, 0.0, 1000.0, Some(0.005)),
         ],
         base: vec![
             ("wear_tolerance", "0.01".to_owned(), 100.0),
             ("grid", "64".to_owned(), 64.0),
         ],
+        by: Cost::FftPairs,
+        noise: Some(0.04),
         machine: None,
         scene_hash: String::new(),
     }
@@ -121,23 +128,18 @@ fn it_says_what_buys_most_and_what_is_not_converged() {
         .map(|kept| (kept.preset.as_str(), kept.passed))
         .collect();
     assert_eq!(kept, [("balanced", true), ("fast", false)]);
-    let savings: Vec<(f64, Cost, &str)> = found
+    let savings: Vec<(f64, &str)> = found
         .savings
         .iter()
         .map(|saving| {
             let buy = saving.buy.as_ref().expect("a knob");
-            (saving.within, saving.cost, buy.variant.as_str())
+            (saving.within, buy.variant.as_str())
         })
         .collect();
-    let expected = [
-        (0.01, Cost::Seconds, "wear_tolerance-0.03"),
-        (0.01, Cost::FftPairs, "wear_tolerance-0.03"),
-        (0.05, Cost::Seconds, "wear_tolerance-0.1"),
-        (0.05, Cost::FftPairs, "wear_tolerance-0.1"),
-    ];
+    let expected = [(0.01, "wear_tolerance-0.03"), (0.05, "wear_tolerance-0.1")];
     assert_eq!(savings, expected);
     let first = found.savings[0].buy.as_ref().expect("a knob");
-    assert_eq!((first.saved, first.saved_part), (2.0, 0.2));
+    assert_eq!((first.saved, first.saved_part), (200.0, 0.2));
     // The finer grid does not come closer to the reference's, and is no gain in accuracy.
     let accuracy = found.accuracy.as_ref().expect("a knob");
     assert_eq!(accuracy.variant, "wear_tolerance-0.001");
@@ -155,51 +157,326 @@ fn it_says_what_buys_most_and_what_is_not_converged() {
     assert!(found.without_effect.is_empty());
 }
 
-/// The numbers of all attributes that place something.
-fn coordinates(svg: &str) -> Vec<f64> {
-    let names = [
-        "x", "y", "x1", "x2", "y1", "y2", "cx", "cy", "r", "width", "height",
-    ];
-    let mut found = Vec::new();
-    for part in svg.split_whitespace() {
-        if let Some((name, value)) = part.split_once("=\"")
-            && (names.contains(&name) || name == "points")
-        {
-            let end = value.find('"').unwrap_or(value.len());
-            for number in value[..end].split(',').filter(|number| !number.is_empty()) {
-                found.push(
-                    number
-                        .parse()
-                        .unwrap_or_else(|_| panic!("{part} is no number")),
-                );
-            }
-        }
+/// What a knob costs by seconds is told where it is more than their noise, and never where the noise is not known.
+#[test]
+fn noise_is_no_advice() {
+    let mut trade = example();
+    let pairs = findings(&trade);
+    trade.by = Cost::Seconds;
+    trade
+        .rows
+        .iter_mut()
+        .for_each(|row| row.cost = 1e-3 * row.fft_pairs);
+    let told = |trade: &Trade| {
+        let found = findings(trade);
+        let saved = |saving: usize| {
+            let buy = found.savings[saving].buy.as_ref();
+            buy.map(|buy| buy.variant.clone())
+        };
+        (saved(0), saved(1), found.accuracy.map(|buy| buy.variant))
+    };
+    let name = |name: &str| Some(name.to_owned());
+    let (third, tenth) = (name("wear_tolerance-0.03"), name("wear_tolerance-0.1"));
+    let finest = name("wear_tolerance-0.001");
+    assert_eq!(told(&trade), (third, tenth.clone(), finest.clone()));
+    // A fifth of the seconds is no saving where equal runs differ by a quarter.
+    trade.noise = Some(0.25);
+    assert_eq!(told(&trade), (None, tenth, finest));
+    trade.noise = None;
+    assert_eq!(told(&trade), (None, None, None));
+    let text = markdown(&trade, &findings(&trade), &[]);
+    assert!(text.contains("noise is not known"), "{text}");
+    // What is more exact in hardly any more seconds costs no more than noise; of pairs it costs what it costs.
+    let dear = 3337.0 / 966.0;
+    for (by, noise, words) in [
+        (Cost::Seconds, 0.3, "costs no more than noise tells"),
+        (Cost::FftPairs, 0.3, "costs 2454 FFT pairs more, 245 %"),
+    ] {
+        (trade.by, trade.noise) = (by, Some(noise));
+        trade.rows[5].cost = match by {
+            Cost::Seconds => 1.1,
+            Cost::FftPairs => 1000.0 * dear,
+        };
+        trade.rows[0].cost = if by == Cost::Seconds { 1.0 } else { 1000.0 };
+        let text = markdown(&trade, &findings(&trade), &[]);
+        assert!(text.contains(words), "{text}");
     }
-    found
+    assert_eq!(pairs.noise, Some(0.04));
 }
 
 #[test]
-fn the_chart_has_finite_coordinates_and_every_variant() {
+fn noise_is_what_iterations_of_equal_runs_differ_by() {
+    // Their sums are equal, and hide nothing.
+    assert_eq!(noise(&[1.0, 2.0, 3.0], &[1.5, 1.5, 3.0]), Some(1.0 / 6.0));
+    assert_eq!(noise(&[1.0], &[1.0]), Some(0.0));
+    assert_eq!(noise(&[1.0], &[1.0, 1.0]), None);
+    assert_eq!(noise(&[], &[]), None);
+}
+
+/// Width of a letter in parts of the size of a text: on the average of names that of DejaVu Sans, the widest font in use.
+const WIDTH_OF_LETTER: f64 = 0.6;
+
+/// A text of a drawing, with the box that it takes: left, top, right, bottom.
+#[derive(Debug)]
+struct Placed {
+    text: String,
+    place: [f64; 4],
+}
+
+fn attribute<'a>(tag: &'a str, name: &str) -> &'a str {
+    let begin = tag.find(&format!(" {name}=\"")).expect(name) + name.len() + 3;
+    let end = tag[begin..].find('"').expect("a quote");
+    &tag[begin..begin + end]
+}
+
+fn texts(svg: &str) -> Vec<Placed> {
+    let parts = svg.split("<text").skip(1);
+    parts
+        .map(|part| {
+            let (tag, rest) = part.split_once('>').expect("a tag");
+            let text = rest.split_once("</text>").expect("its end").0;
+            let text = ["&amp;", "&lt;", "&gt;"]
+                .iter()
+                .fold(text.to_owned(), |text, entity| text.replace(entity, "&"));
+            let number = |name| -> f64 { attribute(tag, name).parse().expect("a number") };
+            let [x, y, size] = ["x", "y", "font-size"].map(number);
+            let width = WIDTH_OF_LETTER * size * text.chars().count() as f64;
+            let left = match attribute(tag, "text-anchor") {
+                "middle" => x - 0.5 * width,
+                "end" => x - width,
+                _ => x,
+            };
+            // A line of DejaVu Sans reaches so far above and below where it stands.
+            let place = [left, y - 0.93 * size, left + width, y + 0.24 * size];
+            Placed { text, place }
+        })
+        .collect()
+}
+
+/// No text lies over another one, or leaves the drawing; none of its numbers is none.
+fn assert_readable(svg: &str) {
+    assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+    let tag = svg.split_once('>').expect("a tag").0;
+    let [width, height] =
+        ["width", "height"].map(|name| -> f64 { attribute(tag, name).parse().expect("a number") });
+    let texts = texts(svg);
+    assert!(texts.len() > 8, "{texts:?}");
+    for (k, one) in texts.iter().enumerate() {
+        let [left, top, right, bottom] = one.place;
+        let is_inside = left >= 0.0 && top >= 0.0 && right <= width && bottom <= height;
+        assert!(is_inside, "{one:?} leaves {width} x {height}");
+        for other in &texts[..k] {
+            let [l, t, r, b] = other.place;
+            let meet = left < r && l < right && top < b && t < bottom;
+            assert!(!meet, "{one:?} lies over {other:?}");
+        }
+    }
+}
+
+/// True if a text is one of the drawing.
+fn says(svg: &str, text: &str) -> bool {
+    texts(svg).iter().any(|placed| placed.text == text)
+}
+
+#[test]
+fn the_chart_names_what_matters_and_nothing_twice_in_a_place() {
     let trade = example();
-    let svg = chart(&trade).expect("a chart");
-    let numbers = coordinates(&svg);
-    assert!(numbers.len() > 50);
-    for number in numbers {
-        assert!((-1e4..1e4).contains(&number), "{number}");
+    let svg = chart(&trade);
+    assert_readable(&svg);
+    // A mark for each of the 7 that have an error, and one a knob in the legend.
+    assert_eq!(svg.matches("<circle").count(), 7 + 3);
+    for name in ["balanced", "fast", "wear_tolerance = 0.03", "grid = 32"] {
+        assert!(says(&svg, name), "{name}");
     }
-    assert!(!svg.contains("NaN") && !svg.contains("inf"));
-    // A mark for each of the 8 that came to their end, and one a knob in the legend.
-    assert_eq!(svg.matches("<circle").count(), 8 + 3);
-    for name in ["reference", "wear_tolerance", "made &amp; up"] {
-        assert!(svg.contains(name), "{name}");
-    }
-    // Nothing but the reference: no error has a logarithm.
+    // The reference has no error: it stands at the edge, here and in the legend.
+    assert_eq!(svg.matches("<path").count(), 2);
+    assert!(says(&svg, "reference, error unknown") && !says(&svg, "reference"));
+    // Nothing but the reference.
     let mut alone = trade;
     alone.rows.truncate(2);
     alone.rows.remove(0);
-    coordinates(&chart(&alone).expect("a chart"));
+    assert_readable(&chart(&alone));
     alone.rows.clear();
-    coordinates(&chart(&alone).expect("a chart"));
+    assert_readable(&chart(&alone));
+}
+
+/// Points that lie upon each other, at one cost or error, over many decades, and foreign names as long as they like.
+#[test]
+fn names_in_a_crowd_lie_side_by_side() {
+    let mut trade = example();
+    trade.name = "a name without end ".repeat(20);
+    let spreads = [(0.0, 0.0), (1e-3, 1e-3), (0.3, 0.0), (0.0, 4.0), (6.0, 9.0)];
+    for (along, up) in spreads {
+        trade.rows.truncate(3);
+        for k in 0..40 {
+            let part = f64::from(k * 7 % 40) / 40.0 - 0.5;
+            let (pairs, error) = (1000.0 * (along * part).exp(), 0.005 * (up * -part).exp());
+            let name = format!("wear_tolerance-{k}e-7");
+            trade
+                .rows
+                .push(row(&name, KnobKind::Solver, 1.0, pairs, Some(error)));
+        }
+        let svg = chart(&trade);
+        assert_readable(&svg);
+        for name in [
+            "balanced",
+            "fast",
+            "reference, error unknown",
+            "promise of balanced: 1 %",
+        ] {
+            assert!(says(&svg, name), "{name}, {along} {up}");
+        }
+        // Within a decade of numbers with many digits.
+        let mut narrow = trade.clone();
+        let costs = [110_000.0, 980_000.0, 300_000.0].into_iter().cycle();
+        for (row, cost) in narrow.rows.iter_mut().zip(costs) {
+            (row.cost, row.worst) = (cost, row.worst.map(|_| 0.012 + 1e-8 * cost));
+        }
+        assert_readable(&chart(&narrow));
+        // What lies upon another mark is not told apart; of the others, not all have room, but most.
+        let apart = if along + up > 9.0 { 40 } else { 0 };
+        assert!(
+            texts(&svg).len() > apart,
+            "{} {along} {up}",
+            texts(&svg).len()
+        );
+    }
+}
+
+/// A scene whose presets are off by so much, with what fast says of itself.
+fn scene(name: &str, motion: MotionKind, errors: [f64; 2], bar: f64) -> Trade {
+    let preset = KnobKind::Preset;
+    let [balanced, fast] = errors;
+    let mut trade = example();
+    trade.name = name.to_owned();
+    trade.motion = motion;
+    trade.base = Vec::new();
+    trade.rows = vec![
+        row("fast", preset, 0.0, 100.0, Some(fast)),
+        row("balanced", preset, 0.0, 300.0, Some(balanced)),
+        row("reference", preset, 0.0, 1000.0, Some(0.0)),
+    ];
+    trade.rows[0].bars[0] = Some(bar);
+    trade
+}
+
+fn scenes() -> Vec<Trade> {
+    let (line, orbit) = (MotionKind::Line, MotionKind::Orbit);
+    let mut failed = scene("lost | one", orbit, [0.001, 0.02], 0.1);
+    failed.rows[2].failure = Some("no\nluck".to_owned());
+    failed.rows[2].values = Values::default();
+    failed.rows.iter_mut().for_each(|row| row.worst = None);
+    vec![
+        scene("a", line, [0.001, 0.02], 0.1),
+        scene("b", line, [-0.03, 0.04], 0.01),
+        scene("c", line, [0.002, -0.3], 0.25),
+        scene("d", orbit, [0.004, 0.01], 0.1),
+        failed,
+    ]
+}
+
+#[test]
+fn presets_are_counted_by_kind_of_motion() {
+    let scenes = scenes();
+    let found = tallies(&scenes);
+    let told: Vec<_> = found
+        .iter()
+        .map(|t| {
+            (
+                t.preset,
+                t.motion.map_or("all", MotionKind::word),
+                t.scenes,
+                t.failed,
+                t.kept,
+            )
+        })
+        .collect();
+    let expected = [
+        ("balanced", "all", 4, 1, 3),
+        ("balanced", "line", 3, 0, 2),
+        ("balanced", "orbit", 1, 1, 1),
+        ("fast", "all", 4, 1, 3),
+        ("fast", "line", 3, 0, 2),
+        ("fast", "orbit", 1, 1, 1),
+    ];
+    assert_eq!(told, expected);
+    let all = &found[0];
+    // Of an even number of scenes the mean of the two in the middle.
+    assert_eq!((all.median, all.worst), (Some(0.003), Some(0.03)));
+    assert_eq!(all.worst_scene.as_deref(), Some("b"));
+    assert_eq!(all.pairs_part, Some(0.3));
+    // 0.04 is outside of a bar of 0.01; a bar is relative to its own figure, 0.7: 0.3 is outside of 0.25 of that.
+    let [volume] = &found[4].figures[..] else {
+        panic!("{:?}", found[4].figures);
+    };
+    assert_eq!(
+        (volume.scenes, volume.within, volume.worst),
+        (3, 1, Some(0.3))
+    );
+    // Where the reference is zero there is no relative error, and the bar tells all the same.
+    let mut zero = scenes.clone();
+    zero[0].rows[2].values[0] = Some(0.0);
+    zero[0].rows[0].errors[0] = None;
+    for (bar, within) in [(1.01, 1), (0.99, 0)] {
+        zero[0].rows[0].bars[0] = Some(bar);
+        let volume = &tallies(&zero)[4].figures[0];
+        assert_eq!((volume.scenes, volume.within), (3, within), "{bar}");
+    }
+    assert_eq!(misses(&zero)[1][0].error, None);
+    let [promised, barred] = misses(&scenes);
+    let names = |misses: &[fretwear::report::trade::Miss]| -> Vec<String> {
+        misses
+            .iter()
+            .map(|miss| format!("{} {}", miss.scene, miss.preset))
+            .collect()
+    };
+    assert_eq!(names(&promised), ["b balanced", "c fast"]);
+    assert_eq!(names(&barred), ["b fast", "c fast"]);
+}
+
+#[test]
+fn scenes_are_a_chart_a_table_and_a_text() {
+    let scenes = scenes();
+    let svg = chart_of_scenes("a set", &scenes);
+    assert_readable(&svg);
+    // Both presets of four scenes, and their shapes and the kinds of motion in the legend.
+    assert_eq!(svg.matches("<circle").count(), 4 + 3);
+    assert_eq!(svg.matches("<path").count(), 4 + 1);
+    // Who breaks a promise is named.
+    for (name, named) in [("b", true), ("c", true), ("a", false), ("d", false)] {
+        assert_eq!(says(&svg, name), named, "{name}");
+    }
+    let text = markdown_of_scenes("a set", &scenes);
+    for part in [
+        "| balanced, line ",
+        " 3 of 4 |",
+        "| 4 of 5 |",
+        "- b, balanced: volume −3 %, of 1 %\n",
+        "- c, fast: volume −30 %, of 25 %\n",
+        "- lost | one, reference: no luck\n",
+    ] {
+        assert!(text.contains(part), "{part:?} in {text}");
+    }
+    // Columns of a table stand below each other.
+    let lines: Vec<&str> = text.lines().filter(|line| line.starts_with('|')).collect();
+    let widths: Vec<usize> = lines.iter().map(|line| line.chars().count()).collect();
+    assert!(
+        widths[..8].iter().all(|width| *width == widths[0]),
+        "{text}"
+    );
+    let page = html_of_scenes("a <set>", &scenes, &svg);
+    assert!(page.contains("a &lt;set&gt;") && page.contains("<svg "));
+    let table = table(&scenes).expect("a table");
+    assert_eq!(table.rows(), 15);
+    assert_eq!(table.text("scene").expect("names")[3], "b");
+    assert_eq!(table.text("motion").expect("kinds")[14], "orbit");
+    let many: Vec<Trade> = (0..60)
+        .map(|k| {
+            let kind = MotionKind::ALL[k % MotionKind::ALL.len()];
+            scene(&format!("scene_of_some_name_{k}"), kind, [0.02, 0.2], 0.1)
+        })
+        .collect();
+    assert_readable(&chart_of_scenes("many", &many));
 }
 
 #[test]
@@ -209,18 +486,28 @@ fn a_failure_is_shown_and_escaped() {
     let left_out = [("cycle".to_owned(), "it stands still | there".to_owned())];
     let text = markdown(&trade, &found, &left_out);
     assert!(text.contains("- grid = 256: no \\<luck>\n"), "{text}");
-    assert!(
-        text.contains("| grid = 256 | 0.000 | 0 | 3 | 1 MB | – | – | – |\n"),
-        "{text}"
+    // Set in columns.
+    let cells = |name: &str| -> Vec<String> {
+        let line = text
+            .lines()
+            .find(|line| line.starts_with(&format!("| {name} ")));
+        let cells = line.expect(name).trim_matches('|').split('|');
+        cells.map(|cell| cell.trim().to_owned()).collect()
+    };
+    assert_eq!(
+        cells("grid = 256"),
+        ["grid = 256", "0", "0.000", "3", "1 MB", "–", "–", "–"]
     );
-    assert!(
-        text.contains("| fast | 4.00 | 40 | 3 | 1 MB | −6 % | 12 % | – |\n"),
-        "{text}"
+    assert_eq!(
+        cells("fast"),
+        ["fast", "400", "0.400", "3", "1 MB", "−6 %", "12 %", "–"]
     );
-    let svg = chart(&trade).expect("a chart");
+    // Held against itself the reference says nothing.
+    assert_eq!(cells("reference")[5], "–");
+    let svg = chart(&trade);
     let page = html(&trade, &found, &left_out, &svg);
     assert!(page.contains("no &lt;luck&gt;") && page.contains("made &amp; up"));
-    let table = trade.table().expect("a table");
+    let table = table(&[trade]).expect("a table");
     assert_eq!(
         table.maybe_f64("error_wear_volume").expect("errors")[8],
         None
@@ -240,7 +527,7 @@ fn foreign_text_is_only_text() {
     let shown = "\\<script>|\\`!\\[x](y)\\\\u{1b}\\[2J\\\\u{202e}";
     assert_eq!(text.matches(shown).count(), 3, "{text}");
     assert!(!text.contains("\n| not a row"), "{text}");
-    let svg = chart(&trade).expect("a chart");
+    let svg = chart(&trade);
     let page = html(&trade, &found, &left_out, &svg);
     for text in [&text, &svg, &page] {
         assert!(!text.contains(['\u{1b}', '\u{202e}']), "{text}");

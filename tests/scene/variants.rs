@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use fretwear::recipe::MotionKind;
 use fretwear::scene::Plan;
 use fretwear::scene::variants::{self, Choice, Variants};
 use fretwear::scene::{self, Preset, Scheme};
@@ -220,4 +221,45 @@ fn steps_of_a_history_are_varied_where_they_matter() {
     let many = made(200);
     let reason = &many.left_out[0].reason;
     assert!(reason.contains("more rows"), "{reason}");
+}
+
+/// What a person calls a motion follows from what moves, and not from how it is written.
+#[test]
+fn motions_are_of_a_kind() {
+    let bench = Bench::new();
+    let path = bench.path("small.toml");
+    for (kind, sets) in [
+        ("line", &[][..]),
+        ("line", &["motion.amplitude=[\"1 um\", \"2 um\"]"]),
+        (
+            "line",
+            &[
+                "motion.amplitude=[\"1 um\", \"0 um\"]",
+                "motion.phase=[\"0 deg\", \"90 deg\"]",
+            ],
+        ),
+        (
+            "orbit",
+            &[
+                "motion.amplitude=[\"1 um\", \"2 um\"]",
+                "motion.phase=[\"0 deg\", \"90 deg\"]",
+            ],
+        ),
+        ("varying load", &["motion.normal_load_amplitude=20 N"]),
+        ("torsion", &["motion.rotation=1e-4 rad"]),
+    ] {
+        let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+        let scene = scene::load(&path, &sets).expect("a scene");
+        let recipe = Plan::of(&scene).expect("a plan").inputs.recipe;
+        assert_eq!(MotionKind::of(&recipe).word(), kind, "{sets:?}");
+    }
+    for (kind, name) in [
+        ("vibration", "lap_joint.toml"),
+        ("vibration", "resonator_springs.toml"),
+        ("line", "prescribed_fretting.toml"),
+    ] {
+        let scene = scene::load(&pipeline(name), &[]).expect("a scene");
+        let recipe = Plan::of(&scene).expect("a plan").inputs.recipe;
+        assert_eq!(MotionKind::of(&recipe).word(), kind, "{name}");
+    }
 }

@@ -3,6 +3,7 @@
 use std::fs;
 
 use fretwear::stages::{Ending, RunCost, Stage};
+use fretwear::store::StageCost;
 use fretwear::tables::TableName;
 
 use super::Start;
@@ -48,6 +49,10 @@ fn a_run_made_stage_by_stage_is_the_same() {
             let staged = fs::read_dir(root.join("staging")).expect("a folder");
             assert_eq!(staged.count(), 0, "{}", root.display());
             assert!(spent.seconds.keys().eq(spent.fft_pairs.keys()));
+            // The processor's time is kept with a stage that an earlier start computed.
+            let cost = reader(root).history().expect("readable").cost();
+            let told = |cost: &StageCost| cost.cpu_seconds.is_some();
+            assert!(!cfg!(unix) || cost.values().all(told), "{cost:?}");
             spent.fft_pairs
         });
         assert!(costs[0].contains_key("surface") && costs[0].contains_key("unworn"));

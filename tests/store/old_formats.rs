@@ -52,6 +52,20 @@ fn assert_sound(table: &Table, at: &str) {
     assert!(columns > 0, "{at} has no columns");
 }
 
+/// The time of the processor is told of the stages of a run where its first iteration tells it, and no sum of a part of it.
+fn assert_cpu_is_told_as_a_whole(root: &Path, name: &str) {
+    let run = reader(root);
+    let first = run.iterations().next().expect("an iteration");
+    let timing = run.read(first, TableName::Timing).expect("readable");
+    let cost = run.history().expect("readable").cost();
+    let stages = timing.text("stage").expect("stages");
+    assert!(!stages.is_empty(), "{name}");
+    for stage in stages {
+        let cpu = cost[stage].cpu_seconds;
+        assert_eq!(cpu.is_some(), timing.has("cpu_seconds"), "{name}, {stage}");
+    }
+}
+
 #[test]
 fn every_table_of_an_old_run_is_read() {
     for old in old_runs() {
@@ -86,6 +100,7 @@ fn every_table_of_an_old_run_is_read() {
                 assert_sound(&read, &at);
             }
         }
+        assert_cpu_is_told_as_a_whole(&old.root, name);
         for once in &report.once {
             let at = format!("{name}, {}", once.table);
             let known = once.table;
@@ -166,6 +181,7 @@ fn an_old_run_goes_on() {
         }
         bench.done(&command);
         verified(&root);
+        assert_cpu_is_told_as_a_whole(&root, name);
         let finished = old.expected["finished"].as_bool().expect("known");
         assert_eq!(latest(&root) == before, finished, "{name}");
         let Some(cycles) = scene["wear"]["cycles"].as_f64() else {

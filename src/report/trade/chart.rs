@@ -1,259 +1,185 @@
-//! Cost against error, both logarithmic, as SVG.
+//! Cost against error: of the variants of a scene, and of the presets over scenes.
 
-use plotters::coord::Shift;
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-
-use super::super::text::visible;
-use super::{Row, Trade, TradeError};
+use super::page::{called, percent};
+use super::scatter::{Mark, Scatter, Shape};
+use super::{Cost, Row, Trade};
+use crate::recipe::MotionKind;
 use crate::scene::variants::{BALANCED, FAST, KnobKind, promise};
 
-/// Size of the drawing, in its own units.
-const SIZE: (u32, u32) = (960, 600);
+/// Errors below this are not told apart: a hundred-thousandth of a percent.
+const FLOOR: f64 = 1e-7;
 
-/// One colour a knob, in their order; after the last it begins again.
-const COLOURS: [RGBColor; 10] = [
-    RGBColor(31, 119, 180),
-    RGBColor(214, 39, 40),
-    RGBColor(44, 160, 44),
-    RGBColor(255, 127, 14),
-    RGBColor(148, 103, 189),
-    RGBColor(140, 86, 75),
-    RGBColor(227, 119, 194),
-    RGBColor(23, 190, 207),
-    RGBColor(188, 189, 34),
-    RGBColor(70, 70, 70),
-];
+/// Colours after which the next groups are squares.
+const COLOURS: usize = 10;
 
-/// Width of what the colours stand for, to the right of the chart.
-const LEGEND: i32 = 180;
+/// What goes upwards.
+const ERROR: &str = "largest deviation from reference among the promised figures";
 
-/// Errors of zero have no logarithm: they stand this far below the least that has one.
-const BELOW: f64 = 10.0;
+/// Of what is no solution with a known error.
+const UNKNOWN: &str = "reference, error unknown";
 
-/// Width of a letter of a name, about, and height of its line.
-const LETTER: i32 = 6;
-
-/// See [`LETTER`].
-const LINE: i32 = 12;
-
-/// The least error drawn where all are zero.
-const LEAST: f64 = 1e-6;
-
-/// A time below the resolution of the clock.
-const SHORTEST: f64 = 1e-6;
-
-/// What of a row is drawn.
-struct Point<'a> {
-    row: &'a Row,
-    seconds: f64,
-    error: f64,
-    /// True for an error of zero, drawn hollow at the lower edge.
-    exact: bool,
-}
-
-/// The chart of a trade: one point a variant, seconds to the right, the worst of the promised errors upwards, with the Pareto
-/// front as a line and the presets' promises as levels.
-///
-/// # Errors
-/// [`TradeError::Chart`]
-pub fn chart(trade: &Trade) -> Result<String, TradeError> {
-    let mut svg = String::new();
-    let drawn = {
-        let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-        draw(&area, trade, &points(trade)).and_then(|()| area.present().map_err(said))
+fn levels() -> Vec<(f64, String)> {
+    let promised = |name| {
+        let promise = promise(name)?;
+        Some((promise, format!("promise of {name}: {}", percent(promise))))
     };
-    // The drawing library escapes labels, but for what XML does not allow at all.
-    drawn.map(|()| visible(&svg))
+    [FAST, BALANCED].into_iter().filter_map(promised).collect()
 }
 
-fn said(error: impl std::fmt::Display) -> TradeError {
-    TradeError::Chart {
-        reason: error.to_string(),
-    }
+/// What a hollow mark at the lower edge stands for, if there is one.
+fn below(marks: &[Mark]) -> Option<(usize, Shape, bool, String)> {
+    let is_below = |mark: &Mark| mark.shape != Shape::Edge && mark.at[1] < FLOOR;
+    let text = format!("hollow: below {}", percent(FLOOR));
+    (marks.iter().any(is_below)).then_some((COLOURS - 1, Shape::Disc, true, text))
 }
 
-fn points(trade: &Trade) -> Vec<Point<'_>> {
-    let known = |row: &&Row| row.variant.kind != KnobKind::Model;
-    let rows: Vec<(&Row, f64)> = trade
-        .rows
-        .iter()
-        .filter(known)
-        .filter_map(|row| Some((row, row.worst?)))
-        .collect();
-    let least = rows
-        .iter()
-        .map(|(_, worst)| *worst)
-        .filter(|error| *error > 0.0)
-        .fold(f64::INFINITY, f64::min);
-    let floor = if least.is_finite() {
-        least / BELOW
-    } else {
-        LEAST
-    };
-    let mut points: Vec<Point> = rows
-        .into_iter()
-        .map(|(row, worst)| Point {
-            row,
-            seconds: row.seconds.max(SHORTEST),
-            error: worst.max(floor),
-            exact: worst == 0.0,
-        })
-        .collect();
-    points.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
-    points
-}
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-
-fn draw(area: &Area, trade: &Trade, points: &[Point]) -> Result<(), TradeError> {
-    area.fill(&WHITE).map_err(said)?;
-    let (area, legend) = area.split_horizontally(SIZE.0 as i32 - LEGEND);
-    let promises = [BALANCED, FAST].map(|name| (name, promise(name).unwrap_or(LEAST)));
-    let range = |values: &mut dyn Iterator<Item = f64>, margin: [f64; 2]| {
-        let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(low, high), v| {
-            (low.min(v), high.max(v))
-        });
-        // Without points there is still a chart to look at.
-        let (low, high) = if low.is_finite() {
-            (low, high)
-        } else {
-            (0.1, 10.0)
-        };
-        low / margin[0]..high * margin[1]
-    };
-    // Room for the names to the right of the points.
-    let seconds = range(&mut points.iter().map(|point| point.seconds), [1.5, 2.5]);
-    let errors = points.iter().map(|point| point.error);
-    let errors = range(&mut errors.chain(promises.map(|p| p.1)), [2.0, 2.0]);
-    let mut chart = ChartBuilder::on(&area)
-        .margin(16)
-        .caption(
-            format!("{}: worst promised error against cost", trade.name),
-            ("sans-serif", 18),
-        )
-        .x_label_area_size(44)
-        .y_label_area_size(72)
-        .build_cartesian_2d(seconds.clone().log_scale(), errors.log_scale())
-        .map_err(said)?;
-    chart
-        .configure_mesh()
-        .max_light_lines(1)
-        .bold_line_style(RGBColor(220, 220, 220))
-        .x_desc("seconds")
-        .y_desc("error against reference")
-        .x_label_formatter(&|seconds| short(*seconds))
-        .y_label_formatter(&|error| format!("{} %", short(error * 100.0)))
-        .label_style(("sans-serif", 13))
-        .draw()
-        .map_err(said)?;
-    let grey = RGBColor(120, 120, 120);
-    for (name, promise) in promises {
-        let level = [(seconds.start, promise), (seconds.end, promise)];
-        chart
-            .draw_series(LineSeries::new(level, grey.stroke_width(1)))
-            .map_err(said)?;
-        let text = format!("promise of {name}");
-        let right = Pos::new(HPos::Right, VPos::Bottom);
-        let style = ("sans-serif", 12).into_font().color(&grey).pos(right);
-        let label = EmptyElement::at((seconds.end, promise)) + Text::new(text, (-4, -2), style);
-        chart.draw_series([label]).map_err(said)?;
-    }
-    let front = points.iter().filter(|point| point.row.pareto);
-    let line = front.map(|point| (point.seconds, point.error));
-    chart
-        .draw_series(LineSeries::new(line, BLACK.stroke_width(1)))
-        .map_err(said)?;
+/// The chart of a scene: one point a variant, what it costs to the right, the worst of the promised errors upwards, with the Pareto
+/// front as a line and the presets' promises as levels. The reference has no error, and stands at the edge.
+pub fn chart(trade: &Trade) -> String {
+    let is_shown = |row: &&Row| row.is_compared() && row.worst.is_some();
+    let shown = || trade.rows.iter().filter(is_shown);
     let mut knobs: Vec<&str> = Vec::new();
-    for row in &trade.rows {
+    for row in shown() {
         if !knobs.contains(&row.variant.knob) {
             knobs.push(row.variant.knob);
         }
     }
-    for (k, knob) in knobs.into_iter().enumerate() {
-        let colour = COLOURS[k % COLOURS.len()];
-        let mark = |at: (i32, i32), exact: bool| {
-            let style = if exact {
-                colour.stroke_width(2)
-            } else {
-                colour.filled()
-            };
-            // Once the colours are through, the next knobs are squares.
-            let radius = 5;
-            let square = k >= COLOURS.len();
-            let corners = [
-                (at.0 - radius, at.1 - radius),
-                (at.0 + radius, at.1 + radius),
-            ];
-            let square = square.then(|| Rectangle::new(corners, style).into_dyn());
-            square.unwrap_or_else(|| Circle::new(at, radius, style).into_dyn())
+    let look = |knob: &str| {
+        let k = knobs.iter().position(|k| *k == knob).unwrap_or(0);
+        let shape = if k < COLOURS {
+            Shape::Disc
+        } else {
+            Shape::Square
         };
-        for point in points.iter().filter(|point| point.row.variant.knob == knob) {
-            let at = chart.backend_coord(&(point.seconds, point.error));
-            area.draw(&mark(area_at(&area, at), point.exact))
-                .map_err(said)?;
+        (k % COLOURS, shape)
+    };
+    let noise = match trade.by {
+        Cost::FftPairs => 0.0,
+        Cost::Seconds => trade.noise.unwrap_or(0.0),
+    };
+    let mut rows: Vec<&Row> = shown().collect();
+    // Presets are named first, then the front.
+    let rank = |row: &Row| (row.variant.kind != KnobKind::Preset, !row.pareto);
+    rows.sort_by(|a, b| rank(a).cmp(&rank(b)).then(a.cost.total_cmp(&b.cost)));
+    let mark = |row: &&Row| {
+        let (colour, shape) = look(row.variant.knob);
+        let is_named = row.pareto || row.variant.kind == KnobKind::Preset;
+        Mark {
+            at: [row.cost, row.worst.unwrap_or(0.0)],
+            colour,
+            shape,
+            noise,
+            name: is_named.then(|| called(row)),
+            is_named_anyhow: row.variant.kind == KnobKind::Preset,
         }
-        let at = (12, 60 + 22 * k as i32);
-        legend.draw(&mark(at, false)).map_err(said)?;
-        let text = Text::new(knob, (at.0 + 14, at.1 - 7), ("sans-serif", 13));
-        legend.draw(&text).map_err(said)?;
-    }
-    let named = points
+    };
+    let marks = rows.iter().map(mark);
+    let reference = trade.reference().map(|row| Mark {
+        at: [row.cost, 0.0],
+        colour: COLOURS - 1,
+        shape: Shape::Edge,
+        noise,
+        name: Some(UNKNOWN.to_owned()),
+        is_named_anyhow: true,
+    });
+    let marks: Vec<Mark> = reference.into_iter().chain(marks).collect();
+    let mut line: Vec<[f64; 2]> = rows
         .iter()
-        .filter(|point| point.row.pareto || point.row.variant.kind == KnobKind::Preset);
-    let mut taken: Vec<Place> = Vec::new();
-    for point in named {
-        let name = &point.row.variant.name;
-        let at = chart.backend_coord(&(point.seconds, point.error));
-        // Above the front first, where nothing else is.
-        let corners = [
-            (8i32, -4i32, HPos::Left, VPos::Bottom),
-            (8, 4, HPos::Left, VPos::Top),
-            (-8, 4, HPos::Right, VPos::Top),
-            (-8, -4, HPos::Right, VPos::Bottom),
-        ];
-        let places = corners.map(|(dx, dy, ..)| {
-            let (width, height) = (dx.signum() * LETTER * name.len() as i32, dy.signum() * LINE);
-            let (x, y) = (at.0 + dx, at.1 + dy);
-            [
-                x.min(x + width),
-                y.min(y + height),
-                x.max(x + width),
-                y.max(y + height),
-            ]
-        });
-        let free = |place: &Place| !taken.iter().any(|other| overlap(place, other));
-        let k = places.iter().position(free).unwrap_or(0);
-        taken.push(places[k]);
-        let (dx, dy, horizontal, vertical) = corners[k];
-        let style = ("sans-serif", 12).into_font().color(&BLACK);
-        let style = style.pos(Pos::new(horizontal, vertical));
-        let (x, y) = area_at(&area, at);
-        let text = Text::new(name.clone(), (x + dx, y + dy), style);
-        area.draw(&text).map_err(said)?;
+        .filter(|row| row.pareto)
+        .map(|row| [row.cost, row.worst.unwrap_or(0.0).max(FLOOR)])
+        .collect();
+    line.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let of_knob = |knob: &&str| {
+        let (colour, shape) = look(knob);
+        (colour, shape, false, (*knob).to_owned())
+    };
+    let reference = (COLOURS - 1, Shape::Edge, false, UNKNOWN.to_owned());
+    let legend = knobs.iter().map(of_knob).chain([reference]);
+    Scatter {
+        title: format!("{}: error against cost", trade.name),
+        axes: [cost_axis(trade), ERROR.to_owned()],
+        levels: levels(),
+        legend: legend.chain(below(&marks)).collect(),
+        marks,
+        line,
+        floor: FLOOR,
     }
-    Ok(())
+    .svg()
 }
 
-/// Left, top, right and bottom of a name.
-type Place = [i32; 4];
-
-fn overlap(a: &Place, b: &Place) -> bool {
-    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
+fn cost_axis(trade: &Trade) -> String {
+    let clock = if trade.has_cpu() { "CPU" } else { "wall" };
+    match (trade.by, trade.noise) {
+        (Cost::FftPairs, _) if trade.rows.iter().any(|row| row.cost != row.fft_pairs) => {
+            "FFT pairs, on other grids by their work".to_owned()
+        }
+        (Cost::FftPairs, _) => "FFT pairs".to_owned(),
+        (Cost::Seconds, Some(noise)) => format!("{clock} seconds, noise ±{}", percent(noise)),
+        (Cost::Seconds, None) => format!("{clock} seconds, of unknown noise"),
+    }
 }
 
-/// A place of the whole drawing in the coordinates of a part of it.
-fn area_at(area: &Area, (x, y): (i32, i32)) -> (i32, i32) {
-    let (left, top) = area.get_base_pixel();
-    (x - left, y - top)
+/// The chart of several scenes: one point a scene and preset, its FFT pairs to the right, the worst of the promised errors upwards, in
+/// the colour of the scene's motion. The references stand at the lower edge. Who breaks a promise is named.
+pub fn chart_of_scenes(name: &str, trades: &[Trade]) -> String {
+    let kinds = |trade: &Trade| {
+        let mut all = MotionKind::ALL.iter();
+        all.position(|kind| *kind == trade.motion).unwrap_or(0)
+    };
+    let (mut marks, mut references) = (Vec::new(), Vec::new());
+    for trade in trades.iter().filter(|trade| trade.reference().is_some()) {
+        for row in &trade.rows {
+            if row.failure.is_some() || row.fft_pairs <= 0.0 {
+                continue;
+            }
+            let mut mark = Mark {
+                at: [row.fft_pairs, 0.0],
+                colour: kinds(trade),
+                shape: Shape::Edge,
+                noise: 0.0,
+                name: None,
+                is_named_anyhow: true,
+            };
+            match (row.is_compared(), row.worst, promise(&row.variant.name)) {
+                (true, Some(worst), Some(promise)) => {
+                    mark.at[1] = worst;
+                    mark.shape = shape_of(&row.variant.name);
+                    mark.name = (worst > promise).then(|| trade.name.clone());
+                    marks.push(mark);
+                }
+                (false, ..) => references.push(mark),
+                _ => (),
+            }
+        }
+    }
+    let shown = |kind: &&MotionKind| trades.iter().any(|trade| trade.motion == **kind);
+    let motions = MotionKind::ALL.iter().enumerate();
+    let motions = motions.filter(|(_, kind)| shown(kind));
+    let motions = motions.map(|(k, kind)| (k, Shape::Disc, false, kind.word().to_owned()));
+    let grey = COLOURS - 1;
+    let shapes = [FAST, BALANCED].map(|name| (grey, shape_of(name), false, name.to_owned()));
+    let reference = (grey, Shape::Edge, false, UNKNOWN.to_owned());
+    let legend = motions
+        .chain(shapes)
+        .chain([reference])
+        .chain(below(&marks))
+        .collect();
+    references.extend(marks);
+    Scatter {
+        title: format!("{name}: error of the presets against cost"),
+        axes: ["FFT pairs of a run".to_owned(), ERROR.to_owned()],
+        levels: levels(),
+        legend,
+        marks: references,
+        line: Vec::new(),
+        floor: FLOOR,
+    }
+    .svg()
 }
 
-/// Three significant digits at most, without zeros at the end.
-fn short(value: f64) -> String {
-    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
-    if (1e-3..1e5).contains(&rounded) {
-        rounded.to_string()
-    } else {
-        format!("{rounded:e}")
+fn shape_of(preset: &str) -> Shape {
+    match preset {
+        FAST => Shape::Square,
+        _ => Shape::Disc,
     }
 }

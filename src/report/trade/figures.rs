@@ -1,4 +1,4 @@
-//! The figures of merit of a run, and how far two runs are apart in them.
+//! The figures of merit of a run, what it cost, and how far two runs are apart in them.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -20,45 +20,63 @@ pub struct Figure {
     pub promised: bool,
     /// Where it stands in a summary; nowhere for the field.
     of: fn(&Summary) -> Option<f64>,
-}
-
-const fn figure(
-    name: &'static str,
-    title: &'static str,
-    promised: bool,
-    of: fn(&Summary) -> Option<f64>,
-) -> Figure {
-    Figure {
-        name,
-        title,
-        promised,
-        of,
-    }
+    /// Where its error bar stands; nowhere for the field.
+    bar: fn(&Summary) -> Option<f64>,
 }
 
 /// The figure that is a field: its error is an L1 distance, and it is no single number.
 pub const FIELD: usize = 1;
 
+macro_rules! figure {
+    ($name:ident, $title:literal, $promised:literal, $bar:ident) => {
+        Figure {
+            name: stringify!($name),
+            title: $title,
+            promised: $promised,
+            of: |summary| summary.$name,
+            bar: |summary| summary.$bar,
+        }
+    };
+}
+
 /// The figures of merit, in the order in which they are shown.
 pub const FIGURES: [Figure; COUNT] = [
-    figure("wear_volume", "wear volume", true, |s| s.wear_volume),
-    figure("wear_field", "wear field", false, |_| None),
-    figure("loaded_area_fraction", "loaded area", false, |s| {
-        s.loaded_area_fraction
-    }),
-    figure("kn", "kn", true, |s| s.kn),
-    figure("kt", "kt", false, |s| s.kt),
-    figure("resonance_frequency", "resonance", true, |s| {
-        s.resonance_frequency
-    }),
-    figure("peak_amplitude", "amplitude", true, |s| s.peak_amplitude),
-    figure("dissipated_energy_total", "dissipation", true, |s| {
-        s.dissipated_energy_total
-    }),
+    figure!(wear_volume, "volume", true, error_wear_volume),
+    Figure {
+        name: "wear_field",
+        title: "wear field",
+        promised: false,
+        of: |_| None,
+        bar: |_| None,
+    },
+    figure!(
+        loaded_area_fraction,
+        "loaded area",
+        false,
+        error_loaded_area
+    ),
+    figure!(kn, "kn", true, error_kn),
+    figure!(kt, "kt", false, error_kt),
+    figure!(
+        resonance_frequency,
+        "resonance",
+        true,
+        error_resonance_frequency
+    ),
+    figure!(peak_amplitude, "amplitude", true, error_peak_amplitude),
+    figure!(
+        dissipated_energy_total,
+        "energy in all",
+        true,
+        error_wear_volume
+    ),
     // Where wear dies out, a small error of the volume is a large one of what is left to dissipate.
-    figure("dissipated_energy", "a cycle's in the end", false, |s| {
-        s.dissipated_energy
-    }),
+    figure!(
+        dissipated_energy,
+        "energy a cycle, in the end",
+        false,
+        error_dissipated_energy
+    ),
 ];
 
 /// One value a figure; none where the run has no such figure.
@@ -73,28 +91,29 @@ pub struct WearField {
     pub depth: Vec<f64>,
 }
 
-/// What a run says of its own worn volume: error bars relative to it.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Bars {
-    /// From all sources together; none without wear.
-    pub volume: Option<f64>,
-    /// From what the fine contact dissipates beyond its contact elements; none without vibration.
-    pub closure: Option<f64>,
-}
-
 /// What a run cost, and what came out.
 #[derive(Debug, Clone, Default)]
 pub struct Measured {
     /// Wall time \[s\].
     pub seconds: f64,
+    /// CPU time \[s\]; none where a stage does not tell it.
+    pub cpu_seconds: Option<f64>,
+    /// The same of each iteration, of the wall where the CPU time is not told \[s\].
+    pub each: Vec<f64>,
     /// Transform pairs.
     pub fft_pairs: f64,
     /// Wear iterations.
     pub iterations: u64,
+    /// Cells of its grid along x and y; none without one.
+    pub cells: Option<[usize; 2]>,
+    /// True if a structure vibrates.
+    pub vibrates: bool,
     /// Figures of its last iteration; none for the field.
     pub values: Values,
-    /// Its own error bars.
-    pub bars: Bars,
+    /// Its own error bars, relative to the figures.
+    pub bars: Values,
+    /// The part of the bar of the volume by what the fine contact dissipates beyond its contact elements; none without vibration.
+    pub closure: Option<f64>,
     /// The worn depths of its last iteration, if it wore.
     pub field: Option<WearField>,
     /// Where it was computed.
@@ -103,6 +122,12 @@ pub struct Measured {
     pub scene_hash: String,
 }
 
+/// The stage whose cost is not counted: whoever comes first pays for the structure that all share.
+const SHARED: &str = "structure";
+
+/// The section of a scene by which it vibrates.
+const DYNAMICS: &str = "dynamics";
+
 /// Reads a run; one that does not exist has cost nothing.
 pub fn measure(root: &Path) -> Result<Measured, StoreError> {
     let reader = match RunReader::open(Arc::new(RealFileSystem), root) {
@@ -110,17 +135,34 @@ pub fn measure(root: &Path) -> Result<Measured, StoreError> {
         Err(StoreError::NoRun { .. }) => return Ok(Measured::default()),
         Err(error) => return Err(error),
     };
+    let scene = &reader.record().scene;
+    let grid = &scene["joint"]["grid"];
+    let cells = [&grid[0], &grid[1]].map(|n| n.as_u64().map(|n| n as usize));
     let mut measured = Measured {
         machine: Some(reader.record().machine.clone()),
         scene_hash: reader.record().scene_hash.clone(),
+        vibrates: scene
+            .get(DYNAMICS)
+            .is_some_and(|section| !section.is_null()),
+        cells: cells[0].zip(cells[1]).map(|(nx, ny)| [nx, ny]),
+        cpu_seconds: Some(0.0),
         ..Measured::default()
     };
     for (stage, cost) in reader.history()?.cost() {
-        // Whoever comes first pays for the structure that all share.
-        if stage != "structure" {
+        if stage != SHARED {
             measured.seconds += cost.seconds;
+            let both = measured.cpu_seconds.zip(cost.cpu_seconds);
+            measured.cpu_seconds = both.map(|(sum, cpu)| sum + cpu);
         }
         measured.fft_pairs += cost.fft_pairs;
+    }
+    for k in reader.iterations() {
+        match reader.typed::<typed::Timing>(k) {
+            Ok(timing) => measured.each.push(seconds_of(&timing)),
+            // No result depends on it.
+            Err(StoreError::Damaged(_) | StoreError::NoTable { .. }) => (),
+            Err(error) => return Err(error),
+        }
     }
     let Some(latest) = reader.latest() else {
         return Ok(measured);
@@ -128,16 +170,36 @@ pub fn measure(root: &Path) -> Result<Measured, StoreError> {
     measured.iterations = latest;
     let summary: Summary = reader.typed(latest)?;
     measured.values = FIGURES.map(|figure| (figure.of)(&summary));
-    measured.bars = Bars {
-        volume: summary.error_wear_volume,
-        closure: summary.error_closure,
-    };
-    let grid = &reader.record().scene["joint"]["grid"];
-    let cells = [&grid[0], &grid[1]].map(|n| n.as_u64().map(|n| n as usize));
-    if let (true, [Some(nx), Some(ny)]) = (summary.wear_volume.is_some(), cells) {
-        measured.field = Some(wear_field(&reader.typed(latest)?, [nx, ny]));
+    measured.bars = FIGURES.map(|figure| (figure.bar)(&summary));
+    measured.closure = summary.error_closure;
+    if let (true, Some(cells)) = (summary.wear_volume.is_some(), measured.cells) {
+        measured.field = Some(wear_field(&reader.typed(latest)?, cells));
     }
     Ok(measured)
+}
+
+/// What an iteration took, of the wall where the CPU time is not told \[s\].
+fn seconds_of(timing: &typed::Timing) -> f64 {
+    let own = |k: &usize| timing.stage[*k] != SHARED;
+    let rows = || (0..timing.stage.len()).filter(own);
+    let cpu = timing.cpu_seconds.as_ref();
+    let cpu: Option<f64> = cpu.and_then(|cpu| rows().map(|k| cpu[k]).sum());
+    cpu.unwrap_or_else(|| rows().map(|k| timing.seconds[k]).sum())
+}
+
+/// How far the seconds of two equal runs are apart: the differences of their iterations, each counted as positive, so that one does not
+/// hide another, in parts of what both took on average. None where nothing can be compared.
+pub fn noise(one: &[f64], other: &[f64]) -> Option<f64> {
+    let pairs = || one.iter().zip(other);
+    let apart: f64 = pairs().map(|(a, b)| (a - b).abs()).sum();
+    let mean: f64 = pairs().map(|(a, b)| 0.5 * (a + b)).sum();
+    (one.len() == other.len() && mean > 0.0).then(|| apart / mean)
+}
+
+/// The work of a transform pair on a grid, up to a factor: n log n of the points of its plane, which has twice as many a side as cells.
+pub fn work_of_pair(cells: [usize; 2]) -> f64 {
+    let points = 4.0 * cells[0] as f64 * cells[1] as f64;
+    points * points.ln()
 }
 
 fn wear_field(table: &typed::WearField, cells: [usize; 2]) -> WearField {

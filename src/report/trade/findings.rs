@@ -3,14 +3,14 @@
 use serde::{Serialize, Serializer};
 
 use super::figures::{FIELD, FIGURES, Values, deviation, field_error};
-use super::{Row, Trade};
-use crate::scene::variants::{BALANCED, FAST, KnobKind, REFERENCE, promise};
+use super::{Cost, Row, Trade};
+use crate::scene::variants::{BALANCED, FAST, KnobKind, promise};
 
 /// A result that changes by more than this from one mesh to the next is not converged at the coarser one.
 pub(super) const CONVERGED: f64 = 0.01;
 
-/// A smaller part of the time than this is noise of the machine.
-const NOISE: f64 = 0.05;
+/// A smaller part of the cost than this is not worth a knob.
+const WORTH: f64 = 0.05;
 
 /// An error that does not fall to this part of what it was is not worth a knob.
 const GAIN: f64 = 0.5;
@@ -30,33 +30,12 @@ pub struct Kept {
     pub passed: bool,
 }
 
-/// What a run costs. Seconds are what a user waits for, and noisy; pairs are exact, and not all of the work of a structure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Cost {
-    /// Wall time \[s\].
-    Seconds,
-    /// Transform pairs.
-    FftPairs,
-}
-
-impl Cost {
-    fn of(self, row: &Row) -> f64 {
-        match self {
-            Cost::Seconds => row.seconds,
-            Cost::FftPairs => row.fft_pairs,
-        }
-    }
-}
-
 /// The knob that saves most within a bound.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Saving {
     /// Largest error of the promised figures.
     pub within: f64,
-    /// Of what it saves most.
-    pub cost: Cost,
-    /// The knob; none if none saves anything.
+    /// The knob; none if none saves more than noise, or than is worth it.
     pub buy: Option<Buy>,
 }
 
@@ -69,7 +48,7 @@ pub struct Buy {
     pub knob: &'static str,
     /// What it is set to.
     pub value: String,
-    /// Cost below that of `balanced`; negative if it costs more.
+    /// Cost below that of `balanced`, in what the trade is by; negative if it costs more.
     pub saved: f64,
     /// The same as a part of that of `balanced`.
     pub saved_part: f64,
@@ -118,13 +97,17 @@ impl Step {
 }
 
 /// What a trade says.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Findings {
+    /// What costs are compared by.
+    pub by: Cost,
+    /// How far the seconds of two equal runs are apart, in parts of them; none where that is not known.
+    pub noise: Option<f64>,
     /// Promise by promise.
     pub promises: Vec<Kept>,
-    /// Within the promise of `balanced`, then within that of `fast`; of time, then of transforms if there are any.
+    /// Within the promise of `balanced`, then within that of `fast`.
     pub savings: Vec<Saving>,
-    /// The solver's knob that gives most accuracy for a second; none if none halves the error.
+    /// The solver's knob that gives most accuracy for its cost; none if none halves the error.
     pub accuracy: Option<Buy>,
     /// One entry a discretisation tried.
     pub convergence: Vec<Convergence>,
@@ -134,18 +117,15 @@ pub struct Findings {
 
 /// Draws the conclusions.
 pub fn findings(trade: &Trade) -> Findings {
-    let transforms = trade.rows.iter().any(|row| row.fft_pairs > 0.0);
-    let costs = [Cost::Seconds, Cost::FftPairs];
-    let costs = &costs[..if transforms { 2 } else { 1 }];
     let bounds = [BALANCED, FAST].into_iter().filter_map(promise);
-    let wanted = bounds.flat_map(|within| costs.iter().map(move |cost| (within, *cost)));
     Findings {
+        by: trade.by,
+        noise: trade.noise,
         promises: promises(trade),
-        savings: wanted
-            .map(|(within, cost)| Saving {
+        savings: bounds
+            .map(|within| Saving {
                 within,
-                cost,
-                buy: saving(trade, within, cost),
+                buy: saving(trade, within),
             })
             .collect(),
         accuracy: accuracy(trade),
@@ -160,7 +140,7 @@ pub fn findings(trade: &Trade) -> Findings {
 
 fn promises(trade: &Trade) -> Vec<Kept> {
     let mut promises = Vec::new();
-    let reference = trade.row(REFERENCE).filter(|row| row.failure.is_none());
+    let reference = trade.reference();
     for row in &trade.rows {
         let Some(promise) = promise(&row.variant.name) else {
             continue;
@@ -182,21 +162,21 @@ fn promises(trade: &Trade) -> Vec<Kept> {
     promises
 }
 
-fn buy(row: &Row, balanced: &Row, cost: Cost) -> Option<Buy> {
-    let saved = cost.of(balanced) - cost.of(row);
+fn buy(row: &Row, balanced: &Row) -> Option<Buy> {
+    let saved = balanced.cost - row.cost;
     Some(Buy {
         variant: row.variant.name.clone(),
         knob: row.variant.knob,
         value: row.variant.value.clone(),
         saved,
-        saved_part: saved / cost.of(balanced),
+        saved_part: saved / balanced.cost,
         error: row.worst?,
         error_before: balanced.worst?,
     })
 }
 
 /// The variants that change one knob of `balanced`, and no model.
-fn turned(trade: &Trade, cost: Cost) -> impl Iterator<Item = (&Row, Buy)> {
+fn turned(trade: &Trade) -> impl Iterator<Item = (&Row, Buy)> {
     let balanced = trade.row(BALANCED);
     trade
         .rows
@@ -207,7 +187,7 @@ fn turned(trade: &Trade, cost: Cost) -> impl Iterator<Item = (&Row, Buy)> {
                 KnobKind::Solver | KnobKind::Discretisation
             )
         })
-        .filter_map(move |row| Some((row, buy(row, balanced?, cost)?)))
+        .filter_map(move |row| Some((row, buy(row, balanced?)?)))
 }
 
 /// True for a knob that is set finer than in `balanced`: where that is faster, or the opposite more exact, it is by chance.
@@ -219,22 +199,39 @@ fn is_finer(trade: &Trade, row: &Row) -> bool {
     base.is_some_and(|(_, _, size)| row.variant.size > *size)
 }
 
-fn saving(trade: &Trade, bound: f64, cost: Cost) -> Option<Buy> {
-    turned(trade, cost)
-        .filter(|(row, _)| !is_finer(trade, row))
+/// Differences of costs below this part of that of `balanced` are none; not known of seconds whose noise is not.
+fn resolved(trade: &Trade) -> Option<f64> {
+    match trade.by {
+        Cost::FftPairs => Some(0.0),
+        Cost::Seconds => trade.noise,
+    }
+}
+
+/// True unless it is another mesh that changes some figure by more than the bound, promised or not: it is then another joint that is cheap.
+fn is_same_joint(row: &Row, bound: f64) -> bool {
+    let holds = |error: &Option<f64>| error.is_none_or(|error| error.abs() <= bound);
+    row.variant.kind != KnobKind::Discretisation || row.errors.iter().all(holds)
+}
+
+fn saving(trade: &Trade, bound: f64) -> Option<Buy> {
+    let least = resolved(trade)?.max(WORTH);
+    turned(trade)
+        .filter(|(row, _)| !is_finer(trade, row) && is_same_joint(row, bound))
         .map(|(_, buy)| buy)
-        .filter(|buy| buy.error <= bound && buy.saved_part > NOISE)
+        .filter(|buy| buy.error <= bound && buy.saved_part > least)
         .max_by(|a, b| a.saved.total_cmp(&b.saved))
 }
 
 /// A finer mesh than the reference's does not come closer to it, which says nothing about the mesh: only solvers count.
 fn accuracy(trade: &Trade) -> Option<Buy> {
-    let rate = |buy: &Buy| (buy.error_before - buy.error) / (-buy.saved).max(0.0);
-    turned(trade, Cost::Seconds)
+    let least = resolved(trade)?;
+    // What costs no more than noise tells costs as much as noise.
+    let rate = |buy: &Buy| (buy.error_before - buy.error) / (-buy.saved_part).max(least);
+    turned(trade)
         .filter(|(row, _)| row.variant.kind == KnobKind::Solver && is_finer(trade, row))
         .map(|(_, buy)| buy)
         .filter(|buy| buy.error <= GAIN * buy.error_before)
-        .max_by(|a, b| rate(a).total_cmp(&rate(b)))
+        .max_by(|a, b| (rate(a).total_cmp(&rate(b))).then(b.error.total_cmp(&a.error)))
 }
 
 fn convergence(trade: &Trade, knob: &'static str, value: &str, size: f64) -> Option<Convergence> {
@@ -268,7 +265,8 @@ fn without_effect(trade: &Trade) -> Vec<&'static str> {
     for row in &trade.rows {
         let knob = row.variant.knob;
         let mut own = trade.rows.iter().filter(|row| row.variant.knob == knob);
-        if row.variant.kind != KnobKind::Preset && !knobs.contains(&knob) && own.all(same) {
+        let is_knob = !matches!(row.variant.kind, KnobKind::Preset | KnobKind::Repeat);
+        if is_knob && !knobs.contains(&knob) && own.all(same) {
             knobs.push(knob);
         }
     }

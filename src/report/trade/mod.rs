@@ -1,26 +1,32 @@
-//! Speed against accuracy: the runs of the variants of a scene as one table, and what follows from it.
+//! Speed against accuracy: the runs of the variants of a scene, or of the presets over many scenes, as one table, and what follows from it.
 //!
 //! Costs are read from the tables of the runs, never from a clock, so that a trade that was interrupted, or is read again, gives
-//! the same numbers. Errors are against the variant `reference`.
+//! the same numbers. Errors are against the variant `reference`, whose own is not known.
 
 mod chart;
 mod figures;
 mod findings;
 mod page;
+mod scatter;
+mod scenes;
 
 use std::path::{Path, PathBuf};
 
 use super::output::replace;
-use crate::scene::variants::{KnobKind, REFERENCE, Variant};
+use crate::recipe::MotionKind;
+use crate::scene::variants::{AGAIN, BALANCED, KnobKind, REFERENCE, Variant};
 use crate::store::{Machine, StoreError};
-use crate::tables::{Provenance, Table, TableBuilder, TableError, TableName, to_parquet};
+use crate::tables::{Provenance, Table, TableError, TableName, to_parquet};
 
-pub use chart::chart;
-pub use figures::{Bars, COUNT, FIELD, FIGURES, Figure, Values, WearField, deviation, field_error};
-pub use findings::{Buy, Convergence, Cost, Findings, Kept, Saving, Step, findings};
+pub use chart::{chart, chart_of_scenes};
+pub use figures::{
+    COUNT, FIELD, FIGURES, Figure, Values, WearField, deviation, field_error, noise,
+};
+pub use findings::{Buy, Convergence, Findings, Kept, Saving, Step, findings};
 pub use page::{html, markdown};
+pub use scenes::{InBar, Miss, Tally, html_of_scenes, markdown_of_scenes, misses, tallies};
 
-use figures::{Measured, errors, measure};
+use figures::{Measured, errors, measure, work_of_pair};
 
 /// A variant that was run, or that failed.
 #[derive(Debug, Clone)]
@@ -35,6 +41,16 @@ pub struct Trial {
     pub failure: Option<String>,
 }
 
+/// What variants are compared by. Pairs are exact; seconds are noisy, and all there is where a structure vibrates too.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cost {
+    /// Transform pairs; those on another grid than that of `balanced` count by the work of one there.
+    FftPairs,
+    /// CPU time, or that of the wall where no CPU time is told \[s\].
+    Seconds,
+}
+
 /// Cost and errors of one variant.
 #[derive(Debug, Clone)]
 pub struct Row {
@@ -44,20 +60,26 @@ pub struct Row {
     pub failure: Option<String>,
     /// Wall time of all its iterations \[s\].
     pub seconds: f64,
+    /// CPU time of them \[s\]; none where a run does not tell it.
+    pub cpu_seconds: Option<f64>,
     /// Transform pairs of all its iterations.
     pub fft_pairs: f64,
+    /// What it is compared by, in what [`Trade::by`] says.
+    pub cost: f64,
     /// Peak of memory, counted from its recipe \[B\].
     pub memory: u64,
     /// Wear iterations.
     pub iterations: u64,
-    /// True if no other row is both faster and more exact.
+    /// True if no other row, the reference aside, costs less and is more exact.
     pub pareto: bool,
     /// Its figures, in the order of [`FIGURES`]; none where it has no such figure, or failed.
     pub values: Values,
     /// Their errors against the reference.
     pub errors: Values,
-    /// Its own error bars; none where it failed.
-    pub bars: Bars,
+    /// Its own error bars of them, relative; none where it failed.
+    pub bars: Values,
+    /// The part of the bar of the volume by what the fine contact dissipates beyond its contact elements; none without vibration.
+    pub closure: Option<f64>,
     /// The largest error among the promised figures; none where one of those of the reference has no error, which compares with
     /// nothing.
     pub worst: Option<f64>,
@@ -70,10 +92,16 @@ pub struct Row {
 pub struct Trade {
     /// Name of the scene.
     pub name: String,
+    /// What kind of motion wears it.
+    pub motion: MotionKind,
     /// One row a variant, in the order in which they were run.
     pub rows: Vec<Row>,
     /// What `balanced` has in place of each knob that is finer or coarser: knob, value, size.
     pub base: Vec<(&'static str, String, f64)>,
+    /// What its variants are compared by.
+    pub by: Cost,
+    /// How far the seconds of two equal runs are apart, in parts of them; none where `balanced` was not run again.
+    pub noise: Option<f64>,
     /// The machine that the reference was computed on.
     pub machine: Option<Machine>,
     /// Hash of the reference's scene.
@@ -97,12 +125,6 @@ pub enum TradeError {
         /// The error of the operating system.
         source: std::io::Error,
     },
-    /// The chart.
-    #[error("cannot draw the chart: {reason}")]
-    Chart {
-        /// What the drawing library says.
-        reason: String,
-    },
 }
 
 /// Reads the runs of the variants of a scene, and compares them with the reference among them.
@@ -111,6 +133,7 @@ pub enum TradeError {
 /// [`TradeError::Store`] for a run that cannot be read.
 pub fn trade(
     name: &str,
+    motion: MotionKind,
     trials: Vec<Trial>,
     base: Vec<(&'static str, String, f64)>,
 ) -> Result<Trade, TradeError> {
@@ -121,36 +144,61 @@ pub fn trade(
         if trial.failure.is_some() {
             // Where it broke off is no result of it.
             (found.values, found.field, found.bars) = Default::default();
+            found.closure = None;
         } else if trial.variant.name == REFERENCE {
             reference = Some(found.clone());
         }
         measured.push((trial, found));
     }
-    let against = reference.clone().unwrap_or_default();
+    let against = reference.unwrap_or_default();
+    let of = |name: &str| -> Option<&Measured> {
+        let mut named = measured.iter().filter(|(trial, _)| trial.failure.is_none());
+        let (_, found) = named.find(|(trial, _)| trial.variant.name == name)?;
+        Some(found)
+    };
+    let noise = of(BALANCED).zip(of(AGAIN));
+    let noise = noise.and_then(|(one, other)| figures::noise(&one.each, &other.each));
+    let all = || measured.iter().map(|(_, found)| found);
+    let by = if all().any(|found| found.vibrates) || all().all(|found| found.fft_pairs == 0.0) {
+        Cost::Seconds
+    } else {
+        Cost::FftPairs
+    };
+    let unit = of(BALANCED).and_then(|found| found.cells).map(work_of_pair);
+    let cpu = all().all(|found| found.cpu_seconds.is_some());
+    let cost = |found: &Measured| match by {
+        Cost::Seconds => found.cpu_seconds.filter(|_| cpu).unwrap_or(found.seconds),
+        Cost::FftPairs => {
+            let work = found.cells.map(work_of_pair).zip(unit);
+            found.fft_pairs * work.map_or(1.0, |(work, unit)| work / unit)
+        }
+    };
+    let costs: Vec<f64> = all().map(cost).collect();
     let mut rows: Vec<Row> = measured
         .into_iter()
-        .map(|(trial, found)| row(trial, found, &against))
+        .zip(costs)
+        .map(|((trial, found), cost)| row(trial, found, cost, &against))
         .collect();
     let points: Vec<Option<(f64, f64)>> = rows
         .iter()
-        .map(|row| {
-            let comparable = row.variant.kind != KnobKind::Model;
-            Some((row.seconds, row.worst?)).filter(|_| comparable)
-        })
+        .map(|row| Some((row.cost, row.worst?)).filter(|_| row.is_compared()))
         .collect();
     for (row, on_front) in rows.iter_mut().zip(pareto(&points)) {
         row.pareto = on_front;
     }
     Ok(Trade {
         name: name.to_owned(),
+        motion,
         rows,
         base,
+        by,
+        noise,
         machine: against.machine,
         scene_hash: against.scene_hash,
     })
 }
 
-fn row(trial: Trial, found: Measured, reference: &Measured) -> Row {
+fn row(trial: Trial, found: Measured, cost: f64, reference: &Measured) -> Row {
     let errors = errors(&found, reference);
     Row {
         worst: worst(&errors, reference),
@@ -158,12 +206,15 @@ fn row(trial: Trial, found: Measured, reference: &Measured) -> Row {
         variant: trial.variant,
         failure: trial.failure,
         seconds: found.seconds,
+        cpu_seconds: found.cpu_seconds,
         fft_pairs: found.fft_pairs,
+        cost,
         memory: trial.memory,
         iterations: found.iterations,
         pareto: false,
         values: found.values,
         bars: found.bars,
+        closure: found.closure,
         field: found.field,
     }
 }
@@ -192,10 +243,23 @@ pub fn pareto(points: &[Option<(f64, f64)>]) -> Vec<bool> {
         .collect()
 }
 
+impl Row {
+    /// True if its error and cost are those of a way to solve the same model: not the reference, nor `balanced` again.
+    pub fn is_compared(&self) -> bool {
+        let kind = self.variant.kind;
+        self.variant.name != REFERENCE && !matches!(kind, KnobKind::Model | KnobKind::Repeat)
+    }
+}
+
 impl Trade {
     /// The row of a variant.
     pub fn row(&self, name: &str) -> Option<&Row> {
         self.rows.iter().find(|row| row.variant.name == name)
+    }
+
+    /// The row of the reference, if it came to its end.
+    pub fn reference(&self) -> Option<&Row> {
+        self.row(REFERENCE).filter(|row| row.failure.is_none())
     }
 
     /// True where some row has this figure.
@@ -206,77 +270,136 @@ impl Trade {
             .any(|row| row.values[figure].is_some() || of_field(row))
     }
 
-    /// The table `trade`: figures that no variant has, have no column.
-    ///
-    /// # Errors
-    /// [`TradeError::Table`]
-    pub fn table(&self) -> Result<Table, TradeError> {
-        let text = |of: fn(&Row) -> &str| -> Vec<String> {
-            self.rows.iter().map(|row| of(row).to_owned()).collect()
-        };
-        let float = |of: fn(&Row) -> f64| -> Vec<f64> { self.rows.iter().map(of).collect() };
-        let integer = |of: fn(&Row) -> i64| -> Vec<i64> { self.rows.iter().map(of).collect() };
-        let flag = |of: fn(&Row) -> bool| -> Vec<bool> { self.rows.iter().map(of).collect() };
-        let table = Table::builder(TableName::Trade)
-            .column("variant", text(|row| &row.variant.name))
-            .column("knob", text(|row| row.variant.knob))
-            .column("value", text(|row| &row.variant.value))
-            .column("done", flag(|row| row.failure.is_none()))
-            .column("message", text(|row| row.failure.as_deref().unwrap_or("")))
-            .column("seconds", float(|row| row.seconds))
-            .column("fft_pairs", float(|row| row.fft_pairs))
-            .column("memory", integer(|row| row.memory as i64))
-            .column("iterations", integer(|row| row.iterations as i64))
-            .column("pareto", flag(|row| row.pareto));
-        let add = |mut table: TableBuilder, prefix: &str, of: fn(&Row) -> &Values| {
-            for (k, figure) in FIGURES.iter().enumerate() {
-                let values: Vec<Option<f64>> = self.rows.iter().map(|row| of(row)[k]).collect();
-                let absent = prefix.is_empty() && k == FIELD;
-                let values = (self.has(k) && !absent).then_some(values);
-                table = table.maybe(&format!("{prefix}{}", figure.name), values);
-            }
-            table
-        };
-        let table = add(table, "", |row| &row.values);
-        let table = add(table, "error_", |row| &row.errors);
-        let bars = |of: fn(&Bars) -> Option<f64>| {
-            let bars: Vec<Option<f64>> = self.rows.iter().map(|row| of(&row.bars)).collect();
-            bars.iter().any(Option::is_some).then_some(bars)
-        };
-        let table = table
-            .maybe("bar_wear_volume", bars(|bars| bars.volume))
-            .maybe("bar_closure", bars(|bars| bars.closure));
-        Ok(table.build()?)
+    /// True if the CPU time of all rows is told.
+    pub fn has_cpu(&self) -> bool {
+        self.rows.iter().all(|row| row.cpu_seconds.is_some())
     }
 
+    /// CPU time of a row, or that of the wall where not all of them tell it \[s\].
+    pub fn seconds(&self, row: &Row) -> f64 {
+        let cpu = row.cpu_seconds.filter(|_| self.has_cpu());
+        cpu.unwrap_or(row.seconds)
+    }
+
+    /// Whether a figure of a row lies within its own error bar of that of the reference; none where there is no such figure or bar.
+    pub fn within(&self, row: &Row, figure: usize) -> Option<bool> {
+        let (value, bar) = (row.values[figure]?, row.bars[figure]?);
+        let exact = self.reference()?.values[figure]?;
+        Some(value == exact || (value - exact).abs() <= bar * value.abs())
+    }
+}
+
+/// The table `trade` of one scene or of several: figures that no variant has, have no column.
+///
+/// # Errors
+/// [`TradeError::Table`]
+pub fn table(trades: &[Trade]) -> Result<Table, TradeError> {
+    let rows = || (trades.iter()).flat_map(|trade| trade.rows.iter().map(move |row| (trade, row)));
+    let text = |of: for<'a> fn(&'a Trade, &'a Row) -> &'a str| -> Vec<String> {
+        rows().map(|(t, row)| of(t, row).to_owned()).collect()
+    };
+    let float = |of: fn(&Row) -> f64| -> Vec<f64> { rows().map(|(_, row)| of(row)).collect() };
+    let maybe = |of: &dyn Fn(&Trade, &Row) -> Option<f64>| -> Vec<Option<f64>> {
+        rows().map(|(trade, row)| of(trade, row)).collect()
+    };
+    let integer =
+        |of: fn(&Row) -> u64| -> Vec<i64> { rows().map(|(_, row)| of(row) as i64).collect() };
+    let flag = |of: fn(&Row) -> bool| -> Vec<bool> { rows().map(|(_, row)| of(row)).collect() };
+    let relative = |trade: &Trade, row: &Row| {
+        let balanced = trade.row(BALANCED)?.cost;
+        Some(row.cost / balanced).filter(|part| part.is_finite())
+    };
+    let mut table = Table::builder(TableName::Trade)
+        .column("scene", text(|trade, _| &trade.name))
+        .column("motion", text(|trade, _| trade.motion.word()))
+        .column("variant", text(|_, row| &row.variant.name))
+        .column("knob", text(|_, row| row.variant.knob))
+        .column("value", text(|_, row| &row.variant.value))
+        .column("done", flag(|row| row.failure.is_none()))
+        .column(
+            "message",
+            text(|_, row| row.failure.as_deref().unwrap_or("")),
+        )
+        .column("seconds", float(|row| row.seconds))
+        .column("cpu_seconds", maybe(&|_, row| row.cpu_seconds))
+        .column("fft_pairs", float(|row| row.fft_pairs))
+        .column("relative_cost", maybe(&relative))
+        .column("memory", integer(|row| row.memory))
+        .column("iterations", integer(|row| row.iterations))
+        .column("pareto", flag(|row| row.pareto))
+        .column("error_promised", maybe(&|_, row| row.worst));
+    type Of = fn(&Row) -> &Values;
+    let of_figures: [(&str, Of); 3] = [
+        ("", |row| &row.values),
+        ("error_", |row| &row.errors),
+        ("bar_", |row| &row.bars),
+    ];
+    for (prefix, of) in of_figures {
+        for (k, figure) in FIGURES.iter().enumerate() {
+            // The field is no number, and has an error only.
+            if k == FIELD && prefix != "error_" {
+                continue;
+            }
+            let known = trades.iter().any(|trade| trade.has(k));
+            let values = known.then(|| maybe(&|_, row| of(row)[k]));
+            table = table.maybe(&format!("{prefix}{}", figure.name), values);
+        }
+    }
+    let closure = rows().any(|(_, row)| row.closure.is_some());
+    let closure = closure.then(|| maybe(&|_, row| row.closure));
+    Ok(table.maybe("bar_closure", closure).build()?)
+}
+
+/// Writes `trade.parquet` of one scene or of several, and beside it their text, picture and page. Files that are there are replaced.
+///
+/// # Errors
+/// [`TradeError`] for a file that cannot be made or written.
+fn write(folder: &Path, trades: &[Trade], texts: [(&str, String); 3]) -> Result<(), TradeError> {
+    // Of several scenes the hash is that of the first alone, were it there.
+    let scene_hash = match trades {
+        [trade] => trade.scene_hash.clone(),
+        _ => String::new(),
+    };
+    let provenance = Provenance {
+        scene_hash,
+        program_version: env!("CARGO_PKG_VERSION").to_owned(),
+    };
+    std::fs::create_dir_all(folder).map_err(|source| TradeError::Io {
+        path: folder.to_owned(),
+        source,
+    })?;
+    let table = to_parquet(&table(trades)?, &provenance)?;
+    let texts = texts.map(|(name, text)| (name, text.into_bytes()));
+    for (name, bytes) in [("trade.parquet", table)].into_iter().chain(texts) {
+        let path = folder.join(name);
+        replace(&path, &bytes).map_err(|source| TradeError::Io { path, source })?;
+    }
+    Ok(())
+}
+
+impl Trade {
     /// Writes `trade.parquet`, `trade.md`, `trade.svg` and `trade.html` into a folder. Files that are there are replaced.
     ///
     /// # Errors
     /// [`TradeError`] for a file that cannot be made or written.
     pub fn write(&self, folder: &Path, left_out: &[(String, String)]) -> Result<(), TradeError> {
-        let provenance = Provenance {
-            scene_hash: self.scene_hash.clone(),
-            program_version: env!("CARGO_PKG_VERSION").to_owned(),
-        };
-        std::fs::create_dir_all(folder).map_err(|source| TradeError::Io {
-            path: folder.to_owned(),
-            source,
-        })?;
         let found = findings(self);
-        let svg = chart(self)?;
-        let files: [(&str, Vec<u8>); 4] = [
-            ("trade.parquet", to_parquet(&self.table()?, &provenance)?),
-            ("trade.md", markdown(self, &found, left_out).into_bytes()),
-            (
-                "trade.html",
-                html(self, &found, left_out, &svg).into_bytes(),
-            ),
-            ("trade.svg", svg.into_bytes()),
-        ];
-        for (name, bytes) in files {
-            let path = folder.join(name);
-            replace(&path, &bytes).map_err(|source| TradeError::Io { path, source })?;
-        }
-        Ok(())
+        let svg = chart(self);
+        let page = html(self, &found, left_out, &svg);
+        let text = markdown(self, &found, left_out);
+        let texts = [("trade.md", text), ("trade.svg", svg), ("trade.html", page)];
+        write(folder, std::slice::from_ref(self), texts)
     }
+}
+
+/// Writes the same files of several scenes.
+///
+/// # Errors
+/// [`TradeError`] for a file that cannot be made or written.
+pub fn write_scenes(name: &str, trades: &[Trade], folder: &Path) -> Result<(), TradeError> {
+    let svg = chart_of_scenes(name, trades);
+    let page = html_of_scenes(name, trades, &svg);
+    let text = markdown_of_scenes(name, trades);
+    let texts = [("trade.md", text), ("trade.svg", svg), ("trade.html", page)];
+    write(folder, trades, texts)
 }

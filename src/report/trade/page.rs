@@ -1,78 +1,131 @@
-//! The table of a trade and what follows from it, for a person: as Markdown, and as one HTML file.
+//! The tables of a trade and what follows from them, for a person: as Markdown, and as one HTML file.
 
 use super::super::html::{NONE, escaped, table};
 use super::super::text;
 use super::findings::CONVERGED;
-use super::{Bars, Buy, Cost, FIGURES, Findings, Row, Trade};
-use crate::scene::variants::KnobKind;
+use super::{Buy, Cost, FIELD, FIGURES, Findings, Row, Trade};
+use crate::scene::variants::{KnobKind, REFERENCE};
 
-/// What both forms show: a table, then lists under headings.
-struct Page {
-    intro: String,
-    head: Vec<String>,
-    rows: Vec<Vec<String>>,
-    lists: Vec<(&'static str, Vec<String>)>,
+/// A table under its heading, which the first may lack.
+#[derive(Clone)]
+pub(super) struct Sheet {
+    pub heading: String,
+    pub head: Vec<String>,
+    pub rows: Vec<Vec<String>>,
 }
+
+/// What both forms show: tables, then lists under headings.
+pub(super) struct Page {
+    pub title: String,
+    pub intro: String,
+    pub sheets: Vec<Sheet>,
+    pub lists: Vec<(&'static str, Vec<String>)>,
+}
+
+impl Page {
+    /// As Markdown, whose tables are set in columns for who reads it as text.
+    pub fn markdown(&self) -> String {
+        let mut text = format!("{}\n", self.intro);
+        for sheet in &self.sheets {
+            if !sheet.heading.is_empty() {
+                text += &format!("\n**{}**\n", sheet.heading);
+            }
+            text += &format!("\n{}", columns(&sheet.head, &sheet.rows));
+        }
+        for (heading, items) in &self.lists {
+            text += &format!("\n**{heading}**\n\n");
+            for item in items {
+                text += &format!("- {item}\n");
+            }
+        }
+        text
+    }
+
+    /// As one HTML file that needs no other, with the chart `svg` in it.
+    pub fn html(&self, svg: &str) -> String {
+        let sheets = self.sheets.iter().map(|sheet| {
+            let heading = match sheet.heading.is_empty() {
+                true => String::new(),
+                false => format!("<h2>{}</h2>\n", escaped(&sheet.heading)),
+            };
+            heading + &table(&sheet.head, &sheet.rows, true)
+        });
+        let sheets: String = sheets.collect();
+        let lists = self.lists.iter().map(|(heading, items)| {
+            let items = items.iter();
+            let items = items.map(|item| format!("<li>{}</li>\n", escaped(item)));
+            let items: String = items.collect();
+            format!("<h2>{}</h2>\n<ul>\n{items}</ul>\n", escaped(heading))
+        });
+        let lists: String = lists.collect();
+        let title = escaped(&self.title);
+        format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width\">\n<title>{title}</title>\n\
+             <style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n<p>{}</p>\n{svg}\n{sheets}{lists}</body>\n</html>\n",
+            escaped(&self.intro),
+        )
+    }
+}
+
+/// A table of Markdown whose columns are as wide as their widest cell; numbers stand to the right.
+fn columns(head: &[String], rows: &[Vec<String>]) -> String {
+    let cells = |row: &[String]| -> Vec<String> { row.iter().map(|c| text::cell(c)).collect() };
+    let lines: Vec<Vec<String>> = [cells(head)]
+        .into_iter()
+        .chain(rows.iter().map(|row| cells(row)))
+        .collect();
+    let width = |k: usize| {
+        let widths = lines.iter().map(|line| line[k].chars().count());
+        widths.max().unwrap_or(0).max(3)
+    };
+    let widths: Vec<usize> = (0..head.len()).map(width).collect();
+    let told = |line: &Vec<String>| {
+        let cells = line.iter().zip(&widths).enumerate();
+        let cells = cells.map(|(k, (cell, width))| match k {
+            0 => format!("{cell:<width$}"),
+            _ => format!("{cell:>width$}"),
+        });
+        format!("| {} |\n", cells.collect::<Vec<_>>().join(" | "))
+    };
+    let rule = widths.iter().enumerate().map(|(k, width)| match k {
+        0 => "-".repeat(width + 2),
+        _ => "-".repeat(width + 1) + ":",
+    });
+    let rule = rule.collect::<Vec<_>>().join("|");
+    let body: String = lines[1..].iter().map(told).collect();
+    format!("{}|{rule}|\n{body}", told(&lines[0]))
+}
+
+/// Heads break into lines, so that a table of all figures is as wide as its numbers; a narrower window scrolls it in a box of its own,
+/// which shows by its shadow that there is more, and keeps the first column.
+const STYLE: &str = "body{font:15px/1.5 sans-serif;color:#222;max-width:84em;margin:1.5em auto;padding:0 1em}\
+.wide{overflow-x:auto;background:linear-gradient(90deg,#fff0,#fff 70%) right/40px 100% no-repeat local,\
+radial-gradient(farthest-side at 100% 50%,#0003,#0000) right/14px 100% no-repeat scroll}\
+table{border-collapse:collapse;font-size:13px;line-height:1.35;font-variant-numeric:tabular-nums}\
+th,td{padding:.3em .5em;text-align:right;border-bottom:1px solid #ddd;white-space:nowrap}\
+th{vertical-align:bottom;white-space:normal}\
+th:first-child,td:first-child{text-align:left;position:sticky;left:0;background:#fff}\
+svg{max-width:100%;height:auto}h1{font-size:22px}h2{font-size:17px;margin:1.4em 0 .4em}";
 
 /// The trade as Markdown: its table, then what it says. `left_out` is what was not tried, and why.
 pub fn markdown(trade: &Trade, found: &Findings, left_out: &[(String, String)]) -> String {
-    let page = page(trade, found, left_out, text::markdown);
-    let mut text = format!("{}\n\n", page.intro);
-    let line = |cells: &[String]| {
-        let cells: Vec<String> = cells.iter().map(|cell| text::cell(cell)).collect();
-        format!("| {} |\n", cells.join(" | "))
-    };
-    text += &line(&page.head);
-    text += &format!("|---|{}\n", "---:|".repeat(page.head.len() - 1));
-    for row in &page.rows {
-        text += &line(row);
-    }
-    for (heading, items) in &page.lists {
-        text += &format!("\n**{heading}**\n\n");
-        for item in items {
-            text += &format!("- {item}\n");
-        }
-    }
-    text
+    page(trade, found, left_out, text::markdown).markdown()
 }
-
-const STYLE: &str = "body{font:15px/1.5 sans-serif;color:#222;max-width:75em;margin:2em auto;padding:0 1em}\
-table{border-collapse:collapse;font-variant-numeric:tabular-nums}\
-th,td{padding:.25em .7em;text-align:right;border-bottom:1px solid #ddd;white-space:nowrap}\
-th:first-child,td:first-child{text-align:left}div{overflow-x:auto}svg{max-width:100%;height:auto}";
 
 /// The same as one HTML file that needs no other, with the chart `svg` in it.
 pub fn html(trade: &Trade, found: &Findings, left_out: &[(String, String)], svg: &str) -> String {
     // The page escapes all of its text.
-    let page = page(trade, found, left_out, str::to_owned);
-    let name = escaped(&trade.name);
-    let lists: String = page
-        .lists
-        .iter()
-        .map(|(heading, items)| {
-            let items = items
-                .iter()
-                .map(|item| format!("<li>{}</li>\n", escaped(item)));
-            let items: String = items.collect();
-            format!("<h2>{}</h2>\n<ul>\n{items}</ul>\n", escaped(heading))
-        })
-        .collect();
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>Speed against accuracy: {name}</title>\n\
-         <style>{STYLE}</style>\n</head>\n<body>\n<h1>Speed against accuracy: {name}</h1>\n<p>{}</p>\n{svg}\n\
-         {}{lists}</body>\n</html>\n",
-        escaped(&page.intro),
-        table(&page.head, &page.rows, true),
-    )
+    page(trade, found, left_out, str::to_owned).html(svg)
 }
 
 /// Title of an error bar, and where it stands.
-type Bar = (&'static str, fn(&Bars) -> Option<f64>);
+type Bar = (&'static str, fn(&Row) -> Option<f64>);
 
-/// What a run says of itself, after its errors.
+/// What a run says of its own worn volume, after its errors.
 const BARS: [Bar; 2] = [
-    ("its own bar of the volume", |bars| bars.volume),
-    ("of it by the contact elements", |bars| bars.closure),
+    ("own bar of volume", |row| row.bars[0]),
+    ("of it closures", |row| row.closure),
 ];
 
 /// `foreign` is how text stands that is not of this program.
@@ -83,33 +136,41 @@ fn page(
     foreign: fn(&str) -> String,
 ) -> Page {
     let shown: Vec<usize> = (0..FIGURES.len()).filter(|k| trade.has(*k)).collect();
-    let head = ["variant", "seconds", "FFT pairs", "iterations", "memory"].map(str::to_owned);
+    let clock = if trade.has_cpu() {
+        "CPU seconds"
+    } else {
+        "wall seconds"
+    };
+    let head = ["variant", "FFT pairs", clock, "iterations", "memory"].map(str::to_owned);
     let titles = shown.iter().map(|k| FIGURES[*k].title.to_owned());
     let bars: Vec<&Bar> = (BARS.iter())
-        .filter(|(_, of)| trade.rows.iter().any(|row| of(&row.bars).is_some()))
+        .filter(|(_, of)| trade.rows.iter().any(|row| of(row).is_some()))
         .collect();
     let titles = titles.chain(bars.iter().map(|(title, _)| (*title).to_owned()));
     let row = |row: &Row| {
         let cells = [
             called(row),
-            seconds(row.seconds),
             format!("{:.0}", row.fft_pairs),
+            seconds(trade.seconds(row)),
             row.iterations.to_string(),
             format!("{:.0} MB", row.memory as f64 / 1e6),
         ];
+        // Held against itself the reference says nothing.
+        let is_known = row.variant.name != REFERENCE;
         let errors = shown.iter().map(|k| {
-            row.errors[*k].map_or(NONE.to_owned(), |error| match FIGURES[*k].name {
-                "wear_field" => percent(error),
+            let error = row.errors[*k].filter(|_| is_known);
+            error.map_or(NONE.to_owned(), |error| match *k {
+                FIELD => percent(error),
                 _ => signed(error),
             })
         });
         let own = bars
             .iter()
-            .map(|(_, of)| of(&row.bars).map_or(NONE.to_owned(), percent));
+            .map(|(_, of)| of(row).map_or(NONE.to_owned(), percent));
         cells.into_iter().chain(errors).chain(own).collect()
     };
     let mut lists = vec![("Promises of the presets", promises(found))];
-    lists.push(("What buys most", buys(found)));
+    lists.push(("What buys most", buys(trade, found)));
     lists.push(("Convergence with the mesh", convergence(found)));
     let failed = |row: &Row| {
         Some(format!(
@@ -124,16 +185,44 @@ fn page(
         .map(|(what, why)| format!("{what}: {}", foreign(why)));
     lists.push(("Not tried", reasons.collect()));
     lists.retain(|(_, items)| !items.is_empty());
-    Page {
-        intro: intro(trade, &foreign(&trade.name)),
+    let sheet = Sheet {
+        heading: String::new(),
         head: head.into_iter().chain(titles).collect(),
         rows: trade.rows.iter().map(row).collect(),
+    };
+    Page {
+        title: format!("Speed against accuracy: {}", foreign(&trade.name)),
+        intro: intro(trade, &foreign(&trade.name)),
+        sheets: vec![sheet],
         lists,
     }
 }
 
 fn intro(trade: &Trade, name: &str) -> String {
-    let machine = trade.machine.as_ref().map_or(String::new(), |machine| {
+    let seconds = match (trade.noise, trade.has_cpu()) {
+        (Some(noise), cpu) => format!(
+            "{} seconds are of the stages of a run, and known to ±{}: by so much the iterations of balanced differ when it is run again.",
+            if cpu { "CPU" } else { "Wall" },
+            percent(noise)
+        ),
+        (None, _) => {
+            "How noisy the seconds are is not known, since balanced was not run again.".to_owned()
+        }
+    };
+    let by = match trade.by {
+        Cost::FftPairs => "FFT pairs, which are exact, are what costs are compared by.",
+        Cost::Seconds => "Costs are compared by seconds, since FFT pairs are not all of the work.",
+    };
+    format!(
+        "{name}: cost, and deviation from the variant reference, whose own error is not known. A knob is turned alone, from the preset \
+         balanced. {by} {seconds}{}",
+        machine(trade)
+    )
+}
+
+/// Where a trade was computed, as a sentence after a space.
+pub(super) fn machine(trade: &Trade) -> String {
+    trade.machine.as_ref().map_or(String::new(), |machine| {
         let features = machine.cpu_features.last();
         format!(
             " Computed on {} {}{}, {} processors.",
@@ -142,15 +231,13 @@ fn intro(trade: &Trade, name: &str) -> String {
             features.map_or(String::new(), |name| format!(" with {name}")),
             machine.processors
         )
-    });
-    format!(
-        "{name}: cost, and deviation from the variant reference. A knob is turned alone, from the preset balanced.{machine}"
-    )
+    })
 }
 
-fn called(row: &Row) -> String {
+/// What a person calls a row.
+pub(super) fn called(row: &Row) -> String {
     match row.variant.kind {
-        KnobKind::Preset => row.variant.value.clone(),
+        KnobKind::Preset | KnobKind::Repeat => row.variant.value.clone(),
         _ => format!("{} = {}", row.variant.knob, row.variant.value),
     }
 }
@@ -170,36 +257,41 @@ fn promises(found: &Findings) -> Vec<String> {
     kept.collect()
 }
 
-fn buys(found: &Findings) -> Vec<String> {
+fn buys(trade: &Trade, found: &Findings) -> Vec<String> {
+    let amount = |amount: f64| match found.by {
+        Cost::Seconds => format!("{} s", seconds(amount)),
+        Cost::FftPairs => format!("{amount:.0} FFT pairs"),
+    };
+    if found.by == Cost::Seconds && found.noise.is_none() {
+        return vec!["Nothing is said of seconds whose noise is not known".to_owned()];
+    }
     let saving = found.savings.iter().map(|saving| {
         let within = percent(saving.within);
-        let (unit, whole) = match saving.cost {
-            Cost::Seconds => ("s", "time"),
-            Cost::FftPairs => ("FFT pairs", "FFT pairs"),
-        };
         match &saving.buy {
             Some(buy) => format!(
-                "Within {within}: {} saves {} {unit}, {:.0} % of the {whole} of balanced, for an error of {} in place of {}",
+                "Within {within}: {} saves {}{}, {} of those of balanced, for an error of {} in place of {}",
                 turned(buy),
-                match saving.cost {
-                    Cost::Seconds => seconds(buy.saved),
-                    Cost::FftPairs => format!("{:.0}", buy.saved),
-                },
-                100.0 * buy.saved_part,
+                amount(buy.saved),
+                of_work(trade, buy),
+                percent(buy.saved_part),
                 percent(buy.error),
                 percent(buy.error_before),
             ),
-            None => format!("Within {within}: no single knob saves {whole}"),
+            None => format!("Within {within}: no single knob saves anything worth it"),
         }
     });
     let accuracy = found.accuracy.as_ref().map(|buy| {
-        let cost = if buy.saved < 0.0 {
-            format!("costs {} s more", seconds(-buy.saved))
-        } else {
-            "costs nothing more".to_owned()
+        let least = match found.by {
+            Cost::Seconds => found.noise.unwrap_or(0.0),
+            Cost::FftPairs => 0.0,
+        };
+        let cost = match -buy.saved_part {
+            more if more > least => format!("costs {} more, {}", amount(-buy.saved), percent(more)),
+            _ if found.by == Cost::Seconds => "costs no more than noise tells".to_owned(),
+            _ => "costs no FFT pair more".to_owned(),
         };
         format!(
-            "Most accuracy for a second: {} {cost}, for an error of {} in place of {}",
+            "Most accuracy for its cost: {} {cost}, for an error of {} in place of {}",
             turned(buy),
             percent(buy.error),
             percent(buy.error_before),
@@ -210,6 +302,15 @@ fn buys(found: &Findings) -> Vec<String> {
     let accuracy = accuracy
         .unwrap_or_else(|| "No single knob of a solver halves the error of balanced".to_owned());
     saving.chain([accuracy]).chain(idle).collect()
+}
+
+/// How pairs are counted where those of a variant are on another grid.
+fn of_work(trade: &Trade, buy: &Buy) -> &'static str {
+    let row = trade.row(&buy.variant);
+    match row.is_some_and(|row| trade.by == Cost::FftPairs && row.cost != row.fft_pairs) {
+        true => " by their work",
+        false => "",
+    }
 }
 
 fn turned(buy: &Buy) -> String {
@@ -238,7 +339,7 @@ fn convergence(found: &Findings) -> Vec<String> {
 }
 
 /// Three significant digits.
-fn seconds(seconds: f64) -> String {
+pub(super) fn seconds(seconds: f64) -> String {
     match seconds {
         s if s >= 99.5 => format!("{s:.0}"),
         s if s >= 9.95 => format!("{s:.1}"),
@@ -248,26 +349,46 @@ fn seconds(seconds: f64) -> String {
 }
 
 /// Two significant digits, as a share of a hundred.
-fn percent(share: f64) -> String {
+pub(super) fn percent(share: f64) -> String {
+    percent_of(share, 2)
+}
+
+fn percent_of(share: f64, digits: i32) -> String {
     let percent = 100.0 * share;
     match percent.abs() {
         0.0 => "0".to_owned(),
         p if p < 0.001 => format!("{percent:.0e} %"),
-        p if p >= 9.95 => format!("{percent:.0} %"),
         p => {
-            let decimals = (1 - p.log10().floor() as i32).max(0) as usize;
+            let decimals = (digits - 1 - p.log10().floor() as i32).max(0) as usize;
             let text = format!("{percent:.decimals$}");
             // "1.0 %" of a promise reads better as "1 %".
-            format!("{} %", text.strip_suffix(".0").unwrap_or(&text))
+            let whole = text
+                .split_once('.')
+                .filter(|(_, part)| part.chars().all(|c| c == '0'));
+            format!("{} %", whole.map_or(text.as_str(), |(whole, _)| whole))
         }
     }
 }
 
+/// The same with its sign.
 fn signed(share: f64) -> String {
-    let sign = match share {
+    format!("{}{}", sign(share), percent(share.abs()))
+}
+
+/// An error with its sign and what it is held against, to as many digits as tell them apart.
+pub(super) fn against(share: f64, limit: f64) -> String {
+    const MOST: i32 = 6;
+    let told = |digits| [share.abs(), limit].map(|share| percent_of(share, digits));
+    let mut digits = 2..MOST;
+    let digits = digits.find(|digits| told(*digits)[0] != told(*digits)[1]);
+    let [error, limit] = told(digits.unwrap_or(MOST));
+    format!("{}{error}, of {limit}", sign(share))
+}
+
+fn sign(share: f64) -> &'static str {
+    match share {
         s if s > 0.0 => "+",
         s if s < 0.0 => "−",
         _ => "",
-    };
-    format!("{sign}{}", percent(share.abs()))
+    }
 }

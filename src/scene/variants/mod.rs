@@ -24,6 +24,9 @@ pub const REFERENCE: &str = "reference";
 /// The scene with what it says about accuracy itself.
 pub const AS_WRITTEN: &str = "as_written";
 
+/// `balanced` once more: what its seconds differ by is noise.
+pub const AGAIN: &str = "balanced_again";
+
 /// What a knob is about, which decides what its errors mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KnobKind {
@@ -35,6 +38,8 @@ pub enum KnobKind {
     Discretisation,
     /// What is modelled: its differences are no errors.
     Model,
+    /// None: the same run once more.
+    Repeat,
 }
 
 /// One knob.
@@ -172,6 +177,22 @@ pub fn load(path: &Path, sets: &[String], variant: &Variant) -> Result<Scene, Sc
 /// The preset that all knobs are turned from.
 pub fn balanced() -> Variant {
     preset(BALANCED)
+}
+
+/// The same preset once more, with the same results in other seconds.
+pub fn again() -> Variant {
+    Variant {
+        name: AGAIN.to_owned(),
+        knob: "repeat",
+        kind: KnobKind::Repeat,
+        value: "balanced, again".to_owned(),
+        ..balanced()
+    }
+}
+
+/// The presets that are held against each other over many scenes.
+pub fn presets() -> [Variant; 3] {
+    [FAST, BALANCED, REFERENCE].map(preset)
 }
 
 fn preset(name: &str) -> Variant {

@@ -1,0 +1,338 @@
+//! The presets over many scenes: what each is off by, by kind of motion, and how often it says so itself.
+
+use serde::{Serialize, Serializer};
+
+use super::super::html::NONE;
+use super::super::text;
+use super::figures::{FIELD, FIGURES};
+use super::page::{Page, Sheet, against, machine, percent};
+use super::{Row, Trade};
+use crate::recipe::MotionKind;
+use crate::scene::variants::{BALANCED, FAST, REFERENCE, promise};
+
+/// A preset over the scenes of a kind of motion, or over all scenes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Tally {
+    /// The preset.
+    pub preset: &'static str,
+    /// The kind of motion; none of all scenes.
+    #[serde(serialize_with = "by_word")]
+    pub motion: Option<MotionKind>,
+    /// Scenes that are compared.
+    pub scenes: usize,
+    /// Scenes that are not: this preset or the reference failed, or there is nothing to compare with.
+    pub failed: usize,
+    /// Median of the FFT pairs, in parts of those of the reference; none without pairs.
+    pub pairs_part: Option<f64>,
+    /// Median over scenes of the largest error among the promised figures; none without scenes.
+    pub median: Option<f64>,
+    /// The largest of them.
+    pub worst: Option<f64>,
+    /// The scene of the largest.
+    pub worst_scene: Option<String>,
+    /// What is promised.
+    pub promise: f64,
+    /// How many scenes keep that.
+    pub kept: usize,
+    /// Figure by figure; those that no scene has are left out.
+    pub figures: Vec<InBar>,
+}
+
+/// A figure over these scenes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct InBar {
+    /// The figure.
+    pub figure: &'static str,
+    /// Scenes in which it has an error bar of its own.
+    pub scenes: usize,
+    /// Median of its errors, where the reference is not zero; none if it is in all scenes.
+    pub median: Option<f64>,
+    /// The largest of them.
+    pub worst: Option<f64>,
+    /// How many of these scenes have the reference within the bar.
+    pub within: usize,
+}
+
+/// A figure that is farther off than something says.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Miss {
+    /// Name of the scene.
+    pub scene: String,
+    /// What kind of motion wears it.
+    #[serde(serialize_with = "by_word")]
+    pub motion: Option<MotionKind>,
+    /// The preset.
+    pub preset: String,
+    /// The figure.
+    pub figure: &'static str,
+    /// Its error against the reference; none where that is zero, and this is not.
+    pub error: Option<f64>,
+    /// The promise, or its own error bar, in parts of itself.
+    pub limit: f64,
+}
+
+fn by_word<S: Serializer>(motion: &Option<MotionKind>, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(motion.map_or("all", MotionKind::word))
+}
+
+/// The middle of values, or the mean of the two in the middle.
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let middle = values.len().checked_sub(1)? / 2;
+    let other = values.len() / 2;
+    Some(0.5 * (values[middle] + values[other]))
+}
+
+/// The rows of presets with a promise that can be held against their reference, with it.
+fn compared(trade: &Trade) -> impl Iterator<Item = (&Row, f64)> {
+    let rows = trade.rows.iter();
+    rows.filter(|row| row.failure.is_none() && row.worst.is_some())
+        .filter_map(|row| Some((row, promise(&row.variant.name)?)))
+}
+
+/// Both presets over all scenes, then over those of each kind of motion that there is.
+pub fn tallies(trades: &[Trade]) -> Vec<Tally> {
+    let there = |kind: &MotionKind| trades.iter().any(|trade| trade.motion == *kind);
+    let kinds = MotionKind::ALL.into_iter().filter(there).map(Some);
+    let kinds: Vec<Option<MotionKind>> = [None].into_iter().chain(kinds).collect();
+    let presets = [BALANCED, FAST].into_iter();
+    presets
+        .filter_map(|preset| Some((preset, promise(preset)?)))
+        .flat_map(|(preset, promise)| {
+            let of = move |kind: &Option<MotionKind>| tally(trades, preset, promise, *kind);
+            kinds.iter().map(of).collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+fn tally(
+    trades: &[Trade],
+    preset: &'static str,
+    promise: f64,
+    motion: Option<MotionKind>,
+) -> Tally {
+    let asked = || (trades.iter()).filter(|t| motion.is_none_or(|motion| t.motion == motion));
+    let found: Vec<(&Trade, &Row)> = asked()
+        .filter_map(|trade| {
+            let mut rows = compared(trade);
+            let (row, _) = rows.find(|(row, _)| row.variant.name == preset)?;
+            Some((trade, row))
+        })
+        .collect();
+    let worst_of = |row: &Row| row.worst.unwrap_or(0.0);
+    let errors: Vec<f64> = found.iter().map(|(_, row)| worst_of(row)).collect();
+    let worst = (found.iter()).max_by(|a, b| worst_of(a.1).total_cmp(&worst_of(b.1)));
+    let pairs = found.iter().filter_map(|(trade, row)| {
+        let part = row.fft_pairs / trade.reference()?.fft_pairs;
+        Some(part).filter(|part| part.is_finite())
+    });
+    Tally {
+        preset,
+        motion,
+        scenes: found.len(),
+        failed: asked().count() - found.len(),
+        pairs_part: median(pairs.collect()),
+        worst: worst.map(|(_, row)| worst_of(row)),
+        worst_scene: worst.map(|(trade, _)| trade.name.clone()),
+        promise,
+        kept: errors.iter().filter(|error| **error <= promise).count(),
+        median: median(errors),
+        figures: (0..FIGURES.len())
+            .filter_map(|k| in_bar(&found, k))
+            .collect(),
+    }
+}
+
+fn in_bar(found: &[(&Trade, &Row)], k: usize) -> Option<InBar> {
+    let within = found.iter().filter_map(|(trade, row)| trade.within(row, k));
+    let within: Vec<bool> = within.collect();
+    let errors = found
+        .iter()
+        .filter_map(|(_, row)| Some(row.errors[k]?.abs()));
+    let errors: Vec<f64> = errors.collect();
+    (!within.is_empty()).then(|| InBar {
+        figure: FIGURES[k].title,
+        scenes: within.len(),
+        worst: errors.iter().copied().max_by(f64::total_cmp),
+        median: median(errors),
+        within: within.iter().filter(|within| **within).count(),
+    })
+}
+
+/// Figures that are farther off than their preset promises, and those that are farther off than their own error bar.
+pub fn misses(trades: &[Trade]) -> [Vec<Miss>; 2] {
+    let (mut promised, mut barred) = (Vec::new(), Vec::new());
+    for trade in trades {
+        for (row, promise) in compared(trade) {
+            for (k, figure) in FIGURES.iter().enumerate() {
+                let error = row.errors[k];
+                let miss = |limit| Miss {
+                    scene: trade.name.clone(),
+                    motion: Some(trade.motion),
+                    preset: row.variant.name.clone(),
+                    figure: figure.title,
+                    error,
+                    limit,
+                };
+                if figure.promised && error.is_some_and(|error| error.abs() > promise) {
+                    promised.push(miss(promise));
+                }
+                if trade.within(row, k) == Some(false) {
+                    barred.push(miss(row.bars[k].unwrap_or(0.0)));
+                }
+            }
+        }
+    }
+    [promised, barred]
+}
+
+/// The scenes as Markdown: the presets' errors by kind of motion, and who is farther off than is said.
+pub fn markdown_of_scenes(name: &str, trades: &[Trade]) -> String {
+    page(name, trades, text::markdown).markdown()
+}
+
+/// The same as one HTML file that needs no other, with the chart `svg` in it.
+pub fn html_of_scenes(name: &str, trades: &[Trade], svg: &str) -> String {
+    page(name, trades, str::to_owned).html(svg)
+}
+
+fn called(tally: &Tally) -> String {
+    format!(
+        "{}, {}",
+        tally.preset,
+        tally.motion.map_or("all", MotionKind::word)
+    )
+}
+
+/// `foreign` is how text stands that is not of this program.
+fn page(name: &str, trades: &[Trade], foreign: fn(&str) -> String) -> Page {
+    let found = tallies(trades);
+    let [broken, outside] = misses(trades).map(|misses| told(&misses, foreign));
+    let not_compared = trades.iter().flat_map(|trade| not_compared(trade, foreign));
+    let lists = [
+        ("Promises broken", broken),
+        ("Outside their own error bar", outside),
+        ("Not compared", not_compared.collect()),
+    ];
+    let first = trades.iter().find(|trade| trade.machine.is_some());
+    let name = foreign(name);
+    Page {
+        title: format!("Speed against accuracy: {name}"),
+        intro: format!(
+            "{name}: the presets over {} scenes, by kind of motion. Deviations are from the preset reference of the same scene, whose own \
+             error is not known; costs are FFT pairs, which are exact.{}",
+            trades.len(),
+            first.map_or(String::new(), machine)
+        ),
+        sheets: [vec![promises(&found, foreign)], by_figure(&found)].concat(),
+        lists: lists
+            .into_iter()
+            .filter(|(_, items)| !items.is_empty())
+            .collect(),
+    }
+}
+
+fn or_none(value: Option<f64>) -> String {
+    value.map_or(NONE.to_owned(), percent)
+}
+
+fn promises(found: &[Tally], foreign: fn(&str) -> String) -> Sheet {
+    let head = [
+        "preset, motion",
+        "scenes",
+        "FFT pairs of those of reference",
+        "median deviation",
+        "largest",
+        "in scene",
+        "promise",
+        "scenes that keep it",
+    ];
+    let row = |tally: &Tally| {
+        let scene = tally.worst_scene.as_deref();
+        vec![
+            called(tally),
+            match tally.failed {
+                0 => tally.scenes.to_string(),
+                failed => format!("{} of {}", tally.scenes, tally.scenes + failed),
+            },
+            or_none(tally.pairs_part),
+            or_none(tally.median),
+            or_none(tally.worst),
+            scene.map_or(NONE.to_owned(), foreign),
+            percent(tally.promise),
+            format!("{} of {}", tally.kept, tally.scenes),
+        ]
+    };
+    Sheet {
+        heading: "Largest deviation among the promised figures of a scene".to_owned(),
+        head: head.map(str::to_owned).to_vec(),
+        rows: found.iter().map(row).collect(),
+    }
+}
+
+/// Of each figure how many scenes have it within its bar, and what it is off by.
+fn by_figure(found: &[Tally]) -> Vec<Sheet> {
+    let all = FIGURES.iter().enumerate().filter(|(k, _)| *k != FIELD);
+    let is_there = |title: &&str| {
+        let mut figures = found.iter().flat_map(|tally| &tally.figures);
+        figures.any(|figure| figure.figure == *title)
+    };
+    let titles: Vec<&str> = all.map(|(_, f)| f.title).filter(is_there).collect();
+    let sheet = |heading: &str, cell: fn(&InBar) -> String| {
+        let row = |tally: &Tally| {
+            let cells = titles.iter().map(|title| {
+                let figure = tally.figures.iter().find(|figure| figure.figure == *title);
+                figure.map_or(NONE.to_owned(), cell)
+            });
+            [called(tally)].into_iter().chain(cells).collect()
+        };
+        let head = ["preset, motion"].into_iter().chain(titles.iter().copied());
+        Sheet {
+            heading: heading.to_owned(),
+            head: head.map(str::to_owned).collect(),
+            rows: found.iter().map(row).collect(),
+        }
+    };
+    vec![
+        sheet(
+            "Scenes in which a figure is within its own error bar",
+            |f| format!("{} of {}", f.within, f.scenes),
+        ),
+        sheet("Median / largest deviation of each figure", |f| {
+            format!("{} / {}", or_none(f.median), or_none(f.worst))
+        }),
+    ]
+}
+
+fn told(misses: &[Miss], foreign: fn(&str) -> String) -> Vec<String> {
+    let line = |miss: &Miss| {
+        format!(
+            "{}, {}: {} {}",
+            foreign(&miss.scene),
+            miss.preset,
+            miss.figure,
+            match miss.error {
+                Some(error) => against(error, miss.limit),
+                None => format!("is zero in reference, ±{}", percent(miss.limit)),
+            }
+        )
+    };
+    misses.iter().map(line).collect()
+}
+
+/// Presets of a scene that cannot be held against its reference, and why.
+fn not_compared(trade: &Trade, foreign: fn(&str) -> String) -> Vec<String> {
+    let rows = trade.rows.iter();
+    let failed = rows.filter_map(|row| {
+        let why = match (&row.failure, row.worst) {
+            (Some(failure), _) => foreign(failure),
+            (None, None) if trade.reference().is_some() && row.variant.name != REFERENCE => {
+                "a promised figure is zero or infinite in the reference".to_owned()
+            }
+            _ => return None,
+        };
+        let scene = foreign(&trade.name);
+        Some(format!("{scene}, {}: {why}", row.variant.name))
+    });
+    failed.collect()
+}
