@@ -7,7 +7,6 @@ use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use crate::recipe::{Part, Recipe, Wear};
 use crate::tables::TableName;
-use crate::wear::cycle::March;
 
 /// What a stage reads and writes, and how it computes the one from the other. A stage sees nothing but what it declares, and its key is
 /// made of that: no table is used again that was computed from something else.
@@ -73,11 +72,8 @@ pub fn is_in(recipe: &Recipe, table: TableName) -> bool {
         TableName::Reference => rough && (vibrates || bolted),
         TableName::WearField | TableName::WearStep => recipe.wear.is_some(),
         TableName::CoarseField | TableName::CoarseStep => {
-            let is_stepped = recipe
-                .cycle()
-                .is_some_and(|cycle| cycle.march == Some(March::Stepped));
-            let has_steps = |wear: &Wear| wear.scheme.estimates_error();
-            is_stepped && !vibrates && recipe.wear.as_ref().is_some_and(has_steps)
+            let is_implicit = |wear: &Wear| wear.scheme.estimates_error();
+            !vibrates && recipe.wear.as_ref().is_some_and(is_implicit)
         }
         TableName::Indentation => rough && curves,
         TableName::Hysteresis => recipe.cycle().is_some() && curves,

@@ -162,6 +162,13 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     let part = |count: f64, of: f64| if of > 0.0 { (count / of).min(ALL) } else { 0.0 };
     let undecided = part(cells.undecided, cells.touching);
     let coarse_by = |of: fn(&typed::CoarseStep) -> f64| coarse.map(|c| SPREAD * of(c));
+    // None of a stiffness that is left out.
+    let of_stiffness = |figure: fn(&Summary) -> Option<f64>,
+                        of: fn(&typed::CoarseStep) -> Option<f64>| {
+        figure(summary)?;
+        let difference = coarse.map(|c| SPREAD * of(c).unwrap_or(0.0));
+        of_contact(figure, difference, undecided)
+    };
     let (mut meanwhile, mut own) = (step.volume, cycle.error_cycle);
     let mut of_vibration = [None; 2];
     if let Some(InForce { response, update }) = in_force {
@@ -199,10 +206,8 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
             coarse.map(|c| c.difference_loaded_area),
             part(1.0, cells.loaded),
         ),
-        error_kn: (summary.kn)
-            .and_then(|_| of_contact(|s| s.kn, coarse_by(|c| c.difference_kn?), undecided)),
-        error_kt: (summary.kt)
-            .and_then(|_| of_contact(|s| s.kt, coarse_by(|c| c.difference_kt?), undecided)),
+        error_kn: of_stiffness(|s| s.kn, |c| c.difference_kn),
+        error_kt: of_stiffness(|s| s.kt, |c| c.difference_kt),
         error_max_pressure: of_contact(
             |s| s.max_pressure,
             coarse_by(|c| c.difference_max_pressure),

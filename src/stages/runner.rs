@@ -426,9 +426,7 @@ impl<'a> Runner<'a> {
         let mut before = Tables::new();
         for name in names {
             match committed(reader, wear_iteration, name) {
-                Err(RunError::Store(StoreError::NoTable { .. })) if BEGUN_ANEW.contains(&name) => {
-                    ()
-                }
+                Err(RunError::Store(StoreError::NoTable { .. })) if BEGUN_ANEW.contains(&name) => {}
                 found => {
                     before.insert(name, found?);
                 }

@@ -1,4 +1,4 @@
-//! The coarse trajectory: the wear of a joint once more, by steps twice as long and cycles of half as many samples.
+//! The coarse trajectory: the wear of a joint once more, by steps twice as long and stepped cycles of half as many samples.
 //!
 //! An error that a step makes goes on: where a single cell decides between sticking and wearing it grows, and a sum of the errors of single
 //! steps does not know it. The coarse trajectory makes larger errors of the same kind and carries them forward by the same wear, so that
@@ -6,11 +6,12 @@
 //! error is a third of the difference where steps are short, and about all of it where they are not.
 
 use super::WearLaw;
+use super::cycle::March;
 use super::implicit;
 use super::joint::{FrettingJoint, WearError, WornState};
 use super::sampled::FEWEST;
 
-/// Wears a state by one step of `cycles`, whatever its error, the cycle marched over every other sample: the state at its end.
+/// Wears a state by one step of `cycles`, whatever its error, stepped cycles marched over every other sample: the state at its end.
 ///
 /// # Errors
 /// Those of the contact and of the cycle.
@@ -21,7 +22,8 @@ pub fn advance(
     cycles: u64,
 ) -> Result<WornState, WearError> {
     let samples = joint.motion.samples();
-    let every = match samples.is_multiple_of(2) && samples >= 2 * FEWEST {
+    let halves = samples.is_multiple_of(2) && samples >= 2 * FEWEST;
+    let every = match joint.march == March::Stepped && halves {
         true => 2,
         false => 1,
     };

@@ -8,7 +8,7 @@
 //! of a cycle falls by a large part while little volume is worn, so that a small error of volume is a large one of the energy; the
 //! bar says so.
 //!
-//! Where a cycle is stepped, single cells decide between sticking and wearing, and wear makes large errors of small ones. There a coarse
+//! Where single cells decide between sticking and wearing, wear makes large errors of small ones. Under a prescribed motion a coarse
 //! trajectory ([`super::coarse`]) is worn beside, and twice what it differs by is the least that the bar of any figure is.
 
 use std::ops::Add;

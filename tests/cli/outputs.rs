@@ -59,6 +59,8 @@ fn json_is_the_last_summary() {
     assert_eq!(keys(&found), expected);
     assert_eq!(found["wear_iteration"], latest(&root));
     let stages = [
+        "coarse_trajectory",
+        "coarse_trajectory.stiffness",
         "fretting_cycle",
         "static_contact",
         "static_contact.indentation",
@@ -269,7 +271,8 @@ fn schema_explains_every_key_of_a_scene() {
 #[test]
 fn tables_are_where_their_schemas_say() {
     let bench = Bench::new();
-    bench.done(&["run", "small.toml", "--run", "a"]);
+    let fields = "output.cycle_fields=true";
+    bench.done(&["run", "small.toml", "--run", "a", "--set", fields]);
     bench.done(&[
         "run",
         "resonator.toml",

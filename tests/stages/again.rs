@@ -75,7 +75,8 @@ fn of_a_vibrating_joint() {
     for sets in kinds {
         let sets = [&["wear.cycles=150_000"], sets].concat();
         let stages = computed_again(&bench, "resonator.toml", &sets);
-        assert_eq!(stages.len(), Stage::ALL.len());
+        // All but the coarse trajectory, which goes with a prescribed motion.
+        assert_eq!(stages.len(), Stage::ALL.len() - 1);
     }
 }
 

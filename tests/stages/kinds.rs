@@ -82,7 +82,7 @@ const CYCLE_SUMMARY: [&str; 4] = [
     "tangential_iterations",
     "error_tangential",
 ];
-const WEAR_SUMMARY: [&str; 13] = [
+const WEAR_SUMMARY: [&str; 14] = [
     "cycles",
     "n_cycles",
     "wear_volume",
@@ -91,6 +91,7 @@ const WEAR_SUMMARY: [&str; 13] = [
     "error_wear",
     "error_wear_volume",
     "error_wear_field",
+    "error_propagation",
     "error_loaded_area",
     "error_max_pressure",
     "error_kn",

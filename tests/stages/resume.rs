@@ -32,6 +32,7 @@ fn a_run_made_stage_by_stage_is_the_same() {
             Stage::Wear,
             Stage::StaticContact,
             Stage::FrettingCycle,
+            Stage::CoarseTrajectory,
             Stage::Summary,
         ];
         for stage in order.into_iter().cycle() {

@@ -15,12 +15,12 @@ fn steps_for(error: f64) -> usize {
 const NORMAL: (f64, f64) = (1e-10, 1e-5);
 
 /// Part of `fidelity.tolerance` for a tolerance of the cycles, tangential or closing. What wear steps and solves make wrong in the
-/// worn volume is to stay within the error asked for, each by how its own error enters the error bar: the bar is three times what
-/// the steps estimate of themselves, which is up to seven tenths of what they are allowed, and the duality gap of the cycles, to
-/// which a tenth is left.
+/// worn volume is to stay within the error asked for, each by how its own error enters the error bar: the bar is twice what the
+/// coarse trajectory differs by, up to four times what the steps are allowed (beside a structure three times what they estimate of
+/// themselves), and the duality gap of the cycles, to which a tenth is left.
 const OF_CYCLES: f64 = 0.1;
 /// See [`OF_CYCLES`].
-const OF_STEPS: f64 = 0.4;
+const OF_STEPS: f64 = 0.25;
 /// See [`OF_CYCLES`]: a pressure is in error by its tolerance times the peak, which is some hundred times the mean.
 const OF_PRESSURE: f64 = 1e-4;
 
