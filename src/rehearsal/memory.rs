@@ -80,7 +80,12 @@ fn doubles(inputs: &Inputs) -> [f64; 2] {
         let begun = held + cycle_result + 2.0 + 3.0 + 2.0;
         // What its two stages add to that: bases, compliances, rates, pressures, gaps and wear.
         let stages = cycle_result + 2.0 + 1.0 + 2.0 + 3.0 + 1.0 + NORMAL_SOLVE;
-        begun + stages.max(cycle)
+        // The coarse trajectory makes such a step from a state of its own, beside the table that holds it and that of the contact.
+        let coarse = match recipe.structure {
+            None => 3.0 * (cycle_result + 3.0),
+            Some(_) => 0.0,
+        };
+        begun + stages.max(cycle) + coarse
     });
     [kept, half_space + fullest].map(|fields| cells * fields)
 }

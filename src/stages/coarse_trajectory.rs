@@ -75,14 +75,16 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         })?;
         return Ok(outputs);
     }
-    let own = own(reads, &patch)?;
     let from = state_of(&patch, &field, &last);
+    drop(field);
     let contact: typed::StaticContact = reads.table()?;
     let_move(reads, solvers, contact.normal_load, None)?;
     let law = wear(reads).law();
     let (worn, fft_pairs) = solvers.work(reads, None, |joint| {
         Ok(coarse::advance(joint, &from, law, pending as u64))
     })?;
+    drop(from);
+    let own = own(reads, &patch)?;
     let worn = match worn {
         Ok(worn) => worn,
         Err(error) => {

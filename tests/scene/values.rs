@@ -235,7 +235,7 @@ fn a_tolerance_sets_the_knobs_by_what_each_adds_to_the_error() {
     assert_eq!(fidelity.tolerance, Some(0.05));
     assert!((fidelity.normal_tolerance - 5e-6).abs() < 1e-18);
     assert!((fidelity.tangential_tolerance - 5e-3).abs() < 1e-15);
-    assert!((wear.tolerance - 0.02).abs() < 1e-15);
+    assert!((wear.tolerance - 0.0125).abs() < 1e-15);
     // What is said singly counts.
     let scene = case_with(&[
         "fidelity.tolerance=0.05",

@@ -95,7 +95,8 @@ fn until_any_stage_and_then_on_is_the_same() {
     let whole = bench.path("whole");
     Start::new(scene.clone(), &whole).done();
     let expected = content(&whole);
-    for stage in Stage::ALL {
+    let has = |stage: &Stage| *stage != Stage::CoarseTrajectory;
+    for stage in Stage::ALL.into_iter().filter(has) {
         let root = bench.path(stage.name());
         for _ in 0..3 {
             let (outcome, _) = Start::new(scene.clone(), &root).until(stage).done();
