@@ -1,7 +1,7 @@
 //! The coarse trajectory beside the run's own.
 
 use super::RunError;
-use super::contact_state::{contact_of, let_move, there, wear_of};
+use super::contact_state::{contact_of, let_move, on_axes, there, wear_of};
 use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
@@ -75,7 +75,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         })?;
         return Ok(outputs);
     }
-    let from = state_of(&patch, &field, &last);
+    let from = state_of(reads, &patch, &field, &last);
     drop(field);
     let contact: typed::StaticContact = reads.table()?;
     let_move(reads, solvers, contact.normal_load, None)?;
@@ -183,16 +183,18 @@ fn own(reads: &Reads, patch: &Patch) -> Result<WornState, RunError> {
     ))
 }
 
-fn state_of(patch: &Patch, field: &typed::CoarseField, step: &typed::CoarseStep) -> WornState {
+fn state_of(
+    reads: &Reads,
+    patch: &Patch,
+    field: &typed::CoarseField,
+    step: &typed::CoarseStep,
+) -> WornState {
     let shear = [Some(&field.shear_x), field.shear_y.as_ref()];
+    let shear = shear.into_iter().flatten().map(|q| patch.spread(q));
     worn(
         patch.spread(&field.wear_depth),
         patch.spread(&field.pressure),
-        shear
-            .into_iter()
-            .flatten()
-            .map(|shear| patch.spread(shear))
-            .collect(),
+        on_axes(&reads.recipe, patch, shear.collect()),
         patch.spread(&field.slip_path),
         patch.spread(&field.dissipation),
         [step.dissipated_energy, step.error_tangential],

@@ -160,7 +160,8 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
             None => followed(figure, step.volume, own),
         };
     let part = |count: f64, of: f64| if of > 0.0 { (count / of).min(ALL) } else { 0.0 };
-    let undecided = part(cells.undecided, cells.touching);
+    // Whether one more touches no solve tells, nor the coarse trajectory.
+    let undecided = part(cells.undecided + 1.0, cells.touching);
     let coarse_by = |of: fn(&typed::CoarseStep) -> f64| coarse.map(|c| SPREAD * of(c));
     // None of a stiffness that is left out.
     let of_stiffness = |figure: fn(&Summary) -> Option<f64>,

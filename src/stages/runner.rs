@@ -461,6 +461,12 @@ impl<'a> Runner<'a> {
         for name in [TableName::WearStep, TableName::Summary] {
             tables.insert(name, inherited[&name].clone());
         }
+        // What was uncertain of the wear that is inherited stays so.
+        for name in BEGUN_ANEW.into_iter().filter(|name| is_in(recipe, *name)) {
+            if let Ok(table) = committed(reader, wear_iteration, name) {
+                tables.insert(name, table);
+            }
+        }
         Ok(tables)
     }
 

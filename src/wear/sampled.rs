@@ -58,8 +58,14 @@ impl FrettingJoint {
         } = Sequence::new(self, &limits, 1, start)?
             .keeping(&instants)
             .close()?;
-        if let Some(coarse) = &coarse {
-            extrapolate(&mut tally, &coarse.tally, samples, cell_area);
+        match &coarse {
+            Some(coarse) => extrapolate(&mut tally, &coarse.tally, samples, cell_area),
+            // So few samples say nothing of what they leave.
+            None if self.options.extrapolate && samples < FEWEST => {
+                let part = LEAST_CHANGE / (samples * samples) as f64;
+                tally.dissipation_error += part * tally.energy.iter().sum::<f64>() * cell_area;
+            }
+            None => {}
         }
         self.about_their_middle(&mut marched);
         let solution = tally.finish(cell_area, shear, marched);

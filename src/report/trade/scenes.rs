@@ -65,7 +65,8 @@ pub struct Miss {
     pub preset: String,
     /// The figure.
     pub figure: &'static str,
-    /// Its error against the reference; none where that is zero, and this is not.
+    /// Its error against the reference, in parts of the reference for a promise and of itself for a bar; none where that is zero, and the
+    /// other is not.
     pub error: Option<f64>,
     /// The promise, or its own error bar, in parts of itself.
     pub limit: f64,
@@ -178,12 +179,22 @@ pub fn misses(trades: &[Trade]) -> [Vec<Miss>; 2] {
                     promised.push(miss(promise));
                 }
                 if trade.within(row, k) == Some(false) {
-                    barred.push(miss(row.bars[k].unwrap_or(0.0)));
+                    barred.push(Miss {
+                        error: of_itself(trade, row, k),
+                        ..miss(row.bars[k].unwrap_or(0.0))
+                    });
                 }
             }
         }
     }
     [promised, barred]
+}
+
+/// The error of a figure in parts of itself, as its bar is.
+fn of_itself(trade: &Trade, row: &Row, k: usize) -> Option<f64> {
+    let exact = trade.reference()?.values[k]?;
+    let value = row.values[k].filter(|value| *value != 0.0)?;
+    Some((value - exact) / value.abs())
 }
 
 /// The scenes as Markdown: the presets' errors by kind of motion, and who is farther off than is said.
