@@ -139,9 +139,10 @@ class Run:
         import numpy as np
 
         k = self.latest if iteration is None else iteration
-        files = [*self.folder.glob("once/*.parquet"), *self._path("*", k).parent.glob("*.parquet")]
-        columns = {file: set(pq.read_schema(file).names) for file in files}
-        fields = {of: file for file, names in columns.items() if {"i", "j"} <= names for of in names - {"i", "j"}}
+        # Other tables of cells have columns of the same names: the coarse trajectory, and samples of a cycle.
+        beside = self._path("contact_field", k).parent
+        files = [self.folder / "once/surface.parquet", beside / "contact_field.parquet", beside / "wear_field.parquet"]
+        fields = {of: file for file in files if file.exists() for of in set(pq.read_schema(file).names) - {"i", "j"}}
         if column not in fields:
             raise Error(f"iteration {k} of {self.folder} has no field {column}; it has {sorted(fields)}, and kept are {self.iterations}")
         cells = pq.ParquetFile(fields[column]).read(columns=["i", "j", column])
