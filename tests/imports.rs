@@ -168,6 +168,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("fft/", &["gauge", "fft"]),
     ("linalg/", &["linalg"]),
     ("contact/", &["gauge", "grid", "fft", "material", "contact"]),
+    ("structure/readers/", &["files", "structure"]),
     ("structure/", &["linalg", "material", "structure"]),
     (
         "dynamics/",
@@ -367,7 +368,12 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
     (&["fs4"], &["store/file_system.rs"]),
     (&["rustix"], &["stages/clock.rs"]),
     (&["toml"], &["scene/", "tables/", "cli/edit.rs"]),
-    (&["npyz", "quick_xml", "zip::"], &["surface/readers/"]),
+    (&["quick_xml"], &["surface/readers/"]),
+    (
+        &["npyz", "zip::"],
+        &["structure/readers/", "surface/readers/"],
+    ),
+    (&["flate2"], &["structure/readers/"]),
     (
         &[
             "std::fs",

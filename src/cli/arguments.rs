@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use fretwear::units::{self, Dimension};
 
-use super::{backbone, new, run};
+use super::{backbone, inspect, new, run};
 
 /// Fretting wear of rough bolted joints over millions of vibration cycles.
 #[derive(Parser)]
@@ -167,6 +167,11 @@ pub enum Command {
     ///
     /// Its free vibration, in SI units: nodes, hexahedra with incompatible modes, materials, sets, and a frequency step.
     Export(ExportArguments),
+    /// Say what is in the matrices of a finite-element program: masses, symmetry, likely units, natural frequencies
+    ///
+    /// Reads Matrix Market, Abaqus (matrix output, substructures), CalculiX, Nastran (OUTPUT4, DMIG), NPY and NPZ, MATLAB (version 5), by
+    /// content. What belongs to a file and lies beside it is found. Frequencies are in hertz where the file's unit of time is the second.
+    Inspect(inspect::InspectArguments),
     /// Put the summaries of several runs into one table
     ///
     /// One row a run: its last iteration, with the FFT pairs of all its iterations. Values are in SI units.

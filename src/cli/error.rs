@@ -69,6 +69,10 @@ pub enum CliError {
     },
     #[error(transparent)]
     Structure(#[from] StructureError),
+    #[error(transparent)]
+    Matrices(#[from] fretwear::structure::readers::ReadError),
+    #[error(transparent)]
+    Fixed(#[from] fretwear::structure::inspection::FixedError),
     #[error("there is no scene (*.toml) in {}", path.display())]
     NoScenes { path: PathBuf },
     #[error(
@@ -158,6 +162,8 @@ impl CliError {
             | CliError::SameName { .. }
             | CliError::OfOneScene { .. }
             | CliError::Knob(_)
+            | CliError::Matrices(_)
+            | CliError::Fixed(_)
             | CliError::UnknownStiffness
             | CliError::Structure(
                 StructureError::OutOfRange { .. } | StructureError::DoNotFit { .. },

@@ -11,6 +11,7 @@ mod edit;
 mod error;
 mod explain;
 mod export;
+mod inspect;
 mod many;
 mod new;
 mod report;
@@ -117,6 +118,7 @@ fn perform(command: Command, out: &mut Results) -> Result<Exit, CliError> {
         Command::Doctor { dir, json } => doctor::doctor(&dir, json, out),
         Command::Completions { shell } => Ok(completions(shell, out)),
         Command::Export(arguments) => export::export(&arguments, out),
+        Command::Inspect(arguments) => inspect::inspect(&arguments, out),
         #[cfg(feature = "polars")]
         Command::Compare(arguments) => compare::compare(&arguments, out),
         #[cfg(feature = "polars")]

@@ -7,7 +7,9 @@ use faer::linalg::evd::{
     ComputeEigenvectors, SelfAdjointEvdParams, self_adjoint_evd, self_adjoint_evd_scratch,
 };
 use faer::linalg::matmul::matmul;
-use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
+};
 use faer::{Accum, Auto, MatMut, MatRef, Par, Side};
 
 use super::LinalgError;
@@ -214,6 +216,11 @@ impl Matrix {
     /// Overwrites `right` with L⁻¹ `right`, `self` being lower triangular.
     pub fn solve_lower(&self, right: &mut Matrix) {
         solve_lower_triangular_in_place(self.view(), right.view_mut(), Par::Seq);
+    }
+
+    /// Overwrites `right` with L⁻ᵀ `right`, `self` being lower triangular.
+    pub fn solve_lower_transposed(&self, right: &mut Matrix) {
+        solve_upper_triangular_in_place(self.view().transpose(), right.view_mut(), Par::Seq);
     }
 
     /// Overwrites `left` with `left` L⁻ᵀ, `self` being lower triangular: columns whose Gram matrix is L Lᵀ become orthonormal.

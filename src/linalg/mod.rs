@@ -8,7 +8,7 @@ mod sparse;
 
 pub use dense::Matrix;
 pub use rows::{Factors, RowMatrix, Scalar, add_scaled, eigenvalues, generalised_eigen};
-pub use sparse::{SparseCholesky, SparseIndefinite, SparseSymmetric};
+pub use sparse::{SparseCholesky, SparseIndefinite, SparseSymmetric, minimum_degree};
 
 /// A factorization or decomposition that does not exist, or did not succeed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

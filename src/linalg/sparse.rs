@@ -3,12 +3,12 @@
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::LltError;
 use faer::perm::PermRef;
-use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, IntranodeLbltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw,
     SymmetricOrdering, factorize_symbolic_cholesky,
 };
+use faer::sparse::linalg::{SupernodalThreshold, amd};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, Par, Side};
 
@@ -26,6 +26,23 @@ pub struct SparseSymmetric {
 }
 
 impl SparseSymmetric {
+    /// From the entries of the lower triangle: column, row, value, in the order of columns and of rows in each, every place once.
+    pub fn from_sorted(size: usize, entries: &[(u32, u32, f64)]) -> Self {
+        let mut starts = vec![0; size + 1];
+        for entry in entries {
+            debug_assert!(entry.0 <= entry.1);
+            starts[entry.0 as usize + 1] += 1;
+        }
+        for j in 0..size {
+            starts[j + 1] += starts[j];
+        }
+        SparseSymmetric {
+            starts,
+            rows: entries.iter().map(|e| e.1 as usize).collect(),
+            values: entries.iter().map(|e| e.2).collect(),
+        }
+    }
+
     /// Number of rows.
     pub fn size(&self) -> usize {
         self.starts.len() - 1
@@ -103,6 +120,25 @@ impl SparseSymmetric {
             SymbolicSparseColMatRef::new_checked(size, size, &self.starts, None, &self.rows);
         SparseColMatRef::new(pattern, &self.values)
     }
+}
+
+/// An order of elimination with little fill, of a matrix about which no coordinates are known (approximate minimum degree).
+pub fn minimum_degree(matrix: &SparseSymmetric) -> Result<Vec<usize>, LinalgError> {
+    let size = matrix.size();
+    let (mut forward, mut inverse) = (vec![0; size], vec![0; size]);
+    let entries = matrix.rows.len();
+    let scratch = amd::order_scratch::<usize>(size, entries);
+    let mut memory =
+        MemBuffer::try_new(scratch).map_err(|_| LinalgError::TooLarge { size, entries })?;
+    amd::order(
+        &mut forward,
+        &mut inverse,
+        matrix.view().symbolic(),
+        amd::Control::default(),
+        MemStack::new(&mut memory),
+    )
+    .map_err(|_| LinalgError::TooLarge { size, entries })?;
+    Ok(forward)
 }
 
 /// An elimination order: the rows of a matrix in the order in which they are eliminated, and its inverse.

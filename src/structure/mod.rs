@@ -6,9 +6,11 @@
 //! - [`modes`]: rigid and elastic modes; [`reduction`]: the model in relative contact displacements.
 //! - [`half_space`]: what a mesh has of the compliance of a half space.
 //! - [`outline`]: the edges of the bodies, for a drawing.
+//! - [`matrices`]: stiffness and mass from other programs, read by [`readers`]; [`frequencies`] and [`inspection`]: what they say.
 //! - [`deck`]: the resonator as an input deck of other finite-element programs.
 //!
-//! Degree of freedom 3·n + a is the displacement of node n along axis a (x, y, z) \[m\]. Everything is in SI.
+//! Degree of freedom 3·n + a is the displacement of node n along axis a (x, y, z) \[m\]. Everything is in SI, but matrices of other
+//! programs, which are in the units of their files.
 //!
 //! ```
 //! use fretwear::material::{Elastic, Material};
@@ -30,11 +32,15 @@ pub mod assembly;
 pub mod deck;
 pub mod element;
 mod error;
+pub mod frequencies;
 pub mod half_space;
+pub mod inspection;
+pub mod matrices;
 pub mod mesh;
 pub mod modes;
 pub mod order;
 pub mod outline;
+pub mod readers;
 pub mod reduction;
 pub mod resonator;
 mod work;

@@ -4,7 +4,7 @@
 //! reorthogonalisation, and the rigid modes (known from the coordinates) kept out of every block. Blocks find modes of equal
 //! frequency, which single vectors miss.
 
-use crate::linalg::{LinalgError, Matrix, SparseCholesky};
+use crate::linalg::{LinalgError, Matrix, SparseCholesky, SparseSymmetric};
 use crate::structure::StructureError;
 use crate::structure::assembly::System;
 
@@ -88,7 +88,7 @@ pub fn rigid_modes(system: &System, shift: f64) -> Result<Matrix, LinalgError> {
     }
     // Columns of one body are independent of each other unless it is a line or a point; such a motion has no mass and goes.
     let mut basis = Matrix::zeros(system.size(), 0);
-    append_orthonormal(system, motions, &mut basis);
+    append_orthonormal(&system.mass, motions, &mut basis);
     let energy = basis.transpose_times(&system.stiffness.times(&basis));
     let (values, vectors) = energy.symmetric_eigen()?;
     let free = values.iter().filter(|&&v| v < RIGID_SHARE * shift).count();
@@ -96,15 +96,15 @@ pub fn rigid_modes(system: &System, shift: f64) -> Result<Matrix, LinalgError> {
 }
 
 /// Makes the columns of `block` orthonormal in M, to the basis and each other, and appends those that have something new.
-fn append_orthonormal(system: &System, mut block: Matrix, basis: &mut Matrix) {
+fn append_orthonormal(mass: &SparseSymmetric, mut block: Matrix, basis: &mut Matrix) {
     // Twice is enough: the second pass removes what rounding left of the first.
     for pass in 0..2 {
-        let overlap = basis.transpose_times(&system.mass.times(&block));
+        let overlap = basis.transpose_times(&mass.times(&block));
         block.add_product(-1.0, basis, &overlap);
-        let gram = block.transpose_times(&system.mass.times(&block));
+        let gram = block.transpose_times(&mass.times(&block));
         match gram.cholesky() {
             Ok(factor) if well_conditioned(&factor) => factor.solve_upper_right(&mut block),
-            _ => return append_one_by_one(system, &block, basis),
+            _ => return append_one_by_one(mass, &block, basis),
         }
         if pass == 1 {
             basis.append(&block);
@@ -120,15 +120,15 @@ fn well_conditioned(factor: &Matrix) -> bool {
 }
 
 /// The same, a column at a time, leaving out what depends on the others.
-fn append_one_by_one(system: &System, block: &Matrix, basis: &mut Matrix) {
+fn append_one_by_one(mass: &SparseSymmetric, block: &Matrix, basis: &mut Matrix) {
     for c in 0..block.columns() {
         let mut column = block.columns_of(c..c + 1);
-        let first = norm(system, &column);
+        let first = norm(mass, &column);
         let mut length = first;
         for _ in 0..2 {
-            let overlap = basis.transpose_times(&system.mass.times(&column));
+            let overlap = basis.transpose_times(&mass.times(&column));
             column.add_product(-1.0, basis, &overlap);
-            length = norm(system, &column);
+            length = norm(mass, &column);
         }
         if length > NOTHING_NEW * first {
             column.as_mut_slice().iter_mut().for_each(|v| *v /= length);
@@ -137,8 +137,8 @@ fn append_one_by_one(system: &System, block: &Matrix, basis: &mut Matrix) {
     }
 }
 
-fn norm(system: &System, column: &Matrix) -> f64 {
-    let weighted = system.mass.times(column);
+fn norm(mass: &SparseSymmetric, column: &Matrix) -> f64 {
+    let weighted = mass.times(column);
     column.transpose_times(&weighted)[(0, 0)].max(0.0).sqrt()
 }
 
@@ -166,7 +166,23 @@ pub fn lowest(
     rigid: &Matrix,
     options: &ModeOptions,
 ) -> Result<Modes, StructureError> {
-    let size = system.size();
+    lowest_of(&system.mass, factor, shift, rigid, options, false)
+}
+
+/// The same of matrices that belong to no mesh. Where the mass is singular (`purge`), the first vectors are taken through
+/// (K + sM)⁻¹ M: what has no mass must not enter the basis.
+///
+/// # Errors
+/// As [`lowest`].
+pub fn lowest_of(
+    mass: &SparseSymmetric,
+    factor: &SparseCholesky,
+    shift: f64,
+    rigid: &Matrix,
+    options: &ModeOptions,
+    purge: bool,
+) -> Result<Modes, StructureError> {
+    let size = mass.size();
     let available = size - rigid.columns();
     if options.count == 0 || options.count > available {
         return Err(StructureError::TooManyModes {
@@ -184,16 +200,23 @@ pub fn lowest(
     // The rigid modes stay in front of the basis, so that one product keeps new vectors orthogonal to both.
     let held = rigid.columns();
     let mut basis = rigid.clone();
-    let start = Matrix::from_fn(size, block, |_, _| noise.next());
-    append_orthonormal(system, start, &mut basis);
+    let purged = |mut vectors: Matrix| {
+        if purge {
+            vectors = mass.times(&vectors);
+            factor.solve(&mut vectors);
+        }
+        vectors
+    };
+    let start = purged(Matrix::from_fn(size, block, |_, _| noise.next()));
+    append_orthonormal(mass, start, &mut basis);
     // The projection Vᵀ M (K + sM)⁻¹ M V, and the part of the last block's image that left the basis.
     let mut projected = Matrix::zeros(0, 0);
     let mut done = held;
     loop {
         let current = basis.columns_of(done..basis.columns());
-        let mut image = system.mass.times(&current);
+        let mut image = mass.times(&current);
         factor.solve(&mut image);
-        let coefficients = basis.transpose_times(&system.mass.times(&image));
+        let coefficients = basis.transpose_times(&mass.times(&image));
         image.add_product(-1.0, &basis, &coefficients);
         let total = basis.columns() - held;
         let old = done - held;
@@ -213,7 +236,7 @@ pub fn lowest(
         done = basis.columns();
 
         // What a Ritz vector misses lies in the last block's remainder: ‖A x − θ x‖ = ‖remainder · (last rows of y)‖.
-        let remainder = image.transpose_times(&system.mass.times(&image));
+        let remainder = image.transpose_times(&mass.times(&image));
         let (theta, vectors) = projected.symmetric_eigen().map_err(fail)?;
         let residual = |mode: usize| {
             let column = total - 1 - mode;
@@ -255,11 +278,11 @@ pub fn lowest(
         if total >= capacity {
             return Err(not_converged);
         }
-        append_orthonormal(system, image, &mut basis);
+        append_orthonormal(mass, image, &mut basis);
         if basis.columns() == done {
             // The blocks so far span an invariant space: go on from somewhere else.
-            let fresh = Matrix::from_fn(size, block, |_, _| noise.next());
-            append_orthonormal(system, fresh, &mut basis);
+            let fresh = purged(Matrix::from_fn(size, block, |_, _| noise.next()));
+            append_orthonormal(mass, fresh, &mut basis);
             if basis.columns() == done {
                 return Err(not_converged);
             }

@@ -3,9 +3,13 @@
 mod beam;
 mod deck;
 mod element;
+mod frequencies;
+mod fuzz;
 mod half_space;
 mod matrices;
 mod outline;
+mod readers;
+mod real_matrices;
 mod reduction;
 mod resonator;
 

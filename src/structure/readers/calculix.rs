@@ -1,0 +1,154 @@
+//! CalculiX `SOLVER=MATRIXSTORAGE`: `.sti` and `.mas` with one triangle as `row column value`, `.dof` with `node.direction` a row. The
+//! coordinate form of Abaqus has the same lines, of both triangles.
+
+use std::path::{Path, PathBuf};
+
+use super::error::ReadProblem;
+use super::text::{Digits, number, real, shown, text_of, whole};
+use super::{Named, Parsed, rows};
+use crate::structure::matrices::{Dof, Triplets};
+
+/// The files of one computation.
+const EXTENSIONS: [&str; 3] = ["sti", "mas", "dof"];
+
+/// The first lines that are neither empty nor comments.
+fn first_lines(bytes: &[u8]) -> Vec<String> {
+    const ENOUGH: usize = 4096;
+    let text = text_of(&bytes[..bytes.len().min(ENOUGH)]);
+    let cut = bytes.len() > ENOUGH;
+    let lines: Vec<&str> = text.lines().collect();
+    let whole = if cut {
+        lines.len().saturating_sub(1)
+    } else {
+        lines.len()
+    };
+    let content = lines[..whole]
+        .iter()
+        .filter(|line| !line.trim().is_empty() && !line.starts_with("**"));
+    content.take(3).map(|line| (*line).to_owned()).collect()
+}
+
+pub(super) fn is_coordinates(bytes: &[u8]) -> bool {
+    let lines = first_lines(bytes);
+    let is = |line: &String| {
+        let words: Vec<&str> = words(line).collect();
+        words.len() == 3
+            && words[..2].iter().all(|w| w.parse::<u64>().is_ok())
+            && real(words[2]).is_some()
+    };
+    lines.first().is_some_and(is)
+}
+
+pub(super) fn is_dof(bytes: &[u8]) -> bool {
+    let lines = first_lines(bytes);
+    !lines.is_empty() && lines.iter().all(|line| freedom(line).is_some())
+}
+
+fn words(line: &str) -> impl Iterator<Item = &str> {
+    line.split(|c: char| c == ',' || c.is_whitespace())
+        .filter(|w| !w.is_empty())
+}
+
+fn freedom(line: &str) -> Option<Dof> {
+    let (node, direction) = line.trim().split_once('.')?;
+    Some(Dof {
+        node: node.parse().ok()?,
+        direction: direction.parse().ok()?,
+    })
+}
+
+/// The file, or all three of a computation that has this one.
+pub(super) fn together(path: &Path) -> Vec<PathBuf> {
+    let extension = path
+        .extension()
+        .map(|e| e.to_string_lossy().to_ascii_lowercase());
+    if !extension.is_some_and(|e| EXTENSIONS.contains(&e.as_str())) {
+        return vec![path.to_owned()];
+    }
+    let mut all = vec![path.to_owned()];
+    for other in EXTENSIONS {
+        let beside = path.with_extension(other);
+        if beside != path && beside.is_file() {
+            all.push(beside);
+        }
+    }
+    all
+}
+
+pub(super) fn parse_dof(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
+    let text = text_of(bytes);
+    let mut dofs = Vec::new();
+    let mut seen = std::collections::HashMap::new();
+    for (k, line) in text
+        .lines()
+        .enumerate()
+        .filter(|(_, line)| !line.trim().is_empty())
+    {
+        let place = format!("line {}", k + 1);
+        let dof = freedom(line).ok_or_else(|| {
+            ReadProblem::malformed(&place, shown(line), "NODE.DIRECTION, as 12.3")
+        })?;
+        if let Some(first) = seen.insert(dof, k + 1) {
+            return Err(ReadProblem::malformed(
+                &place,
+                format!("the freedom {dof} again, after line {first}"),
+                "each freedom once",
+            ));
+        }
+        dofs.push(dof);
+    }
+    Ok(Parsed {
+        dofs: Some(dofs),
+        ..Parsed::default()
+    })
+}
+
+pub(super) fn parse_coordinates(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
+    let text = text_of(bytes);
+    let mut matrix = Triplets::new(0);
+    let mut digits = Digits::default();
+    for (k, line) in text.lines().enumerate() {
+        if line.trim().is_empty() || line.starts_with("**") {
+            continue;
+        }
+        let place = || format!("line {}", k + 1);
+        let mut words = words(line);
+        let mut index = |what: &str| -> Result<u32, ReadProblem> {
+            let expected = format!("a {what} of 1 or more, in `row column value`");
+            let found: u64 = whole(words.next().unwrap_or(""), &expected, place)?;
+            if found == 0 {
+                return Err(ReadProblem::malformed(
+                    place(),
+                    format!("{what} 0"),
+                    expected,
+                ));
+            }
+            rows(found, bytes.len(), &place()).map(|found| found as u32 - 1)
+        };
+        let (i, j) = (index("row")?, index("column")?);
+        let word = words.next().unwrap_or("");
+        let value = number(word, place)?;
+        digits.see(word);
+        if let Some(more) = words.next() {
+            return Err(ReadProblem::malformed(
+                place(),
+                shown(more),
+                "the end of the line after `row column value`",
+            ));
+        }
+        matrix.size = matrix.size.max(i.max(j) as usize + 1);
+        matrix.entries.push((i, j, value));
+    }
+    matrix.precision = digits.precision();
+    matrix.find_half();
+    Ok(Parsed {
+        matrices: vec![Named {
+            name: String::new(),
+            role: None,
+            matrix,
+            dofs: None,
+            is_open: true,
+        }],
+        ..Parsed::default()
+    })
+}

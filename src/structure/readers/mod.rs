@@ -1,0 +1,590 @@
+//! Matrices that finite-element programs write: bytes in, [`Matrices`] out.
+//!
+//! A format is one module with a function from bytes to what the file has, and one row in `FORMATS`; nothing else knows which formats
+//! there are. Readers allocate for what is in a file, never for what its header announces.
+
+mod abaqus;
+mod calculix;
+mod deck;
+mod error;
+mod mat5;
+mod matrix_market;
+mod nastran_dmig;
+mod nastran_op4;
+mod numpy;
+mod text;
+
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
+
+pub use error::{ReadError, ReadProblem};
+
+use super::matrices::{Dof, Matrices, Role, Triplets};
+use crate::files;
+
+/// Bytes of the longest file. A stiffness of 10^6 freedoms with 10^8 entries is about as long as text.
+const LONGEST_FILE: u64 = 4 << 30;
+
+/// Most entries of a matrix: some 4 GB.
+const MOST_ENTRIES: usize = 1 << 28;
+
+/// Most rows of a matrix.
+const MOST_ROWS: usize = 1 << 26;
+
+/// A file given by the user, and what its matrix is where the user says so.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Input {
+    /// The file.
+    pub path: PathBuf,
+    /// What the matrix in it is; otherwise what the file, its name or its place says.
+    pub role: Option<Role>,
+}
+
+/// A file format: what it is called, the word for it, how it is recognised, who reads it.
+struct Format {
+    name: &'static str,
+    words: &'static [&'static str],
+    is: fn(&[u8]) -> bool,
+    parse: fn(&[u8]) -> Result<Parsed, ReadProblem>,
+}
+
+const FORMATS: [Format; 12] = [
+    Format {
+        name: "Matrix Market",
+        words: &["matrix_market"],
+        is: matrix_market::is,
+        parse: matrix_market::parse,
+    },
+    Format {
+        name: "MATLAB MAT-file",
+        words: &["matlab"],
+        is: mat5::is,
+        parse: mat5::parse,
+    },
+    Format {
+        name: "NPZ",
+        words: &["numpy"],
+        is: numpy::is_npz,
+        parse: numpy::parse_npz,
+    },
+    Format {
+        name: "NPY",
+        words: &["numpy"],
+        is: numpy::is_npy,
+        parse: numpy::parse_npy,
+    },
+    Format {
+        name: "Nastran OUTPUT4, binary",
+        words: &["nastran"],
+        is: nastran_op4::is_binary,
+        parse: nastran_op4::parse_binary,
+    },
+    Format {
+        name: "Nastran OUTPUT4, text",
+        words: &["nastran"],
+        is: nastran_op4::is_text,
+        parse: nastran_op4::parse_text,
+    },
+    Format {
+        name: "Nastran DMIG",
+        words: &["nastran"],
+        is: nastran_dmig::is,
+        parse: nastran_dmig::parse,
+    },
+    Format {
+        name: "Abaqus substructure",
+        words: &["abaqus"],
+        is: abaqus::is_substructure,
+        parse: abaqus::parse_substructure,
+    },
+    Format {
+        name: "Abaqus input deck",
+        words: &["abaqus", "calculix"],
+        is: deck::is,
+        parse: deck::parse,
+    },
+    Format {
+        name: "Abaqus matrix by labels",
+        words: &["abaqus"],
+        is: abaqus::is_labels,
+        parse: abaqus::parse_labels,
+    },
+    Format {
+        name: "CalculiX list of freedoms",
+        words: &["calculix"],
+        is: calculix::is_dof,
+        parse: calculix::parse_dof,
+    },
+    Format {
+        name: "coordinates (CalculiX, Abaqus)",
+        words: &["calculix", "abaqus"],
+        is: calculix::is_coordinates,
+        parse: calculix::parse_coordinates,
+    },
+];
+
+/// The words by which a user names a format, each once.
+pub fn words() -> Vec<&'static str> {
+    let mut words: Vec<_> = FORMATS
+        .iter()
+        .flat_map(|format| format.words)
+        .copied()
+        .collect();
+    words.sort_unstable();
+    words.dedup();
+    words
+}
+
+/// What one file has.
+#[derive(Default)]
+struct Parsed {
+    matrices: Vec<Named>,
+    /// What the rows of the matrices stand for, where the file says it for all of them, or for those of another file.
+    dofs: Option<Vec<Dof>>,
+    sets: HashMap<String, Vec<i64>>,
+    positions: HashMap<i64, [f64; 3]>,
+    notes: Vec<String>,
+}
+
+/// A matrix under the name that the file gives it.
+struct Named {
+    name: String,
+    role: Option<Role>,
+    matrix: Triplets,
+    dofs: Option<Vec<Dof>>,
+    /// The file does not say how many rows there are, only which have entries.
+    is_open: bool,
+}
+
+/// A file after reading.
+struct Source {
+    path: PathBuf,
+    role: Option<Role>,
+    format: &'static str,
+    /// The user named it; otherwise it was found beside one.
+    is_given: bool,
+    parsed: Parsed,
+}
+
+/// Reads the matrices of a structure from one file or several. `word` names the format (of [`words`]) where the content is not to
+/// decide. Of CalculiX one file is enough: the others are found beside it; so are the deck with the sets of nodes, and the external
+/// superelement's list of freedoms beside an OUTPUT4.
+///
+/// # Errors
+/// [`ReadError`] names the file, what was found, and what would be right.
+pub fn read(inputs: &[Input], word: Option<&str>) -> Result<Matrices, ReadError> {
+    let mut sources = Vec::new();
+    let mut seen = HashSet::new();
+    for input in inputs {
+        for path in calculix::together(&input.path) {
+            if !seen.insert(path.clone()) {
+                continue;
+            }
+            let role = input.role.filter(|_| path == input.path);
+            sources.push(opened(path, role, word, true)?);
+        }
+    }
+    let has =
+        |what: fn(&Parsed) -> bool, sources: &[Source]| sources.iter().any(|s| what(&s.parsed));
+    for input in inputs {
+        for path in deck::beside(&input.path) {
+            let wanted = !has(|p| !p.positions.is_empty() || !p.sets.is_empty(), &sources);
+            if wanted && path.is_file() && seen.insert(path.clone()) {
+                sources.extend(opened(path, None, None, false).ok());
+            }
+        }
+        for path in nastran_op4::beside(&input.path) {
+            let wanted = !has(
+                |p| p.dofs.is_some() || p.matrices.iter().any(|m| m.dofs.is_some()),
+                &sources,
+            );
+            if wanted && path.is_file() && seen.insert(path.clone()) {
+                let found = opened(path, None, None, false).ok();
+                sources.extend(
+                    found.filter(|s| s.parsed.dofs.is_some() && s.parsed.matrices.is_empty()),
+                );
+            }
+        }
+    }
+    combined(sources)
+}
+
+fn opened(
+    path: PathBuf,
+    role: Option<Role>,
+    word: Option<&str>,
+    is_given: bool,
+) -> Result<Source, ReadError> {
+    let fail = |problem| ReadError {
+        path: path.clone(),
+        problem,
+    };
+    let bytes =
+        files::read(&path, LONGEST_FILE).map_err(|source| fail(ReadProblem::Io { source }))?;
+    let (format, parsed) = parsed(&bytes, word).map_err(fail)?;
+    Ok(Source {
+        path,
+        role,
+        format,
+        is_given,
+        parsed,
+    })
+}
+
+/// What stands in the bytes of one file, with nothing from beside it: for who has no file system.
+///
+/// # Errors
+/// As [`read`]; `path` is only named.
+pub fn parse(path: &Path, bytes: &[u8], word: Option<&str>) -> Result<Matrices, ReadError> {
+    let (format, parsed) = parsed(bytes, word).map_err(|problem| ReadError {
+        path: path.to_owned(),
+        problem,
+    })?;
+    combined(vec![Source {
+        path: path.to_owned(),
+        role: None,
+        format,
+        is_given: true,
+        parsed,
+    }])
+}
+
+fn parsed(bytes: &[u8], word: Option<&str>) -> Result<(&'static str, Parsed), ReadProblem> {
+    let wanted = |format: &&Format| word.is_none_or(|word| format.words.contains(&word));
+    let Some(format) = FORMATS
+        .iter()
+        .filter(wanted)
+        .find(|format| (format.is)(bytes))
+    else {
+        let names: Vec<_> = FORMATS
+            .iter()
+            .filter(wanted)
+            .map(|format| format.name)
+            .collect();
+        let first = &bytes[..bytes.len().min(32)];
+        return Err(ReadProblem::UnknownFormat {
+            found: first.escape_ascii().to_string(),
+            supported: names.join(", "),
+        });
+    };
+    let parsed = (format.parse)(bytes)?;
+    for named in &parsed.matrices {
+        let bad = named.matrix.entries.iter().find(|e| !e.2.is_finite());
+        if let Some(&(i, j, v)) = bad {
+            let place = format!("{}, row {}, column {}", named.name, i + 1, j + 1);
+            return Err(ReadProblem::malformed(place, v, "a finite number"));
+        }
+    }
+    Ok((format.name, parsed))
+}
+
+/// What a name of a file or matrix says of it: words as `stif`, or a letter alone or before a Nastran set (`KAA`, `K2GG`).
+fn role_of_name(name: &str) -> Option<Role> {
+    let name = name.to_ascii_lowercase();
+    let contains = |word: &str| name.contains(word);
+    if contains("stif") || contains(".sti") {
+        return Some(Role::Stiffness);
+    }
+    if contains("mass") || contains(".mas") {
+        return Some(Role::Mass);
+    }
+    if contains("damp") {
+        return Some(Role::Damping);
+    }
+    let words = name.split(|c: char| !c.is_ascii_alphanumeric());
+    words.rev().find_map(|word| match word {
+        "k" | "kmat" | "kaa" | "kaax" | "kgg" | "kff" | "kll" | "kxx" | "k2gg" | "k2pp" => {
+            Some(Role::Stiffness)
+        }
+        "m" | "mmat" | "maa" | "maax" | "mgg" | "mff" | "mll" | "mxx" | "m2gg" | "m2pp" => {
+            Some(Role::Mass)
+        }
+        "c" | "d" | "cmat" | "baa" | "baax" | "bgg" | "bff" | "bxx" | "b2gg" | "b2pp" => {
+            Some(Role::Damping)
+        }
+        _ => None,
+    })
+}
+
+/// One structure from what all files have.
+fn combined(sources: Vec<Source>) -> Result<Matrices, ReadError> {
+    let mut matrices = Matrices {
+        size: 0,
+        dofs: None,
+        stiffness: None,
+        mass: None,
+        damping: None,
+        sets: HashMap::new(),
+        positions: HashMap::new(),
+        notes: Vec::new(),
+        formats: Vec::new(),
+    };
+    let mut found: HashMap<Role, (PathBuf, Named)> = HashMap::new();
+    let mut list: Option<(PathBuf, Vec<Dof>)> = None;
+    let mut nameless = Vec::new();
+    let last = sources
+        .iter()
+        .rev()
+        .find(|s| s.is_given)
+        .map(|s| s.path.clone())
+        .unwrap_or_default();
+    let alone = sources
+        .iter()
+        .filter(|s| !s.parsed.matrices.is_empty())
+        .count()
+        == 1;
+    for source in sources {
+        let Source {
+            path,
+            role,
+            format,
+            is_given,
+            parsed,
+        } = source;
+        if !is_given {
+            matrices.notes.push(format!(
+                "{} beside it is read too ({format})",
+                path.display()
+            ));
+        }
+        if !matrices.formats.contains(&format) {
+            matrices.formats.push(format);
+        }
+        matrices.notes.extend(parsed.notes);
+        matrices.sets.extend(parsed.sets);
+        matrices.positions.extend(parsed.positions);
+        if let Some(dofs) = parsed.dofs {
+            list = Some((path.clone(), dofs));
+        }
+        let only = parsed.matrices.len() == 1;
+        for mut named in parsed.matrices {
+            let of_file = path
+                .file_name()
+                .map(|n| n.to_string_lossy().into_owned())
+                .unwrap_or_default();
+            let by_name = if only { role_of_name(&of_file) } else { None };
+            let decided = role.filter(|_| only).or(named.role).or(by_name);
+            if named.name.is_empty() {
+                named.name = of_file;
+            }
+            match decided {
+                Some(role) => put(&mut found, role, path.clone(), named)?,
+                None => nameless.push((path.clone(), named)),
+            }
+        }
+    }
+    for (path, named) in nameless {
+        let Some(role) = Role::ALL.into_iter().find(|role| !found.contains_key(role)) else {
+            return Err(ReadError {
+                path,
+                problem: ReadProblem::DoNotFit {
+                    found: format!("the matrix {} is a fourth one", named.name),
+                    advice: "give one stiffness, one mass and one damping, as stiffness=FILE mass=FILE damping=FILE".into(),
+                },
+            });
+        };
+        let why = if alone {
+            "nothing says what it is"
+        } else {
+            "by its place: no name says what it is"
+        };
+        matrices.notes.push(format!(
+            "{} is taken for the {}, {why}; say {}=FILE where that is wrong",
+            named.name,
+            role.name(),
+            role.name()
+        ));
+        put(&mut found, role, path, named)?;
+    }
+    if found.is_empty() {
+        return Err(ReadError {
+            path: last,
+            problem: ReadProblem::DoNotFit {
+                found: "no matrix is in the files".into(),
+                advice: "give the files that hold stiffness and mass".into(),
+            },
+        });
+    }
+    let mut parts: Vec<(Role, PathBuf, Named)> = found
+        .into_iter()
+        .map(|(role, (path, named))| (role, path, named))
+        .collect();
+    parts.sort_by_key(|part| part.0);
+    if parts.iter().all(|part| part.2.dofs.is_some()) {
+        joined(&mut matrices, parts);
+    } else {
+        aligned(&mut matrices, parts, list)?;
+    }
+    Ok(matrices)
+}
+
+fn put(
+    found: &mut HashMap<Role, (PathBuf, Named)>,
+    role: Role,
+    path: PathBuf,
+    named: Named,
+) -> Result<(), ReadError> {
+    if let Some((other, first)) = found.get(&role) {
+        let problem = ReadProblem::DoNotFit {
+            found: format!(
+                "the matrix {} is a second {}, after {} of {}",
+                named.name,
+                role.name(),
+                first.name,
+                other.display()
+            ),
+            advice: "inspect one structure at a time, or say which is which: stiffness=FILE mass=FILE damping=FILE".into(),
+        };
+        return Err(ReadError { path, problem });
+    }
+    found.insert(role, (path, named));
+    Ok(())
+}
+
+/// Matrices whose files say what each row is: on the union of those.
+fn joined(matrices: &mut Matrices, parts: Vec<(Role, PathBuf, Named)>) {
+    let mut dofs: Vec<Dof> = Vec::new();
+    let mut place: HashMap<Dof, u32> = HashMap::new();
+    for dof in parts.iter().flat_map(|part| part.2.dofs.iter().flatten()) {
+        place.entry(*dof).or_insert_with(|| {
+            dofs.push(*dof);
+            dofs.len() as u32 - 1
+        });
+    }
+    for (role, _, named) in parts {
+        let places: Vec<u32> = named.dofs.iter().flatten().map(|dof| place[dof]).collect();
+        set(matrices, role, named.matrix.renumbered(dofs.len(), &places));
+    }
+    matrices.size = dofs.len();
+    matrices.dofs = Some(dofs);
+}
+
+/// Matrices whose rows are numbered, all alike.
+fn aligned(
+    matrices: &mut Matrices,
+    parts: Vec<(Role, PathBuf, Named)>,
+    list: Option<(PathBuf, Vec<Dof>)>,
+) -> Result<(), ReadError> {
+    // A list of coordinates does not say how many rows there are: the largest, and the list of freedoms, do.
+    let most = parts
+        .iter()
+        .map(|part| part.2.matrix.size)
+        .max()
+        .unwrap_or(0);
+    let own = parts
+        .iter()
+        .find_map(|part| Some((part.1.clone(), part.2.dofs.clone()?)));
+    let list = own.or(list);
+    let size = match &list {
+        Some((_, dofs)) if dofs.len() >= most => dofs.len(),
+        _ => most,
+    };
+    if let Some((path, dofs)) = &list
+        && dofs.len() != size
+    {
+        let (_, of, named) = parts
+            .iter()
+            .find(|part| part.2.matrix.size == most)
+            .expect("the largest");
+        return Err(ReadError {
+            path: path.clone(),
+            problem: ReadProblem::DoNotFit {
+                found: format!(
+                    "it lists {} freedoms, but {} of {} has {most} rows",
+                    dofs.len(),
+                    named.name,
+                    of.display()
+                ),
+                advice: "give files of one and the same computation".into(),
+            },
+        });
+    }
+    let (first_name, first_size) = (parts[0].2.name.clone(), parts[0].2.matrix.size);
+    for (role, path, mut named) in parts {
+        let is_short = named.is_open && named.matrix.size < size;
+        if named.matrix.size != size && !is_short {
+            return Err(ReadError {
+                path,
+                problem: ReadProblem::DoNotFit {
+                    found: if list.is_some() && named.matrix.size == most {
+                        format!(
+                            "the matrix {} has {} rows, but {size} freedoms are listed",
+                            named.name, named.matrix.size
+                        )
+                    } else {
+                        format!(
+                            "the matrix {} has {} rows, but {first_name} has {first_size}",
+                            named.name, named.matrix.size
+                        )
+                    },
+                    advice: "give files of one and the same computation".into(),
+                },
+            });
+        }
+        named.matrix.size = size;
+        set(matrices, role, named.matrix);
+    }
+    matrices.size = size;
+    matrices.dofs = list.map(|list| list.1);
+    Ok(())
+}
+
+fn set(matrices: &mut Matrices, role: Role, matrix: Triplets) {
+    match role {
+        Role::Stiffness => matrices.stiffness = Some(matrix),
+        Role::Mass => matrices.mass = Some(matrix),
+        Role::Damping => matrices.damping = Some(matrix),
+    }
+}
+
+/// The number of rows that a header announces, before anything of that size is allocated. A row without any entry is none of a
+/// structure, and an entry has at least a byte.
+fn rows(announced: u64, bytes: usize, place: &str) -> Result<usize, ReadProblem> {
+    let most = bytes.min(MOST_ROWS);
+    usize::try_from(announced)
+        .ok()
+        .filter(|&n| n <= most)
+        .ok_or_else(|| ReadProblem::TooMany {
+            found: format!("{place} announces {announced} rows"),
+            limit: format!("{bytes} bytes have entries for at most {most}"),
+        })
+}
+
+/// The same of entries.
+fn entries(announced: u64, bytes: usize, place: &str) -> Result<usize, ReadProblem> {
+    let most = bytes.min(MOST_ENTRIES);
+    usize::try_from(announced)
+        .ok()
+        .filter(|&n| n <= most)
+        .ok_or_else(|| ReadProblem::TooMany {
+            found: format!("{place} announces {announced} entries"),
+            limit: format!("{bytes} bytes hold at most {most}"),
+        })
+}
+
+/// A matrix that is not square is none of a structure.
+fn square(rows: u64, columns: u64, name: &str) -> Result<(), ReadProblem> {
+    if rows == columns && rows > 0 {
+        return Ok(());
+    }
+    Err(ReadProblem::malformed(
+        name,
+        format!("{rows} rows and {columns} columns"),
+        "as many rows as columns, at least one",
+    ))
+}
+
+/// Of the matrices of a file that names them: those whose names say what they are, if any do.
+fn chosen(parsed: &mut Parsed) {
+    if parsed.matrices.iter().any(|named| named.role.is_some()) {
+        for named in parsed.matrices.iter().filter(|named| named.role.is_none()) {
+            parsed.notes.push(format!(
+                "{} is no stiffness, mass or damping by its name, and is left out",
+                named.name
+            ));
+        }
+        parsed.matrices.retain(|named| named.role.is_some());
+    } else if parsed.matrices.iter().any(|named| named.matrix.size > 1) {
+        parsed.matrices.retain(|named| named.matrix.size > 1);
+    }
+}

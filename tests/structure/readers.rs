@@ -1,0 +1,468 @@
+//! Matrices of finite-element programs: one small truss in every format (`samples/make.py`), and files that are not what they should be.
+
+use std::path::{Path, PathBuf};
+
+use fretwear::linalg::Matrix;
+use fretwear::structure::frequencies::lowest_frequencies;
+use fretwear::structure::inspection::{
+    fixed, mass_by_direction, modal_rows, units, zero_diagonals,
+};
+use fretwear::structure::matrices::{Matrices, Role, Triplets};
+use fretwear::structure::readers::{Input, parse, read};
+use serde_json::Value;
+
+/// What scipy found of the truss has twelve digits; singular values of its condensation cost some.
+const SAME: f64 = 1e-9;
+/// Of files with ten digits, or with single precision.
+const FEW_DIGITS: f64 = 1e-7;
+
+pub fn sample(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/structure/samples")
+        .join(name)
+}
+
+fn expected() -> Value {
+    let text = std::fs::read_to_string(sample("expected.json")).expect("expected.json");
+    serde_json::from_str(&text).expect("JSON")
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    let numbers = value.as_array().expect("a list").iter();
+    numbers.map(|n| n.as_f64().expect("a number")).collect()
+}
+
+pub fn given(names: &[&str]) -> Matrices {
+    let inputs: Vec<Input> = names
+        .iter()
+        .map(|name| Input {
+            path: sample(name),
+            role: None,
+        })
+        .collect();
+    read(&inputs, None).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn dense(matrix: &Triplets) -> Matrix {
+    let mut full = Matrix::zeros(matrix.size, matrix.size);
+    for &(i, j, v) in &matrix.entries {
+        full[(i as usize, j as usize)] += v;
+        if matrix.is_half && i != j {
+            full[(j as usize, i as usize)] += v;
+        }
+    }
+    full
+}
+
+/// Where row i of the sample stands in the file: Abaqus sorts its own node, -1, to the front.
+fn rows_of(matrices: &Matrices) -> Vec<usize> {
+    let Some(dofs) = &matrices.dofs else {
+        return (0..15).collect();
+    };
+    (0..15_i64)
+        .map(|i| {
+            let (node, direction) = (i / 3 + 1, (i % 3 + 1) as u32);
+            let is = |d: &fretwear::structure::matrices::Dof| {
+                (d.node == node || (node == 5 && d.node == -1)) && d.direction == direction
+            };
+            dofs.iter().position(is).expect("every freedom")
+        })
+        .collect()
+}
+
+fn assert_is_the_truss(matrices: &Matrices, tolerance: f64, name: &str) {
+    let expected = expected();
+    assert_eq!(matrices.size, 15, "{name}");
+    let rows = rows_of(matrices);
+    for (role, key) in [(Role::Stiffness, "stiffness"), (Role::Mass, "mass")] {
+        let Some(matrix) = matrices.get(role) else {
+            continue;
+        };
+        let full = dense(matrix);
+        let lines: Vec<Vec<f64>> = expected[key]
+            .as_array()
+            .expect("rows")
+            .iter()
+            .map(numbers)
+            .collect();
+        let largest = lines.iter().flatten().fold(0.0_f64, |a, v| a.max(v.abs()));
+        for i in 0..15 {
+            for j in 0..15 {
+                let (found, right) = (full[(rows[i], rows[j])], lines[i][j]);
+                assert!(
+                    (found - right).abs() <= tolerance * largest,
+                    "{name}: {key} ({i}, {j}) {found} {right}"
+                );
+            }
+        }
+    }
+    if matrices.stiffness.is_some() && matrices.mass.is_some() {
+        let none = vec![false; 15];
+        let found = lowest_frequencies(matrices, &none, 10)
+            .expect("frequencies")
+            .expect("both");
+        assert_near(&found.elastic, &numbers(&expected["free"]), tolerance, name);
+        assert_eq!(
+            (found.rigid.len(), found.rows, found.is_singular),
+            (6, 15, true),
+            "{name}"
+        );
+        let mut held = none;
+        for &row in &rows[..6] {
+            held[row] = true;
+        }
+        let found = lowest_frequencies(matrices, &held, 10)
+            .expect("frequencies")
+            .expect("both");
+        assert_near(
+            &found.elastic,
+            &numbers(&expected["clamped"]),
+            tolerance,
+            name,
+        );
+        // Two nodes are a hinge.
+        assert_eq!(
+            (found.rigid.len(), found.fixed, found.is_singular),
+            (1, 6, true),
+            "{name}"
+        );
+    }
+}
+
+fn assert_near(found: &[f64], right: &[f64], tolerance: f64, name: &str) {
+    assert_eq!(found.len(), right.len(), "{name}: {found:?} {right:?}");
+    for (a, b) in found.iter().zip(right) {
+        assert!(
+            (a / b - 1.0).abs() < tolerance,
+            "{name}: {found:?} {right:?}"
+        );
+    }
+}
+
+#[test]
+fn every_format_has_the_same_truss() {
+    for (names, format) in [
+        (
+            &["coordinate_K.mtx", "coordinate_M.mtx"][..],
+            "Matrix Market",
+        ),
+        (&["general_K.mtx", "array_M.mtx"], "Matrix Market"),
+        (
+            &["labels_STIF1.mtx", "labels_MASS1.mtx"],
+            "Abaqus matrix by labels",
+        ),
+        (
+            &["coordinates_stiffness.mtx"],
+            "coordinates (CalculiX, Abaqus)",
+        ),
+        (&["truss.mas"], "coordinates (CalculiX, Abaqus)"),
+        (&["dense_text.op4"], "Nastran OUTPUT4, text"),
+        (&["strings_text.op4"], "Nastran OUTPUT4, text"),
+        (&["bigmat_text.op4"], "Nastran OUTPUT4, text"),
+        (&["dense_binary.op4"], "Nastran OUTPUT4, binary"),
+        (&["strings_binary.op4"], "Nastran OUTPUT4, binary"),
+        (&["bigmat_binary.op4"], "Nastran OUTPUT4, binary"),
+        (&["free_fields.bdf"], "Nastran DMIG"),
+        (&["csr_K.npz", "csc_M.npz"], "NPZ"),
+        (&["csr_K.npz", "coo_M.npz"], "NPZ"),
+        (&["both.npz"], "NPZ"),
+        (&["dense_K.npy", "array_M.mtx"], "NPY"),
+        (&["sparse.mat"], "MATLAB MAT-file"),
+        (&["sparse_compressed.mat"], "MATLAB MAT-file"),
+        (&["dense.mat"], "MATLAB MAT-file"),
+    ] {
+        let matrices = given(names);
+        assert!(
+            matrices.formats.contains(&format),
+            "{names:?}: {:?}",
+            matrices.formats
+        );
+        assert_is_the_truss(&matrices, SAME, names[0]);
+    }
+    for names in [
+        &["large.pch"][..],
+        &["single.op4"],
+        &["coordinate_K.mtx", "dense_M.npy"],
+    ] {
+        assert_is_the_truss(&given(names), FEW_DIGITS, names[0]);
+    }
+}
+
+#[test]
+fn a_substructure_whose_nodes_have_different_freedoms() {
+    let matrices = given(&["substructure.mtx"]);
+    assert_eq!((matrices.size, matrices.nodes()), (14, 5));
+    let last: Vec<String> = matrices
+        .dofs
+        .iter()
+        .flatten()
+        .skip(11)
+        .map(ToString::to_string)
+        .collect();
+    assert_eq!(last, ["14.3", "15.1", "15.2"]);
+    let found = lowest_frequencies(&matrices, &[false; 14], 10)
+        .expect("frequencies")
+        .expect("both");
+    assert_near(
+        &found.elastic,
+        &numbers(&expected()["free"]),
+        SAME,
+        "substructure",
+    );
+    let mass = expected()["total_mass"].as_f64().expect("a number");
+    for along in mass_by_direction(&matrices) {
+        assert!((along.expect("a mass") / mass - 1.0).abs() < SAME);
+    }
+    assert_eq!(
+        zero_diagonals(&matrices, matrices.mass.as_ref().expect("a mass")),
+        [12, 13]
+    );
+}
+
+#[test]
+fn freedoms_of_the_mass_alone_are_joined_to_those_of_the_stiffness() {
+    // Nothing is said of node 5 in the mass, and it comes first.
+    let matrices = given(&["small_fields.bdf", "labels_STIF1.mtx"]);
+    assert_eq!(matrices.mass.as_ref().map(|m| m.entries.len()), Some(18));
+    assert_is_the_truss(&matrices, SAME, "small fields");
+}
+
+#[test]
+fn rows_are_held_by_set_node_direction_and_number() {
+    let matrices = given(&["truss.sti"]);
+    let held = |text: &str| -> Vec<usize> {
+        let (rows, _) = fixed(&matrices, text).unwrap_or_else(|error| panic!("{error}"));
+        rows.iter()
+            .enumerate()
+            .filter(|r| *r.1)
+            .map(|r| r.0)
+            .collect()
+    };
+    assert_eq!(held("clamp"), [0, 1, 2, 3, 4, 5]);
+    assert_eq!(held("1-2"), held("CLAMP"));
+    assert_eq!(held("row:1-6"), held("CLAMP"));
+    assert_eq!(held("Tip:13, 1.2"), [1, 9, 11]);
+    for (text, part) in [
+        ("NOSE", "ALL, CLAMP, TIP"),
+        ("9", "node 9"),
+        ("1.4", "node 1 has no freedom 4"),
+        ("row:16", "rows 1 to 15"),
+        ("row:0", "row:0"),
+        ("7-", "7-"),
+        ("boundary", "modal coordinates"),
+    ] {
+        let said = fixed(&matrices, text).expect_err(text).to_string();
+        assert!(said.contains(part), "{said}");
+    }
+    let without = given(&["coordinate_K.mtx"]);
+    assert!(
+        fixed(&without, "1")
+            .expect_err("no nodes")
+            .to_string()
+            .contains("row:1-6")
+    );
+    let found = lowest_frequencies(&matrices, &fixed(&matrices, "CLAMP").expect("rows").0, 3)
+        .expect("modes")
+        .expect("both");
+    assert_near(
+        &found.elastic,
+        &numbers(&expected()["clamped"])[..3],
+        SAME,
+        "clamp",
+    );
+}
+
+#[test]
+fn an_unsymmetric_matrix_is_told_by_how_much() {
+    let text =
+        "%%MatrixMarket matrix coordinate real general\n2 2 4\n1 1 4\n2 2 5\n1 2 -1\n2 1 -1.5\n";
+    let matrices = parse(Path::new("K.mtx"), text.as_bytes(), None).expect("a matrix");
+    let off = matrices.stiffness.expect("K").asymmetry();
+    assert_eq!((off.share, off.at, off.values), (0.1, (0, 1), (-1.0, -1.5)));
+}
+
+#[test]
+fn modal_coordinates_and_penalties_are_known() {
+    // Two boundary rows, three modes; a mass couples boundary and modes.
+    let k = "%%MatrixMarket matrix coordinate real symmetric\n5 5 6\n1 1 7\n2 2 8\n2 1 -2\n3 3 10\n4 4 20\n5 5 30\n";
+    let m = "%%MatrixMarket matrix coordinate real symmetric\n5 5 6\n1 1 2\n2 2 3\n3 1 0.2\n3 3 1\n4 4 1\n5 5 1\n";
+    let mut matrices = parse(Path::new("K.mtx"), k.as_bytes(), None).expect("K");
+    matrices.mass = parse(Path::new("M.mtx"), m.as_bytes(), None)
+        .expect("M")
+        .mass;
+    assert_eq!(modal_rows(&matrices), [false, false, true, true, true]);
+    let mut stiffness = matrices.stiffness.clone().expect("K");
+    stiffness
+        .entries
+        .iter_mut()
+        .filter(|e| e.0 < 2 && e.0 == e.1)
+        .for_each(|e| e.2 = 1e36);
+    matrices.stiffness = Some(stiffness);
+    let found = lowest_frequencies(&matrices, &[false; 5], 3)
+        .expect("modes")
+        .expect("both");
+    assert_eq!((found.held, found.rows), (2, 3));
+    let right = [10.0_f64, 20.0, 30.0].map(|k| k.sqrt() / (2.0 * std::f64::consts::PI));
+    assert_near(&found.elastic, &right, SAME, "penalty");
+}
+
+#[test]
+fn likely_units_follow_from_the_speed_of_waves() {
+    // A bar of steel, five elements of 10 mm along x, in three systems.
+    let bar = |length: f64, force: f64, mass: f64| {
+        let (k, m) = (
+            2e11 * 1e-4 / 0.01 * force / length,
+            7900.0 * 1e-4 * 0.01 * mass,
+        );
+        let mut matrices = given(&["truss.sti"]);
+        let chain = |diagonal: f64, off: f64| Triplets {
+            entries: (0..5_u32)
+                .flat_map(|n| (0..3).map(move |a| (3 * n + a, 3 * n + a, diagonal)))
+                .chain((1..5_u32).map(|n| (3 * n, 3 * n - 3, off)))
+                .collect(),
+            is_half: true,
+            ..Triplets::new(15)
+        };
+        matrices.stiffness = Some(chain(2.0 * k, -k));
+        matrices.mass = Some(chain(2.0 / 3.0 * m, m / 6.0));
+        for node in 1..=5_i64 {
+            matrices
+                .positions
+                .insert(node, [0.01 * length * node as f64, 0.0, 0.0]);
+        }
+        units(&matrices).expect("a guess").likely
+    };
+    assert!(bar(1.0, 1.0, 1.0).starts_with("m, kg"));
+    assert!(bar(1e3, 1.0, 1e-3).starts_with("mm, t"));
+    // Newtons and millimetres with kilogrammes.
+    assert!(bar(1e3, 1.0, 1.0).starts_with("none"));
+}
+
+/// The message of a failure.
+fn failure(name: &str, bytes: impl AsRef<[u8]>) -> String {
+    parse(Path::new(name), bytes.as_ref(), None)
+        .expect_err(name)
+        .to_string()
+}
+
+fn changed(name: &str, old: &str, new: &str) -> Vec<u8> {
+    let text = std::fs::read_to_string(sample(name)).expect(name);
+    assert!(text.contains(old), "{name} has no {old}");
+    text.replacen(old, new, 1).into_bytes()
+}
+
+#[test]
+fn malformed_files_are_told_by_line_and_by_what_would_be_right() {
+    let cut = |name: &str| {
+        let bytes = std::fs::read(sample(name)).expect(name);
+        bytes[..bytes.len() * 2 / 3].to_vec()
+    };
+    let cut_lines = |name: &str| {
+        let bytes = cut(name);
+        let end = bytes.iter().rposition(|b| *b == b'\n').expect("a line") + 1;
+        bytes[..end].to_vec()
+    };
+    let cases: Vec<(&str, Vec<u8>, &[&str])> = vec![
+        ("a.bin", b"what is this?".to_vec(), &["what is this?", "Matrix Market", "OUTPUT4", "MATLAB"]),
+        // Would be terabytes: refused before anything is allocated.
+        (
+            "K.mtx",
+            b"%%MatrixMarket matrix coordinate real symmetric\n1000000000000 1000000000000 3\n1 1 1\n".to_vec(),
+            &["line 2", "1000000000000 rows"],
+        ),
+        (
+            "K.mtx",
+            b"%%MatrixMarket matrix coordinate real symmetric\n3 3 1000000000000\n1 1 1\n".to_vec(),
+            &["line 2", "1000000000000 entries"],
+        ),
+        ("K.mtx", changed("coordinate_K.mtx", "15 15 115", "15 15 116"), &["115 entries", "116"]),
+        ("K.mtx", changed("coordinate_K.mtx", "15 15 115", "15 15 114"), &["the end: 114"]),
+        ("K.mtx", changed("coordinate_K.mtx", "15 15 115", "15 14 115"), &["15 rows and 14 columns"]),
+        ("K.mtx", changed("coordinate_K.mtx", "real", "complex"), &["complex", "line 1"]),
+        ("K.mtx", changed("coordinate_M.mtx", "\n1 1 2", "\n1 1 nan"), &["line 4", "nan", "finite"]),
+        ("K.mtx", changed("coordinate_M.mtx", "\n1 1 2", "\n16 1 2"), &["line 4", "row 16", "1 to 15"]),
+        ("K.mtx", changed("coordinate_K.mtx", "\n2 1 ", "\n1 2 "), &["on or below the diagonal"]),
+        ("M.mtx", changed("labels_MASS1.mtx", "1,2, 1,2,", "1,2, 1,"), &["line 3", "NODE, DIRECTION"]),
+        ("Z.mtx", cut("substructure.mtx"), &["mass", "14 rows"]),
+        ("Z.mtx", changed("substructure.mtx", "NODES=         5", "NODES=         6"), &["stiffness", "row 15"]),
+        ("Z.mtx", changed("substructure.mtx", "5,          1", "9,          1"), &["node 9"]),
+        ("t.sti", b"1 1 2.0\n0 2 1.0\n".to_vec(), &["line 2", "row 0"]),
+        ("t.sti", b"1 1 2.0\n99999999999 2 1.0\n".to_vec(), &["line 2", "99999999999 rows"]),
+        ("t.dof", b"1.1\n1.2\n1.1\n".to_vec(), &["line 3", "1.1", "line 1"]),
+        ("K.op4", cut_lines("strings_text.op4"), &["column 12 of KAA", "12 numbers; expected 30"]),
+        ("K.op4", changed("dense_text.op4", "      15      15", "99999999      15"), &["99999999"]),
+        ("K.op4", changed("dense_text.op4", "1       1      15", "1       1      16"), &["column 1", "15 numbers", "16"]),
+        ("K.op4", changed("strings_text.op4", "     720897", "     720908"), &["from row 12 on", "rows 1 to 15"]),
+        ("K.op4", cut("dense_binary.op4"), &["bytes"]),
+        ("K.pch", changed("large.pch", "DMIG*   KAAX ", "DMIG*   KBBX "), &["KBBX", "before it the header"]),
+        ("K.pch", changed("large.pch", "               1               1 2", "               1               8 2"), &["component 8"]),
+        ("K.bdf", changed("free_fields.bdf", "DMIG,K2GG,1,2,,1,1,", "DMIG,K2GG,1,2,,1,1,1.+2+3"), &["finite number"]),
+        ("K.npz", cut("csr_K.npz"), &["zip"]),
+        ("K.npy", cut("dense_K.npy"), &["1800 for the shape [15, 15]"]),
+        ("K.mat", cut("sparse.mat"), &["the element of byte"]),
+        ("K.mat", b"MATLAB 7.3 MAT-file, Platform: GLNXA64".to_vec(), &["version 7.3", "-v7"]),
+    ];
+    for (name, bytes, parts) in cases {
+        let said = failure(name, bytes);
+        assert!(said.starts_with(name), "{said}");
+        for part in parts {
+            assert!(said.contains(part), "no \"{part}\" in: {said}");
+        }
+    }
+}
+
+#[test]
+fn files_that_do_not_belong_together_are_refused() {
+    let said = |names: &[&str]| {
+        let inputs: Vec<Input> = names
+            .iter()
+            .map(|name| Input {
+                path: sample(name),
+                role: None,
+            })
+            .collect();
+        read(&inputs, None).expect_err("no structure").to_string()
+    };
+    let two = said(&["coordinate_K.mtx", "general_K.mtx"]);
+    assert!(
+        two.contains("general_K.mtx is a second stiffness, after coordinate_K.mtx"),
+        "{two}"
+    );
+    let none = said(&["truss.inp"]);
+    assert!(none.contains("no matrix"), "{none}");
+    let folder = tempfile::tempdir().expect("a folder");
+    let other = folder.path().join("small_M.mtx");
+    std::fs::write(
+        &other,
+        "%%MatrixMarket matrix coordinate real general\n2 2 1\n1 1 1\n",
+    )
+    .expect("written");
+    let inputs = [sample("coordinate_K.mtx"), other].map(|path| Input { path, role: None });
+    let said = read(&inputs, None).expect_err("sizes").to_string();
+    assert!(
+        said.contains("small_M.mtx has 2 rows, but coordinate_K.mtx has 15"),
+        "{said}"
+    );
+}
+
+#[test]
+fn what_a_matrix_is_may_be_said() {
+    let inputs = [
+        (Role::Mass, "coordinate_K.mtx"),
+        (Role::Stiffness, "coordinate_M.mtx"),
+    ]
+    .map(|(role, name)| Input {
+        path: sample(name),
+        role: Some(role),
+    });
+    let matrices = read(&inputs, Some("matrix_market")).expect("matrices");
+    assert!(
+        matrices.mass.expect("K").trace() > 1e6 && matrices.stiffness.expect("M").trace() < 1e2
+    );
+    assert!(
+        read(&inputs, Some("nastran"))
+            .expect_err("not Nastran")
+            .to_string()
+            .contains("OUTPUT4")
+    );
+}

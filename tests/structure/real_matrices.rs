@@ -1,0 +1,199 @@
+//! Matrices that Abaqus, CalculiX and Nastran wrote, if the environment variable names the folder that has them.
+
+use std::path::PathBuf;
+
+use fretwear::structure::frequencies::{Frequencies, lowest_frequencies};
+use fretwear::structure::inspection::{
+    fixed, mass_by_direction, modal_rows, units, zero_diagonals,
+};
+use fretwear::structure::matrices::Matrices;
+use fretwear::structure::readers::{Input, read};
+
+const FOLDER: &str = "FRETWEAR_REAL_DATA";
+
+fn real(names: &[&str]) -> Option<Matrices> {
+    let Some(folder) = std::env::var_os(FOLDER).map(PathBuf::from) else {
+        println!("skipped: {FOLDER} does not name a folder with {names:?}");
+        return None;
+    };
+    let inputs: Vec<Input> = names
+        .iter()
+        .map(|name| Input {
+            path: folder.join("matrices").join(name),
+            role: None,
+        })
+        .collect();
+    Some(read(&inputs, None).unwrap_or_else(|error| panic!("{error}")))
+}
+
+fn modes(matrices: &Matrices, held: &str, count: usize) -> Frequencies {
+    let is_fixed = if held.is_empty() {
+        vec![false; matrices.size]
+    } else {
+        fixed(matrices, held).expect(held).0
+    };
+    lowest_frequencies(matrices, &is_fixed, count)
+        .expect("modes")
+        .expect("stiffness and mass")
+}
+
+/// To the digits with which a figure is published.
+fn assert_near(found: f64, published: f64, half_a_digit: f64) {
+    assert!(
+        (found - published).abs() <= half_a_digit,
+        "{found} {published}"
+    );
+}
+
+#[test]
+fn abaqus_matrices_with_internal_nodes() {
+    let Some(beam) = real(&["abaqus_mtx/model_STIF1.mtx", "abaqus_mtx/model_MASS1.mtx"]) else {
+        return;
+    };
+    assert_eq!((beam.size, beam.nodes()), (14, 3));
+    assert_eq!(
+        beam.dofs
+            .as_ref()
+            .expect("labels")
+            .iter()
+            .filter(|d| d.node < 0)
+            .count(),
+        2
+    );
+    // Density 100, section 0.25, length 3; the internal freedoms along the axis are relative, and so no part of the sum across it.
+    let [_, _, across] = mass_by_direction(&beam);
+    assert_near(across.expect("a mass"), 75.0, 1e-9);
+    let found = modes(&beam, "", 8);
+    // Three combinations have no mass; the others as numpy finds them.
+    assert_eq!((found.rigid.len(), found.elastic.len()), (6, 5));
+    let others = [11.6230337, 11.6230337, 164.374518, 167.764040, 410.936296];
+    for (found, other) in found.elastic.iter().zip(others) {
+        assert_near(found / other, 1.0, 1e-8);
+    }
+}
+
+#[test]
+fn abaqus_substructures() {
+    let (Some(outer), Some(inner)) = (
+        real(&["abaqus_substructure/outer.mtx"]),
+        real(&["abaqus_substructure/inner.mtx"]),
+    ) else {
+        return;
+    };
+    assert_eq!(
+        (outer.size, outer.nodes(), inner.size, inner.nodes()),
+        (72, 12, 36, 6)
+    );
+    let trace = |m: &Matrices| {
+        (
+            m.stiffness.as_ref().expect("K").trace(),
+            m.mass.as_ref().expect("M").trace(),
+        )
+    };
+    assert_near(trace(&outer).0 / 1e5, 6.7948502076, 5e-11);
+    assert_near(trace(&outer).1 / 1e-7, 4.9481763083, 5e-11);
+    assert_near(trace(&inner).0 / 1e6, 9.5258939996, 5e-11);
+    let nodes: Vec<i64> = inner
+        .dofs
+        .iter()
+        .flatten()
+        .step_by(6)
+        .map(|d| d.node)
+        .collect();
+    assert_eq!(nodes, [2, 3, 4, 5, 6, 7]);
+    assert_eq!(modes(&inner, "", 3).rigid.len(), 6);
+}
+
+#[test]
+fn calculix_blocks() {
+    let (Some(clamped), Some(free), Some(incompatible)) = (
+        real(&["calculix/block_clamped.mas"]),
+        real(&["calculix/block_free.sti"]),
+        real(&["calculix/block_clamped_c3d8i.dof"]),
+    ) else {
+        return;
+    };
+    assert_eq!((clamped.size, free.size), (81, 108));
+    assert_near(modes(&clamped, "", 4).elastic[0], 15579.46, 5e-3);
+    let found = modes(&free, "", 4);
+    assert_eq!(found.rigid.len(), 6);
+    assert_near(found.elastic[0], 54018.0, 0.5);
+    // 30 x 20 x 20 mm of 7.949e-9 t/mm³.
+    for along in mass_by_direction(&free) {
+        assert_near(along.expect("a mass") / (12e3 * 7.949e-9), 1.0, 1e-12);
+    }
+    // The nodes of the clamped one, of which the other deck has no set.
+    let held = modes(&free, "1,5,9,13,17,21,25,29,33", 4);
+    assert_near(held.elastic[0], 15579.46, 5e-3);
+    assert!(units(&free).expect("a guess").likely.starts_with("mm, t"));
+    // Kilogrammes in place of tonnes.
+    let mut heavy = free.clone();
+    heavy
+        .mass
+        .iter_mut()
+        .flat_map(|m| &mut m.entries)
+        .for_each(|e| e.2 *= 1e3);
+    assert!(units(&heavy).expect("a guess").likely.starts_with("none"));
+    // The program has taken the set out: nothing is left to hold.
+    let (rows, notes) = fixed(&clamped, "FIX").expect("a set");
+    assert!(!rows.contains(&true) && notes.len() == 1);
+    assert_eq!((incompatible.size, incompatible.nodes()), (189, 63));
+}
+
+#[test]
+fn a_nastran_superelement() {
+    let Some(matrices) = real(&["nastran_op4/se_test_n11.op4"]) else {
+        return;
+    };
+    assert_eq!((matrices.size, matrices.nodes()), (105, 50));
+    assert_eq!(modal_rows(&matrices).iter().filter(|m| **m).count(), 39);
+    assert_eq!(
+        zero_diagonals(&matrices, matrices.mass.as_ref().expect("M")).len(),
+        15
+    );
+    assert_eq!(
+        zero_diagonals(&matrices, matrices.stiffness.as_ref().expect("K")).len(),
+        15
+    );
+    let found = modes(&matrices, "", 3);
+    assert_eq!(
+        (found.rigid.len(), found.empty, found.is_singular),
+        (6, 15, true)
+    );
+    // Of the free structure, as scipy finds it on the 90 rows that have mass.
+    assert_near(found.elastic[0], 113.131211, 5e-7);
+    assert_near(modes(&matrices, "boundary", 3).elastic[0], 365.26, 5e-3);
+    // The superelement is rigid in six ways, and a boundary node moves all of its mass.
+    for along in mass_by_direction(&matrices) {
+        assert_near(along.expect("a mass"), 20.118107, 5e-7);
+    }
+}
+
+#[test]
+fn punched_nastran_matrices() {
+    let (Some(beam), Some(swept)) = (
+        real(&["nastran_dmig/test_case.pch1"]),
+        real(&["nastran_dmig/sol103_swept_plane.pch1"]),
+    ) else {
+        return;
+    };
+    // Beside each what its f06 has, without the rigid modes; the punch has ten digits.
+    let found = modes(&beam, "", 8);
+    assert_eq!(found.rigid.len(), 2);
+    let f06 = [
+        21.14057, 21.35569, 128.7332, 129.7476, 437.1801, 438.2013, 1258.988, 1259.566,
+    ];
+    for (found, f06) in found.elastic.iter().zip(f06) {
+        assert_near(found / f06, 1.0, 1e-6);
+    }
+    let found = modes(&swept, "", 7);
+    assert_eq!((swept.size, found.rigid.len()), (45, 3));
+    // A grid that only bends, coarsely meshed: its speed is that of no waves in a solid.
+    assert_eq!(units(&swept), None);
+    let f06 = [
+        1.339207, 3.406026, 5.610046, 10.88232, 11.05762, 16.00409, 23.21605,
+    ];
+    for (found, f06) in found.elastic.iter().zip(f06) {
+        assert_near(found / f06, 1.0, 1e-6);
+    }
+}
