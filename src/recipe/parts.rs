@@ -27,6 +27,8 @@ pub enum Part {
     Curves,
     /// Which fields of the cycle of this iteration are wanted, if any: not how often they are.
     CycleFields,
+    /// Whether this iteration is the last: not where the run ends.
+    End,
     /// The cycles at which a response is wanted.
     ResponseAt,
 }
@@ -45,6 +47,7 @@ impl Part {
             Part::WearLaw => "wear_law",
             Part::Curves => "output.curves_every",
             Part::CycleFields => "output.cycle_fields",
+            Part::End => "end",
             Part::ResponseAt => "output.response_at",
         }
     }
@@ -108,7 +111,7 @@ impl Recipe {
                 Part::Response => serde_json::to_value(&only.response),
                 Part::Wear | Part::WearLaw => serde_json::to_value(&only.wear),
                 Part::ResponseAt => serde_json::to_value(&only.output.response_at),
-                Part::Curves | Part::CycleFields => {
+                Part::Curves | Part::CycleFields | Part::End => {
                     unreachable!("who reads it says whether they are due")
                 }
             };
@@ -116,7 +119,7 @@ impl Recipe {
             strip(&mut value);
             (part.name().to_owned(), value)
         };
-        let where_due = [Part::Curves, Part::CycleFields];
+        let where_due = [Part::Curves, Part::CycleFields, Part::End];
         let parts = parts.iter().filter(|part| !where_due.contains(part));
         parts.map(|part| of(*part)).collect()
     }

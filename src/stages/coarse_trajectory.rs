@@ -1,17 +1,16 @@
 //! The coarse trajectory beside the run's own.
 
 use super::RunError;
-use super::contact_state::{contact_of, let_move, on_axes, there, wear_of};
+use super::contact_state::{contact_of, let_move, worn_state};
 use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use super::summary::LOADED;
-use crate::grid::{ByAxis, Patch};
+use crate::grid::Patch;
 use crate::recipe::Part;
 use crate::tables::{TableName, typed};
 use crate::wear::coarse::{self, Difference, SPREAD};
-use crate::wear::cycle::CycleSolution;
 use crate::wear::joint::WornState;
 
 /// The wear of the run once more by coarser steps, and what that differs by: one step for two of the run, and one at its end. In between the
@@ -19,7 +18,13 @@ use crate::wear::joint::WornState;
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::CoarseTrajectory,
     when: When::Always,
-    recipe: &[Part::Surface, Part::Contact, Part::Cycle, Part::Wear],
+    recipe: &[
+        Part::Surface,
+        Part::Contact,
+        Part::Cycle,
+        Part::WearLaw,
+        Part::End,
+    ],
     reads: &[
         TableName::Surface,
         TableName::WearField,
@@ -28,11 +33,7 @@ pub const DECLARATION: Declaration = Declaration {
         TableName::ContactField,
         TableName::FrettingCycle,
     ],
-    before: &[
-        TableName::CoarseField,
-        TableName::CoarseStep,
-        TableName::Summary,
-    ],
+    before: &[TableName::CoarseField, TableName::CoarseStep],
     writes: &[TableName::CoarseField, TableName::CoarseStep],
     is_due: |_| true,
     shared: false,
@@ -65,7 +66,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let last: typed::CoarseStep = reads.before()?;
     let step: typed::WearStep = reads.table()?;
     let pending = last.pending_n_cycles + step.n_cycles;
-    if !reads.wear_iteration.is_multiple_of(STEPS) && !ends(reads, &step)? {
+    if !reads.wear_iteration.is_multiple_of(STEPS) && !reads.ends {
         outputs.put(&field)?;
         outputs.put(&typed::CoarseStep {
             n_cycles: 0,
@@ -75,11 +76,13 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         })?;
         return Ok(outputs);
     }
-    let from = state_of(reads, &patch, &field, &last);
-    drop(field);
+    let from = state_of(reads, &patch, field, &last)?;
     let contact: typed::StaticContact = reads.table()?;
     let_move(reads, solvers, contact.normal_load, None)?;
-    let law = wear(reads).law();
+    let Some(wear) = &reads.recipe.wear else {
+        unreachable!("a run with a coarse trajectory wears");
+    };
+    let law = wear.law();
     let (worn, fft_pairs) = solvers.work(reads, None, |joint| {
         Ok(coarse::advance(joint, &from, law, pending as u64))
     })?;
@@ -113,10 +116,10 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     }
     let of = Difference::of(&own, &worn, patch.grid.cell_area(), LOADED);
     let volume = solvers.joint(reads)?.volume(&own.wear);
-    if ends(reads, &step)? && SPREAD * of.field > REMARKABLE * volume {
+    if reads.ends && SPREAD * of.field > REMARKABLE * volume {
         outputs.notice(format!(
-            "where single cells wear is undecided: steps twice as long and cycles of half as many samples wear {} cells less than half or more than twice as deep, \
-             and the worn depths are known to ±{:.0} % only; fidelity.preset = \"reference\" or a smaller fidelity.wear_tolerance decides",
+            "single cells decide how the joint wears: in steps twice as long, with half of the samples of a stepped cycle, {} of them wear less than half or more than twice \
+             as deep, and the worn depths are known to ±{:.0} % only; fidelity.preset = \"reference\" or a smaller fidelity.wear_tolerance decides",
             of.undecided,
             100.0 * SPREAD * of.field / volume
         ));
@@ -151,78 +154,54 @@ fn begun(own: &WornState, earlier: typed::CoarseStep) -> typed::CoarseStep {
     }
 }
 
-fn wear<'a>(reads: &'a Reads) -> &'a crate::recipe::Wear {
-    let wear = reads.recipe.wear.as_ref();
-    wear.expect("a run with a coarse trajectory wears")
-}
-
-/// True if the run ends with this iteration.
-fn ends(reads: &Reads, step: &typed::WearStep) -> Result<bool, RunError> {
-    let before: typed::Summary = reads.before()?;
-    let cycles = *there(TableName::Summary, &before.cycles, "cycles")?;
-    let volume = *there(TableName::Summary, &before.wear_volume, "wear_volume")?;
-    let cycles = (cycles + step.n_cycles) as u64;
-    Ok(wear(reads).is_reached(cycles, volume + step.volume))
-}
-
 /// The run's own state in this iteration.
 fn own(reads: &Reads, patch: &Patch) -> Result<WornState, RunError> {
-    let fields: typed::ContactField = reads.table()?;
-    let cycle: typed::FrettingCycle = reads.table()?;
-    let field = |values: &Option<Vec<f64>>, column| -> Result<Vec<f64>, RunError> {
-        Ok(patch.spread(there(TableName::ContactField, values, column)?))
-    };
-    let shear = [&fields.shear_x, &fields.shear_y].into_iter().flatten();
-    Ok(worn(
-        wear_of(patch, reads.maybe()?),
-        patch.spread(&fields.pressure),
-        shear.map(|shear| patch.spread(shear)).collect(),
-        field(&fields.slip_path, "slip_path")?,
-        field(&fields.dissipation, "dissipation")?,
-        [cycle.dissipated_energy, cycle.error_tangential],
-    ))
+    let (fields, cycle) = (reads.table()?, reads.table()?);
+    Ok(worn_state(
+        &reads.recipe,
+        patch,
+        reads.maybe()?,
+        &fields,
+        &cycle,
+    )?)
 }
 
+/// The state that the coarse trajectory is in.
 fn state_of(
     reads: &Reads,
     patch: &Patch,
-    field: &typed::CoarseField,
+    field: typed::CoarseField,
     step: &typed::CoarseStep,
-) -> WornState {
-    let shear = [Some(&field.shear_x), field.shear_y.as_ref()];
-    let shear = shear.into_iter().flatten().map(|q| patch.spread(q));
-    worn(
-        patch.spread(&field.wear_depth),
-        patch.spread(&field.pressure),
-        on_axes(&reads.recipe, patch, shear.collect()),
-        patch.spread(&field.slip_path),
-        patch.spread(&field.dissipation),
-        [step.dissipated_energy, step.error_tangential],
-    )
-}
-
-fn worn(
-    wear: Vec<f64>,
-    pressure: Vec<f64>,
-    shear: ByAxis<Vec<f64>>,
-    slip_path: Vec<f64>,
-    energy: Vec<f64>,
-    [dissipation, error]: [f64; 2],
-) -> WornState {
-    WornState {
-        wear,
-        pressure,
-        cycle: CycleSolution {
-            shear,
-            slip_path,
-            energy,
-            dissipation,
-            instants: Vec::new(),
-            steps: 0,
-            error,
-            dissipation_error: 0.0,
-        },
-    }
+) -> Result<WornState, RunError> {
+    let typed::CoarseField { i, j, .. } = field;
+    let wear = typed::WearField {
+        i: i.clone(),
+        j: j.clone(),
+        wear_depth: field.wear_depth,
+    };
+    let fields = typed::ContactField {
+        i,
+        j,
+        // No step asks for it.
+        gap: vec![0.0; field.pressure.len()],
+        pressure: field.pressure,
+        shear_x: Some(field.shear_x),
+        shear_y: field.shear_y,
+        slip_path: Some(field.slip_path),
+        dissipation: Some(field.dissipation),
+    };
+    let cycle = typed::FrettingCycle {
+        dissipated_energy: step.dissipated_energy,
+        error_tangential: step.error_tangential,
+        ..typed::FrettingCycle::default()
+    };
+    Ok(worn_state(
+        &reads.recipe,
+        patch,
+        Some(wear),
+        &fields,
+        &cycle,
+    )?)
 }
 
 fn field_of(patch: &Patch, state: &WornState) -> typed::CoarseField {

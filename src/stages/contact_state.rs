@@ -13,7 +13,8 @@ use crate::model_update::{
 };
 use crate::recipe::{Contact, Recipe, STRAIGHT_WITH_LAWS};
 use crate::tables::{TableError, TableName, typed};
-use crate::wear::cycle::March;
+use crate::wear::cycle::{CycleSolution, March};
+use crate::wear::joint::WornState;
 use crate::wear::{Channel, Motion, OwnMotion};
 
 /// Samples of a cycle at which a computed motion is looked at: reversals are found to 2e-5 of the reach.
@@ -53,6 +54,36 @@ impl Fields {
             dissipation: None,
         }
     }
+}
+
+/// A worn state as its tables hold it.
+pub fn worn_state(
+    recipe: &Recipe,
+    patch: &Patch,
+    wear: Option<typed::WearField>,
+    fields: &typed::ContactField,
+    cycle: &typed::FrettingCycle,
+) -> Result<WornState, TableError> {
+    let Fields {
+        pressure, shear, ..
+    } = Fields::of(patch, fields);
+    let field = |values: &Option<Vec<f64>>, column| -> Result<Vec<f64>, TableError> {
+        Ok(patch.spread(there(TableName::ContactField, values, column)?))
+    };
+    Ok(WornState {
+        wear: wear_of(patch, wear),
+        pressure,
+        cycle: CycleSolution {
+            shear: on_axes(recipe, patch, shear),
+            slip_path: field(&fields.slip_path, "slip_path")?,
+            energy: field(&fields.dissipation, "dissipation")?,
+            dissipation: cycle.dissipated_energy,
+            instants: Vec::new(),
+            steps: 0,
+            error: cycle.error_tangential,
+            dissipation_error: cycle.error_cycle * cycle.dissipated_energy,
+        },
+    })
 }
 
 /// The static contact of both its tables.

@@ -11,6 +11,8 @@ pub struct Due {
     pub curves: bool,
     /// Fields of the cycle.
     pub cycle_fields: bool,
+    /// What the end of the run alone has.
+    pub end: bool,
 }
 
 /// Where an iteration stands in its run.
@@ -69,6 +71,7 @@ impl Moment {
             due: Due {
                 curves: is_due(output.curves_every),
                 cycle_fields: is_due(fields_every),
+                end: is_last,
             },
             response_due: is_last || cycles_before.is_none_or(passes),
         })

@@ -17,6 +17,8 @@ pub struct Reads<'a> {
     pub wear_iteration: u64,
     /// Whether the curves behind the stiffnesses belong to this iteration.
     pub curves_due: bool,
+    /// Whether the run ends with this iteration.
+    pub ends: bool,
     declared: Declared,
     inputs: &'a Inputs,
     tables: [&'a Tables; 2],
@@ -77,6 +79,7 @@ impl<'a> Reads<'a> {
             recipe,
             wear_iteration,
             curves_due: due.curves && declared.recipe.contains(&Part::Curves),
+            ends: due.end && declared.recipe.contains(&Part::End),
             declared,
             inputs,
             tables,

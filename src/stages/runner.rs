@@ -106,6 +106,9 @@ impl<'a> Runner<'a> {
         if stage.recipe.contains(&Part::Curves) {
             parameters.insert("curves_due".to_owned(), due.curves.into());
         }
+        if stage.recipe.contains(&Part::End) {
+            parameters.insert(Part::End.name().to_owned(), due.end.into());
+        }
         let reads_fields = stage.recipe.contains(&Part::CycleFields);
         let fields = recipe.output.cycle_fields.as_ref();
         let fields = fields.filter(|_| reads_fields && due.cycle_fields);
@@ -425,12 +428,11 @@ impl<'a> Runner<'a> {
         let names = names.into_iter().filter(|name| is_in(recipe, *name));
         let mut before = Tables::new();
         for name in names {
-            match committed(reader, wear_iteration, name) {
-                Err(RunError::Store(StoreError::NoTable { .. })) if BEGUN_ANEW.contains(&name) => {}
-                found => {
-                    before.insert(name, found?);
-                }
-            }
+            let table = match BEGUN_ANEW.contains(&name) {
+                true => if_there(reader, wear_iteration, name)?,
+                false => Some(committed(reader, wear_iteration, name)?),
+            };
+            before.extend(table.map(|table| (name, table)));
         }
         Ok(before)
     }
@@ -463,9 +465,8 @@ impl<'a> Runner<'a> {
         }
         // What was uncertain of the wear that is inherited stays so.
         for name in BEGUN_ANEW.into_iter().filter(|name| is_in(recipe, *name)) {
-            if let Ok(table) = committed(reader, wear_iteration, name) {
-                tables.insert(name, table);
-            }
+            let table = if_there(reader, wear_iteration, name)?;
+            tables.extend(table.map(|table| (name, table)));
         }
         Ok(tables)
     }
@@ -548,6 +549,18 @@ fn written_again(recipe: &Recipe, wear_iteration: u64, stage: &Declaration) -> V
 
 /// Tables that a run of an earlier version does not have: what they hold begins anew.
 const BEGUN_ANEW: [TableName; 2] = [TableName::CoarseField, TableName::CoarseStep];
+
+/// A table of a committed iteration; none where it has none.
+fn if_there(
+    reader: &RunReader,
+    wear_iteration: u64,
+    name: TableName,
+) -> Result<Option<Table>, RunError> {
+    match reader.read(wear_iteration, name) {
+        Err(StoreError::NoTable { .. }) => Ok(None),
+        found => Ok(Some(found?)),
+    }
+}
 
 /// A table of a committed iteration that its recipe has. Runs of earlier versions have what the cycle found in their summary alone, and
 /// have kept no resonances but that of the response in force.

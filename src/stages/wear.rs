@@ -1,7 +1,7 @@
 //! The wear step from one committed iteration to the next.
 
 use super::RunError;
-use super::contact_state::{ElementMotion, Fields, contact_of, let_move, on_axes, there, wear_of};
+use super::contact_state::{ElementMotion, Fields, contact_of, let_move, there, worn_state};
 use super::declaration::Declaration;
 use super::error::NumericsError;
 use super::ledger::Drift;
@@ -13,7 +13,6 @@ use crate::grid::Patch;
 use crate::model_update::CycleFigures;
 use crate::recipe::{Part, Wear};
 use crate::tables::{TableName, typed};
-use crate::wear::cycle::CycleSolution;
 use crate::wear::implicit::{self, Limits, Step};
 use crate::wear::joint::WornState;
 use crate::wear::landing::Landing;
@@ -109,13 +108,6 @@ impl PreviousState {
         let summary: typed::Summary = reads.before()?;
         let step: typed::WearStep = reads.before()?;
         let cycle: typed::FrettingCycle = reads.before()?;
-        let Fields {
-            pressure, shear, ..
-        } = Fields::of(patch, &fields);
-        let shear = on_axes(&reads.recipe, patch, shear);
-        let field = |values: &Option<Vec<f64>>, column| -> Result<Vec<f64>, RunError> {
-            Ok(patch.spread(there(TableName::ContactField, values, column)?))
-        };
         let of_run = |value: Option<f64>, column| {
             let value = there(TableName::Summary, &value, column);
             Ok::<f64, RunError>(*value?)
@@ -125,20 +117,7 @@ impl PreviousState {
             cycles: of_run(cycles, "cycles")? as u64,
             volume: of_run(summary.wear_volume, "wear_volume")?,
             proposal: (reads.wear_iteration > 1).then_some(step.next_n_cycles),
-            state: WornState {
-                wear: wear_of(patch, reads.maybe_before()?),
-                pressure,
-                cycle: CycleSolution {
-                    shear,
-                    slip_path: field(&fields.slip_path, "slip_path")?,
-                    energy: field(&fields.dissipation, "dissipation")?,
-                    dissipation: cycle.dissipated_energy,
-                    instants: Vec::new(),
-                    steps: 0,
-                    error: cycle.error_tangential,
-                    dissipation_error: cycle.error_cycle * cycle.dissipated_energy,
-                },
-            },
+            state: worn_state(&reads.recipe, patch, reads.maybe_before()?, &fields, &cycle)?,
         })
     }
 }

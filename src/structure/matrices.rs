@@ -115,14 +115,7 @@ impl Triplets {
     /// Entries that are not zero, places counted once: below the diagonal, on it, and above.
     fn sorted(&self) -> Vec<(u32, u32, f64)> {
         let mut sorted = self.entries.clone();
-        sorted.sort_by_key(|e| (e.0, e.1));
-        sorted.dedup_by(|later, kept| {
-            let same = (later.0, later.1) == (kept.0, kept.1);
-            if same {
-                kept.2 += later.2;
-            }
-            same
-        });
+        sum_alike(&mut sorted);
         sorted
     }
 
@@ -187,14 +180,7 @@ impl Triplets {
             let share = if i == j || self.is_half { 1.0 } else { 0.5 };
             lower.push((a.min(b), a.max(b), share * v));
         }
-        lower.sort_by_key(|e| (e.0, e.1));
-        lower.dedup_by(|later, kept| {
-            let same = (later.0, later.1) == (kept.0, kept.1);
-            if same {
-                kept.2 += later.2;
-            }
-            same
-        });
+        sum_alike(&mut lower);
         lower
     }
 
@@ -251,4 +237,16 @@ impl Matrices {
         nodes.dedup();
         nodes.len()
     }
+}
+
+/// Sorts entries by row and column, and makes one of those of the same place.
+fn sum_alike(entries: &mut Vec<(u32, u32, f64)>) {
+    entries.sort_by_key(|e| (e.0, e.1));
+    entries.dedup_by(|later, kept| {
+        let same = (later.0, later.1) == (kept.0, kept.1);
+        if same {
+            kept.2 += later.2;
+        }
+        same
+    });
 }

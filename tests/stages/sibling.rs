@@ -240,3 +240,41 @@ fn a_source_that_is_not_there_or_the_run_itself() {
         did.stderr()
     );
 }
+
+/// What was uncertain of the wear that a sibling inherits stays so, whatever it changes.
+#[test]
+fn it_inherits_what_its_parent_is_uncertain_of() {
+    let bench = Bench::new();
+    let sets = [
+        "wear.cycles=600_000",
+        "wear.tolerance=0.01",
+        "motion.amplitude=[\"1 um\", \"0.6 um\"]",
+        "motion.phase=[\"0 deg\", \"70 deg\"]",
+        "fidelity.steps_per_cycle=16",
+    ];
+    let a = bench.path("a");
+    Start::new(bench.scene("small.toml", &sets), &a).done();
+    // An even iteration is one to which the coarse trajectory made a step, so that both go on from the same one.
+    let (at, last) = (2, latest(&a));
+    assert!(last > at, "{last} iterations");
+    let sets = [&sets[..], &["output.curves_every=3"]].concat();
+    let b = bench.path("b");
+    Start::new(bench.scene("small.toml", &sets), &b)
+        .from(&a, at)
+        .done();
+    let field = |root: &Path| summary(root, last, "error_wear_field");
+    let steps = |root: &Path| table(root, at + 1, TableName::CoarseStep);
+    let differs = |root: &Path| {
+        let step = steps(root);
+        step.f64("difference_wear_field").expect("a column")[0]
+    };
+    assert!(differs(&a) > 0.0, "the coarse trajectory wears otherwise");
+    assert_eq!(
+        differs(&b),
+        differs(&a),
+        "what is known after one more step"
+    );
+    assert_eq!(latest(&b), last);
+    let part = field(&b) / field(&a);
+    assert!((part - 1.0).abs() < 0.1, "{part} of the parent's bar");
+}

@@ -303,3 +303,23 @@ fn an_orbit_of_a_force_is_about_its_middle() {
     assert!(cycle.instants[0].displacement[0] > 0.0);
     assert!(cycle.dissipation > 0.0);
 }
+
+/// Cycles of so few samples that half of them say nothing hold at least what they leave, against one of many.
+#[test]
+fn a_cycle_of_few_samples_says_that_it_knows_little() {
+    let orbit = |samples| {
+        let motion = Motion::harmonic(&[(0.5e-6, 0.0), (0.35e-6, 1.2)], LOAD, 0.0, samples);
+        unworn(&mut joint(motion, March::Stepped)).cycle
+    };
+    let truth = orbit(128).dissipation;
+    for samples in [4, 6] {
+        let cycle = orbit(samples);
+        let error = (cycle.dissipation / truth - 1.0).abs();
+        let bar = cycle.relative_error();
+        println!("{samples} samples: off by {error:.3}, bar {bar:.3}");
+        assert!(
+            error < bar,
+            "{samples} samples: off by {error:e}, bar {bar:e}"
+        );
+    }
+}

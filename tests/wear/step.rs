@@ -360,3 +360,26 @@ fn the_explicit_limit_is_where_alternating_pressures_begin_to_grow() {
         0.0
     );
 }
+
+/// The cycle at the end of a step of stepped cycles is the one that would be marched there, to the bit, and with the same work.
+#[test]
+fn the_cycle_at_the_end_of_a_step_is_that_of_the_next_state() {
+    let motion = Motion::harmonic(&[(0.5e-6, 0.0), (0.35e-6, 1.2)], LOAD, 0.0, 16);
+    let mut joint = joint(motion, March::Stepped);
+    let state = unworn(&mut joint);
+    let limits = Limits {
+        tolerance: f64::INFINITY,
+        depth_step: None,
+        remaining: u64::MAX,
+    };
+    let mut step = advance(&mut joint, &state, LAW, 100_000.0, limits).expect("a step");
+    let end = step.end.take().expect("a cycle");
+    let contact = joint.static_contact(&step.wear, Some(&step.contact.pressure));
+    let contact = contact.expect("a contact");
+    joint.half_space.take_pairs();
+    let cycle = joint.cycle(&step.wear, &contact, Some(&step.shear));
+    assert_eq!(joint.half_space.take_pairs(), end.fft_pairs);
+    assert_eq!((end.wear, end.pressure), (step.wear, contact.pressure));
+    assert_eq!(end.cycle, cycle.expect("a cycle"));
+    assert_eq!((end.motion, end.start), (joint.motion, step.shear));
+}

@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
+use super::deck::keyword;
 use super::error::ReadProblem;
-use super::text::{Digits, number, real, shown, text_of, whole};
+use super::text::{Digits, last_number, number, real, shown, text_of, whole};
 use super::{Named, Parsed, rows};
 use crate::structure::matrices::{Dof, Role, Triplets};
 
@@ -48,16 +49,7 @@ pub(super) fn parse_labels(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             })
         };
         let (row, column) = (freedom()?, freedom()?);
-        let word = words.next().unwrap_or("");
-        let value = number(word, place)?;
-        digits.see(word);
-        if let Some(more) = words.next() {
-            return Err(ReadProblem::malformed(
-                place(),
-                shown(more),
-                "the end of the line after the value",
-            ));
-        }
+        let value = last_number(words, &mut digits, "the value", place)?;
         entries.push((row, column, value));
     }
     let mut dofs: Vec<Dof> = entries.iter().flat_map(|e| [e.0, e.1]).collect();
@@ -108,14 +100,6 @@ fn option(line: &str, name: &str) -> Option<String> {
         };
         key.trim().eq_ignore_ascii_case(name).then(value)
     })
-}
-
-fn keyword(line: &str) -> String {
-    line.split(',')
-        .next()
-        .unwrap_or("")
-        .trim()
-        .to_ascii_uppercase()
 }
 
 fn is_matrix(line: &str) -> bool {

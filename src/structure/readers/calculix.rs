@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use super::error::ReadProblem;
-use super::text::{Digits, number, real, shown, text_of, whole};
+use super::text::{Digits, last_number, real, shown, text_of, whole};
 use super::{Named, Parsed, rows};
 use crate::structure::matrices::{Dof, Triplets};
 
@@ -126,16 +126,7 @@ pub(super) fn parse_coordinates(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             rows(found, bytes.len(), &place()).map(|found| found as u32 - 1)
         };
         let (i, j) = (index("row")?, index("column")?);
-        let word = words.next().unwrap_or("");
-        let value = number(word, place)?;
-        digits.see(word);
-        if let Some(more) = words.next() {
-            return Err(ReadProblem::malformed(
-                place(),
-                shown(more),
-                "the end of the line after `row column value`",
-            ));
-        }
+        let value = last_number(words, &mut digits, "`row column value`", place)?;
         matrix.size = matrix.size.max(i.max(j) as usize + 1);
         matrix.entries.push((i, j, value));
     }

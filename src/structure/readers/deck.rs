@@ -18,7 +18,8 @@ pub(super) fn is(bytes: &[u8]) -> bool {
     keywords.any(|line| matches!(keyword(line).as_str(), "*NODE" | "*NSET" | "*HEADING"))
 }
 
-fn keyword(line: &str) -> String {
+/// The keyword of a line of a deck, in capitals.
+pub(super) fn keyword(line: &str) -> String {
     line.split(',')
         .next()
         .unwrap_or("")

@@ -1,7 +1,7 @@
 //! Matrix Market exchange files: coordinate and array, real and integer, general, symmetric and skew-symmetric.
 
 use super::error::ReadProblem;
-use super::text::{Digits, number, shown, text_of, whole};
+use super::text::{Digits, last_number, shown, text_of, whole};
 use super::{Named, Parsed, entries, rows, square};
 use crate::structure::matrices::Triplets;
 
@@ -132,16 +132,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             };
             (index("row")?, index("column")?)
         };
-        let word = words.next().unwrap_or("");
-        let value = number(word, place)?;
-        digits.see(word);
-        if let Some(more) = words.next() {
-            return Err(ReadProblem::malformed(
-                place(),
-                shown(more),
-                "the end of the line",
-            ));
-        }
+        let value = last_number(words, &mut digits, "its value", place)?;
         if symmetry == "skew-symmetric" {
             matrix.entries.push((i as u32, j as u32, value));
             matrix.entries.push((j as u32, i as u32, -value));

@@ -92,6 +92,26 @@ pub(super) fn number(text: &str, place: impl Fn() -> String) -> Result<f64, Read
     real(text).ok_or_else(|| ReadProblem::malformed(place(), shown(text), "a finite number"))
 }
 
+/// The number that ends a line, of which nothing else may follow; `line` is what the line holds.
+pub(super) fn last_number<'a>(
+    mut words: impl Iterator<Item = &'a str>,
+    digits: &mut Digits,
+    line: &str,
+    place: impl Fn() -> String,
+) -> Result<f64, ReadProblem> {
+    let word = words.next().unwrap_or("");
+    let value = number(word, &place)?;
+    digits.see(word);
+    match words.next() {
+        None => Ok(value),
+        Some(more) => Err(ReadProblem::malformed(
+            place(),
+            shown(more),
+            format!("the end of the line after {line}"),
+        )),
+    }
+}
+
 /// A whole number of a text, or what is wrong with it.
 pub(super) fn whole<T: std::str::FromStr>(
     text: &str,

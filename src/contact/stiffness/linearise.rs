@@ -1,0 +1,216 @@
+//! Preconditioned conjugate gradients for the tractions of a unit motion of a set of cells.
+
+use super::super::cells::{gather, scatter};
+use super::super::coarse::Coarse;
+use super::super::error::ContactError;
+use super::super::half_space::{Boundary, HalfSpace, Shear};
+use super::Moved;
+use crate::grid::ByAxis;
+
+/// Bound on what an iteration leaves of the one before, in the estimate of what all others will add.
+const SLOWEST: f64 = 0.9;
+
+/// A residual whose own energy is this part of what is asked for has nothing left to add.
+const NOTHING: f64 = 1e-3;
+
+/// Bound on conjugate gradient iterations; a contact set of any shape takes a few dozen.
+const MAX_ITERATIONS: usize = 2000;
+
+pub(super) type Field = ByAxis<Vec<f64>>;
+
+/// Which traction a field is.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Traction {
+    Pressure,
+    AlongX,
+    AlongY,
+}
+
+impl Shear {
+    pub(super) fn tractions(self) -> &'static [Traction] {
+        match self {
+            Shear::AlongX => &[Traction::AlongX],
+            Shear::InPlane => &[Traction::AlongX, Traction::AlongY],
+        }
+    }
+}
+
+/// The far field under a traction; what the other tractions displace of it is a small part.
+fn far_field(half_space: &HalfSpace, traction: Traction) -> Coarse {
+    let pair = half_space.pair();
+    let (a, b) = (pair.compliance(), pair.lateral_compliance());
+    Coarse::new(half_space, |cell| match traction {
+        Traction::Pressure => a * cell.inverse,
+        Traction::AlongX => a * cell.inverse + b * cell.xx,
+        Traction::AlongY => a * cell.inverse + b * cell.yy,
+    })
+}
+
+/// Preconditioned conjugate gradients for K x = `motion` (of an axis and a cell), each of the `fields` on its set. They begin with the best
+/// multiple of `start`, shear along x.
+///
+/// Iteration by iteration the energy xᵀ K x grows to that of the solution. What it grows by falls like a geometric series, and the rest of
+/// that series is what is left to find: a residual says little of it, as on scattered cells a small one is that of soft, far-reaching
+/// motions [Hestenes and Stiefel 1952; Strakoš and Tichý 2002].
+#[allow(clippy::too_many_arguments)]
+pub(super) fn linearise(
+    half_space: &mut HalfSpace,
+    sets: &[&[bool]],
+    tolerance: f64,
+    start: Option<&[f64]>,
+    fields: &[Traction],
+    motion: impl Fn(usize, usize) -> f64,
+    mut apply: impl FnMut(&mut HalfSpace, &Field, &mut Field),
+    mut precondition: impl FnMut(&mut HalfSpace, &Field, &mut Field),
+) -> Result<Moved, ContactError> {
+    let (grid, axes) = (half_space.grid(), fields.len());
+    if let Some(set) = sets.iter().find(|set| set.len() != grid.len()) {
+        return Err(ContactError::Length {
+            field: "contact set",
+            found: set.len(),
+            expected: grid.len(),
+        });
+    }
+    let cells: Vec<Vec<usize>> = sets
+        .iter()
+        .map(|set| (0..set.len()).filter(|&c| set[c]).collect())
+        .collect();
+    let zeros = || vec![vec![0.0; grid.len()]; axes];
+    let (mut density, mut residual, mut direction, mut image) =
+        (zeros(), zeros(), zeros(), zeros());
+    for axis in 0..axes {
+        for &c in &cells[axis] {
+            residual[axis][c] = motion(axis, c);
+        }
+    }
+    let moves = |axis: usize| cells[axis].iter().any(|&c| motion(axis, c) != 0.0);
+    let full = |axis: usize| moves(axis) && cells[axis].len() == grid.len();
+    if half_space.boundary() == Boundary::Periodic && (0..axes).any(full) {
+        return Ok(Moved {
+            density,
+            residual,
+            energy: f64::INFINITY,
+            iterations: 0,
+        });
+    }
+    let dot = |a: &Field, b: &Field| -> f64 {
+        (0..axes)
+            .map(|axis| {
+                let cells = cells[axis].iter();
+                cells.map(|&c| a[axis][c] * b[axis][c]).sum::<f64>()
+            })
+            .sum()
+    };
+    let mut coarse: Vec<Coarse> = fields
+        .iter()
+        .map(|&traction| far_field(half_space, traction))
+        .filter(Coarse::exists)
+        .collect();
+    for (axis, coarse) in coarse.iter_mut().enumerate() {
+        cells[axis].iter().for_each(|&c| direction[axis][c] = 1.0);
+        match fields[axis] {
+            Traction::Pressure => half_space.normal_inverse(&direction[axis], &mut image[axis]),
+            Traction::AlongX if axes == 1 => {
+                half_space.shear_x_inverse(&direction[axis], &mut image[axis])
+            }
+            Traction::AlongX => half_space.own_shear_inverse(0, &direction[axis], &mut image[axis]),
+            Traction::AlongY => half_space.own_shear_inverse(1, &direction[axis], &mut image[axis]),
+        }
+        cells[axis].iter().for_each(|&c| direction[axis][c] = 0.0);
+        coarse.prepare(&cells[axis], |c| image[axis][c], |_| 1.0);
+    }
+    // A unit displacement of the only field has been preconditioned with that.
+    let mut known = axes == 1
+        && start.is_none()
+        && !coarse.is_empty()
+        && cells[0].iter().all(|&c| motion(0, c) == 1.0);
+    let mut energy = 0.0;
+    if let Some(start) = start {
+        for &c in &cells[0] {
+            density[0][c] = start[c];
+        }
+        let work = dot(&density, &residual);
+        if work != 0.0 {
+            half_space.shear_of_x(&density[0], &mut image);
+            let factor = work / dot(&density, &image);
+            energy = factor * work;
+            for axis in 0..axes {
+                for &c in &cells[axis] {
+                    density[axis][c] *= factor;
+                    residual[axis][c] -= factor * image[axis][c];
+                }
+            }
+        }
+    }
+    let (mut source, mut target) = (Vec::new(), Vec::new());
+    let mut product = f64::INFINITY;
+    // What the last three iterations have added.
+    let mut added = [f64::INFINITY; 3];
+    let mut iterations = 0;
+    while (0..axes).any(moves) {
+        if !std::mem::take(&mut known) {
+            precondition(half_space, &residual, &mut image);
+        }
+        for (axis, coarse) in coarse.iter_mut().enumerate() {
+            gather(&residual[axis], &cells[axis], &mut source);
+            gather(&image[axis], &cells[axis], &mut target);
+            coarse.correct(&cells[axis], &source, &mut target);
+            scatter(&target, &cells[axis], &mut image[axis]);
+        }
+        let new_product = dot(&residual, &image);
+        let asked = tolerance * tolerance * energy;
+        if new_product.abs() <= NOTHING * asked {
+            break;
+        }
+        if iterations == MAX_ITERATIONS {
+            return Err(ContactError::NotConverged {
+                problem: "stiffness",
+                iterations,
+                error: (left(&added) / energy).sqrt(),
+                tolerance,
+            });
+        }
+        if new_product <= 0.0 && !coarse.is_empty() {
+            // A correction that is not positive on these cells: on without it.
+            coarse.clear();
+            product = f64::INFINITY;
+            continue;
+        }
+        let beta = new_product / product;
+        product = new_product;
+        for axis in 0..axes {
+            for &c in &cells[axis] {
+                direction[axis][c] = image[axis][c] + beta * direction[axis][c];
+            }
+        }
+        apply(half_space, &direction, &mut image);
+        let length = product / dot(&direction, &image);
+        for axis in 0..axes {
+            for &c in &cells[axis] {
+                density[axis][c] += length * direction[axis][c];
+                residual[axis][c] -= length * image[axis][c];
+            }
+        }
+        iterations += 1;
+        let more = length * product;
+        energy += more;
+        added = [more, added[0], added[1]];
+        let rest = left(&added);
+        if added[2].is_finite() && rest <= tolerance * tolerance * energy {
+            energy += rest;
+            break;
+        }
+    }
+    Ok(Moved {
+        density,
+        residual,
+        energy,
+        iterations,
+    })
+}
+
+/// What all further iterations will add, after what the last three have, the latest first.
+fn left([last, before, earlier]: &[f64; 3]) -> f64 {
+    let rate = (last / before).max(before / earlier).min(SLOWEST);
+    last * rate / (1.0 - rate)
+}
