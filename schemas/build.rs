@@ -10,7 +10,7 @@ use std::process::Command;
 use std::{env, fs};
 
 /// The tables in the order in which they are told: as a run writes them, then those beside runs.
-const TABLES: [&str; 36] = [
+const TABLES: [&str; 37] = [
     "surface",
     "reference",
     "reference_element",
@@ -29,6 +29,7 @@ const TABLES: [&str; 36] = [
     "structure_port",
     "structure_mode",
     "structure_residual",
+    "structure_damping",
     "structure_outline",
     "structure_outline_mode",
     "contact_element",

@@ -163,7 +163,7 @@ pub enum Command {
         /// The shell
         shell: Shell,
     },
-    /// Write the resonator as an input deck of CalculiX and Abaqus
+    /// Write the resonator as an input deck of CalculiX and Abaqus, or as matrices
     ///
     /// Its free vibration, in SI units: nodes, hexahedra with incompatible modes, materials, sets, and a frequency step.
     Export(ExportArguments),
@@ -308,8 +308,11 @@ pub struct ExportArguments {
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "scene")]
     pub sets: Vec<String>,
     /// Where the deck goes
-    #[arg(long, short, value_name = "FILE")]
-    pub output: PathBuf,
+    #[arg(long, short, value_name = "FILE", required_unless_present = "matrices")]
+    pub output: Option<PathBuf>,
+    /// Write stiffness and mass (Matrix Market), nodes and pairs of the joint (CSV) to a folder, in SI, and with a scene the one that reads them
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "tied", "kt", "kn", "frequencies"])]
+    pub matrices: Option<PathBuf>,
     /// Both bodies share the nodes of the contact, as they do where there is no contact stiffness
     #[arg(long, conflicts_with = "kt")]
     pub tied: bool,

@@ -71,7 +71,7 @@ pub enum CliError {
     Structure(#[from] StructureError),
     #[error(transparent)]
     Matrices(#[from] fretwear::structure::readers::ReadError),
-    #[error(transparent)]
+    #[error("--fixed: {0}")]
     Fixed(#[from] fretwear::structure::inspection::FixedError),
     #[error("there is no scene (*.toml) in {}", path.display())]
     NoScenes { path: PathBuf },

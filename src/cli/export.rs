@@ -1,12 +1,14 @@
-//! `fretwear export`.
+//! `fretwear export`: the resonator for other programs, and as the matrices that they write.
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::Path;
 
-use fretwear::scene::{self, Contact};
+use fretwear::scene::{self, Contact, Scene};
 use fretwear::structure::deck::Deck;
+use fretwear::structure::matrix_files::MatrixFiles;
 use fretwear::structure::resonator::Resonator;
 use serde_json::json;
+use toml::{Table, Value};
 
 use super::arguments::ExportArguments;
 use super::{CliError, Exit};
@@ -14,7 +16,7 @@ use crate::terminal::Results;
 
 /// Writes the resonator's input deck, and says on demand what its frequencies are here.
 pub fn export(arguments: &ExportArguments, out: &mut Results) -> Result<Exit, CliError> {
-    let (geometry, contact) = match &arguments.scene {
+    let (geometry, scene) = match &arguments.scene {
         None => (Resonator::default(), None),
         Some(path) => {
             let scene = scene::load(path, &arguments.sets)?;
@@ -22,8 +24,15 @@ pub fn export(arguments: &ExportArguments, out: &mut Results) -> Result<Exit, Cl
             let Some(resonator) = resonator.cloned() else {
                 return Err(CliError::NothingToExport { path: path.clone() });
             };
-            (resonator, scene.contact)
+            (resonator, Some(scene))
         }
+    };
+    if let Some(folder) = &arguments.matrices {
+        return write_matrices(&geometry, scene.as_ref(), folder);
+    }
+    let contact = scene.and_then(|scene| scene.contact);
+    let Some(output) = &arguments.output else {
+        unreachable!("the command line wants a file or a folder");
     };
     let stiffness = match (arguments.kt.zip(arguments.kn), &contact) {
         _ if arguments.tied => None,
@@ -39,9 +48,95 @@ pub fn export(arguments: &ExportArguments, out: &mut Results) -> Result<Exit, Cl
         &resonator,
         stiffness,
         arguments.modes,
-        &arguments.output,
+        output,
         arguments.frequencies.then_some(out),
     )
+}
+
+/// The files of a resonator's matrices in a folder, with the scene that reads them.
+fn write_matrices(
+    resonator: &Resonator,
+    scene: Option<&Scene>,
+    folder: &Path,
+) -> Result<Exit, CliError> {
+    let resonator = Resonator {
+        tied: false,
+        ..resonator.clone()
+    };
+    let mesh = resonator.mesh()?;
+    let files = MatrixFiles::new(&mesh, resonator.contact_array())?;
+    std::fs::create_dir_all(folder).map_err(|source| CliError::Export {
+        path: folder.to_owned(),
+        source,
+    })?;
+    save(folder, "stiffness.mtx", |to| files.stiffness(to))?;
+    save(folder, "mass.mtx", |to| files.mass(to))?;
+    save(folder, "nodes.csv", |to| files.nodes(to))?;
+    save(folder, "pairs.csv", |to| files.pairs(to))?;
+    if let Some(scene) = scene {
+        let text = reading(scene, &files).to_string();
+        save(folder, "scene.toml", |to| to.write_all(text.as_bytes()))?;
+    }
+    Ok(Exit::Done)
+}
+
+fn save(
+    folder: &Path,
+    name: &str,
+    write: impl FnOnce(&mut io::BufWriter<std::fs::File>) -> io::Result<()>,
+) -> Result<(), CliError> {
+    let path = folder.join(name);
+    let written = std::fs::File::create(&path).and_then(|file| {
+        let mut file = io::BufWriter::new(file);
+        write(&mut file)?;
+        file.flush()
+    });
+    written.map_err(|source| CliError::Export { path, source })
+}
+
+/// A scene with the matrices in place of its resonator, in the folder of both.
+fn reading(scene: &Scene, files: &MatrixFiles<'_>) -> Table {
+    let mut table = scene.document().clone();
+    let mut structure = Table::new();
+    for (key, value) in [
+        ("kind", "matrices"),
+        ("stiffness", "stiffness.mtx"),
+        ("mass", "mass.mtx"),
+        ("nodes", "nodes.csv"),
+        ("interface", "pairs.csv"),
+    ] {
+        structure.insert(key.to_owned(), value.into());
+    }
+    table.insert("structure".to_owned(), structure.into());
+    if let Some(joint) = table.get_mut("joint").and_then(Value::as_table_mut) {
+        joint.remove("elements");
+        joint.remove("hole");
+    }
+    let Some(dynamics) = table.get_mut("dynamics").and_then(Value::as_table_mut) else {
+        return table;
+    };
+    let name_point = |place: &mut Value, usual: Option<&str>| {
+        let Some(place) = place.as_table_mut() else {
+            return;
+        };
+        let at = place.get("at").and_then(Value::as_str).or(usual);
+        if let Some(nodes) = at.and_then(|at| files.point(at)) {
+            place.insert("at".to_owned(), nodes.into());
+        }
+    };
+    match dynamics.get_mut("force") {
+        Some(Value::Array(forces)) => {
+            forces
+                .iter_mut()
+                .for_each(|force| name_point(force, Some("far_wall")));
+        }
+        Some(force) => name_point(force, Some("far_wall")),
+        None => (),
+    }
+    if let Some(response) = dynamics.get_mut("response") {
+        name_point(response, None);
+    }
+    table
 }
 
 /// kt and kn \[N/m\] of a contact at rest, if the scene says them: a gap bears nothing.

@@ -86,9 +86,19 @@ pub fn reduced_model(
     let free = vec![0.0; contact];
     let mut model = SecondOrder::from_modes(&frequencies, shapes, Some(residual), contact)?;
     model.static_coordinates = pseudo.omega.len();
-    model
+    let mut model = model
         .with_reversed_ports(&normal)
-        .with_damping_ratio(damping.ratio, damping.springs.unwrap_or(&free))
+        .with_damping_ratio(damping.ratio, damping.springs.unwrap_or(&free))?;
+    // That of the structure itself, between its modes; pseudo-modes come after them.
+    if let Some(own) = &reduced.damping {
+        for i in 0..own.rows() {
+            for j in 0..own.columns() {
+                let sum = model.damping.at(i, j) + own[(i, j)];
+                model.damping.set(i, j, sum);
+            }
+        }
+    }
+    Ok(model)
 }
 
 /// A symmetric matrix by rows.

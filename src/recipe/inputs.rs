@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use super::Recipe;
+use crate::structure::imported::Imported;
 use crate::surface::prepare::Prepared;
 use crate::wear::Motion;
 
@@ -18,6 +19,8 @@ pub struct Inputs {
     /// The heights of a surface from a file on the joint's cells; none of another surface. The file is read once: these are the
     /// heights of the very bytes whose hash is in the recipe.
     pub measured: Option<Arc<Prepared>>,
+    /// The matrices of a structure that comes from files; none of another. They are those of the very bytes whose hash is in the recipe.
+    pub imported: Option<Arc<Imported>>,
     /// What the run is known by.
     pub identity: Identity,
 }

@@ -23,6 +23,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 pub use crate::model_update::Criterion;
+pub use crate::structure::contact_array::ContactArray;
 pub use crate::wear::Scheme;
 pub use check::Check;
 pub use contact::{Contact, StructureMesh, YIELDS};
@@ -34,7 +35,7 @@ pub use elements::{ElementStiffness, Elements, Layout};
 pub use inputs::{Identity, Inputs};
 pub use parts::Part;
 pub use response::{Base, BaseMotion, DampingBasis, Force, Method, Port, Response};
-pub use structure::{Structure, StructureSource};
+pub use structure::{Import, ImportFiles, JointSets, Structure, StructureSource};
 pub use surface::{Cells, Heights, HeightsFile, Surface};
 pub use told::told;
 pub use wear::Wear;

@@ -1,6 +1,7 @@
 //! Where a structure comes from, and its vibration.
 
 use std::f64::consts::TAU;
+use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +15,10 @@ use crate::dynamics::{
 };
 use crate::gauge::Gauge;
 use crate::journal::Journal;
-use crate::structure::StructureError;
+use crate::structure::contact_array::ContactArray;
+use crate::structure::imported::{ImportError, Imported, UnitSystem};
+use crate::structure::interface::{Interface, Wanted};
+use crate::structure::matrices::Role;
 use crate::structure::reduction::{ContactPorts, Reduced};
 use crate::structure::resonator::{Outline, Resonator};
 
@@ -41,6 +45,8 @@ pub enum StructureSource {
         /// Its dimensions, mesh and material; the lap has the size and the elements of the joint.
         geometry: Box<Resonator>,
     },
+    /// Stiffness and mass from another program.
+    Matrices(Box<Import>),
     /// One mass on springs and dampers, and one contact element to the ground.
     Oscillator {
         /// Mass along x, y, z \[kg\].
@@ -53,6 +59,69 @@ pub enum StructureSource {
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         springs: Vec<Spring>,
     },
+}
+
+/// Stiffness and mass from another program, and what they are.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Import {
+    /// Where the files stand, absolute; that is not part of a recipe.
+    #[serde(skip)]
+    pub files: ImportFiles,
+    /// The word of their format; none: their content decides.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub format: Option<String>,
+    /// Their units.
+    pub unit: UnitSystem,
+    /// Rows that are held.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fixed: Option<String>,
+    /// Sets of nodes at the joint; none: pairs of nodes, from a file.
+    #[serde(rename = "interface", default, skip_serializing_if = "Option::is_none")]
+    pub sets: Option<JointSets>,
+    /// What the joint must be.
+    #[serde(flatten)]
+    pub wanted: Wanted,
+    /// Hash of the files; none before they are read.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub content: Option<String>,
+    /// Points at which forces act and displacements are read; none before the files are read.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<String>,
+    /// The files have a damping matrix.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub has_damping: bool,
+    /// Stiffness of its nodes over a side of its contact elements \[Pa\]; none before the files are read.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub apparent_modulus: Option<f64>,
+    /// The joint; none before the files are read.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint: Option<Interface>,
+}
+
+/// Files of a structure.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ImportFiles {
+    /// Stiffness, mass and damping by their own files, or without a role one that has several.
+    pub matrices: Vec<(Option<Role>, PathBuf)>,
+    /// Positions of nodes.
+    pub nodes: Option<PathBuf>,
+    /// Pairs of nodes at the joint.
+    pub pairs: Option<PathBuf>,
+}
+
+/// Sets of nodes that face each other.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct JointSets {
+    /// Of the upper body.
+    pub upper: String,
+    /// Of the lower body.
+    pub lower: String,
+}
+
+impl From<Import> for StructureSource {
+    fn from(import: Import) -> Self {
+        StructureSource::Matrices(Box::new(import))
+    }
 }
 
 impl From<Resonator> for StructureSource {
@@ -100,8 +169,8 @@ impl StructureSource {
     /// Springs whose force is no multiple of displacement.
     pub fn springs(&self) -> &[Spring] {
         match self {
-            StructureSource::Resonator { .. } => &[],
             StructureSource::Oscillator { springs, .. } => springs,
+            _ => &[],
         }
     }
 
@@ -109,26 +178,69 @@ impl StructureSource {
     pub fn resonator(&self) -> Option<&Resonator> {
         match self {
             StructureSource::Resonator { geometry } => Some(geometry),
+            _ => None,
+        }
+    }
+
+    /// What comes from another program; none of another structure.
+    pub fn import(&self) -> Option<&Import> {
+        match self {
+            StructureSource::Matrices(import) => Some(import),
+            _ => None,
+        }
+    }
+
+    /// The same, to be completed by what its files say.
+    pub fn import_mut(&mut self) -> Option<&mut Import> {
+        match self {
+            StructureSource::Matrices(import) => Some(import),
+            _ => None,
+        }
+    }
+
+    /// True of one mass on springs.
+    pub fn is_oscillator(&self) -> bool {
+        matches!(self, StructureSource::Oscillator { .. })
+    }
+
+    /// Where its contact elements are; nowhere of an oscillator, and before its files are read.
+    pub fn contact_array(&self) -> Option<ContactArray> {
+        match self {
+            StructureSource::Resonator { geometry } => Some(geometry.contact_array()),
+            StructureSource::Matrices(import) => {
+                import.joint.as_ref().map(|joint| joint.array.clone())
+            }
             StructureSource::Oscillator { .. } => None,
+        }
+    }
+
+    /// Thickness of the layers of finite elements from the joint on \[m\]; none where they are not known.
+    pub fn layers(&self) -> Vec<f64> {
+        match self {
+            StructureSource::Resonator { geometry } => geometry.layers(),
+            StructureSource::Matrices(import) => {
+                let joint = import.joint.as_ref();
+                joint.map_or_else(Vec::new, |joint| joint.layers.clone())
+            }
+            StructureSource::Oscillator { .. } => Vec::new(),
         }
     }
 
     /// Number of its contact elements, where there is a contact.
     pub fn contact_elements(&self, ports: ContactPorts) -> usize {
-        match (self, ports) {
-            (StructureSource::Oscillator { .. }, _) => 1,
-            (StructureSource::Resonator { geometry }, ContactPorts::Faces) => {
-                geometry.contact_cells().len()
-            }
-            (StructureSource::Resonator { geometry }, ContactPorts::Nodes) => {
-                geometry.contact_nodes().len()
-            }
+        if self.is_oscillator() {
+            return 1;
         }
+        self.contact_array().map_or(0, |array| match ports {
+            ContactPorts::Faces => array.cells().len(),
+            ContactPorts::Nodes => array.nodes().len(),
+        })
     }
 
-    /// Names of the points at which forces act and displacements are read, the usual one first.
+    /// Names of the points at which forces act and displacements are read, the usual one first; none of a structure with nodes of its own.
     pub fn points(&self) -> &'static [&'static str] {
         match self {
+            StructureSource::Matrices(_) => &[],
             StructureSource::Resonator { .. } => &["far_wall", "block"],
             StructureSource::Oscillator { .. } => &["mass"],
         }
@@ -137,20 +249,20 @@ impl StructureSource {
     /// Mass \[kg\], damping \[N s/m\] and stiffness \[N/m\] along an axis, of an oscillator.
     pub fn oscillator_along(&self, axis: usize) -> Option<[f64; 3]> {
         match self {
-            StructureSource::Resonator { .. } => None,
             StructureSource::Oscillator {
                 mass,
                 damping,
                 stiffness,
                 ..
             } => Some([mass[axis], damping[axis], stiffness[axis]]),
+            _ => None,
         }
     }
 
     /// Why it is there.
     pub fn why(&self) -> &'static str {
         match self {
-            StructureSource::Resonator { .. } => {
+            StructureSource::Resonator { .. } | StructureSource::Matrices(_) => {
                 "computed once and shared between runs by its content"
             }
             StructureSource::Oscillator { .. } => "structure.kind = \"oscillator\"",
@@ -161,18 +273,32 @@ impl StructureSource {
 impl Structure {
     /// True of a structure that is reduced to modes before it vibrates.
     pub fn is_reduced(&self) -> bool {
-        self.source.resonator().is_some()
+        !self.source.is_oscillator()
     }
 
-    /// The reduced structure and its outline; none of one that needs no reduction.
+    /// The reduced structure and its outline; none of one that needs no reduction. `imported` has the matrices of one that comes from files.
     ///
     /// # Errors
-    /// [`StructureError`] for a geometry that cannot be meshed, and for modes that are not found.
-    pub fn reduce(&self) -> Result<Option<(Reduced, Outline)>, StructureError> {
-        let resonator = self.source.resonator();
-        resonator
-            .map(|r| r.reduce(self.modes, self.contact_ports))
-            .transpose()
+    /// [`ImportError`] for a geometry that cannot be meshed, for matrices that are those of no structure, and for modes that are not found.
+    ///
+    /// # Panics
+    /// Without the matrices of a structure that comes from files.
+    pub fn reduce(
+        &self,
+        imported: Option<&Imported>,
+    ) -> Result<Option<(Reduced, Option<Outline>)>, ImportError> {
+        let (modes, ports) = (self.modes, self.contact_ports);
+        Ok(match &self.source {
+            StructureSource::Oscillator { .. } => None,
+            StructureSource::Resonator { geometry } => {
+                let (reduced, outline) = geometry.reduce(modes, ports)?;
+                Some((reduced, Some(outline)))
+            }
+            StructureSource::Matrices(_) => {
+                let imported = imported.expect("the files of a run are read before it begins");
+                Some((imported.reduce(modes, ports)?, None))
+            }
+        })
     }
 
     /// Adds the springs of an oscillator to its contact element, or makes one of them alone where it has no contact.
@@ -200,6 +326,16 @@ impl Structure {
                 "resonator: {} elastic modes, and the residual of all others",
                 self.modes
             ),
+            StructureSource::Matrices(import) => {
+                let joint = import
+                    .joint
+                    .as_ref()
+                    .map_or_else(String::new, |joint| joint.told());
+                format!(
+                    "matrices: {} elastic modes, and the residual of all others{joint}",
+                    self.modes
+                )
+            }
             StructureSource::Oscillator { .. } => "one mass, three degrees of freedom".to_owned(),
         };
         told.add("structure", source, self.why.of("source"));
@@ -227,19 +363,17 @@ impl Structure {
                 areas: vec![0.0],
                 lever: 0.0,
             },
-            StructureSource::Resonator { geometry } => {
-                let (centres, areas) = match self.contact_ports {
-                    ContactPorts::Faces => {
-                        let centres = geometry.contact_centres();
-                        let areas = vec![geometry.contact_area(); centres.len()];
-                        (centres, areas)
-                    }
-                    ContactPorts::Nodes => geometry.contact_nodes().into_iter().unzip(),
+            _ => {
+                let array = self.source.contact_array().unwrap_or_default();
+                let places = match self.contact_ports {
+                    ContactPorts::Faces => array.faces(),
+                    ContactPorts::Nodes => array.nodes(),
                 };
+                let (centres, areas) = places.into_iter().unzip();
                 Layout {
                     centres,
                     areas,
-                    lever: 0.5 * geometry.lap_length,
+                    lever: 0.5 * array.size[0],
                 }
             }
         }
@@ -256,7 +390,7 @@ impl Structure {
                     axis,
                 })
                 .collect(),
-            StructureSource::Resonator { .. } => {
+            _ => {
                 let mut points: Vec<Port> = Vec::new();
                 let loads = response.forces.iter().map(|force| &force.port);
                 for port in loads.chain([&response.at]) {
@@ -276,7 +410,7 @@ impl Structure {
     /// [`DynamicsError`] for numbers that the dynamics refuses.
     ///
     /// # Panics
-    /// On a resonator that is not reduced.
+    /// On a structure that is reduced before it vibrates, without its reduction.
     pub fn vibration(
         &self,
         response: &Response,
@@ -301,7 +435,7 @@ impl Structure {
                     None,
                 )
             }
-            StructureSource::Resonator { .. } => {
+            _ => {
                 let reduced = reduced.expect("the structure is reduced before it vibrates");
                 let numbers: Option<Vec<usize>> = points
                     .iter()

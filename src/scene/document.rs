@@ -11,7 +11,7 @@ use toml::{Table, Value};
 
 use super::error::{Place, Problem, SceneError};
 use super::faults::Faults;
-use super::keys::{self, join};
+use super::keys::{self, Given, join};
 use crate::files;
 
 /// A scene has some hundred lines; a file of more bytes than this is none.
@@ -229,6 +229,13 @@ impl Node {
             else {
                 continue;
             };
+            let given = Given {
+                key: key.name.to_owned(),
+                node,
+            };
+            if !key.value.names_file(&given) {
+                continue;
+            }
             let Content::Value(Value::String(text)) = &mut node.content else {
                 continue;
             };

@@ -192,7 +192,7 @@ pub enum Problem {
         source: UnitError,
     },
     /// A text that is not the unit it should be.
-    #[error("{key} = \"{value}\": must be a unit of length alone, such as \"um\" ({})", .source.problem)]
+    #[error("{key} = \"{value}\": must be the unit of {} alone, such as \"{}\" ({})", .source.expected, .source.expected.units().first().unwrap_or(&"m"), .source.problem)]
     Unit {
         /// The key.
         key: String,

@@ -403,7 +403,7 @@ impl Scene {
             material: self.material.as_ref()?,
             surface: self.surface.as_ref()?,
             contact: self.contact.as_ref()?,
-            resonator: self.structure.as_ref().and_then(|s| s.resonator()),
+            structure: self.structure.as_ref(),
             grid: Grid::over(self.joint.as_ref()?.size, self.joint.as_ref()?.grid?),
         })
     }
@@ -421,7 +421,7 @@ pub struct RoughJoint<'a> {
     /// Friction, load and boundary conditions.
     pub contact: &'a Contact,
     /// The structure whose contact elements the cells belong to.
-    pub resonator: Option<&'a Resonator>,
+    pub structure: Option<&'a Structure>,
     /// The grid of the joint.
     pub grid: Grid,
 }
@@ -436,13 +436,16 @@ impl RoughJoint<'_> {
         }
     }
 
-    /// The contact elements of the structure on this grid, if there is one.
+    /// The contact elements of the structure on this grid, if there is one and it is known where they are.
     ///
     /// # Errors
     /// [`ModelUpdateError`] where the grid is coarser than the elements.
     pub fn elements(&self) -> Option<Result<ContactElements, ModelUpdateError>> {
-        let cells = self.resonator?.contact_cells();
-        let counts = self.joint.elements.unwrap_or([1, 1]);
-        Some(ContactElements::new(self.grid, counts, &cells))
+        let array = self.structure?.contact_array()?;
+        Some(ContactElements::new(
+            self.grid,
+            array.counts,
+            &array.cells(),
+        ))
     }
 }

@@ -1,12 +1,14 @@
 //! Access to the tree of a scene by its declared keys.
 
+use std::path::PathBuf;
+
 use toml::Value as Toml;
 
 use super::Preset;
 use super::document::{Content, Node};
 use super::error::{Problem, SceneError};
 use super::faults::Faults;
-use super::keys::{self, Choice, Even, Given, Key, Value, join, meant};
+use super::keys::{self, Choice, Even, Given, Key, ListOrPath, Point, Value, join, meant};
 
 type Result<T> = std::result::Result<T, SceneError>;
 
@@ -130,13 +132,24 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// One of those words of a choice that are allowed, if it is given.
-    pub fn among<T: Copy>(&self, key: &Key<Choice<T>>, allowed: &[&str]) -> Result<Option<T>> {
+    /// The numbers of a key that may be the path of a file too, if it is given.
+    pub fn list<const N: usize>(&self, key: &Key<ListOrPath<N>>) -> Result<Option<[f64; N]>> {
         self.has(key)
-            .then(|| {
-                key.value
-                    .among(&self.given(key), |word| allowed.contains(&word))
-            })
+            .then(|| key.value.0.read(&self.given(key)))
+            .transpose()
+    }
+
+    /// The path of a key that may be numbers too, if it is given.
+    pub fn path<const N: usize>(&self, key: &Key<ListOrPath<N>>) -> Result<Option<PathBuf>> {
+        self.has(key)
+            .then(|| key.value.1.read(&self.given(key)))
+            .transpose()
+    }
+
+    /// One of those points that are allowed, of any where none are listed, if it is given.
+    pub fn point(&self, key: &Key<Point>, allowed: &[&'static str]) -> Result<Option<String>> {
+        self.has(key)
+            .then(|| key.value.among(&self.given(key), allowed))
             .transpose()
     }
 

@@ -65,9 +65,14 @@ pub fn is_in(recipe: &Recipe, table: TableName) -> bool {
         TableName::Structure
         | TableName::StructurePort
         | TableName::StructureMode
-        | TableName::StructureResidual
-        | TableName::StructureOutline
-        | TableName::StructureOutlineMode => structure.is_some_and(|s| s.is_reduced()),
+        | TableName::StructureResidual => structure.is_some_and(|s| s.is_reduced()),
+        TableName::StructureDamping => {
+            let import = structure.and_then(|s| s.source.import());
+            import.is_some_and(|import| import.has_damping)
+        }
+        TableName::StructureOutline | TableName::StructureOutlineMode => {
+            structure.is_some_and(|s| s.source.resonator().is_some())
+        }
         TableName::Surface | TableName::ContactField | TableName::StaticContact => rough,
         TableName::Reference => rough && (vibrates || bolted),
         TableName::WearField | TableName::WearStep => recipe.wear.is_some(),

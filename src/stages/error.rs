@@ -6,6 +6,7 @@ use crate::model_update::ModelUpdateError;
 use crate::recipe::CycleError;
 use crate::store::StoreError;
 use crate::structure::StructureError;
+use crate::structure::imported::ImportError;
 use crate::surface::SurfaceError;
 use crate::tables::TableError;
 use crate::wear::WearError;
@@ -98,6 +99,9 @@ pub enum RunError {
     /// The structure cannot be meshed or reduced.
     #[error("structure: {0}")]
     Structure(#[from] StructureError),
+    /// The matrices of a structure from files.
+    #[error(transparent)]
+    Import(#[from] ImportError),
     /// The contact elements cannot be made.
     #[error("model_update: {0}")]
     ModelUpdate(#[from] ModelUpdateError),

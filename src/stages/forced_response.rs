@@ -33,6 +33,7 @@ pub const DECLARATION: Declaration = Declaration {
         reduced::TABLES[1],
         reduced::TABLES[2],
         reduced::TABLES[3],
+        reduced::TABLES[4],
         TableName::Surface,
         TableName::Reference,
         TableName::ReferenceElement,

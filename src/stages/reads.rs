@@ -5,6 +5,7 @@ use super::error::NumericsError;
 use super::moment::Due;
 use super::stage::Stage;
 use crate::recipe::{Inputs, Part, Recipe};
+use crate::structure::imported::Imported;
 use crate::surface::prepare::Prepared;
 use crate::tables::{TableName, Tables, TypedTable};
 use crate::wear::{Motion, WearError};
@@ -121,6 +122,12 @@ impl<'a> Reads<'a> {
     pub fn measured(&self) -> Option<&Prepared> {
         self.require_part(Part::Surface);
         self.inputs.measured.as_deref()
+    }
+
+    /// The matrices of a structure that comes from files; none of another.
+    pub fn imported(&self) -> Option<&Imported> {
+        self.require_part(Part::Structure);
+        self.inputs.imported.as_deref()
     }
 
     /// The error of a run whose stage failed.

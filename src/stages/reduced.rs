@@ -7,11 +7,12 @@ use crate::structure::reduction::{Ports, Reduced};
 use crate::tables::{TableName, typed};
 
 /// The tables of a reduced structure.
-pub const TABLES: [TableName; 4] = [
+pub const TABLES: [TableName; 5] = [
     TableName::Structure,
     TableName::StructurePort,
     TableName::StructureMode,
     TableName::StructureResidual,
+    TableName::StructureDamping,
 ];
 
 /// The reduced structure as its tables hold it; none of an oscillator.
@@ -31,12 +32,13 @@ pub fn reduced_of(reads: &Reads) -> Result<Option<Reduced>, RunError> {
     let part = |first: usize, modes: usize| {
         Matrix::from_fn(count, modes, |p, r| shape[(first + r) * count + p])
     };
-    let symmetric = |values: &[f64]| {
-        Matrix::from_fn(count, count, |i, j| {
+    let symmetric = |values: &[f64], size: usize| {
+        Matrix::from_fn(size, size, |i, j| {
             let (row, column) = (i.max(j), i.min(j));
             values[row * (row + 1) / 2 + column]
         })
     };
+    let damping = reads.maybe::<typed::StructureDamping>()?;
     Ok(Some(Reduced {
         ports: Ports {
             // What a port is a combination of matters to the reduction alone.
@@ -54,8 +56,9 @@ pub fn reduced_of(reads: &Reads) -> Result<Option<Reduced>, RunError> {
             .map(|f| f * std::f64::consts::TAU)
             .collect(),
         shapes: part(rigid, of_mode.len() - rigid),
-        residual: symmetric(&residual.residual),
-        residual_slope: symmetric(&residual.residual_slope),
+        residual: symmetric(&residual.residual, count),
+        residual_slope: symmetric(&residual.residual_slope, count),
+        damping: damping.map(|found| symmetric(&found.damping, of_mode.len())),
         mass: structure.mass,
         mode_residual: structure.error_modes,
         factor_entries: structure.factor_entries as usize,

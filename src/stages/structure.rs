@@ -13,13 +13,14 @@ use crate::tables::{TableName, typed};
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// The tables of a structure: those of the reduced one, and its outline, which no stage reads.
-const TABLES: [TableName; 6] = {
-    let [structure, port, mode, residual] = super::reduced::TABLES;
+const TABLES: [TableName; 7] = {
+    let [structure, port, mode, residual, damping] = super::reduced::TABLES;
     [
         structure,
         port,
         mode,
         residual,
+        damping,
         TableName::StructureOutline,
         TableName::StructureOutlineMode,
     ]
@@ -42,10 +43,15 @@ fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
     let Some(structure) = &reads.recipe.structure else {
         unreachable!("a run with this stage has a structure");
     };
-    match structure.reduce()? {
+    match structure.reduce(reads.imported())? {
         Some((reduced, outline)) => {
             let mut outputs = tables_of(&reduced, &structure.layout())?;
-            put_outline(&outline, &mut outputs)?;
+            if let Some(outline) = outline {
+                put_outline(&outline, &mut outputs)?;
+            }
+            for note in reads.imported().iter().flat_map(|imported| &imported.notes) {
+                outputs.notice(note.clone());
+            }
             Ok(outputs)
         }
         None => unreachable!("a structure without a reduction has no such stage"),
@@ -110,6 +116,17 @@ fn tables_of(reduced: &Reduced, layout: &Layout) -> Result<Outputs, RunError> {
     outputs.put(&port)?;
     outputs.put(&mode)?;
     outputs.put(&residual)?;
+    if let Some(damping) = &reduced.damping {
+        let mut rows = typed::StructureDamping::default();
+        for row in 0..damping.rows() {
+            for column in 0..=row {
+                rows.row.push(row as i32);
+                rows.column.push(column as i32);
+                rows.damping.push(damping[(row, column)]);
+            }
+        }
+        outputs.put(&rows)?;
+    }
     Ok(outputs)
 }
 

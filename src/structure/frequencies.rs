@@ -11,7 +11,7 @@ use crate::structure::modes::{ModeOptions, lowest_of};
 /// A diagonal of the stiffness from here on is no spring but holds a row: Abaqus writes 1e36 there.
 const HELD: f64 = 1e30;
 /// Rows up to which all eigenvalues are computed densely: some seconds.
-const DENSE: usize = 450;
+pub(super) const DENSE: usize = 450;
 /// The first shift is this share of the smallest ratio of the diagonals of K and M, which the lowest frequency squared is not above.
 const FIRST_SHARE: f64 = 1e-3;
 /// Ratios of diagonals below this share of the largest are rounding of zero.
@@ -31,7 +31,7 @@ const RIGID: f64 = 20.0;
 const NEARLY_RIGID: f64 = 1e-10;
 const GAP: f64 = 1e3;
 /// The precision of entries that a program has summed up in double precision, on average.
-const SUMMED: f64 = 5e-16;
+pub(super) const SUMMED: f64 = 5e-16;
 /// Modes are sought in excess of those asked for, by the rigid modes of a body.
 const BODY: usize = 6;
 /// An eigenvalue of (K + sM)⁻¹M below this share of the largest is that of no mass.
@@ -111,25 +111,16 @@ pub fn lowest_frequencies(
     }
     let precision = stiffness.precision.max(SUMMED);
     let (k, m) = (stiffness.lower(&place), mass.lower(&place));
-    let (body, bodies) = bodies(found.rows, &k, &m);
-    let mut modes = Vec::new();
-    for pencil in apart(&body, bodies, &k, &m, precision) {
-        let Some(spectrum) = pencil.lowest(count)? else {
-            found.massless += pencil.k.size();
-            continue;
-        };
-        found.is_steadied |= spectrum.is_steadied;
-        modes.extend(spectrum.modes);
-    }
+    let whole = spectrum(found.rows, &k, &m, precision, count)?;
+    (found.massless, found.is_steadied) = (whole.massless, whole.is_steadied);
     if found.massless == found.rows {
         return Err(StructureError::TooManyModes {
             wanted: count,
             available: 0,
         });
     }
-    modes.sort_by(|a, b| a.square.total_cmp(&b.square));
     let hertz = |square: f64| square.max(0.0).sqrt() / (2.0 * std::f64::consts::PI);
-    for mode in &modes {
+    for mode in &whole.modes {
         if mode.is_rigid {
             found.rigid.push(hertz(mode.square));
         } else if mode.square < 0.0 {
@@ -142,8 +133,62 @@ pub fn lowest_frequencies(
     Ok(Some(found))
 }
 
+/// Lowest modes of all bodies together.
+pub(super) struct Whole {
+    /// In order of ω².
+    modes: Vec<Mode>,
+    /// Rows of bodies without any mass.
+    pub massless: usize,
+    /// Something was added to the stiffness of rows without mass that nothing resists.
+    pub is_steadied: bool,
+}
+
+impl Whole {
+    /// How many modes nothing resists.
+    pub fn rigid(&self) -> usize {
+        self.modes.iter().filter(|mode| mode.is_rigid).count()
+    }
+
+    /// ω² of the elastic ones, ascending.
+    pub fn elastic(&self) -> impl Iterator<Item = f64> + '_ {
+        let elastic = self.modes.iter().filter(|mode| !mode.is_rigid);
+        elastic.map(|mode| mode.square)
+    }
+}
+
+/// The lowest modes, `count` elastic ones of each body at least, of matrices given by their lower triangles, sorted.
+pub(super) fn spectrum(
+    rows: usize,
+    k: &[(u32, u32, f64)],
+    m: &[(u32, u32, f64)],
+    precision: f64,
+    count: usize,
+) -> Result<Whole, StructureError> {
+    let (body, bodies) = bodies(rows, k, m);
+    let mut whole = Whole {
+        modes: Vec::new(),
+        massless: 0,
+        is_steadied: false,
+    };
+    for pencil in apart(&body, bodies, k, m, precision) {
+        let Some(spectrum) = pencil.lowest(count)? else {
+            whole.massless += pencil.k.size();
+            continue;
+        };
+        whole.is_steadied |= spectrum.is_steadied;
+        whole.modes.extend(spectrum.modes);
+    }
+    let by_square = |a: &Mode, b: &Mode| a.square.total_cmp(&b.square);
+    whole.modes.sort_by(by_square);
+    Ok(whole)
+}
+
 /// Which body each row belongs to, rows that an entry joins being of one, and how many bodies there are.
-fn bodies(size: usize, k: &[(u32, u32, f64)], m: &[(u32, u32, f64)]) -> (Vec<u32>, usize) {
+pub(super) fn bodies(
+    size: usize,
+    k: &[(u32, u32, f64)],
+    m: &[(u32, u32, f64)],
+) -> (Vec<u32>, usize) {
     let mut parent: Vec<u32> = (0..size as u32).collect();
     fn root(parent: &mut [u32], mut row: u32) -> u32 {
         while parent[row as usize] != row {
@@ -352,7 +397,7 @@ impl Pencil {
         wanted: usize,
     ) -> Result<Spectrum, StructureError> {
         let (omega_squared, shapes) = if self.k.size() <= DENSE {
-            self.dense(shifted, shift, wanted)?
+            dense(&self.m, shifted, shift, wanted)?
         } else {
             self.sparse(shifted, shift, wanted)?
         };
@@ -386,43 +431,6 @@ impl Pencil {
         (energy, scale)
     }
 
-    fn dense(
-        &self,
-        shifted: &SparseSymmetric,
-        shift: f64,
-        wanted: usize,
-    ) -> Result<(Vec<f64>, Matrix), StructureError> {
-        let fail = |matrix, source| StructureError::Factorization { matrix, source };
-        let size = self.k.size();
-        let full = |sparse: &SparseSymmetric| {
-            let mut full = Matrix::zeros(size, size);
-            for j in 0..size {
-                for (i, v) in sparse.column(j) {
-                    full[(i, j)] = v;
-                    full[(j, i)] = v;
-                }
-            }
-            full
-        };
-        let factor = full(shifted)
-            .cholesky()
-            .map_err(|e| fail("the shifted stiffness", e))?;
-        let mut inner = full(&self.m);
-        factor.solve_lower(&mut inner);
-        factor.solve_upper_right(&mut inner);
-        let (theta, mut vectors) = inner.symmetric_eigen().map_err(|e| fail("the mass", e))?;
-        factor.solve_lower_transposed(&mut vectors);
-        let largest = theta.last().copied().unwrap_or(0.0);
-        let sound: Vec<usize> = (0..size)
-            .rev()
-            .filter(|&k| theta[k] > NO_MASS * largest)
-            .take(wanted)
-            .collect();
-        let squares = sound.iter().map(|&k| 1.0 / theta[k] - shift).collect();
-        let shapes = Matrix::from_fn(size, sound.len(), |i, mode| vectors[(i, sound[mode])]);
-        Ok((squares, shapes))
-    }
-
     fn sparse(
         &self,
         shifted: &SparseSymmetric,
@@ -451,4 +459,42 @@ impl Pencil {
         });
         Ok((squares.collect(), modes.shapes))
     }
+}
+
+/// ω² and shapes of the lowest modes, by all of them; φᵀ(K + shift·M)φ = 1.
+pub(super) fn dense(
+    mass: &SparseSymmetric,
+    shifted: &SparseSymmetric,
+    shift: f64,
+    wanted: usize,
+) -> Result<(Vec<f64>, Matrix), StructureError> {
+    let fail = |matrix, source| StructureError::Factorization { matrix, source };
+    let size = mass.size();
+    let full = |sparse: &SparseSymmetric| {
+        let mut full = Matrix::zeros(size, size);
+        for j in 0..size {
+            for (i, v) in sparse.column(j) {
+                full[(i, j)] = v;
+                full[(j, i)] = v;
+            }
+        }
+        full
+    };
+    let factor = full(shifted)
+        .cholesky()
+        .map_err(|e| fail("the shifted stiffness", e))?;
+    let mut inner = full(mass);
+    factor.solve_lower(&mut inner);
+    factor.solve_upper_right(&mut inner);
+    let (theta, mut vectors) = inner.symmetric_eigen().map_err(|e| fail("the mass", e))?;
+    factor.solve_lower_transposed(&mut vectors);
+    let largest = theta.last().copied().unwrap_or(0.0);
+    let sound: Vec<usize> = (0..size)
+        .rev()
+        .filter(|&k| theta[k] > NO_MASS * largest)
+        .take(wanted)
+        .collect();
+    let squares = sound.iter().map(|&k| 1.0 / theta[k] - shift).collect();
+    let shapes = Matrix::from_fn(size, sound.len(), |i, mode| vectors[(i, sound[mode])]);
+    Ok((squares, shapes))
 }

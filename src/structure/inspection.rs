@@ -15,7 +15,7 @@ const MODAL: f64 = 1e-6;
 pub enum FixedError {
     /// Neither a set nor a node.
     #[error(
-        "--fixed: {text} is neither a node (12, 12-20, 12.123), a row (row:5), nor one of the sets of nodes: {known}"
+        "{text} is neither a node (12, 12-20, 12.123), a row (row:5), nor one of the sets of nodes: {known}"
     )]
     Unknown {
         /// What was given.
@@ -24,9 +24,7 @@ pub enum FixedError {
         known: String,
     },
     /// A node that has no row.
-    #[error(
-        "--fixed: node {node} has no freedom {direction}in the matrices; their nodes are {nodes}"
-    )]
+    #[error("node {node} has no freedom {direction}in the matrices; their nodes are {nodes}")]
     NoSuchNode {
         /// The node.
         node: i64,
@@ -36,7 +34,7 @@ pub enum FixedError {
         nodes: String,
     },
     /// A row beyond the last.
-    #[error("--fixed: row {row} does not exist; the matrices have rows 1 to {size}")]
+    #[error("row {row} does not exist; the matrices have rows 1 to {size}")]
     NoSuchRow {
         /// The row.
         row: usize,
@@ -45,12 +43,12 @@ pub enum FixedError {
     },
     /// There is nothing but boundary.
     #[error(
-        "--fixed: boundary holds all but modal coordinates, and there are none in the matrices; name nodes or a set"
+        "boundary holds all but modal coordinates, and there are none in the matrices; name nodes or a set"
     )]
     NoModes,
     /// Nobody says which node a row belongs to.
     #[error(
-        "--fixed: {text} names nodes, but no file says which node a row belongs to; name rows, as row:1-6"
+        "{text} names nodes, but no file says which node a row belongs to; name rows, as row:1-6"
     )]
     NoNodes {
         /// What was given.

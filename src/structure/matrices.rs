@@ -159,6 +159,11 @@ impl Triplets {
             .any(|&(i, j)| i < j && places.binary_search(&(j, i)).is_ok());
     }
 
+    /// Makes one entry of those of each place, in the order of rows.
+    pub(super) fn sum_places(&mut self) {
+        sum_alike(&mut self.entries);
+    }
+
     /// Sum of the entries between rows and columns of `chosen`, both triangles.
     pub fn sum_between(&self, chosen: impl Fn(usize) -> bool) -> f64 {
         let mut sum = 0.0;

@@ -60,8 +60,12 @@ pub struct Modes {
 
 /// The shift s \[rad²/s²\] for a structure; see [`modes`](self).
 pub fn shift(system: &System) -> f64 {
-    let (stiffness, mass) = (system.stiffness.diagonal(), system.mass.diagonal());
-    let ratios = stiffness.iter().zip(&mass).filter(|r| *r.1 > 0.0);
+    shift_of(&system.stiffness.diagonal(), &system.mass.diagonal())
+}
+
+/// That shift \[rad²/s²\] from the diagonals of stiffness and mass.
+pub(super) fn shift_of(stiffness: &[f64], mass: &[f64]) -> f64 {
+    let ratios = stiffness.iter().zip(mass).filter(|r| *r.1 > 0.0);
     SHIFT_SHARE * ratios.map(|(k, m)| k / m).fold(0.0, f64::max)
 }
 

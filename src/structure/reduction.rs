@@ -132,7 +132,7 @@ impl Ports {
     }
 
     /// Displacements of the ports, one row each, from those of all degrees of freedom.
-    fn displacements(&self, shapes: &Matrix) -> Matrix {
+    pub(super) fn displacements(&self, shapes: &Matrix) -> Matrix {
         Matrix::from_fn(self.len(), shapes.columns(), |port, c| {
             let column = shapes.column(c);
             let terms = self.combinations[port].iter();
@@ -156,6 +156,8 @@ pub struct Reduced {
     pub residual: Matrix,
     /// Its slope R₁ over ω² \[m s²/N\], symmetric, port by port.
     pub residual_slope: Matrix,
+    /// Viscous damping between the modes, rigid ones first \[1/s\]; none where the structure has none of its own.
+    pub damping: Option<Matrix>,
     /// Mass of the structure \[kg\].
     pub mass: f64,
     /// Largest relative residual of the modes.
@@ -211,11 +213,61 @@ pub fn reduce_with_shapes(
             Some(elastic) => modes.shapes[(dof, elastic)],
         }
     });
+    let found = ModesAtPorts {
+        rigid_squares: vec![0.0; rigid.columns()],
+        rigid,
+        omega: modes.omega,
+        shapes,
+        residual: modes.residuals.iter().copied().fold(0.0, f64::max),
+    };
+    let count = 3 * nodes.len();
+    let reduced = complete(
+        ports,
+        found,
+        system.total_mass(),
+        (factor, small, count),
+        |shift| system.shifted_factor(shift, &order),
+    )?;
+    Ok((reduced, at_nodes))
+}
+
+/// The kept modes of a structure at its ports.
+pub(super) struct ModesAtPorts {
+    /// Rigid modes \[kg^-1/2\], one column each.
+    pub rigid: Matrix,
+    /// What the digits of the stiffness leave of their ω² \[rad²/s²\]: it is not to become a part of the residual.
+    pub rigid_squares: Vec<f64>,
+    /// Angular frequencies of the elastic ones \[rad/s\], ascending.
+    pub omega: Vec<f64>,
+    /// Elastic modes \[kg^-1/2\], one column each.
+    pub shapes: Matrix,
+    /// Largest relative residual of them.
+    pub residual: f64,
+}
+
+/// The reduced structure: its kept modes, and what all others leave at the ports. The first factor is that of K + shift·M, whose last
+/// `count` rows are those of the ports; `refactor` makes the one of another shift.
+pub(super) fn complete(
+    ports: Ports,
+    modes: ModesAtPorts,
+    mass: f64,
+    (factor, small, count): (SparseCholesky, f64, usize),
+    refactor: impl FnOnce(f64) -> Result<SparseCholesky, StructureError>,
+) -> Result<Reduced, StructureError> {
+    let ModesAtPorts {
+        rigid,
+        rigid_squares,
+        omega,
+        shapes,
+        residual: mode_residual,
+    } = modes;
     let above = |factor: &SparseCholesky, shift: f64| {
-        let mut flexibility = port_flexibility(factor, &ports, 3 * nodes.len());
-        remove(&mut flexibility, &rigid, |_| 1.0 / shift);
+        let mut flexibility = port_flexibility(factor, &ports, count);
+        remove(&mut flexibility, &rigid, |r| {
+            1.0 / (rigid_squares[r] + shift)
+        });
         remove(&mut flexibility, &shapes, |r| {
-            1.0 / (modes.omega[r].powi(2) + shift)
+            1.0 / (omega[r].powi(2) + shift)
         });
         flexibility
     };
@@ -223,27 +275,27 @@ pub fn reduce_with_shapes(
     let factor_entries = factor.entries();
     // Two factors at a time would be the peak of memory.
     drop(factor);
-    let highest = modes.omega[modes.omega.len() - 1];
+    let highest = omega[omega.len() - 1];
     let large = small + SLOPE_SHARE * highest * highest;
-    let far = above(&system.shifted_factor(large, &order)?, large);
+    let far = above(&refactor(large)?, large);
     // R(−s) = R₀ − s R₁ at both shifts.
     let mut residual_slope = Matrix::zeros(ports.len(), ports.len());
     residual_slope.add(1.0 / (large - small), &near);
     residual_slope.add(-1.0 / (large - small), &far);
     let mut residual = near;
     residual.add(small, &residual_slope);
-    let reduced = Reduced {
+    Ok(Reduced {
         rigid,
-        omega: modes.omega,
+        omega,
         shapes,
         residual,
         residual_slope,
-        mass: system.total_mass(),
-        mode_residual: modes.residuals.iter().copied().fold(0.0, f64::max),
+        damping: None,
+        mass,
+        mode_residual,
         factor_entries,
         ports,
-    };
-    Ok((reduced, at_nodes))
+    })
 }
 
 /// Displacement of the ports under unit forces on them, statically: Bᵀ K⁻¹ B \[m/N\], symmetric, port by port. The structure must be

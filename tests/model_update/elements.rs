@@ -174,9 +174,9 @@ fn elements_at_nodes_share_what_a_cell_bears_by_its_place_between_them() {
 fn nodes_of_the_resonator_are_those_of_its_elements() {
     let geometry = Resonator::default();
     let grid = Grid::over([40e-3, 40e-3], [64, 80]);
-    let cells = geometry.contact_cells();
-    let elements = ContactElements::at_nodes(grid, [19, 19], &cells).expect("elements");
-    let nodes = geometry.contact_nodes();
+    let array = geometry.contact_array();
+    let elements = ContactElements::at_nodes(grid, array.counts, &array.cells()).expect("elements");
+    let nodes = array.nodes();
     assert_eq!(nodes.len(), elements.len());
     for (e, (centre, area)) in nodes.iter().enumerate() {
         assert_close(elements.areas()[e], *area, ROUNDING, "area");

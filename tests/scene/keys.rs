@@ -12,6 +12,16 @@ fn scenes() -> Vec<(&'static str, String)> {
     let gaussian = "kind = \"gaussian\"\nrq = \"5 um\"\ncorrelation_length = [\"0.5 mm\", \"0.4 mm\"]\nseed = 3\n";
     let surface = |text: &str| replaced(CASE, gaussian, text);
     let after = |case: &str, line: &str, more: &str| replaced(case, line, &format!("{line}{more}"));
+    let of_files = |lines: &str| {
+        let kind = "kind = \"resonator\"\n";
+        let structure = format!("kind = \"matrices\"\n{lines}");
+        let rough = replaced(ROUGH, "elements = [19, 19]\n", "");
+        replaced(
+            &replaced(&rough, kind, &structure),
+            "\"far_wall\"",
+            "\"17\"",
+        )
+    };
     let (still, _) = CASE.split_once("[motion]").expect("a motion");
     vec![
         ("case", CASE.to_owned()),
@@ -63,6 +73,22 @@ fn scenes() -> Vec<(&'static str, String)> {
             ),
         ),
         ("plain", replaced(ROUGH, "elements = [19, 19]\n", "")),
+        (
+            "matrices",
+            of_files("stiffness = \"K.mtx\"\nmass = \"M.mtx\"\ninterface = \"pairs.csv\"\n"),
+        ),
+        (
+            "superelement",
+            of_files("file = \"K.op4\"\ninterface = { upper = \"A\", lower = \"B\" }\n"),
+        ),
+        (
+            "mesh",
+            replaced(
+                &of_files("file = \"model.inp\"\ninterface = \"pairs.csv\"\n"),
+                "\"matrices\"",
+                "\"mesh\"",
+            ),
+        ),
     ]
 }
 
@@ -178,6 +204,7 @@ fn every_default_is_what_an_absent_key_gives() {
                 let tables = [
                     ("output.keep.", "pruned"),
                     ("output.cycle_fields.", "fields"),
+                    ("structure.interface.", "superelement"),
                 ];
                 let of_table =
                     |(table, with): (&str, &str)| key.key.starts_with(table) && *name != with;
@@ -306,6 +333,7 @@ fn every_key_is_told_in_plain_sentences() {
                     "update",
                     "output.keep",
                     "output.cycle_fields",
+                    "structure.interface",
                     "dynamics.force"
                 ]
                 .contains(&key.key))

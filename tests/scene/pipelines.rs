@@ -82,7 +82,7 @@ fn the_published_case() {
         panic!("{:?}", scene.structure);
     };
     assert_eq!(**geometry, Resonator::default(), "the shipped set");
-    assert_eq!(geometry.contact_cells().len(), 340);
+    assert_eq!(geometry.contact_array().cells().len(), 340);
     let dynamics = scene.dynamics.as_ref().expect("dynamics");
     assert_eq!(dynamics.forces.len(), 1);
     assert_eq!(dynamics.forces[0].amplitude, 1000.0);

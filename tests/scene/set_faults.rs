@@ -77,7 +77,7 @@ const IN_SET: &[(&[&str], &str)] = &[
     ),
     (
         &["surface.kind=file", "surface.path=a.npy", "surface.unit=N"],
-        r#"--set surface.unit=N: surface.unit = "N": must be a unit of length alone, such as "um" (is a force)"#,
+        r#"--set surface.unit=N: surface.unit = "N": must be the unit of a length alone, such as "um" (is a force)"#,
     ),
     (
         &["surface.kind=self_affine", "surface.hurst=1.2"],

@@ -39,23 +39,12 @@ amplitude = "5 um"
     (
         r#"kind = "resonator""#,
         r#"kind = "resonatr""#,
-        r#"case.toml, line 17: structure.kind = "resonatr": must be one of "resonator", "oscillator"; did you mean "resonator"?"#,
-    ),
-    (
-        r#"kind = "resonator""#,
-        r#"kind = "matrices"
-path = "k.mtx""#,
-        r#"case.toml, line 17: structure.kind = "matrices" is not available in this version: only "resonator" and "oscillator" are"#,
-    ),
-    (
-        r#"kind = "resonator""#,
-        r#"kind = "mesh""#,
-        r#"case.toml, line 17: structure.kind = "mesh" is not available in this version: only "resonator" and "oscillator" are"#,
+        r#"case.toml, line 17: structure.kind = "resonatr": must be one of "resonator", "matrices", "mesh", "oscillator"; did you mean "resonator"?"#,
     ),
     (
         r#"kind = "resonator""#,
         r#"kind = "reduced""#,
-        r#"case.toml, line 17: structure.kind = "reduced" is not available in this version: only "resonator" and "oscillator" are"#,
+        r#"case.toml, line 17: structure.kind = "reduced" is not available in this version: only "resonator", "matrices", "mesh" and "oscillator" are"#,
     ),
     (
         r#"kind = "resonator""#,

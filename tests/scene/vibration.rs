@@ -358,7 +358,7 @@ fn grounds_that_cannot_move_so() {
         (
             "springs.toml",
             vec![r#"dynamics.base={ displacement = "1 um" }"#],
-            "a resonator hangs free: it has no ground that could move; drive it with dynamics.force",
+            "the motion of the ground is that of an oscillator; drive a reduced structure with dynamics.force",
         ),
         (
             "undriven.toml",

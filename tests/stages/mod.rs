@@ -15,6 +15,7 @@ mod keys;
 mod kill;
 mod kinds;
 mod laws;
+mod matrices;
 mod modes;
 mod pressed;
 mod resume;

@@ -6,12 +6,14 @@ mod element;
 mod frequencies;
 mod fuzz;
 mod half_space;
+mod imported;
 mod matrices;
 mod outline;
 mod readers;
 mod real_matrices;
 mod reduction;
 mod resonator;
+mod solids;
 
 use fretwear::linalg::{Matrix, SparseSymmetric};
 use fretwear::structure::assembly::System;

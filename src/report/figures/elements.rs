@@ -11,7 +11,7 @@ use super::super::run_tables::{numbers, texts};
 use super::course::labelled;
 use super::surface::titled;
 use super::{Figure, Of, Study, drawn, range_of, widened};
-use crate::scene::Resonator;
+use crate::recipe::ContactArray;
 use crate::tables::TableName;
 
 const STATES: [&str; 4] = ["stick", "partial", "slip", "open"];
@@ -91,22 +91,21 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
 /// `None` for a single element, which makes no map.
 fn lattice(run: &Of, frame: &DataFrame) -> Option<Lattice> {
     let structure = run.tables.recipe().structure.as_ref()?;
-    let resonator = structure.source.resonator()?;
+    let array = structure.source.contact_array()?;
     let (x, y) = (numbers(frame, "x")?, numbers(frame, "y")?);
     let places: Vec<[f64; 2]> = x.into_iter().zip(y).map(|(x, y)| [x, y]).collect();
     let at_nodes = !structure.contact_ports.are_faces();
-    (places.len() > 1).then(|| Lattice::of(resonator, at_nodes, &places))
+    (places.len() > 1).then(|| Lattice::of(&array, at_nodes, &places))
 }
 
 impl Lattice {
     /// Elements at nodes of the structure's mesh have the part of the joint that is nearer to them than to other nodes: half a cell of
     /// the mesh to each side, and none beyond an edge or in the hole.
-    fn of(resonator: &Resonator, at_nodes: bool, places: &[[f64; 2]]) -> Lattice {
-        let size = [resonator.lap_length, resonator.arm_height];
-        let count = resonator.lap_cells;
+    fn of(array: &ContactArray, at_nodes: bool, places: &[[f64; 2]]) -> Lattice {
+        let size = array.size;
         let parts = if at_nodes { 2 } else { 1 };
         let place = |value: f64, d: usize| {
-            let place = (value / size[d] + 0.5) * count as f64;
+            let place = (value / size[d] + 0.5) * array.counts[d] as f64;
             // A face is known by its centre, a node by where it is.
             let place = if at_nodes {
                 place.round()
@@ -119,8 +118,8 @@ impl Lattice {
         let elements: HashMap<[usize; 2], usize> = elements
             .map(|(element, [x, y])| ([place(*x, 0), place(*y, 1)], element))
             .collect();
-        let in_mesh: HashSet<[usize; 2]> = resonator.contact_cells().into_iter().collect();
-        let cells = [count * parts; 2];
+        let in_mesh: HashSet<[usize; 2]> = array.cells().into_iter().collect();
+        let cells = array.counts.map(|count| count * parts);
         let all = (0..cells[0]).flat_map(|i| (0..cells[1]).map(move |j| [i, j]));
         let of_cell = all.map(|cell| {
             in_mesh.get(&cell.map(|k| k / parts))?;
@@ -195,7 +194,7 @@ fn maps(
 #[cfg(test)]
 mod tests {
     use super::Lattice;
-    use crate::scene::Resonator;
+    use crate::recipe::ContactArray;
 
     /// Cells of each element.
     fn counts(lattice: &Lattice, elements: usize) -> Vec<usize> {
@@ -209,26 +208,25 @@ mod tests {
     /// Each element has the area of the joint that it has in the structure, and the rest is the hole.
     #[test]
     fn nodes_and_faces_have_their_own_parts_of_the_joint() {
-        let resonator = Resonator {
-            lap_cells: 9,
-            lap_length: 30e-3,
-            ..Resonator::default()
+        let array = ContactArray {
+            size: [30e-3, 40e-3],
+            counts: [9, 7],
+            absent: vec![[0, 0], [4, 3], [5, 3]],
         };
-        let (places, areas): (Vec<[f64; 2]>, Vec<f64>) =
-            resonator.contact_nodes().into_iter().unzip();
-        let lattice = Lattice::of(&resonator, true, &places);
-        let cell = 30e-3 * 40e-3 / 18.0 / 18.0;
+        let (places, areas): (Vec<[f64; 2]>, Vec<f64>) = array.nodes().into_iter().unzip();
+        let lattice = Lattice::of(&array, true, &places);
+        let cell = 30e-3 * 40e-3 / 18.0 / 14.0;
         for (count, area) in counts(&lattice, places.len()).into_iter().zip(areas) {
             assert!((count as f64 * cell / area - 1.0).abs() < 1e-9, "{count}");
         }
-        let faces = resonator.contact_centres();
-        let lattice = Lattice::of(&resonator, false, &faces);
+        let faces: Vec<[f64; 2]> = array.faces().into_iter().map(|face| face.0).collect();
+        let lattice = Lattice::of(&array, false, &faces);
         assert!(
             counts(&lattice, faces.len())
                 .iter()
                 .all(|count| *count == 1)
         );
         let hole = lattice.of_cell.iter().filter(|cell| cell.is_none());
-        assert_eq!(hole.count(), 81 - faces.len());
+        assert_eq!(hole.count(), 3);
     }
 }

@@ -11,8 +11,8 @@ use super::super::quantity::{FORCE, FREQUENCY, LENGTH, number, shown};
 use super::super::run_tables::{numbers, texts};
 use super::surface::titled;
 use super::{Figure, Of, Study, drawn};
+use crate::recipe::ContactArray;
 use crate::recipe::Port;
-use crate::scene::Resonator;
 use crate::tables::TableName;
 
 /// One millimetre \[m\].
@@ -350,18 +350,18 @@ fn resonance_shape(study: &Study) -> Result<Option<Figure>, ReportError> {
 }
 
 /// Straight lines of the mesh around the cells of the contact.
-fn mesh_lines(resonator: &Resonator) -> Vec<Vec<[f64; 2]>> {
-    let cells: BTreeSet<[usize; 2]> = resonator.contact_cells().into_iter().collect();
-    let count = resonator.lap_cells;
-    let size = [resonator.lap_length, resonator.arm_height];
-    let place = |line: usize, d: usize| (line as f64 / count as f64 - 0.5) * size[d] / MM;
+fn mesh_lines(array: &ContactArray) -> Vec<Vec<[f64; 2]>> {
+    let cells: BTreeSet<[usize; 2]> = array.cells().into_iter().collect();
+    let place =
+        |line: usize, d: usize| (line as f64 / array.counts[d] as f64 - 0.5) * array.size[d] / MM;
     let mut lines = Vec::new();
     for along in 0..2 {
         let across = 1 - along;
-        for line in 0..=count {
+        let (count, rows) = (array.counts[along], array.counts[across]);
+        for line in 0..=rows {
             // An edge is there where one of the cells beside it is.
             let is_edge = |k: usize| {
-                let beside = [line.checked_sub(1), Some(line).filter(|line| *line < count)];
+                let beside = [line.checked_sub(1), Some(line).filter(|line| *line < rows)];
                 beside.into_iter().flatten().any(|beside| {
                     let mut cell = [0; 2];
                     (cell[along], cell[across]) = (k, beside);
@@ -398,15 +398,15 @@ fn contact_mesh(study: &Study) -> Result<Option<Figure>, ReportError> {
         let frame = run
             .tables
             .at(run.tables.latest(), TableName::ContactElement)?;
-        let resonator = structure.and_then(|structure| structure.source.resonator());
-        let (Some(structure), Some(resonator), Some(frame)) = (structure, resonator, frame) else {
+        let array = structure.and_then(|structure| structure.source.contact_array());
+        let (Some(structure), Some(array), Some(frame)) = (structure, array, frame) else {
             continue;
         };
         let columns = ["x", "y", "normal_load"].map(|name| numbers(&frame, name));
         let [Some(x), Some(y), Some(load)] = columns else {
             continue;
         };
-        let mesh = mesh_lines(resonator).into_iter();
+        let mesh = mesh_lines(&array).into_iter();
         let mut curves: Vec<Curve> = mesh
             .map(|points| Curve {
                 mark: Mark::Thin,

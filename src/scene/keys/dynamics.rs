@@ -5,7 +5,7 @@ use super::keys;
 use super::value::{
     ANY, Integer, Integers, List, NOT_NEGATIVE, POSITIVE, Quantity, RATIO, integer,
 };
-use super::word::{Choice, Tables};
+use super::word::{Choice, Point, Tables};
 use crate::scene::{DampingBasis, FrictionLaw, Method};
 use crate::units::Dimension;
 
@@ -19,23 +19,22 @@ pub const LARGEST_HARMONIC: u64 = 1000;
 /// That harmonic and all below it, and the constant part.
 const MOST_HARMONICS: usize = LARGEST_HARMONIC as usize + 1;
 
-const POINTS_OF_STRUCTURES: Choice<&str> = Choice(&[
+const POINTS_OF_STRUCTURES: Point = Point(&[
     (
-        "far_wall",
         "far_wall",
         "resonator: the middle of the outer face of the far wall",
     ),
-    (
-        "block",
-        "block",
-        "resonator: the middle of the outer face of mass 1",
-    ),
-    ("mass", "mass", "oscillator: its mass"),
+    ("block", "resonator: the middle of the outer face of mass 1"),
+    ("mass", "oscillator: its mass"),
 ]);
 const DIRECTIONS: Choice<usize> = Choice(&[
-    ("x", 0, "along the lap"),
-    ("y", 1, "across it, in the plane of the contact"),
-    ("z", 2, "along the bolt"),
+    ("x", 0, "along the lap; of matrices along x of the model"),
+    (
+        "y",
+        1,
+        "across it, in the plane of the contact; of matrices along y of the model",
+    ),
+    ("z", 2, "along the bolt; of matrices along z of the model"),
 ]);
 
 keys! {
@@ -49,7 +48,7 @@ keys! {
     /// Half range of the force. That of harmonic 0 is constant, and may be negative.
     FORCE_AMPLITUDE: Quantity = "dynamics.force.amplitude", Required, Quantity(Dimension::FORCE, ANY, "1000 N");
     /// Where the force acts.
-    FORCE_AT: Choice<&'static str> = "dynamics.force.at", Rule("far_wall, or mass"), POINTS_OF_STRUCTURES;
+    FORCE_AT: Point = "dynamics.force.at", Rule("far_wall, or mass; of matrices it must be given"), POINTS_OF_STRUCTURES;
     /// Along which axis the force acts.
     FORCE_DIRECTION: Choice<usize> = "dynamics.force.direction", Is("x"), DIRECTIONS;
     /// Lead of the force.
@@ -69,7 +68,7 @@ keys! {
     /// How many times the ground oscillates in a period.
     BASE_HARMONIC: Integer = "dynamics.base.harmonic", Is("1"), integer(1, LARGEST_HARMONIC, "1");
     /// Where the displacement is read.
-    RESPONSE_AT: Choice<&'static str> = "dynamics.response.at", Rule("that of the drive"), POINTS_OF_STRUCTURES;
+    RESPONSE_AT: Point = "dynamics.response.at", Rule("that of the drive"), POINTS_OF_STRUCTURES;
     /// Along which axis the displacement is read.
     RESPONSE_DIRECTION: Choice<usize> = "dynamics.response.direction", Rule("that of the drive"), DIRECTIONS;
     /// Orders of the harmonics of the response [A eq. 2.2]. Without this key more are added until fidelity.harmonic_tolerance is met.
@@ -78,7 +77,7 @@ keys! {
     /// Elastic modes of the reduced structure, beside the residual of all others, its inertia by pseudo-modes [A §3]. Not of an oscillator.
     MODES: Integer<usize> = "dynamics.modes", Is("30"), integer(1, MOST_MODES, "40");
     /// Damping ratio of every mode. The paper does not state its own.
-    DAMPING_RATIO: Quantity = "dynamics.damping_ratio", Rule("0.002; of an oscillator, and with dynamics.rayleigh, 0"), Quantity(Dimension::NONE, RATIO, "0.002");
+    DAMPING_RATIO: Quantity = "dynamics.damping_ratio", Rule("0.002; of an oscillator, and with dynamics.rayleigh or structure.damping, 0"), Quantity(Dimension::NONE, RATIO, "0.002");
     /// The coefficient alpha of the mass matrix: a mode of frequency f gets the damping ratio alpha / (4 pi f) more. Motions of the whole structure are braked too.
     RAYLEIGH_MASS: Quantity = "dynamics.rayleigh.mass", Is("0 1/s"), Quantity(Dimension::FREQUENCY, NOT_NEGATIVE, "5 1/s");
     /// The coefficient beta of the stiffness matrix: a mode of frequency f gets the damping ratio pi f beta more.

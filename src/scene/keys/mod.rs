@@ -16,8 +16,8 @@ use std::fmt;
 
 use super::Preset;
 use super::error::SceneError;
-pub use value::{Even, Form, Given, Quantity, Value, as_toml, meant};
-pub use word::Choice;
+pub use value::{Even, Form, Given, List, Quantity, Value, as_toml, meant};
+pub use word::{Choice, ListOrPath, Point};
 
 /// A key, and the type of its value.
 pub struct Key<V: ?Sized> {
@@ -42,6 +42,9 @@ pub trait Formed {
 
     /// Refuses what is not of its type or out of its range.
     fn check(&self, given: &Given<'_>) -> Result<(), SceneError>;
+
+    /// Whether what is given is the path of a file.
+    fn names_file(&self, given: &Given<'_>) -> bool;
 }
 
 impl<V: Value> Formed for V {
@@ -51,6 +54,10 @@ impl<V: Value> Formed for V {
 
     fn check(&self, given: &Given<'_>) -> Result<(), SceneError> {
         self.read(given).map(drop)
+    }
+
+    fn names_file(&self, given: &Given<'_>) -> bool {
+        Value::names_file(self, given)
     }
 }
 
@@ -232,12 +239,15 @@ pub fn kinds(section: &str) -> Vec<&'static str> {
     choices.into_iter().map(|choice| choice.0).collect()
 }
 
-/// The names of the keys that a kind of a section, or a form of it, has for itself.
+/// The names of the keys, and of the sections below, that a kind of a section, or a form of it, has for itself.
 pub fn keys_of_kind(section: &str, kind: &str) -> Vec<&'static str> {
-    all()
-        .filter(|key| key.kinds.contains(&kind) && section_of(key.name) == section)
-        .map(Key::last)
-        .collect()
+    let of_kind = all().filter(|key| key.kinds.contains(&kind));
+    let mut names: Vec<&str> = of_kind
+        .filter_map(|key| key.name.strip_prefix(section)?.strip_prefix('.'))
+        .filter_map(|rest| rest.split('.').next())
+        .collect();
+    names.dedup();
+    names
 }
 
 /// The section of a key.
@@ -265,6 +275,8 @@ pub const ALTERNATIVES: &[(&str, &[&[&str]])] = &[
     ("motion", &[&["force"], &["amplitude"], &["history"]]),
     ("motion", &[&["rotation"], &["moment"], &["history"]]),
     ("dynamics.base", &[&["acceleration"], &["displacement"]]),
+    ("structure", &[&["file"], &["stiffness"]]),
+    ("structure", &[&["file"], &["mass"]]),
     (
         "update",
         &[&["stiffness_change"], &["iterations"], &["wear_volume"]],

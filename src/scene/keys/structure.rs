@@ -1,9 +1,9 @@
 //! `[structure]`
 
-use super::Default::{Is, Required};
+use super::Default::{Absent, Is, Required, Rule};
 use super::keys;
 use super::value::{ANY, FOR_ALL, Integer, List, NOT_NEGATIVE, POSITIVE, Quantity, integer};
-use super::word::Choice;
+use super::word::{Choice, FilePath, ListOrPath, PathOrTable, Text, Unit};
 use crate::units::Dimension;
 
 /// More mesh cells along one part of the resonator than any mesh has: a slip of the keyboard.
@@ -11,14 +11,26 @@ const LARGEST_CELLS: u64 = 999;
 
 const LENGTH: Quantity = Quantity(Dimension::LENGTH, POSITIVE, "40 mm");
 const CELLS: Integer<usize> = integer(1, LARGEST_CELLS, "4");
+const FILE_FORMATS: Choice<&str> = Choice(&[
+    ("abaqus", "abaqus", "Abaqus: *MATRIX OUTPUT, substructures"),
+    ("calculix", "calculix", "CalculiX: SOLVER=MATRIXSTORAGE"),
+    ("nastran", "nastran", "Nastran: OUTPUT4, DMIG"),
+    ("matrix_market", "matrix_market", "Matrix Market"),
+    ("matlab", "matlab", "MATLAB, version 5"),
+    ("numpy", "numpy", "NPY, NPZ"),
+]);
+const DIRECTION: &str = "a list of three";
 const XYZ: &str = "one value, or a list of three for x, y and z";
 
 keys! {
     section "structure": "What vibrates; together with [dynamics].";
+    section "structure.unit": "The units of the files of matrices, of nodes and of pairs.";
 
     /// What vibrates.
     KIND: Choice<&'static str> = "structure.kind", Required, Choice(&[
         ("resonator", "resonator", "the single-lap-joint resonator of the paper, in finite elements"),
+        ("matrices", "matrices", "stiffness and mass from a finite-element program"),
+        ("mesh", "mesh", "solids of an input deck of Abaqus or CalculiX, assembled here"),
         ("oscillator", "oscillator", "one mass on springs, dashpots and one contact element; the contact closes at positive z"),
     ]);
     /// Depth of everything along z, the axis of the bolt; the contact is in its middle.
@@ -66,14 +78,41 @@ keys! {
     RIM_CELLS: Integer<usize> = "structure.rim_cells", Is("6"), CELLS, of ["resonator"];
     /// Mesh cells through a bolt head.
     HEAD_CELLS: Integer<usize> = "structure.head_cells", Is("2"), CELLS, of ["resonator"];
-    /// Mass along x, y and z.
-    MASS: List<3> = "structure.mass", Required, List(XYZ, Quantity(Dimension::MASS, POSITIVE, "1 kg"), Some(FOR_ALL)), of ["oscillator"];
-    /// Damping of the dashpots to the ground along x, y and z.
-    DAMPING: List<3> = "structure.damping", Is("0 N s/m"),
-        List(XYZ, Quantity(Dimension::DAMPING, NOT_NEGATIVE, "5 N s/m"), Some(FOR_ALL)), of ["oscillator"];
-    /// Stiffness of the springs to the ground along x, y and z, without the contact.
-    STIFFNESS: List<3> = "structure.stiffness", Required,
-        List(XYZ, Quantity(Dimension::STIFFNESS, NOT_NEGATIVE, "10 N/um"), Some(FOR_ALL)), of ["oscillator"];
+    /// The file that has stiffness and mass, in place of one for each. Of CalculiX one of its files is enough. Of a mesh, the input deck.
+    FILE: FilePath = "structure.file", Rule("must be given, or structure.stiffness and structure.mass"), FilePath("superelement.op4"), of ["matrices", "mesh"];
+    /// The format of the files.
+    FORMAT: Choice<&'static str> = "structure.format", Rule("by their content"), FILE_FORMATS, of ["matrices"];
+    /// The positions of the nodes: CSV with the columns node, x, y and z. Needed where neither the files nor the deck beside them have them.
+    NODES: FilePath = "structure.nodes", Absent, FilePath("nodes.csv"), of ["matrices"];
+    /// The nodes of both bodies at the joint, as pairs or as two sets. Pairs are CSV with the columns upper_node, lower_node and, if known, area.
+    INTERFACE: PathOrTable = "structure.interface", Required, PathOrTable("pairs.csv", "{ upper = \"TOP\", lower = \"BOTTOM\" }"), of ["matrices", "mesh"];
+    /// The set of nodes of the upper body.
+    INTERFACE_UPPER: Text = "structure.interface.upper", Required, Text("TOP");
+    /// The set of nodes of the lower body.
+    INTERFACE_LOWER: Text = "structure.interface.lower", Required, Text("BOTTOM");
+    /// What is held: sets, nodes, directions and rows, as fretwear inspect takes them.
+    FIXED: Text = "structure.fixed", Rule("nothing"), Text("CLAMP, 12-20, 31.123"), of ["matrices", "mesh"];
+    /// Normal of the joint, from the lower body into the upper one, in the axes of the model.
+    NORMAL: List<3> = "structure.normal", Rule("from the positions of the nodes"), List(DIRECTION, Quantity(Dimension::NONE, ANY, "[0, 0, 1]"), None), of ["matrices", "mesh"];
+    /// Direction of the x of the joint, in the axes of the model.
+    ALONG: List<3> = "structure.along", Rule("that of the array of its nodes nearest to the x of the model"), List(DIRECTION, Quantity(Dimension::NONE, ANY, "[1, 0, 0]"), None), of ["matrices", "mesh"];
+    /// Thickness of the finite elements at the joint, on either side.
+    LAYER: Quantity = "structure.layer", Rule("from the positions of the nodes"), LENGTH, of ["matrices", "mesh"];
+    /// The unit of length.
+    UNIT_LENGTH: Unit = "structure.unit.length", Is("m"), Unit(Dimension::LENGTH, "mm"), of ["matrices", "mesh"];
+    /// The unit of mass: t with mm, N and s.
+    UNIT_MASS: Unit = "structure.unit.mass", Is("kg"), Unit(Dimension::MASS, "t"), of ["matrices", "mesh"];
+    /// The unit of time.
+    UNIT_TIME: Unit = "structure.unit.time", Is("s"), Unit(Dimension::TIME, "s"), of ["matrices", "mesh"];
+    /// Mass along x, y and z of an oscillator; the file of the mass matrix.
+    MASS: ListOrPath<3> = "structure.mass", Rule("must be given; of matrices, or structure.file"),
+        ListOrPath(List(XYZ, Quantity(Dimension::MASS, POSITIVE, "1 kg"), Some(FOR_ALL)), FilePath("model_MASS1.mtx")), of ["oscillator", "matrices"];
+    /// Damping of the dashpots of an oscillator to the ground along x, y and z; the file of a viscous damping matrix.
+    DAMPING: ListOrPath<3> = "structure.damping", Rule("none"),
+        ListOrPath(List(XYZ, Quantity(Dimension::DAMPING, NOT_NEGATIVE, "5 N s/m"), Some(FOR_ALL)), FilePath("model_DMPV1.mtx")), of ["oscillator", "matrices"];
+    /// Stiffness of an oscillator's springs to the ground along x, y and z, without the contact; the file of the stiffness matrix.
+    STIFFNESS: ListOrPath<3> = "structure.stiffness", Rule("must be given; of matrices, or structure.file"),
+        ListOrPath(List(XYZ, Quantity(Dimension::STIFFNESS, NOT_NEGATIVE, "10 N/um"), Some(FOR_ALL)), FilePath("model_STIF1.mtx")), of ["oscillator", "matrices"];
     /// Cubic stiffness k3 of springs to the ground along x, y and z, beside the linear ones: their force is k3 u^3. Negative ones soften.
     CUBIC_STIFFNESS: List<3> = "structure.cubic_stiffness", Is("0 N/m^3"),
         List(XYZ, Quantity(Dimension::CUBIC_STIFFNESS, ANY, "1e9 N/m^3"), Some(FOR_ALL)), of ["oscillator"];

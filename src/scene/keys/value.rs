@@ -50,6 +50,11 @@ pub trait Value {
 
     /// The value, if it is of this type and within its range.
     fn read(&self, given: &Given<'_>) -> Result<Self::Read>;
+
+    /// Whether what is given is the path of a file.
+    fn names_file(&self, _: &Given<'_>) -> bool {
+        self.form().is_path
+    }
 }
 
 /// What a scene gives for a key, and under which name errors speak of it.

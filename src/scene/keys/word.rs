@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde_json::json;
 use toml::Value as Toml;
 
-use super::value::{Form, Given, Value, as_toml};
+use super::value::{Form, Given, List, Value, as_toml};
 use crate::scene::document::{Content, Node};
 use crate::scene::error::{Problem, SceneError};
 use crate::units::{self, Dimension};
@@ -159,6 +159,102 @@ impl Value for BooleanOrTable {
         let value = given.value().and_then(Toml::as_bool);
         let expected = || format!("true, false or a table such as {}", self.0);
         value.ok_or_else(|| given.out_of_range(expected()))
+    }
+}
+
+/// The path of a file where there is no table of keys; a path and a table as examples. What is read is the path, if it is one.
+pub struct PathOrTable(pub &'static str, pub &'static str);
+
+impl Value for PathOrTable {
+    type Read = Option<PathBuf>;
+
+    fn form(&self) -> Form {
+        let words = "the path of a file, or a table".to_owned();
+        Form {
+            words,
+            ..FilePath(self.0).form()
+        }
+    }
+
+    fn read(&self, given: &Given<'_>) -> Result<Option<PathBuf>> {
+        if matches!(given.node.content, Content::Section(_)) {
+            return Ok(None);
+        }
+        let expected = || format!("the path of a file, or a table such as {}", self.1);
+        FilePath(self.0)
+            .read(given)
+            .map(Some)
+            .map_err(|_| given.wrong_type(expected()))
+    }
+}
+
+/// Numbers with units of one kind of a section, the path of a file of another. What is read is whether it may be either.
+pub struct ListOrPath<const N: usize>(pub List<N>, pub FilePath);
+
+impl<const N: usize> Value for ListOrPath<N> {
+    type Read = ();
+
+    fn form(&self) -> Form {
+        let (list, path) = (self.0.form(), self.1.form());
+        Form {
+            words: format!("{}; of matrices {}", list.words, path.words),
+            schema: json!({ "anyOf": [list.schema, path.schema] }),
+            is_path: true,
+            ..list
+        }
+    }
+
+    fn read(&self, given: &Given<'_>) -> Result<()> {
+        // Numbers that are none have an error of their own; a text may be a path.
+        match self.1.read(given) {
+            Ok(_) => Ok(()),
+            Err(_) => self.0.read(given).map(drop),
+        }
+    }
+
+    fn names_file(&self, given: &Given<'_>) -> bool {
+        self.0.read(given).is_err()
+    }
+}
+
+/// A point of a structure: one of a few words, or a node or a set of nodes; the words and what each means.
+pub struct Point(pub &'static [(&'static str, &'static str)]);
+
+impl Point {
+    /// One of the words that are allowed; any node or set where none are.
+    pub fn among(&self, given: &Given<'_>, allowed: &[&'static str]) -> Result<String> {
+        let point = self.read(given)?;
+        if allowed.is_empty() || allowed.contains(&point.as_str()) {
+            return Ok(point);
+        }
+        Err(given.fault(|key| Problem::Choice {
+            key,
+            value: given.node.shown(),
+            nearest: super::nearest(&point, allowed.iter().copied()),
+            choices: allowed.to_vec(),
+        }))
+    }
+}
+
+impl Value for Point {
+    type Read = String;
+
+    fn form(&self) -> Form {
+        let words: Vec<String> = self.0.iter().map(|choice| as_toml(choice.0)).collect();
+        let schema = json!({ "type": ["string", "integer"] });
+        let words = format!("{}, or a node or a set of nodes", words.join(", "));
+        Form {
+            choices: self.0.to_vec(),
+            ..Form::new(self.0[0].0, words, schema)
+        }
+    }
+
+    fn read(&self, given: &Given<'_>) -> Result<String> {
+        match given.value() {
+            Some(Toml::String(text)) if !text.trim().is_empty() => Ok(text.trim().to_owned()),
+            Some(Toml::Integer(node)) => Ok(node.to_string()),
+            _ => Err(given.wrong_type(self.form().words)),
+        }
     }
 }
 

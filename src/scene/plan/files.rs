@@ -1,4 +1,4 @@
-//! The files that a scene names: a surface, a motion history. They enter what a run is known by by their content, never by path or
+//! The files that a scene names: a surface, a motion history, the matrices of a structure. They enter what a run is known by by their content, never by path or
 //! time.
 
 use std::path::{Path, PathBuf};
@@ -8,9 +8,11 @@ use serde_json::{Value, json};
 
 use super::PlanError;
 use super::rough::{Contents, motion_of};
+use super::structure_files::{self, StructureFileError};
 use crate::files;
 use crate::recipe::HeightsFile;
 use crate::scene::{Contact, Motion as SceneMotion, RoughJoint, Scene, Transverse};
+use crate::structure::imported::Imported;
 use crate::surface::prepare::{self, PrepareError, PrepareOptions, Prepared};
 use crate::surface::readers::{self, ReadError, ReadOptions};
 use crate::tables::{self, TableError, TableName, TypedTable, typed};
@@ -39,6 +41,9 @@ pub enum InputError {
         /// What is wrong.
         source: PrepareError,
     },
+    /// The files of the structure cannot be used.
+    #[error(transparent)]
+    Structure(#[from] StructureFileError),
     /// The motion history is not one.
     #[error("motion.history {}: {problem}", path.display())]
     History {
@@ -127,16 +132,34 @@ pub(super) struct Files {
     pub motion: Motion,
     /// The heights of a surface from a file on the joint's cells.
     pub measured: Option<Arc<Prepared>>,
+    /// The matrices of a structure.
+    pub imported: Option<Arc<Imported>>,
+    /// The scene with what the files say of its structure.
+    pub scene: Scene,
     /// Hashes of the files.
     pub contents: Contents,
     /// [`Scene::canonical`] with these hashes.
     pub canonical: Value,
 }
 
+/// Hash of what is written part by part.
+pub(super) fn hash_of(write: impl FnOnce(&mut dyn FnMut(&[u8]))) -> String {
+    let mut hasher = blake3::Hasher::new();
+    write(&mut |part| {
+        hasher.update(part);
+    });
+    hasher.finalize().to_hex().to_string()
+}
+
 impl Files {
     /// Reads the files of a scene, each once.
     pub fn read(scene: &Scene) -> Result<Files, InputError> {
         let mut canonical = scene.canonical();
+        let mut scene = scene.clone();
+        let imported = structure_files::read(&mut scene)?.map(Arc::new);
+        if let Some(import) = scene.structure.as_ref().and_then(|s| s.import()) {
+            canonical["structure"]["content"] = json!(import.content);
+        }
         let mut contents = Contents::default();
         let mut measured = None;
         let hash = |bytes: &[u8]| blake3::hash(bytes).to_hex().to_string();
@@ -168,12 +191,14 @@ impl Files {
                     false => motion.refined(steps),
                 }
             }
-            (Some(contact), _) => motion_of(scene, contact),
+            (Some(contact), _) => motion_of(&scene, contact),
             (None, _) => Motion::none(0.0),
         };
         Ok(Files {
             motion,
             measured,
+            imported,
+            scene,
             contents,
             canonical,
         })

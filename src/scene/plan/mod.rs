@@ -8,12 +8,14 @@ mod numbers;
 mod plausible;
 mod rough;
 mod stability;
+mod structure_files;
 mod vibration;
 
 use serde_json::json;
 
 use super::Scene;
 use super::canonical::FOLLOWING_KEYS;
+use crate::model_update::ModelUpdateError;
 use crate::recipe::{Check, CycleError, Decision, Identity, Inputs, Joint, Reasons, Recipe, told};
 use crate::surface::SurfaceError;
 use crate::wear::Motion;
@@ -22,6 +24,7 @@ use rough::{Contents, motion_of};
 
 pub use files::{HistoryProblem, InputError};
 pub use stability::explicit_step;
+pub use structure_files::StructureFileError;
 
 /// A scene that is well written and cannot be run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -164,6 +167,14 @@ pub enum PlanError {
         /// The outermost cells, x and y \[mm\].
         reach: [f64; 2],
     },
+    /// The grid and the contact elements do not fit.
+    #[error("joint.grid: {0}")]
+    Elements(ModelUpdateError),
+    /// Nothing says what the mesh under the joint has of its compliance.
+    #[error(
+        "contact.stiffness = \"sliders\", its default, takes from the bodies' compliance what the finite elements have of it, and no positions of nodes say how thick they are at the joint; give structure.layer, or contact.stiffness = \"total\""
+    )]
+    NoLayer,
     /// No cell is left.
     #[error(
         "the joint has no cell: `joint.hole.diameter` takes all of {cells} cells; make it smaller"
@@ -188,10 +199,12 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// What there is to say of a measured surface: the run's surface stage says it too.
+    /// What there is to say of a measured surface and of the matrices of a structure: the run's stages say it too.
     pub fn notices(&self) -> impl Iterator<Item = String> + use<'_> {
         let measured = self.inputs.measured.iter();
-        measured.flat_map(|found| found.notices.iter().map(ToString::to_string))
+        let measured = measured.flat_map(|found| found.notices.iter().map(ToString::to_string));
+        let imported = self.inputs.imported.iter();
+        measured.chain(imported.flat_map(|found| found.notes.clone()))
     }
 }
 
@@ -202,7 +215,7 @@ impl Plan {
     /// [`InputError`] for a file that cannot be used, and for a scene that is well written and cannot be run.
     pub fn of(scene: &Scene) -> Result<Plan, InputError> {
         let files = Files::read(scene)?;
-        let recipe = decide(scene, &files.motion, &files.contents)?;
+        let recipe = decide(&files.scene, &files.motion, &files.contents)?;
         let warnings = stability::warning(&recipe);
         let decisions = told(&recipe);
         let checks = plausible::checks(&recipe, &files.motion, files.measured.as_deref());
@@ -219,6 +232,7 @@ impl Plan {
                 },
                 motion: files.motion,
                 measured: files.measured,
+                imported: files.imported,
                 recipe,
             },
             decisions,

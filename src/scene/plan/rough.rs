@@ -53,14 +53,14 @@ pub struct Contents {
 
 /// The mesh under the joint, where the contact elements at its nodes have laws of their own.
 fn structure_mesh(scene: &Scene, rough: &RoughJoint) -> Option<recipe::StructureMesh> {
-    let resonator = rough
-        .resonator
+    let structure = rough
+        .structure
         .filter(|_| !contact_ports(scene).are_faces())?;
-    let (sides, layers) = resonator.contact_mesh();
+    let array = structure.contact_array()?;
     Some(recipe::StructureMesh {
-        counts: [resonator.lap_cells; 2],
-        sides,
-        layers,
+        counts: array.counts,
+        sides: array.sides(),
+        layers: structure.layers(),
     })
 }
 
@@ -73,7 +73,7 @@ fn surface(
     let mut why = Reasons::default();
     why.add(
         "cells",
-        if rough.resonator.is_some() {
+        if rough.structure.is_some() {
             "the cells whose centre lies in a contact element of the structure"
         } else if patch.cells() < patch.grid.len() {
             "cells in the hole and unmeasured ones carry nothing"
@@ -81,18 +81,15 @@ fn surface(
             "no hole"
         },
     );
-    let cells = match (rough.resonator, rough.joint.hole) {
-        (Some(resonator), _) => {
-            let counts = rough.joint.elements.unwrap_or([1, 1]);
-            let there = resonator.contact_cells();
-            let all = (0..counts[0]).flat_map(|i| (0..counts[1]).map(move |j| [i, j]));
-            let absent = all.filter(|cell| !there.contains(cell)).collect();
-            recipe::Cells::Elements {
-                counts,
-                absent,
-                ports,
-            }
-        }
+    let array = rough
+        .structure
+        .and_then(|structure| structure.contact_array());
+    let cells = match (array, rough.joint.hole) {
+        (Some(array), _) => recipe::Cells::Elements {
+            counts: array.counts,
+            absent: array.absent,
+            ports,
+        },
         (None, Some(hole)) => recipe::Cells::Hole {
             diameter: hole.diameter,
         },
@@ -378,6 +375,12 @@ fn check(
     patch: &Patch,
     motion: &Motion,
 ) -> Result<(), PlanError> {
+    if structure_mesh(scene, rough).is_some_and(|mesh| mesh.layers.is_empty()) {
+        return Err(PlanError::NoLayer);
+    }
+    if let Some(Err(source)) = rough.elements() {
+        return Err(PlanError::Elements(source));
+    }
     if patch.cells() == 0 {
         return Err(PlanError::NoCells {
             cells: patch.grid.len(),

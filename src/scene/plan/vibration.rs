@@ -69,7 +69,7 @@ fn response(scene: &Scene, dynamics: &Dynamics) -> recipe::Response {
         "points",
         "for the unworn joint, at output.response_at and at the end",
     );
-    let is_oscillator = structure.is_some_and(|structure| structure.resonator().is_none());
+    let is_oscillator = structure.is_some_and(|structure| structure.is_oscillator());
     recipe::Response {
         forces: dynamics.forces.clone(),
         base: dynamics.base,

@@ -19,9 +19,15 @@ pub(super) fn contact(reader: &Reader<'_>, body: Body) -> Result<Option<Contact>
         let load = NORMAL_LOAD.line();
         let friction = lines(&[&FRICTION_COEFFICIENT, &NORMAL_LOAD]);
         return match (body, has_surface) {
+            (Body::Matrices, false) => {
+                let purpose = "what the two bodies of the matrices have between them";
+                let given = "kn = \"1.2e4 N/um\"\nkt = \"1e4 N/um\"";
+                let rough = format!("{friction}\n# and [surface], or\n{given}");
+                Err(reader.missing_section("contact", purpose, &rough))
+            }
             (Body::Joint, _) => Err(reader.missing_section("contact", purpose, &load)),
             (_, true) => Err(reader.missing_section("contact", purpose, &friction)),
-            (_, false) if reader.has("wear") && body == Body::Resonator => {
+            (_, false) if reader.has("wear") && body != Body::Oscillator => {
                 let purpose = "[wear] needs it: a bonded joint does not wear";
                 Err(reader.missing_section("contact", purpose, &friction))
             }
@@ -50,7 +56,7 @@ pub(super) fn contact(reader: &Reader<'_>, body: Body) -> Result<Option<Contact>
         Body::Oscillator => {
             return Err(reader.missing_line(&KN, "kn = \"12 N/um\""));
         }
-        Body::Resonator if !has_surface => {
+        Body::Resonator | Body::Matrices if !has_surface => {
             return Err(reader.missing_section(
                 "surface",
                 "the heights of the contact; contact.kn and contact.kt may take its place",

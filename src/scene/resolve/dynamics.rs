@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use super::Result;
 use crate::scene::document::Node;
 use crate::scene::keys::dynamics::*;
+use crate::scene::keys::structure::DAMPING;
 use crate::scene::reader::Reader;
 use crate::scene::{Base, BaseMotion, Contact, Dynamics, Force, Method, Port, Rayleigh, Structure};
 
@@ -37,7 +38,7 @@ pub(super) fn dynamics(
     structure: &Structure,
     contact: Option<&Contact>,
 ) -> Result<Dynamics> {
-    let is_oscillator = structure.resonator().is_none();
+    let is_oscillator = structure.is_oscillator();
     let base = base(reader, structure)?;
     let forces = match reader.has(&FORCE) || base.is_none() {
         true => forces(reader, structure)?,
@@ -47,7 +48,11 @@ pub(super) fn dynamics(
         Some(force) => force.port.clone(),
         None => match base.filter(|base| base.harmonic == 1) {
             Some(base) => Port {
-                at: points(structure)[0].to_owned(),
+                at: points(structure)
+                    .first()
+                    .copied()
+                    .unwrap_or_default()
+                    .to_owned(),
                 axis: base.axis,
             },
             None => {
@@ -59,10 +64,9 @@ pub(super) fn dynamics(
         },
     };
     let response = Port {
-        at: match reader.among(&RESPONSE_AT, points(structure))? {
-            Some(at) => at.to_owned(),
-            None => drive.at.clone(),
-        },
+        at: reader
+            .point(&RESPONSE_AT, points(structure))?
+            .unwrap_or_else(|| drive.at.clone()),
         axis: reader.get(&RESPONSE_DIRECTION)?.unwrap_or(drive.axis),
     };
     let harmonics = harmonics(reader, &forces, base)?;
@@ -71,7 +75,7 @@ pub(super) fn dynamics(
     if method == Method::Time && !is_oscillator {
         return Err(reader.conflict(
             &METHOD,
-            "a resonator is reduced to modes and a residual flexibility, and has hundreds of contact elements: integration in time is of oscillators; leave it out",
+            "a reduced structure has modes, a residual flexibility and hundreds of contact elements: integration in time is of oscillators; leave it out",
         ));
     }
     if is_oscillator && reader.has(&MODES) {
@@ -89,7 +93,7 @@ pub(super) fn dynamics(
             reader.value(&MODES)?
         },
         damping_ratio: reader.get(&DAMPING_RATIO)?.unwrap_or(
-            if is_oscillator || rayleigh.is_some() {
+            if is_oscillator || rayleigh.is_some() || reader.has(&DAMPING) {
                 0.0
             } else {
                 STEEL_DAMPING
@@ -123,10 +127,10 @@ fn base(reader: &Reader<'_>, structure: &Structure) -> Result<Option<Base>> {
     if !reader.has(BASE) {
         return Ok(None);
     }
-    if structure.resonator().is_some() {
+    if !structure.is_oscillator() {
         return Err(reader.conflict(
             BASE,
-            "a resonator hangs free: it has no ground that could move; drive it with dynamics.force",
+            "the motion of the ground is that of an oscillator; drive a reduced structure with dynamics.force",
         ));
     }
     let motion = match (
@@ -156,12 +160,17 @@ fn base(reader: &Reader<'_>, structure: &Structure) -> Result<Option<Base>> {
 /// One force, or a list of them.
 fn forces(reader: &Reader<'_>, structure: &Structure) -> Result<Vec<Force>> {
     let Some(list) = reader.get(&FORCE)? else {
+        let at = if structure.is_oscillator() {
+            ""
+        } else {
+            " at = 17,"
+        };
         return Err(match structure.resonator() {
             Some(_) => reader.missing(&FORCE, ""),
-            None => {
-                let example = "force = { amplitude = \"100 N\", direction = \"x\" }";
-                reader.missing_line(&FORCE, example)
-            }
+            None => reader.missing_line(
+                &FORCE,
+                format!("force = {{ amplitude = \"100 N\",{at} direction = \"x\" }}"),
+            ),
         });
     };
     let Some(tables) = list else {
@@ -177,9 +186,15 @@ fn forces(reader: &Reader<'_>, structure: &Structure) -> Result<Vec<Force>> {
 
 fn force(reader: &Reader<'_>, structure: &Structure) -> Result<Force> {
     let points = points(structure);
-    let at = reader.among(&FORCE_AT, points)?.unwrap_or(points[0]);
+    let at = match (reader.point(&FORCE_AT, points)?, points.first()) {
+        (Some(at), _) => at,
+        (None, Some(usual)) => (*usual).to_owned(),
+        (None, None) => {
+            return Err(reader.missing_line(&FORCE_AT, "at = 17   # a node, or a set of nodes"));
+        }
+    };
     let port = Port {
-        at: at.to_owned(),
+        at,
         axis: reader.value(&FORCE_DIRECTION)?,
     };
     let harmonic = reader.value(&FORCE_HARMONIC)? as u32;

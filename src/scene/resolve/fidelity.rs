@@ -132,7 +132,7 @@ fn with_samples(
     };
     let highest = dynamics.harmonics.last().map_or(0, |order| *order as usize);
     let reason = format!(": more than twice the highest harmonic, {highest}");
-    let is_oscillator = structure.is_some_and(|structure| structure.resonator().is_none());
+    let is_oscillator = structure.is_some_and(|structure| structure.is_oscillator());
     let times = if is_oscillator { OSCILLATOR_SAMPLES } else { 1 };
     // What is usual stays out of the scene: older ones do not have it.
     let aft_events = reader.get(&AFT_EVENTS)?;

@@ -9,6 +9,7 @@ use crate::scene::{Bodies, Hole, Joint, Motion, Resonator, Scene, SceneError, So
 pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
     let example = match body {
         Body::Joint => lines(&[&SIZE, &GRID]),
+        Body::Matrices => "size = [\"40 mm\", \"40 mm\"]\ngrid = [256, 256]".to_owned(),
         Body::Resonator => {
             "size = [\"40 mm\", \"40 mm\"]\ngrid = [256, 256]\nelements = [19, 19]".to_owned()
         }
@@ -27,6 +28,12 @@ pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
     };
     let (size, grid) = (reader.required(&SIZE), grid).all()?;
     let mut elements = reader.get(&ELEMENTS)?;
+    if body == Body::Matrices && reader.has("joint.hole") {
+        return Err(reader.conflict(
+            &HOLE_DIAMETER,
+            "the outline and the holes of the joint are those of its nodes; leave it out",
+        ));
+    }
     if body == Body::Resonator {
         elements = Some(resonator_elements(reader, elements, grid)?);
     }
@@ -112,7 +119,7 @@ fn check_hole(
         ..Resonator::default()
     };
     let side = [0, 1].map(|d| size[d] / elements[d] as f64);
-    let absent = elements[0] * elements[1] - resonator.contact_cells().len();
+    let absent = resonator.contact_array().absent.len();
     let staircase = 2.0 * (absent as f64 * side[0] * side[1] / std::f64::consts::PI).sqrt();
     let within = side[0].max(side[1]);
     if (diameter - staircase).abs() <= within {
@@ -131,6 +138,8 @@ fn check_hole(
 pub(super) fn material(reader: &Reader<'_>, body: Body) -> Result<Option<Bodies>> {
     let example = match body {
         Body::Joint => lines(&[&YOUNGS_MODULUS, &POISSON_RATIO]),
+        Body::Matrices if !reader.has("surface") && !reader.has("material") => return Ok(None),
+        Body::Matrices => lines(&[&YOUNGS_MODULUS, &POISSON_RATIO]),
         Body::Resonator => lines(&[&YOUNGS_MODULUS, &POISSON_RATIO, &DENSITY]),
         Body::Oscillator if reader.has("material") => {
             let reason =

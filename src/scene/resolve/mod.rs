@@ -32,6 +32,8 @@ enum Body {
     Joint,
     /// `[structure] kind = "resonator"`
     Resonator,
+    /// `[structure] kind = "matrices"`, or `"mesh"`
+    Matrices,
     /// `[structure] kind = "oscillator"`
     Oscillator,
 }
@@ -39,8 +41,8 @@ enum Body {
 pub(super) fn scene(tree: &Node, name: String) -> Result<Scene> {
     let reader = Reader::new(tree);
     // Before the keys: those of a kind that is not there yet are unknown.
-    let only = "only \"resonator\" and \"oscillator\" are";
-    reader.refuse_words(&KIND, &["matrices", "mesh", "reduced"], only)?;
+    let only = "only \"resonator\", \"matrices\", \"mesh\" and \"oscillator\" are";
+    reader.refuse_words(&KIND, &["reduced"], only)?;
     let mut faults = Faults::default();
     let scene = sections(&reader, name, &mut faults);
     // Of a key its section knows more than its type does, and is heard first.
@@ -136,6 +138,7 @@ fn body(reader: &Reader<'_>) -> Result<Body> {
     let kind = reader.kind(&KIND)?;
     Ok(match kind {
         "resonator" => Body::Resonator,
+        "matrices" | "mesh" => Body::Matrices,
         _ => Body::Oscillator,
     })
 }

@@ -2,11 +2,15 @@
 
 use super::{All, Body, Result};
 use crate::material::Material;
+use crate::recipe::{Import, ImportFiles, JointSets};
 use crate::scene::error::SceneError;
 use crate::scene::keys::{self, joint::DENSITY, structure::*};
 use crate::scene::reader::Reader;
 use crate::scene::{Bodies, Joint, Resonator, Structure};
 use crate::structure::StructureError;
+use crate::structure::imported::UnitSystem;
+use crate::structure::interface::Wanted;
+use crate::structure::matrices::Role;
 
 /// Cells of the box around a mesh: the factors of the matrices of so many take some hundred gigabytes.
 const MOST_CELLS: f64 = 4e6;
@@ -25,13 +29,111 @@ pub(super) fn structure(
             let geometry = resonator(reader, joint, bodies, !has_contact)?;
             Ok(Some(geometry.into()))
         }
+        (Body::Matrices, joint, _) => matrices(reader, joint).map(Some),
         _ => Ok(None),
     }
 }
 
+/// Matrices from another program: where they are, and what the scene says of them. The files are read later.
+fn matrices(reader: &Reader<'_>, joint: Option<&Joint>) -> Result<Structure> {
+    let (file, stiffness, mass) = (
+        reader.get(&FILE)?,
+        reader.path(&STIFFNESS)?,
+        reader.path(&MASS)?,
+    );
+    let files = match (file, stiffness, mass) {
+        (Some(file), None, None) if !reader.has(&DAMPING) => vec![(None, file)],
+        (Some(_), _, _) => {
+            return Err(reader.conflict(
+                &FILE,
+                "structure.stiffness, structure.mass or structure.damping gives a file of its own; give the one file, or one for each",
+            ));
+        }
+        (None, Some(stiffness), Some(mass)) => {
+            let damping = reader
+                .path(&DAMPING)?
+                .map(|path| (Some(Role::Damping), path));
+            let both = [(Some(Role::Stiffness), stiffness), (Some(Role::Mass), mass)];
+            both.into_iter().chain(damping).collect()
+        }
+        (None, None, None) if reader.kind(&KIND)? == "mesh" => {
+            return Err(reader.missing_line(&FILE, "file = \"model.inp\""));
+        }
+        (None, None, _) => {
+            return Err(reader.missing_line(
+                &STIFFNESS,
+                "stiffness = \"model_STIF1.mtx\"   (or file = \"superelement.op4\")",
+            ));
+        }
+        (None, Some(_), None) => {
+            return Err(reader.missing_line(&MASS, "mass = \"model_MASS1.mtx\""));
+        }
+    };
+    let pairs = match reader.get(&INTERFACE)? {
+        None => {
+            return Err(reader.missing(
+                &INTERFACE,
+                "   (or { upper = \"TOP\", lower = \"BOTTOM\" })",
+            ));
+        }
+        Some(pairs) => pairs,
+    };
+    let sets = match pairs {
+        Some(_) => None,
+        None => {
+            let (upper, lower) = (
+                reader.required(&INTERFACE_UPPER),
+                reader.required(&INTERFACE_LOWER),
+            )
+                .all()?;
+            Some(JointSets { upper, lower })
+        }
+    };
+    let direction = |key: &keys::Key<keys::List<3>>| {
+        let found = reader.get(key)?;
+        match found {
+            Some([0.0, 0.0, 0.0]) => {
+                Err(reader.out_of_range(key, "a direction: not all three zero"))
+            }
+            found => Ok(found),
+        }
+    };
+    let wanted = Wanted {
+        normal: direction(&NORMAL)?,
+        along: direction(&ALONG)?,
+        layer: reader.get(&LAYER)?,
+    };
+    if let (Some(layer), Some(joint)) = (wanted.layer, joint)
+        && layer > joint.size[0].max(joint.size[1])
+    {
+        return Err(reader.out_of_range(&LAYER, "no more than a side of the joint"));
+    }
+    let unit = UnitSystem {
+        length: reader.value(&UNIT_LENGTH)?,
+        mass: reader.value(&UNIT_MASS)?,
+        time: reader.value(&UNIT_TIME)?,
+    };
+    Ok(Structure::from(Import {
+        files: ImportFiles {
+            matrices: files,
+            nodes: reader.get(&NODES)?,
+            pairs,
+        },
+        format: reader.get(&FORMAT)?.map(str::to_owned),
+        unit,
+        fixed: reader.get(&FIXED)?,
+        sets,
+        wanted,
+        ..Import::default()
+    }))
+}
+
 fn oscillator(reader: &Reader<'_>) -> Result<Structure> {
-    let (mass, damping) = (reader.required(&MASS), reader.value(&DAMPING));
-    let (mass, damping, stiffness) = (mass, damping, reader.required(&STIFFNESS)).all()?;
+    let needed = |key: &keys::Key<keys::ListOrPath<3>>| {
+        reader.list(key)?.ok_or_else(|| reader.missing(key, ""))
+    };
+    let damping = reader.list(&DAMPING).map(Option::unwrap_or_default);
+    let (mass, damping, stiffness) = (needed(&MASS), damping, needed(&STIFFNESS)).all()?;
     let springs = (
         reader.value(&CUBIC_STIFFNESS)?,
         reader.value(&STOP_STIFFNESS)?,

@@ -103,12 +103,17 @@ pub(super) fn values(
         }
         "harmonics" => Ok(scene.dynamics.as_ref().map(harmonics).unwrap_or_default()),
         "modes" | "elements" | "stiffness"
+            if scene.structure.as_ref().is_none_or(|s| s.is_oscillator()) =>
+        {
+            Err("there is no [structure] of finite elements")
+        }
+        "elements"
             if scene
                 .structure
                 .as_ref()
-                .is_none_or(|s| s.resonator().is_none()) =>
+                .is_some_and(|s| s.import().is_some()) =>
         {
-            Err("there is no [structure] of finite elements")
+            Err("the contact elements are those of the structure's files")
         }
         "modes" => {
             let modes = scene.dynamics.as_ref().map_or(1, |dynamics| dynamics.modes);

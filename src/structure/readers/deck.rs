@@ -1,4 +1,4 @@
-//! What an input deck of Abaqus or CalculiX says of the nodes: their positions and sets. Nothing else of it is read.
+//! What an input deck of Abaqus or CalculiX says of the nodes: their positions and sets. Its mesh is read in `mesh_deck`.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -41,7 +41,8 @@ pub(super) fn beside(path: &Path) -> Vec<PathBuf> {
     decks
 }
 
-fn option<'a>(line: &'a str, name: &str) -> Option<&'a str> {
+/// The value of an option of a keyword's line; empty where it has none.
+pub(super) fn option<'a>(line: &'a str, name: &str) -> Option<&'a str> {
     line.split(',').skip(1).find_map(|part| {
         let (key, value) = part.split_once('=').unwrap_or((part, ""));
         key.trim().eq_ignore_ascii_case(name).then(|| value.trim())

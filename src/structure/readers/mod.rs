@@ -9,6 +9,7 @@ mod deck;
 mod error;
 mod mat5;
 mod matrix_market;
+mod mesh_deck;
 mod nastran_dmig;
 mod nastran_op4;
 mod numpy;
@@ -206,7 +207,28 @@ pub fn read(inputs: &[Input], word: Option<&str>) -> Result<Matrices, ReadError>
             }
         }
     }
+    let has_matrices = has(|p| !p.matrices.is_empty(), &sources);
+    for source in sources.iter_mut().filter(|s| !has_matrices && s.is_given) {
+        let fail = |problem| ReadError {
+            path: source.path.clone(),
+            problem,
+        };
+        let bytes = files::read(&source.path, LONGEST_FILE);
+        let bytes = bytes.map_err(|source| fail(ReadProblem::Io { source }))?;
+        if let Some(assembled) = assembled(&bytes).map_err(fail)? {
+            (source.format, source.parsed) = (MESH, assembled);
+        }
+    }
     combined(sources)
+}
+
+/// What a file is called whose mesh was assembled.
+const MESH: &str = "mesh of an Abaqus input deck";
+
+/// The matrices of the mesh of a deck; none of another file.
+fn assembled(bytes: &[u8]) -> Result<Option<Parsed>, ReadProblem> {
+    let is_mesh = deck::is(bytes) && mesh_deck::has_mesh(bytes);
+    is_mesh.then(|| mesh_deck::assemble(bytes)).transpose()
 }
 
 fn opened(
@@ -236,10 +258,16 @@ fn opened(
 /// # Errors
 /// As [`read`]; `path` is only named.
 pub fn parse(path: &Path, bytes: &[u8], word: Option<&str>) -> Result<Matrices, ReadError> {
-    let (format, parsed) = parsed(bytes, word).map_err(|problem| ReadError {
+    let fail = |problem| ReadError {
         path: path.to_owned(),
         problem,
-    })?;
+    };
+    let (mut format, mut parsed) = parsed(bytes, word).map_err(fail)?;
+    if parsed.matrices.is_empty()
+        && let Some(mesh) = assembled(bytes).map_err(fail)?
+    {
+        (format, parsed) = (MESH, mesh);
+    }
     combined(vec![Source {
         path: path.to_owned(),
         role: None,

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::Resonator;
 use crate::structure::StructureError;
+use crate::structure::contact_array::corners_of;
 use crate::structure::mesh::{Hexahedron, Mesh, Point, corners};
 
 /// Part number of mass 1, the body below the contact plane.
@@ -38,11 +39,6 @@ impl Facing {
     pub fn corners(&self) -> [[usize; 2]; 4] {
         corners_of(self.cell)
     }
-}
-
-/// Places of the nodes around a cell, in the order of [`Facing::pairs`].
-pub(super) fn corners_of([i, j]: [usize; 2]) -> [[usize; 2]; 4] {
-    [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]]
 }
 
 /// The meshed resonator.

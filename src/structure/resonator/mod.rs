@@ -13,19 +13,18 @@
 
 mod mesh;
 
-use std::collections::BTreeMap;
-
 use crate::linalg::Matrix;
 use crate::material::{Elastic, Material};
 use crate::structure::StructureError;
 use crate::structure::assembly::System;
+use crate::structure::contact_array::ContactArray;
 use crate::structure::element::{self, Formulation};
 use crate::structure::mesh::Mesh;
 use crate::structure::modes::ModeOptions;
 use crate::structure::outline::Line;
 use crate::structure::reduction::{self, ContactPorts, Ports, Reduced};
 pub use mesh::{BOLT, Facing, MASS_1, MASS_2, ResonatorMesh};
-use mesh::{HEAD_HALF_WIDTH, HOLE_HALF_WIDTHS, corners_of, in_staircase};
+use mesh::{HEAD_HALF_WIDTH, HOLE_HALF_WIDTHS, in_staircase};
 
 /// Dimensions \[m\], element counts and materials of the resonator. [`Resonator::default`] has the shipped set.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -168,52 +167,20 @@ pub struct Outline {
 }
 
 impl Resonator {
-    /// Cells of the lap that are contact elements, (i, j) along x and y, in the order of [`ResonatorMesh::contacts`].
-    pub fn contact_cells(&self) -> Vec<[usize; 2]> {
+    /// The contact elements.
+    pub fn contact_array(&self) -> ContactArray {
         let middle = [self.lap_cells / 2; 2];
-        (0..self.lap_cells)
-            .flat_map(|i| (0..self.lap_cells).map(move |j| [i, j]))
-            .filter(|&cell| !in_staircase(cell, middle))
-            .collect()
-    }
-
-    /// Centres of the contact elements (x, y), from the middle of the lap, in the order of [`Self::contact_cells`] \[m\].
-    pub fn contact_centres(&self) -> Vec<[f64; 2]> {
-        let cells = self.lap_cells as f64;
-        let sides = [self.lap_length / cells, self.arm_height / cells];
-        let place =
-            |cell: [usize; 2], axis: usize| (cell[axis] as f64 + 0.5 - 0.5 * cells) * sides[axis];
-        let cells = self.contact_cells().into_iter();
-        cells.map(|cell| [place(cell, 0), place(cell, 1)]).collect()
-    }
-
-    /// Area of the face of a contact element \[m²\].
-    pub fn contact_area(&self) -> f64 {
-        self.lap_length * self.arm_height / (self.lap_cells * self.lap_cells) as f64
-    }
-
-    /// Contact elements at pairs of nodes, i along x slow and j along y fast: the centre of each (x, y) from the middle of the lap
-    /// \[m\], and its area, a quarter of each face around it \[m²\].
-    pub fn contact_nodes(&self) -> Vec<([f64; 2], f64)> {
-        let mut faces: BTreeMap<[usize; 2], f64> = BTreeMap::new();
-        for corner in self.contact_cells().into_iter().flat_map(corners_of) {
-            *faces.entry(corner).or_default() += 1.0;
+        let all = (0..self.lap_cells).flat_map(|i| (0..self.lap_cells).map(move |j| [i, j]));
+        ContactArray {
+            size: [self.lap_length, self.arm_height],
+            counts: [self.lap_cells; 2],
+            absent: all.filter(|&cell| in_staircase(cell, middle)).collect(),
         }
-        let cells = self.lap_cells as f64;
-        let sides = [self.lap_length / cells, self.arm_height / cells];
-        let nodes = faces.into_iter().map(|(node, faces)| {
-            let place = |axis: usize| (node[axis] as f64 - 0.5 * cells) * sides[axis];
-            ([place(0), place(1)], 0.25 * faces * self.contact_area())
-        });
-        nodes.collect()
     }
 
-    /// Sides of a face of the contact along x and y, and the thickness of the layers of cells from it on, on either side \[m\].
-    pub fn contact_mesh(&self) -> ([f64; 2], Vec<f64>) {
-        let cells = self.lap_cells as f64;
-        let layer = 0.5 * self.depth / self.half_depth_cells as f64;
-        let sides = [self.lap_length / cells, self.arm_height / cells];
-        (sides, vec![layer; self.half_depth_cells])
+    /// Thickness of the layers of cells from the contact on, on either side \[m\].
+    pub fn layers(&self) -> Vec<f64> {
+        vec![0.5 * self.depth / self.half_depth_cells as f64; self.half_depth_cells]
     }
 
     /// Meshes the resonator and reduces it to its lowest `modes` elastic modes and the residual of the others.
@@ -250,7 +217,7 @@ impl Resonator {
 
     /// The outline of the mesh without the hole and the shank in it: within the lap they are small and many.
     fn outline(&self, mesh: &Mesh) -> Vec<Line> {
-        let ([x, y], _) = self.contact_mesh();
+        let [x, y] = self.contact_array().sides();
         // Half the width of the hole, and half a cell for rounding.
         let reach = HOLE_HALF_WIDTHS[0] as f64 + 1.0;
         let in_hole = |&node: &usize| {

@@ -1,0 +1,122 @@
+//! The files of a structure that comes from another program.
+
+use std::path::{Path, PathBuf};
+
+use super::files::{InputError, hash_of};
+use crate::files;
+use crate::recipe::Import;
+use crate::scene::Scene;
+use crate::structure::imported::{Facing, ImportError, Imported, Options};
+use crate::structure::node_tables::{self, NodeTableError};
+use crate::structure::readers::{self, Input, ReadError};
+
+/// Bytes of the longest table of nodes: some ten million of them.
+const LONGEST_TABLE: u64 = 1 << 30;
+
+/// What is wrong with the files of a structure.
+#[derive(Debug, thiserror::Error)]
+pub enum StructureFileError {
+    /// The matrices cannot be read.
+    #[error("structure: {0}")]
+    Read(#[from] ReadError),
+    /// A table of nodes cannot be read.
+    #[error("{key} {}: {problem}", path.display())]
+    Table {
+        /// The key.
+        key: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        problem: NodeTableError,
+    },
+    /// They are not those of the scene's structure.
+    #[error("structure: {0}")]
+    Import(#[from] ImportError),
+}
+
+/// Reads the matrices of a scene's structure, and says in the scene what they are.
+pub fn read(scene: &mut Scene) -> Result<Option<Imported>, InputError> {
+    let points = points(scene);
+    let structure = scene.structure.as_mut();
+    let import = structure.and_then(|structure| structure.import_mut());
+    let (Some(joint), Some(import)) = (&scene.joint, import) else {
+        return Ok(None);
+    };
+    let imported = imported(import, (joint.size, joint.elements), &points)?;
+    import.points = points;
+    import.content = Some(hash_of(|update| imported.each_part(update)));
+    import.apparent_modulus = Some(imported.apparent_modulus());
+    import.has_damping = imported.has_damping();
+    import.joint = Some(imported.interface.clone());
+    Ok(Some(imported))
+}
+
+/// Where forces act and displacements are read, each once.
+fn points(scene: &Scene) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    if let Some(dynamics) = &scene.dynamics {
+        let forces = dynamics.forces.iter().map(|force| &force.port);
+        for port in forces.chain([&dynamics.response]) {
+            if !names.contains(&port.at) {
+                names.push(port.at.clone());
+            }
+        }
+    }
+    names
+}
+
+fn imported(
+    import: &Import,
+    (size, elements): ([f64; 2], Option<[usize; 2]>),
+    points: &[String],
+) -> Result<Imported, StructureFileError> {
+    let inputs: Vec<Input> = (import.files.matrices.iter())
+        .map(|(role, path)| Input {
+            path: path.clone(),
+            role: *role,
+        })
+        .collect();
+    let mut matrices = readers::read(&inputs, import.format.as_deref())?;
+    let mut order = Vec::new();
+    if let Some(path) = &import.files.nodes {
+        let nodes = table("structure.nodes", path, node_tables::positions)?;
+        (matrices.positions, order) = (nodes.of_node, nodes.order);
+    }
+    let facing = match (&import.files.pairs, &import.sets) {
+        (Some(path), _) => Facing::Pairs(table("structure.interface", path, node_tables::pairs)?),
+        (None, Some(sets)) => Facing::Sets {
+            upper: sets.upper.clone(),
+            lower: sets.lower.clone(),
+        },
+        (None, None) => Facing::Pairs(Vec::new()),
+    };
+    Ok(Imported::new(
+        &matrices,
+        &Options {
+            unit: import.unit,
+            order: &order,
+            fixed: import.fixed.as_deref(),
+            facing: &facing,
+            wanted: &import.wanted,
+            size,
+            elements,
+            points,
+        },
+    )?)
+}
+
+fn table<T>(
+    key: &'static str,
+    path: &Path,
+    parse: fn(&[u8]) -> Result<T, NodeTableError>,
+) -> Result<T, StructureFileError> {
+    let read = files::read(path, LONGEST_TABLE);
+    let found = read
+        .map_err(NodeTableError::from)
+        .and_then(|bytes| parse(&bytes));
+    found.map_err(|problem| StructureFileError::Table {
+        key,
+        path: path.to_owned(),
+        problem,
+    })
+}

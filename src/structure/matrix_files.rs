@@ -1,0 +1,104 @@
+//! The resonator as files of matrices, as another program would write them: stiffness, mass, nodes, pairs of the joint.
+
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+
+use super::StructureError;
+use super::assembly::System;
+use super::contact_array::ContactArray;
+use super::element::Formulation;
+use super::resonator::ResonatorMesh;
+use crate::linalg::SparseSymmetric;
+
+/// Files of a structure, in SI; nodes are numbered as in the mesh, from 1.
+#[derive(Debug, Clone)]
+pub struct MatrixFiles<'a> {
+    resonator: &'a ResonatorMesh,
+    array: ContactArray,
+    system: System,
+}
+
+impl<'a> MatrixFiles<'a> {
+    /// The files of a resonator, whose contact elements are in `array`.
+    ///
+    /// # Errors
+    /// An element that is turned inside out.
+    pub fn new(
+        resonator: &'a ResonatorMesh,
+        array: ContactArray,
+    ) -> Result<MatrixFiles<'a>, StructureError> {
+        let system = System::assemble(&resonator.mesh, Formulation::IncompatibleModes, &[])?;
+        Ok(MatrixFiles {
+            resonator,
+            array,
+            system,
+        })
+    }
+
+    /// The stiffness \[N/m\] as Matrix Market: the lower triangle.
+    ///
+    /// # Errors
+    /// What writing fails of.
+    pub fn stiffness(&self, to: impl Write) -> io::Result<()> {
+        matrix_market(&self.system.stiffness, to)
+    }
+
+    /// The mass \[kg\] as Matrix Market: the lower triangle.
+    ///
+    /// # Errors
+    /// What writing fails of.
+    pub fn mass(&self, to: impl Write) -> io::Result<()> {
+        matrix_market(&self.system.mass, to)
+    }
+
+    /// The nodes in the order of the rows, three each, with their positions \[m\].
+    ///
+    /// # Errors
+    /// What writing fails of.
+    pub fn nodes(&self, mut to: impl Write) -> io::Result<()> {
+        writeln!(to, "node,x,y,z")?;
+        for (n, [x, y, z]) in self.resonator.mesh.nodes.iter().enumerate() {
+            writeln!(to, "{},{x:e},{y:e},{z:e}", n + 1)?;
+        }
+        Ok(())
+    }
+
+    /// The pairs of nodes of the joint, with a quarter of each rectangle around them \[m²\].
+    ///
+    /// # Errors
+    /// What writing fails of.
+    pub fn pairs(&self, mut to: impl Write) -> io::Result<()> {
+        let pairs = (self.resonator.contacts.iter())
+            .flat_map(|face| face.corners().into_iter().zip(face.pairs));
+        let by_place: BTreeMap<[usize; 2], (usize, usize)> = pairs.collect();
+        writeln!(to, "upper_node,lower_node,area")?;
+        for ((lower, upper), (_, area)) in by_place.into_values().zip(self.array.nodes()) {
+            writeln!(to, "{},{},{area:e}", upper + 1, lower + 1)?;
+        }
+        Ok(())
+    }
+
+    /// The nodes of a point, as a scene names them: their mean is meant, which is the point if it lies in the middle between them.
+    pub fn point(&self, name: &str) -> Option<String> {
+        let point = self
+            .resonator
+            .points
+            .iter()
+            .find(|point| point.name == name)?;
+        let nodes = point.weights.iter().filter(|weight| weight.1 > 1e-9);
+        let nodes: Vec<String> = nodes.map(|weight| (weight.0 + 1).to_string()).collect();
+        Some(nodes.join(", "))
+    }
+}
+
+fn matrix_market(matrix: &SparseSymmetric, mut to: impl Write) -> io::Result<()> {
+    let size = matrix.size();
+    writeln!(to, "%%MatrixMarket matrix coordinate real symmetric")?;
+    writeln!(to, "{size} {size} {}", matrix.values.len())?;
+    for column in 0..size {
+        for (row, value) in matrix.column(column) {
+            writeln!(to, "{} {} {value:e}", row + 1, column + 1)?;
+        }
+    }
+    Ok(())
+}

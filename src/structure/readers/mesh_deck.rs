@@ -1,0 +1,569 @@
+//! The mesh of an input deck of Abaqus or CalculiX, and the stiffness and mass of its solids: nodes, elements, sets, surfaces, isotropic
+//! materials, sections, and what is held. Flat decks: parts, instances and included files are not followed.
+
+use std::collections::{HashMap, HashSet};
+
+use super::deck::{self, keyword, option};
+use super::error::ReadProblem;
+use super::text::{number, shown, text_of, whole};
+use super::{Named, Parsed};
+use crate::material::{Elastic, Material};
+use crate::structure::StructureError;
+use crate::structure::matrices::{DOUBLE, Dof, Role, Triplets};
+use crate::structure::solids::{NAMES, Solid};
+
+/// Keywords that join degrees of freedom, or add what solids have not: without them the structure would be another one.
+const REFUSED: [&str; 22] = [
+    "*TIE",
+    "*EQUATION",
+    "*MPC",
+    "*COUPLING",
+    "*RIGID BODY",
+    "*KINEMATIC",
+    "*DISTRIBUTING",
+    "*DISTRIBUTING COUPLING",
+    "*KINEMATIC COUPLING",
+    "*EMBEDDED ELEMENT",
+    "*SPRING",
+    "*DASHPOT",
+    "*MASS",
+    "*ROTARY INERTIA",
+    "*CONTACT PAIR",
+    "*TRANSFORM",
+    "*ORIENTATION",
+    "*SHELL SECTION",
+    "*BEAM SECTION",
+    "*MEMBRANE SECTION",
+    "*CYCLIC SYMMETRY MODEL",
+    "*SUBMODEL",
+];
+/// Keywords of decks that are not flat.
+const NOT_FLAT: [&str; 3] = ["*INCLUDE", "*INSTANCE", "*PART"];
+/// Words for what is held, and the last of the directions from 1 on.
+const HELD: [(&str, u32); 2] = [("ENCASTRE", 6), ("PINNED", 3)];
+
+struct Element {
+    label: i64,
+    solid: Solid,
+    nodes: Vec<i64>,
+    line: usize,
+}
+
+#[derive(Default)]
+struct Deck {
+    elements: Vec<Element>,
+    /// Places of elements by their sets.
+    sets: HashMap<String, Vec<usize>>,
+    place_of: HashMap<i64, usize>,
+    materials: HashMap<String, MaterialLines>,
+    /// Set of elements, material, line.
+    sections: Vec<(String, String, usize)>,
+    held: HashSet<(i64, u32)>,
+    /// Nodes of surfaces.
+    surfaces: HashMap<String, Vec<i64>>,
+}
+
+#[derive(Default, Clone, Copy)]
+struct MaterialLines {
+    elastic: Option<[f64; 2]>,
+    density: Option<f64>,
+}
+
+/// True of a deck that has elements.
+pub(super) fn has_mesh(bytes: &[u8]) -> bool {
+    text_of(bytes)
+        .lines()
+        .any(|line| keyword(line) == "*ELEMENT")
+}
+
+fn solid_of(line: &str) -> Option<Solid> {
+    let kind = option(line, "TYPE")?.to_ascii_uppercase();
+    NAMES.iter().find(|name| name.0 == kind).map(|name| name.1)
+}
+
+/// Stiffness and mass of the solids of a deck, without what it holds, with its sets and positions.
+pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
+    let mut parsed = deck::parse(bytes)?;
+    let deck = read(bytes, &parsed)?;
+    for (name, nodes) in &deck.surfaces {
+        parsed
+            .sets
+            .entry(name.clone())
+            .or_insert_with(|| nodes.clone());
+    }
+    let materials = deck.materials_of_elements()?;
+    let mut nodes: Vec<i64> = deck
+        .elements
+        .iter()
+        .flat_map(|e| e.nodes.iter().copied())
+        .collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let mut row_of = HashMap::new();
+    let mut dofs = Vec::new();
+    for &node in &nodes {
+        for direction in 1..=3 {
+            if !deck.held.contains(&(node, direction)) {
+                row_of.insert((node, direction), dofs.len() as u32);
+                dofs.push(Dof { node, direction });
+            }
+        }
+    }
+    let half = || Triplets {
+        is_half: true,
+        ..Triplets::new(dofs.len())
+    };
+    let (mut stiffness, mut mass) = (half(), half());
+    for (k, element) in deck.elements.iter().enumerate() {
+        let place = || format!("element {} of line {}", element.label, element.line);
+        let at: Option<Vec<[f64; 3]>> = (element.nodes.iter())
+            .map(|node| parsed.positions.get(node).copied())
+            .collect();
+        let at = at.ok_or_else(|| {
+            let missing = element
+                .nodes
+                .iter()
+                .find(|node| !parsed.positions.contains_key(node));
+            ReadProblem::malformed(
+                place(),
+                format!("node {}", missing.unwrap_or(&0)),
+                "nodes that the deck has",
+            )
+        })?;
+        let found = element
+            .solid
+            .matrices(&at, &materials[k], element.label as usize);
+        let found = found.map_err(|error| {
+            let found = match error {
+                StructureError::InvertedElement { jacobian, .. } => {
+                    format!("a Jacobian of {jacobian:e}")
+                }
+                other => other.to_string(),
+            };
+            ReadProblem::malformed(
+                place(),
+                found,
+                "a positive one: nodes in the order of its type",
+            )
+        })?;
+        let count = element.nodes.len();
+        let rows: Vec<Option<u32>> = (element.nodes.iter())
+            .flat_map(|node| (1..=3).map(move |d| (*node, d)))
+            .map(|dof| row_of.get(&dof).copied())
+            .collect();
+        for (i, row) in rows.iter().enumerate() {
+            let Some(row) = row else {
+                continue;
+            };
+            for (j, column) in rows[..=i].iter().enumerate() {
+                let Some(column) = column else {
+                    continue;
+                };
+                let place = (*row.max(column), *row.min(column));
+                let value = found.stiffness[i * 3 * count + j];
+                stiffness.entries.push((place.0, place.1, value));
+                if i % 3 == j % 3 {
+                    let value = found.mass[i / 3 * count + j / 3];
+                    mass.entries.push((place.0, place.1, value));
+                }
+            }
+        }
+    }
+    if dofs.is_empty() {
+        return Err(ReadProblem::malformed(
+            "the deck",
+            "no free node",
+            "a solid that is not held everywhere",
+        ));
+    }
+    for matrix in [&mut stiffness, &mut mass] {
+        matrix.sum_places();
+        matrix.precision = DOUBLE;
+    }
+    parsed.notes.push(format!(
+        "{} solids of {} nodes are assembled{}",
+        deck.elements.len(),
+        nodes.len(),
+        match deck.held.len() {
+            0 => String::new(),
+            held => format!("; {held} displacements are held by the deck"),
+        }
+    ));
+    let named = |name: &str, role, matrix| Named {
+        name: name.to_owned(),
+        role: Some(role),
+        matrix,
+        dofs: Some(dofs.clone()),
+        is_open: false,
+    };
+    parsed.matrices = vec![
+        named("stiffness", Role::Stiffness, stiffness),
+        named("mass", Role::Mass, mass),
+    ];
+    Ok(parsed)
+}
+
+enum In {
+    Elements(Solid, Option<String>),
+    ElementSet { name: String, generate: bool },
+    Surface { name: String, of_nodes: bool },
+    Elastic(String),
+    Density(String),
+    Boundary,
+    Other,
+}
+
+fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
+    let text = text_of(bytes);
+    let mut deck = Deck::default();
+    let mut section = In::Other;
+    let mut material = String::new();
+    let mut room = super::MOST_ENTRIES.min(64 * bytes.len());
+    // An element of many nodes goes on in the next line, after a comma.
+    let mut open: Vec<i64> = Vec::new();
+    for (k, line) in text.lines().enumerate() {
+        if line.trim().is_empty() || line.starts_with("**") {
+            continue;
+        }
+        let place = || format!("line {}", k + 1);
+        if line.starts_with('*') {
+            if !open.is_empty() {
+                return Err(ReadProblem::malformed(
+                    place(),
+                    shown(line),
+                    "the rest of an element's nodes",
+                ));
+            }
+            section = begin(line, &mut material, &mut deck, k + 1)?;
+            continue;
+        }
+        let fields: Vec<&str> = line.split(',').map(str::trim).collect();
+        match &section {
+            In::Elements(solid, set) => {
+                for field in fields.iter().filter(|f| !f.is_empty()) {
+                    open.push(whole(
+                        field,
+                        "the numbers of an element and its nodes",
+                        place,
+                    )?);
+                }
+                if open.len() <= solid.nodes() {
+                    continue;
+                }
+                if open.len() > solid.nodes() + 1 {
+                    return Err(ReadProblem::malformed(
+                        place(),
+                        format!("{} nodes", open.len() - 1),
+                        format!("{} nodes of an element", solid.nodes()),
+                    ));
+                }
+                let element = Element {
+                    label: open[0],
+                    solid: *solid,
+                    nodes: open[1..].to_vec(),
+                    line: k + 1,
+                };
+                open.clear();
+                if deck
+                    .place_of
+                    .insert(element.label, deck.elements.len())
+                    .is_some()
+                {
+                    return Err(ReadProblem::malformed(
+                        place(),
+                        format!("element {} again", element.label),
+                        "each number once",
+                    ));
+                }
+                let at = deck.elements.len();
+                deck.sets.entry("EALL".to_owned()).or_default();
+                if let Some(set) = set {
+                    deck.sets.entry(set.clone()).or_default().push(at);
+                }
+                deck.elements.push(element);
+            }
+            In::ElementSet { name, generate } => {
+                let mut found = Vec::new();
+                if *generate {
+                    let read = |k: usize, default: i64| match fields.get(k) {
+                        None | Some(&"") => Ok(default),
+                        Some(field) => whole::<i64>(field, "first, last and step", place),
+                    };
+                    let (first, last, step) = (read(0, 0)?, read(1, 0)?, read(2, 1)?.max(1));
+                    let count = last.saturating_sub(first).max(0) / step + 1;
+                    room = room.checked_sub(count as usize).ok_or_else(|| {
+                        ReadProblem::malformed(
+                            place(),
+                            shown(line),
+                            "first, last and step of a set of elements",
+                        )
+                    })?;
+                    let labels = (0..count).map(|k| first + k * step);
+                    found.extend(labels.filter_map(|label| deck.place_of.get(&label).copied()));
+                } else {
+                    for field in fields.iter().filter(|f| !f.is_empty()) {
+                        found.extend(deck.places(field));
+                        room = room.checked_sub(found.len()).ok_or_else(|| {
+                            ReadProblem::malformed(
+                                place(),
+                                shown(line),
+                                "fewer elements in all sets",
+                            )
+                        })?;
+                    }
+                }
+                deck.sets.entry(name.clone()).or_default().extend(found);
+            }
+            In::Surface { name, of_nodes } => {
+                let nodes = match of_nodes {
+                    true => nodes_of(fields[0], parsed),
+                    false => {
+                        let face = fields
+                            .get(1)
+                            .copied()
+                            .unwrap_or("")
+                            .trim_start_matches(['S', 's']);
+                        let face: usize =
+                            whole(face, "a set of elements and a face, S1 to S6", place)?;
+                        let mut nodes = Vec::new();
+                        for at in deck.places(fields[0]) {
+                            let element = &deck.elements[at];
+                            let corners = face
+                                .checked_sub(1)
+                                .and_then(|face| element.solid.face(face));
+                            let corners = corners.ok_or_else(|| {
+                                ReadProblem::malformed(
+                                    place(),
+                                    format!("face S{face}"),
+                                    "a face that the element has",
+                                )
+                            })?;
+                            nodes.extend(corners.into_iter().map(|corner| element.nodes[corner]));
+                        }
+                        nodes
+                    }
+                };
+                deck.surfaces.entry(name.clone()).or_default().extend(nodes);
+            }
+            In::Elastic(name) => {
+                let constants = deck.materials.entry(name.clone()).or_default();
+                let modulus = number(fields[0], place)?;
+                let ratio = number(fields.get(1).copied().unwrap_or(""), place)?;
+                if constants.elastic.replace([modulus, ratio]).is_some() {
+                    return Err(ReadProblem::malformed(
+                        place(),
+                        shown(line),
+                        "one line of *ELASTIC for each material: it does not depend on temperature here",
+                    ));
+                }
+            }
+            In::Density(name) => {
+                let density = number(fields[0], place)?;
+                deck.materials
+                    .entry(name.clone())
+                    .or_default()
+                    .density
+                    .get_or_insert(density);
+            }
+            In::Boundary => hold(&fields, parsed, &mut deck.held, &place)?,
+            In::Other => {}
+        }
+    }
+    for nodes in deck.surfaces.values_mut() {
+        nodes.sort_unstable();
+        nodes.dedup();
+    }
+    Ok(deck)
+}
+
+/// What the lines after a keyword are.
+fn begin(line: &str, material: &mut String, deck: &mut Deck, at: usize) -> Result<In, ReadProblem> {
+    let place = || format!("line {at}");
+    let word = keyword(line);
+    let unsupported = |advice: &str| {
+        Err(ReadProblem::Unsupported {
+            found: format!("{word} of line {at}"),
+            advice: advice.to_owned(),
+        })
+    };
+    if REFUSED.contains(&word.as_str()) {
+        return unsupported(
+            "a mesh of solids alone is assembled here: leave it out, or let your program write the matrices and use structure.kind = \"matrices\"",
+        );
+    }
+    if NOT_FLAT.contains(&word.as_str()) {
+        return unsupported(
+            "only flat decks are read: write one without parts, instances and included files",
+        );
+    }
+    let name =
+        |key: &str| option(line, key).map(|name| name.trim_matches('"').to_ascii_uppercase());
+    let needed = |key: &str| {
+        name(key).ok_or_else(|| ReadProblem::malformed(place(), shown(line), format!("{key}=…")))
+    };
+    Ok(match word.as_str() {
+        "*ELEMENT" => {
+            let known: Vec<&str> = NAMES.iter().map(|name| name.0).collect();
+            let solid = solid_of(line).ok_or_else(|| {
+                ReadProblem::malformed(
+                    place(),
+                    shown(option(line, "TYPE").unwrap_or("no TYPE")),
+                    format!("solids of the types {}", known.join(", ")),
+                )
+            })?;
+            In::Elements(solid, name("ELSET"))
+        }
+        "*ELSET" => In::ElementSet {
+            name: needed("ELSET")?,
+            generate: option(line, "GENERATE").is_some(),
+        },
+        "*SURFACE" => In::Surface {
+            name: needed("NAME")?,
+            of_nodes: name("TYPE").is_some_and(|kind| kind == "NODE"),
+        },
+        "*MATERIAL" => {
+            *material = needed("NAME")?;
+            In::Other
+        }
+        "*ELASTIC" => match name("TYPE").as_deref() {
+            None | Some("ISO" | "ISOTROPIC") => In::Elastic(material.clone()),
+            Some(_) => return unsupported("materials are isotropic: leave TYPE out"),
+        },
+        "*DENSITY" => In::Density(material.clone()),
+        "*SOLID SECTION" => {
+            deck.sections
+                .push((needed("ELSET")?, needed("MATERIAL")?, at));
+            In::Other
+        }
+        "*BOUNDARY" => In::Boundary,
+        _ => In::Other,
+    })
+}
+
+impl Deck {
+    /// Places of the elements of a set, or of the one with this number.
+    fn places(&self, name: &str) -> Vec<usize> {
+        match name.parse::<i64>() {
+            Ok(label) => self.place_of.get(&label).copied().into_iter().collect(),
+            Err(_) => {
+                let name = name.trim_matches('"').to_ascii_uppercase();
+                self.sets.get(&name).cloned().unwrap_or_default()
+            }
+        }
+    }
+
+    /// The material of each element.
+    fn materials_of_elements(&self) -> Result<Vec<Material>, ReadProblem> {
+        let mut found: Vec<Option<Material>> = vec![None; self.elements.len()];
+        for (set, name, line) in &self.sections {
+            let place = || format!("line {line}");
+            let known = || {
+                let mut names: Vec<&str> = self.materials.keys().map(String::as_str).collect();
+                names.sort_unstable();
+                names.join(", ")
+            };
+            let lines = self.materials.get(name);
+            let constants = lines.and_then(|lines| lines.elastic.zip(lines.density));
+            let Some(([modulus, ratio], density)) = constants else {
+                return Err(ReadProblem::malformed(
+                    place(),
+                    format!("the material {name}"),
+                    format!("one with *ELASTIC and *DENSITY; the deck has {}", known()),
+                ));
+            };
+            let material = Material {
+                elastic: Elastic {
+                    youngs_modulus: modulus,
+                    poisson_ratio: ratio,
+                },
+                density,
+            };
+            let sound = crate::structure::element::check(&material);
+            sound.map_err(|error| {
+                ReadProblem::malformed(place(), error, "constants of an elastic solid")
+            })?;
+            let places = self.places(set);
+            if places.is_empty() {
+                return Err(ReadProblem::malformed(
+                    place(),
+                    format!("the set {set}"),
+                    "a set of elements that the deck has",
+                ));
+            }
+            for at in places {
+                found[at] = Some(material);
+            }
+        }
+        let each = found
+            .into_iter()
+            .zip(&self.elements)
+            .map(|(material, element)| {
+                material.ok_or_else(|| {
+                    ReadProblem::malformed(
+                        format!("element {} of line {}", element.label, element.line),
+                        "no *SOLID SECTION for it",
+                        "a section and a material for every element",
+                    )
+                })
+            });
+        each.collect()
+    }
+}
+
+/// Nodes of a set, or the one with this number.
+fn nodes_of(name: &str, parsed: &Parsed) -> Vec<i64> {
+    match name.parse::<i64>() {
+        Ok(node) => vec![node],
+        Err(_) => {
+            let name = name.trim_matches('"').to_ascii_uppercase();
+            parsed.sets.get(&name).cloned().unwrap_or_default()
+        }
+    }
+}
+
+/// A line of `*BOUNDARY`: a set or a node, the first and the last direction, and a displacement, which is zero.
+fn hold(
+    fields: &[&str],
+    parsed: &Parsed,
+    held: &mut HashSet<(i64, u32)>,
+    place: &dyn Fn() -> String,
+) -> Result<(), ReadProblem> {
+    let nodes = nodes_of(fields[0], parsed);
+    if nodes.is_empty() {
+        return Err(ReadProblem::malformed(
+            place(),
+            shown(fields[0]),
+            "a node, or a set of nodes that the deck has",
+        ));
+    }
+    let field = |k: usize| fields.get(k).copied().filter(|f| !f.is_empty());
+    let word = field(1).unwrap_or("");
+    let directions = match HELD.iter().find(|held| held.0.eq_ignore_ascii_case(word)) {
+        Some((_, last)) => 1..=*last,
+        None => {
+            let expected = "a direction from 1 to 6, ENCASTRE or PINNED";
+            let first: u32 = whole(word, expected, place)?;
+            let last = field(2)
+                .map(|f| whole(f, expected, place))
+                .transpose()?
+                .unwrap_or(first);
+            if !(1..=6).contains(&first) || !(first..=6).contains(&last) {
+                return Err(ReadProblem::malformed(place(), shown(word), expected));
+            }
+            if let Some(value) = field(3)
+                && number(value, place)? != 0.0
+            {
+                return Err(ReadProblem::malformed(
+                    place(),
+                    shown(value),
+                    "no displacement: what is held is held at zero",
+                ));
+            }
+            first..=last
+        }
+    };
+    for node in nodes {
+        held.extend(directions.clone().filter(|d| *d <= 3).map(|d| (node, d)));
+    }
+    Ok(())
+}

@@ -1,0 +1,336 @@
+//! Solid elements of other programs' meshes: hexahedra and tetrahedra, linear and quadratic, with the nodes in the order of Abaqus and CalculiX.
+
+use crate::material::Material;
+use crate::structure::StructureError;
+use crate::structure::element::{self, CORNERS, Formulation, invert};
+
+/// A solid element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Solid {
+    /// Eight nodes.
+    Hexahedron8(Formulation),
+    /// Twenty nodes: corners, then the middles of the edges below, above, and between. Stiffness by 27 points, or by 8 where `reduced`.
+    Hexahedron20 {
+        /// Stiffness by 8 points.
+        reduced: bool,
+    },
+    /// Four nodes.
+    Tetrahedron4,
+    /// Ten nodes: corners, then the middles of the edges.
+    Tetrahedron10,
+}
+
+/// Words of the programs for them.
+pub const NAMES: [(&str, Solid); 6] = [
+    ("C3D8", Solid::Hexahedron8(Formulation::Plain)),
+    ("C3D8I", Solid::Hexahedron8(Formulation::IncompatibleModes)),
+    ("C3D20", Solid::Hexahedron20 { reduced: false }),
+    ("C3D20R", Solid::Hexahedron20 { reduced: true }),
+    ("C3D4", Solid::Tetrahedron4),
+    ("C3D10", Solid::Tetrahedron10),
+];
+
+/// Ends of the edges of a hexahedron whose middles are nodes 9 to 20.
+const EDGES: [[usize; 2]; 12] = [
+    [0, 1],
+    [1, 2],
+    [2, 3],
+    [3, 0],
+    [4, 5],
+    [5, 6],
+    [6, 7],
+    [7, 4],
+    [0, 4],
+    [1, 5],
+    [2, 6],
+    [3, 7],
+];
+/// The same of a tetrahedron's nodes 5 to 10.
+const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
+/// Corners of the faces S1 to S6 of a hexahedron.
+const FACES: [[usize; 4]; 6] = [
+    [0, 1, 2, 3],
+    [4, 7, 6, 5],
+    [0, 4, 5, 1],
+    [1, 5, 6, 2],
+    [2, 6, 7, 3],
+    [3, 7, 4, 0],
+];
+/// Corners of the faces S1 to S4 of a tetrahedron.
+const TETRAHEDRON_FACES: [[usize; 3]; 4] = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]];
+
+/// A point in natural coordinates, and its weight.
+type Station = ([f64; 3], f64);
+
+/// Stiffness and mass of a solid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SolidMatrices {
+    /// Force over displacement, 3·n + a being node n along axis a; row by row, symmetric.
+    pub stiffness: Vec<f64>,
+    /// Mass between nodes, the same along each axis; row by row.
+    pub mass: Vec<f64>,
+}
+
+impl Solid {
+    /// Nodes of the element.
+    pub fn nodes(self) -> usize {
+        match self {
+            Solid::Hexahedron8(_) => 8,
+            Solid::Hexahedron20 { .. } => 20,
+            Solid::Tetrahedron4 => 4,
+            Solid::Tetrahedron10 => 10,
+        }
+    }
+
+    /// Nodes of a face, S1 being number 0: its corners, and the middles of its edges.
+    pub fn face(self, number: usize) -> Option<Vec<usize>> {
+        let with_edges = |corners: &[usize], edges: &[[usize; 2]], first: usize| {
+            let mut nodes = corners.to_vec();
+            for (k, edge) in edges.iter().enumerate() {
+                if edge.iter().all(|end| corners.contains(end)) && first + k < self.nodes() {
+                    nodes.push(first + k);
+                }
+            }
+            nodes
+        };
+        match self {
+            Solid::Hexahedron8(_) | Solid::Hexahedron20 { .. } => {
+                FACES.get(number).map(|face| with_edges(face, &EDGES, 8))
+            }
+            Solid::Tetrahedron4 | Solid::Tetrahedron10 => {
+                let face = TETRAHEDRON_FACES.get(number);
+                face.map(|face| with_edges(face, &TETRAHEDRON_EDGES, 4))
+            }
+        }
+    }
+
+    /// Stiffness and consistent mass of the element with these nodes, in the units of coordinates and material. `element` is its number,
+    /// for the error.
+    ///
+    /// # Errors
+    /// [`StructureError::InvertedElement`] if the Jacobian is not positive at an integration point.
+    ///
+    /// # Panics
+    /// For another number of nodes.
+    pub fn matrices(
+        self,
+        nodes: &[[f64; 3]],
+        material: &Material,
+        element: usize,
+    ) -> Result<SolidMatrices, StructureError> {
+        if let Solid::Hexahedron8(formulation) = self {
+            let nodes = nodes.try_into().expect("eight nodes");
+            let found = element::matrices(nodes, material, formulation, element)?;
+            return Ok(SolidMatrices {
+                stiffness: found.stiffness.concat(),
+                mass: found.mass.concat(),
+            });
+        }
+        let count = self.nodes();
+        let ratio = material.elastic.poisson_ratio;
+        let shear = material.elastic.shear_modulus();
+        let lame = 2.0 * shear * ratio / (1.0 - 2.0 * ratio);
+        let mut stiffness = vec![0.0; 9 * count * count];
+        for (point, weight) in self.stations() {
+            let (_, derivatives) = self.shape(point);
+            let (determinant, inverse) = jacobian(nodes, &derivatives);
+            positive(determinant, element)?;
+            let gradients: Vec<[f64; 3]> = (derivatives.iter())
+                .map(|d| [0, 1, 2].map(|a| (0..3).map(|m| inverse[m][a] * d[m]).sum()))
+                .collect();
+            let volume = determinant * weight;
+            for (p, gp) in gradients.iter().enumerate() {
+                for (q, gq) in gradients.iter().enumerate() {
+                    let dot = gp[0] * gq[0] + gp[1] * gq[1] + gp[2] * gq[2];
+                    for a in 0..3 {
+                        for b in 0..3 {
+                            let diagonal = if a == b { shear * dot } else { 0.0 };
+                            stiffness[(3 * p + a) * 3 * count + 3 * q + b] +=
+                                volume * (lame * gp[a] * gq[b] + shear * gp[b] * gq[a] + diagonal);
+                        }
+                    }
+                }
+            }
+        }
+        let mut mass = vec![0.0; count * count];
+        for (point, weight) in self.mass_stations() {
+            let (shape, derivatives) = self.shape(point);
+            let (determinant, _) = jacobian(nodes, &derivatives);
+            positive(determinant, element)?;
+            let share = material.density * determinant * weight;
+            for p in 0..count {
+                for q in 0..count {
+                    mass[p * count + q] += share * shape[p] * shape[q];
+                }
+            }
+        }
+        Ok(SolidMatrices { stiffness, mass })
+    }
+
+    /// Shape functions at a natural point, and their derivatives by the natural coordinates.
+    fn shape(self, point: [f64; 3]) -> (Vec<f64>, Vec<[f64; 3]>) {
+        match self {
+            Solid::Hexahedron8(_) => (
+                element::shape(point).to_vec(),
+                element::shape_derivatives(point).to_vec(),
+            ),
+            Solid::Hexahedron20 { .. } => serendipity(point),
+            Solid::Tetrahedron4 => {
+                let (volume, slopes) = barycentric(point);
+                (volume.to_vec(), slopes.to_vec())
+            }
+            Solid::Tetrahedron10 => {
+                let (l, slopes) = barycentric(point);
+                let corners = (0..4).map(|n| {
+                    let factor = 4.0 * l[n] - 1.0;
+                    (l[n] * (2.0 * l[n] - 1.0), slopes[n].map(|s| factor * s))
+                });
+                let middles = TETRAHEDRON_EDGES.iter().map(|&[i, j]| {
+                    let slope =
+                        [0, 1, 2].map(|m| 4.0 * (l[i] * slopes[j][m] + l[j] * slopes[i][m]));
+                    (4.0 * l[i] * l[j], slope)
+                });
+                corners.chain(middles).unzip()
+            }
+        }
+    }
+
+    /// Where the stiffness is evaluated.
+    fn stations(self) -> Vec<Station> {
+        match self {
+            Solid::Hexahedron8(_) | Solid::Hexahedron20 { reduced: true } => cube(&GAUSS_2),
+            Solid::Hexahedron20 { reduced: false } => cube(&GAUSS_3),
+            Solid::Tetrahedron4 => vec![([0.25; 3], 1.0 / 6.0)],
+            Solid::Tetrahedron10 => {
+                // Four points, exact for quadratic polynomials.
+                let near = (5.0 - 5.0_f64.sqrt()) / 20.0;
+                let far = 1.0 - 3.0 * near;
+                let mut points = vec![([near; 3], 1.0 / 24.0)];
+                for axis in 0..3 {
+                    let mut point = [near; 3];
+                    point[axis] = far;
+                    points.push((point, 1.0 / 24.0));
+                }
+                points
+            }
+        }
+    }
+
+    /// Where the mass is: exactly for elements with straight edges.
+    fn mass_stations(self) -> Vec<Station> {
+        match self {
+            Solid::Hexahedron8(_) => cube(&GAUSS_2),
+            Solid::Hexahedron20 { .. } => cube(&GAUSS_3),
+            // The cube collapsed to a tetrahedron: exact for polynomials of the fifth degree.
+            Solid::Tetrahedron4 | Solid::Tetrahedron10 => {
+                let all = cube(&GAUSS_4).into_iter();
+                all.map(|(point, weight)| {
+                    let [u, v, w] = point.map(|x| 0.5 * (1.0 + x));
+                    let at = [u, v * (1.0 - u), w * (1.0 - u) * (1.0 - v)];
+                    (at, 0.125 * weight * (1.0 - u).powi(2) * (1.0 - v))
+                })
+                .collect()
+            }
+        }
+    }
+}
+
+fn positive(determinant: f64, element: usize) -> Result<(), StructureError> {
+    // Not `determinant <= 0.0`: a node that is not a number must be refused too.
+    match determinant > 0.0 {
+        true => Ok(()),
+        false => Err(StructureError::InvertedElement {
+            element,
+            jacobian: determinant,
+        }),
+    }
+}
+
+/// Determinant of ∂x/∂ξ, and its inverse.
+fn jacobian(nodes: &[[f64; 3]], derivatives: &[[f64; 3]]) -> (f64, [[f64; 3]; 3]) {
+    let mut jacobian = [[0.0; 3]; 3];
+    for (x, d) in nodes.iter().zip(derivatives) {
+        for a in 0..3 {
+            for m in 0..3 {
+                jacobian[a][m] += x[a] * d[m];
+            }
+        }
+    }
+    invert(&jacobian)
+}
+
+/// Barycentric coordinates of a point of the tetrahedron with the corners 0, x, y, z, and their derivatives.
+fn barycentric([x, y, z]: [f64; 3]) -> ([f64; 4], [[f64; 3]; 4]) {
+    (
+        [1.0 - x - y - z, x, y, z],
+        [[-1.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    )
+}
+
+/// The hexahedron with nodes at the corners and the middles of the edges.
+fn serendipity(point: [f64; 3]) -> (Vec<f64>, Vec<[f64; 3]>) {
+    let corners = CORNERS.iter().map(|c| {
+        let factor = [0, 1, 2].map(|m| 1.0 + c[m] * point[m]);
+        let sum: f64 = (0..3).map(|m| c[m] * point[m]).sum::<f64>() - 2.0;
+        let product = factor[0] * factor[1] * factor[2];
+        let slope = [0, 1, 2].map(|m| {
+            let others = product_of_others(factor, m);
+            0.125 * c[m] * others * (sum + factor[m])
+        });
+        (0.125 * product * sum, slope)
+    });
+    let middles = EDGES.iter().map(|&[i, j]| {
+        let along = (0..3)
+            .find(|&m| CORNERS[i][m] != CORNERS[j][m])
+            .expect("an edge");
+        // Along its edge the function is a bubble, across it linear.
+        let factor = [0, 1, 2].map(|m| match m == along {
+            true => 1.0 - point[m] * point[m],
+            false => 1.0 + CORNERS[i][m] * point[m],
+        });
+        let slope = [0, 1, 2].map(|m| {
+            let own = if m == along {
+                -2.0 * point[m]
+            } else {
+                CORNERS[i][m]
+            };
+            0.25 * own * product_of_others(factor, m)
+        });
+        (0.25 * factor[0] * factor[1] * factor[2], slope)
+    });
+    corners.chain(middles).unzip()
+}
+
+fn product_of_others(factor: [f64; 3], m: usize) -> f64 {
+    factor[(m + 1) % 3] * factor[(m + 2) % 3]
+}
+
+/// Gauss–Legendre points and weights on −1…1 (Abramowitz and Stegun, table 25.4).
+const GAUSS_2: [(f64, f64); 2] = [
+    (-0.577_350_269_189_625_8, 1.0),
+    (0.577_350_269_189_625_8, 1.0),
+];
+const GAUSS_3: [(f64, f64); 3] = [
+    (-0.774_596_669_241_483_4, 5.0 / 9.0),
+    (0.0, 8.0 / 9.0),
+    (0.774_596_669_241_483_4, 5.0 / 9.0),
+];
+const GAUSS_4: [(f64, f64); 4] = [
+    (-0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
+    (-0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
+    (0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
+    (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
+];
+
+/// The product of a rule along three axes.
+fn cube(rule: &[(f64, f64)]) -> Vec<Station> {
+    let mut points = Vec::with_capacity(rule.len().pow(3));
+    for &(x, wx) in rule {
+        for &(y, wy) in rule {
+            for &(z, wz) in rule {
+                points.push(([x, y, z], wx * wy * wz));
+            }
+        }
+    }
+    points
+}

@@ -1,0 +1,181 @@
+//! Runs of a structure that comes from the files of another program.
+
+use std::fs;
+
+use fretwear::tables::TableName;
+
+use crate::support::{Bench, assert_same, content, latest, summary, table, verified};
+
+const SHORT: &str = "wear.cycles=200_000";
+
+/// Two reductions of one structure by other orders of elimination differ by rounding; the vibration at resonance, and the wear of what few
+/// cells decide, by more.
+const SAME: f64 = 1e-6;
+
+/// Force and response are at both points of the resonator: pseudo-modes are of all ports that a structure has, and a structure from files has no
+/// others.
+const BOTH: &str = "dynamics.response.at=block";
+
+/// The files of the small resonator, and the scene that reads them.
+fn exported(bench: &Bench) {
+    bench.done(&[
+        "export",
+        "resonator.toml",
+        "--matrices",
+        "files",
+        "--set",
+        BOTH,
+    ]);
+}
+
+#[test]
+fn resonator_read_from_its_matrices_wears_as_itself() {
+    let bench = Bench::new();
+    exported(&bench);
+    for stiffness in ["contact.stiffness=total", "contact.stiffness=sliders"] {
+        let sets = ["--set", SHORT, "--set", stiffness, "--quiet"];
+        let run = |scene: &str, name: &str, both: &[&str]| {
+            let _ = fs::remove_dir_all(bench.path(name));
+            bench.done(&[&["run", scene, "--run", name], &sets[..], both].concat());
+            bench.path(name)
+        };
+        let (own, read) = (
+            run("resonator.toml", "own", &["--set", BOTH]),
+            run("files/scene.toml", "read", &[]),
+        );
+        verified(&read);
+        assert_eq!(latest(&own), latest(&read));
+        assert!(latest(&own) >= 2, "iterations");
+        for k in 0..=latest(&own) {
+            for column in [
+                "kn",
+                "kt",
+                "resonance_frequency",
+                "peak_amplitude",
+                "dissipated_energy",
+                "wear_volume",
+                "normal_load",
+            ] {
+                let [a, b] = [&own, &read].map(|root| summary(root, k, column));
+                assert!(
+                    (a - b).abs() <= SAME * a.abs(),
+                    "{stiffness}, {column} of {k}: {a:e} {b:e}"
+                );
+            }
+        }
+        let elements = |root| table(root, 0, TableName::ContactElement);
+        let columns = |name: &str| {
+            [&own, &read].map(|root| elements(root).f64(name).expect("a column").to_vec())
+        };
+        for name in ["x", "y", "area", "normal_load"] {
+            let [a, b] = columns(name);
+            let size = a.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            for (a, b) in a.iter().zip(&b) {
+                assert!((a - b).abs() <= SAME * size, "{name}: {a:e} {b:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_run_from_matrices_goes_on_and_knows_its_files() {
+    let bench = Bench::new();
+    exported(&bench);
+    let run = ["run", "files/scene.toml", "--set", SHORT, "--quiet"];
+    bench.done(&[&run[..], &["--run", "whole"]].concat());
+    bench.done(&["run", "--from", "whole@1", "--run", "branch", "--quiet"]);
+    assert_same(
+        &content(&bench.path("branch")),
+        &content(&bench.path("whole")),
+        "a branch",
+    );
+    // The same numbers in another order are the same structure, other numbers are another one.
+    let nodes = fs::read_to_string(bench.path("files/pairs.csv")).expect("pairs");
+    let comment = format!("# pairs of the lap\n{nodes}");
+    fs::write(bench.path("files/pairs.csv"), comment).expect("pairs");
+    bench.done(&["run", "--run", "whole", "--quiet"]);
+    let mass = fs::read_to_string(bench.path("files/mass.mtx")).expect("a mass");
+    let (head, rest) = mass.split_once("\n").expect("a header");
+    let mut lines: Vec<&str> = rest.lines().collect();
+    let heavier = "1 1 1e-1";
+    assert!(lines[1].starts_with("1 1 "));
+    lines[1] = heavier;
+    fs::write(
+        bench.path("files/mass.mtx"),
+        format!("{head}\n{}\n", lines.join("\n")),
+    )
+    .expect("a mass");
+    let did = bench.fretwear(&[
+        "run",
+        "files/scene.toml",
+        "--set",
+        SHORT,
+        "--run",
+        "whole",
+        "--quiet",
+    ]);
+    assert_ne!(did.code(), 0);
+    assert!(did.stderr().contains("structure"), "{}", did.stderr());
+}
+
+#[test]
+fn mistakes_in_the_files_of_a_structure_are_named() {
+    let bench = Bench::new();
+    exported(&bench);
+    let told = |sets: &[&str]| {
+        let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        let did = bench.fretwear(&[&["check", "files/scene.toml"], &sets[..]].concat());
+        assert_eq!(did.code(), 2, "{sets:?}: {}", did.stdout());
+        did.stdout() + &did.stderr()
+    };
+    let has = |text: String, parts: &[&str]| {
+        for part in parts {
+            assert!(text.contains(part), "{text}\nhas no \"{part}\"");
+        }
+    };
+    fs::write(bench.path("short.csv"), "upper_node,lower_node\n1,2\n3,x\n").expect("pairs");
+    has(
+        told(&["structure.interface=short.csv"]),
+        &["short.csv", "line 3", "lower_node", "\"x\""],
+    );
+    fs::write(bench.path("other.csv"), "top,bottom\n1,2\n").expect("pairs");
+    has(
+        told(&["structure.interface=other.csv"]),
+        &["other.csv", "upper_node", "top, bottom"],
+    );
+    has(
+        told(&["structure.interface=none.csv"]),
+        &["none.csv", "No such file"],
+    );
+    has(
+        told(&["structure.unit.length=mm"]),
+        &["joint.size", "structure.unit.length"],
+    );
+    has(
+        told(&["structure.unit.mass=mm"]),
+        &["structure.unit.mass", "\"mm\"", "a mass"],
+    );
+    has(told(&["dynamics.force.at=TIP"]), &["dynamics", "\"TIP\""]);
+    has(
+        told(&["structure.fixed=CLAMP"]),
+        &["structure.fixed", "CLAMP"],
+    );
+    has(
+        told(&["structure.stiffness=files/nodes.csv"]),
+        &["nodes.csv"],
+    );
+    has(
+        told(&["structure.depth=60 mm"]),
+        &["structure.depth", "matrices"],
+    );
+    has(told(&["structure.file=files/mass.mtx"]), &["no stiffness"]);
+    has(
+        told(&["joint.hole.diameter=4 mm"]),
+        &["joint.hole", "nodes"],
+    );
+    has(
+        told(&["dynamics.base.acceleration=1 m/s^2"]),
+        &["dynamics.base", "oscillator"],
+    );
+    has(told(&["structure.layer=0 mm"]), &["structure.layer"]);
+}

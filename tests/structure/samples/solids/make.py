@@ -1,0 +1,55 @@
+# The decks of this folder: a skewed block of 2 x 1 x 1 cells of each solid, one face held; mm, t, s. With CalculiX (ccx) they give the
+# eigenvalues of the stiffness that the test expects.
+import itertools
+import subprocess
+
+import numpy as np
+
+size=(30.,14.,10.)
+N=(2,1,1)
+def warp(p):
+    x,y,z=p
+    return (x+0.05*y+0.02*z*y/10, y+0.08*x*z/30-0.03*x, z+0.06*x+0.04*y*x/30)
+EDGES=[(0,1),(1,2),(2,3),(3,0),(4,5),(5,6),(6,7),(7,4),(0,4),(1,5),(2,6),(3,7)]
+TE=[(0,1),(1,2),(2,0),(0,3),(1,3),(2,3)]
+def mesh(kind):
+    nodes={};els=[]
+    def node(p):
+        key=tuple(round(v,9) for v in p)
+        return nodes.setdefault(key,len(nodes)+1)
+    for i,j,k in itertools.product(*(range(n) for n in N)):
+        c=[(i+a,j+b,k+d) for a,b,d in [(0,0,0),(1,0,0),(1,1,0),(0,1,0),(0,0,1),(1,0,1),(1,1,1),(0,1,1)]]
+        c=[tuple(size[d]*p[d]/N[d] for d in range(3)) for p in c]
+        mid=lambda a,b: tuple((a[d]+b[d])/2 for d in range(3))
+        if kind.startswith('C3D8'): els.append([node(p) for p in c])
+        elif kind.startswith('C3D20'): els.append([node(p) for p in c+[mid(c[a],c[b]) for a,b in EDGES]])
+        else:
+            for t in [(0,1,3,7),(0,1,7,4),(1,5,7,4),(1,5,6,7),(1,6,2,7),(1,2,3,7)]:
+                q=[c[v] for v in t]
+                # positive volume
+                m=np.array([np.array(q[v])-np.array(q[0]) for v in (1,2,3)])
+                if np.linalg.det(m)<0: q[1],q[2]=q[2],q[1]
+                els.append([node(p) for p in (q if kind=='C3D4' else q+[mid(q[a],q[b]) for a,b in TE])])
+    return {n:warp(p) for p,n in nodes.items()}, {n:p for p,n in nodes.items()}, els
+for kind in ['C3D8','C3D8I','C3D20','C3D20R','C3D4','C3D10']:
+    nodes,flat,els=mesh(kind)
+    with open(kind+'.inp','w') as f:
+        f.write('*NODE\n'+''.join(f'{n},{x:.12g},{y:.12g},{z:.12g}\n' for n,(x,y,z) in nodes.items()))
+        f.write(f'*ELEMENT, TYPE={kind}, ELSET=EALL\n')
+        for e,ns in enumerate(els,1):
+            row=[e]+ns
+            f.write(',\n'.join(','.join(map(str,row[i:i+16])) for i in range(0,len(row),16))+'\n')
+        f.write('*NSET, NSET=FOOT\n'+''.join(f'{n},\n' for n,p in flat.items() if p[0]==0))
+        f.write('*MATERIAL, NAME=STEEL\n*ELASTIC\n198400.,0.3\n*DENSITY\n7.949E-9\n*SOLID SECTION, ELSET=EALL, MATERIAL=STEEL\n*BOUNDARY\nFOOT,1,3\n*STEP\n*FREQUENCY, SOLVER=MATRIXSTORAGE\n5\n*END STEP\n')
+    subprocess.run(['ccx',kind],capture_output=True)
+    dof=[tuple(map(int,l.split('.'))) for l in open(kind+'.dof').read().split()]
+    K=np.zeros((len(dof),)*2)
+    for line in open(kind+'.sti'):
+        i,j,v=line.split()
+        K[int(i)-1,int(j)-1]=K[int(j)-1,int(i)-1]=float(v)
+    own=[i for i,(node,_) in enumerate(dof) if node<=len(nodes)]
+    rest=[i for i,(node,_) in enumerate(dof) if node>len(nodes)]
+    S=K[np.ix_(own,own)]
+    if rest:
+        S=S-K[np.ix_(own,rest)]@np.linalg.solve(K[np.ix_(rest,rest)],K[np.ix_(rest,own)])
+    print(kind,np.sqrt(np.linalg.eigvalsh(S)[:5])/(2*np.pi))

@@ -1,0 +1,321 @@
+//! Solids of other programs' meshes: rigid motions, constant strain, mass, and CalculiX's stiffness matrices.
+
+use std::fs;
+use std::path::PathBuf;
+
+use fretwear::material::{Elastic, Material};
+use fretwear::structure::frequencies::lowest_frequencies;
+use fretwear::structure::readers::{self, Input};
+use fretwear::structure::solids::{NAMES, Solid};
+
+/// Rounding, over the sum of the absolute parts.
+const ROUNDING: f64 = 1e-12;
+/// The numbers of CalculiX are given with twelve digits; the lowest of hourglass motions has lost some.
+const SAME_PROGRAM: f64 = 1e-8;
+
+const MATERIAL: Material = Material {
+    elastic: Elastic {
+        youngs_modulus: 198.4e9,
+        poisson_ratio: 0.3,
+    },
+    density: 7949.0,
+};
+
+fn folder() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/structure/samples/solids")
+}
+
+/// The first element of the sample of a kind, its nodes.
+fn first(name: &str) -> Vec<[f64; 3]> {
+    let text = fs::read_to_string(folder().join(format!("{name}.inp"))).expect("a sample");
+    let (nodes, rest) = text.split_once("*ELEMENT").expect("elements");
+    let nodes: Vec<[f64; 3]> = (nodes.lines().skip(1))
+        .map(|line| {
+            let mut fields = line
+                .split(',')
+                .skip(1)
+                .map(|f| f.parse::<f64>().expect("a number"));
+            [0; 3].map(|_| 1e-3 * fields.next().expect("three"))
+        })
+        .collect();
+    let joined: String = rest
+        .lines()
+        .skip(1)
+        .collect::<Vec<_>>()
+        .join("\n")
+        .replace(",\n", ",");
+    let line = joined.lines().next().expect("an element");
+    let labels = line
+        .split(',')
+        .skip(1)
+        .map(|f| f.parse::<usize>().expect("a node"));
+    labels.map(|n| nodes[n - 1]).collect()
+}
+
+/// Energy ½uᵀKu of a motion, and the sum of the absolute parts.
+fn energy(stiffness: &[f64], motion: &[f64]) -> (f64, f64) {
+    let (mut energy, mut parts) = (0.0, 0.0);
+    for (i, u) in motion.iter().enumerate() {
+        for (j, v) in motion.iter().enumerate() {
+            let part = 0.5 * stiffness[i * motion.len() + j] * u * v;
+            energy += part;
+            parts += part.abs();
+        }
+    }
+    (energy, parts)
+}
+
+#[test]
+fn solids_resist_strain_and_no_rigid_motion() {
+    let strain = [
+        [1.2e-3, 0.4e-3, -0.3e-3],
+        [0.4e-3, -0.8e-3, 0.5e-3],
+        [-0.3e-3, 0.5e-3, 0.7e-3],
+    ];
+    let shear = MATERIAL.elastic.shear_modulus();
+    let ratio = MATERIAL.elastic.poisson_ratio;
+    let lame = 2.0 * shear * ratio / (1.0 - 2.0 * ratio);
+    let trace = strain[0][0] + strain[1][1] + strain[2][2];
+    let squares: f64 = strain.iter().flatten().map(|e| e * e).sum();
+    let density = 0.5 * lame * trace * trace + shear * squares;
+    for (name, solid) in NAMES {
+        let nodes = first(name);
+        let found = solid.matrices(&nodes, &MATERIAL, 1).expect("a solid");
+        let moved = |gradient: [[f64; 3]; 3]| -> Vec<f64> {
+            let each = nodes
+                .iter()
+                .flat_map(|x| gradient.map(|row| (0..3).map(|d| row[d] * x[d]).sum()));
+            each.collect()
+        };
+        for axis in 0..3 {
+            let along: Vec<f64> = (0..3 * nodes.len())
+                .map(|k| f64::from(k % 3 == axis))
+                .collect();
+            let (energy_found, parts) = energy(&found.stiffness, &along);
+            assert!(energy_found.abs() < ROUNDING * parts, "{name} along {axis}");
+            let mut turn = [[0.0; 3]; 3];
+            (
+                turn[(axis + 1) % 3][(axis + 2) % 3],
+                turn[(axis + 2) % 3][(axis + 1) % 3],
+            ) = (-1.0, 1.0);
+            let (energy_found, parts) = energy(&found.stiffness, &moved(turn));
+            assert!(energy_found.abs() < ROUNDING * parts, "{name} about {axis}");
+        }
+        let count = nodes.len();
+        let mass: f64 = found.mass.iter().sum();
+        let volume = mass / MATERIAL.density;
+        // Consistent: a rotation about z has the inertia of the body, the same for elements of the same shape.
+        assert!(
+            mass > 0.0 && found.mass.iter().all(|m| m.is_finite()),
+            "{name}"
+        );
+        let (strained, _) = energy(&found.stiffness, &moved(strain));
+        assert!(
+            (strained / (density * volume) - 1.0).abs() < 1e-10,
+            "{name}: {strained:e}"
+        );
+        for i in 0..3 * count {
+            for j in 0..i {
+                let (a, b) = (
+                    found.stiffness[i * 3 * count + j],
+                    found.stiffness[j * 3 * count + i],
+                );
+                assert!(
+                    (a - b).abs() <= ROUNDING * found.stiffness[0].abs(),
+                    "{name}: {i} {j}"
+                );
+            }
+        }
+        // Turned inside out.
+        let mirrored: Vec<[f64; 3]> = nodes.iter().map(|[x, y, z]| [-x, *y, *z]).collect();
+        let refused = solid
+            .matrices(&mirrored, &MATERIAL, 17)
+            .expect_err("inside out");
+        assert!(refused.to_string().contains("17"), "{refused}");
+    }
+}
+
+/// Corners and middles of the faces lie in one plane, on straight elements, and every node of the surface is on one.
+#[test]
+fn faces_are_those_of_the_format() {
+    for (name, solid) in NAMES {
+        let nodes = first(name);
+        let faces: Vec<Vec<usize>> = (0..).map_while(|k| solid.face(k)).collect();
+        let is_tetrahedron = matches!(solid, Solid::Tetrahedron4 | Solid::Tetrahedron10);
+        assert_eq!(faces.len(), if is_tetrahedron { 4 } else { 6 });
+        let mut seen: Vec<usize> = faces.concat();
+        seen.sort_unstable();
+        seen.dedup();
+        assert_eq!(seen.len(), nodes.len(), "{name}");
+        if is_tetrahedron {
+            for face in faces {
+                let at = |k: usize| nodes[face[k]];
+                let [a, b] = [1, 2].map(|k| [0, 1, 2].map(|d| at(k)[d] - at(0)[d]));
+                for node in &face[3..] {
+                    let c = [0, 1, 2].map(|d| nodes[*node][d] - at(0)[d]);
+                    let volume: f64 = (0..3)
+                        .map(|d| {
+                            c[d] * (a[(d + 1) % 3] * b[(d + 2) % 3]
+                                - a[(d + 2) % 3] * b[(d + 1) % 3])
+                        })
+                        .sum();
+                    // The block is skewed by products of coordinates, within which edges stay straight to a tenth.
+                    assert!(volume.abs() < 0.1 * 1e-3_f64.powi(2), "{name}: {volume:e}");
+                }
+            }
+        }
+    }
+}
+
+/// `samples/solids/make.py`: √(eigenvalue)/2π of the stiffness alone, that of CalculiX's matrices of the same decks, mm and N. Rows of its own,
+/// by which CalculiX keeps incompatible modes, are condensed.
+const OF_STIFFNESS: [(&str, f64, [f64; 5]); 6] = [
+    (
+        "C3D8",
+        SAME_PROGRAM,
+        [
+            16.3337884498,
+            18.8824093923,
+            23.1131905876,
+            59.9178052079,
+            68.2545999661,
+        ],
+    ),
+    // Both take the gradients of the incompatible modes at the centre, and differ in how they are scaled on skewed cells.
+    (
+        "C3D8I",
+        5e-3,
+        [
+            11.7818743597,
+            15.4636269478,
+            22.9387170676,
+            59.1788573286,
+            61.359383236,
+        ],
+    ),
+    (
+        "C3D20",
+        SAME_PROGRAM,
+        [
+            7.68844887421,
+            10.0204636785,
+            15.8425712,
+            33.8955055705,
+            37.9883731524,
+        ],
+    ),
+    (
+        "C3D20R",
+        SAME_PROGRAM,
+        [
+            0.17596608162,
+            1.23025196579,
+            7.61450962722,
+            9.93895346996,
+            15.8699500187,
+        ],
+    ),
+    (
+        "C3D4",
+        SAME_PROGRAM,
+        [
+            21.8960711327,
+            27.8705860123,
+            55.7395478015,
+            68.9418866861,
+            81.8953378383,
+        ],
+    ),
+    (
+        "C3D10",
+        SAME_PROGRAM,
+        [
+            6.72554484616,
+            8.82239102876,
+            14.9516528125,
+            30.9647582026,
+            34.610315034,
+        ],
+    ),
+];
+
+#[test]
+fn stiffness_of_assembled_decks_is_that_of_calculix() {
+    for (name, tolerance, expected) in OF_STIFFNESS {
+        let deck = Input {
+            path: folder().join(format!("{name}.inp")),
+            role: None,
+        };
+        let mut read = readers::read(&[deck], None).expect("a deck");
+        let mass = read.mass.as_mut().expect("a mass");
+        mass.entries = (0..read.size as u32).map(|row| (row, row, 1.0)).collect();
+        let free = vec![false; read.size];
+        let found = lowest_frequencies(&read, &free, 5)
+            .expect("frequencies")
+            .expect("both matrices");
+        assert_eq!(found.rigid.len(), 0, "{name}: the foot is held by the deck");
+        for (a, b) in found.elastic.iter().zip(expected) {
+            assert!((a / b - 1.0).abs() < tolerance, "{name}: {a} {b}");
+        }
+    }
+}
+
+/// What a mesh here is not is said, with what to do.
+#[test]
+fn decks_that_are_not_assembled_are_refused() {
+    let sound = fs::read_to_string(folder().join("C3D10.inp")).expect("a sample");
+    let told = |text: String| {
+        let found = readers::parse("deck.inp".as_ref(), text.as_bytes(), None);
+        found.expect_err("a fault").to_string()
+    };
+    let has = |text: String, parts: &[&str]| {
+        for part in parts {
+            assert!(text.contains(part), "{text}\nhas no \"{part}\"");
+        }
+    };
+    has(
+        told(
+            sound
+                .replace("TYPE=C3D10", "TYPE=C3D10")
+                .replace("*NSET", "*TIE\n*NSET"),
+        ),
+        &["*TIE", "structure.kind"],
+    );
+    has(
+        told(format!("{sound}\n*ELEMENT, TYPE=B31\n99,1,2\n")),
+        &["B31", "C3D10", "line"],
+    );
+    has(
+        told(sound.replace("*DENSITY\n7.949E-9\n", "")),
+        &["STEEL", "*DENSITY"],
+    );
+    has(
+        told(sound.replace("0.3\n", "0.5\n")),
+        &["poisson_ratio", "below 0.5"],
+    );
+    has(
+        told(sound.replace("ELSET=EALL, MATERIAL", "ELSET=OTHER, MATERIAL")),
+        &["OTHER"],
+    );
+    has(
+        told(sound.replace("*SOLID SECTION", "*NO SECTION")),
+        &["element 1", "*SOLID SECTION"],
+    );
+    has(told(sound.replace("FOOT,1,3", "FEET,1,3")), &["FEET"]);
+    has(
+        told(sound.replace("FOOT,1,3", "FOOT,1,3,0.5")),
+        &["0.5", "zero"],
+    );
+    has(
+        told(sound.replace("*NODE\n1,", "*NODE\n1001,")),
+        &["node 1", "element"],
+    );
+    has(
+        told(sound.replace("*NSET", "*INSTANCE, NAME=A\n*NSET")),
+        &["*INSTANCE", "flat"],
+    );
+    has(
+        told(sound.replace("198400.,0.3", "198400.,x")),
+        &["\"x\"", "a finite number"],
+    );
+}
