@@ -102,7 +102,13 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let written: Vec<&Instant> = solution.instants.iter().step_by(every).collect();
     outputs.put(&instants(&written))?;
     if let Some(chosen) = &chosen {
-        outputs.put(&cycle_field(&patch, chosen, &of_instants, &written, every))?;
+        let fields = cycle_field(&patch, chosen, &of_instants, &written, every);
+        if fields.sample.is_empty() {
+            outputs.notice(
+                "output.cycle_fields: none of the chosen cells is in contact in this cycle; the table cycle_field has no rows",
+            );
+        }
+        outputs.put(&fields)?;
     }
     drop(of_instants);
     outputs.put(&typed::FrettingCycle {
