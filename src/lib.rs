@@ -66,6 +66,7 @@ pub const COMMIT: Option<&str> = option_env!("FRETWEAR_COMMIT");
 /// Version, and the commit in brackets where that is known.
 pub const VERSION: &str = env!("FRETWEAR_VERSION");
 
+pub mod campaign;
 pub mod contact;
 pub mod doctor;
 pub mod dynamics;

@@ -73,7 +73,8 @@ fn names(code: &str, path: &str) -> bool {
 
 /// The modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
 fn modules(source: &Source) -> Vec<String> {
-    const MODULES: [&str; 29] = [
+    const MODULES: [&str; 30] = [
+        "campaign",
         "cli",
         "contact",
         "doctor",
@@ -182,6 +183,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("surface/", &["grid", "fft", "surface"]),
     ("reference/", &["grid", "contact", "reference"]),
     ("wear/", &["grid", "contact", "wear"]),
+    ("campaign/", &["campaign", "files", "store", "tables"]),
     ("tables/", &["tables"]),
     ("store/", &["json", "tables", "store"]),
     (
@@ -240,7 +242,9 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ),
     (
         "report/",
-        &["json", "recipe", "scene", "tables", "store", "report"],
+        &[
+            "campaign", "json", "recipe", "scene", "tables", "store", "report",
+        ],
     ),
     ("study/", &["recipe", "tables", "report", "study"]),
     (
@@ -366,8 +370,12 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
         ],
     ),
     (&["fs4"], &["store/file_system.rs"]),
-    (&["rustix"], &["stages/clock.rs"]),
-    (&["toml"], &["scene/", "tables/", "cli/edit.rs"]),
+    (&["rustix"], &["stages/clock.rs", "cli/campaign/"]),
+    (
+        &["toml"],
+        &["scene/", "tables/", "campaign/", "cli/edit.rs"],
+    ),
+    (&["sobol_burley", "statrs"], &["campaign/"]),
     (&["quick_xml"], &["surface/readers/"]),
     (
         &["npyz", "zip::"],
@@ -410,7 +418,8 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "stdout",
             "stderr",
         ],
-        &["terminal.rs"],
+        // Those of the processes that a campaign starts.
+        &["terminal.rs", "cli/campaign/jobs.rs"],
     ),
     // What surrounds the program is known at the edge.
     (
@@ -423,6 +432,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "store/file_system.rs",
             // Two processes must not write into one draft.
             "store/cache.rs",
+            "campaign/folder.rs",
             "doctor/disk.rs",
         ],
     ),

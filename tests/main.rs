@@ -1,5 +1,6 @@
 //! All tests of the crate's outside, one binary; its modules mirror `src/`.
 
+mod campaign;
 mod cli;
 mod contact;
 mod coupling;

@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use fretwear::units::{self, Dimension};
 
-use super::{backbone, inspect, new, run};
+use super::{backbone, campaign, inspect, new, run};
 
 /// Fretting wear of rough bolted joints over millions of vibration cycles.
 #[derive(Parser)]
@@ -115,6 +115,11 @@ pub enum Command {
     /// presets `fast` and `balanced` are held against `reference` by kind of motion. The same command goes on where it was stopped. Writes
     /// trade.parquet, trade.md, trade.svg and trade.html, and prints the tables.
     Trade(TradeArguments),
+    /// Run one scene many times with keys that vary: plan, run, collect and report, on one machine or on a cluster
+    Campaign {
+        #[command(subcommand)]
+        command: campaign::CampaignCommand,
+    },
     /// Run the paper's study, and hold its claims against it
     ///
     /// The lap joint at four roughnesses, with a hardness limit, and with the dynamic model updated more often, less often, never:

@@ -1,5 +1,6 @@
 //! What a run will cost, and what it has cost.
 
+use std::path::Path;
 use std::time::Duration;
 
 use fretwear::recipe::Inputs;
@@ -204,6 +205,21 @@ pub fn too_large(inputs: &Inputs) -> Option<String> {
             megabytes(machine)
         )
     })
+}
+
+/// Memory that this process and those that it starts may still take \[B\]: what the machine has free, and what the group of processes that
+/// an engine has put this one into may have; none where the system does not tell.
+pub fn free_memory() -> Option<u64> {
+    let free = told_by_system("/proc/meminfo", "MemAvailable:")?;
+    Some(group_memory().map_or(free, |group| group.min(free)))
+}
+
+/// The limit of the control group of this process (version 2).
+fn group_memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/cgroup").ok()?;
+    let group = text.lines().find_map(|line| line.strip_prefix("0::/"))?;
+    let path = Path::new("/sys/fs/cgroup").join(group).join("memory.max");
+    std::fs::read_to_string(path).ok()?.trim().parse().ok()
 }
 
 /// High-water mark of this process's memory \[B\], where the system tells.

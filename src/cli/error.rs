@@ -118,12 +118,44 @@ pub enum CliError {
     #[error("cannot draw the backbone: {0}")]
     Drawing(fretwear::report::PlotError),
     #[error(transparent)]
+    Campaign(#[from] fretwear::campaign::CampaignError),
+    #[error("row {index} ({settings}){}: {source}", more_rows(*others))]
+    Row {
+        index: usize,
+        settings: String,
+        /// Rows that cannot be run either.
+        others: usize,
+        source: Box<CliError>,
+    },
+    #[error("{reason}")]
+    RowChanged { reason: String },
+    #[error("row {index} failed before: {reason}; --retry tries it again")]
+    RowFailed { index: usize, reason: String },
+    #[error("row {index} failed: {reason}")]
+    RowFailedNow { index: usize, reason: String },
+    #[error(
+        "--scratch is for campaigns with keep = \"history\": of one that keeps whole runs, they belong into its folder"
+    )]
+    ScratchOfRuns,
+    #[error("cannot start a process for row {index}: {source}")]
+    Spawn {
+        index: usize,
+        source: std::io::Error,
+    },
+    #[error(transparent)]
     Knob(#[from] fretwear::scene::variants::UnknownKnob),
     #[error(transparent)]
     Trade(#[from] TradeError),
     #[cfg(feature = "polars")]
     #[error(transparent)]
     Report(#[from] fretwear::report::ReportError),
+}
+
+fn more_rows(count: usize) -> String {
+    match count {
+        0 => String::new(),
+        count => format!(", and {count} other rows"),
+    }
 }
 
 impl From<StoreError> for CliError {
@@ -137,7 +169,10 @@ impl CliError {
     pub fn exit(&self) -> Exit {
         match self {
             CliError::Run(error) if error.is_scene() => Exit::Scene,
-            CliError::NotTheSame { .. } => Exit::Damaged,
+            CliError::NotTheSame { .. } | CliError::RowChanged { .. } => Exit::Damaged,
+            CliError::Row { source, .. } => source.exit(),
+            CliError::Campaign(error) if error.is_usage() => Exit::Scene,
+            CliError::Campaign(error) if error.is_damage_or_mismatch() => Exit::Damaged,
             CliError::Scene(_) | CliError::Input(_) | CliError::Kept(_) => Exit::Scene,
             CliError::Run(error) if error.is_not_converged() => Exit::NotConverged,
             CliError::Run(RunError::Store(error)) if error.is_damage_or_mismatch() => Exit::Damaged,
@@ -161,6 +196,7 @@ impl CliError {
             | CliError::NoScenes { .. }
             | CliError::SameName { .. }
             | CliError::OfOneScene { .. }
+            | CliError::ScratchOfRuns
             | CliError::Knob(_)
             | CliError::Matrices(_)
             | CliError::Fixed(_)

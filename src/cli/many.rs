@@ -54,7 +54,7 @@ const SAME: &str = "the same command";
 /// Runs them all. One that fails does not keep the others from running, but for a run that belongs to another scene, is damaged,
 /// or is in use.
 pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<Ran, CliError> {
-    let stopping = Stopping::listen(execution.max_wall, Exit::Stopped as i32);
+    let stopping = Stopping::listen(execution.max_wall, i32::from(Exit::Stopped.code()));
     let stopping = stopping.map_err(CliError::Signals)?;
     let latest = |root: &Path| {
         let reader = RunReader::open(Arc::new(RealFileSystem), root);

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod backbone;
+mod campaign;
 mod check;
 #[cfg(feature = "polars")]
 mod compare;
@@ -39,17 +40,33 @@ use error::CliError;
 /// How a command ends, as its exit code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Exit {
-    Done = 0,
-    Failure = 1,
-    Scene = 2,
-    NotConverged = 3,
-    Damaged = 4,
-    Stopped = 75,
+    Done,
+    Failure,
+    Scene,
+    NotConverged,
+    Damaged,
+    Stopped,
+    /// The same, with the code that an engine wants for it.
+    StoppedAs(u8),
+}
+
+impl Exit {
+    fn code(self) -> u8 {
+        match self {
+            Exit::Done => 0,
+            Exit::Failure => 1,
+            Exit::Scene => 2,
+            Exit::NotConverged => 3,
+            Exit::Damaged => 4,
+            Exit::Stopped => 75,
+            Exit::StoppedAs(code) => code,
+        }
+    }
 }
 
 impl From<Exit> for ExitCode {
     fn from(exit: Exit) -> ExitCode {
-        ExitCode::from(exit as u8)
+        ExitCode::from(exit.code())
     }
 }
 
@@ -103,6 +120,7 @@ fn perform(command: Command, out: &mut Results) -> Result<Exit, CliError> {
         Command::Verify { run } => show::verify(&run, out),
         Command::Validate { json } => show::validate(json, out),
         Command::Trade(arguments) => trade::trade(&arguments, out),
+        Command::Campaign { command } => campaign::campaign(&command, out),
         #[cfg(feature = "polars")]
         Command::Reproduce(arguments) => reproduce::reproduce(&arguments, out),
         Command::Explain { key, json } => explain::explain(&key, json, out),

@@ -30,7 +30,10 @@ pub fn parse_source(text: &str) -> Result<Source, String> {
 
 pub fn run(arguments: RunArguments, out: &mut Results) -> Result<Exit, CliError> {
     let (scene, root) = scene_and_root(&arguments)?;
-    let stopping = Stopping::listen(arguments.execution.max_wall, Exit::Stopped as i32);
+    let stopping = Stopping::listen(
+        arguments.execution.max_wall,
+        i32::from(Exit::Stopped.code()),
+    );
     let stopping = stopping.map_err(CliError::Signals)?;
     let mut plan = Plan::of(&scene)?;
     if let Some(scene) = &arguments.scene {

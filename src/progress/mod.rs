@@ -2,6 +2,7 @@
 
 mod pace;
 mod prior;
+mod rows;
 mod stopping;
 
 use std::cell::RefCell;
@@ -23,7 +24,8 @@ use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use crate::terminal::{is_watched, log_into, note, say};
 use pace::{Left, Pace};
 use prior::Prior;
-pub use stopping::Stopping;
+pub use rows::Rows;
+pub use stopping::{Asked, Stopping};
 
 /// Redraws of the bar between iterations, so that a long stage is seen to be alive.
 const TICK: Duration = Duration::from_millis(200);

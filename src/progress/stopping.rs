@@ -34,6 +34,25 @@ pub struct At {
     bar: Option<ProgressBar>,
 }
 
+/// Signals to a command that computes nothing itself, and hands them on to those that do.
+pub struct Asked(Arc<AtomicBool>);
+
+impl Asked {
+    /// Listens to signals.
+    pub fn listen() -> io::Result<Asked> {
+        let signalled = Arc::new(AtomicBool::new(false));
+        for signal in [SIGINT, SIGTERM] {
+            flag::register(signal, signalled.clone())?;
+        }
+        Ok(Asked(signalled))
+    }
+
+    /// True if a signal has come since this was asked last.
+    pub fn taken(&self) -> bool {
+        self.0.swap(false, Ordering::Relaxed)
+    }
+}
+
 /// Ends a command that is asked to stop. Dropped, it ends nothing any more.
 #[derive(Clone)]
 pub struct Stopping {

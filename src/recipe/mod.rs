@@ -107,6 +107,27 @@ pub struct Output {
     pub stiffness: bool,
     /// Cycles at which a forced response of the worn state is computed, without feeding it back.
     pub response_at: Vec<u64>,
+    /// When what is written is on the disk.
+    #[serde(default, skip_serializing_if = "Durability::is_usual")]
+    pub durability: Durability,
+}
+
+/// When what a run writes is on the disk for good.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Durability {
+    /// At every commit.
+    #[default]
+    Commit,
+    /// Where the run ends or is stopped.
+    End,
+}
+
+impl Durability {
+    /// What was always done before there was a choice: recipes say the other.
+    fn is_usual(&self) -> bool {
+        *self == Durability::Commit
+    }
 }
 
 /// What was always done before there was a choice.

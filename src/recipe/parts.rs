@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value};
 
-use super::{Joint, Keep, Output, Reasons, Recipe, Wear};
+use super::{Durability, Joint, Keep, Output, Reasons, Recipe, Wear};
 
 /// A part of a recipe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,6 +91,7 @@ impl Recipe {
                 curves_every: 0,
                 stiffness: true,
                 response_at,
+                durability: Durability::default(),
             },
             asked_error: None,
             why: Reasons::default(),

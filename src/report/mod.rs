@@ -4,6 +4,8 @@
 #[cfg(feature = "polars")]
 mod backbone;
 #[cfg(feature = "polars")]
+pub mod campaign;
+#[cfg(feature = "polars")]
 mod compare;
 #[cfg(feature = "polars")]
 mod differences;

@@ -330,6 +330,20 @@ pub fn load(path: &Path, sets: &[String]) -> Result<Scene, SceneError> {
     resolve::scene(&document::read(path, sets)?, name_of(path))
 }
 
+/// The document of the file at `path` with its bases and `sets` applied and paths made absolute, as TOML: what [`load_kept`] reads, also
+/// with further `sets`. Whether it is a scene, nobody has looked.
+///
+/// # Errors
+/// [`SceneError`] for a file that cannot be read or is no TOML, and a key that is no `key=value`.
+pub fn text_of(path: &Path, sets: &[String]) -> Result<String, SceneError> {
+    Ok(document::read(path, sets)?.to_table().to_string())
+}
+
+/// Whether the value of a key is the path of a file.
+pub fn is_path(key: &str) -> bool {
+    keys::find(key).is_some_and(|key| key.value.told().is_path)
+}
+
 /// As [`load`], from the text of the scene that a run keeps, whose file stands, or stood, at `path`. It has no `base`.
 ///
 /// # Errors

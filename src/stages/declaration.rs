@@ -101,6 +101,11 @@ pub fn is_in(recipe: &Recipe, table: TableName) -> bool {
         | TableName::WornResponse
         | TableName::Ledger => rough && vibrates,
         TableName::Summary | TableName::Timing => true,
-        TableName::Backbone | TableName::Trade | TableName::Claims => false,
+        TableName::Backbone
+        | TableName::Trade
+        | TableName::Claims
+        | TableName::CampaignFigure
+        | TableName::CampaignBand
+        | TableName::CampaignSensitivity => false,
     }
 }

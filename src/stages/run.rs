@@ -11,14 +11,15 @@ use super::run_cost::RunCost;
 use super::runner::Runner;
 use super::stage::{Stage, When};
 use crate::model_update::Criterion;
-use crate::recipe::{Inputs, Keep as KeepOf, Recipe};
-use crate::store::{Cache, FileSystem, Keep, RunIdentity, RunStore};
+use crate::recipe::{Durability, Inputs, Keep as KeepOf, Recipe};
+use crate::store::{Cache, FileSystem, Keep, RunIdentity, RunStore, UnsyncedFileSystem, sync_all};
 use crate::tables::{Table, TableName, typed};
 
-/// Keys that cannot alter what is already computed: where a run stops and what it keeps.
-pub const FREE_KEYS: [&str; 4] = [
+/// Keys that cannot alter what is already computed: where a run stops, what it keeps, and when that is on the disk.
+pub const FREE_KEYS: [&str; 5] = [
     "wear.cycles",
     "wear.volume",
+    "output.durability",
     "output.keep.*",
     "output.response_at.*",
 ];
@@ -101,7 +102,11 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
             return Err(error);
         }
     };
-    outcome(&mut store, inputs, ending)
+    let outcome = outcome(&mut store, inputs, ending)?;
+    if inputs.recipe.output.durability == Durability::End {
+        sync_all(options.file_system.as_ref(), &options.root)?;
+    }
+    Ok(outcome)
 }
 
 /// The stages once a run, then iteration after iteration.
@@ -202,7 +207,10 @@ pub fn identity_of(inputs: &Inputs) -> RunIdentity {
 fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunError> {
     let inputs = options.inputs;
     let identity = identity_of(inputs);
-    let file_system = options.file_system.clone();
+    let file_system: Arc<dyn FileSystem> = match inputs.recipe.output.durability {
+        Durability::Commit => options.file_system.clone(),
+        Durability::End => Arc::new(UnsyncedFileSystem(options.file_system.clone())),
+    };
     let (mut store, opening) = match &options.source {
         None => RunStore::create_or_open(file_system, &options.root, &identity)?,
         Some(source) => RunStore::create_sibling(

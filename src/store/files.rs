@@ -404,7 +404,7 @@ pub(super) fn json(path: &Path, value: &impl Serialize) -> Result<Vec<u8>, Store
     Ok(text)
 }
 
-fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> StoreError {
+pub(super) fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> StoreError {
     let path = path.to_owned();
     move |source| StoreError::Io {
         action,

@@ -140,6 +140,17 @@ impl History {
             .filter_map(|known| Some((&known.column, self.columns.get(&known.name)?)))
     }
 
+    /// The columns of its file but those of the chain of commits, in the order of their names.
+    pub fn columns(&self) -> impl Iterator<Item = (ColumnSchema, &Nullable)> {
+        self.columns.iter().map(|(name, values)| {
+            let column = match is_timing(name) {
+                true => timing_column(name),
+                false => in_file(name).clone(),
+            };
+            (column, values)
+        })
+    }
+
     /// What all iterations took, by stage and by part of a stage as the `timing` table names them.
     pub fn cost(&self) -> BTreeMap<String, StageCost> {
         let mut costs: BTreeMap<String, StageCost> = BTreeMap::new();
@@ -280,8 +291,11 @@ impl History {
             .for_each(|column| column.resize(rows));
     }
 
-    /// The bytes of the file.
-    pub(super) fn to_bytes(&self) -> Result<Vec<u8>, TableError> {
+    /// The bytes of its file, the hash of it at their end.
+    ///
+    /// # Errors
+    /// [`TableError`] if the format library refuses.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, TableError> {
         let own = own_columns();
         let links = self.links.iter();
         let own_values = [
@@ -328,7 +342,11 @@ impl History {
         Ok(bytes)
     }
 
-    fn of_bytes(bytes: &[u8]) -> Result<History, DamageKind> {
+    /// The history in the bytes of a file.
+    ///
+    /// # Errors
+    /// [`DamageKind`] for bytes that are not those of its hash, or of another file.
+    pub fn of_bytes(bytes: &[u8]) -> Result<History, DamageKind> {
         check_seal(bytes)?;
         let unreadable = |reason: String| DamageKind::Unreadable { reason };
         let found = nullable_from_parquet(bytes, NAME, MOST_ROWS)
@@ -377,28 +395,13 @@ fn is_timing(name: &str) -> bool {
     TIMING.iter().any(|prefix| name.starts_with(prefix))
 }
 
-fn described(name: &str, kind: ColumnType, unit: &str) -> ColumnSchema {
-    ColumnSchema {
-        name: name.to_owned(),
-        kind,
-        unit: unit.to_owned(),
-        dimension: String::new(),
-        description: String::new(),
-        sparse: false,
-        optional: false,
-        retired: false,
-        recent: false,
-        infinite: false,
-    }
-}
-
 /// The columns that are those of no table.
 fn own_columns() -> [ColumnSchema; 4] {
     [
-        described(WEAR_ITERATION, ColumnType::I64, "1"),
-        described(COMMIT, ColumnType::Text, "1"),
-        described(PRUNED, ColumnType::Bool, "1"),
-        described(BYTES, ColumnType::I64, "B"),
+        ColumnSchema::plain(WEAR_ITERATION, ColumnType::I64, "1"),
+        ColumnSchema::plain(COMMIT, ColumnType::Text, "1"),
+        ColumnSchema::plain(PRUNED, ColumnType::Bool, "1"),
+        ColumnSchema::plain(BYTES, ColumnType::I64, "B"),
     ]
 }
 
@@ -408,7 +411,7 @@ fn timing_column(name: &str) -> ColumnSchema {
     } else {
         "s"
     };
-    described(name, ColumnType::F64, unit)
+    ColumnSchema::plain(name, ColumnType::F64, unit)
 }
 
 /// A column of a one-row table under its name in the file.

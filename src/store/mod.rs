@@ -44,6 +44,7 @@ mod run;
 mod sealed;
 mod sibling;
 mod survey;
+mod unsynced;
 
 pub use cache::Cache;
 pub use chain::{CommitReport, OnceReport, VerifyReport};
@@ -60,3 +61,4 @@ pub use reader::RunReader;
 pub use record::{Continuation, Failure, Machine, Origin, RunIdentity, RunRecord};
 pub use record_file::SceneOfRun;
 pub use run::{Keep, RunStore};
+pub use unsynced::{UnsyncedFileSystem, sync_all};

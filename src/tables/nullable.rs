@@ -56,6 +56,18 @@ impl Nullable {
         each!(self, values => values.resize(rows, None));
     }
 
+    /// Adds the rows of a column of the same type; those of another type as rows without a value.
+    pub fn append(&mut self, other: &Nullable) {
+        match (&mut *self, other) {
+            (Nullable::F64(values), Nullable::F64(own)) => values.extend(own),
+            (Nullable::I32(values), Nullable::I32(own)) => values.extend(own),
+            (Nullable::I64(values), Nullable::I64(own)) => values.extend(own),
+            (Nullable::Bool(values), Nullable::Bool(own)) => values.extend(own),
+            (Nullable::Text(values), Nullable::Text(own)) => values.extend(own.iter().cloned()),
+            _ => self.resize(self.len() + other.len()),
+        }
+    }
+
     /// Adds the first value of a column of the same type as the last row; a column of another type, or of no rows, adds nothing.
     pub fn push(&mut self, column: &Column) {
         match (self, column) {

@@ -10,8 +10,8 @@ use arrow_array::{
 };
 use arrow_schema::{DataType, Field};
 use bytes::Bytes;
-use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use parquet::arrow::{ArrowWriter, ProjectionMask};
 use parquet::basic::{Compression, Encoding, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
@@ -129,21 +129,56 @@ pub fn nullable_from_parquet(
     table: &str,
     most_rows: i64,
 ) -> Result<Vec<(String, Nullable)>, TableError> {
-    decoded(|| decode_nullable(bytes, table, most_rows))
+    decoded(|| decode_nullable(bytes, table, most_rows, &|_| true))
         .map_err(|source| parquet_error(table, source))?
+}
+
+/// As [`nullable_from_parquet`], of the columns that are wanted alone.
+///
+/// # Errors
+/// As for [`nullable_from_parquet`].
+pub fn chosen_from_parquet(
+    bytes: &[u8],
+    table: &str,
+    most_rows: i64,
+    wanted: &dyn Fn(&str) -> bool,
+) -> Result<Vec<(String, Nullable)>, TableError> {
+    decoded(|| decode_nullable(bytes, table, most_rows, wanted))
+        .map_err(|source| parquet_error(table, source))?
+}
+
+/// The text that stands under [`METADATA_KEY`] in a Parquet file, if there is one.
+///
+/// # Errors
+/// [`TableError::Parquet`] for bytes that are not Parquet.
+pub fn entry_of(bytes: &[u8], table: &str) -> Result<Option<String>, TableError> {
+    let reader =
+        decoded(|| ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes)))
+            .flatten()
+            .map_err(|source| parquet_error(table, source))?;
+    let entries = reader.metadata().file_metadata().key_value_metadata();
+    let mut entries = entries.into_iter().flatten();
+    let own = entries.find(|entry| entry.key == METADATA_KEY);
+    Ok(own.and_then(|entry| entry.value.clone()))
 }
 
 fn decode_nullable(
     bytes: &[u8],
     table: &str,
     most_rows: i64,
+    wanted: &dyn Fn(&str) -> bool,
 ) -> Result<Vec<(String, Nullable)>, TableError> {
     let failed = |source| parquet_error(table, source);
     let reader =
         ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes)).map_err(failed)?;
     few_rows(table, announced_rows(reader.metadata()), most_rows)?;
     let mut columns = Vec::new();
-    for field in reader.schema().fields() {
+    let mut roots = Vec::new();
+    for (root, field) in reader.schema().fields().iter().enumerate() {
+        if !wanted(field.name()) {
+            continue;
+        }
+        roots.push(root);
         let empty = match field.data_type() {
             DataType::Float64 => Nullable::F64(Vec::new()),
             DataType::Int32 => Nullable::I32(Vec::new()),
@@ -161,7 +196,9 @@ fn decode_nullable(
         };
         columns.push((field.name().clone(), empty));
     }
-    let batches = reader.with_batch_size(BATCH_ROWS).build().map_err(failed)?;
+    let mask = ProjectionMask::roots(reader.parquet_schema(), roots);
+    let reader = reader.with_projection(mask).with_batch_size(BATCH_ROWS);
+    let batches = reader.build().map_err(failed)?;
     let mut rows = 0;
     for batch in batches {
         let batch = batch.map_err(|source| TableError::Arrow {

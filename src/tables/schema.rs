@@ -81,6 +81,24 @@ pub struct ColumnSchema {
     pub infinite: bool,
 }
 
+impl ColumnSchema {
+    /// A column of no table of `schemas/`.
+    pub fn plain(name: &str, kind: ColumnType, unit: &str) -> ColumnSchema {
+        ColumnSchema {
+            name: name.to_owned(),
+            kind,
+            unit: unit.to_owned(),
+            dimension: String::new(),
+            description: String::new(),
+            sparse: false,
+            optional: false,
+            retired: false,
+            recent: false,
+            infinite: false,
+        }
+    }
+}
+
 /// The columns of one table, as one file of `schemas/` gives them.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]

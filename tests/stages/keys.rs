@@ -145,6 +145,9 @@ fn what_is_read_is_written() {
         TableName::Backbone,
         TableName::Trade,
         TableName::Claims,
+        TableName::CampaignFigure,
+        TableName::CampaignBand,
+        TableName::CampaignSensitivity,
     ];
     for table in TableName::ALL.into_iter().filter(|t| !beside.contains(t)) {
         let written = STAGES.iter().any(|stage| stage.writes.contains(&table));

@@ -6,6 +6,7 @@ mod checkpoint;
 mod cycle_fields;
 mod drawn;
 mod drives;
+mod durability;
 mod energy;
 mod error_bars;
 mod extremes;

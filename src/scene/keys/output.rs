@@ -4,7 +4,8 @@ use super::Default::{Is, Rule};
 use super::cycles::MOST_ITERATIONS;
 use super::keys;
 use super::value::{FirstLast, Integer, Integers, integer};
-use super::word::{Boolean, BooleanOrTable, WordOrTable};
+use super::word::{Boolean, BooleanOrTable, Choice, WordOrTable};
+use crate::recipe::Durability;
 
 /// Each is a forced response of its own, which takes seconds at least: more of them are no choice of the user's.
 const MOST_RESPONSES: usize = 10_000;
@@ -41,4 +42,9 @@ keys! {
     /// Cycles at which a forced response of the worn joint is computed. It is not fed back; the first and the last are always there.
     RESPONSE_AT: Integers = "output.response_at", Is("[]"),
         Integers(MOST_RESPONSES, "a list of numbers of cycles in ascending order, such as [0, 1e6, 1e7]");
+    /// When what is written is on the disk for good, so that a loss of power leaves it. A run that is killed goes on in either case.
+    DURABILITY: Choice<Durability> = "output.durability", Is("commit"), Choice(&[
+        ("commit", Durability::Commit, "at every commit"),
+        ("end", Durability::End, "where the run ends or is stopped, for many short runs: a loss of power may leave one that must be removed and begun anew"),
+    ]);
 }

@@ -27,6 +27,7 @@ pub(super) fn output(
         stiffness: reader.value(&STIFFNESS)?,
         response_at: response_at(reader, wear, dynamics)?,
         curves_every: reader.value(&CURVES_EVERY)?,
+        durability: reader.value(&DURABILITY)?,
     })
 }
 

@@ -1,0 +1,306 @@
+//! `collected/shard-NNNNN.parquet`: the histories of many runs, appended as runs end.
+//!
+//! A row of a shard is an iteration of a run, with the index of the run and its keys. Shards are sorted by index and iteration. One is
+//! written aside and renamed, so that whoever reads `collected/*.parquet` sees it whole or not at all; none is ever changed.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::thread;
+
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::error::CampaignError;
+use super::folder::{COLLECTED, Folder, LONGEST_TABLE};
+use super::table::Campaign;
+use crate::store::{DamageKind, History};
+use crate::tables::{
+    ColumnSchema, ColumnType, Described, Nullable, chosen_from_parquet, entry_of,
+    nullable_to_parquet,
+};
+
+const NAME: &str = "collected";
+/// Column of a row's index in the campaign.
+pub(super) const INDEX: &str = "index";
+/// Column of the iteration.
+pub(super) const WEAR_ITERATION: &str = "wear_iteration";
+/// Rows after which a shard is full: some hundred columns of it fit into a hundred megabytes.
+const ROWS_OF_A_SHARD: usize = 1 << 17;
+/// Rows of a shard at most: a single run may be longer.
+const MOST_ROWS: i64 = 1 << 26;
+/// Bytes of the history of a run at most.
+const LONGEST_HISTORY: u64 = 1 << 30;
+/// Histories that a thread reads at a time.
+const AT_ONCE: usize = 64;
+
+/// What a collection did.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Collected {
+    /// Runs that were collected now.
+    pub runs: usize,
+    /// Runs that are in shards, with these.
+    pub all: usize,
+    /// Shards that were written now.
+    pub shards: Vec<PathBuf>,
+    /// Histories that are not as they were written, each with what is wrong.
+    pub damaged: Vec<(PathBuf, String)>,
+}
+
+/// What stands in the metadata of a shard.
+#[derive(Debug, Serialize, Deserialize)]
+struct Entry {
+    schema: String,
+    /// Ranges of indices, both ends in them.
+    runs: Vec<[usize; 2]>,
+}
+
+/// The shards of a campaign.
+fn shards(folder: &Folder) -> Result<Vec<PathBuf>, CampaignError> {
+    let names = folder.list(COLLECTED)?;
+    let is_shard = |name: &String| name.starts_with("shard-") && name.ends_with(".parquet");
+    let names = names.into_iter().filter(is_shard);
+    Ok(names
+        .map(|name| folder.root.join(COLLECTED).join(name))
+        .collect())
+}
+
+fn unreadable(path: &Path, reason: impl ToString) -> CampaignError {
+    CampaignError::Damaged {
+        path: path.to_owned(),
+        reason: format!(
+            "{}; move it away and collect again, as long as the files in `ended` are there",
+            reason.to_string()
+        ),
+    }
+}
+
+/// The indices of the runs that a shard holds.
+fn runs_of(folder: &Folder, shard: &Path) -> Result<Vec<[usize; 2]>, CampaignError> {
+    let bytes = folder.read(shard, LONGEST_TABLE)?;
+    let text = entry_of(&bytes, NAME).map_err(|error| unreadable(shard, error))?;
+    let entry: Option<Entry> = text.and_then(|text| serde_json::from_str(&text).ok());
+    match entry {
+        Some(entry) if entry.schema == NAME => Ok(entry.runs),
+        _ => Err(unreadable(shard, "it is no shard of a campaign")),
+    }
+}
+
+/// Ascending numbers as ranges.
+fn ranges(indices: &[usize]) -> Vec<[usize; 2]> {
+    let mut ranges: Vec<[usize; 2]> = Vec::new();
+    for &index in indices {
+        match ranges.last_mut() {
+            Some(last) if last[1] + 1 == index => last[1] = index,
+            _ => ranges.push([index, index]),
+        }
+    }
+    ranges
+}
+
+/// Rows that grow run by run; what a run lacks is null.
+#[derive(Default)]
+struct Gathered {
+    index: Vec<Option<i64>>,
+    wear_iteration: Vec<Option<i64>>,
+    columns: BTreeMap<String, (ColumnSchema, Nullable)>,
+    /// The row of the campaign of every row.
+    of: Vec<usize>,
+    runs: Vec<usize>,
+}
+
+impl Gathered {
+    fn add(&mut self, index: usize, history: &History) {
+        let (before, rows) = (self.index.len(), history.len());
+        self.index.resize(before + rows, Some(index as i64));
+        self.wear_iteration.extend((0..rows as i64).map(Some));
+        self.of.resize(before + rows, index);
+        self.runs.push(index);
+        for (column, values) in history.columns() {
+            let name = column.name.clone();
+            let own = self.columns.entry(name);
+            let (_, own) = own.or_insert_with(|| {
+                let empty = Nullable::absent(column.kind, before);
+                (column, empty)
+            });
+            own.append(values);
+        }
+        for (_, values) in self.columns.values_mut() {
+            values.resize(before + rows);
+        }
+    }
+
+    fn to_bytes(&self, campaign: &Campaign) -> Result<Vec<u8>, crate::tables::TableError> {
+        let plain = |name| ColumnSchema::plain(name, ColumnType::I64, "1");
+        let mut own = vec![
+            (plain(INDEX), Nullable::I64(self.index.clone())),
+            (
+                plain(WEAR_ITERATION),
+                Nullable::I64(self.wear_iteration.clone()),
+            ),
+        ];
+        own.splice(1..1, campaign.key_columns(&self.of));
+        // No key has the name of a figure; should one, the key says less.
+        own.retain(|(column, _)| !self.columns.contains_key(&column.name));
+        let all: Vec<Described> = own
+            .iter()
+            .chain(self.columns.values())
+            .map(|(column, values)| (column, values))
+            .collect();
+        let units: BTreeMap<&str, serde_json::Value> = all
+            .iter()
+            .map(|(column, _)| (column.name.as_str(), json!({ "unit": column.unit })))
+            .collect();
+        let entry = json!({
+            "schema": NAME,
+            "program_version": env!("CARGO_PKG_VERSION"),
+            "runs": ranges(&self.runs),
+            "columns": units,
+        });
+        nullable_to_parquet(NAME, &all, entry.to_string())
+    }
+}
+
+type Read = Result<Result<History, String>, CampaignError>;
+
+fn history(folder: &Folder, path: &Path) -> Read {
+    let bytes = folder.read(path, LONGEST_HISTORY)?;
+    Ok(History::of_bytes(&bytes).map_err(|damage: DamageKind| damage.to_string()))
+}
+
+/// Histories in the order of their paths, read by some threads.
+fn histories(folder: &Folder, ended: &[(usize, PathBuf)], threads: usize) -> Vec<Read> {
+    let part = ended.len().div_ceil(threads).max(1);
+    thread::scope(|scope| {
+        let parts = ended.chunks(part).map(|part| {
+            scope.spawn(move || {
+                let read = part.iter().map(|(_, path)| history(folder, path));
+                read.collect::<Vec<_>>()
+            })
+        });
+        let parts: Vec<_> = parts.collect();
+        let parts = parts.into_iter().map(|part| part.join());
+        parts
+            .flat_map(|part| part.expect("reading does not panic"))
+            .collect()
+    })
+}
+
+impl Folder {
+    /// The indices of the runs that are in shards.
+    ///
+    /// # Errors
+    /// [`CampaignError::Damaged`], [`CampaignError::Io`].
+    pub fn collected(&self) -> Result<BTreeSet<usize>, CampaignError> {
+        let mut found = BTreeSet::new();
+        for shard in shards(self)? {
+            for [first, last] in runs_of(self, &shard)? {
+                found.extend(first..=last);
+            }
+        }
+        Ok(found)
+    }
+
+    /// Appends the runs that have ended since the last collection.
+    ///
+    /// # Errors
+    /// [`CampaignError::Locked`], [`CampaignError::Io`], [`CampaignError::Damaged`] for a shard that cannot be read.
+    pub fn collect(&self, campaign: &Campaign) -> Result<Collected, CampaignError> {
+        let _guard = self.lock()?;
+        let before = self.collected()?;
+        let mut ended = self.all_ended()?;
+        ended.retain(|(index, _)| *index < campaign.rows.len() && !before.contains(index));
+        let mut next = match shards(self)?.last().and_then(|last| number_of(last)) {
+            Some(last) => last + 1,
+            None => 0,
+        };
+        let mut collected = Collected {
+            all: before.len(),
+            ..Collected::default()
+        };
+        let threads = thread::available_parallelism().map_or(1, usize::from);
+        let mut gathered = Gathered::default();
+        for group in ended.chunks(AT_ONCE * threads) {
+            for ((index, path), read) in group.iter().zip(histories(self, group, threads)) {
+                match read? {
+                    Ok(history) => gathered.add(*index, &history),
+                    Err(reason) => collected.damaged.push((path.clone(), reason)),
+                }
+            }
+            if gathered.index.len() >= ROWS_OF_A_SHARD {
+                self.append(
+                    &mut next,
+                    campaign,
+                    std::mem::take(&mut gathered),
+                    &mut collected,
+                )?;
+            }
+        }
+        if !gathered.runs.is_empty() {
+            self.append(&mut next, campaign, gathered, &mut collected)?;
+        }
+        Ok(collected)
+    }
+
+    fn append(
+        &self,
+        next: &mut u64,
+        campaign: &Campaign,
+        gathered: Gathered,
+        collected: &mut Collected,
+    ) -> Result<(), CampaignError> {
+        let path = self
+            .root
+            .join(COLLECTED)
+            .join(format!("shard-{next:05}.parquet"));
+        let bytes = gathered
+            .to_bytes(campaign)
+            .map_err(|source| CampaignError::Table {
+                path: path.clone(),
+                source: Box::new(source),
+            })?;
+        self.replace(&path, &bytes)?;
+        *next += 1;
+        collected.runs += gathered.runs.len();
+        collected.all += gathered.runs.len();
+        collected.shards.push(path);
+        Ok(())
+    }
+
+    /// The wanted columns of all shards below each other; those that no shard has are left out.
+    ///
+    /// # Errors
+    /// [`CampaignError::Damaged`], [`CampaignError::Io`].
+    pub(super) fn scan(
+        &self,
+        wanted: &dyn Fn(&str) -> bool,
+    ) -> Result<BTreeMap<String, Nullable>, CampaignError> {
+        let mut all: BTreeMap<String, Nullable> = BTreeMap::new();
+        let mut rows = 0;
+        for shard in shards(self)? {
+            let bytes = self.read(&shard, LONGEST_TABLE)?;
+            let found = chosen_from_parquet(&bytes, NAME, MOST_ROWS, wanted)
+                .map_err(|error| unreadable(&shard, error))?;
+            let more = found.first().map_or(0, |(_, values)| values.len());
+            for (name, values) in found {
+                match all.get_mut(&name) {
+                    Some(own) => own.append(&values),
+                    None => {
+                        let mut own = values.clone();
+                        own.resize(0);
+                        own.resize(rows);
+                        own.append(&values);
+                        all.insert(name, own);
+                    }
+                }
+            }
+            rows += more;
+            all.values_mut().for_each(|values| values.resize(rows));
+        }
+        Ok(all)
+    }
+}
+
+fn number_of(shard: &Path) -> Option<u64> {
+    let name = shard.file_stem()?.to_str()?;
+    name.strip_prefix("shard-")?.parse().ok()
+}

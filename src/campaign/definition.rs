@@ -1,0 +1,473 @@
+//! What a campaign file says: a scene, and which of its keys vary in which way.
+//!
+//! ```toml
+//! scene = "prescribed_fretting.toml"      # relative to this file
+//! [set]                                   # for all rows
+//! wear.cycles = 1e6
+//! [grid]                                  # every value with every other; the last key varies fastest
+//! surface.rq = ["1 um", "5 um"]
+//! surface.seed = { from = 1, to = 16 }
+//! [list]                                  # row by row
+//! [random]                                # draws
+//! n = 200
+//! seed = 1
+//! contact.friction_coefficient = { distribution = "normal", mean = 0.6, sd = 0.05, low = 0.1 }
+//! ```
+//!
+//! Sections that stand together are multiplied: `[grid]` varies slowest, then `[list]`, then `[random]`, whose draws are the same at every
+//! point of the others, so that differences between points are not those of chance.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use rand_chacha::ChaCha12Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use toml::{Table, Value};
+
+use super::distribution::Distribution;
+use super::error::CampaignError;
+use super::folder::KeepRuns;
+use super::table::Resolved;
+use crate::files;
+
+/// A campaign file has some lines; one of more bytes is none.
+const LONGEST: u64 = 16 << 20;
+/// Rows of a campaign: as many as a task array of an engine has.
+pub const MOST_ROWS: usize = 1_000_000;
+/// Points of the Sobol sequence, and its dimensions: those of its library.
+const MOST_SOBOL: usize = 1 << 16;
+/// See [`MOST_SOBOL`].
+const SOBOL_KEYS: usize = sobol_burley::NUM_DIMENSIONS as usize;
+/// Half of the spacing of the library's numbers: none is 0.
+const HALF_STEP: f64 = 1.0 / (1_u64 << 25) as f64;
+
+/// A key and its value in a row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Setting {
+    /// The key of a scene.
+    pub key: String,
+    /// Its value.
+    pub value: Value,
+}
+
+impl Setting {
+    /// As after `--set`.
+    pub fn text(&self) -> String {
+        match &self.value {
+            // As people write it: 1e-17 rather than all of its zeros.
+            Value::Float(number) => format!("{}={number:?}", self.key),
+            value => format!("{}={value}", self.key),
+        }
+    }
+
+    /// The value as it was given.
+    pub fn given(&self) -> Resolved {
+        match &self.value {
+            Value::Integer(whole) => Resolved::Whole(*whole),
+            Value::Float(number) => Resolved::Number(*number),
+            Value::String(text) => Resolved::Text(text.clone()),
+            other => Resolved::Text(other.to_string()),
+        }
+    }
+
+    /// True for a number, with a unit or without.
+    pub fn is_number(&self) -> bool {
+        match &self.value {
+            Value::Integer(_) | Value::Float(_) => true,
+            Value::String(text) => {
+                let number = text.split(' ').next().unwrap_or_default();
+                number.parse::<f64>().is_ok()
+            }
+            _ => false,
+        }
+    }
+}
+
+/// How points are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Sequence {
+    Sobol,
+    Random,
+}
+
+#[derive(Debug, Clone)]
+struct Random {
+    n: usize,
+    seed: u32,
+    sequence: Sequence,
+    keys: Vec<(String, Distribution)>,
+}
+
+/// A key and its values.
+type Values = (String, Vec<Value>);
+
+/// A campaign file.
+#[derive(Debug, Clone)]
+pub struct Definition {
+    /// What its user calls it.
+    pub title: Option<String>,
+    /// The file of the scene.
+    pub scene: PathBuf,
+    /// What is kept of a run that has ended.
+    pub keep: KeepRuns,
+    /// What is set in all rows.
+    pub fixed: Vec<Setting>,
+    /// As it was written.
+    pub text: String,
+    grid: Vec<Values>,
+    list: Vec<Values>,
+    random: Option<Random>,
+}
+
+/// Names in a campaign file.
+const NAMES: [&str; 7] = ["title", "scene", "keep", "set", "grid", "list", "random"];
+
+/// What reads a file, for its errors.
+struct Reader<'a> {
+    path: &'a Path,
+    is_path: &'a dyn Fn(&str) -> bool,
+}
+
+impl Reader<'_> {
+    fn wrong(&self, key: &str, value: &Value, instead: impl Into<String>) -> CampaignError {
+        CampaignError::Value {
+            path: self.path.to_owned(),
+            key: key.to_owned(),
+            value: value.to_string(),
+            instead: instead.into(),
+        }
+    }
+
+    fn missing(&self, what: impl Into<String>) -> CampaignError {
+        CampaignError::Missing {
+            path: self.path.to_owned(),
+            what: what.into(),
+        }
+    }
+
+    /// Keys below a section, dotted; a table that has `leaf` is a value, as is an empty one.
+    fn leaves(&self, table: &Table, leaf: Option<&str>) -> Vec<(String, Value)> {
+        let mut found = Vec::new();
+        for (name, value) in table {
+            match value {
+                Value::Table(below)
+                    if !below.is_empty() && leaf.is_none_or(|leaf| !below.contains_key(leaf)) =>
+                {
+                    let below = self.leaves(below, leaf);
+                    found.extend(
+                        below
+                            .into_iter()
+                            .map(|(key, v)| (format!("{name}.{key}"), v)),
+                    );
+                }
+                value => found.push((name.clone(), value.clone())),
+            }
+        }
+        found
+    }
+
+    /// A value with the path of a file made absolute.
+    fn resolved(&self, key: &str, value: Value) -> Value {
+        match value {
+            Value::String(text) if (self.is_path)(key) && !text.is_empty() => {
+                let folder = self.path.parent().unwrap_or(Path::new(""));
+                let path = folder.join(&text);
+                let path = std::path::absolute(&path).unwrap_or(path);
+                // A path that is no text stays as it was, and is refused with its file.
+                Value::String(path.to_str().map_or(text, str::to_owned))
+            }
+            value => value,
+        }
+    }
+
+    /// The keys of `[grid]` or `[list]` with their values.
+    fn varied(&self, section: &str, table: &Table) -> Result<Vec<Values>, CampaignError> {
+        let mut all = Vec::new();
+        for (key, value) in self.leaves(table, Some("from")) {
+            let name = format!("[{section}] {key}");
+            let values = match &value {
+                Value::Array(values) if !values.is_empty() => values.clone(),
+                Value::Array(_) => {
+                    let instead = "give at least one value, or leave the key out";
+                    return Err(self.wrong(&name, &value, instead));
+                }
+                Value::Table(range) if range.contains_key("from") => self.range(&name, range)?,
+                value => {
+                    let instead = "give a list of values, as in [1, 2], or { from = 1, to = 16 }; what is the same in all rows belongs to [set]";
+                    return Err(self.wrong(&name, value, instead));
+                }
+            };
+            let values = values.into_iter().map(|value| self.resolved(&key, value));
+            let values = values.collect();
+            all.push((key, values));
+        }
+        if all.is_empty() {
+            let what = format!(
+                "[{section}] names no key; give a list of values, as in surface.seed = [1, 2]"
+            );
+            return Err(self.missing(what));
+        }
+        Ok(all)
+    }
+
+    fn range(&self, name: &str, range: &Table) -> Result<Vec<Value>, CampaignError> {
+        let shown = Value::Table(range.clone());
+        let bound = |key: &str| range.get(key).and_then(Value::as_integer);
+        let (Some(from), Some(to), 2) = (bound("from"), bound("to"), range.len()) else {
+            let instead =
+                "a range has two whole numbers, as in { from = 1, to = 16 }, and both belong to it";
+            return Err(self.wrong(name, &shown, instead));
+        };
+        let count = to.checked_sub(from);
+        match count {
+            Some(0..) if count < Some(MOST_ROWS as i64) => (),
+            _ => {
+                let instead = format!("`to` must be `from` or above, by less than {MOST_ROWS}");
+                return Err(self.wrong(name, &shown, instead));
+            }
+        }
+        Ok((from..=to).map(Value::Integer).collect())
+    }
+
+    fn random(&self, table: &Table) -> Result<Random, CampaignError> {
+        let mut table = table.clone();
+        let mut whole = |key: &str, most: i64| {
+            let name = format!("[random] {key}");
+            let Some(value) = table.remove(key) else {
+                return Err(self.missing(format!(
+                    "{name} is missing: a whole number, as in {key} = 64"
+                )));
+            };
+            let number = value.as_integer().filter(|n| (0..=most).contains(n));
+            number.ok_or_else(|| {
+                self.wrong(
+                    &name,
+                    &value,
+                    format!("must be a whole number from 0 to {most}"),
+                )
+            })
+        };
+        let n = whole("n", MOST_ROWS as i64)? as usize;
+        let seed = whole("seed", i64::from(u32::MAX))? as u32;
+        if n == 0 {
+            return Err(self.wrong("[random] n", &Value::Integer(0), "must be 1 or more"));
+        }
+        let sequence = match table.remove("sequence") {
+            None => Sequence::Sobol,
+            Some(Value::String(word)) if word == "sobol" => Sequence::Sobol,
+            Some(Value::String(word)) if word == "random" => Sequence::Random,
+            Some(value) => {
+                let instead = "must be \"sobol\" (evenly spread, the default) or \"random\"";
+                return Err(self.wrong("[random] sequence", &value, instead));
+            }
+        };
+        let mut keys = Vec::new();
+        for (key, value) in self.leaves(&table, Some("distribution")) {
+            let name = format!("[random] {key}");
+            let Value::Table(given) = &value else {
+                let instead = "give a distribution, as in { distribution = \"uniform\", low = 0.4, high = 0.8 }; what is the same in all rows belongs to [set]";
+                return Err(self.wrong(&name, &value, instead));
+            };
+            let mut given = given.clone();
+            if let Some(Value::Array(values)) = given.get_mut("values") {
+                for value in values {
+                    *value = self.resolved(&key, value.clone());
+                }
+            }
+            let distribution = Distribution::parse(&given);
+            keys.push((
+                key,
+                distribution.map_err(|instead| self.wrong(&name, &value, instead))?,
+            ));
+        }
+        if keys.is_empty() {
+            return Err(self.missing("[random] draws no key; give a distribution, as in contact.friction_coefficient = { distribution = \"uniform\", low = 0.4, high = 0.8 }"));
+        }
+        if sequence == Sequence::Sobol && (n > MOST_SOBOL || keys.len() > SOBOL_KEYS) {
+            let instead = format!(
+                "the Sobol sequence has {MOST_SOBOL} points of {SOBOL_KEYS} keys at most; give sequence = \"random\""
+            );
+            return Err(self.wrong("[random] n", &Value::Integer(n as i64), instead));
+        }
+        Ok(Random {
+            n,
+            seed,
+            sequence,
+            keys,
+        })
+    }
+}
+
+impl Definition {
+    /// Reads a campaign file; `is_path` says whose values are paths of files, which are relative to it.
+    ///
+    /// # Errors
+    /// [`CampaignError`] with the file, the key, its value and what would be right.
+    pub fn read(path: &Path, is_path: &dyn Fn(&str) -> bool) -> Result<Definition, CampaignError> {
+        let text = files::read_text(path, LONGEST).map_err(|source| CampaignError::Io {
+            action: "read",
+            path: path.to_owned(),
+            source,
+        })?;
+        let table: Table = text.parse().map_err(|error: toml::de::Error| {
+            let reason = error.to_string().trim_end().to_owned();
+            let path = path.to_owned();
+            CampaignError::Syntax { path, reason }
+        })?;
+        let reader = Reader { path, is_path };
+        if let Some((key, value)) = table.iter().find(|(key, _)| !NAMES.contains(&key.as_str())) {
+            let instead = format!(
+                "there is no such key in a campaign; it has {}",
+                NAMES.join(", ")
+            );
+            return Err(reader.wrong(key, value, instead));
+        }
+        let text_of = |key: &str| match table.get(key) {
+            None => Ok(None),
+            Some(Value::String(text)) if !text.is_empty() => Ok(Some(text.clone())),
+            Some(value) => Err(reader.wrong(key, value, "must be a text")),
+        };
+        let Some(scene) = text_of("scene")? else {
+            return Err(reader.missing("scene is missing: the path of a scene, relative to this file, as in scene = \"joint.toml\""));
+        };
+        let keep = match text_of("keep")?.as_deref() {
+            None | Some("runs") => KeepRuns::All,
+            Some("history") => KeepRuns::History,
+            Some(_) => {
+                let instead = "must be \"runs\" (whole run folders, the default) or \"history\" (of each run its history alone)";
+                return Err(reader.wrong("keep", &table["keep"], instead));
+            }
+        };
+        let section = |name: &str| match table.get(name) {
+            None => Ok(None),
+            Some(Value::Table(section)) => Ok(Some(section)),
+            Some(value) => Err(reader.wrong(name, value, format!("must be a section, [{name}]"))),
+        };
+        let varied = |name: &str| match section(name)? {
+            None => Ok(Vec::new()),
+            Some(table) => reader.varied(name, table),
+        };
+        let fixed = section("set")?.map_or_else(Vec::new, |set| reader.leaves(set, None));
+        let fixed = fixed.into_iter().map(|(key, value)| Setting {
+            value: reader.resolved(&key, value),
+            key,
+        });
+        let definition = Definition {
+            title: text_of("title")?,
+            scene: path.parent().unwrap_or(Path::new("")).join(scene),
+            keep,
+            fixed: fixed.collect(),
+            grid: varied("grid")?,
+            list: varied("list")?,
+            random: section("random")?
+                .map(|table| reader.random(table))
+                .transpose()?,
+            text: String::new(),
+        };
+        definition.check(&reader)?;
+        Ok(Definition { text, ..definition })
+    }
+
+    fn check(&self, reader: &Reader) -> Result<(), CampaignError> {
+        if self.grid.is_empty() && self.list.is_empty() && self.random.is_none() {
+            return Err(reader.missing("nothing varies: give a section [grid], [list] or [random]"));
+        }
+        let mut seen = BTreeSet::new();
+        let fixed = self.fixed.iter().map(|setting| &setting.key);
+        for key in fixed.chain(self.keys()) {
+            if !seen.insert(key) {
+                return Err(reader.missing(format!(
+                    "{key} stands in two of [set], [grid], [list], [random]; a key varies in one way"
+                )));
+            }
+        }
+        if let Some((first, values)) = self.list.first()
+            && let Some((key, others)) = self.list.iter().find(|(_, v)| v.len() != values.len())
+        {
+            return Err(reader.missing(format!(
+                "[list] {key} has {} values and {first} has {}; a list is read row by row, so give as many (every value with every other is [grid])",
+                others.len(),
+                values.len()
+            )));
+        }
+        let counts = self.grid.iter().map(|(_, values)| values.len());
+        let mut rows = counts.chain([self.listed(), self.drawn()]);
+        let rows = rows.try_fold(1_usize, |rows, n| rows.checked_mul(n));
+        match rows.filter(|rows| *rows <= MOST_ROWS) {
+            Some(_) => Ok(()),
+            None => Err(reader.missing(format!("more than {MOST_ROWS} rows; give fewer values"))),
+        }
+    }
+
+    fn listed(&self) -> usize {
+        self.list.first().map_or(1, |(_, values)| values.len())
+    }
+
+    fn drawn(&self) -> usize {
+        self.random.as_ref().map_or(1, |random| random.n)
+    }
+
+    /// The keys that vary, in their order.
+    pub fn keys(&self) -> impl Iterator<Item = &String> {
+        let drawn = self.random.iter().flat_map(|random| &random.keys);
+        let given = self.grid.iter().chain(&self.list).map(|(key, _)| key);
+        given.chain(drawn.map(|(key, _)| key))
+    }
+
+    /// What each row sets of the keys that vary, in the order of the rows.
+    pub fn rows(&self) -> Vec<Vec<Setting>> {
+        let setting = |(key, value): (&String, Value)| Setting {
+            key: key.clone(),
+            value,
+        };
+        let draws: Vec<Vec<Setting>> = match &self.random {
+            None => vec![Vec::new()],
+            Some(random) => {
+                let points = random.points();
+                let draw = |point: &Vec<f64>| {
+                    let keys = random.keys.iter().zip(point);
+                    keys.map(|((key, of), u)| setting((key, of.at(*u))))
+                        .collect()
+                };
+                points.iter().map(draw).collect()
+            }
+        };
+        let grid: usize = self.grid.iter().map(|(_, values)| values.len()).product();
+        let mut rows = Vec::with_capacity(grid * self.listed() * draws.len());
+        for mut at in 0..grid {
+            let mut point: Vec<Setting> = Vec::with_capacity(self.grid.len());
+            for (key, values) in self.grid.iter().rev() {
+                point.push(setting((key, values[at % values.len()].clone())));
+                at /= values.len();
+            }
+            point.reverse();
+            for row in 0..self.listed() {
+                let listed = self.list.iter();
+                let listed = listed.map(|(key, values)| setting((key, values[row].clone())));
+                let before: Vec<Setting> = point.iter().cloned().chain(listed).collect();
+                rows.extend(draws.iter().map(|draw| [&before[..], draw].concat()));
+            }
+        }
+        rows
+    }
+}
+
+impl Random {
+    /// A number in 0..1, both ends excluded, for each key of each draw. More draws begin with the same.
+    fn points(&self) -> Vec<Vec<f64>> {
+        let keys = self.keys.len() as u32;
+        if self.sequence == Sequence::Sobol {
+            let at = |draw: u32, key| f64::from(sobol_burley::sample(draw, key, self.seed));
+            let point = |draw| (0..keys).map(|key| at(draw, key) + HALF_STEP).collect();
+            return (0..self.n as u32).map(point).collect();
+        }
+        // A key of its own rather than the library's expansion of a seed, which may change between versions.
+        let mut key = [0; 32];
+        key[..4].copy_from_slice(&self.seed.to_le_bytes());
+        let mut generator = ChaCha12Rng::from_seed(key);
+        let mut next = || ((generator.next_u64() >> 12) as f64 + 0.5) / (1_u64 << 52) as f64;
+        (0..self.n)
+            .map(|_| (0..keys).map(|_| next()).collect())
+            .collect()
+    }
+}

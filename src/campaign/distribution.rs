@@ -1,0 +1,266 @@
+//! Distributions of a key: what a number in 0..1 becomes.
+//!
+//! All are drawn by the inverse of their distribution function, so that a point of a Sobol sequence keeps its place.
+
+use statrs::distribution::{ContinuousCDF, Normal, Triangular};
+use toml::{Table, Value};
+
+/// A number with the unit that it was written in, as the scene is to have it.
+#[derive(Debug, Clone, PartialEq)]
+struct Amount {
+    number: f64,
+    unit: String,
+}
+
+/// What a key is drawn from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Distribution {
+    kind: Kind,
+    /// Of the bounds and of what is drawn; empty for plain numbers.
+    unit: String,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Kind {
+    Uniform {
+        low: f64,
+        high: f64,
+    },
+    LogUniform {
+        low: f64,
+        high: f64,
+    },
+    /// Between bounds, if there are any.
+    Normal {
+        normal: Normal,
+        within: [f64; 2],
+    },
+    /// Of the logarithm.
+    LogNormal {
+        normal: Normal,
+        within: [f64; 2],
+    },
+    Triangular(Triangular),
+    Integers {
+        low: i64,
+        high: i64,
+    },
+    Choice(Vec<Value>),
+}
+
+/// The kinds, and what each needs and may have.
+const KINDS: [(&str, &[&str], &[&str]); 7] = [
+    ("uniform", &["low", "high"], &[]),
+    ("log_uniform", &["low", "high"], &[]),
+    ("normal", &["mean", "sd"], &["low", "high"]),
+    ("log_normal", &["median", "factor"], &["low", "high"]),
+    ("triangular", &["low", "mode", "high"], &[]),
+    ("integers", &["low", "high"], &[]),
+    ("choice", &["values"], &[]),
+];
+
+/// Less of a distribution than this between its bounds is not drawn from: the inverse would have few digits.
+const LEAST_MASS: f64 = 1e-9;
+
+/// Whole numbers up to this are exact as floating-point values.
+const MOST_INTEGER: i64 = 1 << 53;
+
+impl Distribution {
+    /// Reads one from `{ distribution = "normal", mean = 0.6, sd = 0.1 }`. The error is what would be right.
+    ///
+    /// # Errors
+    /// A sentence.
+    pub fn parse(table: &Table) -> Result<Distribution, String> {
+        let names = KINDS.map(|(name, ..)| name).join(", ");
+        let word = table.get("distribution").and_then(Value::as_str);
+        let found = KINDS.iter().find(|(name, ..)| Some(*name) == word);
+        let Some((name, needed, may)) = found else {
+            return Err(format!("distribution must be one of {names}"));
+        };
+        let known = || needed.iter().chain(*may).copied();
+        if let Some(key) = table
+            .keys()
+            .find(|key| *key != "distribution" && !known().any(|name| name == *key))
+        {
+            let known = known().collect::<Vec<_>>().join(", ");
+            return Err(format!("{name} has no `{key}`; it has {known}"));
+        }
+        if let Some(key) = needed.iter().find(|key| !table.contains_key(**key)) {
+            return Err(format!(
+                "{name} needs {}; `{key}` is missing",
+                needed.join(", ")
+            ));
+        }
+        let kind = match *name {
+            "choice" => {
+                let values = table["values"].as_array().filter(|v| !v.is_empty());
+                let values = values.ok_or("values must be a list of at least one value")?;
+                return Ok(Distribution {
+                    kind: Kind::Choice(values.clone()),
+                    unit: String::new(),
+                });
+            }
+            "integers" => {
+                let whole = |key: &str| {
+                    let number = table[key].as_integer();
+                    let number = number.filter(|n| n.abs() <= MOST_INTEGER);
+                    number.ok_or(format!("{key} must be a whole number up to {MOST_INTEGER}"))
+                };
+                let [low, high] = [whole("low")?, whole("high")?];
+                if low > high {
+                    return Err(format!("low = {low} must not be above high = {high}"));
+                }
+                Kind::Integers { low, high }
+            }
+            _ => return continuous(name, table),
+        };
+        Ok(Distribution {
+            kind,
+            unit: String::new(),
+        })
+    }
+
+    /// What the key becomes at a number in 0..1, both ends excluded.
+    pub fn at(&self, u: f64) -> Value {
+        let number = match &self.kind {
+            Kind::Uniform { low, high } => low + (high - low) * u,
+            Kind::LogUniform { low, high } => low * (high / low).powf(u),
+            Kind::Normal { normal, within } => between(normal, *within, u),
+            Kind::LogNormal { normal, within } => between(normal, within.map(f64::ln), u).exp(),
+            Kind::Triangular(triangular) => triangular.inverse_cdf(u),
+            Kind::Integers { low, high } => {
+                let count = (high - low + 1) as f64;
+                return Value::Integer((low + (u * count) as i64).min(*high));
+            }
+            Kind::Choice(values) => {
+                let at = (u * values.len() as f64) as usize;
+                return values[at.min(values.len() - 1)].clone();
+            }
+        };
+        match self.unit.as_str() {
+            "" => Value::Float(number),
+            unit => Value::String(format!("{number:?} {unit}")),
+        }
+    }
+}
+
+/// The part of a normal distribution between two bounds, at a number in 0..1.
+fn between(normal: &Normal, [low, high]: [f64; 2], u: f64) -> f64 {
+    let (from, to) = (normal.cdf(low), normal.cdf(high));
+    normal.inverse_cdf(from + (to - from) * u).clamp(low, high)
+}
+
+fn continuous(name: &str, table: &Table) -> Result<Distribution, String> {
+    let amount = |key: &str| table.get(key).map(|value| amount(key, value)).transpose();
+    let needed = |key: &str| amount(key).map(|found| found.expect("it was looked for"));
+    let plain = |key: &str| {
+        let found = needed(key)?;
+        match found.unit.as_str() {
+            "" => Ok(found.number),
+            _ => Err(format!("{key} must be a plain number")),
+        }
+    };
+    let mut unit: Option<(String, String)> = None;
+    let mut of = |key: &str, found: Amount| match &unit {
+        Some((first, unit)) if *unit != found.unit => Err(format!(
+            "{key} is in \"{}\" and {first} in \"{unit}\"; write both in the same unit",
+            found.unit
+        )),
+        _ => {
+            unit.get_or_insert((key.to_owned(), found.unit));
+            Ok(found.number)
+        }
+    };
+    let mut bounds = |least: f64| -> Result<[f64; 2], String> {
+        let low = amount("low")?.map(|found| of("low", found)).transpose()?;
+        let high = amount("high")?.map(|found| of("high", found)).transpose()?;
+        let [low, high] = [low.unwrap_or(least), high.unwrap_or(f64::INFINITY)];
+        match low < high {
+            true => Ok([low, high]),
+            false => Err(format!("low = {low} must be below high = {high}")),
+        }
+    };
+    let kind = match name {
+        "uniform" => {
+            let [low, high] = bounds(f64::NEG_INFINITY)?;
+            Kind::Uniform { low, high }
+        }
+        "log_uniform" => {
+            let [low, high] = bounds(0.0)?;
+            if low <= 0.0 {
+                return Err(format!("low = {low} must be above zero"));
+            }
+            Kind::LogUniform { low, high }
+        }
+        "triangular" => {
+            let [low, high] = bounds(f64::NEG_INFINITY)?;
+            let mode = of("mode", needed("mode")?)?;
+            let triangular = Triangular::new(low, high, mode)
+                .map_err(|_| format!("mode = {mode} must lie from low = {low} to high = {high}"))?;
+            Kind::Triangular(triangular)
+        }
+        "normal" => {
+            let within = bounds(f64::NEG_INFINITY)?;
+            let (mean, sd) = (of("mean", needed("mean")?)?, of("sd", needed("sd")?)?);
+            let normal = Normal::new(mean, sd)
+                .ok()
+                .filter(|_| sd > 0.0)
+                .ok_or(format!("sd = {sd} must be above zero"))?;
+            let_enough(&normal, within)?;
+            Kind::Normal { normal, within }
+        }
+        _ => {
+            let within = bounds(0.0)?;
+            let median = of("median", needed("median")?)?;
+            let factor = plain("factor")?;
+            if median <= 0.0 || within[0] < 0.0 {
+                return Err(format!(
+                    "median = {median} and low = {} must be above zero",
+                    within[0]
+                ));
+            }
+            if factor <= 1.0 {
+                return Err(format!(
+                    "factor = {factor} must be above 1: two thirds of the draws lie from median / factor to median · factor"
+                ));
+            }
+            let normal = Normal::new(median.ln(), factor.ln()).map_err(|e| e.to_string())?;
+            let_enough(&normal, within.map(f64::ln))?;
+            Kind::LogNormal { normal, within }
+        }
+    };
+    Ok(Distribution {
+        kind,
+        unit: unit.map_or(String::new(), |(_, unit)| unit),
+    })
+}
+
+fn let_enough(normal: &Normal, [low, high]: [f64; 2]) -> Result<(), String> {
+    match normal.cdf(high) - normal.cdf(low) {
+        mass if mass >= LEAST_MASS => Ok(()),
+        mass => Err(format!(
+            "low and high leave {mass:.1e} of the distribution, and must leave {LEAST_MASS:.0e} at least"
+        )),
+    }
+}
+
+/// A number, or a text of a number and a unit.
+fn amount(key: &str, value: &Value) -> Result<Amount, String> {
+    let wrong = || format!("{key} must be a finite number, or one with a unit as in \"5 um\"");
+    let found = match value {
+        Value::Integer(number) => Some((*number as f64, "")),
+        Value::Float(number) => Some((*number, "")),
+        Value::String(text) => {
+            let (number, unit) = text.trim().split_once(' ').unwrap_or((text.trim(), ""));
+            number.parse().ok().map(|number| (number, unit.trim()))
+        }
+        _ => None,
+    };
+    let (number, unit) = found
+        .filter(|(number, _)| number.is_finite())
+        .ok_or_else(wrong)?;
+    Ok(Amount {
+        number,
+        unit: unit.to_owned(),
+    })
+}

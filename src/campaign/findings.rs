@@ -1,0 +1,288 @@
+//! What the collected runs of a campaign say together.
+
+use std::collections::BTreeMap;
+
+use super::collect::{INDEX, WEAR_ITERATION};
+use super::error::CampaignError;
+use super::folder::Folder;
+use super::statistics::{self, Spread, at, classes, rank_correlation, spread, variance_share};
+use super::table::{Campaign, Resolved};
+use crate::tables::{Nullable, Table, TableError, TableName};
+
+/// Columns of a summary that are reported, where runs have them.
+pub const FIGURES: [&str; 14] = [
+    "wear_volume",
+    "wear_rate",
+    "dissipated_energy",
+    "dissipated_energy_total",
+    "loaded_area_fraction",
+    "max_pressure",
+    "normal_load",
+    "approach",
+    "rq",
+    "kn",
+    "kt",
+    "resonance_frequency",
+    "peak_frequency",
+    "peak_amplitude",
+];
+
+const CYCLES: &str = "cycles";
+/// Points of a band over the cycles, beside 0: evenly spaced in their logarithm, as wear goes.
+const POINTS: usize = 32;
+/// A band has a point where at least this part of the runs has come to.
+const LEAST_PART: f64 = 0.5;
+
+/// A figure of the runs that have it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// Column of the summary.
+    pub name: &'static str,
+    /// At the end of every run, by its place among the [`Group::rows`]; none where it has no such figure.
+    pub ends: Vec<Option<f64>>,
+    /// Of these.
+    pub spread: Spread,
+    /// Over the cycles.
+    pub band: Vec<(f64, Spread)>,
+}
+
+/// How a figure depends on a key.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sensitivity {
+    /// The figure.
+    pub figure: &'static str,
+    /// The key.
+    pub key: String,
+    /// Runs that have both.
+    pub count: usize,
+    /// Spearman's rank correlation; none for a key that is no number.
+    pub rank: Option<f64>,
+    /// First-order Sobol index.
+    pub share: Option<f64>,
+}
+
+/// The runs that were collected.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    /// Their rows in the campaign, ascending.
+    pub rows: Vec<usize>,
+    /// Cycles at the end of each, where it wears.
+    pub cycles: Vec<Option<f64>>,
+}
+
+/// What is reported.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Findings {
+    /// The runs.
+    pub runs: Group,
+    /// The figures that there are.
+    pub figures: Vec<Figure>,
+    /// Of every figure that varies to every key that does.
+    pub sensitivities: Vec<Sensitivity>,
+}
+
+fn numbers(values: &Nullable) -> Vec<Option<f64>> {
+    match values {
+        Nullable::F64(values) => values.clone(),
+        Nullable::I64(values) => values.iter().map(|v| v.map(|v| v as f64)).collect(),
+        Nullable::I32(values) => values.iter().map(|v| v.map(f64::from)).collect(),
+        Nullable::Bool(values) => vec![None; values.len()],
+        Nullable::Text(values) => vec![None; values.len()],
+    }
+}
+
+impl Findings {
+    /// Reads what is collected.
+    ///
+    /// # Errors
+    /// [`CampaignError::NothingCollected`], and those of reading shards.
+    pub fn of(folder: &Folder, campaign: &Campaign) -> Result<Findings, CampaignError> {
+        let wanted =
+            |name: &str| FIGURES.contains(&name) || [INDEX, WEAR_ITERATION, CYCLES].contains(&name);
+        let found = folder.scan(&wanted)?;
+        let nothing = || CampaignError::NothingCollected {
+            path: folder.root.clone(),
+        };
+        let Some(Nullable::I64(index)) = found.get(INDEX) else {
+            return Err(nothing());
+        };
+        // Rows of a run stand together, in the order of their iterations.
+        let mut of_runs: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
+        for (row, index) in index.iter().enumerate() {
+            let Some(index) = index.and_then(|index| usize::try_from(index).ok()) else {
+                continue;
+            };
+            if index < campaign.rows.len() {
+                of_runs.entry(index).or_insert((row, row)).1 = row;
+            }
+        }
+        if of_runs.is_empty() {
+            return Err(nothing());
+        }
+        let cycles = found.get(CYCLES).map(numbers).unwrap_or_default();
+        let cycles_of = |row: usize| cycles.get(row).copied().flatten();
+        let runs = Group {
+            rows: of_runs.keys().copied().collect(),
+            cycles: of_runs.values().map(|(_, last)| cycles_of(*last)).collect(),
+        };
+        let grid = grid(
+            &runs.cycles,
+            of_runs.values().filter_map(|(first, last)| {
+                (*first < *last).then(|| cycles_of(first + 1)).flatten()
+            }),
+        );
+        let mut figures = Vec::new();
+        for name in FIGURES {
+            let Some(values) = found.get(name).map(numbers) else {
+                continue;
+            };
+            let ends: Vec<Option<f64>> = of_runs.values().map(|(_, last)| values[*last]).collect();
+            let known: Vec<f64> = ends.iter().copied().flatten().collect();
+            let Some(spread) = spread(&known) else {
+                continue;
+            };
+            let courses: Vec<Vec<[f64; 2]>> = of_runs
+                .values()
+                .map(|(first, last)| {
+                    let rows = *first..=*last;
+                    rows.filter_map(|row| Some([cycles_of(row)?, values[row]?]))
+                        .collect()
+                })
+                .collect();
+            figures.push(Figure {
+                name,
+                band: band(&courses, &grid, spread.count),
+                ends,
+                spread,
+            });
+        }
+        let sensitivities = sensitivities(campaign, &runs.rows, &figures);
+        Ok(Findings {
+            runs,
+            figures,
+            sensitivities,
+        })
+    }
+
+    /// The tables `campaign_figure`, `campaign_band` and `campaign_sensitivity`.
+    ///
+    /// # Errors
+    /// [`TableError`]
+    pub fn tables(&self) -> Result<[Table; 3], TableError> {
+        let spreads = |name: TableName, of: &[(&'static str, Option<f64>, Spread)]| {
+            let all = |of_one: &dyn Fn(&Spread) -> f64| -> Vec<f64> {
+                of.iter().map(|(.., spread)| of_one(spread)).collect()
+            };
+            let names: Vec<String> = of.iter().map(|(name, ..)| (*name).to_owned()).collect();
+            let mut table = Table::builder(name).column("figure", names);
+            let cycles: Vec<f64> = of.iter().filter_map(|(_, cycles, _)| *cycles).collect();
+            if name == TableName::CampaignBand {
+                table = table.column("cycles", cycles);
+            }
+            let counts: Vec<i64> = of.iter().map(|(.., s)| s.count as i64).collect();
+            table = table
+                .column("runs", counts)
+                .column("mean", all(&|s| s.mean))
+                .column("sd", all(&|s| s.sd))
+                .column("least", all(&|s| s.least));
+            for (k, part) in statistics::QUANTILES.iter().enumerate() {
+                let name = format!("q{:02}", (100.0 * part).round());
+                table = table.column(&name, all(&|s| s.quantiles[k]));
+            }
+            table.column("most", all(&|s| s.most)).build()
+        };
+        let figures = self.figures.iter();
+        let ends: Vec<_> = figures.clone().map(|f| (f.name, None, f.spread)).collect();
+        let band = figures.flat_map(|f| f.band.iter().map(|(x, s)| (f.name, Some(*x), *s)));
+        let band: Vec<_> = band.collect();
+        let of = |text: &dyn Fn(&Sensitivity) -> String| -> Vec<String> {
+            self.sensitivities.iter().map(text).collect()
+        };
+        let all = || self.sensitivities.iter();
+        let sensitivity = Table::builder(TableName::CampaignSensitivity)
+            .column("figure", of(&|s| s.figure.to_owned()))
+            .column("key", of(&|s| s.key.clone()))
+            .column("runs", all().map(|s| s.count as i64).collect::<Vec<i64>>())
+            .column("rank", all().map(|s| s.rank).collect::<Vec<Option<f64>>>())
+            .column(
+                "share",
+                all().map(|s| s.share).collect::<Vec<Option<f64>>>(),
+            )
+            .build()?;
+        Ok([
+            spreads(TableName::CampaignFigure, &ends)?,
+            spreads(TableName::CampaignBand, &band)?,
+            sensitivity,
+        ])
+    }
+}
+
+/// Numbers of cycles at which bands are told: 0, and from the median of the first steps to the longest run; none without wear.
+fn grid(ends: &[Option<f64>], firsts: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut firsts: Vec<f64> = firsts.filter(|first| *first > 0.0).collect();
+    firsts.sort_by(f64::total_cmp);
+    let most = ends.iter().copied().flatten().fold(0.0, f64::max);
+    let Some(&least) = firsts.get(firsts.len() / 2).filter(|least| **least < most) else {
+        return Vec::new();
+    };
+    let step = (most / least).ln() / (POINTS - 1) as f64;
+    let inner = (0..POINTS - 1).map(|k| least * (k as f64 * step).exp());
+    // The last is the very end, where rounding would leave most runs out.
+    [0.0].into_iter().chain(inner).chain([most]).collect()
+}
+
+fn band(courses: &[Vec<[f64; 2]>], grid: &[f64], count: usize) -> Vec<(f64, Spread)> {
+    let point = |x: &f64| {
+        let values: Vec<f64> = courses.iter().filter_map(|course| at(course, *x)).collect();
+        let spread = spread(&values)?;
+        (spread.count as f64 >= LEAST_PART * count as f64).then_some((*x, spread))
+    };
+    grid.iter().filter_map(point).collect()
+}
+
+/// A figure that varies by less than this part of its mean does so by rounding.
+const VARIES: f64 = 1e-9;
+
+fn sensitivities(campaign: &Campaign, rows: &[usize], figures: &[Figure]) -> Vec<Sensitivity> {
+    let mut found = Vec::new();
+    for figure in figures {
+        if figure.spread.most - figure.spread.least <= VARIES * figure.spread.mean.abs() {
+            continue;
+        }
+        for (k, key) in campaign.keys.iter().enumerate() {
+            let pairs = rows.iter().zip(&figure.ends);
+            let known: Vec<(&Resolved, f64)> = pairs
+                .filter_map(|(row, end)| {
+                    Some((
+                        &campaign.rows[*row].values[k],
+                        end.filter(|v| v.is_finite())?,
+                    ))
+                })
+                .collect();
+            let y: Vec<f64> = known.iter().map(|(_, y)| *y).collect();
+            // The number of a seed is a name.
+            let is_name = key.name.ends_with("seed");
+            let x: Option<Vec<f64>> = known.iter().map(|(x, _)| x.number()).collect();
+            let x = x.filter(|_| !is_name);
+            let classes = match &x {
+                Some(x) => classes(x),
+                None => {
+                    let texts: Vec<String> = known.iter().map(|(x, _)| x.text()).collect();
+                    let mut words = texts.clone();
+                    words.sort();
+                    words.dedup();
+                    let place = |text| words.binary_search(text).unwrap_or(0);
+                    texts.iter().map(place).collect()
+                }
+            };
+            found.push(Sensitivity {
+                figure: figure.name,
+                key: key.name.clone(),
+                count: known.len(),
+                rank: x.and_then(|x| rank_correlation(&x, &y)),
+                share: variance_share(&classes, &y),
+            });
+        }
+    }
+    found
+}

@@ -1,0 +1,36 @@
+//! Campaigns: many runs of one scene of which some keys vary, as one table with a row a run.
+//!
+//! ```text
+//! DIR/
+//!   campaign.json campaign.toml   what it is: the scene as a text, what is kept of a run; the file as it was written, for people
+//!   campaign.parquet              a row a run: index from 0, keys as resolved, content key, expected cost
+//!   runs/000017/                  the run of a row, as `fretwear run` leaves it
+//!   ended/000017.parquet          its history, once it has ended: one file a run
+//!   failed/000017.json            why it failed, until it ends
+//!   collected/shard-00000.parquet the histories of many runs, every row with its index and keys
+//!   lock                          one planner or collector at a time
+//! ```
+//!
+//! A row is run from what the folder holds, so that a scene or a campaign file that is changed later changes no row. What became of a row
+//! is said by which of these files there is: nothing is opened to count them. Queues, retries and places are the business of whoever starts
+//! rows (a shell, Slurm, HyperQueue). Two that start the same row meet at the lock of its run.
+//!
+//! A [`Definition`] is read from a campaign file and says the settings of every row, [`Draws`](definition) among them; the command line
+//! resolves each to a scene; [`Folder`] keeps them; [`collect`](Folder::collect) and [`Findings`] read what came of them.
+
+mod collect;
+pub mod definition;
+mod distribution;
+mod error;
+mod findings;
+mod folder;
+pub mod statistics;
+mod table;
+
+pub use collect::Collected;
+pub use definition::{Definition, Setting};
+pub use distribution::Distribution;
+pub use error::CampaignError;
+pub use findings::{FIGURES, Figure, Findings, Group, Sensitivity};
+pub use folder::{About, Failure, Folder, KeepRuns, State, indices};
+pub use table::{Campaign, KeyColumn, Planned, Resolved};

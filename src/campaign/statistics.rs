@@ -1,0 +1,119 @@
+//! Statistics of samples: quantiles, ranks, and which key moves a figure.
+
+use statrs::statistics::{Data, OrderStatistics, RankTieBreaker};
+
+/// Of a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    /// Values in it.
+    pub count: usize,
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation, with one degree of freedom for the mean; 0 of a single value.
+    pub sd: f64,
+    /// The values below which lie the parts [`QUANTILES`] of the sample.
+    pub quantiles: [f64; QUANTILES.len()],
+    /// Least value.
+    pub least: f64,
+    /// Largest value.
+    pub most: f64,
+}
+
+/// The quantiles of a [`Spread`].
+pub const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
+
+/// Of the values that are finite; none without any. Quantiles are those of Hyndman and Fan's eighth definition.
+pub fn spread(values: &[f64]) -> Option<Spread> {
+    let mut values: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    let (&least, &most) = (values.first()?, values.last()?);
+    let count = values.len();
+    let mean = values.iter().sum::<f64>() / count as f64;
+    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    let sd = match count {
+        1 => 0.0,
+        _ => (squares / (count - 1) as f64).sqrt(),
+    };
+    let mut data = Data::new(values);
+    Some(Spread {
+        count,
+        mean,
+        sd,
+        quantiles: QUANTILES.map(|part| data.quantile(part).clamp(least, most)),
+        least,
+        most,
+    })
+}
+
+/// Spearman's rank correlation, -1 to 1: by how much `y` rises with `x`, whatever the form; none where one of them does not vary. Equal
+/// values have the mean of their ranks.
+pub fn rank_correlation(x: &[f64], y: &[f64]) -> Option<f64> {
+    let ranks = |values: &[f64]| Data::new(values.to_vec()).ranks(RankTieBreaker::Average);
+    let (x, y) = (ranks(x), ranks(y));
+    // The mean of ranks is that of 1 to n.
+    let mean = 0.5 * (x.len() as f64 + 1.0);
+    let product = |a: &[f64], b: &[f64]| -> f64 {
+        a.iter().zip(b).map(|(a, b)| (a - mean) * (b - mean)).sum()
+    };
+    let scale = (product(&x, &x) * product(&y, &y)).sqrt();
+    (scale > 0.0).then(|| product(&x, &y) / scale)
+}
+
+/// Numbers below which a sample says nothing of its variance by classes.
+const LEAST_SAMPLE: usize = 8;
+
+/// The first-order Sobol index of a key: the part of the variance of `y` that its value alone explains, 0 to 1.
+///
+/// It is estimated from the sample itself: the variance of the means of the classes of the key over that of `y`, less what chance alone
+/// would give them, 1 - (S_w/(n - k)) / (S/(n - 1)) with k classes (Kelley's ε²), and not below 0. None where classes are as many as
+/// values, or `y` does not vary.
+pub fn variance_share(classes: &[usize], y: &[f64]) -> Option<f64> {
+    let n = y.len();
+    let k = classes.iter().max().map_or(0, |most| most + 1);
+    if n < LEAST_SAMPLE || k < 2 || n < k + 2 {
+        return None;
+    }
+    let mean = y.iter().sum::<f64>() / n as f64;
+    let mut sums = vec![(0.0, 0.0); k];
+    for (class, y) in classes.iter().zip(y) {
+        // About the mean, so that nothing is lost of figures that vary little.
+        let own = &mut sums[*class];
+        *own = (own.0 + (y - mean), own.1 + 1.0);
+    }
+    let about = |class: usize| sums[class].0 / f64::max(sums[class].1, 1.0);
+    let within: f64 = (classes.iter().zip(y))
+        .map(|(class, y)| (y - mean - about(*class)).powi(2))
+        .sum();
+    let whole: f64 = y.iter().map(|y| (y - mean).powi(2)).sum();
+    let filled = sums.iter().filter(|(_, count)| *count > 0.0).count();
+    if whole <= 0.0 || n <= filled {
+        return None;
+    }
+    let share = 1.0 - (within / (n - filled) as f64) / (whole / (n - 1) as f64);
+    Some(share.clamp(0.0, 1.0))
+}
+
+/// Classes of a key that is a number: its values where they are few, else as many equally filled ones as there are numbers in one.
+pub fn classes(x: &[f64]) -> Vec<usize> {
+    let mut sorted = x.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.dedup();
+    let wanted = (x.len() as f64).sqrt().ceil() as usize;
+    let place = |x: &f64| sorted.partition_point(|other| other.total_cmp(x).is_lt());
+    if sorted.len() <= wanted {
+        return x.iter().map(place).collect();
+    }
+    // Equal values stay together, since what is divided is the list of values that differ.
+    x.iter().map(|x| place(x) * wanted / sorted.len()).collect()
+}
+
+/// The value of a course at an abscissa between its points, of which the abscissae ascend; none outside of them.
+pub fn at(course: &[[f64; 2]], x: f64) -> Option<f64> {
+    let after = course.partition_point(|point| point[0] < x);
+    let &[x1, y1] = course.get(after)?;
+    if x1 == x {
+        return Some(y1);
+    }
+    let &[x0, y0] = course.get(after.checked_sub(1)?)?;
+    Some(y0 + (y1 - y0) * (x - x0) / (x1 - x0))
+}

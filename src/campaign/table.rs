@@ -1,0 +1,254 @@
+//! `campaign.parquet`: a row a run.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
+
+use crate::tables::{
+    ColumnSchema, ColumnType, Nullable, TableError, nullable_from_parquet, nullable_to_parquet,
+};
+
+/// Name of the table in errors.
+const NAME: &str = "campaign";
+const INDEX: &str = "index";
+const CONTENT_KEY: &str = "content_key";
+const SETTINGS: &str = "settings";
+const GROUP: &str = "group";
+const SECONDS: &str = "expected_seconds";
+const MEMORY: &str = "memory";
+
+/// A value of a key as it was resolved, in SI units.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Resolved {
+    /// The scene has no such value.
+    Absent,
+    /// A whole number.
+    Whole(i64),
+    /// A number.
+    Number(f64),
+    /// A word, a list, or whatever else there is.
+    Text(String),
+}
+
+impl Resolved {
+    /// Of a value of a scene as resolved. A list of equal numbers is one number, as it is written for a length along both axes.
+    pub fn of(value: &Value) -> Resolved {
+        match value {
+            Value::Null => Resolved::Absent,
+            Value::Number(number) => match (number.as_i64(), number.as_f64()) {
+                (Some(whole), _) => Resolved::Whole(whole),
+                (None, Some(number)) => Resolved::Number(number),
+                (None, None) => Resolved::Text(number.to_string()),
+            },
+            Value::String(text) => Resolved::Text(text.clone()),
+            Value::Array(items) => match &items[..] {
+                [first, others @ ..] if first.is_number() && others.iter().all(|o| o == first) => {
+                    Resolved::of(first)
+                }
+                // A motion along one axis.
+                [first, others @ ..]
+                    if first.is_number() && others.iter().all(|o| o.as_f64() == Some(0.0)) =>
+                {
+                    Resolved::of(first)
+                }
+                _ => Resolved::Text(value.to_string()),
+            },
+            other => Resolved::Text(other.to_string()),
+        }
+    }
+
+    /// The number, if it is one.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Resolved::Whole(whole) => Some(*whole as f64),
+            Resolved::Number(number) => Some(*number),
+            Resolved::Absent | Resolved::Text(_) => None,
+        }
+    }
+
+    /// As a text; empty where it is absent.
+    pub fn text(&self) -> String {
+        match self {
+            Resolved::Absent => String::new(),
+            Resolved::Whole(whole) => whole.to_string(),
+            Resolved::Number(number) => number.to_string(),
+            Resolved::Text(text) => text.clone(),
+        }
+    }
+}
+
+/// A row: a run as it is planned.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Planned {
+    /// `key=value` each, as after `--set`.
+    pub settings: Vec<String>,
+    /// Of the keys that vary, in the order of [`Campaign::keys`].
+    pub values: Vec<Resolved>,
+    /// Hash of the scene as resolved, with the content of its files: rows of one key are the same run.
+    pub content_key: String,
+    /// Rows of one group cost about the same.
+    pub group: i64,
+    /// Time that the run takes on the machine that planned it, one thread, its structure aside \[s\]; none if it was not rehearsed.
+    pub seconds: Option<f64>,
+    /// Peak of memory, counted, with the structure in the cache \[B\].
+    pub memory: i64,
+}
+
+/// A key that varies.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct KeyColumn {
+    /// Its name, which is that of its column.
+    pub name: String,
+}
+
+/// All rows of a campaign, by index.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Campaign {
+    /// The keys that vary.
+    pub keys: Vec<KeyColumn>,
+    /// The rows.
+    pub rows: Vec<Planned>,
+}
+
+impl Campaign {
+    /// The columns of the keys for some rows, each with its schema.
+    pub(super) fn key_columns(&self, rows: &[usize]) -> Vec<(ColumnSchema, Nullable)> {
+        let keys = self.keys.iter().enumerate();
+        keys.map(|(k, key)| {
+            let values = || rows.iter().map(|row| &self.rows[*row].values[k]);
+            let of_all = || self.rows.iter().map(|row| &row.values[k]);
+            // By all rows, so that every file of a campaign has the same types.
+            let is_text = of_all().any(|value| matches!(value, Resolved::Text(_)));
+            let is_whole = !of_all().any(|value| matches!(value, Resolved::Number(_)));
+            let whole = |value: &Resolved| match value {
+                Resolved::Whole(whole) => Some(*whole),
+                _ => None,
+            };
+            let (kind, values) = if is_text {
+                let text = |value: &Resolved| Some(value.text()).filter(|text| !text.is_empty());
+                (
+                    ColumnType::Text,
+                    Nullable::Text(values().map(text).collect()),
+                )
+            } else if is_whole {
+                (
+                    ColumnType::I64,
+                    Nullable::I64(values().map(whole).collect()),
+                )
+            } else {
+                let numbers = values().map(Resolved::number).collect();
+                (ColumnType::F64, Nullable::F64(numbers))
+            };
+            (ColumnSchema::plain(&key.name, kind, "SI"), values)
+        })
+        .collect()
+    }
+
+    /// The bytes of the file.
+    pub(super) fn to_bytes(&self) -> Result<Vec<u8>, TableError> {
+        let all: Vec<usize> = (0..self.rows.len()).collect();
+        let plain = |name, kind, unit| ColumnSchema::plain(name, kind, unit);
+        let rows = || self.rows.iter();
+        let settings = |row: &Planned| Some(json!(row.settings).to_string());
+        let mut columns = vec![
+            (
+                plain(INDEX, ColumnType::I64, "1"),
+                Nullable::I64(all.iter().map(|k| Some(*k as i64)).collect()),
+            ),
+            (
+                plain(CONTENT_KEY, ColumnType::Text, "1"),
+                Nullable::Text(rows().map(|row| Some(row.content_key.clone())).collect()),
+            ),
+            (
+                plain(SETTINGS, ColumnType::Text, "1"),
+                Nullable::Text(rows().map(settings).collect()),
+            ),
+            (
+                plain(GROUP, ColumnType::I64, "1"),
+                Nullable::I64(rows().map(|row| Some(row.group)).collect()),
+            ),
+            (
+                plain(SECONDS, ColumnType::F64, "s"),
+                Nullable::F64(rows().map(|row| row.seconds).collect()),
+            ),
+            (
+                plain(MEMORY, ColumnType::I64, "B"),
+                Nullable::I64(rows().map(|row| Some(row.memory)).collect()),
+            ),
+        ];
+        columns.extend(self.key_columns(&all));
+        let described: Vec<_> = columns
+            .iter()
+            .map(|(column, values)| (column, values))
+            .collect();
+        let units: BTreeMap<&str, Value> = described
+            .iter()
+            .map(|(column, _)| (column.name.as_str(), json!({ "unit": column.unit })))
+            .collect();
+        let entry = json!({
+            "schema": NAME,
+            "program_version": env!("CARGO_PKG_VERSION"),
+            "columns": units,
+        });
+        nullable_to_parquet(NAME, &described, entry.to_string())
+    }
+
+    /// The rows in the bytes of the file; the error says what is wrong with it.
+    pub(super) fn of_bytes(bytes: &[u8], most_rows: i64) -> Result<Campaign, String> {
+        let found = nullable_from_parquet(bytes, NAME, most_rows).map_err(|e| e.to_string())?;
+        let names: Vec<String> = found.iter().map(|(name, _)| name.clone()).collect();
+        let mut columns: BTreeMap<String, Nullable> = found.into_iter().collect();
+        let own = [INDEX, CONTENT_KEY, SETTINGS, GROUP, SECONDS, MEMORY];
+        let taken = own.map(|name| columns.remove(name));
+        let [
+            Some(Nullable::I64(index)),
+            Some(Nullable::Text(content_keys)),
+            Some(Nullable::Text(settings)),
+            Some(Nullable::I64(groups)),
+            Some(Nullable::F64(seconds)),
+            Some(Nullable::I64(memory)),
+        ] = taken
+        else {
+            return Err("it is no table of a campaign".to_owned());
+        };
+        let keys: Vec<String> = names
+            .into_iter()
+            .filter(|n| columns.contains_key(n))
+            .collect();
+        let mut rows = Vec::with_capacity(index.len());
+        for k in 0..index.len() {
+            let sets = settings[k].as_deref().map(serde_json::from_str);
+            let (Some(own), Some(content_key), Some(Ok(settings)), Some(group), Some(memory)) = (
+                index[k],
+                content_keys[k].clone(),
+                sets,
+                groups[k],
+                memory[k],
+            ) else {
+                return Err(format!("row {k} is not whole"));
+            };
+            if own != k as i64 {
+                return Err(format!("row {k} is that of another index"));
+            }
+            let value = |key: &String| match &columns[key] {
+                Nullable::I64(values) => values[k].map(Resolved::Whole),
+                Nullable::F64(values) => values[k].map(Resolved::Number),
+                Nullable::Text(values) => values[k].clone().map(Resolved::Text),
+                Nullable::I32(_) | Nullable::Bool(_) => None,
+            };
+            rows.push(Planned {
+                settings,
+                values: keys
+                    .iter()
+                    .map(|key| value(key).unwrap_or(Resolved::Absent))
+                    .collect(),
+                content_key,
+                group,
+                seconds: seconds[k],
+                memory,
+            });
+        }
+        let keys = keys.into_iter().map(|name| KeyColumn { name }).collect();
+        Ok(Campaign { keys, rows })
+    }
+}

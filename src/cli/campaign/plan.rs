@@ -1,0 +1,367 @@
+//! `fretwear campaign plan`.
+
+use std::collections::BTreeMap;
+use std::thread;
+
+use fretwear::campaign::{
+    About, Campaign, Definition, Folder, KeyColumn, Planned, Resolved, Setting,
+};
+use fretwear::json::flatten;
+use fretwear::rehearsal;
+use fretwear::report::word;
+use fretwear::scene::{self, Plan};
+use serde_json::{Value, json};
+
+use super::super::cost;
+use super::{CliError, Exit, PlanArguments, content_key, folder, plan_of};
+use crate::progress::duration;
+use crate::terminal::{Results, say};
+
+/// Groups that are rehearsed; a rehearsal takes some five seconds at most.
+const MOST_REHEARSED: usize = 12;
+
+/// Keys by whose numbers a run takes longer or shorter, beside those that are words and lists: rows that differ in them are of different
+/// groups.
+const SEPARATING: [&str; 12] = [
+    "joint.",
+    "fidelity.",
+    "output.",
+    "update.",
+    "wear.cycles",
+    "wear.volume",
+    "wear.depth_step",
+    "wear.tolerance",
+    "dynamics.modes",
+    "dynamics.points",
+    "dynamics.harmonics",
+    "structure.",
+];
+
+/// What is known of a row before it is rehearsed.
+struct Resolution {
+    row: Planned,
+    like: String,
+    warnings: Vec<String>,
+}
+
+pub fn plan(arguments: &PlanArguments, out: &mut Results) -> Result<Exit, CliError> {
+    let definition = Definition::read(&arguments.campaign, &scene::is_path)?;
+    let folder = folder(&arguments.dir);
+    folder.check()?;
+    let fixed: Vec<String> = definition.fixed.iter().map(Setting::text).collect();
+    let name = |path: &std::path::Path| {
+        path.file_stem()
+            .map_or(String::new(), |stem| stem.to_string_lossy().into_owned())
+    };
+    let title = definition.title.clone();
+    let about = About::new(
+        title.unwrap_or_else(|| name(&arguments.campaign)),
+        name(&definition.scene),
+        scene::text_of(&definition.scene, &fixed)?,
+        definition.keep,
+    );
+    let keys: Vec<String> = definition.keys().cloned().collect();
+    let settings = definition.rows();
+    let mut resolved = resolutions(&folder, &about, &definition, &fixed, &settings)?;
+    let groups = grouped(&mut resolved);
+    let mut costs: Vec<Cost> = Vec::new();
+    for (group, first) in groups.iter().enumerate() {
+        let plan = plan_of(&folder, &about, &resolved[*first].row.settings)?;
+        let is_rehearsed = !arguments.no_rehearsal && group < MOST_REHEARSED;
+        costs.push(Cost::of(&plan, is_rehearsed));
+    }
+    told_once(resolved.iter().map(|resolution| &resolution.warnings[..]));
+    let mut rows: Vec<Planned> = resolved
+        .into_iter()
+        .map(|resolution| resolution.row)
+        .collect();
+    for row in &mut rows {
+        let cost = &costs[row.group as usize];
+        (row.seconds, row.memory) = (cost.seconds, cost.memory as i64);
+    }
+    let twins = twins(&rows);
+    let campaign = Campaign {
+        keys: keys.into_iter().map(|name| KeyColumn { name }).collect(),
+        rows,
+    };
+    let before = folder.plan(&about, &definition.text, &campaign)?;
+    let seconds: Option<f64> = campaign.rows.iter().map(|row| row.seconds).sum();
+    let of_group = |group: usize| {
+        let rows = campaign.rows.iter().filter(|row| row.group == group as i64);
+        rows.count()
+    };
+    if arguments.json {
+        let groups = costs.iter().enumerate().map(|(group, cost)| {
+            json!({
+                "group": group,
+                "rows": of_group(group),
+                "first": groups[group],
+                "expected_seconds": cost.seconds,
+                "memory": cost.memory,
+                "disk_bytes": cost.disk,
+            })
+        });
+        out.json(&json!({
+            "dir": arguments.dir.display().to_string(),
+            "rows": campaign.rows.len(),
+            "rows_before": before,
+            "keys": campaign.keys.iter().map(|key| &key.name).collect::<Vec<_>>(),
+            "groups": groups.collect::<Vec<Value>>(),
+            "expected_seconds": seconds,
+            "same_content": twins.map(|(count, _)| count).unwrap_or(0),
+        }));
+        return Ok(Exit::Done);
+    }
+    if let Some((count, [first, second])) = twins {
+        say(&format!(
+            "warning: {count} rows have the same content as an earlier one (row {second} that of row {first}); each is run all the same"
+        ));
+    }
+    let new = match before {
+        0 => String::new(),
+        before => format!(", {} of them new", campaign.rows.len() - before),
+    };
+    writeln!(
+        out,
+        "{}: {} rows{new}",
+        arguments.dir.display(),
+        campaign.rows.len()
+    );
+    for (k, key) in campaign.keys.iter().enumerate() {
+        writeln!(
+            out,
+            "  {:<28} {}",
+            key.name,
+            range(campaign.rows.iter().map(|row| &row.values[k]))
+        );
+    }
+    for (group, cost) in costs.iter().enumerate().take(MOST_REHEARSED) {
+        let count = of_group(group);
+        writeln!(
+            out,
+            "  {:<28} {count} rows like row {}: {}",
+            format!("group {group}"),
+            groups[group],
+            cost.words()
+        );
+    }
+    if costs.len() > MOST_REHEARSED {
+        writeln!(
+            out,
+            "  {} more groups of like rows, which are not rehearsed",
+            costs.len() - MOST_REHEARSED
+        );
+    }
+    if let Some(seconds) = seconds {
+        writeln!(
+            out,
+            "  {:<28} about {} on one core of this machine",
+            "all rows",
+            duration(seconds)
+        );
+    }
+    writeln!(
+        out,
+        "run them:  fretwear campaign run --dir {} --jobs J",
+        word(&arguments.dir)
+    );
+    Ok(Exit::Done)
+}
+
+/// What a row of a group costs.
+struct Cost {
+    seconds: Option<f64>,
+    memory: u64,
+    disk: Option<f64>,
+}
+
+impl Cost {
+    fn of(plan: &Plan, is_rehearsed: bool) -> Cost {
+        let (cold, cached) = rehearsal::memory(&plan.inputs);
+        let mut cost = Cost {
+            seconds: None,
+            memory: cached.unwrap_or(cold),
+            disk: None,
+        };
+        if is_rehearsed {
+            let found = cost::rehearsed(plan);
+            let rehearsed = found.seconds.map(|s| s.contact + s.response.unwrap_or(0.0));
+            cost.seconds = cost::whole(plan, &found).or(rehearsed);
+            cost.disk = found.cost.disk.map(|disk| disk.expected);
+        }
+        cost
+    }
+
+    fn words(&self) -> String {
+        let seconds = match self.seconds {
+            Some(seconds) => format!("about {seconds:.1} s, "),
+            None => "not rehearsed, ".to_owned(),
+        };
+        let disk = self.disk.map_or(String::new(), |disk| {
+            format!(", {:.2} MB of disk", disk / 1e6)
+        });
+        format!(
+            "{seconds}{:.0} MB of memory{disk}",
+            self.memory as f64 / 1e6
+        )
+    }
+}
+
+/// All rows as resolved; some threads share them.
+fn resolutions(
+    folder: &Folder,
+    about: &About,
+    definition: &Definition,
+    fixed: &[String],
+    settings: &[Vec<Setting>],
+) -> Result<Vec<Resolution>, CliError> {
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    let part = settings.len().div_ceil(threads).max(1);
+    let of_row = |row: &Vec<Setting>| {
+        let texts: Vec<String> = row.iter().map(Setting::text).collect();
+        resolution(folder, about, row, texts)
+    };
+    let all: Vec<Result<Resolution, CliError>> = thread::scope(|scope| {
+        let parts = settings.chunks(part);
+        let parts =
+            parts.map(|part| scope.spawn(move || part.iter().map(of_row).collect::<Vec<_>>()));
+        let parts: Vec<_> = parts.collect();
+        let joined = parts
+            .into_iter()
+            .map(|part| part.join().expect("planning does not panic"));
+        joined.flatten().collect()
+    });
+    let faults = all.iter().filter(|found| found.is_err()).count();
+    let mut rows = Vec::with_capacity(all.len());
+    for (index, found) in all.into_iter().enumerate() {
+        match found {
+            Ok(found) => rows.push(found),
+            Err(error) => {
+                let texts: Vec<String> = settings[index].iter().map(Setting::text).collect();
+                // From its own file it has the line where it was written.
+                let sets: Vec<String> = fixed.iter().chain(&texts).cloned().collect();
+                let own = scene::load(&definition.scene, &sets)
+                    .err()
+                    .map(CliError::from);
+                return Err(CliError::Row {
+                    index,
+                    settings: texts.join(", "),
+                    others: faults - 1,
+                    source: Box::new(own.unwrap_or(error)),
+                });
+            }
+        }
+    }
+    Ok(rows)
+}
+
+fn resolution(
+    folder: &Folder,
+    about: &About,
+    row: &[Setting],
+    settings: Vec<String>,
+) -> Result<Resolution, CliError> {
+    let plan = plan_of(folder, about, &settings)?;
+    let scene = flatten(&plan.inputs.identity.scene);
+    let value = |setting: &Setting| {
+        let of_both = setting.key.replace("material.", "material.lower.");
+        let found = scene.get(&setting.key).or_else(|| scene.get(&of_both));
+        match found.map(Resolved::of) {
+            Some(found) if found != Resolved::Absent => found,
+            // Paths of files, and keys that a scene holds under another name.
+            _ => setting.given(),
+        }
+    };
+    let like = row
+        .iter()
+        .filter(|setting| separates(setting))
+        .map(Setting::text);
+    let like = like.collect::<Vec<_>>().join(", ");
+    Ok(Resolution {
+        row: Planned {
+            values: row.iter().map(value).collect(),
+            settings,
+            content_key: content_key(&plan),
+            group: 0,
+            seconds: None,
+            memory: 0,
+        },
+        like,
+        warnings: plan.warnings,
+    })
+}
+
+/// Whether rows that differ in a key differ in their cost.
+fn separates(setting: &Setting) -> bool {
+    !setting.is_number()
+        || SEPARATING
+            .iter()
+            .any(|prefix| setting.key.starts_with(prefix))
+}
+
+/// Numbers the groups of like rows in the order of their first rows, which are returned.
+fn grouped(resolved: &mut [Resolution]) -> Vec<usize> {
+    let mut groups: BTreeMap<String, usize> = BTreeMap::new();
+    let mut firsts = Vec::new();
+    for (index, resolution) in resolved.iter_mut().enumerate() {
+        let group = *groups.entry(resolution.like.clone()).or_insert_with(|| {
+            firsts.push(index);
+            firsts.len() - 1
+        });
+        resolution.row.group = group as i64;
+    }
+    firsts
+}
+
+/// How many rows have the content of an earlier one, and the first such pair.
+fn twins(rows: &[Planned]) -> Option<(usize, [usize; 2])> {
+    let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
+    let (mut count, mut pair) = (0, None);
+    for (index, row) in rows.iter().enumerate() {
+        match seen.get(row.content_key.as_str()) {
+            Some(first) => {
+                count += 1;
+                pair.get_or_insert([*first, index]);
+            }
+            None => drop(seen.insert(&row.content_key, index)),
+        }
+    }
+    pair.map(|pair| (count, pair))
+}
+
+/// Warnings of all rows, of each kind the first with how many rows have one.
+fn told_once<'a>(of_rows: impl Iterator<Item = &'a [String]>) {
+    let mut kinds: BTreeMap<&str, (usize, usize, &str)> = BTreeMap::new();
+    for (index, warnings) in of_rows.enumerate() {
+        for warning in warnings {
+            // Numbers behind it differ from row to row.
+            let kind = warning.split(':').next().unwrap_or_default();
+            kinds.entry(kind).or_insert((0, index, warning)).0 += 1;
+        }
+    }
+    for (count, first, warning) in kinds.values() {
+        say(&format!(
+            "warning: row {first}, and {count} in all: {warning}"
+        ));
+    }
+}
+
+/// What a key goes through, in words.
+fn range<'a>(values: impl Iterator<Item = &'a Resolved> + Clone) -> String {
+    let numbers: Option<Vec<f64>> = values.clone().map(Resolved::number).collect();
+    let mut different: Vec<String> = values.map(Resolved::text).collect();
+    different.sort();
+    different.dedup();
+    let count = different.len();
+    match numbers {
+        Some(numbers) => {
+            let least = numbers.iter().copied().fold(f64::INFINITY, f64::min);
+            let most = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            format!("{count} values from {least:e} to {most:e}, in SI units")
+        }
+        None => {
+            let shown: Vec<String> = different.into_iter().take(6).collect();
+            format!("{count} values: {}", shown.join(", "))
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! `fretwear campaign report`.
+
+use fretwear::campaign::Findings;
+use fretwear::report::campaign::{CampaignReport, depends, title, told};
+use serde_json::{Value, json};
+
+use super::super::report::rows;
+use super::{CliError, Exit, ReportArguments, folder};
+use crate::terminal::Results;
+
+/// Keys that are named of a figure.
+const NAMED: usize = 2;
+
+pub fn report(arguments: &ReportArguments, out: &mut Results) -> Result<Exit, CliError> {
+    let folder = folder(&arguments.dir);
+    let (about, campaign) = folder.open()?;
+    let states = folder.states(campaign.rows.len())?;
+    let report = CampaignReport {
+        findings: &Findings::of(&folder, &campaign)?,
+        failures: &folder.failures(&states)?,
+        about: &about,
+        campaign: &campaign,
+        states: &states,
+    };
+    let page = match &arguments.output {
+        Some(page) => page.clone(),
+        None => arguments.dir.join("report.html"),
+    };
+    let written = report.write(&page)?;
+    if arguments.json {
+        let tables = report.findings.tables().map_err(|source| {
+            let path = page.clone();
+            let source = Box::new(source);
+            CliError::from(fretwear::campaign::CampaignError::Table { path, source })
+        })?;
+        let [figures, bands, sensitivities] = tables.map(|table| Value::from(rows(&table)));
+        out.json(&json!({
+            "page": page.display().to_string(),
+            "runs": report.findings.runs.rows.len(),
+            "figures": figures,
+            "bands": bands,
+            "sensitivities": sensitivities,
+        }));
+        return Ok(Exit::Done);
+    }
+    writeln!(
+        out,
+        "{}: {} runs",
+        about.title,
+        report.findings.runs.rows.len()
+    );
+    writeln!(
+        out,
+        "  {:<24} {:>20} {:>20} {:>20}  moved by",
+        "", "5 %", "median", "95 %"
+    );
+    for figure in &report.findings.figures {
+        let [_, _, low, median, high] = told(figure);
+        let movers = report.movers(figure.name).into_iter().take(NAMED);
+        let movers = movers.map(|s| format!("{} ({})", s.key, depends(s)));
+        let movers = movers.collect::<Vec<_>>().join(", ");
+        writeln!(
+            out,
+            "  {:<24} {low:>20} {median:>20} {high:>20}  {movers}",
+            title(figure.name)
+        );
+    }
+    for path in written {
+        writeln!(out, "{}", path.display());
+    }
+    Ok(Exit::Done)
+}

@@ -1,0 +1,336 @@
+//! `fretwear campaign run`.
+
+use std::sync::Arc;
+
+use fretwear::campaign::{About, Campaign, CampaignError, Failure, Folder, KeepRuns, State};
+use fretwear::recipe::Durability;
+use fretwear::stages::{self, Ending, RunError, RunOptions};
+use fretwear::store::{
+    Cache, FileSystem, LockAttempt, RealFileSystem, RunReader, StoreError, UnsyncedFileSystem,
+};
+use serde_json::json;
+
+use super::super::run::cache_folder;
+use super::{CliError, Exit, RunArguments, content_key, folder, jobs, plan_of};
+use crate::progress::{Rows, Stopping, Watcher};
+use crate::terminal::{Results, say};
+
+/// What became of a row.
+pub enum Ended {
+    /// It is done.
+    Done,
+    /// It was done before.
+    Before,
+    /// It was stopped, and can be continued.
+    Stopped,
+    /// Another process computes it.
+    InUse,
+    /// It failed.
+    Failed(CliError),
+}
+
+/// What became of many.
+#[derive(Default)]
+pub struct Tally {
+    pub done: usize,
+    pub before: usize,
+    pub stopped: Vec<usize>,
+    pub in_use: Vec<usize>,
+    pub failed: Vec<usize>,
+    /// Rows that were not come to.
+    pub left: usize,
+}
+
+impl Tally {
+    pub fn add(&mut self, index: usize, ended: &Ended) {
+        match ended {
+            Ended::Done => self.done += 1,
+            Ended::Before => self.before += 1,
+            Ended::Stopped => self.stopped.push(index),
+            Ended::InUse => self.in_use.push(index),
+            Ended::Failed(_) => self.failed.push(index),
+        }
+    }
+
+    fn exit(&self, resumable: u8) -> Exit {
+        let is_whole = self.stopped.is_empty() && self.in_use.is_empty() && self.left == 0;
+        match (is_whole, self.failed.is_empty()) {
+            (false, _) => Exit::StoppedAs(resumable),
+            (true, false) => Exit::Failure,
+            (true, true) => Exit::Done,
+        }
+    }
+}
+
+pub fn run(arguments: &RunArguments, out: &mut Results) -> Result<Exit, CliError> {
+    let folder = folder(&arguments.dir);
+    let (about, campaign) = folder.open()?;
+    if arguments.scratch.is_some() && about.keep != KeepRuns::History {
+        return Err(CliError::ScratchOfRuns);
+    }
+    let last = campaign.rows.len().saturating_sub(1);
+    let [first, end] = arguments.index.unwrap_or([0, last]);
+    if end > last {
+        let asked = match first == end {
+            true => first.to_string(),
+            false => format!("{first}-{end}"),
+        };
+        return Err(CampaignError::NoRow {
+            path: folder.root,
+            asked,
+            last: last as u64,
+        }
+        .into());
+    }
+    let rows: Vec<usize> = (first..=end).collect();
+    let tally = match (arguments.jobs, &rows[..]) {
+        (Some(jobs), _) => jobs::run(arguments, &folder, &campaign, &rows, jobs)?,
+        (None, [index]) => match alone(arguments, &folder, &about, &campaign, *index)? {
+            // The code says why.
+            Ended::Failed(error) => return Err(error),
+            ended => {
+                let mut tally = Tally::default();
+                tally.add(*index, &ended);
+                tally
+            }
+        },
+        (None, rows) => one_by_one(arguments, &folder, &about, &campaign, rows)?,
+    };
+    if arguments.json {
+        out.json(&json!({
+            "rows": rows.len(),
+            "done": tally.done,
+            "done_before": tally.before,
+            "failed": tally.failed,
+            "stopped": tally.stopped,
+            "in_use": tally.in_use,
+            "left": tally.left,
+        }));
+    } else if !arguments.execution.quiet {
+        let mut parts = vec![format!("{} done", tally.done + tally.before)];
+        let counts = [
+            (tally.failed.len(), "failed"),
+            (tally.stopped.len(), "stopped"),
+            (tally.in_use.len(), "computed by other processes"),
+            (tally.left, "not begun"),
+        ];
+        let told = counts.into_iter().filter(|(count, _)| *count > 0);
+        parts.extend(told.map(|(count, what)| format!("{count} {what}")));
+        say(&format!("{} rows: {}", rows.len(), parts.join(", ")));
+        let exit = tally.exit(arguments.resumable_exit);
+        if matches!(exit, Exit::StoppedAs(_)) {
+            say("the same command goes on");
+        }
+        if !tally.failed.is_empty() {
+            say("why rows failed:  fretwear campaign status --dir DIR");
+        }
+    }
+    Ok(tally.exit(arguments.resumable_exit))
+}
+
+/// A row, watched as a run of its own.
+fn alone(
+    arguments: &RunArguments,
+    folder: &Folder,
+    about: &About,
+    campaign: &Campaign,
+    index: usize,
+) -> Result<Ended, CliError> {
+    if let Some(ended) = ended_before(arguments, folder, about, index)? {
+        return Ok(ended);
+    }
+    #[cfg(target_os = "linux")]
+    if arguments.attached {
+        let signal = rustix::process::Signal::TERM;
+        // Where that cannot be had, a row that nobody waits for any more goes on to its end.
+        let _ = rustix::process::set_parent_process_death_signal(Some(signal));
+    }
+    let execution = &arguments.execution;
+    let exit = i32::from(arguments.resumable_exit);
+    let stopping = Stopping::listen(execution.max_wall, exit).map_err(CliError::Signals)?;
+    row(
+        arguments,
+        folder,
+        about,
+        campaign,
+        index,
+        &stopping,
+        execution.quiet,
+    )
+}
+
+fn one_by_one(
+    arguments: &RunArguments,
+    folder: &Folder,
+    about: &About,
+    campaign: &Campaign,
+    rows: &[usize],
+) -> Result<Tally, CliError> {
+    let execution = &arguments.execution;
+    let exit = i32::from(arguments.resumable_exit);
+    let stopping = Stopping::listen(execution.max_wall, exit).map_err(CliError::Signals)?;
+    let progress = Rows::new(rows.len(), 0, execution.quiet);
+    let mut tally = Tally::default();
+    for (place, &index) in rows.iter().enumerate() {
+        let worked = tally.done > 0;
+        // A start computes something in any case, so that one with little time after another gets through.
+        if stopping.is_asked() || (worked && stopping.is_late()) {
+            tally.left = rows.len() - place;
+            break;
+        }
+        let ended = match ended_before(arguments, folder, about, index)? {
+            Some(ended) => ended,
+            None => row(arguments, folder, about, campaign, index, &stopping, true)?,
+        };
+        tally.add(index, &ended);
+        match &ended {
+            Ended::Done => progress.ended(&format!("row {index}: done")),
+            Ended::Before => progress.ended(&format!("row {index}: done before")),
+            Ended::Failed(error) => {
+                let reason = match error {
+                    CliError::RowFailed { .. } => error.to_string(),
+                    error => format!("row {index} failed: {error}"),
+                };
+                progress.say(&reason);
+                progress.ended(&format!("row {index}: failed"));
+            }
+            Ended::InUse => progress.say(&format!("row {index} is computed by another process")),
+            Ended::Stopped => {
+                tally.left = rows.len() - place - 1;
+                break;
+            }
+        }
+    }
+    progress.finish();
+    Ok(tally)
+}
+
+/// What became of a row that needs no computing, if it is one.
+fn ended_before(
+    arguments: &RunArguments,
+    folder: &Folder,
+    about: &About,
+    index: usize,
+) -> Result<Option<Ended>, CliError> {
+    Ok(match folder.state(index)? {
+        State::Done => {
+            folder.tidy(index, about.keep)?;
+            Some(Ended::Before)
+        }
+        State::Failed => {
+            let failure = folder.failure(index)?;
+            match failure.filter(|failure| !(failure.again || arguments.retry)) {
+                Some(failure) => {
+                    let reason = failure.message;
+                    Some(Ended::Failed(CliError::RowFailed { index, reason }))
+                }
+                None => {
+                    folder.forget(index)?;
+                    None
+                }
+            }
+        }
+        _ => None,
+    })
+}
+
+/// Computes a row, and keeps what became of it.
+fn row(
+    arguments: &RunArguments,
+    folder: &Folder,
+    about: &About,
+    campaign: &Campaign,
+    index: usize,
+    stopping: &Stopping,
+    quiet: bool,
+) -> Result<Ended, CliError> {
+    let computed = compute(arguments, folder, about, campaign, index, stopping, quiet);
+    let error = match computed {
+        Ok(ended) => return Ok(ended),
+        Err(error) => error,
+    };
+    if let CliError::Run(RunError::Store(StoreError::Locked { .. })) = &error {
+        return Ok(Ended::InUse);
+    }
+    // The disk and the machine may be better next time; a scene computes to the same failure.
+    let again = matches!(
+        &error,
+        CliError::Run(RunError::Store(_)) | CliError::Campaign(_)
+    );
+    let failure = Failure::now(error.to_string(), again);
+    if let Err(unkept) = folder.fail(index, &failure) {
+        say(&format!(
+            "warning: why row {index} failed cannot be kept: {unkept}"
+        ));
+    }
+    Ok(Ended::Failed(error))
+}
+
+fn compute(
+    arguments: &RunArguments,
+    folder: &Folder,
+    about: &About,
+    campaign: &Campaign,
+    index: usize,
+    stopping: &Stopping,
+    quiet: bool,
+) -> Result<Ended, CliError> {
+    let planned = &campaign.rows[index];
+    let plan = plan_of(folder, about, &planned.settings)?;
+    if content_key(&plan) != planned.content_key {
+        return Err(CliError::RowChanged {
+            reason: format!(
+                "row {index} is not what was planned: a file that its scene names has changed since, or the program (it was planned by version {}); put the file back, or plan the campaign in another folder",
+                about.program_version
+            ),
+        });
+    }
+    let mut files: Arc<dyn FileSystem> = Arc::new(RealFileSystem);
+    // Of a run whose folder goes in the end nothing needs to be on the disk before.
+    let durability = plan.inputs.recipe.output.durability;
+    if (about.keep, durability) == (KeepRuns::History, Durability::End) {
+        files = Arc::new(UnsyncedFileSystem(files));
+    }
+    let (root, _claim) = match &arguments.scratch {
+        None => (folder.run(index), None),
+        Some(scratch) => {
+            let name = format!("{index:06}-{}", &planned.content_key[..16]);
+            let claim = match folder.claim(index)? {
+                LockAttempt::Taken(guard) => guard,
+                LockAttempt::Held { pid } => {
+                    let path = folder.run(index);
+                    return Err(StoreError::Locked { path, pid }.into());
+                }
+            };
+            (scratch.join(name), Some(claim))
+        }
+    };
+    let watcher = Watcher::new(&plan.inputs.recipe, &root, quiet);
+    let watcher = watcher.stopped_by(stopping, "the same command");
+    let options = RunOptions {
+        inputs: &plan.inputs,
+        root: root.clone(),
+        source: None,
+        until: None,
+        threads: arguments.execution.threads,
+        cache: cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder)),
+        file_system: files.clone(),
+        stop: &|commits| stopping.is_asked() || (commits > 0 && stopping.is_late()),
+    };
+    let result = stages::run(&options, &watcher);
+    watcher.finish();
+    if result?.ending == Ending::Stopped {
+        return Ok(Ended::Stopped);
+    }
+    let history = RunReader::open(files, &root)?.history()?;
+    let bytes = history.to_bytes().map_err(|source| CampaignError::Table {
+        path: root.clone(),
+        source: Box::new(source),
+    })?;
+    folder.end(index, &bytes, about.keep)?;
+    if arguments.scratch.is_some() {
+        // Whoever gives scratch takes it away; what is left there serves no other row.
+        drop(RealFileSystem.remove_dir_all(&root));
+    }
+    Ok(Ended::Done)
+}

@@ -1,0 +1,164 @@
+//! `fretwear campaign status` and `campaign collect`.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use fretwear::campaign::State;
+use fretwear::report::word;
+use serde_json::json;
+
+use super::{CliError, Exit, folder};
+use crate::progress::duration;
+use crate::terminal::{Results, say};
+
+/// Rows that are named of many.
+const NAMED: usize = 8;
+
+pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
+    let folder = folder(root);
+    let (about, campaign) = folder.open()?;
+    let states = folder.states(campaign.rows.len())?;
+    let of = |state: State| -> Vec<usize> {
+        let all = states.iter().enumerate();
+        all.filter(|(_, own)| **own == state)
+            .map(|(index, _)| index)
+            .collect()
+    };
+    let begun = of(State::Begun);
+    let (running, stopped): (Vec<usize>, Vec<usize>) = begun
+        .into_iter()
+        .partition(|index| folder.holder(*index).is_some());
+    let (done, waiting) = (of(State::Done), of(State::Waiting));
+    let failures = folder.failures(&states)?;
+    let collected = folder.collected()?.len();
+    // Where all is rehearsed.
+    let open = running.iter().chain(&stopped).chain(&waiting);
+    let mut seconds = Some(0.0);
+    for index in open {
+        seconds = seconds
+            .zip(campaign.rows[*index].seconds)
+            .map(|(sum, own)| sum + own);
+    }
+    if as_json {
+        out.json(&json!({
+            "title": about.title,
+            "rows": campaign.rows.len(),
+            "done": done.len(),
+            "running": running,
+            "stopped": stopped,
+            "failed": failures.iter().map(|(index, failure)| json!({
+                "index": index,
+                "settings": campaign.rows[*index].settings,
+                "when": failure.when,
+                "reason": failure.message,
+                "tried_again": failure.again,
+            })).collect::<Vec<_>>(),
+            "waiting": waiting.len(),
+            "collected": collected,
+            "seconds_left": seconds,
+        }));
+        return Ok(Exit::Done);
+    }
+    writeln!(
+        out,
+        "{}: {}, {} rows",
+        root.display(),
+        about.title,
+        campaign.rows.len()
+    );
+    let mut line = |name: &str, rows: &[usize]| {
+        if !rows.is_empty() {
+            writeln!(out, "  {name:<10} {}{}", rows.len(), named(rows));
+        }
+    };
+    line("running", &running);
+    line("stopped", &stopped);
+    writeln!(
+        out,
+        "  {:<10} {}, {collected} of them collected",
+        "done",
+        done.len()
+    );
+    if !waiting.is_empty() {
+        writeln!(out, "  {:<10} {}", "waiting", waiting.len());
+    }
+    if let Some(seconds) = seconds.filter(|seconds| *seconds > 0.0) {
+        writeln!(
+            out,
+            "  {:<10} about {} of one core, as planned",
+            "to go",
+            duration(seconds)
+        );
+    }
+    if !failures.is_empty() {
+        writeln!(out, "  {:<10} {}", "failed", failures.len());
+    }
+    // The same reason once.
+    let mut reasons: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (index, failure) in &failures {
+        reasons.entry(&failure.message).or_default().push(*index);
+    }
+    for (reason, rows) in reasons {
+        writeln!(out, "    {}{}", reason, named(&rows));
+    }
+    Ok(Exit::Done)
+}
+
+/// Some rows by their indices.
+fn named(rows: &[usize]) -> String {
+    let shown: Vec<String> = rows.iter().take(NAMED).map(ToString::to_string).collect();
+    let more = if rows.len() > NAMED { ", …" } else { "" };
+    format!(": row {}{more}", shown.join(", "))
+}
+
+pub fn collect(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
+    let folder = folder(root);
+    let (_, campaign) = folder.open()?;
+    let collected = folder.collect(&campaign)?;
+    let shards: Vec<String> = collected
+        .shards
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    if as_json {
+        out.json(&json!({
+            "runs": collected.runs,
+            "collected": collected.all,
+            "rows": campaign.rows.len(),
+            "shards": shards,
+            "damaged": collected.damaged.iter().map(|(path, reason)| json!({
+                "path": path.display().to_string(),
+                "reason": reason,
+            })).collect::<Vec<_>>(),
+        }));
+    } else {
+        writeln!(
+            out,
+            "{}: {} runs collected, {} of {} in all",
+            root.display(),
+            collected.runs,
+            collected.all,
+            campaign.rows.len()
+        );
+        for shard in shards {
+            writeln!(out, "  {shard}");
+        }
+        if collected.all > 0 {
+            writeln!(
+                out,
+                "look at them:  fretwear campaign report --dir {}",
+                word(root)
+            );
+        }
+    }
+    for (path, reason) in &collected.damaged {
+        say(&format!(
+            "damaged: {}: {reason}; it is left out: remove it and run its row again, which ends in the same",
+            path.display()
+        ));
+    }
+    Ok(match collected.damaged.is_empty() {
+        true => Exit::Done,
+        false => Exit::Damaged,
+    })
+}

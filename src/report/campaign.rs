@@ -1,0 +1,493 @@
+//! The page on the runs of a campaign: what they end in, bands over the cycles, which key moves which figure, and which runs failed.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::ReportError;
+use super::html::{NONE, Section, escaped, table};
+use super::output::replace;
+use super::plot::{Axis, Chart, Curve, Drawing, Mark, style_of_run, style_sheet};
+use super::quantity::{
+    ENERGY, FORCE, FREQUENCY, LENGTH, PRESSURE, SHARE, STIFFNESS, Units, VOLUME, VOLUME_RATE,
+    digits, in_unit, unit_of,
+};
+use super::script::{SCRIPT, policy};
+use crate::campaign::statistics::{QUANTILES, Spread};
+use crate::campaign::{About, Campaign, Failure, Figure, Findings, Resolved, Sensitivity, State};
+use crate::tables::{Provenance, TableError, to_parquet};
+
+const STYLE: &str = include_str!("page.css");
+
+/// Charts of a figure over the key that moves it most.
+const SCATTERS: usize = 6;
+/// Points of such a chart: more say no more, and make a page slow.
+const POINTS: usize = 1500;
+/// A key that explains less than this of a figure's variance, and whose ranks agree by no more than chance, is not shown over it.
+const LEAST_SHARE: f64 = 0.05;
+/// Rows that are named of those with the same reason.
+const NAMED: usize = 20;
+
+/// What a column of the summary is called, and in which units it is read.
+const NAMES: [(&str, &str, Units); 14] = [
+    ("wear_volume", "worn volume", VOLUME),
+    ("wear_rate", "wear rate", VOLUME_RATE),
+    ("dissipated_energy", "friction of a cycle", ENERGY),
+    ("dissipated_energy_total", "friction in all", ENERGY),
+    ("loaded_area_fraction", "loaded area", SHARE),
+    ("max_pressure", "largest pressure", PRESSURE),
+    ("normal_load", "normal load", FORCE),
+    ("approach", "approach", LENGTH),
+    ("rq", "Rq of the worn face", LENGTH),
+    ("kn", "normal stiffness kn", STIFFNESS),
+    ("kt", "tangential stiffness kt", STIFFNESS),
+    ("resonance_frequency", "resonance", FREQUENCY),
+    ("peak_frequency", "frequency of the peak", FREQUENCY),
+    ("peak_amplitude", "amplitude of the peak", LENGTH),
+];
+
+/// What a figure is called.
+pub fn title(figure: &str) -> &str {
+    let named = NAMES.iter().find(|(column, ..)| *column == figure);
+    named.map_or(figure, |(_, title, _)| title)
+}
+
+fn units(figure: &str) -> Units {
+    let named = NAMES.iter().find(|(column, ..)| *column == figure);
+    named.map_or(super::quantity::NUMBER, |(.., units)| units)
+}
+
+/// All that there is to say of a campaign.
+pub struct CampaignReport<'a> {
+    /// What it is.
+    pub about: &'a About,
+    /// Its rows.
+    pub campaign: &'a Campaign,
+    /// What became of them.
+    pub states: &'a [State],
+    /// Why some failed.
+    pub failures: &'a [(usize, Failure)],
+    /// What those that are collected say.
+    pub findings: &'a Findings,
+}
+
+fn shares(text: f64) -> String {
+    format!("{}\u{a0}%", digits(100.0 * text, 2))
+}
+
+/// A figure's values in one unit: mean, deviation, quantiles.
+pub fn told(figure: &Figure) -> [String; 5] {
+    let unit = unit_of(units(figure.name), figure.spread.mean.abs());
+    let Spread {
+        mean,
+        sd,
+        quantiles: [low, _, median, _, high],
+        ..
+    } = figure.spread;
+    [mean, sd, low, median, high].map(|value| in_unit(value, unit))
+}
+
+/// How a figure depends on a key, in short.
+pub fn depends(sensitivity: &Sensitivity) -> String {
+    let rank = sensitivity.rank.map(|rank| {
+        let sign = if rank < 0.0 { "−" } else { "+" };
+        format!("{sign}{:.2}", rank.abs())
+    });
+    let share = sensitivity.share.map(shares);
+    let parts: Vec<String> = rank.into_iter().chain(share).collect();
+    match parts.is_empty() {
+        true => NONE.to_owned(),
+        false => parts.join(", "),
+    }
+}
+
+impl CampaignReport<'_> {
+    /// The keys by which a figure varies, that which moves it most first.
+    pub fn movers(&self, figure: &str) -> Vec<&Sensitivity> {
+        let all = self.findings.sensitivities.iter();
+        let mut found: Vec<&Sensitivity> = all
+            .filter(|s| s.figure == figure)
+            .filter(|s| {
+                // Ranks of independent samples agree by less than this in 95 of 100.
+                let chance = 1.96 / (s.count.max(2) as f64 - 1.0).sqrt();
+                let rank = s.rank.map_or(0.0, f64::abs);
+                rank > chance || s.share.unwrap_or(0.0) >= LEAST_SHARE
+            })
+            .collect();
+        found.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
+        found
+    }
+
+    fn counts(&self) -> String {
+        let of = |state: State| self.states.iter().filter(|own| **own == state).count();
+        let mut parts = vec![format!(
+            "{} runs collected of {} rows",
+            self.findings.runs.rows.len(),
+            self.states.len()
+        )];
+        let counts = [
+            (of(State::Failed), "failed"),
+            (of(State::Begun), "begun and not ended"),
+            (of(State::Waiting), "not begun"),
+        ];
+        let told = counts.into_iter().filter(|(count, _)| *count > 0);
+        parts.extend(told.map(|(count, what)| format!("{count} {what}")));
+        parts.join(", ")
+    }
+
+    fn ends(&self) -> Section {
+        let heads = [
+            "figure",
+            "runs",
+            "mean",
+            "deviation",
+            "5 %",
+            "median",
+            "95 %",
+        ];
+        let rows = self.findings.figures.iter().map(|figure| {
+            let [mean, sd, low, median, high] = told(figure);
+            let name = title(figure.name).to_owned();
+            let count = figure.spread.count.to_string();
+            vec![name, count, mean, sd, low, median, high]
+        });
+        let rows: Vec<Vec<String>> = rows.collect();
+        Section {
+            id: "ends",
+            title: "What the runs end in".to_owned(),
+            html: table(&heads.map(str::to_owned), &rows, true)
+                + "<p class=\"note\">Each run at its last iteration. Deviation is the standard deviation over the runs; 5 % of the runs lie below \
+                   the value at 5 %. The error bars of single runs are in their tables.</p>\n",
+        }
+    }
+
+    fn sensitivities(&self) -> Section {
+        let keys: Vec<&String> = self.campaign.keys.iter().map(|key| &key.name).collect();
+        let mut heads = vec!["figure".to_owned()];
+        heads.extend(keys.iter().map(|key| (*key).clone()));
+        let all = &self.findings.sensitivities;
+        let rows = self.findings.figures.iter().filter_map(|figure| {
+            let own: Vec<&Sensitivity> = all.iter().filter(|s| s.figure == figure.name).collect();
+            if own.is_empty() {
+                return None;
+            }
+            let cell = |key: &&String| {
+                let found = own.iter().find(|s| s.key == **key);
+                found.map_or(NONE.to_owned(), |s| depends(s))
+            };
+            let cells = keys.iter().map(cell);
+            Some(
+                [title(figure.name).to_owned()]
+                    .into_iter()
+                    .chain(cells)
+                    .collect(),
+            )
+        });
+        let rows: Vec<Vec<String>> = rows.collect();
+        let count = self.findings.runs.rows.len();
+        let chance = 1.96 / (count.max(2) as f64 - 1.0).sqrt();
+        Section {
+            id: "sensitivity",
+            title: "Which key moves which figure".to_owned(),
+            html: table(&heads, &rows, true)
+                + &format!(
+                    "<p class=\"note\">The first number is Spearman’s rank correlation, −1 to +1: whether the figure rises with the key. Of {count} \
+                     runs, ±{chance:.2} and less is no more than chance. The second is the first-order Sobol index, the part of the figure’s variance \
+                     that the key alone explains, estimated from these runs by classes of the key, less what chance gives them; what the keys of a \
+                     row leave of 100 % is due to keys together, or to what does not vary here by itself.</p>\n"
+                ),
+        }
+    }
+
+    fn keys(&self) -> Section {
+        let heads = ["key", "values", "from", "to"].map(str::to_owned);
+        let rows = self.campaign.keys.iter().enumerate().map(|(k, key)| {
+            let values = || self.campaign.rows.iter().map(|row| &row.values[k]);
+            let mut texts: Vec<String> = values().map(Resolved::text).collect();
+            let numbers: Option<Vec<f64>> = values().map(Resolved::number).collect();
+            texts.sort();
+            texts.dedup();
+            let [from, to] = match numbers {
+                Some(numbers) => {
+                    let least = numbers.iter().copied().fold(f64::INFINITY, f64::min);
+                    let most = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                    [digits(least, 4), digits(most, 4)]
+                }
+                None => [texts[0].clone(), texts[texts.len() - 1].clone()],
+            };
+            vec![key.name.clone(), texts.len().to_string(), from, to]
+        });
+        Section {
+            id: "keys",
+            title: "What varies".to_owned(),
+            html: table(&heads, &rows.collect::<Vec<_>>(), true)
+                + &format!(
+                    "<p class=\"note\">In SI units. The scene is {}; planned by fretwear {}.</p>\n",
+                    escaped(&self.about.scene_name),
+                    escaped(&self.about.program_version)
+                ),
+        }
+    }
+
+    fn failed(&self) -> Option<Section> {
+        let mut reasons: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+        for (index, failure) in self.failures {
+            reasons.entry(&failure.message).or_default().push(*index);
+        }
+        let rows: Vec<Vec<String>> = reasons
+            .into_iter()
+            .map(|(reason, rows)| {
+                let shown: Vec<String> = rows.iter().take(NAMED).map(ToString::to_string).collect();
+                let more = if rows.len() > NAMED { ", …" } else { "" };
+                let settings = self.campaign.rows[rows[0]].settings.join(", ");
+                let of_first = format!("{settings} (row {})", rows[0]);
+                vec![
+                    reason.to_owned(),
+                    rows.len().to_string(),
+                    format!("{}{more}", shown.join(", ")),
+                    of_first,
+                ]
+            })
+            .collect();
+        let heads = ["reason", "rows", "which", "keys of the first"].map(str::to_owned);
+        (!rows.is_empty()).then(|| Section {
+            id: "failed",
+            title: "Runs that failed".to_owned(),
+            html: table(&heads, &rows, false),
+        })
+    }
+
+    /// Bands of a figure over the cycles.
+    fn band(&self, figure: &Figure) -> Result<Option<Drawing>, ReportError> {
+        // One that is the same in all runs at all times draws nothing but a line.
+        let varies = |(_, s): &(f64, Spread)| s.most > s.least;
+        if figure.band.len() < 2 || !figure.band.iter().any(varies) {
+            return Ok(None);
+        }
+        let largest = figure.band.iter().map(|(_, s)| s.quantiles[4].abs());
+        let unit = unit_of(units(figure.name), largest.fold(0.0, f64::max));
+        let curve = |name: &str, style: usize, mark: Mark, of: &dyn Fn(&Spread) -> f64| {
+            let points = figure.band.iter().map(|(x, s)| [*x, of(s) / unit.size]);
+            Curve {
+                mark,
+                ..Curve::line(name, style, points.collect())
+            }
+        };
+        let style = style_of_run(0);
+        let mut curves = Vec::new();
+        for (k, part) in QUANTILES.iter().enumerate() {
+            let (name, place) = match k {
+                0 | 4 => ("5 % and 95 %", 1),
+                1 | 3 => ("25 % and 75 %", 2),
+                _ => ("median", 0),
+            };
+            // Two lines of one meaning have one name.
+            let name = if *part <= 0.5 { name } else { "" };
+            let mark = if place == 0 { Mark::Line } else { Mark::Thin };
+            curves.push(curve(name, style_of_run(place), mark, &|s| s.quantiles[k]));
+        }
+        curves.push(curve("mean", style + 3, Mark::Thin, &|s| s.mean));
+        let positive = figure.band.iter().map(|(x, _)| *x).filter(|x| *x > 0.0);
+        let least = positive.fold(f64::INFINITY, f64::min);
+        let chart = Chart {
+            title: title(figure.name).to_owned(),
+            x: Axis {
+                label: "cycles".to_owned(),
+                log: true,
+                zero: Some(10f64.powf(least.log10().ceil() - 1.0)),
+                range: None,
+            },
+            y: Axis {
+                label: labelled(title(figure.name), unit.symbol),
+                ..Axis::default()
+            },
+            curves,
+            equal_scale: false,
+        };
+        chart.draw().map(Some).map_err(drawing)
+    }
+
+    /// A figure over the key that moves it most, one point a run.
+    fn scatter(&self, figure: &Figure, key: &Sensitivity) -> Result<Option<Drawing>, ReportError> {
+        let Some(k) = self
+            .campaign
+            .keys
+            .iter()
+            .position(|own| own.name == key.key)
+        else {
+            return Ok(None);
+        };
+        let unit = unit_of(units(figure.name), figure.spread.most.abs());
+        let rows = self.findings.runs.rows.iter().zip(&figure.ends);
+        let points: Vec<[f64; 2]> = rows
+            .filter_map(|(row, end)| {
+                let x = self.campaign.rows[*row].values[k].number()?;
+                Some([x, (*end)? / unit.size])
+            })
+            .collect();
+        if points.len() < 2 {
+            return Ok(None);
+        }
+        let every = points.len().div_ceil(POINTS);
+        let points = points.into_iter().step_by(every).collect();
+        let chart = Chart {
+            title: format!("{} over {}", title(figure.name), key.key),
+            x: Axis {
+                label: format!("{}, SI units", key.key),
+                ..Axis::default()
+            },
+            y: Axis {
+                label: labelled(title(figure.name), unit.symbol),
+                ..Axis::default()
+            },
+            curves: vec![Curve {
+                mark: Mark::Points,
+                ..Curve::line("", style_of_run(1), points)
+            }],
+            equal_scale: false,
+        };
+        chart.draw().map(Some).map_err(drawing)
+    }
+
+    /// The page, as one HTML file that needs no other.
+    ///
+    /// # Errors
+    /// [`ReportError::Draw`]
+    pub fn html(&self) -> Result<String, ReportError> {
+        let mut bands = String::new();
+        for (k, figure) in self.findings.figures.iter().enumerate() {
+            if let Some(drawing) = self.band(figure)? {
+                bands += &(drawing.inline(&format!("band-{k}")) + "\n");
+            }
+        }
+        let mut scatters = (0, String::new());
+        for (k, figure) in self.findings.figures.iter().enumerate() {
+            let Some(key) = self
+                .movers(figure.name)
+                .into_iter()
+                .find(|s| s.rank.is_some())
+            else {
+                continue;
+            };
+            if scatters.0 < SCATTERS
+                && let Some(drawing) = self.scatter(figure, key)?
+            {
+                scatters.0 += 1;
+                scatters.1 += &(drawing.inline(&format!("scatter-{k}")) + "\n");
+            }
+        }
+        let drawn = |id: &'static str, title: &str, drawings: String, note: &str| {
+            (!drawings.is_empty()).then(|| Section {
+                id,
+                title: title.to_owned(),
+                html: format!(
+                    "<div class=\"drawings\">\n{drawings}</div>\n<p class=\"note\">{note}</p>\n"
+                ),
+            })
+        };
+        let bands = drawn(
+            "bands",
+            "Bands over the cycles",
+            bands,
+            "Of the runs that have come as far, at least half of all; a run between two iterations is taken on the straight line between them.",
+        );
+        let scatters = drawn(
+            "over-keys",
+            "Figures over the keys that move them most",
+            scatters.1,
+            "One point a run.",
+        );
+        let sections: Vec<Section> = [
+            Some(self.ends()),
+            bands,
+            Some(self.sensitivities()),
+            scatters,
+        ]
+        .into_iter()
+        .chain([self.failed(), Some(self.keys())])
+        .flatten()
+        .collect();
+        let contents: String = sections
+            .iter()
+            .map(|s| format!("<li><a href=\"#{}\">{}</a></li>\n", s.id, escaped(&s.title)))
+            .collect();
+        let body: String = sections
+            .iter()
+            .map(|s| {
+                format!(
+                    "<section id=\"{}\">\n<h2>{}</h2>\n{}</section>\n",
+                    s.id,
+                    escaped(&s.title),
+                    s.html
+                )
+            })
+            .collect();
+        let title = escaped(&self.about.title);
+        Ok(format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n\
+             <meta name=\"generator\" content=\"fretwear {version}\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
+             <title>{title}</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>\n{}{STYLE}</style>\n</head>\n<body>\n\
+             <header>\n<h1>{title}</h1>\n<p class=\"lead\">{}</p>\n</header>\n\
+             <nav aria-label=\"Contents\">\n<ol>\n{contents}</ol>\n</nav>\n<main>\n{body}</main>\n\
+             <footer>fretwear {version}</footer>\n<script>{SCRIPT}</script>\n</body>\n</html>\n",
+            style_sheet(),
+            escaped(&self.counts()),
+            version = env!("CARGO_PKG_VERSION"),
+            policy = policy(),
+        ))
+    }
+
+    /// Writes the page, and its tables beside it; the files, the page first. What is there is replaced.
+    ///
+    /// # Errors
+    /// [`ReportError`]
+    pub fn write(&self, page: &Path) -> Result<Vec<PathBuf>, ReportError> {
+        let mut written = Vec::new();
+        let mut keep = |path: PathBuf, bytes: &[u8]| {
+            let done = replace(&path, bytes);
+            done.map_err(|source| ReportError::Io {
+                path: path.clone(),
+                source,
+            })?;
+            written.push(path);
+            Ok::<(), ReportError>(())
+        };
+        keep(page.to_owned(), self.html()?.as_bytes())?;
+        let failed = |source: TableError| ReportError::Table {
+            path: page.to_owned(),
+            source: Box::new(source),
+        };
+        let provenance = Provenance {
+            // Of many scenes.
+            scene_hash: String::new(),
+            program_version: env!("CARGO_PKG_VERSION").to_owned(),
+        };
+        for table in self.findings.tables().map_err(failed)? {
+            let bytes = to_parquet(&table, &provenance).map_err(failed)?;
+            let name = format!("{}.parquet", table.schema().name);
+            keep(page.with_file_name(name), &bytes)?;
+        }
+        Ok(written)
+    }
+}
+
+/// How strongly a key moves a figure, for its order.
+fn strength(sensitivity: &Sensitivity) -> f64 {
+    let by_rank = sensitivity.rank.map_or(0.0, |rank| rank * rank);
+    sensitivity.share.unwrap_or(0.0).max(by_rank)
+}
+
+fn labelled(name: &str, symbol: &str) -> String {
+    match symbol {
+        "" => name.to_owned(),
+        symbol => format!("{name}, {symbol}"),
+    }
+}
+
+fn drawing(source: super::PlotError) -> ReportError {
+    ReportError::Draw {
+        figure: "campaign",
+        source,
+    }
+}

@@ -1,0 +1,99 @@
+//! Runs that wait for the disk once, at their end.
+
+use super::error::StoreError;
+use super::file_system::{Entry, EntryKind, FileSystem, LockAttempt, Metadata};
+use super::files::io_error;
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+
+/// A file system whose calls do not wait for the disk. What is written is there for every reader, also after the process is killed; a loss
+/// of power may leave files that are cut.
+pub struct UnsyncedFileSystem(pub Arc<dyn FileSystem>);
+
+impl FileSystem for UnsyncedFileSystem {
+    fn create_dir_all(&self, path: &Path) -> io::Result<()> {
+        self.0.create_dir_all(path)
+    }
+
+    fn write_new(&self, path: &Path, bytes: &[u8]) -> io::Result<()> {
+        self.0.write_new(path, bytes)
+    }
+
+    fn sync_file(&self, _path: &Path) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn read(&self, path: &Path, most: u64) -> io::Result<Vec<u8>> {
+        self.0.read(path, most)
+    }
+
+    fn hash(&self, path: &Path) -> io::Result<blake3::Hash> {
+        self.0.hash(path)
+    }
+
+    fn rename(&self, from: &Path, to: &Path) -> io::Result<()> {
+        self.0.rename(from, to)
+    }
+
+    fn sync_dir(&self, _path: &Path) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn remove_file(&self, path: &Path) -> io::Result<()> {
+        self.0.remove_file(path)
+    }
+
+    fn remove_dir_all(&self, path: &Path) -> io::Result<()> {
+        self.0.remove_dir_all(path)
+    }
+
+    fn list(&self, path: &Path) -> io::Result<Vec<Entry>> {
+        self.0.list(path)
+    }
+
+    fn metadata(&self, path: &Path) -> io::Result<Option<Metadata>> {
+        self.0.metadata(path)
+    }
+
+    fn free_space(&self, path: &Path) -> io::Result<u64> {
+        self.0.free_space(path)
+    }
+
+    fn try_lock(&self, path: &Path) -> io::Result<LockAttempt> {
+        self.0.try_lock(path)
+    }
+}
+
+/// Folders above a run that its start may have made, as `runs` of `runs/NAME`: their names are to last too.
+const ABOVE: usize = 2;
+
+/// Returns when a run and what is below its folder is on the disk, each file before the folder that names it.
+///
+/// # Errors
+/// [`StoreError::Io`]
+pub fn sync_all(files: &dyn FileSystem, root: &Path) -> Result<(), StoreError> {
+    sync_below(files, root)?;
+    for folder in root.ancestors().skip(1).take(ABOVE) {
+        let folder = match folder.as_os_str().is_empty() {
+            true => Path::new("."),
+            false => folder,
+        };
+        let synced = files.sync_dir(folder);
+        synced.map_err(io_error("sync the folder", folder))?;
+    }
+    Ok(())
+}
+
+fn sync_below(files: &dyn FileSystem, folder: &Path) -> Result<(), StoreError> {
+    for entry in files.list(folder).map_err(io_error("list", folder))? {
+        let path = folder.join(&entry.name);
+        match entry.kind {
+            EntryKind::Folder => sync_below(files, &path)?,
+            EntryKind::File => files.sync_file(&path).map_err(io_error("sync", &path))?,
+            EntryKind::Link | EntryKind::Other => (),
+        }
+    }
+    let synced = files.sync_dir(folder);
+    synced.map_err(io_error("sync the folder", folder))
+}

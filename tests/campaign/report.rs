@@ -1,0 +1,139 @@
+//! The report of a campaign.
+
+use std::fs;
+
+use fretwear::tables::{TableName, from_parquet};
+
+use super::planned;
+use crate::support::{Bench, latest, summary};
+
+/// The worn volume is as the wear coefficient, so that the other key has next to nothing to say.
+const DRAWS: &str = "[random]\nn = 24\nseed = 2\nwear.coefficient = { distribution = \"log_uniform\", low = \"1e3 um^3/J\", high = \"4e3 um^3/J\" }\nfidelity.normal_tolerance = { distribution = \"log_uniform\", low = 1e-7, high = 1e-6 }\n";
+
+fn reported(bench: &Bench) -> serde_json::Value {
+    bench.done(&["campaign", "collect", "--dir", "c"]);
+    bench
+        .done(&["campaign", "report", "--dir", "c", "--json"])
+        .json()
+}
+
+#[test]
+fn a_report_has_bands_sensitivities_and_failures() {
+    let bench = planned(DRAWS);
+    bench.done(&["campaign", "run", "--dir", "c", "--jobs", "2", "-q"]);
+    // One that failed, as it would be kept.
+    let ended = bench.path("c/ended/000009.parquet");
+    fs::remove_file(ended).expect("removed");
+    fs::create_dir(bench.path("c/failed")).expect("a folder");
+    let failure = "{\"when\":\"now\",\"message\":\"it <b>broke\",\"again\":false}";
+    fs::write(bench.path("c/failed/000009.json"), failure).expect("written");
+    let found = reported(&bench);
+    assert_eq!(found["runs"], 23);
+
+    let row = |table: &str, figure: &str, key: Option<&str>| {
+        let rows = found[table].as_array().expect("rows").iter();
+        let mut own =
+            rows.filter(|row| row["figure"] == figure && key.is_none_or(|key| row["key"] == key));
+        own.next()
+            .cloned()
+            .unwrap_or_else(|| panic!("no {figure} in {table}"))
+    };
+    let by = |key| row("sensitivities", "wear_volume", Some(key));
+    let coefficient = by("wear.coefficient");
+    assert!(
+        coefficient["rank"].as_f64().expect("a number") > 0.99,
+        "{coefficient}"
+    );
+    assert!(
+        coefficient["share"].as_f64().expect("a number") > 0.9,
+        "{coefficient}"
+    );
+    let tolerance = by("fidelity.normal_tolerance");
+    assert!(
+        tolerance["share"].as_f64().expect("a number") < 0.3,
+        "{tolerance}"
+    );
+
+    // The figures are those of the runs.
+    let mut ends: Vec<f64> = (0..24)
+        .filter(|k| *k != 9)
+        .map(|k| {
+            let root = bench.path(&format!("c/runs/{k:06}"));
+            summary(&root, latest(&root), "wear_volume")
+        })
+        .collect();
+    ends.sort_by(f64::total_cmp);
+    let volume = row("figures", "wear_volume", None);
+    assert_eq!(volume["q50"].as_f64(), Some(ends[11]));
+    assert_eq!(
+        (volume["least"].as_f64(), volume["most"].as_f64()),
+        (Some(ends[0]), Some(ends[22]))
+    );
+    let mean = ends.iter().sum::<f64>() / 23.0;
+    assert!((volume["mean"].as_f64().expect("a number") / mean - 1.0).abs() < 1e-12);
+
+    // A band begins without wear and ends where the runs do.
+    let band: Vec<_> = found["bands"]
+        .as_array()
+        .expect("rows")
+        .iter()
+        .filter(|row| row["figure"] == "wear_volume")
+        .collect();
+    assert_eq!(
+        (&band[0]["cycles"], &band[0]["q95"]),
+        (&0.0.into(), &0.0.into())
+    );
+    let last = band[band.len() - 1];
+    assert_eq!(
+        (&last["cycles"], &last["q50"]),
+        (&200_000.0.into(), &volume["q50"])
+    );
+    let medians: Vec<f64> = band
+        .iter()
+        .map(|row| row["q50"].as_f64().expect("a number"))
+        .collect();
+    assert!(medians.is_sorted());
+
+    let page = fs::read_to_string(bench.path("c/report.html")).expect("a page");
+    for part in [
+        "Bands over the cycles",
+        "wear.coefficient",
+        "it &lt;b&gt;broke",
+        "1 failed",
+    ] {
+        assert!(page.contains(part), "no {part:?}");
+    }
+    assert!(!page.contains("<b>broke"));
+    // It needs no other file.
+    for loads in ["http://", "https://", " src=", "@import", "url("] {
+        let outside = page.replace("data:,", "");
+        assert!(!outside.contains(loads), "{loads}");
+    }
+    for name in [
+        TableName::CampaignFigure,
+        TableName::CampaignBand,
+        TableName::CampaignSensitivity,
+    ] {
+        let schema = name.schema();
+        let bytes = fs::read(bench.path(&format!("c/{}.parquet", schema.name))).expect("a table");
+        assert!(from_parquet(&bytes, schema).expect("it reads").rows() > 0);
+    }
+}
+
+#[test]
+fn there_is_no_report_of_nothing() {
+    let bench = planned(super::GRID);
+    let did = bench.fretwear(&["campaign", "report", "--dir", "c"]);
+    assert_eq!(did.code(), 2);
+    assert!(
+        did.stderr().contains("campaign collect --dir c"),
+        "{}",
+        did.stderr()
+    );
+    // One run alone has a figure, and nothing that varies.
+    bench.done(&["campaign", "run", "--dir", "c", "--index", "5", "-q"]);
+    let found = reported(&bench);
+    assert_eq!(found["runs"], 1);
+    assert_eq!(found["sensitivities"].as_array().map(Vec::len), Some(0));
+    assert!(!found["figures"].as_array().expect("rows").is_empty());
+}

@@ -1,0 +1,144 @@
+//! Statistics against samples whose figures are known.
+
+use std::f64::consts::PI;
+
+use fretwear::campaign::statistics::{at, classes, rank_correlation, spread, variance_share};
+
+use crate::support::Chance;
+
+/// Of sums in floating point.
+const ROUNDING: f64 = 1e-12;
+
+#[test]
+fn the_spread_of_a_sample() {
+    let values: Vec<f64> = (0..=100)
+        .map(f64::from)
+        .chain([f64::NAN, f64::INFINITY])
+        .collect();
+    let found = spread(&values).expect("values");
+    assert_eq!((found.count, found.least, found.most), (101, 0.0, 100.0));
+    assert!((found.mean - 50.0).abs() < ROUNDING);
+    // n(n + 1)/12 of n + 1 equidistant values.
+    assert!((found.sd - (101.0_f64 * 102.0 / 12.0).sqrt()).abs() < ROUNDING);
+    // h = (n + 1/3) p + 1/3 of Hyndman and Fan, from 1.
+    for (part, quantile) in [0.05, 0.25, 0.5, 0.75, 0.95]
+        .into_iter()
+        .zip(found.quantiles)
+    {
+        let expected = (101.0 + 1.0 / 3.0) * part + 1.0 / 3.0 - 1.0;
+        assert!(
+            (quantile - expected).abs() < 1e-9,
+            "{part}: {quantile}, not {expected}"
+        );
+    }
+    let one = spread(&[3.0]).expect("a value");
+    assert_eq!((one.sd, one.quantiles), (0.0, [3.0; 5]));
+    assert_eq!(spread(&[f64::NAN]), None);
+}
+
+#[test]
+fn ranks_agree_whatever_the_form() {
+    let x: Vec<f64> = (0..30).map(f64::from).collect();
+    let of =
+        |f: &dyn Fn(f64) -> f64| rank_correlation(&x, &x.iter().map(|x| f(*x)).collect::<Vec<_>>());
+    assert!((of(&f64::exp).expect("a number") - 1.0).abs() < ROUNDING);
+    assert!((of(&|x| -x.powi(3)).expect("a number") + 1.0).abs() < ROUNDING);
+    assert_eq!(of(&|_| 2.0), None);
+    // Ties: 1, 2.5, 2.5, 4 against 1 to 4.
+    let tied = rank_correlation(&[1.0, 2.0, 3.0, 4.0], &[1.0, 5.0, 5.0, 9.0]).expect("a number");
+    assert!(
+        (tied - 4.5 / (5.0_f64 * 4.5).sqrt()).abs() < ROUNDING,
+        "{tied}"
+    );
+}
+
+/// y = 3a + b with independent a and b of the same spread: nine tenths, and one.
+#[test]
+fn parts_of_the_variance() {
+    let (mut a, mut b, mut y) = (Vec::new(), Vec::new(), Vec::new());
+    for i in 0..12 {
+        for j in 0..12 {
+            a.push(f64::from(i));
+            b.push(f64::from(j));
+            y.push(f64::from(3 * i + j));
+        }
+    }
+    let share = |x: &[f64]| variance_share(&classes(x), &y).expect("a number");
+    // Of 144 runs and 12 values, of which chance takes (k - 1)/(n - k) of what is left.
+    for (x, part) in [(&a, 0.9), (&b, 0.1)] {
+        let expected = 1.0 - (1.0 - part) * 143.0 / 132.0;
+        assert!(
+            (share(x) - expected).abs() < ROUNDING,
+            "{}, not {expected}",
+            share(x)
+        );
+    }
+    assert_eq!(variance_share(&classes(&a), &vec![1.0; 144]), None);
+    assert_eq!(variance_share(&[0, 1, 2], &[1.0, 2.0, 3.0]), None);
+}
+
+/// Ishigami and Homma's function, whose indices are known (a = 7, b = 0.1): the second key has no rank correlation, and the third no
+/// part of its own.
+#[test]
+fn a_function_whose_indices_are_known() {
+    const N: u32 = 8192;
+    // Classes of 91 values, whose means are off by a tenth of the deviation within them.
+    const OFF: f64 = 0.02;
+    let points: Vec<[f64; 3]> = (0..N)
+        .map(|k| [0, 1, 2].map(|d| PI * (2.0 * f64::from(sobol_burley::sample(k, d, 3)) - 1.0)))
+        .collect();
+    let y: Vec<f64> = points
+        .iter()
+        .map(|[a, b, c]| a.sin() + 7.0 * b.sin().powi(2) + 0.1 * c.powi(4) * a.sin())
+        .collect();
+    for (k, expected) in [0.313_905, 0.442_411, 0.0].into_iter().enumerate() {
+        let x: Vec<f64> = points.iter().map(|point| point[k]).collect();
+        let found = variance_share(&classes(&x), &y).expect("a number");
+        assert!(
+            (found - expected).abs() < OFF,
+            "key {k}: {found}, not {expected}"
+        );
+        let rank = rank_correlation(&x, &y).expect("a number");
+        match k {
+            0 => assert!(rank > 0.3, "{rank}"),
+            _ => assert!(rank.abs() < OFF, "key {k}: {rank}"),
+        }
+    }
+}
+
+/// A key without any influence explains next to nothing: chance is taken off.
+#[test]
+fn chance_explains_nothing() {
+    let mut chance = Chance::new(5);
+    let mut shares = Vec::new();
+    for _ in 0..50 {
+        let x: Vec<f64> = (0..200).map(|_| chance.next()).collect();
+        let y: Vec<f64> = (0..200).map(|_| chance.next()).collect();
+        shares.push(variance_share(&classes(&x), &y).expect("a number"));
+    }
+    let mean = shares.iter().sum::<f64>() / 50.0;
+    // 15 classes would explain 7 % by chance; what is below zero is cut, which leaves some 2 %.
+    assert!(mean < 0.03, "{mean}");
+}
+
+#[test]
+fn equal_values_are_in_one_class() {
+    let x: Vec<f64> = (0..400).map(|k| f64::from(k / 8)).collect();
+    let found = classes(&x);
+    for k in 0..400 {
+        assert_eq!(found[k], found[8 * (k / 8)]);
+    }
+    assert_eq!(found.iter().max(), Some(&19));
+    assert!(found.is_sorted());
+}
+
+#[test]
+fn a_course_between_its_points() {
+    let course = [[0.0, 1.0], [2.0, 5.0], [10.0, 5.5]];
+    assert_eq!(at(&course, 0.0), Some(1.0));
+    assert_eq!(at(&course, 0.5), Some(2.0));
+    assert_eq!(at(&course, 2.0), Some(5.0));
+    assert_eq!(at(&course, 10.0), Some(5.5));
+    assert_eq!(at(&course, 10.1), None);
+    assert_eq!(at(&course, -0.1), None);
+}
