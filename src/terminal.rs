@@ -9,6 +9,8 @@ use std::fmt::Arguments;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::path::Path;
+#[cfg(feature = "polars")]
+use std::process::{Command, Stdio};
 use std::sync::{Mutex, PoisonError};
 
 use fretwear::store::date;
@@ -133,4 +135,13 @@ impl Results {
             other => other,
         }
     }
+}
+
+/// A program that is started without the terminal: it reads nothing, and what it says is heard by nobody.
+#[cfg(feature = "polars")]
+pub fn silenced(program: &mut Command) -> &mut Command {
+    program
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
 }

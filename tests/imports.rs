@@ -428,6 +428,8 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "cli/",
             "main.rs",
             "progress/",
+            // A program that is started without the terminal.
+            "terminal.rs",
             "store/record.rs",
             "store/file_system.rs",
             // Two processes must not write into one draft.

@@ -286,6 +286,28 @@ pub struct TradeArguments {
     pub json: bool,
 }
 
+/// Laws of contact elements that the paper's study is computed with.
+#[cfg(feature = "polars")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum StudyLaw {
+    Paper,
+    Sliders,
+    Both,
+}
+
+#[cfg(feature = "polars")]
+impl StudyLaw {
+    /// One after the other.
+    pub fn laws(self) -> &'static [fretwear::study::Law] {
+        use fretwear::study::Law;
+        match self {
+            StudyLaw::Paper => &[Law::Paper],
+            StudyLaw::Sliders => &[Law::Sliders],
+            StudyLaw::Both => &[Law::Paper, Law::Sliders],
+        }
+    }
+}
+
 #[cfg(feature = "polars")]
 #[derive(Args)]
 pub struct ReproduceArguments {
@@ -293,11 +315,17 @@ pub struct ReproduceArguments {
     #[arg(long, value_name = "DIR", default_value = "runs/reproduce")]
     pub dir: PathBuf,
     /// Every scene of this folder, in place of the paper's
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(long, value_name = "FOLDER", conflicts_with = "law")]
     pub scenes: Option<PathBuf>,
-    /// Change a key in all scenes, as in `--set dynamics.damping_ratio=0.01`
+    /// Law of the contact elements: that of the paper, the sliders of this program, or one after the other
+    #[arg(long, value_name = "LAW", value_enum, default_value_t = StudyLaw::Paper)]
+    pub law: StudyLaw,
+    /// Change a key in all scenes of the joint, as in `--set dynamics.damping_ratio=0.01`
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
+    /// Runs computed at a time
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = parse_threads)]
+    pub jobs: usize,
     #[command(flatten)]
     pub execution: Execution,
     /// Print one JSON object: the claims, and what was found

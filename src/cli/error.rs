@@ -26,6 +26,11 @@ pub enum CliError {
         path.display()
     )]
     EditedScene { path: PathBuf, source: SceneError },
+    #[cfg(feature = "polars")]
+    #[error(
+        "cannot start, or wait for, a process that computes a run: {0}; with --jobs 1 there is none"
+    )]
+    Processes(std::io::Error),
     #[error("there is no run at {}; name the scene to begin it with", path.display())]
     NothingToRun { path: PathBuf },
     #[error("{table} is no table; the tables are {known}; `scene` is for the keys of a scene")]

@@ -1,6 +1,8 @@
 //! The command line: arguments in, exit codes out. Results go to stdout, everything else to stderr.
 
 mod arguments;
+#[cfg(feature = "polars")]
+mod at_once;
 mod backbone;
 mod campaign;
 mod check;

@@ -16,7 +16,8 @@ pub fn report(arguments: &ReportArguments, out: &mut Results) -> Result<Exit, Cl
     let mut exit = notices(&passed_over);
     let mut report = Report::of(&runs)?;
     if arguments.claims {
-        report.add(claims::section(&claims::evaluate(&runs)?));
+        let (evidence, findings) = claims::evaluate(&runs)?;
+        report.add(claims::section(&findings, &evidence));
     }
     let page = match (&arguments.output, &arguments.runs[..]) {
         (Some(page), _) => page.clone(),

@@ -1,42 +1,76 @@
 //! `fretwear reproduce`.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use fretwear::recipe::Inputs;
 use fretwear::report::{Report, RunTables};
 use fretwear::scene::{self, Plan};
 use fretwear::store::{FileSystem, RealFileSystem};
-use fretwear::study::SCENES;
-use fretwear::study::claims::{self, Finding};
+use fretwear::study::claims::{self, Evidence, Finding};
+use fretwear::study::{BASE, JOINTS, Law, OTHERS, Shipped};
 use serde_json::json;
 
-use super::arguments::ReproduceArguments;
+use super::arguments::{Execution, ReproduceArguments};
+use super::at_once::{Command, run_at_once};
 use super::many::{self, Job};
 use super::{CliError, Exit};
 use crate::terminal::{Results, say};
+
+/// A scene of the study: what its run is called, and where it is.
+struct Scene {
+    name: String,
+    path: PathBuf,
+    /// Whether keys are changed in it: not in those of another contact, which has not the keys of the joint.
+    is_set: bool,
+}
 
 /// Runs the paper's study, or the scenes of a folder, and holds the paper's claims against it.
 pub fn reproduce(arguments: &ReproduceArguments, out: &mut Results) -> Result<Exit, CliError> {
     let folder = &arguments.dir;
     let scenes = match &arguments.scenes {
-        Some(scenes) => many::scenes_in(scenes)?,
-        None => shipped(&folder.join("scenes"))?,
+        Some(scenes) => named(many::scenes_in(scenes)?),
+        None => shipped(&folder.join("scenes"), arguments.law.laws())?,
     };
-    let planned = scenes.iter().map(|path| {
-        let scene = scene::load(path, &arguments.sets)?;
-        let plan = Plan::of(&scene)?;
-        Ok((scene.name, plan.inputs))
+    let planned = scenes.iter().map(|scene| {
+        let sets = if scene.is_set {
+            &arguments.sets[..]
+        } else {
+            &[]
+        };
+        let loaded = scene::load(&scene.path, sets)?;
+        Ok(Plan::of(&loaded)?.inputs)
     });
-    let planned: Vec<(String, Inputs)> = planned.collect::<Result<_, CliError>>()?;
-    let jobs: Vec<Job> = planned
+    let planned: Vec<Inputs> = planned.collect::<Result<_, CliError>>()?;
+    let jobs: Vec<Job> = scenes
         .iter()
-        .map(|(name, inputs)| Job {
-            name,
-            root: folder.join(name),
+        .zip(&planned)
+        .map(|(scene, inputs)| Job {
+            name: &scene.name,
+            root: folder.join(&scene.name),
             inputs,
         })
         .collect();
-    let ran = many::run_all(&arguments.execution, "scene", &jobs)?;
+    let mut execution = Execution {
+        ..arguments.execution
+    };
+    if arguments.jobs > 1 {
+        let commands: Vec<Command> = (scenes.iter().zip(&jobs))
+            .map(|(scene, job)| command(scene, job, &arguments.sets))
+            .collect();
+        if run_at_once(&execution, "scene", &commands, arguments.jobs)? {
+            say("stopped; the same command goes on");
+            return Ok(Exit::Stopped);
+        }
+        // What is left is to find that they are done, or why one is not.
+        execution.quiet = true;
+    }
+    let ran = many::run_all(&execution, "scene", &jobs)?;
+    for (job, error) in jobs.iter().zip(&ran.ended) {
+        if let (Some(error), true) = (error, execution.quiet && !arguments.execution.quiet) {
+            say(&format!("{} failed: {error}", job.name));
+        }
+    }
     if ran.stopped {
         say(&format!(
             "stopped after {} of {} scenes; the same command goes on",
@@ -51,13 +85,16 @@ pub fn reproduce(arguments: &ReproduceArguments, out: &mut Results) -> Result<Ex
         .filter(|(_, failure)| failure.is_none())
         .map(|(job, _)| RunTables::open(&job.root))
         .collect::<Result<Vec<_>, _>>()?;
-    let findings = claims::evaluate(&runs)?;
-    claims::write(&findings, &runs, folder)?;
+    let (evidence, findings) = claims::evaluate(&runs)?;
+    claims::write(&findings, &evidence, &runs, folder)?;
     let page = folder.join("report.html");
     let mut report = Report::of(&runs)?;
-    report.add(claims::section(&findings));
+    report.begin(
+        "The claims of the paper",
+        claims::section(&findings, &evidence),
+    );
     report.replace(&page)?;
-    print(&findings, arguments.json, out);
+    print(&findings, &evidence, arguments.json, out);
     if !arguments.execution.quiet {
         let page = page.display();
         say(&format!(
@@ -70,32 +107,86 @@ pub fn reproduce(arguments: &ReproduceArguments, out: &mut Results) -> Result<Ex
     }
 }
 
-fn print(findings: &[Finding], as_json: bool, out: &mut Results) {
-    if as_json {
-        out.json(&json!({ "claims": claims::CLAIMS.to_vec(), "findings": findings }));
-    } else {
-        write!(out, "{}", claims::markdown(findings));
+/// The run of a scene as a command.
+fn command(scene: &Scene, job: &Job, sets: &[String]) -> Command {
+    let mut arguments: Vec<OsString> = vec![scene.path.clone().into(), "--run".into()];
+    arguments.push(job.root.clone().into());
+    for set in sets.iter().filter(|_| scene.is_set) {
+        arguments.extend(["--set".into(), set.into()]);
+    }
+    Command {
+        name: scene.name.clone(),
+        arguments,
     }
 }
 
+fn print(findings: &[Finding], evidence: &[Evidence], as_json: bool, out: &mut Results) {
+    if as_json {
+        let studies = claims::studies(evidence);
+        let numbers: Vec<_> = studies.iter().flat_map(claims::beside).collect();
+        out.json(
+            &json!({ "claims": claims::CLAIMS.to_vec(), "findings": findings, "numbers": numbers }),
+        );
+    } else {
+        write!(out, "{}", claims::markdown(findings, evidence));
+    }
+}
+
+/// Scenes whose runs are called as their files.
+fn named(paths: Vec<PathBuf>) -> Vec<Scene> {
+    let name = |path: &Path| {
+        path.file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned()
+    };
+    let scenes = paths.into_iter().map(|path| Scene {
+        name: name(&path),
+        path,
+        is_set: true,
+    });
+    scenes.collect()
+}
+
 /// The shipped scenes, put where they can be read and changed. Those that are there already stay as they are.
-fn shipped(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
+fn shipped(folder: &Path, laws: &[Law]) -> Result<Vec<Scene>, CliError> {
+    put(folder, BASE)?;
+    let mut scenes = Vec::new();
+    let mut add = |law: Law, shipped: Shipped, is_of_law: bool| {
+        let path = put(&folder.join(law.word()), shipped)?;
+        let name = match (law, is_of_law) {
+            (Law::Sliders, true) => format!("{}_{}", law.word(), shipped.0),
+            _ => shipped.0.to_owned(),
+        };
+        let is_set = !shipped.0.starts_with("sphere");
+        scenes.push(Scene { name, path, is_set });
+        Ok::<(), CliError>(())
+    };
+    for &law in laws {
+        put(&folder.join(law.word()), ("joint", law.joint()))?;
+        for joint in JOINTS {
+            add(law, joint, true)?;
+        }
+    }
+    for other in OTHERS {
+        add(laws[0], other, false)?;
+    }
+    Ok(scenes)
+}
+
+/// Writes a scene, unless it is there.
+fn put(folder: &Path, (name, text): Shipped) -> Result<PathBuf, CliError> {
     let fs = RealFileSystem;
     fs.create_dir_all(folder).map_err(failed(folder))?;
-    SCENES
-        .iter()
-        .map(|(name, text)| {
-            let path = folder.join(format!("{name}.toml"));
-            if fs.metadata(&path).map_err(failed(&path))?.is_none() {
-                // A file that is there is whole.
-                let draft = folder.join(format!("{name}.toml.{}", std::process::id()));
-                fs.write_new(&draft, text.as_bytes())
-                    .map_err(failed(&draft))?;
-                fs.rename(&draft, &path).map_err(failed(&path))?;
-            }
-            Ok(path)
-        })
-        .collect()
+    let path = folder.join(format!("{name}.toml"));
+    if fs.metadata(&path).map_err(failed(&path))?.is_none() {
+        // A file that is there is whole.
+        let draft = folder.join(format!("{name}.toml.{}", std::process::id()));
+        fs.write_new(&draft, text.as_bytes())
+            .map_err(failed(&draft))?;
+        fs.rename(&draft, &path).map_err(failed(&path))?;
+    }
+    Ok(path)
 }
 
 fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> CliError {

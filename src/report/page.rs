@@ -23,6 +23,8 @@ pub struct Report {
     headlines: Vec<(Option<String>, String)>,
     lead: Vec<String>,
     banners: Vec<String>,
+    /// What stands before everything else.
+    first: Option<Section>,
     differences: Option<Section>,
     results: Section,
     figures: Vec<Figure>,
@@ -79,6 +81,7 @@ impl Report {
             headlines: headlines(&study)?,
             lead,
             banners,
+            first: None,
             differences: differences::section(runs, &study.labels()),
             results: results::results(runs)?,
             figures: figures(&study)?,
@@ -96,6 +99,22 @@ impl Report {
         self.sections.insert(0, section);
     }
 
+    /// Gives the page another title, and a part that comes first. What is said of each run stands folded below that part.
+    pub fn begin(&mut self, title: &str, mut section: Section) {
+        self.title = title.to_owned();
+        let said = std::mem::take(&mut self.headlines).into_iter();
+        let said = said.map(|(name, text)| match name {
+            Some(name) => format!("{name}: {text}"),
+            None => text,
+        });
+        let each = std::mem::take(&mut self.lead).into_iter().chain(said);
+        let each: String = each
+            .map(|text| format!("<p class=\"lead\">{}</p>\n", escaped(&text)))
+            .collect();
+        section.html += &format!("<details>\n<summary>The runs</summary>\n{each}</details>\n");
+        self.first = Some(section);
+    }
+
     /// The page.
     pub fn html(&self) -> String {
         let title = escaped(&self.title);
@@ -106,7 +125,7 @@ impl Report {
         };
         let (main, more) = self.figures.split_at(self.figures.len().min(MAIN));
         let mut contents: Vec<(String, String)> = Vec::new();
-        let of_differences = self.differences.iter();
+        let of_differences = self.first.iter().chain(&self.differences);
         contents.extend(of_differences.map(|s| (s.id.to_owned(), s.title.clone())));
         let of_figures = self.figures.iter();
         contents.extend(of_figures.map(|f| (format!("fig-{}", f.id), f.title.clone())));
@@ -124,7 +143,8 @@ impl Report {
             let each: String = each.map(|(k, one)| figure(begin + k, one)).collect();
             format!("<section id=\"{id}\">\n<h2>{title}</h2>\n{each}</section>\n")
         };
-        let differences: String = self.differences.iter().map(section).collect();
+        let differences = self.first.iter().chain(&self.differences);
+        let differences: String = differences.map(section).collect();
         let figures = drawn("figures", "Main figures", 1, main)
             + &drawn("more-figures", "Further figures", 1 + main.len(), more);
         let sections = self.sections.iter().chain([&self.results]);

@@ -2,35 +2,92 @@
 
 pub mod claims;
 
-/// The scenes of the paper's study, as shipped: roughness, plasticity, updates. The first is the base of the others.
-pub const SCENES: [(&str, &str); 8] = [
-    ("lap_joint", include_str!("../../pipelines/lap_joint.toml")),
+/// A scene and its text, as shipped in `pipelines/study`.
+pub type Shipped = (&'static str, &'static str);
+
+/// The scene that all joints of the study are based on, in the folder above theirs.
+pub const BASE: Shipped = ("lap_joint", include_str!("../../pipelines/lap_joint.toml"));
+
+/// The law of contact elements that a study is computed with: the scene `joint` that its joints are based on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Law {
+    /// That of the paper.
+    Paper,
+    /// That of this program.
+    Sliders,
+}
+
+impl Law {
+    /// Folder of its scenes, and what the names of its runs begin with.
+    pub fn word(self) -> &'static str {
+        match self {
+            Law::Paper => "paper",
+            Law::Sliders => "sliders",
+        }
+    }
+
+    /// The text of `joint.toml`.
+    pub fn joint(self) -> &'static str {
+        match self {
+            Law::Paper => include_str!("../../pipelines/study/joint.toml"),
+            Law::Sliders => include_str!("../../pipelines/study/joint_sliders.toml"),
+        }
+    }
+}
+
+/// What is computed with a law: roughness, plasticity, updates, the explicit algorithm, harmonics.
+pub const JOINTS: [Shipped; 11] = [
+    ("rq05", include_str!("../../pipelines/study/rq05.toml")),
+    ("rq1", include_str!("../../pipelines/study/rq1.toml")),
+    ("rq5", include_str!("../../pipelines/study/rq5.toml")),
+    ("rq10", include_str!("../../pipelines/study/rq10.toml")),
     (
-        "lap_joint_rq05",
-        include_str!("../../pipelines/lap_joint_rq05.toml"),
+        "plastic",
+        include_str!("../../pipelines/study/plastic.toml"),
     ),
     (
-        "lap_joint_rq1",
-        include_str!("../../pipelines/lap_joint_rq1.toml"),
+        "update05",
+        include_str!("../../pipelines/study/update05.toml"),
     ),
     (
-        "lap_joint_rq10",
-        include_str!("../../pipelines/lap_joint_rq10.toml"),
+        "update10",
+        include_str!("../../pipelines/study/update10.toml"),
     ),
     (
-        "lap_joint_plastic",
-        include_str!("../../pipelines/lap_joint_plastic.toml"),
+        "update20",
+        include_str!("../../pipelines/study/update20.toml"),
     ),
     (
-        "lap_joint_update05",
-        include_str!("../../pipelines/lap_joint_update05.toml"),
+        "explicit",
+        include_str!("../../pipelines/study/explicit.toml"),
     ),
     (
-        "lap_joint_update20",
-        include_str!("../../pipelines/lap_joint_update20.toml"),
+        "harmonics5",
+        include_str!("../../pipelines/study/harmonics5.toml"),
     ),
     (
-        "lap_joint_no_update",
-        include_str!("../../pipelines/lap_joint_no_update.toml"),
+        "harmonics7",
+        include_str!("../../pipelines/study/harmonics7.toml"),
+    ),
+];
+
+/// What does not depend on the law: elements with a stiffness of their own, and spheres with and without a hardness limit.
+pub const OTHERS: [Shipped; 5] = [
+    (
+        "tangent",
+        include_str!("../../pipelines/study/tangent.toml"),
+    ),
+    ("sphere", include_str!("../../pipelines/study/sphere.toml")),
+    (
+        "sphere600",
+        include_str!("../../pipelines/study/sphere600.toml"),
+    ),
+    (
+        "sphere500",
+        include_str!("../../pipelines/study/sphere500.toml"),
+    ),
+    (
+        "sphere450",
+        include_str!("../../pipelines/study/sphere450.toml"),
     ),
 ];

@@ -267,11 +267,12 @@ fn several_runs_share_their_charts() {
 fn the_page_needs_no_other() {
     let folder = TempDir::new().unwrap();
     let mut report = Report::of(&[open(&compute(&folder, "worn", WORN, None))]).unwrap();
-    report.add(Section {
+    let section = Section {
         id: "claims",
         title: "Claims".to_owned(),
         html: "<p>judged</p>".to_owned(),
-    });
+    };
+    report.add(section);
     let html = report.html();
     for fetched in ["http:", "https:", "<script ", "url(", "@import", "src=\""] {
         let found = html.match_indices(fetched);
@@ -296,7 +297,19 @@ fn the_page_needs_no_other() {
     for part in html.split("href=\"#").skip(1) {
         assert!(anchors.contains_key(part.split('"').next().unwrap()));
     }
-    assert!(html.find("<p>judged</p>").unwrap() > html.find("fig-stiffness").unwrap());
+    let stands = |html: &str, text: &str| html.find(text).unwrap_or_else(|| panic!("no {text}"));
+    let figure = "id=\"fig-stiffness\"";
+    assert!(stands(&html, "<p>judged</p>") > stands(&html, figure));
+    // A study has another title, and begins with what it is about.
+    let first = Section {
+        id: "first",
+        title: "First".to_owned(),
+        html: "<p>begun</p>".to_owned(),
+    };
+    report.begin("A study", first);
+    let html = report.html();
+    assert!(stands(&html, "<p>begun</p>") < stands(&html, figure));
+    assert!(html.contains("<h1>A study</h1>") && html.contains("<summary>The runs</summary>"));
 }
 
 fn fretwear(folder: &TempDir, arguments: &[&str]) -> Output {

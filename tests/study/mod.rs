@@ -1,3 +1,4 @@
 //! The paper's study.
 
 mod claims;
+mod scenes;

@@ -2,15 +2,31 @@
 
 use serde::Serialize;
 
+/// What a claim is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// A result of the paper: what a run may contradict.
+    Result,
+    /// What the method does by its own definition. A run shows that it was computed so, which confirms nothing of the paper.
+    Method,
+    /// Said by nobody: a check of the runs that the verdicts rest on.
+    Check,
+}
+
 /// A statement of the paper.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Claim {
     /// Its number, in the order of the paper's argument.
     pub number: u32,
+    /// What it is about.
+    pub kind: Kind,
     /// Section, equation or figure.
     pub place: &'static str,
-    /// What is said.
+    /// What is said, in short.
     pub statement: &'static str,
+    /// The paper's own words; empty where it has none.
+    pub words: &'static str,
     /// When it holds.
     pub criterion: &'static str,
     /// Which runs it takes, said where there are none.
@@ -18,352 +34,551 @@ pub struct Claim {
     pub needs: &'static str,
 }
 
+const RQ5: &str = "needs a finished run of a generated surface that wears, in the setting";
+const ALL: &str = "needs finished runs of generated surfaces that wear, in the setting";
+const MOVES: &str = "needs a finished run of a vibrating, wearing joint, in the setting";
+const EXPLICIT: &str = "needs a finished run with wear.scheme = \"explicit\" (preset paper)";
+const ROUGHNESS: &str = "needs finished runs that differ by roughness alone";
+const UPDATES: &str = "needs finished runs that differ by the criterion of the model update alone";
+const PLASTIC: &str = "needs two finished runs that differ by the pressure cap alone";
+
+/// One after another, as [`CLAIMS`] numbers them.
 const fn claim(
     number: u32,
+    kind: Kind,
     place: &'static str,
-    statement: &'static str,
-    criterion: &'static str,
-    needs: &'static str,
+    [statement, words, criterion, needs]: [&'static str; 4],
 ) -> Claim {
     Claim {
         number,
+        kind,
         place,
         statement,
+        words,
         criterion,
         needs,
     }
 }
 
-const WEARS: &str = "needs a finished run that wears";
-const MOVES: &str = "needs a finished run of a vibrating, wearing joint";
-const VIBRATES: &str = "needs a finished run of a vibrating joint";
-const ROUGHNESS: &str = "needs finished runs that differ by roughness alone";
-const UPDATES: &str = "needs finished runs that differ by the criterion of the model update alone";
-const PLASTIC: &str = "needs two finished runs that differ by the pressure cap alone";
-const ROUGH: &str = "needs a finished run of a generated surface that wears";
+use Kind::{Check, Method, Result};
 
 /// All claims, by number.
-pub const CLAIMS: [Claim; 46] = [
+pub const CLAIMS: [Claim; 47] = [
     claim(
         1,
+        Result,
         "4b",
-        "Rq 5 µm: 231 wear iterations of at most 0.1 µm reach 10 041 928 cycles",
-        "231 within a factor of 1.5*; of another wear scheme, the steps of 0.1 µm that its wear would take: ∫ dn · (deepest wear per cycle) / 0.1 µm",
-        "needs a finished elastic run of Rq 5 µm to 10⁷ cycles",
+        [
+            "231 wear iterations reach 10⁷ cycles",
+            "thanks to the acceleration factor, only 231 iterations were needed to reach 10 million cycles",
+            "iterations of the explicit run of Rq 5 µm to 10⁷ cycles: 231 within a factor of 1.5*",
+            "needs a finished explicit run of Rq 5 µm to 10⁷ cycles",
+        ],
     ),
     claim(
         2,
+        Method,
         "2e, eq. 2.7",
-        "the cycles of an iteration are floor(Δh_max / max Δh), and vary",
-        "exact for every step; the last ten steps longer than the first ten",
-        WEARS,
+        [
+            "the cycles of an iteration are floor(Δh_max / max Δh), and vary",
+            "based on this formula, each wear iteration can correspond to a different number of cycles",
+            "exact for every explicit step, and not all alike",
+            EXPLICIT,
+        ],
     ),
     claim(
         3,
-        "eq. 2.8",
-        "wear only removes material; h + N Δh, explicitly",
-        "no cell grows back; explicit steps exact to 1e-12 of the deepest wear*",
-        WEARS,
+        Method,
+        "2e, eq. 2.8",
+        [
+            "the profile becomes h + N Δh: wear only removes material",
+            "the stability of the explicit scheme used to update the contacting surface profile with wear",
+            "no cell of the explicit run grows back, and its steps are exact to 1e-12 of the deepest wear*",
+            EXPLICIT,
+        ],
     ),
     claim(
         4,
-        "eq. 2.5, 2.6",
-        "worn volume = α × dissipated energy, globally as locally",
-        "sum of the depths and α times the energy: both the worn volume to 1e-10*",
-        WEARS,
+        Method,
+        "2d, eq. 2.5, 2.6",
+        [
+            "worn volume = α × dissipated energy, globally as locally",
+            "the total wear volume calculated after N cycles is considered to be proportional to the dissipated energy",
+            "all runs: the sum of the depths and α times the energy are both the worn volume to 1e-10*",
+            ALL,
+        ],
     ),
     claim(
         5,
-        "derived",
-        "no point wears deeper than the number of iterations × Δh_max",
-        "deepest wear at most the steps of claim 1 × 0.1 µm, explicit: × Δh_max; 5 %* for the integral",
-        WEARS,
+        Result,
+        "4b, fig. 9",
+        [
+            "no point wears deeper than the iterations allow: 231 × 0.1 µm",
+            "a maximum allowed wear depth of 0.1 µm; only 231 iterations were needed",
+            "Rq 5 µm: deepest wear at 10⁷ cycles at most 23.1 µm",
+            "needs a finished run of Rq 5 µm to 10⁷ cycles, in the setting",
+        ],
     ),
     claim(
         6,
+        Result,
         "4b",
-        "4 h 29 min for 10⁷ cycles",
-        "less than that, on this machine",
-        "needs a finished run to 10⁷ cycles",
+        [
+            "a fretting cycle takes 70 s, and 10⁷ cycles 4 h 29 min",
+            "Each fretting cycle took approximately 70 s to run […] which took approximately 4 h 29 min",
+            "explicit run, time of the processor: at most 70 s an iteration, and 4 h 29 min in all, on this machine",
+            "needs a finished explicit run to 10⁷ cycles",
+        ],
     ),
     claim(
         7,
+        Result,
         "4",
-        "10⁷ cycles are enough for a steady state",
-        "dissipation per cycle changes by less than 5 %* per 10⁶ cycles over the last 2 × 10⁶",
-        "needs a finished run to 10⁷ cycles",
+        [
+            "10⁷ cycles are enough for a steady state",
+            "up to 10 million vibration cycles, which was shown to be enough to reach a steady state",
+            "each roughness: the dissipation per cycle changes by less than 5 %* per 10⁶ cycles over the last 2 × 10⁶",
+            "needs finished runs to 10⁷ cycles, in the setting",
+        ],
     ),
     claim(
         8,
+        Result,
         "4b, fig. 10",
-        "peaks are flattened, valleys stay as they are",
-        "cells that never touched have worn by exactly 0; others have worn",
-        WEARS,
+        [
+            "peaks are flattened, valleys stay as they are",
+            "wear, which only affects the peaks of the profile (in contact), while the valleys (not in contact) maintain their shape",
+            "Rq 5 µm: cells that never touched are left, and have worn by exactly 0; others have worn",
+            RQ5,
+        ],
     ),
     claim(
         9,
+        Result,
         "4b, fig. 11b",
-        "Rq decreases with wear",
-        "never rises (by more than 1e-4*), ends lower",
-        ROUGH,
+        [
+            "Rq decreases with wear",
+            "As the surface wears out, its RMS roughness tends to decrease",
+            "each roughness, of the heights as eq. 4.1 has them: never above the unworn value (by more than 1e-4*), lower at the end",
+            ALL,
+        ],
     ),
     claim(
         10,
+        Method,
         "4b, fig. 11a",
-        "the mean height falls by what is removed",
-        "drop = worn volume / area to 1e-9*, monotone",
-        ROUGH,
+        [
+            "the mean height falls by what is removed",
+            "the evolution of the mean height",
+            "all runs that wear for more than a cycle: drop = worn volume / area to 1e-9*, monotone",
+            ALL,
+        ],
     ),
     claim(
         11,
+        Result,
         "4b, fig. 11c",
-        "skewness goes from 0 to negative",
-        "|Sk| < 0.1* unworn, < −0.1* at the end",
-        ROUGH,
+        [
+            "skewness goes from 0 to negative",
+            "the distribution of heights becomes negatively skewed as the surface wears out",
+            "each roughness, by eq. 4.1: |Sk| < 0.1* unworn, < −0.1* at the end",
+            ALL,
+        ],
     ),
     claim(
         12,
+        Result,
         "4b, fig. 11d",
-        "kurtosis goes from 3 to above 3",
-        "|Ku − 3| < 0.2* unworn, > 3 at the end",
-        ROUGH,
+        [
+            "kurtosis goes from 3 to above 3",
+            "the profile distribution is closer to its mean value and therefore the kurtosis is increasing with wear",
+            "each roughness, by eq. 4.2: |Ku − 3| < 0.2* unworn, above 3 and above the unworn value at the end",
+            ALL,
+        ],
     ),
     claim(
         13,
+        Result,
         "4b",
-        "no longer Gaussian after only a few wear cycles",
-        "|Sk| above 3 σ* of a surface of this size after ten* steps of claim 1 (0.01 µm at Rq ≤ 1 µm, else 0.1 µm)",
-        "needs a finished run of a Gaussian surface that wears",
+        [
+            "no longer Gaussian after only a few wear cycles",
+            "after only a few wear cycles, the four Gaussian rough surfaces used here are no longer Gaussian",
+            "each roughness: at 1 %* of 10⁷ cycles |Sk| above 3 σ* of a surface of this size",
+            "needs finished runs of Gaussian surfaces that wear to 10⁵ cycles, in the setting",
+        ],
     ),
     claim(
         14,
+        Result,
         "4b, fig. 11",
-        "all roughness parameters are strongly affected",
-        "Rq, Sk, Ku change by more than 5 %* of Rq, 0.1*, 0.1*; from Rq 10 µm on Rq by more than 1 %*",
-        ROUGH,
+        [
+            "all roughness parameters are strongly affected",
+            "all roughness parameters of the surface are strongly affected by wear",
+            "each roughness, in the directions of fig. 11: mean height and Rq fall by more than 5 %* of the unworn Rq, Sk falls by more than 0.3*, Ku rises by more than 0.3*",
+            ALL,
+        ],
     ),
     claim(
         15,
+        Result,
         "4c, fig. 13",
-        "the real contact area grows with wear",
-        "never falls by more than 1 %* of itself, ends larger",
-        ROUGH,
+        [
+            "the real contact area grows with wear",
+            "the asperities are progressively removed, the contact area increases",
+            "each roughness: never falls by more than 1 %* of itself, ends larger",
+            ALL,
+        ],
     ),
     claim(
         16,
+        Result,
         "4c, fig. 12",
-        "peaks of pressure fall, flat patches of low pressure appear",
-        "largest pressure, and that of 99 % of the cells in contact, end lower",
-        ROUGH,
+        [
+            "peaks of pressure fall, flat patches of much lower pressure appear",
+            "the peaks of pressure are decreasing until nearly flat patches of much lower pressure are obtained",
+            "Rq 5 µm: half* of the unworn value or less at the end, for the largest pressure along a section (median over the sections along x) and for that of 99 % of the cells in contact; which also comes closer to the mean",
+            RQ5,
+        ],
     ),
     claim(
         17,
+        Result,
         "4c, fig. 13",
-        "smoother surfaces start with a larger contact area",
-        "strictly ordered",
-        ROUGHNESS,
+        [
+            "smoother surfaces start with a larger contact area",
+            "smoother profiles start with a much larger real contact area compared with rougher profiles",
+            "unworn: strictly ordered, the smoothest above twice* the roughest",
+            ROUGHNESS,
+        ],
     ),
     claim(
         18,
+        Result,
         "4c, fig. 13",
-        "smoother: rapid rise, then an asymptote; rougher: nearly linear",
-        "smoothest: slope of the first tenth above 5 times* that of the last half; roughest: R² of a line above 0.95*",
-        ROUGHNESS,
+        [
+            "smoother: rapid rise of the area, then an asymptote; rougher: nearly linear",
+            "the smoother profiles are characterized by a more rapid initial increase followed by an asymptotic behaviour, compared to the rougher ones which exhibit a quasi-linear increase",
+            "Rq ≤ 1 µm: slope of the first tenth above 5 times* that of the last half; above: R² of a line above 0.95*",
+            ROUGHNESS,
+        ],
     ),
     claim(
         19,
+        Result,
         "4c, fig. 14a",
-        "kn: fast rise in running-in, then a slow one",
-        "slope to 10⁵ cycles above 5 times* that after 5 × 10⁶, which is not negative",
-        "needs a finished run of a generated surface to 10⁷ cycles",
+        [
+            "kn: fast rise in running-in, then a slow one",
+            "a running-in phase during which the contact stiffness rapidly increases and a steady phase during which it keeps increasing, but at a much lower rate",
+            "each roughness: slope to 10⁵ cycles above 5 times* that after 5 × 10⁶, which is not negative",
+            "needs finished runs of generated surfaces to 10⁷ cycles, in the setting",
+        ],
     ),
     claim(
         20,
+        Result,
         "4c, fig. 14a",
-        "kn tends to the same value for every roughness",
-        "the spread over the runs falls to a third* or less",
-        ROUGHNESS,
+        [
+            "kn tends to the same value for every roughness",
+            "the global contact stiffness tends to the same value no matter what the initial RMS roughness is",
+            "the spread over the roughnesses falls to a third* or less",
+            ROUGHNESS,
+        ],
     ),
     claim(
         21,
+        Result,
         "4c, fig. 14b",
-        "the same for kt",
-        "as 19; kt/kn at the end within 10 %* of 2 (1 − ν) / (2 − ν)",
-        "needs a finished run of a generated surface to 10⁷ cycles",
+        [
+            "the same for kt",
+            "The same observations can be made on the global tangential contact stiffness",
+            "as 19 and 20",
+            "needs finished runs of generated surfaces to 10⁷ cycles, in the setting",
+        ],
     ),
     claim(
         22,
+        Result,
         "4c",
-        "local stiffness may fall while the global one rises",
-        "median kn of the loaded contact elements falls, kn of the joint rises",
-        "needs a finished run with contact.stiffness = \"tangent\": \"total\" and \"roughness\" have no local stiffness",
+        [
+            "local stiffness falls while the global one rises",
+            "the local values of contact stiffness are decreasing, but the overall contact stiffness keeps increasing because the global contact area does so",
+            "contact elements with a stiffness of their own, renewed as the joint wears: kn over the area in contact of an element falls (median), kn of the joint and its contact area rise",
+            "needs a finished run with updates and contact.stiffness = \"tangent\"",
+        ],
     ),
     claim(
         23,
-        "4a, fig. 7, 8",
-        "rougher: softer, larger slip, more dissipation",
-        "unworn, over roughness: resonance strictly falls, amplitude of the relative displacement and dissipation of the fine contact strictly rise",
-        ROUGHNESS,
+        Result,
+        "4a, fig. 7, 8a",
+        [
+            "rougher: softer, larger slip, more dissipation",
+            "higher values of roughness […] lower the global stiffness of the interface. This generally was found to lead to larger relative tangential displacement, and in turn to higher energy dissipation",
+            "unworn, over roughness: frequency of the peak strictly falls, relative displacement and the response's own friction energy strictly rise",
+            ROUGHNESS,
+        ],
     ),
     claim(
         24,
+        Result,
         "4a, fig. 8b",
-        "the total normal load is the bolt load with a small harmonic part",
-        "mean within 1 %* of it, half range below 5 %*",
-        VIBRATES,
+        [
+            "the total normal load is the bolt load with a small harmonic part",
+            "equal to the bolt load (30 kN) plus a small harmonic oscillation due to the dynamic load",
+            "each roughness, unworn: mean within 1 %* of it, half range below 5 %*",
+            MOVES,
+        ],
     ),
     claim(
         25,
+        Result,
         "4a",
-        "bending moments are negligible",
-        "|M| below 5 %* of N × half the side, at every iteration",
-        VIBRATES,
+        [
+            "bending moments are negligible",
+            "the bending moments were found to be negligible, as the mode excited is mainly causing shear stresses at the interface",
+            "each roughness, unworn: largest |M| of the cycle, static part included, below 5 %* of N × half the side",
+            MOVES,
+        ],
     ),
     claim(
         26,
+        Result,
         "4d(ii), fig. 17b",
-        "the loops are shifted by the static component",
-        "mean relative displacement above 1 %* of its half range, unworn",
-        VIBRATES,
+        [
+            "the loops are shifted by the static component",
+            "A clear shift of the loops due to the static component of the dynamic response can be observed",
+            "Rq 5 µm, unworn: |mean| above 5 %* of the half range of the relative displacement; undecided where the joint slides as a whole, as nothing holds its mean then",
+            MOVES,
+        ],
     ),
     claim(
         27,
+        Result,
         "3",
-        "three harmonics and the static component suffice",
-        "with more harmonics the peak changes by less than 1 %* in amplitude, 0.05 %* in frequency",
-        "needs two runs that differ by dynamics.harmonics alone, one with 0 to 3 (fretwear trade --knob harmonics makes them)",
+        [
+            "three harmonics and the static component suffice",
+            "Three harmonics plus the static term […] were shown to be enough for capturing the contact nonlinearity",
+            "unworn: with more harmonics the peak changes by less than 1 %* in amplitude, 0.05 %* in frequency",
+            "needs runs that differ by dynamics.harmonics alone, one with 0 to 3",
+        ],
     ),
     claim(
         28,
+        Method,
         "3",
-        "normal and tangential contact are uncoupled",
-        "Dundurs' β of the bodies is 0",
-        "needs a finished run of a rough contact",
+        [
+            "normal and tangential contact are uncoupled",
+            "the same linear elastic material is used for the entire structure. Therefore, the normal and tangential contact problems at the interface of the joint are uncoupled",
+            "a premise of both programs: Dundurs' β of the bodies is 0",
+            "needs a finished run of a rough contact",
+        ],
     ),
     claim(
         29,
+        Result,
         "4d(i), fig. 15a",
-        "the wear rate falls at each update of the dynamic model",
-        "dissipation falls by more than 1 %* at every update",
-        "needs a finished run with updates",
+        [
+            "the wear rate jumps down at each update of the dynamic model",
+            "a jump in the wear rate is obtained after each update […] smaller tangential relative displacements at the contact interface, and therefore […] a lower wear rate",
+            "of one state of wear, under the vibration before and after: dissipation falls by more than 1 %* at every update",
+            "needs a finished run with updates",
+        ],
     ),
     claim(
         30,
+        Result,
         "4d(i), fig. 15a",
-        "after 10⁶ cycles the update criteria give nearly the same wear rate",
-        "pairwise within 10 %*; within 5 %* it holds well",
-        UPDATES,
+        [
+            "after 10⁶ cycles the update criteria give nearly the same wear rate",
+            "after only one million cycles, the three update criteria are yielding to nearly the same wear rate",
+            "pairwise within 5 %* from 10⁶ cycles on",
+            UPDATES,
+        ],
     ),
     claim(
         31,
+        Result,
         "4d(i), fig. 15b",
-        "kn hardly depends on the updates",
-        "pairwise within 3 %* at all cycles",
-        UPDATES,
+        [
+            "kn hardly depends on the updates",
+            "the global contact stiffness is barely affected by the updates",
+            "pairwise within 3 %* at all cycles",
+            UPDATES,
+        ],
     ),
     claim(
         32,
+        Result,
         "4d(i), fig. 16",
-        "after 10⁷ cycles all criteria give the same forced response",
-        "pairwise: frequency within 0.1 %*, peak within 2 %*",
-        UPDATES,
+        [
+            "after 10⁷ cycles all criteria give the same forced response",
+            "the nonlinear dynamic response after these 10 million cycles is expected to be the same for all update criteria, which is confirmed by the FRFs",
+            "pairwise: frequency of the peak within 0.1 %*, amplitude within 2 %*",
+            UPDATES,
+        ],
     ),
     claim(
         33,
+        Result,
         "4d(i)",
-        "no update is needed: the coupling is minimal",
-        "never against the finest criterion: as 32",
-        "needs two finished runs that differ by the model update alone, one of them never updated",
+        [
+            "no update is needed: the coupling is minimal",
+            "no update of the nonlinear dynamic model is needed to discuss the effects of roughness and wear on the dynamic response up to 10 million cycles",
+            "never against the finest criterion: as 32",
+            "needs two finished runs that differ by the model update alone, one of them never updated",
+        ],
     ),
     claim(
         34,
+        Result,
         "4d(ii), fig. 17a",
-        "the resonance rises slightly with wear",
-        "never falls, ends higher by less than 5 %*",
-        MOVES,
+        [
+            "the resonance rises slightly with wear",
+            "drives the slight tendency towards higher resonance frequencies observed in figure 17a",
+            "Rq 5 µm: the frequency of the peak is above the unworn one in every worn state, in the last by less than 5 %*",
+            MOVES,
+        ],
     ),
     claim(
         35,
-        "4d(ii), fig. 17a, b",
-        "the peak rises while friction dissipates less",
-        "peak amplitude ends higher, dissipation of the fine contact ends lower",
-        MOVES,
+        Result,
+        "4d(ii), fig. 17",
+        [
+            "the peak rises while friction dissipates less",
+            "a higher amplitude of the FRFs can be observed with the wear progressing, which indicates a lower energy dissipation due to friction at the contact interface",
+            "Rq 5 µm: the peak ends higher, and the worn response's own friction energy lower, than unworn",
+            MOVES,
+        ],
     ),
     claim(
         36,
+        Result,
         "4d(ii), fig. 17b",
-        "loops: the stick part becomes steeper, the area smaller",
-        "slope after a reversal ends higher, enclosed area lower",
-        MOVES,
+        [
+            "loops: steeper where they stick, a sharper transition, a smaller area",
+            "the stick part of the loop increases its slope (stiffness), and the micro-slip transition to sliding becomes sharper, leading to a lower enclosed area of the cycle (energy dissipated)",
+            "Rq 5 µm: kt of the joint ends higher, the loop of the fine contact fills more of the parallelogram of its slope and force, and the worn response's own friction energy ends lower",
+            MOVES,
+        ],
     ),
     claim(
         37,
+        Result,
         "4d(ii), fig. 18a",
-        "the worn joints respond nearly alike, whatever their roughness was",
-        "spread over the runs of frequency and peak falls to a third* or less",
-        ROUGHNESS,
+        [
+            "the worn joints respond nearly alike, whatever their roughness was",
+            "due to wear, the responses are getting closer to each other and are nearly identical after 10 million cycles",
+            "spread over the roughnesses of frequency and amplitude of the peak falls to a third* or less",
+            ROUGHNESS,
+        ],
     ),
     claim(
         38,
+        Result,
         "4d(ii), fig. 18b",
-        "rougher: higher wear rate at first; it falls to a steady value, and the rates converge",
-        "ordered unworn; every rate ends lower; spread at the end at most 10 %*",
-        ROUGHNESS,
+        [
+            "rougher: higher wear rate at first; it falls to a steady value, and the rates converge",
+            "the higher the initial RMS roughness, the higher the wear rates, and […] the wear rate decreases to a steady-state value",
+            "ordered unworn; every rate ends lower; spread at the end at most 10 %*",
+            ROUGHNESS,
+        ],
     ),
     claim(
         39,
+        Result,
         "4d(iii), fig. 19",
-        "Hertz with a hardness limit: a plateau at it, a slightly larger area",
-        "largest pressure = cap, load to 1e-6*, area grows as the cap falls",
-        "needs finished runs of a sphere that differ by the pressure cap alone, one without",
+        [
+            "Hertz with a hardness limit: a plateau at it, a slightly larger area",
+            "A circular region of plasticity, in which the pressure is equal to the imposed limited value […] A small extension of the overall contact area can also be observed",
+            "largest pressure = cap on more than 1 %* of the cells in contact, load to 1e-6*, area grows as the cap falls, by less than half*",
+            "needs finished runs of a sphere that differ by the pressure cap alone, one without",
+        ],
     ),
     claim(
         40,
+        Result,
         "4d(iii), fig. 20",
-        "peaks above 600 MPa become 600 MPa",
-        "unworn: largest pressure = cap, below that of the elastic run; more than 1 %* of the cells in contact at it",
-        PLASTIC,
+        [
+            "peaks above 600 MPa become 600 MPa",
+            "the numerous peaks that were higher than 600 MPa in the elastic contact, are now all equal to 600 MPa",
+            "unworn: largest pressure = cap, below that of the elastic run; more than 1 %* of the cells in contact at it",
+            PLASTIC,
+        ],
     ),
     claim(
         41,
+        Result,
         "4d(iii), fig. 21",
-        "plastic: slightly larger area and lower kn at the start",
-        "unworn area larger, kn lower than elastic",
-        PLASTIC,
+        [
+            "plastic: slightly larger area and lower kn at the start",
+            "a slight increase of contact area could be observed […] in the initial phase […] the contact with plasticity exhibits lower stiffness",
+            "unworn: area larger, by less than half*, kn lower than elastic",
+            PLASTIC,
+        ],
     ),
     claim(
         42,
+        Result,
         "4d(iii), fig. 21b",
-        "later kn is nearly that of the elastic joint",
-        "within 5 %* from 2 × 10⁶ cycles on",
-        PLASTIC,
+        [
+            "later kn is nearly that of the elastic joint",
+            "the global stiffness tend to become nearly equal to the elastic case",
+            "within 5 %* from 2 × 10⁶ cycles on",
+            PLASTIC,
+        ],
     ),
     claim(
         43,
+        Result,
         "4d(iii), fig. 22",
-        "dissipation differs at first, and agrees after some 2 × 10⁶ cycles",
-        "more than 5 %* apart somewhere before 10⁵ cycles, within 5 %* from 1.5 to 4 × 10⁶",
-        PLASTIC,
+        [
+            "wear rates differ at first, and agree after some 2 × 10⁶ cycles",
+            "the wear rates […] show a significantly different behaviour during the initial phase, until they reach a similar value after approximately 2 million cycles",
+            "more than 5 %* apart somewhere before 10⁵ cycles, within 5 %* from 2 to 4 × 10⁶",
+            PLASTIC,
+        ],
     ),
     claim(
         44,
+        Method,
         "2e",
-        "every contact solve is brought below a tolerance",
-        "largest error of all iterations below that of the scene, normal and tangential",
-        "needs a finished run of a rough contact",
+        [
+            "every contact solve is brought below a tolerance",
+            "By enforcing the residuals of the conjugate gradient to be minimum within a given tolerance, the convergence of the solution is ensured for each time step",
+            "all runs: largest error of all iterations below that of the scene, normal and tangential",
+            "needs a finished run of a rough contact",
+        ],
     ),
     claim(
         45,
+        Result,
         "2a",
-        "mass and stiffness of the structure are not changed by wear",
-        "one reduced structure for the whole run, which verifies",
-        VIBRATES,
+        [
+            "wear is too shallow to change mass and stiffness of the structure",
+            "The depth of wear is considered to be very small relative to the characteristic dimensions of the structures in contact",
+            "each roughness: deepest wear below a thousandth* of the shorter side of the joint, whose structure is one and the same for the whole run",
+            MOVES,
+        ],
     ),
     claim(
         46,
+        Result,
         "4a",
-        "the joint is driven by displacement, so that it may slide as a whole",
-        "tangential force reaches µ N within 0.1 %*, never above",
-        MOVES,
+        [
+            "the joint slides as a whole",
+            "The simulations of the tangential contact problem are displacement-controlled to allow macro-slip",
+            "Rq 5 µm: the tangential force of the fine contact reaches µN within 0.1 %*, and is never above",
+            MOVES,
+        ],
+    ),
+    claim(
+        47,
+        Check,
+        "–",
+        [
+            "friction takes no more than the exciter supplies",
+            "",
+            "each roughness, every iteration: friction energy of the fine contact, and of each worn response, at most the input energy of the vibration that it belongs to",
+            MOVES,
+        ],
     ),
 ];

@@ -1,8 +1,9 @@
 //! Area, pressure and stiffness of the contact (claims 15–22).
 
+use super::bars::{Bar, spread};
 use super::steps::{STUDY, reaches};
-use super::words::{interpolated, list, never_falls, percent, spread};
-use super::{Evidence, Finding};
+use super::words::{interpolated, list, never_falls, percent};
+use super::{Evidence, Part, Study, Verdict};
 use crate::report::quantity::number;
 
 /// * Fall of the area that counts as none, of the area.
@@ -13,55 +14,105 @@ const FAST: f64 = 5.0;
 const LINEAR: f64 = 0.95;
 /// Points at which a line is fitted.
 const POINTS: usize = 200;
+/// Roughness up to which a surface is one of the smoother ones \[m\]: 0.5 and 1 µm, against 5 and 10 µm [A §4a].
+const SMOOTHER: f64 = 1e-6;
+/// * Area of the smoothest over that of the roughest, of what is much larger.
+const MUCH: f64 = 2.0;
+/// * Pressure at the end over that at first, of what is much lower.
+const LOWER: f64 = 0.5;
 /// Cycles of running-in, and from which on it is over*.
 const EARLY: f64 = 1e5;
 const LATE: f64 = 5e6;
 /// * What a spread shrinks to, where runs converge.
 pub const CONVERGED: f64 = 1.0 / 3.0;
-/// * Deviation of kt/kn from that of a smooth, sticking contact.
-const RATIO: f64 = 0.1;
 /// A cell that dissipates less than this share of the most, sticks.
 const STICKS: f64 = 1e-3;
 
-/// Claims on one run.
-pub fn single(run: &Evidence) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    let (Some(cycles), Some(_)) = (run.cycles(), run.scene.rq) else {
-        return findings;
-    };
-    findings.extend(area(run));
-    findings.extend(pressure(run));
-    if reaches(run, STUDY) {
-        findings.extend(running_in(run, cycles, 19, "kn"));
-        findings.extend(tangential(run, cycles));
+/// What the runs of a study say of a claim.
+pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
+    let worn = || (study.rough.iter().copied()).filter(|run| run.cycles().is_some());
+    let set = || study.rough.as_slice();
+    let one = |part: Option<Part>| part.into_iter().collect();
+    match claim {
+        15 => worn().filter_map(area).collect(),
+        16 => one(study.main.and_then(pressure)),
+        17 => one(several(set()).and_then(areas)),
+        18 => match several(set()) {
+            Some(_) => worn().filter_map(shape).collect(),
+            None => Vec::new(),
+        },
+        19 => to_the_end(study)
+            .filter_map(|run| running_in(run, "kn"))
+            .collect(),
+        20 => one(several(set()).and_then(|set| converge(set, "kn"))),
+        21 => {
+            let each = to_the_end(study).filter_map(|run| running_in(run, "kt"));
+            let mut parts: Vec<Part> = each.collect();
+            parts.extend(several(set()).and_then(|set| converge(set, "kt")));
+            parts
+        }
+        _ => one(study.local.and_then(local)),
     }
-    findings.extend(local(run));
-    findings
 }
 
-fn area(run: &Evidence) -> Option<Finding> {
+/// Runs to the end of the study.
+fn to_the_end<'a>(study: &'a Study) -> impl Iterator<Item = &'a Evidence> {
+    (study.rough.iter().copied()).filter(|run| reaches(run, STUDY))
+}
+
+/// Runs of different roughness, if there are two at least.
+pub fn several<'a, 'b>(set: &'b [&'a Evidence]) -> Option<&'b [&'a Evidence]> {
+    let rough = set.iter().all(|run| run.scene.rq.is_some());
+    (set.len() > 1 && rough).then_some(set)
+}
+
+fn area(run: &Evidence) -> Option<Part> {
     let area = run.column("contact_area_fraction")?;
     let [first, last] = run.ends("contact_area_fraction")?;
     let grows = area
         .windows(2)
         .all(|pair| pair[1] >= (1.0 - FALL) * pair[0]);
     let measured = format!("{} → {} of the joint", percent(first), percent(last));
-    Some(Finding::judged(15, &[run], grows && last > first, measured))
+    Some(Part::of(
+        &[run],
+        Verdict::of(grows && last > first),
+        measured,
+    ))
 }
 
-fn pressure(run: &Evidence) -> Option<Finding> {
+fn median(values: &[f64]) -> Option<f64> {
+    let mut values = values.to_vec();
+    values.sort_by(f64::total_cmp);
+    let middle = values.len().checked_sub(1)?;
+    Some(0.5 * (values[middle / 2] + values[middle.div_ceil(2)]))
+}
+
+fn pressure(run: &Evidence) -> Option<Part> {
+    run.cycles()?;
     let [first, last] = run.ends("max_pressure")?;
-    let [high, low] = [run.first.high_pressure, run.last.high_pressure];
+    let (before, after) = (&run.first, &run.last);
+    let sections = [
+        median(&before.section_peaks)?,
+        median(&after.section_peaks)?,
+    ];
+    let uneven = [before, after].map(|moment| moment.high_pressure / moment.mean_pressure);
     let measured = format!(
-        "largest {} → {} MPa, 99 % of the cells in contact below {} → {} MPa",
+        "median of the largest along sections {} → {} MPa; 99 % of the cells in contact below {} → {} MPa, {} → {} times the mean; single largest {} → {} MPa",
+        number(1e-6 * sections[0]),
+        number(1e-6 * sections[1]),
+        number(1e-6 * before.high_pressure),
+        number(1e-6 * after.high_pressure),
+        number(uneven[0]),
+        number(uneven[1]),
         number(1e-6 * first),
-        number(1e-6 * last),
-        number(1e-6 * high),
-        number(1e-6 * low)
+        number(1e-6 * last)
     );
-    let finding = Finding::judged(16, &[run], last < first && low < high, measured);
-    Some(finding.because(|| {
-        let share = run.last.peak_dissipation;
+    let holds = sections[1] <= LOWER * sections[0]
+        && after.high_pressure <= LOWER * before.high_pressure
+        && uneven[1] < uneven[0];
+    let part = Part::of(&[run], Verdict::of(holds), measured);
+    Some(part.because(|| {
+        let share = after.peak_dissipation;
         if share < STICKS {
             format!("the cell under the largest pressure sticks (it dissipates {share:.1e} of the most): it does not wear while its surroundings do, so that it carries ever more; a hardness limit would flatten it")
         } else {
@@ -71,82 +122,56 @@ fn pressure(run: &Evidence) -> Option<Finding> {
 }
 
 /// Slope at first over slope at last; kn or kt.
-fn running_in(run: &Evidence, cycles: &[f64], claim: u32, name: &str) -> Option<Finding> {
+fn running_in(run: &Evidence, name: &str) -> Option<Part> {
+    run.scene.rq?;
     let values = run.column(name)?;
-    let at = |n: f64| interpolated(cycles, values, n);
-    let early = (at(EARLY) - values[0]) / EARLY;
-    let late = (at(STUDY) - at(LATE)) / (STUDY - LATE);
+    let at = |n: f64| run.bar_at(name, n);
+    let slope = |from: Bar, to: Bar, cycles: f64| {
+        // Bars of neighbours are shared but for what the later has more.
+        Bar {
+            value: (to.value - from.value) / cycles,
+            error: (to.error - from.error).abs() / cycles,
+        }
+    };
+    let early = slope(run.bar(name, 0)?, at(EARLY)?, EARLY);
+    let late = slope(at(LATE)?, at(STUDY)?, STUDY - LATE);
     // A stiffness that no longer changes is slow enough.
     let rounding = 1e-9 * values[0] / (STUDY - LATE);
-    let holds = early > FAST * late.max(0.0) && late >= -rounding;
+    let scaled = Bar {
+        value: FAST * late.value.max(0.0),
+        error: FAST * late.error,
+    };
+    let verdict = (early.less(scaled).above(0.0)).and(late.above(-rounding));
     let measured = format!(
-        "{} → {} N/µm, slope {} N/µm per 10⁶ cycles to 10⁵ cycles, {} after 5 × 10⁶",
+        "{name} {} → {} N/µm, slope {} N/µm per 10⁶ cycles to 10⁵ cycles, {} ± {} after 5 × 10⁶",
         number(1e-6 * values[0]),
         number(1e-6 * values[values.len() - 1]),
-        number(early),
-        number(late)
+        number(early.value),
+        number(late.value),
+        number(late.error)
     );
-    Some(Finding::judged(claim, &[run], holds, measured))
+    Some(Part::of(&[run], verdict, measured))
 }
 
-fn tangential(run: &Evidence, cycles: &[f64]) -> Option<Finding> {
-    let mut finding = running_in(run, cycles, 21, "kt")?;
-    let (kn, kt) = (run.ends("kn")?, run.ends("kt")?);
-    let ratio = kt[1] / kn[1];
-    finding.measured += &format!("; kt/kn {} → {}", number(kt[0] / kn[0]), number(ratio));
-    if let Some(nu) = run.scene.poisson_ratio {
-        let stuck = 2.0 * (1.0 - nu) / (2.0 - nu);
-        finding.measured += &format!(", sticking and smooth {}", number(stuck));
-        if (ratio / stuck - 1.0).abs() > RATIO {
-            finding.verdict = super::Verdict::Fails;
-        }
-    }
-    Some(finding)
-}
-
-fn local(run: &Evidence) -> Option<Finding> {
-    if !run.scene.tangent {
-        return None;
-    }
-    let median = |values: &[f64]| {
-        let mut values = values.to_vec();
-        values.sort_by(f64::total_cmp);
-        values.get(values.len() / 2).copied()
-    };
-    let (first, last) = (
-        median(&run.first.element_kn)?,
-        median(&run.last.element_kn)?,
-    );
-    let [before, after] = run.ends("kn")?;
+fn local(run: &Evidence) -> Option<Part> {
+    let [first, last] = run.local.as_ref()?;
+    let (density, worn) = (median(&first.density)?, median(&last.density)?);
+    let (kn, worn_kn) = (median(&first.kn)?, median(&last.kn)?);
+    let ends = (run.ends("kn")?, run.ends("contact_area_fraction")?);
+    let ([before, after], [area, grown]) = ends;
     let measured = format!(
-        "median of the loaded elements {} → {} N/µm, joint {} → {} N/µm",
-        number(1e-6 * first),
-        number(1e-6 * last),
+        "median over loaded elements {} → {} N/µm per mm² in contact ({} → {} N/µm an element); joint {} → {} N/µm on {} → {} of its area",
+        number(1e-12 * density),
+        number(1e-12 * worn),
+        number(1e-6 * kn),
+        number(1e-6 * worn_kn),
         number(1e-6 * before),
-        number(1e-6 * after)
+        number(1e-6 * after),
+        percent(area),
+        percent(grown)
     );
-    Some(Finding::judged(
-        22,
-        &[run],
-        last < first && after > before,
-        measured,
-    ))
-}
-
-/// Claims on runs of different roughness, smoothest first.
-pub fn by_roughness(set: &[&Evidence]) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    findings.extend(areas(set));
-    findings.extend(shapes(set));
-    findings.extend(converge(set, 20, "kn"));
-    findings.extend(converge(set, 21, "kt"));
-    findings
-}
-
-fn firsts(set: &[&Evidence], name: &str) -> Option<[Vec<f64>; 2]> {
-    let ends: Option<Vec<[f64; 2]>> = set.iter().map(|run| run.ends(name)).collect();
-    let ends = ends?;
-    Some([0, 1].map(|end| ends.iter().map(|pair| pair[end]).collect()))
+    let holds = worn < density && after > before && grown > area;
+    Some(Part::of(&[run], Verdict::of(holds), measured))
 }
 
 /// Roughnesses of a set in words.
@@ -155,52 +180,43 @@ pub fn roughnesses(set: &[&Evidence]) -> String {
     format!("Rq {} µm", list(rq.map(|rq| 1e6 * rq)))
 }
 
-fn areas(set: &[&Evidence]) -> Option<Finding> {
-    let [first, _] = firsts(set, "contact_area_fraction")?;
+fn areas(set: &[&Evidence]) -> Option<Part> {
+    let first: Option<Vec<f64>> = (set.iter())
+        .map(|run| run.ends("contact_area_fraction").map(|ends| ends[0]))
+        .collect();
+    let first = first?;
     let falling: Vec<f64> = first.iter().map(|area| -area).collect();
     let measured = format!(
         "{}: {} %",
         roughnesses(set),
         list(first.iter().map(|area| 100.0 * area))
     );
-    Some(Finding::judged(
-        17,
-        set,
-        super::words::rises(&falling),
-        measured,
-    ))
+    let holds = super::words::rises(&falling) && first[0] > MUCH * first[first.len() - 1];
+    Some(Part::of(set, Verdict::of(holds), measured))
 }
 
-fn shapes(set: &[&Evidence]) -> Option<Finding> {
-    let (smooth, rough) = (set[0], set[set.len() - 1]);
-    let curve = |run: &Evidence| -> Option<Vec<f64>> {
-        let (cycles, area) = (run.cycles()?, run.column("contact_area_fraction")?);
-        let end = cycles[cycles.len() - 1];
-        let at = |k: usize| end * k as f64 / (POINTS - 1) as f64;
-        Some(
-            (0..POINTS)
-                .map(|k| interpolated(cycles, area, at(k)))
-                .collect(),
-        )
-    };
-    let (smoothest, roughest) = (curve(smooth)?, curve(rough)?);
+/// The area over the cycles: an asymptote of a smoother surface, nearly a line of a rougher one.
+fn shape(run: &Evidence) -> Option<Part> {
+    let rq = run.scene.rq?;
+    let (cycles, area) = (run.cycles()?, run.column("contact_area_fraction")?);
+    let end = cycles[cycles.len() - 1];
+    let at = |k: usize| interpolated(cycles, area, end * k as f64 / (POINTS - 1) as f64);
+    let curve: Vec<f64> = (0..POINTS).map(at).collect();
     let [tenth, half] = [POINTS / 10, POINTS / 2];
-    let early = (smoothest[tenth] - smoothest[0]) / tenth as f64;
-    let late = (smoothest[POINTS - 1] - smoothest[half]) / (POINTS - 1 - half) as f64;
-    let asymptotic = early > FAST * late.max(0.0);
-    let fit = r_squared(&roughest);
+    let early = (curve[tenth] - curve[0]) / tenth as f64;
+    let late = (curve[POINTS - 1] - curve[half]) / (POINTS - 1 - half) as f64;
+    let fit = r_squared(&curve);
     let measured = format!(
-        "smoothest: slope {} of the joint per 10 % of the cycles at first, {} at last; roughest: R² {} of a line",
+        "slope {} of the joint per 10 % of the cycles at first, {} at last; R² {} of a line",
         percent(early * tenth as f64),
         percent(late * tenth as f64),
         number(fit)
     );
-    Some(Finding::judged(
-        18,
-        set,
-        asymptotic && fit > LINEAR,
-        measured,
-    ))
+    let holds = match rq <= SMOOTHER * (1.0 + 1e-9) {
+        true => early > FAST * late.max(0.0),
+        false => fit > LINEAR,
+    };
+    Some(Part::of(&[run], Verdict::of(holds), measured))
 }
 
 /// R² of the best line through values at equal distances.
@@ -217,32 +233,45 @@ fn r_squared(values: &[f64]) -> f64 {
     sxy * sxy / (sxx * syy)
 }
 
-fn converge(set: &[&Evidence], claim: u32, name: &str) -> Option<Finding> {
-    let [first, last] = firsts(set, name)?;
+/// Whether a spread has fallen to a third.
+pub fn converged(before: Bar, after: Bar) -> Verdict {
+    let scaled = Bar {
+        value: CONVERGED * before.value,
+        error: CONVERGED * before.error,
+    };
+    after.less(scaled).below(f64::MIN_POSITIVE)
+}
+
+fn converge(set: &[&Evidence], name: &str) -> Option<Part> {
+    let ends: Option<Vec<[Bar; 2]>> = set.iter().map(|run| run.end_bars(name)).collect();
+    let ends = ends?;
+    let [first, last] = [0, 1].map(|end| ends.iter().map(|pair| pair[end]).collect::<Vec<Bar>>());
     let [before, after] = [spread(&first), spread(&last)];
+    let values = |bars: &[Bar]| list(bars.iter().map(|bar| 1e-6 * bar.value));
     let measured = format!(
-        "{}: {name} {} → {} N/µm, spread {} → {}",
+        "{}: {name} {} → {} N/µm, spread {} → {} ± {}",
         roughnesses(set),
-        list(first.iter().map(|k| 1e-6 * k)),
-        list(last.iter().map(|k| 1e-6 * k)),
-        percent(before),
-        percent(after)
+        values(&first),
+        values(&last),
+        percent(before.value),
+        percent(after.value),
+        percent(after.error)
     );
-    Some(
-        Finding::judged(claim, set, after <= CONVERGED * before, measured).because(|| {
-            let still: Vec<String> = set
-                .iter()
-                .filter(|run| {
-                    run.column(name)
-                        .is_some_and(|k| never_falls(k, 0.0) && k[k.len() - 1] < 0.95 * last[0])
-                })
-                .map(|run| run.name.clone())
-                .collect();
-            if still.is_empty() {
-                String::new()
-            } else {
-                format!("still rising: {}", still.join(", "))
-            }
-        }),
-    )
+    let mut part = Part::of(set, converged(before, after), measured);
+    part.of = "the spread".to_owned();
+    Some(part.because(|| {
+        let still: Vec<String> = set
+            .iter()
+            .filter(|run| {
+                run.column(name)
+                    .is_some_and(|k| never_falls(k, 0.0) && k[k.len() - 1] < 0.95 * last[0].value)
+            })
+            .map(|run| run.name.clone())
+            .collect();
+        if still.is_empty() {
+            String::new()
+        } else {
+            format!("still rising: {}", still.join(", "))
+        }
+    }))
 }

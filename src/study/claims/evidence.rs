@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::form;
 use super::setting::Setting;
 use crate::recipe::Recipe;
 use crate::report::{ReportError, RunTables, WEAR_ITERATION, numbers, texts};
@@ -24,6 +25,10 @@ pub struct Loop {
 pub struct Moment {
     /// Pressure that 99 % of the cells in contact do not reach \[Pa\].
     pub high_pressure: f64,
+    /// Mean over the cells in contact \[Pa\].
+    pub mean_pressure: f64,
+    /// Largest pressure along each section along x \[Pa\].
+    pub section_peaks: Vec<f64>,
     /// Share of the cells in contact at the pressure cap.
     pub share_at_cap: f64,
     /// Σ p dA \[N\].
@@ -38,8 +43,17 @@ pub struct Moment {
     pub displacement: Option<[f64; 2]>,
     /// Fine contact over contact elements of the structure, by quantity.
     pub fine_over_elements: BTreeMap<String, f64>,
-    /// Normal stiffness of the contact elements under load \[N/m\].
-    pub element_kn: Vec<f64>,
+    /// Largest size of the moments about x and y, and about the normal, over a cycle \[N m\].
+    pub moments: Option<[f64; 2]>,
+}
+
+/// Contact elements when they were made.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Local {
+    /// Normal stiffness of each that bears load \[N/m\].
+    pub kn: Vec<f64>,
+    /// The same over its area in contact \[N/m³\].
+    pub density: Vec<f64>,
 }
 
 /// What all wear fields together say.
@@ -76,6 +90,10 @@ pub struct Evidence {
     pub response: Columns,
     /// `worn_response`, with the cycles at which it was computed.
     pub worn_response: Columns,
+    /// `wear_step`
+    pub step: Columns,
+    /// `rq`, `sk` and `ku` of the heights without their form, in a run of a generated surface that wears.
+    pub formless: Columns,
     /// Deepest wear per cycle, α times the largest dissipation of a cell \[m\].
     pub depth_rate: Vec<f64>,
     /// The wear fields, in a run that wears.
@@ -84,9 +102,11 @@ pub struct Evidence {
     pub first: Moment,
     /// The last state.
     pub last: Moment,
+    /// Contact elements of the unworn state, and those of the last update.
+    pub local: Option<[Local; 2]>,
     /// Largest tangential force of each iteration's cycle \[N\].
     pub force: Vec<f64>,
-    /// Wall time of all stages \[s\].
+    /// Time of the processor for all stages, of the clock on the wall where that is not told \[s\].
     pub seconds: f64,
     /// Kept modes of the reduced structure, if it is there once and verifies.
     pub modes: Option<usize>,
@@ -110,28 +130,49 @@ impl Evidence {
         if let Some(frame) = run.series(TableName::WornResponse)? {
             worn_response = of_frame(&frame, TableName::WornResponse);
             let history = run.history()?;
-            let cycles = numbers(&frame, WEAR_ITERATION).unwrap_or_default();
-            let cycles = cycles.iter().map(|k| {
-                let row = history.row::<typed::Summary>(*k as u64).ok().flatten();
-                row.and_then(|row| row.cycles).unwrap_or(0) as f64
-            });
-            worn_response.insert("cycles".to_owned(), cycles.collect());
+            let iterations = numbers(&frame, WEAR_ITERATION).unwrap_or_default();
+            let row = |k: &f64| history.row::<typed::Summary>(*k as u64).ok().flatten();
+            let of = |value: fn(&typed::Summary) -> f64| -> Vec<f64> {
+                let each = iterations.iter();
+                each.map(|k| row(k).as_ref().map_or(0.0, value)).collect()
+            };
+            let cycles = of(|row| row.cycles.unwrap_or(0) as f64);
+            worn_response.insert("cycles".to_owned(), cycles);
+            let volumes = of(|row| row.wear_volume.unwrap_or(0.0));
+            worn_response.insert("wear_volume".to_owned(), volumes);
+            let place = |k: &f64| run.iterations().partition_point(|own| *own < *k as u64) as f64;
+            worn_response.insert("place".to_owned(), iterations.iter().map(place).collect());
         }
         let cell_area = recipe.surface().map_or(0.0, |s| s.grid().cell_area());
         let fields = Fields::of(run, &setting, &summary, cell_area)?;
         let costs = run.history()?.cost();
+        let updated = summary
+            .get("updated")
+            .map(Vec::as_slice)
+            .unwrap_or_default();
+        let renewed = updated.iter().rposition(|flag| *flag > 0.0);
+        let local = match renewed.map(|place| run.iterations()[place]) {
+            Some(k) if k > 0 => local(run, run.iterations()[0])?.zip(local(run, k)?),
+            _ => None,
+        };
         Ok(Evidence {
             name: run.name().to_owned(),
             done,
             area: area(&summary),
             response: columns(run, TableName::DynamicResponse)?,
             worn_response,
+            step: columns(run, TableName::WearStep)?,
+            formless: fields.formless,
+            local: local.map(|(first, last)| [first, last]),
             depth_rate: fields.depth_rate,
             worn: fields.worn,
             first: moment(run, run.iterations()[0], recipe, cell_area)?,
             last: moment(run, run.latest(), recipe, cell_area)?,
             force: fields.force,
-            seconds: costs.values().map(|cost| cost.seconds).sum(),
+            seconds: costs
+                .values()
+                .map(|cost| cost.cpu_seconds.unwrap_or(cost.seconds))
+                .sum(),
             modes: modes(run)?,
             summary,
             scene: setting,
@@ -201,6 +242,53 @@ struct Fields {
     depth_rate: Vec<f64>,
     worn: Option<Worn>,
     force: Vec<f64>,
+    formless: Columns,
+}
+
+/// * Wavelength from which on heights are form, in correlation lengths: the 2.5 mm that ISO 4288 has for the roughest of the paper.
+const FORM: f64 = 5.0;
+
+/// Unworn heights on the grid of a joint, and what they are measured by.
+struct Surface {
+    cells: [usize; 2],
+    steps: [f64; 2],
+    heights: Vec<f64>,
+    cutoff: f64,
+}
+
+impl Surface {
+    fn of(run: &RunTables, scene: &Setting) -> Result<Option<Surface>, ReportError> {
+        let grid = run.recipe().surface().map(|surface| surface.grid());
+        let (Some(grid), Some(lengths)) = (grid, scene.correlation_length) else {
+            return Ok(None);
+        };
+        let Some(frame) = run.once(TableName::Surface)? else {
+            return Ok(None);
+        };
+        let [i, j, height] =
+            ["i", "j", "height"].map(|name| numbers(&frame, name).unwrap_or_default());
+        let mut heights = vec![0.0; grid.len()];
+        for ((i, j), height) in i.iter().zip(&j).zip(&height) {
+            heights[grid.index(*i as usize, *j as usize)] = *height;
+        }
+        Ok(Some(Surface {
+            cells: [grid.nx, grid.ny],
+            steps: [grid.dx, grid.dy],
+            heights,
+            cutoff: FORM * lengths[0].max(lengths[1]),
+        }))
+    }
+
+    /// Rq, Sk and Ku without the form, at these depths of cells (i, j).
+    fn worn(&self, i: &[f64], j: &[f64], depth: &[f64]) -> [f64; 3] {
+        let mut heights = self.heights.clone();
+        let mut kept = vec![false; heights.len()];
+        for ((i, j), depth) in i.iter().zip(j).zip(depth) {
+            let at = *i as usize * self.cells[1] + *j as usize;
+            (heights[at], kept[at]) = (heights[at] - depth, true);
+        }
+        form::roughness(&heights, &kept, self.cells, self.steps, self.cutoff)
+    }
 }
 
 impl Fields {
@@ -214,6 +302,7 @@ impl Fields {
             depth_rate: Vec::new(),
             worn: None,
             force: Vec::new(),
+            formless: Columns::new(),
         };
         let Some(coefficient) = scene.coefficient else {
             return Ok(found);
@@ -224,6 +313,7 @@ impl Fields {
             ..Worn::default()
         };
         let (mut touched, mut before, mut rates) = (Vec::new(), Vec::new(), Vec::new());
+        let surface = Surface::of(run, scene)?;
         for (place, &k) in run.iterations().iter().enumerate() {
             let field = run.at(k, TableName::ContactField)?;
             let column = |name| {
@@ -233,10 +323,19 @@ impl Fields {
                     .unwrap_or_default()
             };
             let (pressure, dissipation) = (column("pressure"), column("dissipation"));
-            let depth = run.at(k, TableName::WearField)?;
-            let depth = depth
-                .and_then(|field| numbers(&field, "wear_depth"))
-                .unwrap_or_default();
+            let wear = run.at(k, TableName::WearField)?;
+            let column = |name| {
+                let column = wear.as_ref().and_then(|field| numbers(field, name));
+                column.unwrap_or_default()
+            };
+            let depth = column("wear_depth");
+            if let Some(surface) = &surface {
+                let worn = surface.worn(&column("i"), &column("j"), &depth);
+                for (name, value) in ["rq", "sk", "ku"].into_iter().zip(worn) {
+                    let column: &mut Vec<f64> = found.formless.entry(name.to_owned()).or_default();
+                    column.push(value);
+                }
+            }
             if touched.is_empty() {
                 touched = vec![false; pressure.len()];
                 before = vec![0.0; depth.len()];
@@ -292,7 +391,15 @@ fn moment(run: &RunTables, k: u64, recipe: &Recipe, cell_area: f64) -> Result<Mo
         found.load = pressure.iter().sum::<f64>() * cell_area;
         let mut loaded: Vec<f64> = pressure.iter().copied().filter(|p| *p > 0.0).collect();
         loaded.sort_by(f64::total_cmp);
+        let sections = numbers(&field, "j").unwrap_or_default();
+        let count = sections.iter().fold(-1.0, |most: f64, j| j.max(most)) + 1.0;
+        found.section_peaks = vec![0.0; count as usize];
+        for (j, pressure) in sections.iter().zip(&pressure) {
+            let peak = &mut found.section_peaks[*j as usize];
+            *peak = peak.max(*pressure);
+        }
         if !loaded.is_empty() {
+            found.mean_pressure = loaded.iter().sum::<f64>() / loaded.len() as f64;
             found.high_pressure = loaded[(0.99 * (loaded.len() - 1) as f64) as usize];
             let cap = recipe.contact().and_then(|contact| contact.pressure_cap);
             let at_cap = loaded
@@ -320,6 +427,14 @@ fn moment(run: &RunTables, k: u64, recipe: &Recipe, cell_area: f64) -> Result<Mo
     if let Some(frame) = run.at(k, TableName::JointCycle)? {
         found.normal_load = numbers(&frame, "normal_load").map(|v| mean_and_half_range(&v));
         found.displacement = numbers(&frame, "displacement_x").map(|v| mean_and_half_range(&v));
+        let most = |name| {
+            let moments = numbers(&frame, name)?;
+            Some(moments.iter().fold(0.0, |most: f64, m| m.abs().max(most)))
+        };
+        found.moments = most("moment_x")
+            .zip(most("moment_y"))
+            .zip(most("moment_z"))
+            .map(|((x, y), normal)| [x.max(y), normal]);
     }
     if let Some(frame) = run.at(k, TableName::Ledger)? {
         let column = |name| numbers(&frame, name).unwrap_or_default();
@@ -333,15 +448,41 @@ fn moment(run: &RunTables, k: u64, recipe: &Recipe, cell_area: f64) -> Result<Mo
             .zip(ratios)
             .collect();
     }
-    if let Some(frame) = run.at(k, TableName::ContactElement)? {
-        let column = |name| numbers(&frame, name).unwrap_or_default();
-        let loaded = column("kn").into_iter().zip(column("normal_load"));
-        found.element_kn = loaded
-            .filter(|(_, load)| *load > 0.0)
-            .map(|(kn, _)| kn)
-            .collect();
-    }
     Ok(found)
+}
+
+/// The contact elements of an iteration, with the area in contact that is in each.
+fn local(run: &RunTables, k: u64) -> Result<Option<Local>, ReportError> {
+    let grid = run.recipe().surface().map(|surface| surface.grid());
+    let frames = (
+        run.at(k, TableName::ContactElement)?,
+        run.at(k, TableName::ContactField)?,
+    );
+    let (Some(grid), (Some(elements), Some(field))) = (grid, frames) else {
+        return Ok(None);
+    };
+    let of = |name| numbers(&elements, name).unwrap_or_default();
+    let (x, y, area, kn, load) = (of("x"), of("y"), of("area"), of("kn"), of("normal_load"));
+    let cell = |name| numbers(&field, name).unwrap_or_default();
+    let (i, j, pressure) = (cell("i"), cell("j"), cell("pressure"));
+    let mut touching = vec![0.0; x.len()];
+    for ((i, j), _) in i.iter().zip(&j).zip(&pressure).filter(|(_, p)| **p > 0.0) {
+        let (cx, cy) = grid.centre(*i as usize, *j as usize);
+        // Elements are squares beside each other.
+        let own = (0..x.len()).find(|&e| {
+            let half = 0.5 * area[e].sqrt() * (1.0 + 1e-9);
+            (cx - x[e]).abs() <= half && (cy - y[e]).abs() <= half
+        });
+        if let Some(own) = own {
+            touching[own] += grid.cell_area();
+        }
+    }
+    let mut found = Local::default();
+    for e in (0..x.len()).filter(|&e| load[e] > 0.0 && touching[e] > 0.0) {
+        found.kn.push(kn[e]);
+        found.density.push(kn[e] / touching[e]);
+    }
+    Ok(Some(found))
 }
 
 fn mean_and_half_range(values: &[f64]) -> [f64; 2] {

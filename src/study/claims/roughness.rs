@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use super::steps::explicit_steps;
-use super::words::{interpolated, never_falls, percent};
-use super::{Evidence, Finding};
+use super::steps::all_of;
+use super::words::{interpolated, micrometres, never_falls, percent};
+use super::{Evidence, Part, Study, Verdict};
 use crate::report::quantity::number;
 
 /// * Rise of Rq that counts as none, of Rq.
@@ -17,62 +17,51 @@ const SYMMETRIC: f64 = 0.1;
 const NORMAL: f64 = 0.2;
 /// Kurtosis of a Gaussian surface.
 const GAUSSIAN: f64 = 3.0;
-/// * "Only a few" steps.
-const FEW: f64 = 10.0;
+/// * Cycles of "only a few", a hundredth of the study.
+const FEW: f64 = 1e5;
 /// * Standard deviations of the skewness.
 const SIGNIFICANT: f64 = 3.0;
-/// Up to this roughness the paper's steps are a tenth \[m\] [A §4a].
-const SMOOTH: f64 = 1e-6;
-/// * Changes that are strong: of Rq, relative, and of Sk and Ku.
-const STRONG: [f64; 3] = [0.05, 0.1, 0.1];
-/// From this roughness on \[m\], a smaller change of Rq counts*.
-const ROUGH: f64 = 10e-6;
-/// * That change.
-const LESS: f64 = 0.01;
+/// * Changes that are strong: of the mean height and of Rq in parts of the unworn Rq, of Sk and Ku.
+const STRONG: [f64; 3] = [0.05, 0.3, 0.3];
 
-/// Claims on one run.
-pub fn single(run: &Evidence) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    let Some(cycles) = run.cycles() else {
-        return findings;
+/// What the runs of a study say of a claim.
+pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
+    let worn = || (study.rough.iter().copied()).filter(|run| run.cycles().is_some());
+    // A single cycle takes less from the mean than rounding of the heights leaves open.
+    let all = || {
+        let is_unworn = |run: &Evidence| study.harmonics.iter().any(|own| std::ptr::eq(*own, run));
+        let rough = study
+            .all
+            .iter()
+            .copied()
+            .filter(|run| run.scene.rq.is_some());
+        rough.filter(move |run| !is_unworn(run))
     };
-    findings.extend(valleys(run));
-    if run.scene.rq.is_none() {
-        return findings;
+    match claim {
+        8 => study.main.and_then(valleys).into_iter().collect(),
+        9 => worn().filter_map(falls).collect(),
+        10 => all_of(all().filter_map(mean)),
+        11 => worn().filter_map(skewness).collect(),
+        12 => worn().filter_map(kurtosis).collect(),
+        13 => worn().filter_map(few).collect(),
+        _ => worn().filter_map(strong).collect(),
     }
-    let columns = (run.column("rq"), run.column("sk"), run.column("ku"));
-    let (Some(rq), Some(sk), Some(ku)) = columns else {
-        return findings;
-    };
-    findings.extend([
-        falls(run, rq),
-        skewness(run, sk),
-        kurtosis(run, ku),
-        strong(run, rq, sk, ku),
-    ]);
-    findings.extend(mean(run));
-    findings.extend(few(run, cycles, sk));
-    findings
 }
 
-fn valleys(run: &Evidence) -> Option<Finding> {
+fn valleys(run: &Evidence) -> Option<Part> {
+    run.scene.rq?;
     let worn = run.worn.as_ref()?;
     let measured = format!(
-        "{} cells never touched, worn by {} µm at most; deepest wear {} µm",
+        "{} cells never touched, worn by {} at most; deepest wear {}",
         worn.never_touched,
-        number(1e6 * worn.never_touched_depth),
-        number(1e6 * worn.deepest)
+        micrometres(worn.never_touched_depth),
+        micrometres(worn.deepest)
     );
-    if worn.never_touched == 0 {
-        return Some(Finding::not_applicable(
-            8,
-            &[run],
-            "no cell is left that never touched",
-        ));
-    }
-    let holds = worn.never_touched_depth == 0.0 && worn.deepest > 0.0;
-    Some(Finding::judged(8, &[run], holds, measured).because(|| {
-        if run.scene.explicit.is_none() && worn.deepest > 0.0 {
+    let holds = worn.never_touched > 0 && worn.never_touched_depth == 0.0 && worn.deepest > 0.0;
+    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| {
+        if worn.never_touched == 0 {
+            "no valley is left: all cells have touched".to_owned()
+        } else if run.scene.explicit.is_none() {
             "the steps are not explicit: within one a cell may touch that does not at its ends"
                 .to_owned()
         } else {
@@ -81,43 +70,68 @@ fn valleys(run: &Evidence) -> Option<Finding> {
     }))
 }
 
-/// The worn form where more is removed than the surface is rough: what then changes is no longer its roughness.
-fn form(run: &Evidence) -> String {
+/// First, last and extreme value of a series of the raw heights, and of those without their form.
+fn ends(values: &[f64]) -> [f64; 2] {
+    [values[0], values[values.len() - 1]]
+}
+
+/// The same statistic of the heights without their form, in words.
+fn beside(run: &Evidence, name: &str, scale: f64) -> String {
+    let Some(values) = run.formless.get(name) else {
+        return String::new();
+    };
+    let [first, last] = ends(values);
+    format!(
+        "; without the form {} → {}",
+        number(scale * first),
+        number(scale * last)
+    )
+}
+
+/// Whether the criterion is met once the form is taken away, and how much is worn.
+fn form(run: &Evidence, holds: impl Fn(&Evidence) -> Option<bool>) -> String {
     let (Some(heights), Some(rq)) = (run.ends("mean_height"), run.scene.rq) else {
         return String::new();
     };
     let removed = (heights[0] - heights[1]) / rq;
-    if removed > 1.0 {
-        format!(
-            "{} Rq are worn away on average, deepest where the rigid patch carries most: what the statistics see in the end is the worn form, not the roughness",
+    let mut formless = run.clone();
+    formless.summary.extend(run.formless.clone());
+    let bare = !run.formless.is_empty() && holds(&formless) == Some(true);
+    match bare {
+        true => format!(
+            "what the statistics see is the worn form, not the roughness: {} Rq are worn away on average; without the form it holds",
             number(removed)
-        )
-    } else if removed < 0.13 {
+        ),
         // Clipping a Gaussian surface: Ku is back at 3 where 0.13 Rq are removed on average.
-        format!(
+        false if removed < 0.13 => format!(
             "only {} Rq are worn away on average; flat clipping of a Gaussian surface first lowers Ku",
             number(removed)
-        )
-    } else {
-        String::new()
+        ),
+        false => format!("{} Rq are worn away on average", number(removed)),
     }
 }
 
-fn falls(run: &Evidence, rq: &[f64]) -> Finding {
-    let [first, last] = [rq[0], rq[rq.len() - 1]];
-    let falling: Vec<f64> = rq.iter().map(|rq| -rq / first).collect();
-    let least = rq.iter().copied().fold(f64::INFINITY, f64::min);
-    let measured = format!(
-        "{} µm → {} µm, least {} µm",
-        number(1e6 * first),
-        number(1e6 * last),
-        number(1e6 * least)
-    );
-    let holds = never_falls(&falling, RISE) && last < first;
-    Finding::judged(9, &[run], holds, measured).because(|| form(run))
+fn is_falling(run: &Evidence) -> Option<bool> {
+    let rq = run.column("rq")?;
+    let most = rq.iter().copied().fold(0.0, f64::max);
+    let [first, last] = ends(rq);
+    Some(most <= first * (1.0 + RISE) && last < first)
 }
 
-fn mean(run: &Evidence) -> Option<Finding> {
+fn falls(run: &Evidence) -> Option<Part> {
+    run.scene.rq?;
+    let holds = is_falling(run)?;
+    let [first, last] = ends(run.column("rq")?);
+    let measured = format!(
+        "{} → {} µm{}",
+        number(1e6 * first),
+        number(1e6 * last),
+        beside(run, "rq", 1e6)
+    );
+    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| form(run, is_falling)))
+}
+
+fn mean(run: &Evidence) -> Option<(f64, Part)> {
     let (heights, volumes) = (run.column("mean_height")?, run.column("wear_volume")?);
     let area = run.area?;
     let removed = volumes[volumes.len() - 1] / area;
@@ -128,93 +142,125 @@ fn mean(run: &Evidence) -> Option<Finding> {
     let worst = off.fold(0.0, f64::max) / removed;
     let falling: Vec<f64> = heights.iter().map(|height| -height).collect();
     let measured = format!(
-        "fell by {} µm, {worst:.1e} off volume / area",
-        number(1e6 * removed)
+        "{}, fell by {}, {worst:.1e} off volume / area",
+        run.name,
+        micrometres(removed)
     );
     let holds = worst <= MEAN && never_falls(&falling, 0.0);
-    Some(Finding::judged(10, &[run], holds, measured))
+    Some((worst, Part::of(&[run], Verdict::of(holds), measured)))
 }
 
-fn skewness(run: &Evidence, sk: &[f64]) -> Finding {
-    let [first, last] = [sk[0], sk[sk.len() - 1]];
-    let least = sk.iter().copied().fold(f64::INFINITY, f64::min);
+fn is_skewed(run: &Evidence) -> Option<bool> {
+    let [first, last] = ends(run.column("sk")?);
+    Some(first.abs() < SYMMETRIC && last < -SYMMETRIC)
+}
+
+fn skewness(run: &Evidence) -> Option<Part> {
+    run.scene.rq?;
+    let holds = is_skewed(run)?;
+    let [first, last] = ends(run.column("sk")?);
     let measured = format!(
-        "{} → {}, least {}",
+        "{} → {}{}",
         number(first),
         number(last),
-        number(least)
+        beside(run, "sk", 1.0)
     );
-    let holds = first.abs() < SYMMETRIC && last < -SYMMETRIC;
-    Finding::judged(11, &[run], holds, measured).because(|| form(run))
+    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| form(run, is_skewed)))
 }
 
-fn kurtosis(run: &Evidence, ku: &[f64]) -> Finding {
-    let [first, last] = [ku[0], ku[ku.len() - 1]];
+fn is_peaked(run: &Evidence) -> Option<bool> {
+    let [first, last] = ends(run.column("ku")?);
+    Some((first - GAUSSIAN).abs() < NORMAL && last > GAUSSIAN && last > first)
+}
+
+fn kurtosis(run: &Evidence) -> Option<Part> {
+    run.scene.rq?;
+    let holds = is_peaked(run)?;
+    let ku = run.column("ku")?;
+    let [first, last] = ends(ku);
     let least = ku.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = ku.iter().copied().fold(0.0, f64::max);
     let measured = format!(
-        "{} → {}, on the way {} to {}; the dip is no part of the claim",
+        "{} → {}, least {}{}",
         number(first),
         number(last),
         number(least),
-        number(most)
+        beside(run, "ku", 1.0)
     );
-    let holds = (first - GAUSSIAN).abs() < NORMAL && last > GAUSSIAN;
-    Finding::judged(12, &[run], holds, measured).because(|| form(run))
+    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| form(run, is_peaked)))
 }
 
-/// Skewness after ten steps of the paper, against what surfaces of this size scatter by.
-fn few(run: &Evidence, cycles: &[f64], sk: &[f64]) -> Option<Finding> {
+/// What the skewness of Gaussian surfaces of this size scatters by.
+fn scatter(run: &Evidence) -> Option<f64> {
     let [clx, cly] = run.scene.correlation_length?;
-    let area = run.area?;
     // Variance 6 / (independent cells), A / ∫ρ³ of them; ∫ρ³ = π clx cly / 3 for ρ = exp(−(x²/clx² + y²/cly²)).
-    let sigma = (2.0 * PI * clx * cly / area).sqrt();
-    let steps = explicit_steps(run)?;
-    let tenth = run.scene.rq? <= SMOOTH * (1.0 + 1e-9);
-    let few = if tenth { 0.1 * FEW } else { FEW };
-    if steps[steps.len() - 1] < few {
-        return Some(Finding::not_applicable(
-            13,
-            &[run],
-            "wears by less than ten steps",
-        ));
+    Some((2.0 * PI * clx * cly / run.area?).sqrt())
+}
+
+fn few(run: &Evidence) -> Option<Part> {
+    let (cycles, sk) = (run.cycles()?, run.column("sk")?);
+    let sigma = scatter(run)?;
+    if cycles[cycles.len() - 1] < FEW {
+        return None;
     }
-    let at = interpolated(&steps, cycles, few);
-    let found = interpolated(cycles, sk, at);
+    let found = interpolated(cycles, sk, FEW);
     let measured = format!(
-        "Sk {} at {} cycles, where ten steps end; σ of surfaces of this size {}",
+        "Sk {} at 10⁵ cycles; σ of surfaces of this size {}",
         number(found),
-        number(at),
         number(sigma)
     );
     let holds = found.abs() > SIGNIFICANT * sigma;
-    Some(Finding::judged(13, &[run], holds, measured).because(|| {
-        let passed = steps
-            .iter()
-            .zip(sk)
-            .find(|(_, sk)| sk.abs() > SIGNIFICANT * sigma);
-        passed.map_or_else(String::new, |(steps, _)| {
-            format!(
-                "it takes some {steps:.0} steps of 0.1 µm: a few touch too little of the surface"
-            )
-        })
+    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| {
+        let passed = (cycles.iter().zip(sk)).find(|(_, sk)| sk.abs() > SIGNIFICANT * sigma);
+        match passed {
+            Some((cycles, _)) => format!(
+                "it takes some {} cycles: fewer touch too little of the surface",
+                number(*cycles)
+            ),
+            None => "too little of the surface is worn".to_owned(),
+        }
     }))
 }
 
-fn strong(run: &Evidence, rq: &[f64], sk: &[f64], ku: &[f64]) -> Finding {
-    let change = |values: &[f64]| values[values.len() - 1] - values[0];
-    let changes = [change(rq) / rq[0], change(sk), change(ku)];
-    let rough = run.scene.rq.is_some_and(|rq| rq >= ROUGH * (1.0 - 1e-9));
-    let bounds = [if rough { LESS } else { STRONG[0] }, STRONG[1], STRONG[2]];
-    let measured = format!(
-        "Rq {}, Sk {}, Ku {}",
-        percent(changes[0]),
-        number(changes[1]),
-        number(changes[2])
+/// Changes of Rq (relative), Sk and Ku.
+fn changes(run: &Evidence) -> Option<[f64; 3]> {
+    let change = |name| {
+        let [first, last] = ends(run.column(name)?);
+        Some(last - first)
+    };
+    let rq = run.column("rq")?[0];
+    Some([change("rq")? / rq, change("sk")?, change("ku")?])
+}
+
+fn is_strong(run: &Evidence) -> Option<bool> {
+    let [rq, sk, ku] = changes(run)?;
+    let heights = run.ends("mean_height")?;
+    let removed = (heights[0] - heights[1]) / run.scene.rq?;
+    Some(removed > STRONG[0] && rq < -STRONG[0] && sk < -STRONG[1] && ku > STRONG[2])
+}
+
+fn strong(run: &Evidence) -> Option<Part> {
+    let holds = is_strong(run)?;
+    let [rq, sk, ku] = changes(run)?;
+    let heights = run.ends("mean_height")?;
+    let mut measured = format!(
+        "mean height {} Rq, Rq {}, Sk {}, Ku {}",
+        number((heights[1] - heights[0]) / run.scene.rq?),
+        percent(rq),
+        number(sk),
+        number(ku)
     );
-    let holds = changes
-        .iter()
-        .zip(bounds)
-        .all(|(change, bound)| change.abs() > bound);
-    Finding::judged(14, &[run], holds, measured)
+    let mut formless = run.clone();
+    formless.summary.extend(run.formless.clone());
+    if let Some([rq, sk, ku]) = (!run.formless.is_empty())
+        .then(|| changes(&formless))
+        .flatten()
+    {
+        measured += &format!(
+            "; without the form Rq {}, Sk {}, Ku {}",
+            percent(rq),
+            number(sk),
+            number(ku)
+        );
+    }
+    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| form(run, is_strong)))
 }

@@ -7,8 +7,12 @@ use crate::recipe::{Criterion, ElementStiffness, Recipe};
 /// What of a scene decides which part a run plays.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Setting {
-    /// The scene without what a study varies: roughness, cap, update, harmonics, output.
+    /// The scene without what a study varies: roughness, cap, update, harmonics, contact elements, algorithm, seed, output.
     pub base: String,
+    /// Which law contact elements have, in words; empty without them.
+    pub law: String,
+    /// Seed of the surface, where it is generated.
+    pub seed: Option<u64>,
     /// RMS height of a generated surface \[m\].
     pub rq: Option<f64>,
     /// Its correlation lengths \[m\].
@@ -27,6 +31,10 @@ pub struct Setting {
     pub harmonics: String,
     /// True if each contact element has a stiffness of its own.
     pub tangent: bool,
+    /// Shorter side of the joint \[m\].
+    pub side: Option<f64>,
+    /// Side along x, whose half is the lever of moments \[m\].
+    pub length: Option<f64>,
     /// Depth of an explicit wear step \[m\]; none for other schemes.
     pub explicit: Option<f64>,
     /// Worn volume per energy \[m³/J\].
@@ -63,8 +71,13 @@ impl Setting {
         });
         let load = contact.map(|contact| (contact.friction_coefficient, contact.normal_load));
         let load = load.or(given);
+        let size = recipe.surface().map(|surface| surface.size);
         Setting {
             base: base(scene),
+            law: law(scene),
+            seed: scene["surface"]["seed"].as_u64(),
+            side: size.map(|[x, y]| x.min(y)),
+            length: size.map(|[x, _]| x),
             rq,
             correlation_length,
             pressure_cap: contact.and_then(|contact| contact.pressure_cap),
@@ -99,13 +112,31 @@ impl Setting {
     }
 }
 
+/// The law of contact elements: its word, and how a stiffness of the whole joint is shared.
+fn law(scene: &Value) -> String {
+    if scene["dynamics"].is_null() {
+        return String::new();
+    }
+    let word = |key: &str| scene["contact"][key].as_str().unwrap_or_default();
+    match (word("stiffness"), word("distribution")) {
+        (kind @ ("total" | "roughness"), shared) => format!("{kind}, {shared}"),
+        (kind, _) => kind.to_owned(),
+    }
+}
+
 fn base(scene: &Value) -> String {
     let mut base = scene.clone();
     for (section, key) in [
         ("surface", "rq"),
+        ("surface", "seed"),
         ("contact", "pressure_cap"),
+        ("contact", "stiffness"),
+        ("contact", "distribution"),
         ("dynamics", "harmonics"),
-        // The published algorithm takes smaller steps on smoother surfaces.
+        // Where a run ends, and how its steps are taken.
+        ("wear", "cycles"),
+        ("wear", "scheme"),
+        ("wear", "tolerance"),
         ("wear", "depth_step"),
     ] {
         if let Some(section) = base.get_mut(section).and_then(Value::as_object_mut) {
@@ -113,7 +144,7 @@ fn base(scene: &Value) -> String {
         }
     }
     if let Some(sections) = base.as_object_mut() {
-        for section in ["update", "output"] {
+        for section in ["update", "fidelity", "output"] {
             sections.remove(section);
         }
     }

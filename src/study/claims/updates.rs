@@ -1,50 +1,91 @@
 //! Updates of the dynamic model (claims 29–33).
 
-use super::words::{interpolated, list, percent};
-use super::{Evidence, Finding};
+use super::bars::Bar;
+use super::words::{list, micrometres, percent};
+use super::{Evidence, Part, Study, Verdict};
 
-/// * Fall of the dissipation at an update that is one.
+/// * Fall of the dissipation at an update that is a jump.
 const JUMP: f64 = 0.01;
 /// From here on the criteria agree \[cycles\] [A §4d(i)].
 const AGREE: f64 = 1e6;
-/// * Rates that are nearly the same: well, and barely.
-const RATES: [f64; 2] = [0.05, 0.1];
+/// * Rates that are nearly the same.
+const RATES: f64 = 0.05;
 /// * Stiffnesses that hardly depend on the updates.
 const STIFFNESS: f64 = 0.03;
 /// * Responses that are identical: frequency, peak.
 const RESPONSE: [f64; 2] = [1e-3, 0.02];
+/// * Motions of single elements that are far from the mean.
+const APART: f64 = 0.1;
 /// Cycles at which curves are compared, on a logarithmic scale.
 const POINTS: usize = 40;
 /// The first of them.
 const FIRST: f64 = 1e4;
 
-/// Claims on one run.
-pub fn single(run: &Evidence) -> Vec<Finding> {
-    let found = || -> Option<Finding> {
-        let (updated, energy) = (run.column("updated")?, run.column("dissipated_energy")?);
-        let cycles = run.cycles()?;
-        let at: Vec<usize> = (1..updated.len()).filter(|&k| updated[k] > 0.0).collect();
-        if at.is_empty() {
-            let reason = if run.scene.update == "never" {
-                "never updated, as the scene says"
-            } else {
-                "the criterion never called for an update: kn and kt changed too little"
-            };
-            return Some(Finding::not_applicable(29, &[run], reason));
-        }
-        let jumps: Vec<f64> = at
-            .iter()
-            .map(|&k| energy[k] / energy[k - 1] - 1.0)
-            .collect();
-        let texts: Vec<String> = at
-            .iter()
-            .zip(&jumps)
-            .map(|(&k, jump)| format!("{} at {:.0} cycles", percent(*jump), cycles[k]))
-            .collect();
-        let holds = jumps.iter().all(|jump| *jump < -JUMP);
-        Some(Finding::judged(29, &[run], holds, texts.join(", ")))
+/// What the runs of a study say of a claim.
+pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
+    let updated = study.updated.as_slice();
+    let ends = updated
+        .iter()
+        .filter_map(|run| run.cycles()?.last().copied());
+    let end = ends.fold(f64::INFINITY, f64::min);
+    let several = updated.len() > 1;
+    let never = study.main.filter(|run| run.scene.update == "never");
+    let found = match claim {
+        29 => return updated.iter().copied().filter_map(jumps).collect(),
+        30 if several && end > AGREE => rates(updated, end),
+        31 if several => stiffness(updated, end),
+        32 if several => responses(updated, &pairs(updated)),
+        33 => match (never, updated.first()) {
+            (Some(never), Some(finest)) => responses(&[finest, never], &[(finest, never)])
+                .map(|part| volumes(part, finest, never)),
+            _ => None,
+        },
+        _ => None,
     };
-    found().into_iter().collect()
+    found.into_iter().collect()
+}
+
+/// Energy of a cycle at the end of the step to an iteration, under the vibration before it \[J\]: what was written, or what follows from
+/// the volume of the step and the energy at its beginning, if it fell linearly or exponentially.
+fn before(run: &Evidence, k: usize) -> Option<Bar> {
+    let step = |name: &str| run.step.get(name)?.get(k).copied();
+    if let Some(energy) = step("end_energy").filter(|energy| energy.is_finite()) {
+        return Some(Bar::exact(energy));
+    }
+    let begin = *run.column("dissipated_energy")?.get(k - 1)?;
+    let mean = step("volume")? / (run.scene.coefficient? * step("n_cycles")?);
+    let (linear, exponential) = (2.0 * mean - begin, mean * mean / begin);
+    Some(Bar {
+        value: 0.5 * (linear + exponential),
+        error: 0.5 * (linear - exponential).abs(),
+    })
+}
+
+fn jumps(run: &Evidence) -> Option<Part> {
+    let (updated, energy) = (run.column("updated")?, run.column("dissipated_energy")?);
+    let (cycles, solves) = (run.cycles()?, run.column("error_cycle"));
+    let at: Vec<usize> = (1..updated.len()).filter(|&k| updated[k] > 0.0).collect();
+    let mut part = match at.is_empty() {
+        true => {
+            let reason = "the criterion never called for an update: kn and kt changed too little";
+            Part::of(&[run], Verdict::Undecided, reason.to_owned())
+        }
+        false => {
+            let jump = |&k: &usize| {
+                let error = solves.and_then(|e| e.get(k).copied()).unwrap_or(0.0);
+                let after = Bar::relative(energy[k], error);
+                Some((k, after.over(before(run, k)?).less(Bar::exact(1.0))))
+            };
+            let jumps: Vec<(usize, Bar)> = at.iter().map(jump).collect::<Option<_>>()?;
+            let texts: Vec<String> = (jumps.iter())
+                .map(|(k, jump)| format!("{} at {:.0} cycles", percent(jump.value), cycles[*k]))
+                .collect();
+            let verdict = Verdict::all(jumps.iter().map(|(_, jump)| jump.below(-JUMP)));
+            Part::of(&[run], verdict, texts.join(", "))
+        }
+    };
+    part.of = format!("updates at {}", criterion(run));
+    Some(part)
 }
 
 /// Cycles from `first` to `last`, evenly on a logarithmic scale.
@@ -55,27 +96,23 @@ fn cycles(first: f64, last: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Largest relative difference of a column between two runs at these cycles.
-fn apart(a: &Evidence, b: &Evidence, column: &str, at: &[f64]) -> Option<f64> {
-    let curve = |run: &Evidence| -> Option<Vec<f64>> {
-        let (cycles, values) = (run.cycles()?, run.column(column)?);
-        Some(
-            at.iter()
-                .map(|n| interpolated(cycles, values, *n))
-                .collect(),
-        )
-    };
-    let (a, b) = (curve(a)?, curve(b)?);
-    Some(
-        a.iter()
-            .zip(&b)
-            .map(|(a, b)| (a / b - 1.0).abs())
-            .fold(0.0, f64::max),
-    )
+/// Largest relative difference of a column between two runs at these cycles, with its bar.
+fn apart(a: &Evidence, b: &Evidence, column: &str, at: &[f64]) -> Option<Bar> {
+    let mut most = Bar::exact(0.0);
+    for &n in at {
+        let ratio = a.bar_at(column, n)?.over(b.bar_at(column, n)?);
+        let off = ratio.less(Bar::exact(1.0)).size();
+        if off.value >= most.value {
+            most = off;
+        }
+    }
+    Some(most)
 }
 
+type Pair<'a> = (&'a Evidence, &'a Evidence);
+
 /// The runs, each with each.
-fn pairs<'a>(set: &[&'a Evidence]) -> Vec<(&'a Evidence, &'a Evidence)> {
+fn pairs<'a>(set: &[&'a Evidence]) -> Vec<Pair<'a>> {
     let mut pairs = Vec::new();
     for (k, &a) in set.iter().enumerate() {
         pairs.extend(set[k + 1..].iter().map(|&b| (a, b)));
@@ -89,50 +126,23 @@ fn criterion(run: &Evidence) -> String {
         .map_or_else(|| run.scene.update.clone(), percent)
 }
 
-/// Claims on runs of different criteria, the finest first and none last.
-pub fn by_update(set: &[&Evidence]) -> Vec<Finding> {
-    let end = set
-        .iter()
-        .filter_map(|run| run.cycles()?.last().copied())
-        .fold(f64::INFINITY, f64::min);
-    let mut findings = Vec::new();
-    let updating: Vec<&Evidence> = set
-        .iter()
-        .copied()
-        .filter(|run| run.scene.update != "never")
-        .collect();
-    if end.is_finite() {
-        if end > AGREE {
-            findings.extend(rates(&updating, end));
-        }
-        findings.extend(stiffness(set, end));
-    }
-    findings.extend(responses(&updating, 32, &pairs(&updating)));
-    let never = set.iter().find(|run| run.scene.update == "never");
-    if let (Some(never), Some(finest)) = (never, updating.first()) {
-        findings.extend(responses(&[finest, never], 33, &[(finest, never)]));
-    }
-    findings
-}
-
+/// Differences of pairs in words, and whether all are below a bound.
 fn differences(
-    pairs: &[(&Evidence, &Evidence)],
-    of: impl Fn(&Evidence, &Evidence) -> Option<f64>,
-) -> Option<(Vec<f64>, String)> {
-    let all: Vec<f64> = pairs.iter().map(|(a, b)| of(a, b)).collect::<Option<_>>()?;
+    pairs: &[Pair],
+    bound: f64,
+    of: impl Fn(&Evidence, &Evidence) -> Option<Bar>,
+) -> Option<(Verdict, String)> {
+    let all: Vec<Bar> = pairs.iter().map(|(a, b)| of(a, b)).collect::<Option<_>>()?;
     let texts: Vec<String> = pairs
         .iter()
         .zip(&all)
         .map(|((a, b), difference)| {
-            format!(
-                "{} against {}: {}",
-                criterion(a),
-                criterion(b),
-                percent(*difference)
-            )
+            let (one, other) = (criterion(a), criterion(b));
+            format!("{one} against {other}: {}", percent(difference.value))
         })
         .collect();
-    Some((all, texts.join(", ")))
+    let verdict = Verdict::all(all.iter().map(|difference| difference.below(bound)));
+    Some((verdict, texts.join(", ")))
 }
 
 /// How far the runs differ in what drives them in the end.
@@ -152,7 +162,7 @@ fn amplitudes(set: &[&Evidence]) -> String {
         .iter()
         .filter_map(|run| run.response.get("displacement_spread")?.last().copied())
         .fold(0.0, f64::max);
-    if spread > RATES[1] {
+    if spread > APART {
         text += &format!(
             ", and single elements move by up to {} more or less than the mean that drives the fine contact",
             percent(spread)
@@ -161,48 +171,66 @@ fn amplitudes(set: &[&Evidence]) -> String {
     text
 }
 
-fn rates(set: &[&Evidence], end: f64) -> Option<Finding> {
-    let pairs = pairs(set);
-    if pairs.is_empty() {
-        return None;
-    }
+fn rates(set: &[&Evidence], end: f64) -> Option<Part> {
     let at = cycles(AGREE, end);
-    let (all, mut measured) = differences(&pairs, |a, b| apart(a, b, "wear_rate", &at))?;
-    let most = all.iter().copied().fold(0.0, f64::max);
-    if most <= RATES[1] {
-        measured += if most <= RATES[0] {
-            " (well)"
-        } else {
-            " (barely)"
-        };
-    }
-    Some(Finding::judged(30, set, most <= RATES[1], measured).because(|| amplitudes(set)))
+    let (verdict, measured) =
+        differences(&pairs(set), RATES, |a, b| apart(a, b, "wear_rate", &at))?;
+    Some(Part::of(set, verdict, measured).because(|| amplitudes(set)))
 }
 
-fn stiffness(set: &[&Evidence], end: f64) -> Option<Finding> {
+fn stiffness(set: &[&Evidence], end: f64) -> Option<Part> {
     let at = cycles(FIRST.min(0.1 * end), end);
-    let (all, measured) = differences(&pairs(set), |a, b| apart(a, b, "kn", &at))?;
-    Some(Finding::judged(
-        31,
-        set,
-        all.iter().all(|d| *d <= STIFFNESS),
-        measured,
-    ))
+    let (verdict, measured) = differences(&pairs(set), STIFFNESS, |a, b| apart(a, b, "kn", &at))?;
+    Some(Part::of(set, verdict, measured))
 }
 
-fn responses(set: &[&Evidence], claim: u32, pairs: &[(&Evidence, &Evidence)]) -> Option<Finding> {
-    if pairs.is_empty() {
-        return None;
-    }
+fn responses(set: &[&Evidence], pairs: &[Pair]) -> Option<Part> {
     let of = |name: &'static str| {
         move |a: &Evidence, b: &Evidence| {
-            Some((a.worn_ends(name)?[1] / b.worn_ends(name)?[1] - 1.0).abs())
+            let ratio = a.worn_end_bars(name)?[1].over(b.worn_end_bars(name)?[1]);
+            Some(ratio.less(Bar::exact(1.0)).size())
         }
     };
-    let (frequency, f_text) = differences(pairs, of("peak_frequency"))?;
-    let (peak, p_text) = differences(pairs, of("peak_amplitude"))?;
-    let holds =
-        frequency.iter().all(|d| *d <= RESPONSE[0]) && peak.iter().all(|d| *d <= RESPONSE[1]);
+    let (frequency, f_text) = differences(pairs, RESPONSE[0], of("peak_frequency"))?;
+    let (peak, p_text) = differences(pairs, RESPONSE[1], of("peak_amplitude"))?;
     let measured = format!("frequency: {f_text}; peak: {p_text}");
-    Some(Finding::judged(claim, set, holds, measured).because(|| amplitudes(set)))
+    Some(Part::of(set, frequency.and(peak), measured).because(|| amplitudes(set)))
+}
+
+/// The same with what both have worn.
+fn volumes(mut part: Part, finest: &Evidence, never: &Evidence) -> Part {
+    let of = |run: &Evidence| run.ends("wear_volume").map(|ends| ends[1]);
+    let depth = |run: &Evidence| run.worn.as_ref().map(|worn| worn.deepest);
+    if let (Some(a), Some(b), Some(deep), Some(deeper)) =
+        (of(finest), of(never), depth(finest), depth(never))
+    {
+        part.measured += &format!(
+            "; worn volume never over finest {}, deepest wear {} and {}",
+            percent(b / a),
+            micrometres(deeper),
+            micrometres(deep)
+        );
+    }
+    part
+}
+
+/// Cycles from which on the wear rates of all are within 5 %*; none if they never are.
+pub fn agreement(set: &[&Evidence]) -> Option<f64> {
+    let ends = set.iter().filter_map(|run| run.cycles()?.last().copied());
+    let end = ends.fold(f64::INFINITY, f64::min);
+    if set.len() < 2 || !end.is_finite() {
+        return None;
+    }
+    let at = cycles(FIRST.min(0.1 * end), end);
+    let agree = |n: f64| {
+        let each = pairs(set);
+        let off = each.iter().map(|(a, b)| apart(a, b, "wear_rate", &[n]));
+        off.into_iter()
+            .all(|off| off.is_some_and(|off| off.value <= RATES))
+    };
+    let last = at.iter().rposition(|n| !agree(*n));
+    match last {
+        None => at.first().copied(),
+        Some(k) => at.get(k + 1).copied(),
+    }
 }

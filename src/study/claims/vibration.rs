@@ -1,74 +1,89 @@
-//! The vibration, and the solvers behind it (claims 23–28, 34–38, 44–46).
+//! The vibration, and the solvers behind it (claims 23–28, 34–38, 44, 46, 47).
 
-use super::contact::{CONVERGED, roughnesses};
-use super::words::{list, micrometres, never_falls, percent, rises, spread};
-use super::{Evidence, Finding, Loop};
+use super::bars::{Bar, rises, spread};
+use super::contact::{converged, roughnesses, several};
+use super::steps::all_of;
+use super::words::{list, micrometres, percent};
+use super::{Evidence, Loop, Part, Study, Verdict};
 use crate::report::quantity::number;
 
 /// * Deviation of the mean normal load, and its half range, of the bolt load.
 const LOAD: [f64; 2] = [0.01, 0.05];
 /// * Moments over load times lever.
 const MOMENT: f64 = 0.05;
-/// * Shift of a loop that is seen, of its half range.
-const SHIFT: f64 = 0.01;
+/// * Shift of a loop that is clear, of its half range.
+const SHIFT: f64 = 0.05;
 /// * What more harmonics may change: amplitude, frequency.
 const HARMONICS: [f64; 2] = [0.01, 5e-4];
 /// * A slight rise of the resonance.
 const SLIGHT: f64 = 0.05;
-/// * Of the resonance, that counts as no fall.
-const SAME: f64 = 1e-5;
 /// * Spread of rates that have converged.
 const RATES: f64 = 0.1;
-/// * Of µ N.
+/// * Of µN.
 const SLIDING: f64 = 1e-3;
 /// * A difference between fine contact and contact elements that explains another.
 const APART: f64 = 0.1;
 
-/// Claims on one run.
-pub fn single(run: &Evidence) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    if run.column("pressure").is_some() || run.column("max_pressure").is_some() {
-        findings.extend([uncoupled(run), residuals(run)]);
+/// What the runs of a study say of a claim.
+pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
+    let vibrating = || study.rough.iter().copied().filter(|run| run.scene.vibrates);
+    let main = study.main.filter(|run| run.scene.vibrates);
+    let wearing = main.filter(|run| run.cycles().is_some());
+    let set = several(&study.rough).filter(|set| set.iter().all(|run| run.scene.vibrates));
+    let contacts = || {
+        let rough = |run: &&Evidence| run.column("max_pressure").is_some();
+        study.all.iter().copied().filter(rough)
+    };
+    let one = |part: Option<Part>| part.into_iter().collect();
+    match claim {
+        23 => one(set.and_then(unworn)),
+        24 => vibrating().filter_map(load).collect(),
+        25 => vibrating().filter_map(moments).collect(),
+        26 => one(main.and_then(shift)),
+        27 => one(main.and_then(|main| harmonics(main, &study.harmonics))),
+        28 => all_of(contacts().map(uncoupled)),
+        34 => one(wearing.and_then(resonance)),
+        35 => one(wearing.and_then(peak)),
+        36 => one(wearing.and_then(loops)),
+        37 => one(set.and_then(worn)),
+        38 => one(set.and_then(rates)),
+        44 => all_of(contacts().filter_map(residuals)),
+        46 => one(wearing.and_then(sliding)),
+        _ => vibrating().filter_map(balance).collect(),
     }
-    if !run.scene.vibrates {
-        return findings;
-    }
-    findings.extend(load(run));
-    findings.extend(moments(run));
-    findings.extend(shift(run));
-    findings.extend(reduction(run));
-    if run.cycles().is_some() {
-        findings.extend(resonance(run));
-        findings.extend(peak(run));
-        findings.extend(loops(run));
-        findings.extend(sliding(run));
-    }
-    findings
 }
 
-fn load(run: &Evidence) -> Option<Finding> {
+fn load(run: &Evidence) -> Option<Part> {
     let [mean, half] = run.first.normal_load?;
     let bolt = run.scene.normal_load;
-    let measured = format!(
-        "unworn: mean {} N, half range {} N",
-        number(mean),
-        number(half)
-    );
+    let measured = format!("mean {} N, half range {} N", number(mean), number(half));
     let holds = (mean / bolt - 1.0).abs() <= LOAD[0] && half <= LOAD[1] * bolt;
-    Some(Finding::judged(24, &[run], holds, measured))
+    Some(Part::of(&[run], Verdict::of(holds), measured))
 }
 
-fn moments(run: &Evidence) -> Option<Finding> {
-    let most = |name: &str| Some(run.response.get(name)?.iter().copied().fold(0.0, f64::max));
-    let bending = most("moment_variation")?;
-    let mut measured = format!("half range at most {} of N × lever", percent(bending));
-    if let Some(torsion) = most("torsion_variation") {
-        measured += &format!(", torsion {}", percent(torsion));
-    }
-    Some(Finding::judged(25, &[run], bending < MOMENT, measured))
+fn moments(run: &Evidence) -> Option<Part> {
+    let [bending, torsion] = run.first.moments?;
+    let lever = run.scene.normal_load * 0.5 * run.scene.length?;
+    let measured = format!(
+        "at most {} of N × half the side, {} N m; torsion {}",
+        percent(bending / lever),
+        number(bending),
+        percent(torsion / lever)
+    );
+    Some(Part::of(
+        &[run],
+        Verdict::of(bending < MOMENT * lever),
+        measured,
+    ))
 }
 
-fn shift(run: &Evidence) -> Option<Finding> {
+/// Largest tangential force of the fine contact over µN, in the unworn state and in the last.
+fn sliding_share(run: &Evidence) -> Option<[f64; 2]> {
+    let limit = run.scene.sliding_force.filter(|limit| *limit > 0.0)?;
+    Some([run.force.first()? / limit, run.force.last()? / limit])
+}
+
+fn shift(run: &Evidence) -> Option<Part> {
     let [mean, half] = run.first.displacement?;
     let measured = format!(
         "mean {} of a half range of {}: {}",
@@ -76,33 +91,81 @@ fn shift(run: &Evidence) -> Option<Finding> {
         micrometres(half),
         percent(mean / half)
     );
-    let finding = Finding::judged(26, &[run], mean.abs() > SHIFT * half, measured);
-    Some(finding.because(|| {
-        let sliding = run.force.first().zip(run.scene.sliding_force);
-        match sliding {
-            Some((force, limit)) if *force > (1.0 - 10.0 * SLIDING) * limit => {
-                format!("the joint slides nearly as a whole (T {} of µN): the mean of its displacement is then hardly determined", percent(force / limit))
+    let slides = sliding_share(run).is_some_and(|[first, _]| first > 1.0 - SLIDING);
+    let verdict = match slides {
+        true => Verdict::Undecided,
+        false => Verdict::of(mean.abs() > SHIFT * half),
+    };
+    let part = Part::of(&[run], verdict, measured);
+    Some(part.because(|| {
+        match slides {
+            true => {
+                "the joint slides as a whole, so that its mean displacement is hardly determined"
+                    .to_owned()
             }
-            _ => String::new(),
+            false => String::new(),
         }
     }))
 }
 
-fn reduction(run: &Evidence) -> Option<Finding> {
-    let modes = run.modes?;
-    let iterations = run.column("kn").map_or(1, <[f64]>::len);
+/// Harmonics 0 to 3 against more of them; what the last of these have more than those before is how far they are off themselves.
+fn harmonics(few: &Evidence, more: &[&Evidence]) -> Option<Part> {
+    let most = *more.last()?;
+    let value = |run: &Evidence, name: &str| run.worn_ends(name).map(|ends| ends[0]);
+    let change = |name: &str| {
+        let (few, most) = (value(few, name)?, value(most, name)?);
+        let before = match more.len().checked_sub(2) {
+            Some(k) => value(more[k], name)?,
+            None => most,
+        };
+        Some(Bar {
+            value: (most / few - 1.0).abs(),
+            error: (most - before).abs() / few,
+        })
+    };
+    let (amplitude, frequency) = (change("peak_amplitude")?, change("peak_frequency")?);
+    let peaks: Option<Vec<f64>> = [few]
+        .iter()
+        .chain(more)
+        .map(|run| value(run, "peak_amplitude"))
+        .collect();
     let measured = format!(
-        "{modes} modes and their residual, written once, verified, used by {iterations} iterations"
+        "amplitude {} µm with harmonics to {}: changes by {} ± {}; frequency by {} ± {}",
+        list(peaks?.into_iter().map(|x| 1e6 * x)),
+        [few]
+            .iter()
+            .chain(more)
+            .map(|run| highest(run))
+            .collect::<Vec<_>>()
+            .join(", "),
+        percent(amplitude.value),
+        percent(amplitude.error),
+        percent(frequency.value),
+        percent(frequency.error)
     );
-    Some(Finding::judged(45, &[run], true, measured))
+    let mut set = vec![few];
+    set.extend(more);
+    let verdict = amplitude
+        .below(HARMONICS[0])
+        .and(frequency.below(HARMONICS[1]));
+    Some(Part::of(&set, verdict, measured))
 }
 
-fn uncoupled(run: &Evidence) -> Finding {
+fn highest(run: &Evidence) -> String {
+    let orders = run.scene.harmonics.trim_matches(['[', ']']);
+    orders.rsplit(',').next().unwrap_or_default().to_owned()
+}
+
+fn uncoupled(run: &Evidence) -> (f64, Part) {
     let beta = run.scene.dundurs_beta;
-    Finding::judged(28, &[run], beta == 0.0, format!("β = {}", number(beta)))
+    let measured = format!("β = {}", number(beta));
+    (
+        beta.abs(),
+        Part::of(&[run], Verdict::of(beta == 0.0), measured),
+    )
 }
 
-fn residuals(run: &Evidence) -> Finding {
+fn residuals(run: &Evidence) -> Option<(f64, Part)> {
     let most = |name: &str| {
         run.column(name)
             .map(|errors| errors.iter().copied().fold(0.0, f64::max))
@@ -120,26 +183,30 @@ fn residuals(run: &Evidence) -> Finding {
         .iter()
         .map(|(name, most, bound)| format!("{name} {most:.1e} (tolerance {bound:.0e})"))
         .collect();
-    let holds = known.iter().all(|(_, most, bound)| most <= bound);
-    Finding::judged(44, &[run], holds, texts.join(", "))
+    let worst = known
+        .iter()
+        .map(|(_, most, bound)| most / bound)
+        .fold(0.0, f64::max);
+    let measured = format!("{}, {}", run.name, texts.join(", "));
+    Some((worst, Part::of(&[run], Verdict::of(worst <= 1.0), measured)))
 }
 
-fn resonance(run: &Evidence) -> Option<Finding> {
-    let values = run
-        .worn_response
-        .get("resonance_frequency")
-        .filter(|values| values.len() > 1)?;
-    let [first, last] = [values[0], values[values.len() - 1]];
-    let change = last / first - 1.0;
+fn resonance(run: &Evidence) -> Option<Part> {
+    let bars = run
+        .worn_bars("peak_frequency")
+        .filter(|bars| bars.len() > 1)?;
+    let (first, last) = (bars[0], bars[bars.len() - 1]);
+    let change = last.over(first).less(Bar::exact(1.0));
     let measured = format!(
-        "{} → {} Hz, {}, of {} worn states",
-        number(first),
-        number(last),
-        percent(change),
-        values.len()
+        "{} Hz: {}",
+        bars.iter()
+            .map(|bar| format!("{:.2}", bar.value))
+            .collect::<Vec<_>>()
+            .join(", "),
+        percent(change.value)
     );
-    let holds = never_falls(values, SAME * first) && change > 0.0 && change < SLIGHT;
-    Some(Finding::judged(34, &[run], holds, measured))
+    let above = Verdict::all(bars[1..].iter().map(|bar| bar.less(first).above(0.0)));
+    Some(Part::of(&[run], above.and(change.below(SLIGHT)), measured))
 }
 
 /// The amplitude stayed while the joint became stiffer: then slip and loop grow.
@@ -178,34 +245,32 @@ fn in_part(run: &Evidence) -> String {
     }
 }
 
-fn peak(run: &Evidence) -> Option<Finding> {
-    let [first, last] = run.worn_ends("peak_amplitude")?;
-    let [before, after] = run.ends("dissipated_energy")?;
-    let (friction, input) = (
-        run.worn_ends("friction_energy")?,
+fn peak(run: &Evidence) -> Option<Part> {
+    let [first, last] = run.worn_end_bars("peak_amplitude")?;
+    let [before, after] = run.worn_end_bars("friction_energy")?;
+    let (input, viscous) = (
         run.worn_ends("input_energy")?,
+        run.worn_ends("viscous_energy")?,
     );
+    let share = viscous[0] / input[0];
     let measured = format!(
-        "peak {} → {}, fine contact {} → {} J a cycle; of the worn states' input, {} → {} J, friction takes {} → {}",
-        micrometres(first),
-        micrometres(last),
-        number(before),
-        number(after),
+        "peak {} → {}; friction {} → {} J a cycle, of {} → {} J supplied",
+        micrometres(first.value),
+        micrometres(last.value),
+        number(before.value),
+        number(after.value),
         number(input[0]),
-        number(input[1]),
-        percent(friction[0] / input[0]),
-        percent(friction[1] / input[1])
+        number(input[1])
     );
-    let finding = Finding::judged(35, &[run], last > first && after < before, measured);
-    Some(finding.because(|| {
-        let on = driven_on(run);
-        let balance = if last > first {
-            "at resonance a force puts in π F X a cycle, so that a higher peak means more dissipation in all"
-        } else {
-            ""
-        };
+    let higher = last.less(first).above(0.0);
+    let part = Part::of(&[run], higher.and(before.less(after).above(0.0)), measured);
+    Some(part.because(|| {
+        let balance = format!(
+            "at resonance π F X = E_friction + c X², so that a higher peak goes with less friction only where the damping takes more than half of the work: it takes {}",
+            percent(share)
+        );
         let partial = in_part(run);
-        let texts: Vec<&str> = [on.as_str(), balance, partial.as_str()].into_iter().filter(|text| !text.is_empty()).collect();
+        let texts: Vec<&str> = [balance.as_str(), partial.as_str()].into_iter().filter(|text| !text.is_empty()).collect();
         texts.join("; ")
     }))
 }
@@ -226,91 +291,135 @@ fn slope_and_area(cycle: &Loop) -> Option<[f64; 2]> {
     Some([(f[far] - f[next]) / (u[far] - u[next]), 0.5 * area.abs()])
 }
 
-fn loops(run: &Evidence) -> Option<Finding> {
-    let ends = (run.first.hysteresis.as_ref(), run.last.hysteresis.as_ref());
-    let (Some(first), Some(last)) = ends else {
-        return Some(Finding::not_applicable(
-            36,
-            &[run],
-            "no hysteresis tables: output.curves_every is 0",
-        ));
+/// Area of a loop over that of the parallelogram with its force, its half range and its slope: 1 if it sticks and then slides at once.
+fn fullness(cycle: &Loop) -> Option<f64> {
+    let [slope, area] = slope_and_area(cycle)?;
+    let half = |values: &[f64]| {
+        let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        0.5 * (most - least)
     };
-    let ([slope, area], [steeper, smaller]) = (slope_and_area(first)?, slope_and_area(last)?);
-    let measured = format!(
-        "slope after the reversal {} → {} N/µm, area {} → {} J",
-        number(1e-6 * slope),
-        number(1e-6 * steeper),
-        number(area),
-        number(smaller)
-    );
-    let finding = Finding::judged(36, &[run], steeper > slope && smaller < area, measured);
-    Some(finding.because(|| driven_on(run)))
+    let (reach, force) = (half(&cycle.displacement), half(&cycle.load));
+    let whole = 4.0 * force * (reach - force / slope);
+    (whole > 0.0).then(|| area / whole)
 }
 
-fn sliding(run: &Evidence) -> Option<Finding> {
+fn loops(run: &Evidence) -> Option<Part> {
+    let [slope, steeper] = run.end_bars("kt")?;
+    let [before, after] = run.worn_end_bars("friction_energy")?;
+    let sharp = |moment: &super::Moment| moment.hysteresis.as_ref().and_then(fullness);
+    let (full, fuller) = (sharp(&run.first), sharp(&run.last));
+    let sharper = match (full, fuller) {
+        (Some(full), Some(fuller)) => Verdict::of(fuller > full),
+        _ => Verdict::Undecided,
+    };
+    let measured = format!(
+        "kt {} → {} N/µm; the loop fills {} → {} of its parallelogram; friction {} → {} J a cycle",
+        number(1e-6 * slope.value),
+        number(1e-6 * steeper.value),
+        full.map_or("–".to_owned(), percent),
+        fuller.map_or("–".to_owned(), percent),
+        number(before.value),
+        number(after.value)
+    );
+    let verdict = Verdict::all([
+        steeper.less(slope).above(0.0),
+        sharper,
+        before.less(after).above(0.0),
+    ]);
+    Some(Part::of(&[run], verdict, measured).because(|| match full.zip(fuller) {
+        None => "no loops are kept (output.curves_every is 0), or they slip in part only".to_owned(),
+        Some(_) if after.value > before.value => {
+            "a sliding loop encloses 4 µN (u − µN/kt): stiffer, it encloses more unless it moves less".to_owned()
+        }
+        Some(_) => in_part(run),
+    }))
+}
+
+fn sliding(run: &Evidence) -> Option<Part> {
     let limit = run.scene.sliding_force.filter(|limit| *limit > 0.0)?;
     let most = run.force.iter().copied().fold(0.0, f64::max) / limit;
     let measured = format!("T at most {} of µN", percent(most));
-    if most < 1.0 - SLIDING {
-        return Some(Finding::not_applicable(
-            46,
-            &[run],
-            format!("slips in part only: {measured}"),
-        ));
-    }
-    Some(Finding::judged(46, &[run], most <= 1.0 + SLIDING, measured))
+    let holds = (1.0 - SLIDING..=1.0 + SLIDING).contains(&most);
+    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| {
+        if most < 1.0 {
+            "the joint slips in part only".to_owned()
+        } else {
+            String::new()
+        }
+    }))
 }
 
-/// Harmonics 0 to 3 against more of them.
-pub fn harmonics(few: &Evidence, many: &Evidence) -> Finding {
-    let ends = |name| Some((few.worn_ends(name)?[0], many.worn_ends(name)?[0]));
-    let (Some((peak, finer)), Some((f, finer_f))) =
-        (ends("peak_amplitude"), ends("peak_frequency"))
-    else {
-        return Finding::not_applicable(27, &[few, many], "no response of the unworn state");
-    };
-    let [amplitude, frequency] = [(finer / peak - 1.0).abs(), (finer_f / f - 1.0).abs()];
+/// Friction against what the exciter supplies, in every iteration and every response of a worn state.
+fn balance(run: &Evidence) -> Option<Part> {
+    let supplied = run.response.get("input_energy")?;
+    let places = 0..supplied.len();
+    let fine = places.filter_map(|k| {
+        let energy = run.bar("dissipated_energy", k)?;
+        Some(energy.over(Bar::exact(supplied[k])))
+    });
+    let worn = run
+        .worn_response
+        .get("input_energy")
+        .map(Vec::as_slice)
+        .unwrap_or_default();
+    let friction = run.worn_bars("friction_energy").unwrap_or_default();
+    let own = friction
+        .iter()
+        .zip(worn)
+        .map(|(friction, input)| friction.over(Bar::exact(*input)));
+    let largest = |bars: Vec<Bar>| bars.into_iter().max_by(|a, b| a.value.total_cmp(&b.value));
+    let (fine, own) = (largest(fine.collect()), largest(own.collect()));
     let measured = format!(
-        "harmonics {}: amplitude {}, frequency {}",
-        many.scene.harmonics,
-        percent(amplitude),
-        percent(frequency)
+        "fine contact at most {} of what is supplied, the worn responses {}",
+        fine.map_or("–".to_owned(), |bar| percent(bar.value)),
+        own.map_or("–".to_owned(), |bar| percent(bar.value))
     );
-    let holds = amplitude < HARMONICS[0] && frequency < HARMONICS[1];
-    Finding::judged(27, &[few, many], holds, measured)
+    let most = [fine, own].into_iter().flatten();
+    let verdict = Verdict::all(most.map(|bar| bar.below(1.0)));
+    Some(Part::of(&[run], verdict, measured).because(|| {
+        let first = run.response.get("friction_energy").zip(run.column("dissipated_energy"));
+        let unworn = first.and_then(|(elements, fine)| Some(fine.first()? / elements.first()?));
+        unworn.map_or_else(String::new, |ratio| format!(
+            "the vibration is kept while the contact changes, and what drives the fine contact is not all that its elements do: unworn, it dissipates {} of what they do",
+            percent(ratio)
+        ))
+    }))
 }
 
-/// Claims on runs of different roughness, smoothest first.
-pub fn by_roughness(set: &[&Evidence]) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    findings.extend(unworn(set));
-    findings.extend(worn(set));
-    findings.extend(rates(set));
-    findings
-}
-
-fn of_all(set: &[&Evidence], value: impl Fn(&Evidence) -> Option<f64>) -> Option<Vec<f64>> {
+fn of_all<T>(set: &[&Evidence], value: impl Fn(&Evidence) -> Option<T>) -> Option<Vec<T>> {
     set.iter().map(|run| value(run)).collect()
 }
 
-fn unworn(set: &[&Evidence]) -> Option<Finding> {
-    let resonance = of_all(set, |run| Some(run.worn_ends("resonance_frequency")?[0]))?;
+fn values(bars: &[Bar], scale: f64) -> String {
+    list(bars.iter().map(|bar| scale * bar.value))
+}
+
+fn unworn(set: &[&Evidence]) -> Option<Part> {
+    let frequency = of_all(set, |run| Some(run.worn_end_bars("peak_frequency")?[0]))?;
     let amplitude = of_all(set, |run| {
-        run.response.get("displacement_amplitude")?.first().copied()
+        let first = run.response.get("displacement_amplitude")?.first().copied();
+        first.map(Bar::exact)
     })?;
-    let energy = of_all(set, |run| Some(run.ends("dissipated_energy")?[0]))?;
-    let softer: Vec<f64> = resonance.iter().map(|f| -f).collect();
-    let elements = of_all(set, |run| Some(run.worn_ends("friction_energy")?[0]))?;
+    let energy = of_all(set, |run| Some(run.worn_end_bars("friction_energy")?[0]))?;
+    let softer: Vec<Bar> = frequency
+        .iter()
+        .map(|f| Bar {
+            value: -f.value,
+            ..*f
+        })
+        .collect();
     let measured = format!(
-        "{}: {} Hz, relative displacement {} µm, {} J a cycle in the fine contact ({} in the contact elements)",
+        "{}: {} Hz, relative displacement {} µm, friction {} J a cycle",
         roughnesses(set),
-        list(resonance),
-        list(amplitude.iter().map(|u| 1e6 * u)),
-        list(energy.iter().copied()),
-        list(elements)
+        list(frequency.iter().map(|f| f.value)),
+        values(&amplitude, 1e6),
+        values(&energy, 1.0)
     );
-    let holds = rises(&softer) && rises(&amplitude) && rises(&energy);
-    Some(Finding::judged(23, set, holds, measured))
+    let verdict = Verdict::all([rises(&softer), rises(&amplitude), rises(&energy)]);
+    Some(Part::of(set, verdict, measured).because(|| {
+        "a joint that slides takes 4 µN (u − µN/kt) a cycle from what the exciter supplies at its peak, π F X: where a rougher joint lowers X, less is left for friction".to_owned()
+    }))
 }
 
 /// What sets the joints apart in the end: renewed elements move less, and wear less.
@@ -352,52 +461,51 @@ fn updates_apart(set: &[&Evidence]) -> String {
     text
 }
 
-fn worn(set: &[&Evidence]) -> Option<Finding> {
-    let ends = |name: &'static str| -> Option<[Vec<f64>; 2]> {
-        let first = of_all(set, |run| Some(run.worn_ends(name)?[0]))?;
-        Some([first, of_all(set, |run| Some(run.worn_ends(name)?[1]))?])
+fn worn(set: &[&Evidence]) -> Option<Part> {
+    let ends = |name: &'static str| -> Option<[Vec<Bar>; 2]> {
+        let first = of_all(set, |run| Some(run.worn_end_bars(name)?[0]))?;
+        Some([first, of_all(set, |run| Some(run.worn_end_bars(name)?[1]))?])
     };
     let (f, peak) = (ends("peak_frequency")?, ends("peak_amplitude")?);
     let [f0, f1, p0, p1] = [&f[0], &f[1], &peak[0], &peak[1]].map(|values| spread(values));
     let measured = format!(
-        "{}: worn {} Hz, {} µm; spread of the frequency {} → {}, of the peak {} → {}",
+        "{}: {} → {} Hz, {} → {} µm; spread of the frequency {} → {}, of the peak {} → {}",
         roughnesses(set),
-        list(f[1].iter().copied()),
-        list(peak[1].iter().map(|x| 1e6 * x)),
-        percent(f0),
-        percent(f1),
-        percent(p0),
-        percent(p1)
+        list(f[0].iter().map(|f| f.value)),
+        list(f[1].iter().map(|f| f.value)),
+        values(&peak[0], 1e6),
+        values(&peak[1], 1e6),
+        percent(f0.value),
+        percent(f1.value),
+        percent(p0.value),
+        percent(p1.value)
     );
-    let holds = f1 <= CONVERGED * f0 && p1 <= CONVERGED * p0;
-    Some(Finding::judged(37, set, holds, measured).because(|| updates_apart(set)))
+    let verdict = converged(f0, f1).and(converged(p0, p1));
+    Some(Part::of(set, verdict, measured).because(|| updates_apart(set)))
 }
 
-fn rates(set: &[&Evidence]) -> Option<Finding> {
-    let ends: Vec<[f64; 2]> = set
-        .iter()
-        .map(|run| run.ends("wear_rate"))
-        .collect::<Option<_>>()?;
-    let [first, last] = [0, 1].map(|end| {
+fn rates(set: &[&Evidence]) -> Option<Part> {
+    let ends: Vec<[Bar; 2]> = of_all(set, |run| run.end_bars("wear_rate"))?;
+    let [first, last] = [0, 1].map(|end| ends.iter().map(|rate| rate[end]).collect::<Vec<Bar>>());
+    let falls = Verdict::all(
         ends.iter()
-            .map(|rate| 1e18 * rate[end])
-            .collect::<Vec<f64>>()
-    });
-    let falls = ends.iter().all(|[first, last]| last < first);
+            .map(|[first, last]| first.less(*last).above(0.0)),
+    );
+    let (before, after) = (spread(&first), spread(&last));
     let measured = format!(
         "{}: {} → {} µm³ a cycle, spread {} → {}",
         roughnesses(set),
-        list(first.iter().copied()),
-        list(last.iter().copied()),
-        percent(spread(&first)),
-        percent(spread(&last))
+        values(&first, 1e18),
+        values(&last, 1e18),
+        percent(before.value),
+        percent(after.value)
     );
-    let holds = rises(&first) && falls && spread(&last) <= RATES;
-    Some(Finding::judged(38, set, holds, measured).because(|| {
+    let verdict = Verdict::all([rises(&first), falls, after.below(RATES)]);
+    Some(Part::of(set, verdict, measured).because(|| {
         let mut texts: Vec<String> = set
             .iter()
             .zip(&ends)
-            .filter(|(_, [first, last])| last >= first)
+            .filter(|(_, [first, last])| last.value >= first.value)
             .map(|(run, _)| (run, driven_on(run)))
             .filter(|(_, text)| !text.is_empty())
             .map(|(run, text)| format!("{}: {text}", run.name))

@@ -31,24 +31,6 @@ pub fn interpolated(x: &[f64], y: &[f64], at: f64) -> f64 {
     y[next - 1] + part * (y[next] - y[next - 1])
 }
 
-/// Running integral by the trapezoidal rule.
-pub fn integral(x: &[f64], y: &[f64]) -> Vec<f64> {
-    let mut sum = 0.0;
-    let mut sums = vec![0.0];
-    for k in 1..x.len() {
-        sum += 0.5 * (x[k] - x[k - 1]) * (y[k] + y[k - 1]);
-        sums.push(sum);
-    }
-    sums
-}
-
-/// (largest − smallest) / mean.
-pub fn spread(values: &[f64]) -> f64 {
-    let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
-    (largest - smallest) / (values.iter().sum::<f64>() / values.len() as f64)
-}
-
 /// True if every value is above the one before.
 pub fn rises(values: &[f64]) -> bool {
     values.windows(2).all(|pair| pair[1] > pair[0])

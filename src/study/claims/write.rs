@@ -1,10 +1,12 @@
-//! Findings as a table and as Markdown.
+//! Findings as a table, as Markdown and as a part of a page: the verdicts first, then the words, the numbers and the causes.
 
 use std::path::Path;
 
-use super::{Finding, Verdict};
-use crate::report::html::{escaped, table_of_markup};
+use super::numbers::{Beside, beside};
+use super::{CLAIMS, Claim, Evidence, Finding, Kind, Verdict};
+use crate::report::html::{NONE, escaped, table_of_markup};
 use crate::report::output::replace;
+use crate::report::quantity::number;
 use crate::report::text::{self, cell};
 use crate::report::{ReportError, RunTables, Section};
 use crate::tables::{Provenance, Table, TableError, TableName, TypedTable, to_parquet, typed};
@@ -15,7 +17,19 @@ impl Verdict {
         match self {
             Verdict::Holds => "holds",
             Verdict::Fails => "fails",
+            Verdict::Undecided => "undecided",
             Verdict::NotApplicable => "not applicable",
+        }
+    }
+}
+
+impl Kind {
+    /// In a word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Kind::Result => "result",
+            Kind::Method => "method",
+            Kind::Check => "check",
         }
     }
 }
@@ -28,9 +42,13 @@ pub fn table(findings: &[Finding]) -> Result<Table, TableError> {
     let text = |of: &dyn Fn(&Finding) -> String| findings.iter().map(of).collect::<Vec<String>>();
     typed::Claims {
         claim: findings.iter().map(|f| f.claim as i32).collect(),
+        kind: text(&|f| f.statement().kind.word().to_owned()),
         place: text(&|f| f.statement().place.to_owned()),
         statement: text(&|f| f.statement().statement.to_owned()),
+        words: text(&|f| f.statement().words.to_owned()),
         criterion: text(&|f| f.statement().criterion.to_owned()),
+        setting: text(&|f| f.setting.clone()),
+        whole: findings.iter().map(|f| f.whole).collect(),
         runs: text(&|f| f.runs.join(" ")),
         verdict: text(&|f| f.verdict.words().to_owned()),
         measured: text(&|f| f.measured.clone()),
@@ -43,7 +61,12 @@ pub fn table(findings: &[Finding]) -> Result<Table, TableError> {
 ///
 /// # Errors
 /// [`ReportError::Table`], [`ReportError::Io`].
-pub fn write(findings: &[Finding], runs: &[RunTables], folder: &Path) -> Result<(), ReportError> {
+pub fn write(
+    findings: &[Finding],
+    evidence: &[Evidence],
+    runs: &[RunTables],
+    folder: &Path,
+) -> Result<(), ReportError> {
     let hashes: Vec<&str> = runs
         .iter()
         .map(|run| run.record().scene_hash.as_str())
@@ -61,131 +84,303 @@ pub fn write(findings: &[Finding], runs: &[RunTables], folder: &Path) -> Result<
         })?;
     for (path, bytes) in [
         (path, bytes),
-        (folder.join("claims.md"), markdown(findings).into_bytes()),
+        (
+            folder.join("claims.md"),
+            markdown(findings, evidence).into_bytes(),
+        ),
     ] {
         replace(&path, &bytes).map_err(|source| ReportError::Io { path, source })?;
     }
     Ok(())
 }
 
-const HEAD: [&str; 5] = ["claim", "[A]", "statement", "verdict", "measured"];
-
-/// A claim with one of its verdicts.
-struct Row {
-    /// Number, place, statement, verdict.
-    head: [String; 4],
-    criterion: &'static str,
-    /// What was measured on each run, and likely causes.
-    lines: Vec<String>,
-}
-
-fn rows(findings: &[Finding]) -> Vec<Row> {
-    let mut rows = Vec::new();
-    for claim in super::CLAIMS {
-        let of_claim = |finding: &&Finding| finding.claim == claim.number;
-        let of_claim: Vec<&Finding> = findings.iter().filter(of_claim).collect();
-        for verdict in [Verdict::Holds, Verdict::Fails, Verdict::NotApplicable] {
-            let same = of_claim.iter().copied();
-            let same: Vec<&Finding> = same.filter(|f| f.verdict == verdict).collect();
-            if same.is_empty() {
-                continue;
-            }
-            let number = match (same.len(), of_claim.len()) {
-                (1, 1) => String::new(),
-                (some, all) => format!(", {some} of {all}"),
-            };
-            rows.push(Row {
-                head: [
-                    claim.number.to_string(),
-                    claim.place.to_owned(),
-                    claim.statement.to_owned(),
-                    format!("{}{number}", verdict.words()),
-                ],
-                criterion: claim.criterion,
-                lines: lines(&same),
-            });
+/// The settings, in their order.
+fn settings(findings: &[Finding]) -> Vec<&str> {
+    let mut settings: Vec<&str> = Vec::new();
+    for finding in findings {
+        if !settings.contains(&finding.setting.as_str()) {
+            settings.push(&finding.setting);
         }
     }
-    rows
+    settings
 }
 
-fn counts(findings: &[Finding]) -> String {
-    let count = |verdict| findings.iter().filter(|f| f.verdict == verdict).count();
-    format!(
-        "{} findings on {} claims: {} hold, {} fail, {} not applicable",
-        findings.len(),
-        super::CLAIMS.len(),
-        count(Verdict::Holds),
-        count(Verdict::Fails),
-        count(Verdict::NotApplicable)
-    )
+/// The verdict on a claim in a setting.
+fn whole<'a>(findings: &'a [Finding], claim: u32, setting: &str) -> Option<&'a Finding> {
+    let fits = |f: &&Finding| f.whole && f.claim == claim && f.setting == setting;
+    findings.iter().find(fits)
 }
 
-/// All findings as one Markdown table, a row for each claim and verdict, with a count, and the criteria under it.
-pub fn markdown(findings: &[Finding]) -> String {
-    let mut text = format!("{}.\n\n| {} |\n", counts(findings), HEAD.join(" | "));
-    text += "|---:|---|---|---|---|\n";
-    for row in rows(findings) {
-        let mut cells = row.head.map(|text| cell(&text)).to_vec();
-        let lines: Vec<String> = row.lines.iter().map(|line| text::markdown(line)).collect();
-        cells.push(cell(&lines.join("<br>")));
-        text += &format!("| {} |\n", cells.join(" | "));
+/// How many of the paper's results hold in a setting, fail, are undecided, and have no run. What the method does by its own definition,
+/// and checks, do not count.
+pub fn counts(findings: &[Finding], setting: &str) -> [usize; 4] {
+    let results = CLAIMS.iter().filter(|claim| claim.kind == Kind::Result);
+    let mut counts = [0; 4];
+    for finding in results.filter_map(|claim| whole(findings, claim.number, setting)) {
+        counts[finding.verdict as usize] += 1;
     }
-    text += "\nCriteria; thresholds marked * are this program's, not the paper's.\n\n";
-    for claim in super::CLAIMS {
-        text += &format!("{}. {}\n", claim.number, claim.criterion);
+    counts
+}
+
+/// What a setting is called where it stands in a line.
+fn named(setting: &str) -> &str {
+    match setting {
+        "" => "no run",
+        setting => setting,
+    }
+}
+
+fn counted(findings: &[Finding], setting: &str) -> String {
+    let [hold, fail, undecided, none] = counts(findings, setting);
+    let mut text = format!(
+        "{}: of {} results of the paper {hold} hold, {fail} fail, {undecided} are undecided",
+        named(setting),
+        hold + fail + undecided + none
+    );
+    if none > 0 {
+        text += &format!(", {none} have no run");
     }
     text
 }
 
-/// The findings as a part of a page, the same rows as [`markdown`].
-pub fn section(findings: &[Finding]) -> Section {
-    let rows: Vec<Vec<String>> = rows(findings)
-        .into_iter()
-        .map(|row| {
-            let [claim, place, statement, verdict] = row.head.each_ref().map(|text| escaped(text));
-            let criterion = escaped(row.criterion);
-            let lines: Vec<String> = row.lines.iter().map(|line| escaped(line)).collect();
-            vec![
-                claim,
-                place,
-                format!("{statement} <small>({criterion})</small>"),
-                verdict,
-                lines.join("<br>"),
-            ]
-        })
-        .collect();
-    Section {
-        id: "claims",
-        title: "What the paper claims".to_owned(),
-        html: format!(
-            "<p>{}. Thresholds marked * are this program's, not the paper's.</p>\n{}",
-            escaped(&counts(findings)),
-            table_of_markup(&HEAD.map(str::to_owned), &rows, false)
-        ),
+const ABOUT: &str = "Claims of the kind “method” are what the method does by its own definition; they and the check do not count. Thresholds marked * are this program's, not the paper's.";
+
+/// All findings as Markdown: a table of verdicts, the paper's numbers beside those of the runs, and each claim with the paper's words, its
+/// criterion, the numbers and likely causes.
+pub fn markdown(findings: &[Finding], evidence: &[Evidence]) -> String {
+    let settings = settings(findings);
+    let mut text = String::new();
+    for setting in &settings {
+        text += &format!("- {}\n", text::markdown(&counted(findings, setting)));
+    }
+    text += &format!("\n{ABOUT}\n\n");
+    let row = |cells: &[String]| {
+        let cells: Vec<String> = cells.iter().map(|text| cell(text)).collect();
+        format!("| {} |\n", cells.join(" | "))
+    };
+    let mut heads: Vec<String> = ["claim", "[A]", "statement"].map(str::to_owned).into();
+    heads.extend(settings.iter().map(|name| text::markdown(named(name))));
+    text += &row(&heads);
+    text += &format!("|---:|---|---|{}\n", "---|".repeat(settings.len()));
+    for claim in &CLAIMS {
+        let mut cells = vec![
+            claim.number.to_string(),
+            claim.place.to_owned(),
+            claim.statement.to_owned(),
+        ];
+        cells.extend(
+            settings
+                .iter()
+                .map(|setting| verdict(findings, claim, setting)),
+        );
+        text += &row(&cells);
+    }
+    let numbers = numbers(evidence);
+    if !numbers.is_empty() {
+        text += "\n| number | [A] | the paper's | ours | ratio | setting |\n|---|---|---:|---:|---:|---|\n";
+        for row_of in &numbers {
+            let [paper, ours, ratio] = shown(row_of);
+            let setting = text::markdown(&row_of.setting);
+            let cells = [
+                row_of.what.to_owned(),
+                row_of.place.to_owned(),
+                paper,
+                ours,
+                ratio,
+                setting,
+            ];
+            text += &row(&cells);
+        }
+    }
+    for claim in &CLAIMS {
+        text += &format!(
+            "\n{}. **{}** ({})\n",
+            claim.number, claim.statement, claim.place
+        );
+        if !claim.words.is_empty() {
+            text += &format!("   - the paper: “{}”\n", claim.words);
+        }
+        text += &format!("   - criterion: {}\n", claim.criterion);
+        for line in lines(findings, claim) {
+            let indent = if line.whole { "   " } else { "     " };
+            text += &format!("{indent}- {}\n", text::markdown(&line.text));
+        }
+    }
+    text
+}
+
+fn verdict(findings: &[Finding], claim: &Claim, setting: &str) -> String {
+    let words = whole(findings, claim.number, setting).map_or(NONE, |f| f.verdict.words());
+    match claim.kind {
+        Kind::Result => words.to_owned(),
+        kind => format!("{words} ({})", kind.word()),
     }
 }
 
-/// What was measured on each run, and likely causes, each said once.
-fn lines(findings: &[&Finding]) -> Vec<String> {
-    let mut lines: Vec<(String, String)> = Vec::new();
-    let mut add =
-        |runs: String, text: String| match lines.iter_mut().find(|(_, said)| *said == text) {
-            Some((names, _)) => *names += &format!(", {runs}"),
-            None => lines.push((runs, text)),
+/// The paper's numbers beside those of every study.
+fn numbers(evidence: &[Evidence]) -> Vec<Beside> {
+    let studies = super::studies(evidence);
+    let all = studies.iter().flat_map(beside);
+    all.filter(|row| row.ours.is_some()).collect()
+}
+
+/// The paper's number, ours and the ratio.
+fn shown(row: &Beside) -> [String; 3] {
+    let with_unit = |value: f64| match row.unit {
+        "" => number(value),
+        unit => format!("{}\u{a0}{unit}", number(value)),
+    };
+    [
+        with_unit(row.paper),
+        row.ours.map_or(NONE.to_owned(), with_unit),
+        row.ratio().map_or(NONE.to_owned(), number),
+    ]
+}
+
+/// A line on a claim.
+struct Line {
+    whole: bool,
+    verdict: Verdict,
+    text: String,
+}
+
+/// What was measured in each setting, the claim before its parts, and likely causes. Settings that say the same share a line.
+fn lines(findings: &[Finding], claim: &Claim) -> Vec<Line> {
+    let mut lines: Vec<Line> = Vec::new();
+    let of_claim = || findings.iter().filter(|f| f.claim == claim.number);
+    let mut said: Vec<&str> = Vec::new();
+    for setting in settings(findings) {
+        if said.contains(&setting) {
+            continue;
+        }
+        let key = |setting: &str| -> Vec<(Verdict, &str, &str)> {
+            let own = of_claim().filter(|f| f.setting == setting);
+            own.map(|f| (f.verdict, f.measured.as_str(), f.cause.as_str()))
+                .collect()
         };
-    for finding in findings {
-        add(finding.runs.join(", "), finding.measured.clone());
-    }
-    for finding in findings.iter().filter(|finding| !finding.cause.is_empty()) {
-        let cause = format!("likely cause: {}", finding.cause);
-        add(finding.runs.join(", "), cause);
+        let mut alike: Vec<&str> = self::settings(findings);
+        alike.retain(|other| key(other) == key(setting));
+        said.extend(alike.iter().copied());
+        let names: Vec<&str> = alike.iter().map(|name| named(name)).collect();
+        for finding in of_claim().filter(|f| f.setting == setting) {
+            let mut text = match finding.whole {
+                true => format!("{}: {}", names.join(" | "), finding.verdict.words()),
+                false => finding.verdict.words().to_owned(),
+            };
+            text += &format!(": {}", finding.measured);
+            if !finding.cause.is_empty() {
+                text += &format!(". Likely cause: {}", finding.cause);
+            }
+            lines.push(Line {
+                whole: finding.whole,
+                verdict: finding.verdict,
+                text,
+            });
+        }
     }
     lines
-        .into_iter()
-        .map(|(runs, text)| match runs.as_str() {
-            "" => text,
-            runs => format!("{runs}: {text}"),
+}
+
+/// The findings as a part of a page: as [`markdown`], in what stands below each other on a narrow screen.
+pub fn section(findings: &[Finding], evidence: &[Evidence]) -> Section {
+    let settings = settings(findings);
+    let mut html = String::from("<ul>\n");
+    for setting in &settings {
+        html += &format!("<li>{}</li>\n", escaped(&counted(findings, setting)));
+    }
+    html += &format!("</ul>\n<p class=\"note\">{}</p>\n", escaped(ABOUT));
+    let mut heads: Vec<String> = ["#", "claim"].map(str::to_owned).into();
+    heads.extend(settings.iter().map(|name| named(name).to_owned()));
+    let rows: Vec<Vec<String>> = CLAIMS
+        .iter()
+        .map(|claim| {
+            let number = claim.number;
+            let mut cells = vec![
+                format!("<a href=\"#claim-{number}\">{number}</a>"),
+                escaped(claim.statement),
+            ];
+            cells.extend(settings.iter().map(|setting| {
+                let found =
+                    whole(findings, number, setting).map_or(Verdict::NotApplicable, |f| f.verdict);
+                let note = match claim.kind {
+                    Kind::Result => String::new(),
+                    kind => format!(" <small>({})</small>", kind.word()),
+                };
+                format!("{}{note}", chip(found))
+            }));
+            cells
         })
-        .collect()
+        .collect();
+    html += &table_of_markup(&heads, &rows, false);
+    let numbers = numbers(evidence);
+    if !numbers.is_empty() {
+        let heads = ["number", "[A]", "the paper's", "ours", "ratio"].map(str::to_owned);
+        for setting in &settings {
+            let own = numbers.iter().filter(|row| row.setting == *setting);
+            let rows: Vec<Vec<String>> = own
+                .map(|row| {
+                    let [paper, ours, ratio] = shown(row);
+                    let cells = [
+                        row.what.to_owned(),
+                        row.place.to_owned(),
+                        paper,
+                        ours,
+                        ratio,
+                    ];
+                    cells.iter().map(|text| escaped(text)).collect()
+                })
+                .collect();
+            if !rows.is_empty() {
+                html += &format!(
+                    "<h3>The paper's numbers and ours: {}</h3>\n",
+                    escaped(named(setting))
+                );
+                html += &table_of_markup(&heads, &rows, false);
+            }
+        }
+    }
+    for claim in &CLAIMS {
+        html += &article(findings, claim);
+    }
+    Section {
+        id: "claims",
+        title: "What the paper claims".to_owned(),
+        html,
+    }
+}
+
+/// A verdict that is seen at once.
+fn chip(verdict: Verdict) -> String {
+    let class = match verdict {
+        Verdict::NotApplicable => "none",
+        verdict => verdict.words(),
+    };
+    format!("<span class=\"verdict {class}\">{}</span>", verdict.words())
+}
+
+fn article(findings: &[Finding], claim: &Claim) -> String {
+    let mut html = format!(
+        "<article id=\"claim-{}\">\n<h3>{} {} <small>[A] {}</small></h3>\n",
+        claim.number,
+        claim.number,
+        escaped(claim.statement),
+        escaped(claim.place)
+    );
+    if !claim.words.is_empty() {
+        html += &format!("<blockquote>{}</blockquote>\n", escaped(claim.words));
+    }
+    html += &format!(
+        "<p class=\"note\">Criterion: {}</p>\n<ul>\n",
+        escaped(claim.criterion)
+    );
+    for line in lines(findings, claim) {
+        let class = if line.whole { "whole" } else { "part" };
+        html += &format!(
+            "<li class=\"{class} {}\">{}</li>\n",
+            line.verdict.words().replace(' ', "-"),
+            escaped(&line.text)
+        );
+    }
+    html += "</ul>\n</article>\n";
+    html
 }

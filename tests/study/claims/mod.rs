@@ -3,16 +3,22 @@
 mod runs;
 mod study;
 
-use fretwear::study::claims::{CLAIMS, Evidence, Finding, Verdict, judge, markdown, table};
+use fretwear::study::claims::{
+    CLAIMS, Evidence, Finding, Kind, Verdict, counts, formless_roughness, judge, markdown, section,
+    table,
+};
 use fretwear::tables::{Provenance, TableName, from_parquet, to_parquet};
 
 use study::{CYCLES, all, sliding_loop};
 
-fn of(findings: &[Finding], claim: u32) -> Vec<&Finding> {
-    findings
-        .iter()
-        .filter(|finding| finding.claim == claim)
-        .collect()
+/// The verdict on a claim in the only setting.
+fn verdict_on(findings: &[Finding], claim: u32) -> &Finding {
+    let mut found = findings.iter().filter(|f| f.claim == claim && f.whole);
+    let first = found
+        .next()
+        .unwrap_or_else(|| panic!("no verdict on {claim}"));
+    assert!(found.next().is_none(), "two verdicts on {claim}");
+    first
 }
 
 fn named<'a>(study: &'a mut [Evidence], name: &str) -> &'a mut Evidence {
@@ -26,16 +32,10 @@ fn named<'a>(study: &'a mut [Evidence], name: &str) -> &'a mut Evidence {
 fn every_claim_holds_where_it_should() {
     let findings = judge(&all());
     for claim in CLAIMS {
-        let found = of(&findings, claim.number);
-        assert!(
-            found.iter().any(|f| f.verdict == Verdict::Holds),
-            "{claim:?}: {found:?}"
-        );
-        assert!(
-            found.iter().all(|f| f.verdict != Verdict::Fails),
-            "{claim:?}: {found:?}"
-        );
-        for finding in found {
+        let whole = verdict_on(&findings, claim.number);
+        assert_eq!(whole.setting, "total, by_load; never updated");
+        for finding in findings.iter().filter(|f| f.claim == claim.number) {
+            assert_eq!(finding.verdict, Verdict::Holds, "{finding:?}");
             assert!(
                 !finding.measured.is_empty() && finding.cause.is_empty(),
                 "{finding:?}"
@@ -68,29 +68,30 @@ fn worn(run: &mut Evidence) -> &mut fretwear::study::claims::Worn {
 const LAST: usize = CYCLES.len() - 1;
 
 /// A fault for every claim.
-const FAULTS: [(u32, Spoil); 46] = [
+const FAULTS: [(u32, Spoil); 47] = [
     (1, |s| {
-        named(s, "rq5")
-            .depth_rate
-            .iter_mut()
-            .for_each(|rate| *rate *= 2.0)
+        let cycles = named(s, "explicit")
+            .summary
+            .get_mut("cycles")
+            .expect("cycles");
+        cycles.iter_mut().for_each(|n| *n *= 1.6);
     }),
     (2, |s| named(s, "explicit").depth_rate[7] *= 0.9),
-    (3, |s| worn(named(s, "rq5")).least_growth = -1e-12),
-    (4, |s| worn(named(s, "rq5")).volume *= 1.0 + 1e-8),
-    (5, |s| worn(named(s, "explicit")).deepest = 2.6e-6),
-    (6, |s| named(s, "rq5").seconds = 16_200.0),
+    (3, |s| worn(named(s, "explicit")).least_growth = -1e-12),
+    (4, |s| worn(named(s, "u20")).volume *= 1.0 + 1e-8),
+    (5, |s| worn(named(s, "rq5")).deepest = 2.32e-5),
+    (6, |s| named(s, "explicit").seconds = 16_200.0),
     (7, |s| {
-        set(named(s, "rq5"), "dissipated_energy", |k, e| {
+        set(named(s, "rq1"), "dissipated_energy", |k, e| {
             if k == LAST { 1.2 * e } else { e }
         })
     }),
     (8, |s| worn(named(s, "rq5")).never_touched_depth = 1e-15),
     (9, |s| {
         set(
-            named(s, "rq5"),
+            named(s, "rq05"),
             "rq",
-            |k, rq| if k == 4 { 1.2 * rq } else { rq },
+            |k, rq| if k == 4 { 1.3 * rq } else { rq },
         )
     }),
     (10, |s| {
@@ -100,12 +101,12 @@ const FAULTS: [(u32, Spoil); 46] = [
     }),
     (11, |s| {
         set(
-            named(s, "rq5"),
+            named(s, "rq10"),
             "sk",
             |k, sk| if k == 0 { -0.2 } else { sk },
         )
     }),
-    (12, |s| set(named(s, "rq5"), "ku", |_, ku| ku.min(2.99))),
+    (12, |s| set(named(s, "rq1"), "ku", |_, ku| ku.min(2.99))),
     (13, |s| {
         set(
             named(s, "rq5"),
@@ -125,14 +126,14 @@ const FAULTS: [(u32, Spoil); 46] = [
             if k == 5 { 0.4 * a } else { a }
         })
     }),
-    (16, |s| named(s, "rq5").last.high_pressure = 3e9),
+    (16, |s| named(s, "rq5").last.section_peaks = vec![1.2e9; 5]),
     (17, |s| {
         set(named(s, "rq05"), "contact_area_fraction", |k, a| {
             if k == 0 { 0.05 } else { a }
         })
     }),
     (18, |s| {
-        set(named(s, "rq05"), "contact_area_fraction", |k, _| {
+        set(named(s, "rq1"), "contact_area_fraction", |k, _| {
             0.1 + 0.08 * CYCLES[k] / 1e6
         })
     }),
@@ -146,34 +147,41 @@ const FAULTS: [(u32, Spoil); 46] = [
             |k, kn| if k == LAST { 4e9 } else { kn },
         )
     }),
-    (21, |s| set(named(s, "rq5"), "kt", |_, kt| 0.8 * kt)),
-    (22, |s| named(s, "tangent").last.element_kn = vec![2e7; 3]),
+    (21, |s| {
+        set(
+            named(s, "rq10"),
+            "kt",
+            |k, kt| if k == LAST { 3e9 } else { kt },
+        )
+    }),
+    (22, |s| {
+        let local = named(s, "tangent").local.as_mut().expect("elements");
+        local[1].density = vec![6e13; 3];
+    }),
     (23, |s| {
-        respond(named(s, "rq1"), "resonance_frequency", [949.5, 964.9])
+        respond(named(s, "rq10"), "friction_energy", [0.2, 0.19])
     }),
     (24, |s| named(s, "rq5").first.normal_load = Some([3e4, 2e3])),
-    (25, |s| {
-        let moments = named(s, "rq5")
-            .response
-            .get_mut("moment_variation")
-            .expect("moments");
-        moments[LAST] = 0.06;
-    }),
+    (25, |s| named(s, "rq1").first.moments = Some([35.0, 1.0])),
     (26, |s| {
-        named(s, "rq5").first.displacement = Some([5e-8, 1e-5])
+        named(s, "rq5").first.displacement = Some([4e-7, 1e-5])
     }),
     (27, |s| {
-        respond(named(s, "finer"), "peak_amplitude", [71e-6, 86.5e-6])
+        for name in ["finer", "finest"] {
+            respond(named(s, name), "peak_amplitude", [71e-6, 86.5e-6]);
+        }
     }),
     (28, |s| named(s, "rq5").scene.dundurs_beta = 0.01),
     (29, |s| {
-        set(named(s, "rq5"), "dissipated_energy", |k, e| {
-            if k == 2 { 0.1 * e } else { e }
-        })
+        let energy = named(s, "u10")
+            .step
+            .get_mut("end_energy")
+            .expect("energies");
+        energy[3] *= 0.95;
     }),
     (30, |s| {
         set(named(s, "u05"), "wear_rate", |k, rate| {
-            if k > 3 { 0.85 * rate } else { rate }
+            if k > 3 { 0.93 * rate } else { rate }
         })
     }),
     (31, |s| {
@@ -187,16 +195,16 @@ const FAULTS: [(u32, Spoil); 46] = [
         respond(named(s, "u20"), "peak_amplitude", [70e-6, 83e-6])
     }),
     (33, |s| {
-        respond(named(s, "never"), "peak_frequency", [930.0, 962.0])
+        respond(named(s, "rq5"), "peak_frequency", [940.0, 967.0])
     }),
     (34, |s| {
-        respond(named(s, "rq5"), "resonance_frequency", [930.0, 929.0])
+        respond(named(s, "rq5"), "peak_frequency", [940.0, 939.0])
     }),
     (35, |s| {
-        respond(named(s, "rq5"), "peak_amplitude", [70e-6, 69e-6])
+        respond(named(s, "rq5"), "friction_energy", [0.2, 0.21])
     }),
     (36, |s| {
-        named(s, "rq5").last.hysteresis = Some(sliding_loop(1.2e-5, 1.8e4, 4e9))
+        named(s, "rq5").last.hysteresis = Some(sliding_loop(9e-6, 1.8e4, 4e9, 0.6))
     }),
     (37, |s| {
         respond(named(s, "rq10"), "peak_amplitude", [60e-6, 53e-6])
@@ -232,27 +240,72 @@ const FAULTS: [(u32, Spoil); 46] = [
             if k == 6 { 2e-3 } else { e }
         })
     }),
-    (45, |s| named(s, "rq5").modes = None),
-    (46, |s| named(s, "rq5").force[2] = 1.9e4),
+    (45, |s| worn(named(s, "rq10")).deepest = 4.1e-5),
+    (46, |s| named(s, "rq5").force = vec![1.7e4; CYCLES.len()]),
+    (47, |s| {
+        set(named(s, "rq05"), "dissipated_energy", |k, e| {
+            if k == 2 { 0.61 } else { e }
+        })
+    }),
 ];
 
 #[test]
 fn every_claim_fails_where_it_should() {
-    let sound = judge(&all());
-    let mut missed = Vec::new();
     for (claim, spoil) in FAULTS {
         let mut study = all();
         spoil(&mut study);
         let findings = judge(&study);
-        let found = of(&findings, claim);
-        let fails = found.iter().any(|f| f.verdict == Verdict::Fails);
-        // Without a reduction that verifies there is nothing to tell by.
-        let untold = claim == 45 && found.len() + 1 == of(&sound, claim).len();
-        if !fails && !untold {
-            missed.push(format!("{claim}: {found:?}"));
-        }
+        let found = verdict_on(&findings, claim);
+        assert_eq!(found.verdict, Verdict::Fails, "{found:?}");
     }
-    assert!(missed.is_empty(), "{missed:#?}");
+}
+
+/// What the bars of a run leave open is undecided, and what does not exist has no verdict.
+#[test]
+fn error_bars_are_carried_into_verdicts() {
+    let verdict = |claim: u32, spoil: &dyn Fn(&mut [Evidence])| {
+        let mut study = all();
+        spoil(&mut study);
+        verdict_on(&judge(&study), claim).verdict
+    };
+    // 22 µm ± 10 % may be above 23.1 µm; closure is no matter of steps.
+    let deep = |share: f64, closure: f64| {
+        move |s: &mut [Evidence]| {
+            let run = named(s, "rq5");
+            worn(run).deepest = 2.2e-5;
+            let all = |value: f64| vec![value; CYCLES.len()];
+            run.summary
+                .insert("error_wear_volume".to_owned(), all(share));
+            run.summary.insert("error_closure".to_owned(), all(closure));
+        }
+    };
+    assert_eq!(verdict(5, &deep(0.1, 0.0)), Verdict::Undecided);
+    assert_eq!(verdict(5, &deep(0.1, 0.09)), Verdict::Holds);
+    assert_eq!(verdict(5, &deep(0.04, 0.0)), Verdict::Holds);
+    // A stiffness that ends 2 % apart, each to 1.2 % or to 0.1 %.
+    for (error, expected) in [(0.012, Verdict::Undecided), (1e-3, Verdict::Holds)] {
+        let found = verdict(31, &|s| {
+            let run = named(s, "u05");
+            set(run, "kn", |k, kn| if k > 3 { 0.98 * kn } else { kn });
+            run.summary
+                .insert("error_kn".to_owned(), vec![error; CYCLES.len()]);
+        });
+        assert_eq!(found, expected, "{error}");
+    }
+    // Harmonics that still change the peak by as much as is allowed.
+    let coarse = |s: &mut [Evidence]| {
+        respond(named(s, "finest"), "peak_amplitude", [70.5e-6, 86.5e-6]);
+    };
+    assert_eq!(verdict(27, &coarse), Verdict::Undecided);
+    // A joint that slides as a whole has no mean displacement; without loops their shape is not known.
+    let slides = |s: &mut [Evidence]| named(s, "rq5").force[0] = 1.8e4;
+    assert_eq!(verdict(26, &slides), Verdict::Undecided);
+    let without = |s: &mut [Evidence]| named(s, "rq5").last.hysteresis = None;
+    assert_eq!(verdict(36, &without), Verdict::Undecided);
+    // A criterion of update that is never met shows no jump.
+    let never =
+        |s: &mut [Evidence]| named(s, "u20").summary.get_mut("updated").expect("flags")[3] = 0.0;
+    assert_eq!(verdict(29, &never), Verdict::Undecided);
 }
 
 /// Criteria that are met by a hair, and missed by one.
@@ -261,34 +314,23 @@ fn criteria_are_where_they_are_said_to_be() {
     let fails = |claim: u32, spoil: &dyn Fn(&mut [Evidence])| {
         let mut study = all();
         spoil(&mut study);
-        of(&judge(&study), claim)
-            .iter()
-            .any(|f| f.verdict == Verdict::Fails)
+        verdict_on(&judge(&study), claim).verdict == Verdict::Fails
     };
-    for (factor, fail) in [
-        (1.49, false),
-        (1.51, true),
-        (1.0 / 1.49, false),
-        (1.0 / 1.51, true),
-    ] {
+    for (steps, fail) in [(154, false), (153, true), (346, false), (347, true)] {
         let found = fails(1, &|s| {
-            named(s, "rq5")
-                .depth_rate
-                .iter_mut()
-                .for_each(|rate| *rate *= factor)
+            let cycles: Vec<f64> = (0..=steps).map(|k| 1e7 * k as f64 / steps as f64).collect();
+            let run = named(s, "explicit");
+            run.depth_rate = vec![1e-12; cycles.len()];
+            run.summary.insert("cycles".to_owned(), cycles);
         });
-        assert_eq!(found, fail, "{factor} of 231");
+        assert_eq!(found, fail, "{steps} for 231");
     }
     for (peak, fail) in [(0.021, true), (0.019, false)] {
         let worn = 86.5e-6 * (1.0 + peak);
-        assert_eq!(
-            fails(32, &|s| respond(
-                named(s, "u20"),
-                "peak_amplitude",
-                [70e-6, worn]
-            )),
-            fail
-        );
+        let found = fails(32, &|s| {
+            respond(named(s, "u20"), "peak_amplitude", [70e-6, worn]);
+        });
+        assert_eq!(found, fail, "{peak}");
     }
     for (share, fail) in [(0.999, true), (0.9, true), (1.0, false)] {
         let found = fails(40, &|s| {
@@ -302,37 +344,35 @@ fn criteria_are_where_they_are_said_to_be() {
 
 #[test]
 fn causes_come_from_the_numbers() {
-    let cause = |claim: u32, run: &str, spoil: &dyn Fn(&mut [Evidence])| {
+    let cause = |claim: u32, spoil: &dyn Fn(&mut [Evidence])| {
         let mut study = all();
         spoil(&mut study);
         let findings = judge(&study);
-        let found = of(&findings, claim)
-            .into_iter()
-            .find(|f| f.verdict == Verdict::Fails && f.runs.iter().any(|name| name == run));
-        found
-            .unwrap_or_else(|| panic!("{claim} does not fail on {run}"))
-            .cause
-            .clone()
+        let found = findings
+            .iter()
+            .find(|f| f.claim == claim && f.verdict == Verdict::Fails && !f.cause.is_empty());
+        found.map_or(String::new(), |found| found.cause.clone())
     };
-    let rising =
-        |s: &mut [Evidence]| set(named(s, "rq5"), "max_pressure", |k, _| 1e9 + 1e9 * k as f64);
-    assert_eq!(cause(16, "rq5", &rising), "");
+    let rising = |s: &mut [Evidence]| named(s, "rq5").last.high_pressure = 3e9;
+    assert_eq!(cause(16, &rising), "");
     let sticking = |s: &mut [Evidence]| {
         rising(s);
         named(s, "rq5").last.peak_dissipation = 0.0;
     };
-    assert!(cause(16, "rq5", &sticking).contains("sticks"));
+    assert!(cause(16, &sticking).contains("sticks"));
     let wider = |s: &mut [Evidence]| {
         let response = &mut named(s, "u05").response;
         response.insert("displacement_spread".to_owned(), vec![0.3; CYCLES.len()]);
         set(named(s, "u05"), "wear_rate", |_, rate| 0.5 * rate);
     };
-    assert!(cause(30, "u05", &wider).contains("up to 30\u{a0}% more or less than the mean"));
-    // Without updates the amplitude stays, and the loop of a stiffer joint grows.
-    let driven = |s: &mut [Evidence]| {
-        named(s, "never").last.hysteresis = Some(sliding_loop(1.2e-5, 1.8e4, 4e9))
-    };
-    assert!(cause(36, "never", &driven).starts_with("no update: the displacement stays 11.5 µm"));
+    assert!(cause(30, &wider).contains("up to 30\u{a0}% more or less than the mean"));
+    // Damping takes a fifth of the work.
+    let more = |s: &mut [Evidence]| respond(named(s, "rq5"), "friction_energy", [0.2, 0.21]);
+    assert!(cause(35, &more).contains("it takes 20\u{a0}%"));
+    // The worn form is taken for roughness.
+    let form =
+        |s: &mut [Evidence]| set(named(s, "rq05"), "rq", |k, rq| rq * (1.0 + 0.5 * k as f64));
+    assert!(cause(9, &form).ends_with("without the form it holds"));
 }
 
 #[test]
@@ -344,19 +384,65 @@ fn which_run_is_which_follows_from_the_scene() {
         run.name = format!("run{k}");
     }
     let verdicts = |findings: &[Finding]| -> Vec<(u32, Verdict)> {
-        let mut all: Vec<_> = findings.iter().map(|f| (f.claim, f.verdict)).collect();
-        all.sort_by_key(|(claim, verdict)| (*claim, *verdict as u8));
-        all
+        findings.iter().map(|f| (f.claim, f.verdict)).collect()
     };
     assert_eq!(verdicts(&judge(&study)), verdicts(&judge(&all())));
-    // A run of another joint belongs to no set.
-    named(&mut study, "run13").scene.base = "another".to_owned();
+    // A plastic run of another joint belongs to none.
+    named(&mut study, "run10").scene.base = "another".to_owned();
+    assert_eq!(study[10].scene.pressure_cap, Some(6e8));
     let findings = judge(&study);
+    let of_paper = |f: &&Finding| f.claim == 40 && f.setting == "total, by_load; never updated";
     assert!(
-        of(&findings, 40)
+        findings
             .iter()
-            .all(|f| f.verdict == Verdict::NotApplicable),
-        "{findings:?}"
+            .filter(of_paper)
+            .any(|f| f.verdict == Verdict::NotApplicable)
+    );
+}
+
+#[test]
+fn two_laws_stand_side_by_side() {
+    let mut study = all();
+    for mut run in ["rq5", "rq10"].map(|name| named(&mut all(), name).clone()) {
+        run.name = format!("sliders_{}", run.name);
+        run.scene.law = "sliders".to_owned();
+        set(
+            &mut run,
+            "kn",
+            |k, kn| if k == LAST { 0.5 * kn } else { kn },
+        );
+        study.push(run);
+    }
+    let findings = judge(&study);
+    let of = |setting: &str| counts(&findings, setting);
+    assert_eq!(of("total, by_load; never updated"), [40, 0, 0, 0]);
+    let [hold, fail, undecided, none] = of("sliders; never updated");
+    assert_eq!(hold + fail + undecided + none, 40);
+    assert!(fail >= 1 && none >= 5, "{fail} fail, {none} have no run");
+    let (_, other) = findings.split_at(1);
+    let kn = other
+        .iter()
+        .find(|f| f.claim == 19 && f.whole && f.setting.starts_with("sliders"));
+    assert_eq!(
+        kn.map(|f| (f.verdict, f.runs.len())),
+        Some((Verdict::Fails, 2))
+    );
+    // Seeds are studies of their own, and say which they are.
+    let mut second = all();
+    second
+        .iter_mut()
+        .for_each(|run| run.scene.seed = run.scene.seed.map(|_| 2));
+    let both: Vec<Evidence> = all().into_iter().chain(second).collect();
+    let findings = judge(&both);
+    let settings: Vec<&str> = (findings.iter().filter(|f| f.claim == 9 && f.whole))
+        .map(|f| f.setting.as_str())
+        .collect();
+    assert_eq!(
+        settings,
+        [
+            "total, by_load; never updated; seed 1",
+            "total, by_load; never updated; seed 2"
+        ]
     );
 }
 
@@ -387,15 +473,13 @@ fn what_cannot_be_told_says_why() {
         .values_mut()
         .for_each(|column| column.truncate(4));
     let findings = judge(&[short]);
-    for claim in [1, 6, 7, 19, 21] {
+    for claim in [1, 5, 6, 7, 19, 21, 40] {
         assert_eq!(
-            of(&findings, claim)[0].verdict,
+            verdict_on(&findings, claim).verdict,
             Verdict::NotApplicable,
             "{claim}"
         );
     }
-    // Pressures of an elastic joint cannot tell what a cap does.
-    assert_eq!(of(&findings, 40)[0].verdict, Verdict::NotApplicable);
 }
 
 #[test]
@@ -413,65 +497,71 @@ fn findings_are_a_table_and_a_text() {
     assert_eq!(read, written);
     assert_eq!(read.rows(), findings.len());
     let numbers = read.i32("claim").expect("numbers");
-    assert!(numbers.is_sorted() && (1..=46).all(|claim| numbers.contains(&claim)));
+    assert!(numbers.is_sorted() && (1..=47).all(|claim| numbers.contains(&claim)));
     let row = numbers
         .iter()
         .position(|claim| *claim == 32)
         .expect("a row");
     assert_eq!(read.text("verdict").expect("texts")[row], "fails");
-    assert_eq!(read.text("runs").expect("texts")[row], "u05 rq5 u20");
+    assert_eq!(read.text("runs").expect("texts")[row], "u05 u10 u20");
 
-    let text = markdown(&findings);
-    let rows: Vec<&str> = text.lines().filter(|line| line.starts_with("| ")).collect();
-    assert!(
-        rows.iter().all(|row| row.matches(" | ").count() == 4),
-        "{rows:#?}"
-    );
+    let text = markdown(&findings, &study);
     for claim in CLAIMS {
-        assert!(
-            text.contains(&format!("| {} | {} | ", claim.number, claim.place)),
-            "{claim:?}"
-        );
-        assert!(
-            text.contains(&format!("\n{}. {}\n", claim.number, claim.criterion)),
-            "{claim:?}"
-        );
+        let stands = |part: String| assert!(text.contains(&part), "{part}");
+        stands(format!(
+            "| {} | {} | {} | ",
+            claim.number, claim.place, claim.statement
+        ));
+        stands(format!(
+            "\n{}. **{}** ({})\n",
+            claim.number, claim.statement, claim.place
+        ));
+        stands(format!("   - criterion: {}\n", claim.criterion));
+        assert!(claim.kind == Kind::Check || !claim.words.is_empty());
     }
-    assert!(text.contains("| fails | u05, rq5, u20: "), "{text}");
-    let counted = findings
-        .iter()
-        .filter(|f| f.verdict == Verdict::Holds)
-        .count();
     assert!(
-        text.starts_with(&format!(
-            "{} findings on 46 claims: {counted} hold, 1 fail, ",
-            findings.len()
-        )),
+        text.contains("| fails |") && text.contains("| holds (method) |"),
         "{text}"
     );
+    assert!(
+        text.starts_with("- total, by_load; never updated: of 40 results of the paper 39 hold, 1 fail, 0 are undecided\n"),
+        "{text}"
+    );
+    // The paper's numbers beside ours.
+    assert!(
+        text.contains("| wear iterations of 0.1 µm to 10⁷ cycles, explicit | 4b | 231 | 231 | 1 |"),
+        "{text}"
+    );
+    let page = section(&findings, &study).html;
+    for claim in CLAIMS {
+        let anchors =
+            ["href=\"#claim-", "id=\"claim-"].map(|begin| format!("{begin}{}\"", claim.number));
+        assert!(
+            anchors.iter().all(|anchor| page.contains(anchor)),
+            "{claim:?}"
+        );
+    }
+    // The verdicts come before the words.
+    let first = |part: &str| page.find(part).unwrap_or_else(|| panic!("no {part}"));
+    assert!(first("class=\"verdict fails\"") < first("<blockquote>"));
 }
 
-/// Runs that were never updated belong together, whatever their scenes would allow; a set within another says nothing more.
+/// Without their form, heights that were a hill and Gaussian noise are that noise.
 #[test]
-fn roughnesses_without_updates_are_a_set_of_their_own() {
-    let mut study = all();
-    for name in ["rq05", "rq1"] {
-        named(&mut study, name)
-            .summary
-            .insert("updated".to_owned(), vec![0.0; CYCLES.len()]);
-    }
-    let findings = judge(&study);
-    let sets: Vec<Vec<&str>> = of(&findings, 17)
-        .iter()
-        .map(|finding| finding.runs.iter().map(String::as_str).collect())
-        .collect();
-    assert_eq!(
-        sets,
-        [
-            vec!["rq05", "rq1", "rq5", "rq10"],
-            vec!["rq05", "rq1", "never"]
-        ]
-    );
+fn form_is_not_roughness() {
+    let (cells, steps) = ([60, 48], [1.5e-4, 1.25e-4]);
+    let noise = |i: usize, j: usize| 1e-6 * ((i as f64 * 2.1).sin() + (j as f64 * 1.7).cos());
+    let hill = |i: usize, _: usize| 2e-5 * (i as f64 / 59.0 - 0.5);
+    let field = |form: bool| -> Vec<f64> {
+        let each = (0..cells[0] * cells[1]).map(|k| (k / cells[1], k % cells[1]));
+        each.map(|(i, j)| noise(i, j) + if form { hill(i, j) } else { 0.0 })
+            .collect()
+    };
+    let kept = vec![true; cells[0] * cells[1]];
+    let rq = |form| formless_roughness(&field(form), &kept, cells, steps, 2.5e-3)[0];
+    // A slope leaves a rest at the edges, where the mean around a cell is one-sided.
+    assert!((rq(false) / 1e-6 - 1.0).abs() < 0.05, "{}", rq(false));
+    assert!(rq(true) < 0.4 * 2e-5 / 12f64.sqrt(), "{}", rq(true));
 }
 
 /// A folder may have any name; its claims are one row each all the same, and name it as it is.
@@ -481,12 +571,9 @@ fn the_name_of_a_run_is_only_a_name() {
     for run in &mut study {
         run.name += "<script>|`![x](y)\\\n\u{1b}[2J\u{202e}";
     }
-    let text = markdown(&judge(&study));
-    let shown = "<script>\\|\\`!\\[x](y)\\\\ \\\\u{1b}\\[2J\\\\u{202e}";
-    assert!(text.contains(&format!("rq5\\{shown}")), "{text}");
+    let text = markdown(&judge(&study), &study);
+    let shown = "rq05\\<script>|\\`!\\[x](y)\\\\ \\\\u{1b}\\[2J\\\\u{202e}";
+    assert!(text.contains(shown), "{text}");
     assert!(!text.contains(['\u{1b}', '\u{202e}']), "{text}");
-    for row in text.lines().filter(|line| line.starts_with("| ")) {
-        assert_eq!(row.matches(" | ").count(), 4, "{row}");
-        assert!(!row.replace("\\<", "").contains("<script"), "{row}");
-    }
+    assert!(!text.replace("\\<", "").contains("<script"), "{text}");
 }

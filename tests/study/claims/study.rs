@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use fretwear::study::claims::{Columns, Evidence, Loop, Moment, Setting, Worn};
+use fretwear::study::claims::{Columns, Evidence, Local, Loop, Moment, Setting, Worn};
 
 pub const CYCLES: [f64; 8] = [0.0, 2e4, 1e5, 1e6, 2e6, 5e6, 8e6, 1e7];
 /// Area of the joint \[m²\].
@@ -22,13 +22,16 @@ pub fn columns<const N: usize>(columns: [(&str, Vec<f64>); N]) -> Columns {
         .into()
 }
 
-/// A parallelogram: sticking at `slope`, sliding at `force`.
-pub fn sliding_loop(amplitude: f64, force: f64, slope: f64) -> Loop {
-    let stick = 2.0 * force / slope;
-    Loop {
-        displacement: vec![amplitude, amplitude - stick, -amplitude, -amplitude + stick],
-        load: vec![force, -force, -force, force],
-    }
+/// A loop: sticking at `slope` to the part `sharp` of `force`, then slipping in part, then sliding.
+pub fn sliding_loop(amplitude: f64, force: f64, slope: f64, sharp: f64) -> Loop {
+    let most = sharp * force;
+    let stick = (force + most) / slope;
+    let slip = stick + 3.0 * (force - most) / slope;
+    let half = [(0.0, force), (stick, -most), (slip, -force)];
+    let back = half.map(|(way, load)| (amplitude - way, load));
+    let forth = half.map(|(way, load)| (way - amplitude, -load));
+    let (displacement, load) = back.into_iter().chain(forth).unzip();
+    Loop { displacement, load }
 }
 
 /// A run at a roughness in µm.
@@ -46,7 +49,7 @@ pub fn run(name: &str, rq: f64) -> Evidence {
     let mut n_cycles = vec![0.0];
     n_cycles.extend(CYCLES.windows(2).map(|pair| pair[1] - pair[0]));
     let mut updated = vec![0.0; CYCLES.len()];
-    (updated[0], updated[3]) = (1.0, 1.0);
+    updated[0] = 1.0;
     let all = |value: f64| vec![value; CYCLES.len()];
     let summary = columns([
         ("cycles", CYCLES.to_vec()),
@@ -79,8 +82,8 @@ pub fn run(name: &str, rq: f64) -> Evidence {
         response: columns([
             ("displacement_amplitude", all(1e-6 * (8.0 + 0.7 * rq))),
             ("displacement_spread", all(0.02)),
-            ("moment_variation", all(0.03)),
-            ("torsion_variation", all(0.002)),
+            ("input_energy", all(0.6)),
+            ("friction_energy", all(0.2)),
             ("sticking_elements", all(50.0)),
         ]),
         worn_response: columns([
@@ -94,9 +97,19 @@ pub fn run(name: &str, rq: f64) -> Evidence {
                 "peak_amplitude",
                 vec![1e-6 * (80.0 - 2.0 * rq), 1e-6 * (87.0 - 0.1 * rq)],
             ),
-            ("friction_energy", vec![0.2, 0.19]),
+            ("friction_energy", vec![0.2 + 1e-3 * rq, 0.19]),
             ("input_energy", vec![0.25, 0.26]),
+            ("viscous_energy", vec![0.05, 0.07]),
+            ("wear_volume", vec![0.0, volume]),
+            ("place", vec![0.0, (CYCLES.len() - 1) as f64]),
         ]),
+        step: Columns::new(),
+        formless: columns([
+            ("rq", series(&|n| 1e-6 * rq * (1.0 - 0.5 * n / 1e7))),
+            ("sk", series(&settling(-0.03, -1.0, 1e5))),
+            ("ku", series(&settling(2.95, 5.0, 1e6))),
+        ]),
+        local: None,
         // 231 steps of 0.1 µm.
         depth_rate: all(2.31e-12),
         worn: Some(Worn {
@@ -109,24 +122,31 @@ pub fn run(name: &str, rq: f64) -> Evidence {
         }),
         first: Moment {
             high_pressure: 2e9,
+            mean_pressure: 2e8,
+            section_peaks: vec![2e9; 5],
             share_at_cap: 0.0,
             load: 3e4,
             peak_dissipation: 0.5,
-            hysteresis: Some(sliding_loop(1.2e-5, 1.8e4, 3e9)),
+            hysteresis: Some(sliding_loop(1.2e-5, 1.8e4, 3e9, 0.8)),
             normal_load: Some([3e4, 100.0]),
-            displacement: Some([5e-7, 1e-5]),
+            displacement: Some([1e-6, 1e-5]),
             fine_over_elements: BTreeMap::new(),
-            element_kn: vec![1e7; 3],
+            moments: Some([10.0, 1.0]),
         },
         last: Moment {
             high_pressure: 5e7,
+            mean_pressure: 2e7,
+            section_peaks: vec![5e7; 5],
             load: 3e4,
             peak_dissipation: 0.5,
-            hysteresis: Some(sliding_loop(9e-6, 1.8e4, 4e9)),
-            element_kn: vec![0.8e7, 0.8e7, 3e7],
+            hysteresis: Some(sliding_loop(9e-6, 1.8e4, 4e9, 0.95)),
             ..Moment::default()
         },
-        force: all(1.8e4),
+        force: {
+            let mut force = all(1.8e4);
+            force[0] = 1.78e4;
+            force
+        },
         seconds: 60.0,
         modes: Some(36),
     }
@@ -137,8 +157,11 @@ fn setting(rq: f64) -> Setting {
         base: "lap joint".to_owned(),
         rq: Some(1e-6 * rq),
         correlation_length: Some([5e-4; 2]),
-        update: "10 %".to_owned(),
-        stiffness_change: Some(0.1),
+        law: "total, by_load".to_owned(),
+        seed: Some(1),
+        side: Some(0.04),
+        length: Some(0.04),
+        update: "never".to_owned(),
         vibrates: true,
         harmonics: "[0,1,2,3]".to_owned(),
         coefficient: Some(ALPHA),
@@ -151,15 +174,17 @@ fn setting(rq: f64) -> Setting {
     }
 }
 
-/// The run with its criterion of updates.
-fn updated(name: &str, change: Option<f64>) -> Evidence {
+/// The run with its criterion of updates, of which one falls due.
+fn updated(name: &str, change: f64) -> Evidence {
     let mut run = run(name, 5.0);
-    run.scene.stiffness_change = change;
-    run.scene.update = change.map_or("never".to_owned(), |change| format!("{change}"));
-    if change.is_none() {
-        run.summary
-            .insert("updated".to_owned(), vec![0.0; CYCLES.len()]);
-    }
+    run.scene.stiffness_change = Some(change);
+    run.scene.update = format!("{change}");
+    let flags = run.summary.get_mut("updated").expect("a column");
+    flags[3] = 1.0;
+    // Before an update the cycle dissipates more than after it.
+    let energies = run.summary["dissipated_energy"].iter();
+    let end_energy = energies.map(|energy| 1.05 * energy).collect();
+    run.step = columns([("end_energy", end_energy)]);
     run
 }
 
@@ -181,12 +206,11 @@ fn plastic() -> Evidence {
     run
 }
 
-/// As published: 25 steps, each as long as 0.1 µm allows.
+/// As published: 231 steps, each as long as 0.1 µm allows.
 fn explicit() -> Evidence {
-    let mut run = run("explicit", 7.0);
-    run.scene.base = "explicit".to_owned();
+    let mut run = run("explicit", 5.0);
     run.scene.explicit = Some(1e-7);
-    let steps: Vec<f64> = (0..25).map(|k| 1000.0 + 100.0 * f64::from(k)).collect();
+    let steps: Vec<f64> = (0..231).map(|k| 43_000.0 + 3.0 * f64::from(k)).collect();
     run.depth_rate = steps.iter().map(|n| 1e-7 / (n + 0.5)).collect();
     run.depth_rate.push(1e-12);
     let mut cycles = vec![0.0];
@@ -202,8 +226,7 @@ fn explicit() -> Evidence {
         ("dissipated_energy_total", vec![0.0, 1e-10 / ALPHA]),
     ]);
     let worn = run.worn.as_mut().expect("it wears");
-    (worn.volume, worn.deepest) = (1e-10, 2.4e-6);
-    (run.scene.vibrates, run.scene.rq) = (false, None);
+    (worn.volume, worn.deepest) = (1e-10, 2.2e-5);
     run
 }
 
@@ -217,6 +240,7 @@ fn sphere(name: &str, cap: Option<f64>, area: f64) -> Evidence {
     (run.scene.pressure_cap, run.scene.normal_load) = (cap, 90.0);
     run.scene.tolerances = [1e-6, 1e-3];
     run.first.load = 90.0;
+    run.first.share_at_cap = if cap.is_some() { 0.2 } else { 0.0 };
     run.summary = columns([
         ("max_pressure", vec![cap.unwrap_or(9e8)]),
         ("contact_area_fraction", vec![area]),
@@ -225,24 +249,41 @@ fn sphere(name: &str, cap: Option<f64>, area: f64) -> Evidence {
     run
 }
 
+/// With harmonics to some order.
+fn finer(name: &str, highest: usize) -> Evidence {
+    let mut run = run(name, 5.0);
+    let orders: Vec<String> = (0..=highest).map(|order| order.to_string()).collect();
+    run.scene.harmonics = format!("[{}]", orders.join(","));
+    run
+}
+
+/// With contact elements that have a stiffness of their own.
+fn tangent() -> Evidence {
+    let mut run = updated("tangent", 0.1);
+    (run.scene.law, run.scene.tangent) = ("tangent".to_owned(), true);
+    let local = |kn: [f64; 3], density: f64| Local {
+        kn: kn.into(),
+        density: vec![density; 3],
+    };
+    run.local = Some([local([1e7; 3], 5e13), local([0.8e7, 0.8e7, 3e7], 1e13)]);
+    run
+}
+
 /// Everything that every claim needs.
 pub fn all() -> Vec<Evidence> {
-    let mut finer = run("finer", 5.0);
-    finer.scene.harmonics = "[0,1,2,3,4,5]".to_owned();
-    let mut tangent = run("tangent", 5.0);
-    (tangent.scene.base, tangent.scene.tangent) = ("tangent".to_owned(), true);
     vec![
         run("rq5", 5.0),
         run("rq05", 0.5),
         run("rq1", 1.0),
         run("rq10", 10.0),
         plastic(),
-        updated("u05", Some(0.05)),
-        updated("u20", Some(0.2)),
-        updated("never", None),
+        updated("u05", 0.05),
+        updated("u10", 0.1),
+        updated("u20", 0.2),
         explicit(),
-        finer,
-        tangent,
+        finer("finer", 5),
+        finer("finest", 7),
+        tangent(),
         sphere("sphere", None, 0.1),
         sphere("sphere600", Some(6e8), 0.11),
         sphere("sphere450", Some(4.5e8), 0.13),

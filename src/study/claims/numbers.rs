@@ -1,0 +1,161 @@
+//! The numbers that the paper states, beside those of runs.
+
+use serde::Serialize;
+
+use super::plasticity::meeting;
+use super::steps::{DEPTH_STEP, ITERATIONS, SECONDS, SECONDS_A_CYCLE, STUDY};
+use super::updates::agreement;
+use super::{Evidence, Study};
+
+/// A number of the paper and that of a study.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Beside {
+    /// The study.
+    pub setting: String,
+    /// What it is.
+    pub what: &'static str,
+    /// Where the paper has it.
+    pub place: &'static str,
+    /// Its unit; empty of a pure number.
+    pub unit: &'static str,
+    /// The paper's.
+    pub paper: f64,
+    /// The study's, where it has the runs.
+    pub ours: Option<f64>,
+}
+
+impl Beside {
+    /// Ours over the paper's; none where that is 0, or ours is not there.
+    pub fn ratio(&self) -> Option<f64> {
+        let ratio = self.ours? / self.paper;
+        (self.paper != 0.0).then_some(ratio)
+    }
+}
+
+/// Cycles at the end of the paper's run [A §4b].
+const CYCLES: f64 = 10_041_928.0;
+/// From here on the update criteria agree [A §4d(i)].
+const AGREE: f64 = 1e6;
+/// From here on plastic and elastic wear rates agree [A §4d(iii)].
+const MEET: f64 = 2e6;
+
+/// The numbers of the paper beside those of a study.
+pub fn beside(study: &Study) -> Vec<Beside> {
+    let whole = |run: &&Evidence| super::steps::reaches(run, STUDY);
+    let explicit = study.explicit.filter(whole);
+    let main = study.main.filter(whole);
+    let iterations = explicit.and_then(|run| {
+        let found = run.cycles()?.iter().position(|n| *n >= STUDY)?;
+        Some(found as f64)
+    });
+    let reached = explicit.and_then(|run| run.cycles()?.last().copied());
+    let ends = |name: &str, end: usize| study.main.and_then(|run| run.ends(name)).map(|e| e[end]);
+    let rows: [(&str, &str, &str, f64, Option<f64>); 12] = [
+        (
+            "wear iterations of 0.1 µm to 10⁷ cycles, explicit",
+            "4b",
+            "",
+            ITERATIONS,
+            iterations,
+        ),
+        (
+            "cycles of an iteration, on average",
+            "4b",
+            "",
+            CYCLES / ITERATIONS,
+            reached.zip(iterations).map(|(n, k)| n / k),
+        ),
+        (
+            "deepest wear, at most",
+            "4b",
+            "µm",
+            1e6 * ITERATIONS * DEPTH_STEP,
+            main.and_then(|run| run.deepest())
+                .map(|bar| 1e6 * bar.value),
+        ),
+        (
+            "time of an iteration",
+            "4b",
+            "s",
+            SECONDS_A_CYCLE,
+            explicit.zip(iterations).map(|(run, k)| run.seconds / k),
+        ),
+        (
+            "time of all",
+            "4b",
+            "s",
+            SECONDS,
+            explicit.map(|run| run.seconds),
+        ),
+        (
+            "mean normal load at resonance",
+            "4a",
+            "kN",
+            30.0,
+            study
+                .main
+                .and_then(|run| run.first.normal_load)
+                .map(|[mean, _]| 1e-3 * mean),
+        ),
+        ("unworn skewness", "4b", "", 0.0, ends("sk", 0)),
+        ("unworn kurtosis", "4b", "", 3.0, ends("ku", 0)),
+        (
+            "largest unworn pressure with the hardness limit",
+            "4d(iii)",
+            "MPa",
+            600.0,
+            study
+                .plastic
+                .and_then(|[_, plastic]| plastic.ends("max_pressure"))
+                .map(|e| 1e-6 * e[0]),
+        ),
+        (
+            "cycles from which on the update criteria wear alike (within 5 %*)",
+            "4d(i)",
+            "million",
+            1e-6 * AGREE,
+            agreement(&study.updated).map(|n| 1e-6 * n),
+        ),
+        (
+            "cycles from which on plastic and elastic joint wear alike (within 5 %*)",
+            "4d(iii)",
+            "million",
+            1e-6 * MEET,
+            study.plastic.and_then(meeting).map(|n| 1e-6 * n),
+        ),
+        (
+            "cycles to the steady state, at most",
+            "4",
+            "million",
+            1e-6 * STUDY,
+            main.and_then(steady_from).map(|n| 1e-6 * n),
+        ),
+    ];
+    rows.into_iter()
+        .map(|(what, place, unit, paper, ours)| Beside {
+            setting: study.name.clone(),
+            what,
+            place,
+            unit,
+            paper,
+            ours,
+        })
+        .collect()
+}
+
+/// * Change of dissipation per 10⁶ cycles, of what is steady.
+const STEADY: f64 = 0.05;
+
+/// Cycles from which on the dissipation changes by less than 5 %* per 10⁶ cycles from one iteration to the next; none if it never does.
+fn steady_from(run: &Evidence) -> Option<f64> {
+    let (cycles, energy) = (run.cycles()?, run.column("dissipated_energy")?);
+    let is_fast = |k: usize| {
+        let change = (energy[k] - energy[k - 1]).abs() / energy[k];
+        change / (cycles[k] - cycles[k - 1]) * 1e6 > STEADY
+    };
+    match (1..cycles.len()).rev().find(|k| is_fast(*k)) {
+        None => cycles.first().copied(),
+        Some(k) if k + 1 < cycles.len() => Some(cycles[k]),
+        Some(_) => None,
+    }
+}

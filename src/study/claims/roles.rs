@@ -1,0 +1,222 @@
+//! Which part each run plays in a study, by its scene.
+
+use super::evidence::Evidence;
+
+/// Roughness that most of the paper's figures are of \[m\].
+pub const MAIN: f64 = 5e-6;
+/// Harmonics of the paper.
+const HARMONICS: &str = "[0,1,2,3]";
+
+/// Runs of one joint with one law of contact elements, by the parts they play.
+#[derive(Debug, Clone, Default)]
+pub struct Study<'a> {
+    /// What it is, in words: the law of contact elements, the update, the seed where there are several.
+    pub name: String,
+    /// The setting: elastic runs that differ by roughness, smoothest first, never updated where there are such.
+    pub rough: Vec<&'a Evidence>,
+    /// That of them that most figures are of: Rq 5 µm, or the nearest.
+    pub main: Option<&'a Evidence>,
+    /// The main one by the explicit algorithm.
+    pub explicit: Option<&'a Evidence>,
+    /// It without and with a pressure cap; that of another roughness where only that has both.
+    pub plastic: Option<[&'a Evidence; 2]>,
+    /// It with updates, the finest criterion first.
+    pub updated: Vec<&'a Evidence>,
+    /// It with more harmonics, fewest first.
+    pub harmonics: Vec<&'a Evidence>,
+    /// Runs with updates of contact elements that have a stiffness of their own.
+    pub local: Option<&'a Evidence>,
+    /// Spheres that differ by their pressure cap: that without one first, then from the largest cap down.
+    pub spheres: Vec<&'a Evidence>,
+    /// All of these.
+    pub all: Vec<&'a Evidence>,
+}
+
+/// Runs of the same key, in their order.
+fn groups<'a>(runs: &[&'a Evidence], key: impl Fn(&Evidence) -> String) -> Vec<Vec<&'a Evidence>> {
+    let mut groups: Vec<(String, Vec<&Evidence>)> = Vec::new();
+    for &run in runs {
+        let key = key(run);
+        match groups.iter_mut().find(|(known, _)| *known == key) {
+            Some((_, group)) => group.push(run),
+            None => groups.push((key, vec![run])),
+        }
+    }
+    groups.into_iter().map(|(_, group)| group).collect()
+}
+
+fn same(a: Option<f64>, b: Option<f64>) -> bool {
+    match (a, b) {
+        (Some(a), Some(b)) => (a / b - 1.0).abs() < 1e-6,
+        (a, b) => a.is_none() && b.is_none(),
+    }
+}
+
+fn is_never(run: &Evidence) -> bool {
+    run.scene.update == "never"
+}
+
+/// The studies among runs, in the order in which they begin.
+///
+/// Runs of one joint, one law of contact elements and one seed are a study. Where one has runs that are never updated, as the paper's are,
+/// they are its setting, and laws without such a run are no study of their own: they belong to those of the same joint. Spheres belong to
+/// all.
+pub fn studies<'a>(runs: &[&'a Evidence]) -> Vec<Study<'a>> {
+    let (spheres, joints): (Vec<&Evidence>, Vec<&Evidence>) =
+        runs.iter().copied().partition(|run| run.scene.sphere);
+    let mut all = groups(&joints, |run| {
+        let scene = &run.scene;
+        format!("{}|{}|{:?}", scene.base, scene.law, scene.seed)
+    });
+    let has_setting = |group: &Vec<&Evidence>| group.iter().any(|run| is_never(run));
+    let mut beside: Vec<&Evidence> = Vec::new();
+    if all.iter().any(has_setting) {
+        let (settings, others): (Vec<_>, Vec<_>) = all.into_iter().partition(has_setting);
+        all = settings;
+        beside = others.into_iter().flatten().collect();
+    }
+    if all.is_empty() && !spheres.is_empty() {
+        all.push(Vec::new());
+    }
+    let seeds = groups(&joints, |run| format!("{:?}", run.scene.seed)).len() > 1;
+    all.into_iter()
+        .map(|group| study(&group, &beside, &spheres, seeds))
+        .collect()
+}
+
+fn study<'a>(
+    group: &[&'a Evidence],
+    beside: &[&'a Evidence],
+    spheres: &[&'a Evidence],
+    seeds: bool,
+) -> Study<'a> {
+    let update = match group.iter().any(|run| is_never(run)) {
+        true => "never",
+        false => group
+            .first()
+            .map_or("never", |run| run.scene.update.as_str()),
+    };
+    let of_paper =
+        |run: &&&Evidence| run.scene.harmonics.is_empty() || run.scene.harmonics == HARMONICS;
+    // Harmonics of a joint that is not the paper's are those of its first run.
+    let own = group.iter().find(of_paper).or(group.first());
+    let harmonics = own.map_or("", |run| run.scene.harmonics.as_str());
+    let plain: Vec<&Evidence> = (group.iter().copied())
+        .filter(|run| run.scene.harmonics == harmonics)
+        .collect();
+    let mut rough: Vec<&Evidence> = (plain.iter().copied())
+        .filter(|run| run.scene.update == update && run.scene.pressure_cap.is_none())
+        .filter(|run| run.cycles().is_some() || run.scene.rq.is_some())
+        .collect();
+    // Of two of one roughness that which is not explicit: where there is no other, that.
+    rough.sort_by(|a, b| {
+        let key = |run: &Evidence| {
+            (
+                run.scene.rq.unwrap_or(f64::INFINITY),
+                run.scene.explicit.is_some(),
+            )
+        };
+        key(a).partial_cmp(&key(b)).expect("roughnesses are finite")
+    });
+    rough.dedup_by(|a, b| same(a.scene.rq, b.scene.rq));
+    let off = |run: &Evidence| {
+        run.scene
+            .rq
+            .map_or(f64::INFINITY, |rq| (rq / MAIN).ln().abs())
+    };
+    let main = (rough.iter().copied()).min_by(|a, b| off(a).total_cmp(&off(b)));
+    let rq = main.and_then(|main| main.scene.rq);
+    let is_main = |run: &Evidence| same(run.scene.rq, rq);
+    let of_main: Vec<&Evidence> = plain.iter().copied().filter(|run| is_main(run)).collect();
+    let elastic = |run: &&Evidence| run.scene.pressure_cap.is_none();
+    let find = |fits: &dyn Fn(&Evidence) -> bool| of_main.iter().copied().find(|run| fits(run));
+    let explicit = find(&|run| {
+        run.scene.explicit.is_some()
+            && run.scene.update == update
+            && run.scene.pressure_cap.is_none()
+    });
+    let mut limited: Vec<&Evidence> = (plain.iter().copied())
+        .filter(|run| run.scene.update == update && run.scene.pressure_cap.is_some())
+        .collect();
+    limited.sort_by_key(|run| !is_main(run));
+    let plastic = limited.iter().find_map(|plastic| {
+        let alike = |run: &&&Evidence| same(run.scene.rq, plastic.scene.rq);
+        rough.iter().find(alike).map(|elastic| [*elastic, *plastic])
+    });
+    let mut updated: Vec<&Evidence> = (of_main.iter().copied())
+        .filter(elastic)
+        .filter(|run| !is_never(run) && run.scene.vibrates && run.scene.explicit.is_none())
+        .collect();
+    let change = |run: &Evidence| run.scene.stiffness_change.unwrap_or(f64::INFINITY);
+    updated.sort_by(|a, b| change(a).total_cmp(&change(b)));
+    updated.dedup_by(|a, b| a.scene.update == b.scene.update);
+    let orders = |run: &Evidence| run.scene.harmonics.matches(',').count();
+    let mut more: Vec<&Evidence> = (group.iter().copied())
+        .filter(elastic)
+        .filter(|run| is_main(run) && run.scene.update == update)
+        .filter(|run| main.is_some_and(|main| orders(run) > orders(main)))
+        .collect();
+    more.sort_by_key(|run| orders(run));
+    let base = main.map_or("", |main| main.scene.base.as_str());
+    let local = (group.iter().chain(beside).copied())
+        .filter(|run| run.scene.base == base && run.scene.tangent)
+        .find(|run| run.local.is_some());
+    let spheres = capped(spheres);
+    let parts = [explicit, local].into_iter().flatten();
+    let mut all: Vec<&Evidence> = rough.clone();
+    all.extend(plastic.map(|[_, plastic]| plastic));
+    for run in parts.chain(updated.iter().chain(&more).chain(&spheres).copied()) {
+        if !all.iter().any(|known| std::ptr::eq(*known, run)) {
+            all.push(run);
+        }
+    }
+    Study {
+        name: name(main, update, seeds),
+        rough,
+        main,
+        explicit,
+        plastic,
+        updated,
+        harmonics: more,
+        local,
+        spheres,
+        all,
+    }
+}
+
+fn name(main: Option<&Evidence>, update: &str, seeds: bool) -> String {
+    let Some(main) = main else {
+        return "spheres".to_owned();
+    };
+    let mut words = match main.scene.law.as_str() {
+        "" => vec!["motion as given".to_owned()],
+        law => vec![law.to_owned()],
+    };
+    if main.scene.vibrates {
+        words.push(match update {
+            "never" => "never updated".to_owned(),
+            _ => main
+                .scene
+                .stiffness_change
+                .map_or("updated".to_owned(), |change| {
+                    format!("updated at {}", super::words::percent(change))
+                }),
+        });
+    }
+    if seeds && let Some(seed) = main.scene.seed {
+        words.push(format!("seed {seed}"));
+    }
+    words.join("; ")
+}
+
+/// Spheres that differ by their pressure cap alone: that without one first, then from the largest cap down; two at least, or none.
+fn capped<'a>(spheres: &[&'a Evidence]) -> Vec<&'a Evidence> {
+    let mut sets = groups(spheres, |run| run.scene.base.clone());
+    for set in &mut sets {
+        let cap = |run: &Evidence| run.scene.pressure_cap.unwrap_or(f64::INFINITY);
+        set.sort_by(|a, b| cap(b).total_cmp(&cap(a)));
+        set.dedup_by(|a, b| a.scene.pressure_cap == b.scene.pressure_cap);
+    }
+    sets.retain(|set| set.len() > 1 && set[0].scene.pressure_cap.is_none());
+    sets.into_iter().next().unwrap_or_default()
+}
