@@ -30,7 +30,8 @@ pub fn run_at_once(
     at_once: usize,
 ) -> Result<bool, CliError> {
     let began = Instant::now();
-    let stopping = Stopping::listen(None, i32::from(Exit::Stopped.code())).map_err(CliError::Signals)?;
+    let stopping =
+        Stopping::listen(None, i32::from(Exit::Stopped.code())).map_err(CliError::Signals)?;
     let program = std::env::current_exe().map_err(CliError::Processes)?;
     let mut running: Vec<(usize, Instant, Child)> = Vec::new();
     let mut waiting = (0..commands.len()).peekable();

@@ -8,7 +8,6 @@ use fretwear::structure::deck::Deck;
 use fretwear::structure::matrix_files::MatrixFiles;
 use fretwear::structure::resonator::Resonator;
 use serde_json::json;
-use toml::{Table, Value};
 
 use super::arguments::ExportArguments;
 use super::{CliError, Exit};
@@ -53,6 +52,15 @@ pub fn export(arguments: &ExportArguments, out: &mut Results) -> Result<Exit, Cl
     )
 }
 
+/// The keys of a structure that is read from the files below.
+const READ: [(&str, &str); 5] = [
+    ("kind", "matrices"),
+    ("stiffness", "stiffness.mtx"),
+    ("mass", "mass.mtx"),
+    ("nodes", "nodes.csv"),
+    ("interface", "pairs.csv"),
+];
+
 /// The files of a resonator's matrices in a folder, with the scene that reads them.
 fn write_matrices(
     resonator: &Resonator,
@@ -74,7 +82,7 @@ fn write_matrices(
     save(folder, "nodes.csv", |to| files.nodes(to))?;
     save(folder, "pairs.csv", |to| files.pairs(to))?;
     if let Some(scene) = scene {
-        let text = reading(scene, &files).to_string();
+        let text = scene.reading_matrices(READ, |point| files.point(point));
         save(folder, "scene.toml", |to| to.write_all(text.as_bytes()))?;
     }
     Ok(Exit::Done)
@@ -92,51 +100,6 @@ fn save(
         file.flush()
     });
     written.map_err(|source| CliError::Export { path, source })
-}
-
-/// A scene with the matrices in place of its resonator, in the folder of both.
-fn reading(scene: &Scene, files: &MatrixFiles<'_>) -> Table {
-    let mut table = scene.document().clone();
-    let mut structure = Table::new();
-    for (key, value) in [
-        ("kind", "matrices"),
-        ("stiffness", "stiffness.mtx"),
-        ("mass", "mass.mtx"),
-        ("nodes", "nodes.csv"),
-        ("interface", "pairs.csv"),
-    ] {
-        structure.insert(key.to_owned(), value.into());
-    }
-    table.insert("structure".to_owned(), structure.into());
-    if let Some(joint) = table.get_mut("joint").and_then(Value::as_table_mut) {
-        joint.remove("elements");
-        joint.remove("hole");
-    }
-    let Some(dynamics) = table.get_mut("dynamics").and_then(Value::as_table_mut) else {
-        return table;
-    };
-    let name_point = |place: &mut Value, usual: Option<&str>| {
-        let Some(place) = place.as_table_mut() else {
-            return;
-        };
-        let at = place.get("at").and_then(Value::as_str).or(usual);
-        if let Some(nodes) = at.and_then(|at| files.point(at)) {
-            place.insert("at".to_owned(), nodes.into());
-        }
-    };
-    match dynamics.get_mut("force") {
-        Some(Value::Array(forces)) => {
-            forces
-                .iter_mut()
-                .for_each(|force| name_point(force, Some("far_wall")));
-        }
-        Some(force) => name_point(force, Some("far_wall")),
-        None => (),
-    }
-    if let Some(response) = dynamics.get_mut("response") {
-        name_point(response, None);
-    }
-    table
 }
 
 /// kt and kn \[N/m\] of a contact at rest, if the scene says them: a gap bears nothing.

@@ -24,6 +24,7 @@ mod error;
 pub mod explain;
 mod faults;
 mod keys;
+mod of_files;
 pub mod plan;
 mod reader;
 mod resolve;

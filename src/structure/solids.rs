@@ -1,6 +1,6 @@
 //! Solid elements of other programs' meshes: hexahedra and tetrahedra, linear and quadratic, with the nodes in the order of Abaqus and CalculiX.
 
-use crate::material::Material;
+pub use crate::material::{Elastic, Material};
 use crate::structure::StructureError;
 use crate::structure::element::{self, CORNERS, Formulation, invert};
 

@@ -295,7 +295,9 @@ fn tables_are_where_their_schemas_say() {
     }
     let expected = TableName::ALL
         .into_iter()
-        .filter(|table| table.schema().place != Place::Beside);
+        .filter(|table| table.schema().place != Place::Beside)
+        // Of files with a damping matrix alone.
+        .filter(|table| *table != TableName::StructureDamping);
     assert!(expected.eq(found));
     // A single pass does not wear, and has no tables that say so.
     let end = SMALL.find("[wear]").expect("a section");

@@ -526,7 +526,7 @@ fn a_file_of_many_keys() {
     assert_eq!(faults.len(), fretwear::scene::MOST_FAULTS);
     assert_eq!(
         faults[0],
-        "case.toml, line 24: output.k0 = 0: there is no such key; known here: keep, cycle_fields, curves_every, stiffness, response_at"
+        "case.toml, line 24: output.k0 = 0: there is no such key; known here: keep, cycle_fields, curves_every, stiffness, response_at, durability"
     );
     // A name is not compared letter by letter with all that are known.
     let folder = Folder::new().with("case.toml", &format!("{} = 1", "x".repeat(1 << 20)));

@@ -8,9 +8,12 @@ use crate::support::{Bench, assert_same, content, latest, summary, table, verifi
 
 const SHORT: &str = "wear.cycles=200_000";
 
-/// Two reductions of one structure by other orders of elimination differ by rounding; the vibration at resonance, and the wear of what few
-/// cells decide, by more.
-const SAME: f64 = 1e-6;
+/// Two reductions of one structure by other orders of elimination differ by rounding; vibration and wear by what their solvers leave, some 1e-6.
+const SAME: f64 = 1e-5;
+
+/// On so few cells the heads of the bolt cover the whole lap, and count as a layer of it where the layers are found from positions: what sliders take
+/// from the half spaces differs by that.
+const OTHER_LAYERS: f64 = 1e-2;
 
 /// Force and response are at both points of the resonator: pseudo-modes are of all ports that a structure has, and a structure from files has no
 /// others.
@@ -32,7 +35,10 @@ fn exported(bench: &Bench) {
 fn resonator_read_from_its_matrices_wears_as_itself() {
     let bench = Bench::new();
     exported(&bench);
-    for stiffness in ["contact.stiffness=total", "contact.stiffness=sliders"] {
+    for (stiffness, tolerance) in [
+        ("contact.stiffness=total", SAME),
+        ("contact.stiffness=sliders", OTHER_LAYERS),
+    ] {
         let sets = ["--set", SHORT, "--set", stiffness, "--quiet"];
         let run = |scene: &str, name: &str, both: &[&str]| {
             let _ = fs::remove_dir_all(bench.path(name));
@@ -58,7 +64,7 @@ fn resonator_read_from_its_matrices_wears_as_itself() {
             ] {
                 let [a, b] = [&own, &read].map(|root| summary(root, k, column));
                 assert!(
-                    (a - b).abs() <= SAME * a.abs(),
+                    (a - b).abs() <= tolerance * a.abs(),
                     "{stiffness}, {column} of {k}: {a:e} {b:e}"
                 );
             }
@@ -71,7 +77,7 @@ fn resonator_read_from_its_matrices_wears_as_itself() {
             let [a, b] = columns(name);
             let size = a.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
             for (a, b) in a.iter().zip(&b) {
-                assert!((a - b).abs() <= SAME * size, "{name}: {a:e} {b:e}");
+                assert!((a - b).abs() <= tolerance * size, "{name}: {a:e} {b:e}");
             }
         }
     }

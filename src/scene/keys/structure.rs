@@ -104,13 +104,13 @@ keys! {
     UNIT_MASS: Unit = "structure.unit.mass", Is("kg"), Unit(Dimension::MASS, "t"), of ["matrices", "mesh"];
     /// The unit of time.
     UNIT_TIME: Unit = "structure.unit.time", Is("s"), Unit(Dimension::TIME, "s"), of ["matrices", "mesh"];
-    /// Mass along x, y and z of an oscillator; the file of the mass matrix.
+    /// Mass of an oscillator along x, y and z; of matrices the file of the mass.
     MASS: ListOrPath<3> = "structure.mass", Rule("must be given; of matrices, or structure.file"),
         ListOrPath(List(XYZ, Quantity(Dimension::MASS, POSITIVE, "1 kg"), Some(FOR_ALL)), FilePath("model_MASS1.mtx")), of ["oscillator", "matrices"];
-    /// Damping of the dashpots of an oscillator to the ground along x, y and z; the file of a viscous damping matrix.
+    /// Damping of an oscillator's dashpots along x, y and z; of matrices the file of the viscous damping.
     DAMPING: ListOrPath<3> = "structure.damping", Rule("none"),
         ListOrPath(List(XYZ, Quantity(Dimension::DAMPING, NOT_NEGATIVE, "5 N s/m"), Some(FOR_ALL)), FilePath("model_DMPV1.mtx")), of ["oscillator", "matrices"];
-    /// Stiffness of an oscillator's springs to the ground along x, y and z, without the contact; the file of the stiffness matrix.
+    /// Stiffness of an oscillator's springs along x, y and z; of matrices the file of the stiffness. Springs are to the ground, beside the contact.
     STIFFNESS: ListOrPath<3> = "structure.stiffness", Rule("must be given; of matrices, or structure.file"),
         ListOrPath(List(XYZ, Quantity(Dimension::STIFFNESS, NOT_NEGATIVE, "10 N/um"), Some(FOR_ALL)), FilePath("model_STIF1.mtx")), of ["oscillator", "matrices"];
     /// Cubic stiffness k3 of springs to the ground along x, y and z, beside the linear ones: their force is k3 u^3. Negative ones soften.

@@ -1,6 +1,6 @@
 //! Values that are words, texts and tables.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 use toml::Value as Toml;
@@ -213,8 +213,22 @@ impl<const N: usize> Value for ListOrPath<N> {
     }
 
     fn names_file(&self, given: &Given<'_>) -> bool {
-        self.0.read(given).is_err()
+        let text = given.value().and_then(Toml::as_str).unwrap_or_default();
+        self.0.read(given).is_err() && is_like_path(text)
     }
+}
+
+/// True of what begins like no number, or ends like a file: a number with a wrong unit is to be told as such.
+fn is_like_path(text: &str) -> bool {
+    let begins = text.trim_start();
+    let is_number = begins.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c))
+        && !begins.starts_with("./")
+        && !begins.starts_with("..");
+    let extension = Path::new(text).extension().and_then(|e| e.to_str());
+    let is_file = |e: &str| {
+        e.chars().all(|c| c.is_ascii_alphanumeric()) && e.chars().any(|c| c.is_ascii_alphabetic())
+    };
+    !is_number || extension.is_some_and(is_file)
 }
 
 /// A point of a structure: one of a few words, or a node or a set of nodes; the words and what each means.

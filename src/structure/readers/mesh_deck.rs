@@ -7,10 +7,9 @@ use super::deck::{self, keyword, option};
 use super::error::ReadProblem;
 use super::text::{number, shown, text_of, whole};
 use super::{Named, Parsed};
-use crate::material::{Elastic, Material};
 use crate::structure::StructureError;
 use crate::structure::matrices::{DOUBLE, Dof, Role, Triplets};
-use crate::structure::solids::{NAMES, Solid};
+use crate::structure::solids::{Elastic, Material, NAMES, Solid};
 
 /// Keywords that join degrees of freedom, or add what solids have not: without them the structure would be another one.
 const REFUSED: [&str; 22] = [

@@ -1,0 +1,51 @@
+//! A scene whose structure is read from files, from one of the resonator.
+
+use toml::{Table, Value};
+
+use super::Scene;
+
+impl Scene {
+    /// The text of this scene with the keys of another `[structure]`, and with the nodes that `point` has for each point of the old one.
+    pub fn reading_matrices(
+        &self,
+        keys: impl IntoIterator<Item = (&'static str, &'static str)>,
+        point: impl Fn(&str) -> Option<String>,
+    ) -> String {
+        let mut table = self.document().clone();
+        let entries = keys.into_iter();
+        let structure: Table = entries
+            .map(|(key, value)| (key.to_owned(), value.into()))
+            .collect();
+        table.insert("structure".to_owned(), structure.into());
+        if let Some(joint) = table.get_mut("joint").and_then(Value::as_table_mut) {
+            // Both follow from the files.
+            joint.remove("elements");
+            joint.remove("hole");
+        }
+        let usual = self
+            .structure
+            .as_ref()
+            .and_then(|s| s.points().first().copied());
+        let name_point = |place: &mut Value, usual: Option<&str>| {
+            let Some(place) = place.as_table_mut() else {
+                return;
+            };
+            let at = place.get("at").and_then(Value::as_str).or(usual);
+            if let Some(nodes) = at.and_then(&point) {
+                place.insert("at".to_owned(), nodes.into());
+            }
+        };
+        let dynamics = table.get_mut("dynamics").and_then(Value::as_table_mut);
+        for (key, value) in dynamics.into_iter().flatten() {
+            match (key.as_str(), value) {
+                ("force", Value::Array(forces)) => {
+                    forces.iter_mut().for_each(|force| name_point(force, usual));
+                }
+                ("force", force) => name_point(force, usual),
+                ("response", response) => name_point(response, None),
+                _ => (),
+            }
+        }
+        table.to_string()
+    }
+}
