@@ -720,8 +720,8 @@ fn around(
         };
         let (xx, xy, yy) = (moment(0, 0), moment(0, 1), moment(1, 1));
         let (trace, determinant) = (xx + yy, xx * yy - xy * xy);
-        // Not `determinant < …`: a single node has neither.
-        if !(determinant > LINE * trace * trace) {
+        // A single node has no moments.
+        if determinant <= LINE * trace * trace {
             return None;
         }
         let slope = [

@@ -135,8 +135,11 @@ fn turned(matrix: &Triplets, turn: [[f64; 3]; 3]) -> Triplets {
 
 const STRAIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
+/// Nodes of the upper and the lower body, and their area.
+type Pair = (i64, i64, Option<f64>);
+
 /// Nodes of the lower block at its foot, and pairs of nodes at the joint, upper and lower.
-fn foot_and_pairs(blocks: &Blocks) -> (Vec<i64>, Vec<(i64, i64, Option<f64>)>) {
+fn foot_and_pairs(blocks: &Blocks) -> (Vec<i64>, Vec<Pair>) {
     let layer = (CELLS[0] + 1) * (CELLS[1] + 1);
     let lower = blocks.systems[0].coordinates.len();
     let foot = (1..=layer as i64).collect();
@@ -147,7 +150,7 @@ fn foot_and_pairs(blocks: &Blocks) -> (Vec<i64>, Vec<(i64, i64, Option<f64>)>) {
 fn import(
     matrices: &Matrices,
     unit: UnitSystem,
-    pairs: &[(i64, i64, Option<f64>)],
+    pairs: &[Pair],
     points: &[&str],
     change: impl FnOnce(&mut Wanted, &mut [f64; 2], &mut Option<[usize; 2]>),
 ) -> Result<Imported, ImportError> {
@@ -203,7 +206,7 @@ fn direct(blocks: &Blocks, foot: usize, ports: &[Vec<(usize, f64)>], omega: f64)
 }
 
 /// Displacements of pairs of nodes along the axes, upper less lower, by the rows of the whole model.
-fn of_pairs(pairs: &[(i64, i64, Option<f64>)]) -> Vec<Vec<(usize, f64)>> {
+fn of_pairs(pairs: &[Pair]) -> Vec<Vec<(usize, f64)>> {
     let row = |node: i64, axis: usize| 3 * (node as usize - 1) + axis;
     let each = pairs.iter().flat_map(|&(upper, lower, _)| {
         (0..3).map(move |axis| vec![(row(upper, axis), 1.0), (row(lower, axis), -1.0)])

@@ -274,11 +274,7 @@ fn decks_that_are_not_assembled_are_refused() {
         }
     };
     has(
-        told(
-            sound
-                .replace("TYPE=C3D10", "TYPE=C3D10")
-                .replace("*NSET", "*TIE\n*NSET"),
-        ),
+        told(sound.replace("*NSET", "*TIE\n*NSET")),
         &["*TIE", "structure.kind"],
     );
     has(
