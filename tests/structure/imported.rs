@@ -164,7 +164,6 @@ fn import(
         matrices,
         &Options {
             unit,
-            order: &[],
             fixed: Some(&fixed),
             facing: &facing,
             wanted: &wanted,
@@ -486,7 +485,6 @@ fn resonator_from_matrices_is_the_resonator() {
         &matrices,
         &Options {
             unit: UnitSystem::default(),
-            order: &[],
             fixed: None,
             facing: &Facing::Pairs(pairs),
             wanted: &Wanted::default(),
@@ -552,7 +550,6 @@ fn weights_reproduce_what_is_linear_over_the_joint() {
     let with = |elements: Option<[usize; 2]>| {
         let options = Options {
             unit: UnitSystem::default(),
-            order: &[],
             fixed: Some("1-30"),
             facing: &facing,
             wanted: &Wanted::default(),
@@ -677,7 +674,6 @@ fn one_face_may_be_larger_than_the_other() {
     };
     let options = Options {
         unit: UnitSystem::default(),
-        order: &[],
         fixed: Some("1-30"),
         facing: &facing,
         wanted: &Wanted::default(),
@@ -730,6 +726,15 @@ fn joints_that_do_not_fit_are_refused() {
     has(
         told(normal),
         &["structure.normal", "45.0 degrees", "[0.0000, 0.0000"],
+    );
+    let mut above = read.clone();
+    let upper: Vec<i64> = read.positions.keys().copied().filter(|n| *n > 90).collect();
+    for node in upper {
+        above.positions.get_mut(&node).expect("a node")[2] += 50e-3;
+    }
+    has(
+        told(import(&above, si, &pairs, &[], |_, _, _| ())),
+        &["50.0000 mm apart along the normal"],
     );
     let against = import(&read, si, &pairs, &[], |wanted, _, _| {
         wanted.normal = Some([0.0, 0.0, -1.0])

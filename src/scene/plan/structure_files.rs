@@ -6,7 +6,7 @@ use super::files::{InputError, hash_of};
 use crate::files;
 use crate::recipe::Import;
 use crate::scene::Scene;
-use crate::structure::imported::{Facing, ImportError, Imported, Options};
+use crate::structure::imported::{Facing, ImportError, Imported, Options, name_rows};
 use crate::structure::node_tables::{self, NodeTableError};
 use crate::structure::readers::{self, Input, ReadError};
 
@@ -82,6 +82,7 @@ fn imported(
         let nodes = table("structure.nodes", path, node_tables::positions)?;
         (matrices.positions, order) = (nodes.of_node, nodes.order);
     }
+    name_rows(&mut matrices, &order)?;
     let facing = match (&import.files.pairs, &import.sets) {
         (Some(path), _) => Facing::Pairs(table("structure.interface", path, node_tables::pairs)?),
         (None, Some(sets)) => Facing::Sets {
@@ -94,7 +95,6 @@ fn imported(
         &matrices,
         &Options {
             unit: import.unit,
-            order: &order,
             fixed: import.fixed.as_deref(),
             facing: &facing,
             wanted: &import.wanted,

@@ -275,7 +275,6 @@ fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
                     ));
                 }
                 let at = deck.elements.len();
-                deck.sets.entry("EALL".to_owned()).or_default();
                 if let Some(set) = set {
                     deck.sets.entry(set.clone()).or_default().push(at);
                 }

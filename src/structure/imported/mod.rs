@@ -1,0 +1,369 @@
+//! A structure whose stiffness and mass come from another program: its rows in SI, its joint, and the small model at it.
+
+mod error;
+mod nodes;
+mod reduce;
+mod rows;
+
+use std::collections::{HashMap, HashSet};
+
+use serde::{Deserialize, Serialize};
+
+pub use error::ImportError;
+pub use nodes::Facing;
+pub use rows::name_rows;
+
+use super::frequencies::{self, SUMMED};
+use super::inspection::{self, mass_by_direction};
+use super::interface::{Interface, InterfaceError, Side, Wanted};
+use super::matrices::{Matrices, Role, Triplets};
+use super::reduction::{ContactPorts, Ports};
+use nodes::{check_pairs, neighbours, point, sides};
+use rows::{leave_out_massless, places};
+
+/// Entries may differ from their mirror images by this share of the largest: what the digits of a text leave.
+const SYMMETRIC: f64 = 1e-6;
+
+/// Worth of the units of the files in SI.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct UnitSystem {
+    /// Of length \[m\].
+    pub length: f64,
+    /// Of mass \[kg\].
+    pub mass: f64,
+    /// Of time \[s\].
+    pub time: f64,
+}
+
+impl Default for UnitSystem {
+    fn default() -> Self {
+        UnitSystem {
+            length: 1.0,
+            mass: 1.0,
+            time: 1.0,
+        }
+    }
+}
+
+/// Stiffness and mass of a structure in SI, its joint, and the points at which forces act.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Imported {
+    /// The joint.
+    pub interface: Interface,
+    /// What the user should know of the files.
+    pub notes: Vec<String>,
+    /// Rows of the matrices that are not held.
+    pub rows: usize,
+    /// Mass \[kg\].
+    pub mass: f64,
+    stiffness: Lower,
+    inertia: Lower,
+    damping: Option<Lower>,
+    /// Half a unit of the last digit of the stiffness's entries, over them.
+    precision: f64,
+    row_of: HashMap<(i64, u32), usize>,
+    sides: [Side; 2],
+    /// The nodes of both sides face each other one by one, in their order.
+    is_paired: bool,
+    points: Vec<(String, Vec<i64>)>,
+}
+
+/// A lower triangle: rows, columns and values, sorted by column.
+type Lower = Vec<(u32, u32, f64)>;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// What a user says of a structure beside its files.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options<'a> {
+    /// Units of the files.
+    pub unit: UnitSystem,
+    /// Rows that are held, as [`inspection::fixed`] reads it.
+    pub fixed: Option<&'a str>,
+    /// The joint.
+    pub facing: &'a Facing,
+    /// What the joint must be.
+    pub wanted: &'a Wanted,
+    /// Sides of the joint along x and y \[m\].
+    pub size: [f64; 2],
+    /// Contact elements along x and y.
+    pub elements: Option<[usize; 2]>,
+    /// Points: numbers of nodes, or names of sets, whose mean displacement is meant.
+    pub points: &'a [String],
+}
+
+impl Imported {
+    /// What `matrices` are with these options.
+    ///
+    /// # Errors
+    /// [`ImportError`] names what is missing, or what does not fit the scene.
+    pub fn new(matrices: &Matrices, options: &Options<'_>) -> Result<Imported, ImportError> {
+        let stiffness = required(matrices, Role::Stiffness)?;
+        let mass = required(matrices, Role::Mass)?;
+        let dofs = matrices.dofs.as_ref().ok_or(ImportError::NoDofs {
+            rows: matrices.size,
+            nodes: 0,
+        })?;
+        let damping = matrices.damping.as_ref();
+        let symmetric = [
+            (Role::Stiffness, Some(stiffness)),
+            (Role::Mass, Some(mass)),
+            (Role::Damping, damping),
+        ];
+        for (role, matrix) in symmetric
+            .into_iter()
+            .filter_map(|(role, matrix)| Some((role, matrix?)))
+        {
+            let off = matrix.asymmetry();
+            if off.share > SYMMETRIC {
+                return Err(ImportError::Unsymmetric {
+                    role,
+                    at: (dofs[off.at.0], dofs[off.at.1]),
+                    values: off.values,
+                    share: off.share,
+                });
+            }
+        }
+        let masses = mass.diagonal();
+        if let Some(row) = masses.iter().position(|m| *m < 0.0) {
+            return Err(ImportError::NegativeMass {
+                dof: dofs[row],
+                mass: masses[row],
+            });
+        }
+        let mut notes = matrices.notes.clone();
+        let (mut is_held, found) = match options.fixed {
+            Some(text) => inspection::fixed(matrices, text)?,
+            None => (vec![false; matrices.size], Vec::new()),
+        };
+        notes.extend(found);
+        for (row, held) in frequencies::held(matrices).into_iter().enumerate() {
+            is_held[row] |= held;
+        }
+        let left_out = leave_out_massless(matrices, [stiffness, mass], &mut is_held);
+        if left_out > 0 {
+            notes.push(format!(
+                "{left_out} rows that nothing with mass is joined to are left out"
+            ));
+        }
+        let (place, rows) = places(matrices, [stiffness, mass], &is_held);
+        let unit = options.unit;
+        let scaled = |matrix: &Triplets, worth: f64| -> Lower {
+            // A rotation is the displacement at a lever of one unit of length.
+            let lever: Vec<f64> = (dofs.iter())
+                .map(|dof| if dof.is_rotation() { unit.length } else { 1.0 })
+                .collect();
+            let mut of_row = vec![1.0; rows];
+            for (row, place) in place.iter().enumerate() {
+                if let Some(place) = place {
+                    of_row[*place as usize] = lever[row];
+                }
+            }
+            let lower = matrix.lower(&place).into_iter();
+            lower
+                .map(|(i, j, v)| (i, j, v * worth * of_row[i as usize] * of_row[j as usize]))
+                .collect()
+        };
+        let positions = |node: i64| {
+            let found = matrices.positions.get(&node);
+            let found = found.ok_or(ImportError::NoPosition(node))?;
+            Ok(found.map(|v| v * unit.length))
+        };
+        let mut row_of = HashMap::new();
+        for (row, dof) in dofs.iter().enumerate() {
+            if let Some(place) = place[row] {
+                row_of.insert((dof.node, dof.direction), place as usize);
+            }
+        }
+        let stiffness_si = scaled(stiffness, unit.mass / (unit.time * unit.time));
+        let [mut lower, mut upper] = sides(matrices, options.facing, unit, &positions)?;
+        let mut node_of = vec![0; rows];
+        for (&(node, _), &row) in &row_of {
+            node_of[row] = node;
+        }
+        let behind = neighbours([&lower, &upper], &stiffness_si, &node_of, &positions);
+        [lower.neighbours, upper.neighbours] = behind;
+        let mut all: Vec<i64> = matrices.positions.keys().copied().collect();
+        all.sort_unstable();
+        let all: Result<Vec<[f64; 3]>, ImportError> = all.into_iter().map(positions).collect();
+        let interface = Interface::find(
+            [&lower, &upper],
+            &all?,
+            options.size,
+            options.elements,
+            options.wanted,
+        )?;
+        if let Facing::Pairs(_) = options.facing {
+            check_pairs(&interface, &lower, &upper)?;
+        } else if lower.nodes.len() != upper.nodes.len() {
+            notes.push(format!(
+                "the faces of the joint have {} nodes above and {} below: contact is where the upper ones are",
+                upper.nodes.len(),
+                lower.nodes.len()
+            ));
+        }
+        if !interface.is_regular && !interface.array.absent.is_empty() {
+            let all = interface.array.counts[0] * interface.array.counts[1];
+            notes.push(format!(
+                "{} of {all} rectangles of joint.elements are near no node and bear nothing: holes, or fewer elements are wanted",
+                interface.array.absent.len()
+            ));
+        }
+        let held_rows: HashSet<(i64, u32)> = (dofs.iter().zip(&is_held))
+            .filter(|(_, held)| **held)
+            .map(|(dof, _)| (dof.node, dof.direction))
+            .collect();
+        let points = options.points.iter().map(|name| point(matrices, name));
+        let imported = Imported {
+            interface,
+            notes,
+            rows,
+            mass: mass_by_direction(matrices)
+                .into_iter()
+                .flatten()
+                .fold(0.0, f64::max)
+                * unit.mass,
+            inertia: scaled(mass, unit.mass),
+            damping: damping.map(|damping| scaled(damping, unit.mass / unit.time)),
+            stiffness: stiffness_si,
+            precision: stiffness.precision.max(SUMMED),
+            row_of,
+            sides: [lower, upper],
+            is_paired: matches!(options.facing, Facing::Pairs(_)),
+            points: points.collect::<Result<_, _>>()?,
+        };
+        imported.check_rows(&held_rows)?;
+        Ok(imported)
+    }
+
+    /// All that the small model depends on, part by part, to be hashed: entries, nodes at the joint and at the points.
+    pub fn each_part(&self, update: &mut dyn FnMut(&[u8])) {
+        let both = [&self.stiffness, &self.inertia];
+        for matrix in both.into_iter().chain(&self.damping) {
+            update(&(matrix.len() as u64).to_le_bytes());
+            for &(i, j, v) in matrix {
+                update(&i.to_le_bytes());
+                update(&j.to_le_bytes());
+                update(&v.to_le_bytes());
+            }
+        }
+        update(&self.precision.to_le_bytes());
+        let each_row = |update: &mut dyn FnMut(&[u8]), node: i64| {
+            for d in 1..=3 {
+                let row = self.row_of.get(&(node, d)).copied().unwrap_or(0);
+                update(&(row as u64).to_le_bytes());
+            }
+        };
+        for side in &self.sides {
+            for (node, at) in side.nodes.iter().zip(&side.positions) {
+                at.iter().for_each(|v| update(&v.to_le_bytes()));
+                each_row(update, *node);
+            }
+            side.areas
+                .iter()
+                .for_each(|area| update(&area.to_le_bytes()));
+        }
+        for (name, nodes) in &self.points {
+            update(name.as_bytes());
+            nodes.iter().for_each(|node| each_row(update, *node));
+        }
+    }
+
+    /// Every node that a port needs has three displacements.
+    fn check_rows(&self, held: &HashSet<(i64, u32)>) -> Result<(), ImportError> {
+        let of_joint = self.sides.iter().flat_map(|side| &side.nodes);
+        let of_points = self.points.iter().flat_map(|point| &point.1);
+        for &node in of_joint.chain(of_points) {
+            for (axis, name) in AXES.into_iter().enumerate() {
+                let row = (node, axis as u32 + 1);
+                if !self.row_of.contains_key(&row) {
+                    return Err(ImportError::NoRow {
+                        node,
+                        axis: name,
+                        is_held: held.contains(&row),
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Median stiffness of the nodes of the joint along its normal, each held alone, over the shorter side of a contact element \[Pa\]: near
+    /// Young's modulus, whatever the mesh.
+    pub fn apparent_modulus(&self) -> f64 {
+        let mut diagonal = vec![0.0; self.rows];
+        for &(i, j, value) in &self.stiffness {
+            if i == j {
+                diagonal[i as usize] = value;
+            }
+        }
+        let normal = self.interface.axes[2];
+        let of_node = |node: &i64| -> f64 {
+            let rows = (0..3).map(|d| (normal[d], self.row_of.get(&(*node, d as u32 + 1))));
+            rows.map(|(n, row)| row.map_or(0.0, |row| n * n * diagonal[*row]))
+                .sum()
+        };
+        let mut each: Vec<f64> = self
+            .sides
+            .iter()
+            .flat_map(|side| &side.nodes)
+            .map(of_node)
+            .collect();
+        each.sort_by(f64::total_cmp);
+        let sides = self.interface.array.sides();
+        each[each.len() / 2] / sides[0].min(sides[1])
+    }
+
+    /// True where the files have a damping matrix.
+    pub fn has_damping(&self) -> bool {
+        self.damping.is_some()
+    }
+
+    /// The ports: three for each contact element along the axes of the joint, then three for each point along those of the model.
+    ///
+    /// # Errors
+    /// [`InterfaceError`] for a contact element that has no nodes around it.
+    pub fn ports(&self, at: ContactPorts) -> Result<Ports, InterfaceError> {
+        let [lower, upper] = &self.sides;
+        let above = self.interface.weights(upper, true, at)?;
+        let below = match self.is_paired {
+            true => above.clone(),
+            false => self.interface.weights(lower, false, at)?,
+        };
+        let weights = [below, above];
+        let contacts = weights[0].len();
+        let mut combinations = Vec::with_capacity(3 * (contacts + self.points.len()));
+        for element in 0..contacts {
+            for axis in self.interface.axes {
+                let mut port = Vec::new();
+                for (side, sign) in [(0, -1.0), (1, 1.0)] {
+                    for &(n, weight) in &weights[side][element] {
+                        let node = self.sides[side].nodes[n];
+                        for (d, along) in axis.into_iter().enumerate().filter(|a| a.1 != 0.0) {
+                            port.push((self.row_of[&(node, d as u32 + 1)], sign * weight * along));
+                        }
+                    }
+                }
+                combinations.push(port);
+            }
+        }
+        for (_, nodes) in &self.points {
+            let share = 1.0 / nodes.len() as f64;
+            for d in 0..3 {
+                let rows = nodes
+                    .iter()
+                    .map(|node| (self.row_of[&(*node, d + 1)], share));
+                combinations.push(rows.collect());
+            }
+        }
+        Ok(Ports {
+            combinations,
+            contacts,
+            points: self.points.iter().map(|point| point.0.clone()).collect(),
+        })
+    }
+}
+
+fn required(matrices: &Matrices, role: Role) -> Result<&Triplets, ImportError> {
+    matrices.get(role).ok_or(ImportError::Missing(role))
+}

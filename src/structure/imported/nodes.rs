@@ -1,0 +1,156 @@
+//! Nodes of the joint, and of the points at which forces act.
+
+use std::collections::{BTreeSet, HashMap};
+
+use super::{ImportError, Lower, UnitSystem};
+use crate::structure::interface::{Interface, Side};
+use crate::structure::matrices::Matrices;
+
+/// The nodes of a pair may be so far apart along the joint, in sides of a contact element: what other elements of curved meshes leave.
+const ASKEW: f64 = 0.05;
+
+/// Nodes of two bodies that face each other.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Facing {
+    /// Pairs of nodes: of the upper body, of the lower one, and the area, in the unit of length squared; all have one or none.
+    Pairs(Vec<(i64, i64, Option<f64>)>),
+    /// Sets of nodes by name.
+    Sets {
+        /// Of the upper body.
+        upper: String,
+        /// Of the lower body.
+        lower: String,
+    },
+}
+
+pub(super) type Position<'a> = dyn Fn(i64) -> Result<[f64; 3], ImportError> + 'a;
+
+/// Pairs of nodes face each other.
+pub(super) fn check_pairs(
+    interface: &Interface,
+    lower: &Side,
+    upper: &Side,
+) -> Result<(), ImportError> {
+    let sides = interface.array.sides();
+    let side = sides[0].min(sides[1]);
+    let both = lower.positions.iter().zip(&upper.positions);
+    for (k, (below, above)) in both.enumerate() {
+        let apart = [0, 1, 2].map(|d| above[d] - below[d]);
+        let along = [0, 1].map(|axis| {
+            let direction = interface.axes[axis];
+            (0..3).map(|d| apart[d] * direction[d]).sum::<f64>()
+        });
+        let off = along[0].hypot(along[1]);
+        if off > ASKEW * side {
+            return Err(ImportError::Askew {
+                upper: upper.nodes[k],
+                lower: lower.nodes[k],
+                off: off * 1e3,
+                side: side * 1e3,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Nodes of both bodies at the joint, the lower one first.
+pub(super) fn sides(
+    matrices: &Matrices,
+    facing: &Facing,
+    unit: UnitSystem,
+    positions: &Position<'_>,
+) -> Result<[Side; 2], ImportError> {
+    let mut both = [Side::default(), Side::default()];
+    match facing {
+        Facing::Pairs(pairs) => {
+            for &(upper, lower, area) in pairs {
+                both[0].nodes.push(lower);
+                both[1].nodes.push(upper);
+                for side in &mut both {
+                    side.areas
+                        .extend(area.map(|area| area * unit.length * unit.length));
+                }
+            }
+        }
+        Facing::Sets { upper, lower } => {
+            let of = |key, name: &String| {
+                let set = matrices.sets.get(&name.to_ascii_uppercase());
+                let mut set = set.cloned().ok_or_else(|| no_set(matrices, key, name))?;
+                set.sort_unstable();
+                set.dedup();
+                Ok::<_, ImportError>(set)
+            };
+            both[0].nodes = of("structure.interface.lower", lower)?;
+            both[1].nodes = of("structure.interface.upper", upper)?;
+        }
+    }
+    let mut seen = HashMap::new();
+    for (k, side) in both.iter_mut().enumerate() {
+        for &node in &side.nodes {
+            match seen.insert(node, k) {
+                Some(other) if other == k => return Err(ImportError::Twice { node }),
+                Some(_) => return Err(ImportError::Both { node }),
+                None => (),
+            }
+        }
+        side.positions = side
+            .nodes
+            .iter()
+            .map(|node| positions(*node))
+            .collect::<Result<_, _>>()?;
+    }
+    Ok(both)
+}
+
+pub(super) fn no_set(matrices: &Matrices, key: &'static str, name: &str) -> ImportError {
+    let mut known: Vec<&str> = matrices.sets.keys().map(String::as_str).collect();
+    known.sort_unstable();
+    ImportError::NoSet {
+        key,
+        name: name.to_owned(),
+        known: match known.is_empty() {
+            true => "none".to_owned(),
+            false => known.join(", "),
+        },
+    }
+}
+
+/// The nodes of a point: numbers of nodes and names of sets, with commas between.
+pub(super) fn point(matrices: &Matrices, name: &str) -> Result<(String, Vec<i64>), ImportError> {
+    let mut nodes = Vec::new();
+    for item in name.split(',').map(str::trim) {
+        match (item.parse(), matrices.sets.get(&item.to_ascii_uppercase())) {
+            (_, Some(set)) => nodes.extend(set),
+            (Ok(node), None) => nodes.push(node),
+            (Err(_), None) => return Err(no_set(matrices, "dynamics", item)),
+        }
+    }
+    nodes.sort_unstable();
+    nodes.dedup();
+    Ok((name.to_owned(), nodes))
+}
+
+/// Other nodes of the bodies that the stiffness joins with each side of the joint, those whose position is known.
+pub(super) fn neighbours(
+    sides: [&Side; 2],
+    stiffness: &Lower,
+    node_of: &[i64],
+    positions: &Position<'_>,
+) -> [Vec<[f64; 3]>; 2] {
+    let at_joint: HashMap<i64, usize> = (sides.iter().enumerate())
+        .flat_map(|(k, side)| side.nodes.iter().map(move |node| (*node, k)))
+        .collect();
+    let mut found = [BTreeSet::new(), BTreeSet::new()];
+    for &(i, j, _) in stiffness {
+        let both = [i, j].map(|row| node_of[row as usize]);
+        for (node, other) in [(both[0], both[1]), (both[1], both[0])] {
+            if let Some(&side) = at_joint.get(&node)
+                && !at_joint.contains_key(&other)
+            {
+                found[side].insert(other);
+            }
+        }
+    }
+    let known = |nodes: BTreeSet<i64>| nodes.into_iter().filter_map(|node| positions(node).ok());
+    found.map(|nodes| known(nodes).collect())
+}

@@ -1,0 +1,164 @@
+//! The small model of a structure from matrices.
+
+use super::{ImportError, Imported, Lower};
+use crate::linalg::{Matrix, SparseCholesky, SparseSymmetric, minimum_degree};
+use crate::structure::StructureError;
+use crate::structure::frequencies::{DENSE, dense, spectrum};
+use crate::structure::modes::{ModeOptions, lowest_of, shift_of};
+use crate::structure::reduction::{ContactPorts, ModesAtPorts, Reduced, complete};
+
+/// Rigid modes of a body, which a block of vectors finds together.
+const BODY: usize = 6;
+/// The shift of a mesh suits where it is between these times the lowest elastic ω².
+const USUAL: [f64; 2] = [1e-4, 100.0];
+/// Elastic modes that are looked for to know the lowest.
+const LOWEST: usize = 1;
+
+impl Imported {
+    /// The structure at its ports: its lowest `count` elastic modes, all that it has if it has fewer, and the residual of the others.
+    ///
+    /// # Errors
+    /// [`ImportError`] for matrices that are those of no structure, and for modes that are not found.
+    pub fn reduce(&self, count: usize, at: ContactPorts) -> Result<Reduced, ImportError> {
+        let ports = self.ports(at)?;
+        let rows = self.rows;
+        let stiffness = SparseSymmetric::from_sorted(rows, &self.stiffness);
+        let mass = SparseSymmetric::from_sorted(rows, &self.inertia);
+        let lowest = spectrum(rows, &self.stiffness, &self.inertia, self.precision, LOWEST)?;
+        if lowest.massless > 0 {
+            return Err(ImportError::Massless {
+                rows: lowest.massless,
+                all: rows,
+            });
+        }
+        if lowest.is_steadied {
+            return Err(ImportError::Loose);
+        }
+        if let Some(square) = lowest.elastic().find(|square| *square < 0.0) {
+            return Err(ImportError::Unstable(square));
+        }
+        let rigid = lowest.rigid();
+        let Some(first) = lowest.elastic().next() else {
+            return Err(StructureError::TooManyModes {
+                wanted: count,
+                available: 0,
+            }
+            .into());
+        };
+        let shift = shift_near(first, &stiffness, &mass);
+        let mut last: Vec<usize> = ports.combinations.iter().flatten().map(|c| c.0).collect();
+        last.sort_unstable();
+        last.dedup();
+        let order = order_with_last(rows, &self.stiffness, &self.inertia, &last)?;
+        let factored = |shift: f64| {
+            SparseCholesky::new(&stiffness.plus(shift, &mass), &order).map_err(|source| {
+                StructureError::Factorization {
+                    matrix: "the shifted stiffness",
+                    source,
+                }
+            })
+        };
+        let factor = factored(shift)?;
+        let massive = mass.diagonal().iter().filter(|v| **v > 0.0).count();
+        let wanted = (rigid + count).min(massive);
+        let (squares, shapes, residual) = if rows <= DENSE {
+            let (squares, mut shapes) = dense(&mass, &stiffness.plus(shift, &mass), shift, wanted)?;
+            for (mode, square) in squares.iter().enumerate() {
+                // φᵀ(K + sM)φ = 1 there.
+                let scale = (square + shift).sqrt();
+                shapes.column_mut(mode).iter_mut().for_each(|v| *v *= scale);
+            }
+            (squares, shapes, 0.0)
+        } else {
+            let mut options = ModeOptions::new(wanted);
+            options.block = BODY;
+            let none = Matrix::zeros(rows, 0);
+            let modes = lowest_of(&mass, &factor, shift, &none, &options, true)?;
+            let squares = modes.omega.iter().map(|omega| omega * omega).collect();
+            let residual = modes.residuals.iter().copied().fold(0.0, f64::max);
+            (squares, modes.shapes, residual)
+        };
+        let elastic = squares.len().saturating_sub(rigid);
+        if elastic == 0 {
+            return Err(StructureError::TooManyModes {
+                wanted: count,
+                available: 0,
+            }
+            .into());
+        }
+        let kept = shapes.columns_of(0..rigid + elastic);
+        let damping = self.damping.as_ref().map(|damping| {
+            let damping = SparseSymmetric::from_sorted(rows, damping);
+            kept.transpose_times(&damping.times(&kept))
+        });
+        let modes = ModesAtPorts {
+            rigid_squares: rayleigh(&stiffness, &shapes.columns_of(0..rigid)),
+            rigid: ports.displacements(&shapes.columns_of(0..rigid)),
+            omega: squares[rigid..]
+                .iter()
+                .map(|square| square.max(0.0).sqrt())
+                .collect(),
+            shapes: ports.displacements(&shapes.columns_of(rigid..rigid + elastic)),
+            residual,
+        };
+        let reduced = complete(
+            ports,
+            modes,
+            self.mass,
+            (factor, shift, last.len()),
+            factored,
+        )?;
+        Ok(Reduced { damping, ..reduced })
+    }
+}
+
+/// φᵀKφ of columns φ, whose mass is one.
+fn rayleigh(stiffness: &SparseSymmetric, shapes: &Matrix) -> Vec<f64> {
+    let energies = shapes.transpose_times(&stiffness.times(shapes));
+    (0..shapes.columns()).map(|r| energies[(r, r)]).collect()
+}
+
+/// The shift of a mesh without rows that have no mass, where it is near the lowest elastic ω², so that the same structure has the same one
+/// whichever way it came; else that ω² itself.
+fn shift_near(first: f64, stiffness: &SparseSymmetric, mass: &SparseSymmetric) -> f64 {
+    let usual = shift_of(&stiffness.diagonal(), &mass.diagonal());
+    match usual >= USUAL[0] * first && usual <= USUAL[1] * first {
+        true => usual,
+        false => first,
+    }
+}
+
+/// An order of elimination that keeps little fill, the rows `last` at its end: those of the ports, whose flexibility is then a dense block.
+fn order_with_last(
+    rows: usize,
+    stiffness: &Lower,
+    mass: &Lower,
+    last: &[usize],
+) -> Result<Vec<usize>, StructureError> {
+    let mut place = vec![Some(0_u32); rows];
+    for &row in last {
+        place[row] = None;
+    }
+    let mut others = Vec::with_capacity(rows - last.len());
+    for (row, place) in place.iter_mut().enumerate() {
+        if let Some(place) = place {
+            *place = others.len() as u32;
+            others.push(row);
+        }
+    }
+    let mut entries: Vec<(u32, u32, f64)> = (stiffness.iter().chain(mass))
+        .filter_map(|&(i, j, v)| Some((place[i as usize]?, place[j as usize]?, v.abs())))
+        .collect();
+    entries.sort_by_key(|e| (e.0, e.1));
+    entries.dedup_by_key(|e| (e.0, e.1));
+    let inner = SparseSymmetric::from_sorted(others.len(), &entries);
+    let order = minimum_degree(&inner).map_err(|source| StructureError::Factorization {
+        matrix: "the stiffness",
+        source,
+    })?;
+    Ok(order
+        .into_iter()
+        .map(|row| others[row])
+        .chain(last.iter().copied())
+        .collect())
+}
