@@ -1,5 +1,7 @@
 //! Loads, moments and relative displacements over the cycle of a converged response: per element and in total.
 
+pub use super::line::Line;
+
 use super::contact_element::{ContactElement, ElementCycle, ElementState};
 use super::{DynamicsError, HarmonicBalance, Response, Sampling};
 
@@ -14,6 +16,11 @@ pub struct JointCycle {
     pub moment: Vec<[f64; 3]>,
     /// Energy that each element dissipates in one cycle, from samples \[J\].
     pub dissipated_energy: Vec<f64>,
+    /// The line that the elements all but follow.
+    pub line: Line,
+    /// Force along it: the sum over the elements of the force of each along the line's direction of that element, whose work over the reach is
+    /// that of all elements \[N\].
+    pub force_along: Vec<f64>,
 }
 
 impl JointCycle {
@@ -100,8 +107,15 @@ pub struct WorkBetweenEnds {
     pub changed: f64,
     /// What elements dissipate and no part tells, likewise: they slip only since their load varies.
     pub untold: f64,
-    /// What all carry along x and y at the first end, under the loads at rest \[N\].
-    pub force: [f64; 2],
+    /// The work of friction between the ends, element by element \[J\].
+    pub energy: Vec<f64>,
+    /// What all carry along the line between the ends at the first of them, under the loads at rest, as [`JointCycle::force_along`] \[N\].
+    pub force_along: f64,
+    /// Half range of the force along the line in the response, over that between the ends under the loads at rest, at most
+    /// [`LARGEST_PART`].
+    pub force_part: f64,
+    /// The line between the ends.
+    pub line: Line,
     /// By how much each element is closer than at rest, at both ends \[m\].
     pub approach: [Vec<f64>; 2],
 }
@@ -110,25 +124,22 @@ pub struct WorkBetweenEnds {
 pub const LARGEST_PART: f64 = 4.0;
 
 impl WorkBetweenEnds {
-    /// Of elements with this `displacement` and the `energy` that each dissipates in it \[J\]; the ends are where the `mean` displacement
-    /// along its widest axis is largest and least.
+    /// Of elements with this `displacement` and the `cycle` that they make of it, between the ends of its line.
     pub fn of(
         elements: &[ContactElement],
         displacement: &[f64],
         sampling: &Sampling,
-        mean: &[[f64; 3]],
-        energy: &[f64],
+        cycle: &JointCycle,
     ) -> Self {
-        let width = |axis: &usize| half_range(mean.iter().map(|u| u[*axis]));
-        let axis = if width(&1) > width(&0) { 1 } else { 0 };
-        let samples = || mean.iter().map(|u| u[axis]).enumerate();
-        let top = samples().max_by(|a, b| a.1.total_cmp(&b.1));
-        let bottom = samples().min_by(|a, b| a.1.total_cmp(&b.1));
-        let [top, bottom] = [top, bottom].map(|end| end.map_or(0, |(sample, _)| sample));
-        let (mut all, mut changed, mut untold, mut force) = (0.0, 0.0, 0.0, [0.0; 2]);
+        let line = &cycle.line;
+        let [top, bottom] = line.ends;
+        let (mut all, mut changed, mut untold, mut force_along) = (0.0, 0.0, 0.0, 0.0);
         let rows = displacement.chunks(3 * sampling.harmonics().coefficients());
+        let rows = rows.zip(&line.direction);
         let mut approach = [Vec::new(), Vec::new()];
-        let part = |((element, row), &energy): ((&ContactElement, &[f64]), &f64)| {
+        let mut energy_between = Vec::with_capacity(elements.len());
+        type OfElement<'a> = (&'a ContactElement, (&'a [f64], &'a [f64; 2]));
+        let of_element = |((element, (row, direction)), &energy): (OfElement, &f64)| {
             let displacement = sampling.synthesise(row);
             let (d, e) = (displacement[top], displacement[bottom]);
             approach[0].push(d[2]);
@@ -137,9 +148,9 @@ impl WorkBetweenEnds {
             let ends = [[half[0], half[1], 0.0], [-half[0], -half[1], 0.0]];
             let to_and_fro = element.cycle(&ends);
             let between = to_and_fro.dissipated_energy;
-            for (axis, force) in force.iter_mut().enumerate() {
-                *force += to_and_fro.force[0][axis];
-            }
+            energy_between.push(between);
+            let [along_x, along_y, _] = to_and_fro.force[0];
+            force_along += along_x * direction[0] + along_y * direction[1];
             let part = match between > 0.0 {
                 true => (energy / between).min(LARGEST_PART),
                 false => 1.0,
@@ -149,7 +160,8 @@ impl WorkBetweenEnds {
             untold += (energy - part * between).abs();
             part
         };
-        let part = elements.iter().zip(rows).zip(energy).map(part).collect();
+        let part = elements.iter().zip(rows);
+        let part = part.zip(&cycle.dissipated_energy).map(of_element).collect();
         let of_all = |energy: f64| match all > 0.0 {
             true => energy / all,
             false => 0.0,
@@ -158,7 +170,16 @@ impl WorkBetweenEnds {
             part,
             changed: of_all(changed),
             untold: of_all(untold),
-            force,
+            energy: energy_between,
+            force_along,
+            force_part: match force_along > 0.0 {
+                true => {
+                    let real = half_range(cycle.force_along.iter().copied());
+                    (real / force_along).min(LARGEST_PART)
+                }
+                false => 1.0,
+            },
+            line: line.clone(),
             approach,
         }
     }
@@ -174,13 +195,11 @@ pub fn half_range(values: impl IntoIterator<Item = f64>) -> f64 {
 }
 
 /// Shares of the elements in means over the joint: by area, or alike if they have none.
-fn weights(elements: &[ContactElement]) -> Vec<f64> {
+fn weights(elements: &[ContactElement]) -> impl Iterator<Item = f64> {
     let area: f64 = elements.iter().map(|e| e.area).sum();
     let alike = 1.0 / elements.len() as f64;
     let shares = elements.iter();
-    shares
-        .map(|e| if area > 0.0 { e.area / area } else { alike })
-        .collect()
+    shares.map(move |e| if area > 0.0 { e.area / area } else { alike })
 }
 
 /// A cycle of the joint in few numbers. Amplitudes are half of the range over the cycle.
@@ -240,15 +259,20 @@ pub fn joint_cycle(
         });
     }
     let samples = sampling.samples();
+    let shares: Vec<f64> = weights(elements).collect();
+    let line = Line::of(&shares, displacement, sampling);
     let mut joint = JointCycle {
         displacement: vec![[0.0; 3]; samples],
         force: vec![[0.0; 3]; samples],
         moment: vec![[0.0; 3]; samples],
         dissipated_energy: Vec::with_capacity(elements.len()),
+        force_along: vec![0.0; samples],
+        line,
     };
     let rows = displacement.chunks(3 * sampling.harmonics().coefficients());
-    let elements = elements.iter().zip(weights(elements));
-    for (((element, weight), row), [x, y]) in elements.zip(rows).zip(positions) {
+    let elements = elements.iter().zip(shares);
+    for (k, (((element, weight), row), [x, y])) in elements.zip(rows).zip(positions).enumerate() {
+        let [along_x, along_y] = joint.line.direction[k];
         let displacement = sampling.synthesise(row);
         let cycle = element.cycle(&displacement);
         joint.dissipated_energy.push(cycle.dissipated_energy);
@@ -258,6 +282,7 @@ pub fn joint_cycle(
                 joint.displacement[j][d] += weight * displacement[j][d];
                 joint.force[j][d] += cycle.force[j][d];
             }
+            joint.force_along[j] += tx * along_x + ty * along_y;
             joint.moment[j][0] += y * n;
             joint.moment[j][1] -= x * n;
             joint.moment[j][2] += x * ty - y * tx;

@@ -64,6 +64,7 @@ pub mod harmonics;
 mod homotopy;
 mod kept_solve;
 mod krylov;
+mod line;
 pub mod linear_model;
 mod march;
 mod newton;

@@ -36,7 +36,7 @@ pub struct UpdateState {
 /// What a cycle of the fine contact does under a given vibration: the stiffness and damping that the structure has of it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CycleFigures {
-    /// Half range of the force along x \[N\].
+    /// Half range of the force along the motion \[N\].
     pub force: f64,
     /// Dissipated energy \[J\].
     pub energy: f64,

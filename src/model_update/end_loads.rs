@@ -9,7 +9,7 @@ use super::ElementParameters;
 use super::sliders::Sliders;
 
 /// Bounds of a secant over the stiffness at rest.
-const SECANTS: [f64; 2] = [1.0 / 3.0, 3.0];
+const SECANTS: [f64; 2] = [0.1, 10.0];
 /// Elements whose load varies by less than this part of the mean load of an element keep their law: a difference of two solves tells
 /// nothing of it.
 const LEAST_VARIATION: f64 = 1e-3;
@@ -23,15 +23,24 @@ pub struct EndLoads {
     pub approach: [Vec<f64>; 2],
     /// Load of the fine contact at each element, for both ends \[N\].
     pub load: [Vec<f64>; 2],
+    /// The work of friction of each element between the ends, under the loads at rest \[J\].
+    pub energy: Vec<f64>,
 }
 
 impl EndLoads {
-    /// What elements of these `laws` bear differently, in parts of all load; that of the end where it is more. 0 without sliders.
+    /// What elements of these `laws` bear differently, each in parts of its load and by its part in the work of friction: a place that slips far
+    /// may decide with a hundredth of all load. Elements without load at rest count in parts of all load, and so does each where nothing slips.
+    /// That of the end where it is more; 0 without sliders.
     pub fn difference(&self, laws: &ElementParameters) -> f64 {
         let Some(sliders) = &laws.sliders else {
             return 0.0;
         };
         let all: f64 = laws.normal_load.iter().sum();
+        let work: f64 = self.energy.iter().sum();
+        let weight = |element: usize| match (work > 0.0, laws.normal_load[element]) {
+            (true, load) if load > 0.0 => self.energy[element] / (work * load),
+            _ => 1.0 / all.max(f64::MIN_POSITIVE),
+        };
         let ends = self.approach.iter().zip(&self.load);
         let of_end = |(approach, load): (&Vec<f64>, &Vec<f64>)| {
             let mut borne = vec![0.0; load.len()];
@@ -40,7 +49,7 @@ impl EndLoads {
                 borne[element] += borne_by(sliders, slider, [1.0; 2], approach[element]);
             }
             let off = borne.iter().zip(load).map(|(b, l)| (b - l).abs());
-            off.sum::<f64>() / all.max(f64::MIN_POSITIVE)
+            off.enumerate().map(|(e, off)| weight(e) * off).sum::<f64>()
         };
         ends.map(of_end).fold(0.0, f64::max)
     }

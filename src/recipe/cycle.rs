@@ -15,8 +15,8 @@ pub(super) const CYCLE: &str = "fretting cycle";
 /// reach, is marched between its two reversals: the error of wear is of second order in both.
 pub const STRAIGHT: f64 = 0.01;
 /// The same of the line where contact elements have laws of their own: what they do beside it, and where they turn once more next to an
-/// end, is in what they say of the work of friction ([`WorkBetweenEnds`]).
-pub const STRAIGHT_WITH_LAWS: f64 = 0.1;
+/// end, is in what they say of the work of friction ([`WorkBetweenEnds`]). The line is that of all elements, not of their mean.
+pub const STRAIGHT_WITH_LAWS: f64 = 0.3;
 /// Where contact elements have laws of their own, these say what the variation of their loads makes of the work of friction, and a cycle between
 /// two reversals is corrected by it ([`WorkBetweenEnds`]). Below this part of all friction, the correction is taken for it.
 pub const CORRECTED: f64 = 0.5;
@@ -201,19 +201,22 @@ impl Cycle {
         if self.asked == Some(March::Stepped) {
             return Ok(stepped());
         }
-        let (of_load, left_out) = match work {
-            None => (STRAIGHT, fine.left_out_by_reversals()),
-            Some(work) if self.asked.is_some() || work.changed <= CORRECTED => {
-                (f64::INFINITY, LEFT * work.changed + work.untold)
+        let to_and_fro = match work {
+            None => {
+                let motion = fine.reversals(STRAIGHT, STRAIGHT);
+                motion.map(|motion| (motion, fine.left_out_by_reversals()))
             }
-            Some(_) => (0.0, 0.0),
+            Some(work) => {
+                let corrects = self.asked.is_some() || work.changed <= CORRECTED;
+                let follows = corrects && work.line.departure <= STRAIGHT_WITH_LAWS;
+                let left_out = LEFT * work.changed + work.untold;
+                follows.then(|| (fine.between_ends(work.line.ends), left_out))
+            }
         };
-        let straight = match work {
-            Some(_) => STRAIGHT_WITH_LAWS,
-            None => STRAIGHT,
-        };
-        match (fine.reversals(straight, of_load), self.asked) {
-            (Some(motion), asked) => Ok((motion, asked.unwrap_or(March::Reversal), left_out)),
+        match (to_and_fro, self.asked) {
+            (Some((motion, left_out)), asked) => {
+                Ok((motion, asked.unwrap_or(March::Reversal), left_out))
+            }
             (None, Some(march)) => Err(CycleError::NotStraight { mode: march.word() }),
             (None, None) => Ok(stepped()),
         }

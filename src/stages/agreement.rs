@@ -15,8 +15,8 @@ use crate::tables::{TableName, typed};
 
 /// What the fine contact may be off the contact elements in force and energy, relative to the larger: below this laws are left as they are.
 const AGREED: f64 = 0.01;
-/// The same of loads at the ends of the motion, element by element, in parts of all load. What they vary by is a tenth of it or two, and
-/// counts in the second place: it makes of the work of friction what varies, not all of it.
+/// The same of loads at the ends of the motion, element by element, by their parts in the work of friction. What loads vary by is a tenth of them
+/// or two, and counts in the second place: it makes of the work of friction what varies, not all of it.
 const AGREED_LOADS: f64 = 0.02;
 /// Part of a difference that a round leaves at most, if another one is to follow.
 const LEFT: f64 = 0.8;
@@ -140,17 +140,16 @@ fn compared(
     let elements = solvers.elements(reads)?;
     let fields = work.approach.each_ref();
     let fields = fields.map(|of_elements| of_cells(&elements, of_elements));
-    // Both under the loads at rest: what the variation of loads makes of the force is no matter of the laws.
-    let force = work.force[0].abs();
+    // Both under the loads at rest: what the variation of loads makes of force and work is no matter of the laws along the joint.
     let energy = resolved.resonance.in_force().energy;
     let (fine, _) = solvers.work(reads, None, |joint| {
         let cycle = joint.cycle(&wear, &contact, start)?;
         let off = |fine: f64, elements: f64| {
             (fine - elements).abs() / fine.max(elements).max(f64::MIN_POSITIVE)
         };
-        let mut gap = off(cycle.force_x(), force);
+        let mut gap = off(cycle.force_along(), work.force_along);
         if energy.friction > LEAST_FRICTION * energy.input {
-            gap = gap.max(off(cycle.dissipation, energy.friction));
+            gap = gap.max(off(cycle.dissipation, work.energy.iter().sum()));
         }
         let loading = match gap > AGREED {
             true => {
@@ -165,6 +164,7 @@ fn compared(
         let loads = EndLoads {
             approach: work.approach,
             load: [0, 1].map(|end| elements.loads(&pressures[end])),
+            energy: work.energy,
         };
         let off_loads = loads.difference(parameters);
         Ok(Fine {

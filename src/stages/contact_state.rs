@@ -272,8 +272,8 @@ pub fn let_move(
     Ok(left_out)
 }
 
-/// Lets the joint move to and fro between the ends of a response to its elements, whatever the recipe says of cycles, and says what these do there;
-/// none if that motion does not go to and fro, or elements have no laws of their own.
+/// Lets the joint move to and fro between the ends of a response to its elements under the loads at rest, whatever the recipe says of cycles, and
+/// says what these do there; none if that motion does not go to and fro, or elements have no laws of their own.
 pub fn let_move_between_ends(
     reads: &Reads,
     solvers: &mut Solvers,
@@ -281,12 +281,17 @@ pub fn let_move_between_ends(
     moved: &ElementMotion,
 ) -> Result<Option<WorkBetweenEnds>, RunError> {
     let (fine, work) = computed(reads, solvers, load, moved)?;
-    let Some(motion) = fine.reversals(STRAIGHT_WITH_LAWS, f64::INFINITY) else {
-        return Ok(None);
-    };
-    let joint = solvers.joint(reads)?;
-    joint.motion = motion;
-    joint.march = March::Reversal;
+    let work = work.filter(|work| work.line.departure <= STRAIGHT_WITH_LAWS);
+    if let Some(work) = &work {
+        let joint = solvers.joint(reads)?;
+        joint.motion = fine.between_ends(work.line.ends);
+        joint
+            .motion
+            .own
+            .iter_mut()
+            .for_each(OwnMotion::under_loads_at_rest);
+        joint.march = March::Reversal;
+    }
     Ok(work)
 }
 
@@ -316,9 +321,7 @@ fn computed(
     };
     let mean = &cycle.displacement;
     let has_laws = moved.parameters.sliders.is_some();
-    let energy = &cycle.dissipated_energy;
-    let work =
-        has_laws.then(|| WorkBetweenEnds::of(&elements, &displacement, &sampling, mean, energy));
+    let work = has_laws.then(|| WorkBetweenEnds::of(&elements, &displacement, &sampling, &cycle));
     let mut own = None;
     if let Some(work) = &work {
         let elements = solvers.elements(reads)?;
@@ -355,6 +358,12 @@ fn own_motion(
     let mut own = vec![vec![0.0; axes * count]; mean.len()];
     let mut approach = vec![vec![0.0; count]; mean.len()];
     let mut part = vec![1.0; count];
+    let mut direction = vec![0.0; axes * count];
+    for (&node, along) in nodes.numbers.iter().zip(&work.line.direction) {
+        for axis in 0..axes {
+            direction[axis * count + node] = along[axis];
+        }
+    }
     let rows = displacement.chunks(3 * sampling.harmonics().coefficients());
     for ((&node, row), of_element) in nodes.numbers.iter().zip(rows).zip(&work.part) {
         part[node] = *of_element;
@@ -371,6 +380,8 @@ fn own_motion(
         displacement: own,
         approach,
         work: part,
+        force_part: work.force_part,
+        direction,
     }
 }
 

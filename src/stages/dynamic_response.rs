@@ -422,6 +422,7 @@ fn cycle_table(cycle: &JointCycle) -> typed::JointCycle {
         moment_x: of(&cycle.moment, 0),
         moment_y: of(&cycle.moment, 1),
         moment_z: of(&cycle.moment, 2),
+        force_along: Some(cycle.force_along.clone()),
     }
 }
 

@@ -59,6 +59,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let start = (!start.is_empty()).then_some(&start);
     let contact = solution_of(&static_contact, fields);
     let moved = ElementMotion::of(reads)?;
+    let by_structure = moved.is_some();
     let left_out = let_move(reads, solvers, static_contact.normal_load, moved.as_ref())?;
     // The loop is that of force over displacement along x, if anything drives the joint there.
     let drive = match moved {
@@ -100,7 +101,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         outputs.put(&typed::Hysteresis { load, displacement })?;
     }
     let written: Vec<&Instant> = solution.instants.iter().step_by(every).collect();
-    outputs.put(&instants(&written))?;
+    outputs.put(&instants(&written, by_structure))?;
     if let Some(chosen) = &chosen {
         let fields = cycle_field(&patch, chosen, &of_instants, &written, every);
         if fields.sample.is_empty() {
@@ -183,7 +184,7 @@ fn cycle_field(
     }
 }
 
-fn instants(instants: &[&Instant]) -> typed::Cycle {
+fn instants(instants: &[&Instant], by_structure: bool) -> typed::Cycle {
     let series = |value: &dyn Fn(&Instant) -> f64| -> Vec<f64> {
         instants.iter().map(|i| value(i)).collect()
     };
@@ -205,5 +206,6 @@ fn instants(instants: &[&Instant]) -> typed::Cycle {
         force_y: in_plane.then(|| series(&|i| i.force[1])),
         rotation_z: torsion(0),
         moment_z: torsion(1),
+        force_along: by_structure.then(|| series(&|i| i.force_along)),
     }
 }

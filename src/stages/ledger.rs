@@ -1,7 +1,7 @@
 //! The fine contact against the contact elements of the structure: what both say of the same quantity.
 
 use super::RunError;
-use super::contact_state::{compliance_of, contact_of};
+use super::contact_state::{compliance_of, contact_of, there};
 use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, smooth};
@@ -21,7 +21,7 @@ const TOLD_OF: [&str; 3] = ["normal_load [N]", FORCE, ENERGY];
 
 /// Rows by which an update falls due.
 const ENERGY: &str = "dissipated_energy [J]";
-const FORCE: &str = "force_x [N]";
+const FORCE: &str = "force_along_motion [N]";
 
 /// Cycles of the fine contact under the vibration in force.
 #[derive(Debug, Clone, Copy)]
@@ -111,8 +111,12 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         ("normal_load [N]", load, mean(&joint.normal_load)),
         (
             FORCE,
-            half_range(&cycle.force_x),
-            half_range(&joint.force_x),
+            half_range(there(TableName::Cycle, &cycle.force_along, "force_along")?),
+            half_range(there(
+                TableName::JointCycle,
+                &joint.force_along,
+                "force_along",
+            )?),
         ),
         (
             "displacement_x [m]",

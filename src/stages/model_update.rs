@@ -90,7 +90,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         Some(Some(due)) => match due.to {
             DueTo::Kn => "kn",
             DueTo::Kt => "kt",
-            DueTo::Force => "force_x",
+            DueTo::Force => "force_along_motion",
             DueTo::Energy => "dissipated_energy",
             DueTo::Iterations => "iterations",
             DueTo::WearVolume => "wear_volume",

@@ -40,6 +40,8 @@ pub struct Instant {
     pub normal_load: f64,
     /// Tangential force \[N\].
     pub force: ByAxis<f64>,
+    /// Force along the motion, [`Motion::force_along`](super::Motion::force_along) \[N\].
+    pub force_along: f64,
     /// Rotation about z \[rad\] and its moment \[N m\]; none of a motion without.
     pub torsion: Option<[f64; 2]>,
 }
@@ -60,6 +62,7 @@ impl Instant {
             displacement: negative(&self.displacement),
             normal_load: self.normal_load,
             force: negative(&self.force),
+            force_along: -self.force_along,
             torsion: self.torsion.map(|pair| pair.map(|v| -v)),
         }
     }
@@ -88,9 +91,9 @@ pub struct CycleSolution {
 }
 
 impl CycleSolution {
-    /// Half range of the force along x \[N\].
-    pub fn force_x(&self) -> f64 {
-        let forces = self.instants.iter().map(|instant| instant.force[0]);
+    /// Half range of the force along the motion \[N\].
+    pub fn force_along(&self) -> f64 {
+        let forces = self.instants.iter().map(|instant| instant.force_along);
         let ends = (f64::INFINITY, f64::NEG_INFINITY);
         let (least, most) = forces.fold(ends, |(least, most), f| (least.min(f), most.max(f)));
         0.5 * (most - least).max(0.0)
@@ -290,6 +293,9 @@ impl FrettingJoint {
                 .map(|_| [place[step.displacement.len()], sign * step.moment])
         };
         let reached = found(&half);
+        let cell_area = self.patch.grid.cell_area();
+        let force_part = self.motion.own.as_ref().map_or(1.0, |own| own.force_part);
+        let force_along = force_part * self.motion.force_along(&half.shear, cell_area);
         let instant = |time: f64, sign: f64| {
             let place: Vec<f64> = reached.iter().map(|d| sign * d).collect();
             Instant {
@@ -297,6 +303,7 @@ impl FrettingJoint {
                 displacement: place[..half.force.len()].to_vec(),
                 normal_load: load,
                 force: half.force.iter().map(|f| sign * f).collect(),
+                force_along: sign * force_along,
                 torsion: torsion(&place, &half, sign),
             }
         };
@@ -314,7 +321,7 @@ impl FrettingJoint {
                     shear: times(&half.shear, sign),
                 })
                 .collect();
-            let solution = tally.finish(self.patch.grid.cell_area(), half.shear, instants);
+            let solution = tally.finish(cell_area, half.shear, instants);
             let fields = self.fields(contact, None, &solution, kept);
             return Ok((solution, fields));
         }
@@ -363,6 +370,7 @@ impl FrettingJoint {
         for at in [0, 3] {
             instants[at].displacement = place[..first.force.len()].to_vec();
             instants[at].force = first.force.clone();
+            instants[at].force_along = self.motion.force_along(&first.shear, cell_area);
             instants[at].torsion = turned;
         }
         let to = motion.top + motion.bottom - from;
@@ -379,7 +387,7 @@ impl FrettingJoint {
                 },
             })
             .collect();
-        let solution = tally.finish(self.patch.grid.cell_area(), first.shear, instants);
+        let solution = tally.finish(cell_area, first.shear, instants);
         let fields = self.fields(contact, None, &solution, kept);
         Ok((solution, fields))
     }

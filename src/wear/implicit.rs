@@ -67,7 +67,7 @@ pub struct Step {
     pub contact: NormalSolution,
     /// Shear at t = 0 in its middle, to start the next cycle from \[Pa\].
     pub shear: ByAxis<Vec<f64>>,
-    /// Energy dissipated in the cycle of its middle \[J\], and the half range of the force along x \[N\] there.
+    /// Energy dissipated in the cycle of its middle \[J\], and the half range of the force along the motion \[N\] there.
     pub middle: [f64; 2],
     /// Estimated error of the worn volume in this step (L1 of the wear field) \[m³\].
     pub error: f64,
@@ -258,7 +258,7 @@ pub(super) fn attempt(
         cycles,
         wear,
         contact: second,
-        middle: [cycle.dissipation, cycle.force_x()],
+        middle: [cycle.dissipation, cycle.force_along()],
         shear: cycle.shear,
         error,
         proposal: 0.0,

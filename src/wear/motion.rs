@@ -189,25 +189,8 @@ impl Motion {
         {
             return None;
         }
-        // The ends: the two samples farthest apart along the axis of the larger range.
-        let ranges: Vec<(f64, f64)> = self
-            .drive
-            .iter()
-            .map(|channel| range(channel.values()))
-            .collect();
-        let widest = (0..ranges.len()).max_by(|&a, &b| {
-            let width = |axis: usize| ranges[axis].1 - ranges[axis].0;
-            width(a).total_cmp(&width(b))
-        })?;
-        let series = self.drive[widest].values();
-        let top = (0..n).max_by(|&a, &b| series[a].total_cmp(&series[b]))?;
-        let bottom = (0..n).min_by(|&a, &b| series[a].total_cmp(&series[b]))?;
-        let end: ByAxis<f64> = self
-            .drive
-            .iter()
-            .map(Channel::values)
-            .map(|s| 0.5 * (s[top] - s[bottom]))
-            .collect();
+        let [top, bottom] = self.widest_ends()?;
+        let end = self.end([top, bottom]);
         let middle: ByAxis<f64> = self
             .drive
             .iter()
@@ -243,16 +226,57 @@ impl Motion {
                 return None;
             }
         }
-        Some(Motion {
+        Some(self.between_ends([top, bottom]))
+    }
+
+    /// The motion to and fro between these samples about their middle, under the mean load of this one. Of displacements along the axes
+    /// alone.
+    #[must_use]
+    pub fn between_ends(&self, [top, bottom]: [usize; 2]) -> Motion {
+        let end = self.end([top, bottom]);
+        Motion {
             time: vec![0.0, 0.5],
             drive: end
                 .iter()
                 .map(|e| Channel::Displacement(vec![*e, -e]))
                 .collect(),
             rotation: None,
-            normal_load: vec![mean; 2],
+            normal_load: vec![self.mean_load(); 2],
             own: self.own.as_ref().map(|own| own.ends(top, bottom)),
-        })
+        }
+    }
+
+    /// The two samples that are farthest apart along the axis of the larger range; none of a motion without axes.
+    fn widest_ends(&self) -> Option<[usize; 2]> {
+        let axes = self.drive.iter().map(Channel::values);
+        let series = axes.max_by(|a, b| extent(a).total_cmp(&extent(b)))?;
+        let by_value = |a: &usize, b: &usize| series[*a].total_cmp(&series[*b]);
+        let top = (0..series.len()).max_by(by_value)?;
+        let bottom = (0..series.len()).min_by(by_value)?;
+        Some([top, bottom])
+    }
+
+    /// Half of what lies between two samples, along the axes.
+    fn end(&self, [top, bottom]: [usize; 2]) -> ByAxis<f64> {
+        let axes = self.drive.iter().map(Channel::values);
+        axes.map(|s| 0.5 * (s[top] - s[bottom])).collect()
+    }
+
+    /// What the joint carries along its motion under this `shear` \[Pa\], of cells of this area \[m²\]: along the direction of each node where
+    /// nodes move on their own, else along the line between the ends of the motion \[N\].
+    pub fn force_along(&self, shear: &ByAxis<Vec<f64>>, cell_area: f64) -> f64 {
+        if let Some(own) = &self.own {
+            return own.force_along(shear, cell_area);
+        }
+        let end = self.widest_ends().map(|ends| self.end(ends));
+        let end = end.unwrap_or_default();
+        let way = end.iter().map(|e| e * e).sum::<f64>().sqrt();
+        let forces = end.iter().zip(shear);
+        let work = forces.map(|(e, q)| e * q.iter().sum::<f64>() * cell_area);
+        match way > 0.0 {
+            true => work.sum::<f64>() / way,
+            false => 0.0,
+        }
     }
 
     /// What a cycle between two reversals under the mean load leaves out of the work of friction by the variation of the load, relative to

@@ -19,6 +19,11 @@ pub struct OwnMotion {
     /// Part of the work of friction between the two ends of the motion, under the load of the static contact, that each node really has; none:
     /// all of it. What is between the ends, and the variation of the load, is in it.
     pub work: Vec<f64>,
+    /// Part of the force along the motion between its two ends, under the load of the static contact, that the nodes really have.
+    pub force_part: f64,
+    /// What each node is displaced by at the end of the line that the motion all but follows, along x, then along y where the motion has that
+    /// axis, the mean motion included, over the root mean square over the area of the joint: the force along it has the work of all nodes.
+    pub direction: Vec<f64>,
 }
 
 impl OwnMotion {
@@ -87,6 +92,22 @@ impl OwnMotion {
         field
     }
 
+    /// Force of all cells along the [`direction`](OwnMotion::direction) under this `shear` \[Pa\], of cells of this area \[m²\], in newtons.
+    pub(super) fn force_along(&self, shear: &ByAxis<Vec<f64>>, cell_area: f64) -> f64 {
+        let axes = self.direction.chunks_exact(self.interpolation.nodes());
+        let along = axes.zip(shear).map(|(nodes, shear)| {
+            let sums = self.interpolation.sums(shear);
+            nodes.iter().zip(sums).map(|(d, q)| d * q).sum::<f64>()
+        });
+        along.sum::<f64>() * cell_area
+    }
+
+    /// Lets the work and the force between the ends, under the load of the static contact, stand for themselves.
+    pub fn under_loads_at_rest(&mut self) {
+        self.work.clear();
+        self.force_part = 1.0;
+    }
+
     /// True if every place keeps the load of the static contact.
     pub(super) fn has_constant_load(&self) -> bool {
         self.approach.is_empty()
@@ -106,6 +127,8 @@ impl OwnMotion {
             displacement,
             approach,
             work: self.work.clone(),
+            force_part: self.force_part,
+            direction: self.direction.clone(),
         }
     }
 }

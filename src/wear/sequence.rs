@@ -288,11 +288,13 @@ impl<'a> Sequence<'a> {
         }
         let axes = found_step.force.len();
         let rotated = joint.motion.rotation.as_ref();
+        let cell_area = joint.patch.grid.cell_area();
         let instant = Instant {
             time: joint.motion.time_of(next),
             displacement: self.place[..axes].to_vec(),
             normal_load: joint.motion.normal_load[next % samples],
             torsion: rotated.map(|_| [self.place[axes], found_step.moment]),
+            force_along: joint.motion.force_along(&found_step.shear, cell_area),
             force: found_step.force,
         };
         self.last = Some(Last {

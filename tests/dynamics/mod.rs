@@ -12,6 +12,7 @@ mod extremes;
 mod folds;
 mod harmonics;
 mod kept;
+mod line;
 mod linear;
 mod periodic;
 mod pseudo_modes;

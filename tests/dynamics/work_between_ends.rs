@@ -1,6 +1,6 @@
 //! What the variation of the load makes of the work of friction of contact elements.
 
-use fretwear::dynamics::cycle::{LARGEST_PART, WorkBetweenEnds, element_cycles};
+use fretwear::dynamics::cycle::{LARGEST_PART, WorkBetweenEnds, joint_cycle};
 use fretwear::dynamics::{ContactElement, FrictionLaw, Harmonics, Sampling};
 
 use super::{changed, element};
@@ -29,10 +29,9 @@ fn work(elements: &[ContactElement], ways: &[f64], [normal, order]: [f64; 2]) ->
         row
     };
     let displacement: Vec<f64> = ways.iter().flat_map(row).collect();
-    let mean = sampling.synthesise(&displacement[..15]);
-    let cycles = element_cycles(elements, &displacement, &sampling);
-    let energy: Vec<f64> = cycles.iter().map(|cycle| cycle.dissipated_energy).collect();
-    WorkBetweenEnds::of(elements, &displacement, &sampling, &mean, &energy)
+    let places = vec![[0.0; 2]; elements.len()];
+    let cycle = joint_cycle(elements, &displacement, &sampling, &places).expect("a cycle");
+    WorkBetweenEnds::of(elements, &displacement, &sampling, &cycle)
 }
 
 /// ∮ µ(N + a cos 2θ) |d cos θ| = µ(4N − 4a/3); a load of the motion's own frequency has no part in it.

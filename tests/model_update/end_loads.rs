@@ -64,7 +64,11 @@ fn elements_get_the_stiffness_of_what_they_bear() {
     let load = approach
         .each_ref()
         .map(|end| (0..3).map(|e| borne(&truth, e, end[e])).collect());
-    let ends = EndLoads { approach, load };
+    let ends = EndLoads {
+        approach,
+        load,
+        energy: vec![0.0; 3],
+    };
     assert!(ends.difference(&begin) > 0.1, "{}", ends.difference(&begin));
     let found = ends.laws(&begin);
     assert!(
@@ -116,6 +120,7 @@ fn loads_that_no_stiffness_explains_make_no_law_worse() {
         let ends = EndLoads {
             approach: of_all(approach),
             load: of_all(load),
+            energy: vec![1e-3; 3],
         };
         let found = ends.laws(&begin);
         let off = |laws: &ElementParameters| -> f64 {
@@ -130,5 +135,31 @@ fn loads_that_no_stiffness_explains_make_no_law_worse() {
                 "{values:?}"
             );
         }
+    }
+}
+
+/// A place that slips far decides with its own load, however little of all load that is; where nothing slips, all load counts.
+#[test]
+fn loads_count_by_the_work_of_friction() {
+    let laws = laws();
+    let at_rest = |e: usize| borne(&laws, e, 0.0);
+    let all: f64 = (0..3).map(at_rest).sum();
+    let ends = |energy: [f64; 3]| {
+        let mut load: Vec<f64> = (0..3).map(at_rest).collect();
+        load[1] *= 0.6;
+        EndLoads {
+            approach: [vec![0.0; 3], vec![0.0; 3]],
+            load: [load.clone(), load],
+            energy: energy.to_vec(),
+        }
+    };
+    for (energy, expected) in [
+        ([0.0, 1e-6, 0.0], 0.4),
+        ([3e-6, 1e-6, 0.0], 0.1),
+        ([3e-6, 0.0, 0.0], 0.0),
+        ([0.0; 3], 0.4 * at_rest(1) / all),
+    ] {
+        let found = ends(energy).difference(&laws);
+        assert!((found - expected).abs() < 1e-12, "{energy:?}: {found}");
     }
 }

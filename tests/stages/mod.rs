@@ -23,6 +23,7 @@ mod resume;
 mod shared;
 mod sibling;
 mod stop;
+mod twisting;
 mod updates;
 mod vibrating;
 

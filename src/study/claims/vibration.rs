@@ -445,7 +445,10 @@ fn updates_apart(set: &[&Evidence]) -> String {
         }
     }
     let force = of_all(set, |run| {
-        run.last.fine_over_elements.get("force_x [N]").copied()
+        run.last
+            .fine_over_elements
+            .get("force_along_motion [N]")
+            .copied()
     });
     if let Some(force) =
         force.filter(|ratios| ratios.iter().any(|ratio| (ratio - 1.0).abs() > APART))
