@@ -93,4 +93,5 @@ pub mod surface;
 pub mod tables;
 pub mod units;
 pub mod validate;
+pub mod vtu;
 pub mod wear;

@@ -73,7 +73,7 @@ fn names(code: &str, path: &str) -> bool {
 
 /// The modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
 fn modules(source: &Source) -> Vec<String> {
-    const MODULES: [&str; 30] = [
+    const MODULES: [&str; 31] = [
         "campaign",
         "cli",
         "contact",
@@ -103,6 +103,7 @@ fn modules(source: &Source) -> Vec<String> {
         "terminal",
         "units",
         "validate",
+        "vtu",
         "wear",
     ];
     let depth = source.path.matches('/').count();
@@ -376,7 +377,8 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
         &["scene/", "tables/", "campaign/", "cli/edit.rs"],
     ),
     (&["sobol_burley", "statrs"], &["campaign/"]),
-    (&["quick_xml"], &["surface/readers/"]),
+    (&["quick_xml"], &["surface/readers/", "vtu.rs"]),
+    (&["vtkio"], &["vtu.rs"]),
     (
         &["npyz", "zip::"],
         &["structure/readers/", "surface/readers/"],

@@ -72,6 +72,8 @@ pub enum CliError {
         path: PathBuf,
         source: std::io::Error,
     },
+    #[error("the run {} has neither a surface nor contact elements nor the edges of a structure to draw", path.display())]
+    NothingToDraw { path: PathBuf },
     #[error(transparent)]
     Structure(#[from] StructureError),
     #[error(transparent)]
@@ -195,6 +197,7 @@ impl CliError {
             | CliError::NoJsonSchema
             | CliError::UnknownKey(_)
             | CliError::NothingToExport { .. }
+            | CliError::NothingToDraw { .. }
             | CliError::NothingVibrates { .. }
             | CliError::Levels { .. }
             | CliError::SetOfARun

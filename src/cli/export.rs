@@ -1,4 +1,4 @@
-//! `fretwear export`: the resonator for other programs, and as the matrices that they write.
+//! `fretwear export`: the resonator for other programs, and as the matrices that they write; a run for ParaView.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -10,11 +10,15 @@ use fretwear::structure::resonator::Resonator;
 use serde_json::json;
 
 use super::arguments::ExportArguments;
+use super::export_vtu::export_vtu;
 use super::{CliError, Exit};
 use crate::terminal::Results;
 
 /// Writes the resonator's input deck, and says on demand what its frequencies are here.
 pub fn export(arguments: &ExportArguments, out: &mut Results) -> Result<Exit, CliError> {
+    if let (Some(folder), Some(run)) = (&arguments.vtu, &arguments.scene) {
+        return export_vtu(run, folder, out);
+    }
     let (geometry, scene) = match &arguments.scene {
         None => (Resonator::default(), None),
         Some(path) => {
@@ -88,7 +92,7 @@ fn write_matrices(
     Ok(Exit::Done)
 }
 
-fn save(
+pub(super) fn save(
     folder: &Path,
     name: &str,
     write: impl FnOnce(&mut io::BufWriter<std::fs::File>) -> io::Result<()>,

@@ -19,8 +19,9 @@ use crate::structure::contact_array::ContactArray;
 use crate::structure::imported::{ImportError, Imported, UnitSystem};
 use crate::structure::interface::{Interface, Wanted};
 use crate::structure::matrices::Role;
+use crate::structure::outline::Outline;
 use crate::structure::reduction::{ContactPorts, Reduced};
-use crate::structure::resonator::{Outline, Resonator};
+use crate::structure::resonator::Resonator;
 
 /// What vibrates.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -296,7 +297,7 @@ impl Structure {
             }
             StructureSource::Matrices(_) => {
                 let imported = imported.expect("the files of a run are read before it begins");
-                Some((imported.reduce(modes, ports)?, None))
+                Some(imported.reduce(modes, ports)?)
             }
         })
     }

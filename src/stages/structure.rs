@@ -6,8 +6,8 @@ use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use crate::recipe::{Layout, Part};
+use crate::structure::outline::Outline;
 use crate::structure::reduction::Reduced;
-use crate::structure::resonator::{BOLT, MASS_1, Outline};
 use crate::tables::{TableName, typed};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -134,16 +134,11 @@ fn tables_of(reduced: &Reduced, layout: &Layout) -> Result<Outputs, RunError> {
 fn put_outline(outline: &Outline, outputs: &mut Outputs) -> Result<(), RunError> {
     let mut points = typed::StructureOutline::default();
     let mut positions = outline.positions.iter().enumerate();
-    for (line, &(part, count)) in outline.lines.iter().enumerate() {
-        let part = match part {
-            MASS_1 => "mass_1",
-            BOLT => "bolt",
-            _ => "mass_2",
-        };
-        for (point, &[x, y, z]) in positions.by_ref().take(count) {
+    for (line, (part, count)) in outline.lines.iter().enumerate() {
+        for (point, &[x, y, z]) in positions.by_ref().take(*count) {
             points.point.push(point as i32);
             points.line.push(line as i32);
-            points.part.push(part.to_owned());
+            points.part.push(part.clone());
             points.x.push(x);
             points.y.push(y);
             points.z.push(z);

@@ -219,6 +219,8 @@ pub struct Matrices {
     pub sets: HashMap<String, Vec<i64>>,
     /// Positions of nodes, where a deck says them.
     pub positions: HashMap<i64, [f64; 3]>,
+    /// Edges of the bodies by their nodes, as [`outline::lines`](super::outline::lines) finds them, where a deck has elements.
+    pub outline: Vec<Vec<i64>>,
     /// What the user should know of how the files were read.
     pub notes: Vec<String>,
     /// The formats, in the order of the files.

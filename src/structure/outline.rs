@@ -1,24 +1,28 @@
 //! The outline of a mesh: the edges of its bodies, as a drawing shows them.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 
-use crate::structure::mesh::Mesh;
+use super::mesh::Mesh;
+use super::solids::FACES;
+use crate::linalg::Matrix;
 
-/// Faces of the hexahedron, by the places of their nodes.
-const FACES: [[usize; 4]; 6] = [
-    [0, 1, 2, 3],
-    [4, 5, 6, 7],
-    [0, 1, 5, 4],
-    [1, 2, 6, 5],
-    [2, 3, 7, 6],
-    [3, 0, 4, 7],
-];
 /// Faces whose normals have at least this product are one plane: some 18°, above what a distorted mesh has on a curved face.
 const ONE_PLANE: f64 = 0.95;
 /// Edges whose directions have at least this product are one straight line.
 const ONE_LINE: f64 = 0.999;
 /// Parts of a straight line at most: a drawing shows no more of how it bends in a low mode.
 const PARTS: usize = 8;
+
+/// The outline of a structure, and how it moves in the modes: for drawings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outline {
+    /// Straight lines, one after another: the part of each, and how many of the points are its own.
+    pub lines: Vec<(String, usize)>,
+    /// The points \[m\].
+    pub positions: Vec<[f64; 3]>,
+    /// Modes at the points \[kg^-1/2\]: three rows each (x, y, z), the rigid modes first, one column each.
+    pub shapes: Matrix,
+}
 
 /// A straight line of an outline.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -51,85 +55,95 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 /// An edge, the lower node first.
 type Edge = (usize, usize);
 
-impl Mesh {
-    /// The lines where outer faces of the mesh meet at an angle. Bodies that touch with nodes of their own have edges of their own there.
-    pub fn outline(&self) -> Vec<Line> {
-        let edges = self.sharp_edges();
-        let mut at_node: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for (a, b) in edges.keys() {
-            at_node.entry(*a).or_default().push(*b);
-            at_node.entry(*b).or_default().push(*a);
-        }
-        let of = |a: usize, b: usize| (a.min(b), a.max(b));
-        let direction = |from: usize, to: usize| unit(minus(self.nodes[to], self.nodes[from]));
-        let mut left: BTreeSet<Edge> = edges.keys().copied().collect();
-        let mut lines = Vec::new();
-        while let Some((first, second)) = left.pop_first() {
-            let part = edges[&(first, second)];
-            let mut nodes = std::collections::VecDeque::from([first, second]);
-            for forward in [true, false] {
-                loop {
-                    let count = nodes.len();
-                    let (end, before) = match forward {
-                        true => (nodes[count - 1], nodes[count - 2]),
-                        false => (nodes[0], nodes[1]),
-                    };
-                    let goes_on = |next: &&usize| {
-                        let edge = of(end, **next);
-                        let along = product(direction(before, end), direction(end, **next));
-                        left.contains(&edge) && edges[&edge] == part && along > ONE_LINE
-                    };
-                    let Some(next) = at_node[&end].iter().find(goes_on).copied() else {
-                        break;
-                    };
-                    left.remove(&of(end, next));
-                    match forward {
-                        true => nodes.push_back(next),
-                        false => nodes.push_front(next),
-                    }
-                }
-            }
-            let count = nodes.len() - 1;
-            let parts = count.min(PARTS);
-            let nodes = (0..=parts).map(|k| nodes[k * count / parts]).collect();
-            lines.push(Line { part, nodes });
-        }
-        lines
-    }
+/// The face of an element by the nodes around it, and the part of the mesh that the element belongs to.
+pub type Face = (Vec<usize>, usize);
 
-    /// Edges between outer faces that are not of one plane, with the first part that has them.
-    fn sharp_edges(&self) -> BTreeMap<Edge, usize> {
-        let mut outer: HashMap<[usize; 4], ([usize; 4], usize)> = HashMap::new();
-        for element in &self.elements {
-            for face in FACES {
-                let nodes = face.map(|k| element.nodes[k]);
-                let mut key = nodes;
-                key.sort_unstable();
-                // A face of two elements is within.
-                if outer.remove(&key).is_none() {
-                    outer.insert(key, (nodes, element.part));
+impl Mesh {
+    /// The [`lines`] of its hexahedra.
+    pub fn outline(&self) -> Vec<Line> {
+        let faces = self.elements.iter().flat_map(|element| {
+            FACES.map(|face| (face.map(|k| element.nodes[k]).to_vec(), element.part))
+        });
+        lines(faces, &self.nodes)
+    }
+}
+
+/// The lines where outer faces of the elements of a mesh meet at an angle, of the `faces` of all elements, with `nodes` at their places.
+/// Bodies that touch with nodes of their own have edges of their own there.
+pub fn lines(faces: impl IntoIterator<Item = Face>, nodes: &[[f64; 3]]) -> Vec<Line> {
+    let edges = sharp_edges(faces, nodes);
+    let mut at_node: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (a, b) in edges.keys() {
+        at_node.entry(*a).or_default().push(*b);
+        at_node.entry(*b).or_default().push(*a);
+    }
+    let of = |a: usize, b: usize| (a.min(b), a.max(b));
+    let direction = |from: usize, to: usize| unit(minus(nodes[to], nodes[from]));
+    let mut left: BTreeSet<Edge> = edges.keys().copied().collect();
+    let mut lines = Vec::new();
+    while let Some((first, second)) = left.pop_first() {
+        let part = edges[&(first, second)];
+        let mut along = VecDeque::from([first, second]);
+        for forward in [true, false] {
+            loop {
+                let count = along.len();
+                let (end, before) = match forward {
+                    true => (along[count - 1], along[count - 2]),
+                    false => (along[0], along[1]),
+                };
+                let goes_on = |next: &&usize| {
+                    let edge = of(end, **next);
+                    let turn = product(direction(before, end), direction(end, **next));
+                    left.contains(&edge) && edges[&edge] == part && turn > ONE_LINE
+                };
+                let Some(next) = at_node[&end].iter().find(goes_on).copied() else {
+                    break;
+                };
+                left.remove(&of(end, next));
+                match forward {
+                    true => along.push_back(next),
+                    false => along.push_front(next),
                 }
             }
         }
-        let mut around: HashMap<Edge, Vec<([f64; 3], usize)>> = HashMap::new();
-        for (nodes, part) in outer.values() {
-            let [a, b, c, d] = nodes.map(|n| self.nodes[n]);
-            let normal = unit(cross(minus(c, a), minus(d, b)));
-            for k in 0..4 {
-                let (a, b) = (nodes[k], nodes[(k + 1) % 4]);
-                let faces = around.entry((a.min(b), a.max(b))).or_default();
-                faces.push((normal, *part));
-            }
-        }
-        let sharp = around.into_iter().filter(|(_, faces)| {
-            let first = faces[0].0;
-            let mut others = faces.iter().skip(1);
-            // The order of the nodes of a face does not say which side is outside.
-            others.any(|(normal, _)| product(first, *normal).abs() < ONE_PLANE)
-        });
-        let part = |faces: &[([f64; 3], usize)]| faces.iter().map(|(_, part)| *part).min();
-        sharp
-            .filter_map(|(edge, faces)| Some((edge, part(&faces)?)))
-            .collect()
+        let count = along.len() - 1;
+        let parts = count.min(PARTS);
+        let nodes = (0..=parts).map(|k| along[k * count / parts]).collect();
+        lines.push(Line { part, nodes });
     }
+    lines
+}
+
+/// Edges between outer faces that are not of one plane, with the first part that has them.
+fn sharp_edges(faces: impl IntoIterator<Item = Face>, nodes: &[[f64; 3]]) -> BTreeMap<Edge, usize> {
+    let mut outer: HashMap<Vec<usize>, Face> = HashMap::new();
+    for face in faces {
+        let mut key = face.0.clone();
+        key.sort_unstable();
+        // A face of two elements is within.
+        if outer.remove(&key).is_none() {
+            outer.insert(key, face);
+        }
+    }
+    let mut around: HashMap<Edge, Vec<([f64; 3], usize)>> = HashMap::new();
+    for (corners, part) in outer.values() {
+        let at = |k: usize| nodes[corners[k % corners.len()]];
+        // Of a quadrangle the product of its diagonals, of a triangle that of two sides.
+        let normal = unit(cross(minus(at(2), at(0)), minus(at(3), at(1))));
+        for k in 0..corners.len() {
+            let (a, b) = (corners[k], corners[(k + 1) % corners.len()]);
+            let faces = around.entry((a.min(b), a.max(b))).or_default();
+            faces.push((normal, *part));
+        }
+    }
+    let sharp = around.into_iter().filter(|(_, faces)| {
+        let first = faces[0].0;
+        let mut others = faces.iter().skip(1);
+        // The order of the nodes of a face does not say which side is outside.
+        others.any(|(normal, _)| product(first, *normal).abs() < ONE_PLANE)
+    });
+    let part = |faces: &[([f64; 3], usize)]| faces.iter().map(|(_, part)| *part).min();
+    sharp
+        .filter_map(|(edge, faces)| Some((edge, part(&faces)?)))
+        .collect()
 }

@@ -48,7 +48,7 @@ const EDGES: [[usize; 2]; 12] = [
 /// The same of a tetrahedron's nodes 5 to 10.
 const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 /// Corners of the faces S1 to S6 of a hexahedron.
-const FACES: [[usize; 4]; 6] = [
+pub const FACES: [[usize; 4]; 6] = [
     [0, 1, 2, 3],
     [4, 7, 6, 5],
     [0, 4, 5, 1],
@@ -79,6 +79,18 @@ impl Solid {
             Solid::Hexahedron20 { .. } => 20,
             Solid::Tetrahedron4 => 4,
             Solid::Tetrahedron10 => 10,
+        }
+    }
+
+    /// Corners of all faces, in their order around each.
+    pub fn corners_of_faces(self) -> Vec<Vec<usize>> {
+        match self {
+            Solid::Hexahedron8(_) | Solid::Hexahedron20 { .. } => {
+                FACES.iter().map(|face| face.to_vec()).collect()
+            }
+            Solid::Tetrahedron4 | Solid::Tetrahedron10 => {
+                TETRAHEDRON_FACES.iter().map(|face| face.to_vec()).collect()
+            }
         }
     }
 

@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 use std::fs;
+use std::sync::Arc;
 
+use fretwear::store::{RealFileSystem, RunReader};
 use fretwear::tables::TableName;
 
 use crate::support::{Bench, summary, table};
@@ -135,4 +137,91 @@ fn both_scales_dissipate_alike_where_a_joint_twists() {
         unreachable!("two runs")
     };
     assert!((ends / samples - 1.0).abs() < SAME_CYCLE, "{energies:?}");
+}
+
+/// The edges of both bars, and how they move: what is clamped does not, and the tip goes with the port that stands for it.
+#[test]
+fn the_edges_of_a_mesh_are_drawn_in_its_modes() {
+    let bench = Bench::new();
+    fs::write(bench.path("bars.inp"), bars()).expect("a deck");
+    fs::write(bench.path("twist.toml"), SCENE).expect("a scene");
+    bench.done(&[
+        "run",
+        "twist.toml",
+        "--run",
+        "run",
+        "--set",
+        "wear.cycles=1",
+        "--quiet",
+    ]);
+    bench.done(&["export", "run", "--vtu", "vtu"]);
+    let root = bench.path("run");
+    let reader = RunReader::open(Arc::new(RealFileSystem), &root).expect("a run");
+    let once = |table| reader.read_once(table).expect("readable").expect("there");
+    let outline = once(TableName::StructureOutline);
+    let modes = once(TableName::StructureOutlineMode);
+    let line = outline.i32("line").expect("a column");
+    assert_eq!(line.iter().max(), Some(&23), "twelve edges a bar");
+    let x = outline.f64("x").expect("a column");
+    let z = outline.f64("z").expect("a column");
+    let extreme = |values: &[f64]| {
+        let largest = values.iter().fold(f64::MIN, |m, v| m.max(*v));
+        [values.iter().fold(f64::MAX, |m, v| m.min(*v)), largest]
+    };
+    // From the middle of the lap.
+    for (found, expected) in [(extreme(x), [-45e-3, 45e-3]), (extreme(z), [-10e-3, 10e-3])] {
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+    }
+    let port = once(TableName::StructurePort);
+    let points = port.text("point").expect("a column");
+    let tip = points
+        .iter()
+        .position(|point| point == "TIP")
+        .expect("the tip");
+    let of_modes = once(TableName::StructureMode);
+    let at_ports = of_modes.f64("shape").expect("a column");
+    let mode = modes.i32("mode").expect("a column");
+    let point = modes.i32("point").expect("a column");
+    let shape_y = modes.f64("shape_y").expect("a column");
+    let count = 1 + *mode.iter().max().expect("modes") as usize;
+    assert!(count > 10);
+    for number in 0..3 {
+        let of_mode = || (0..mode.len()).filter(|row| mode[*row] == number);
+        let (mut at_tip, mut corners) = (0.0, 0.0);
+        let mut most = 0.0_f64;
+        for row in of_mode() {
+            let at = x[point[row] as usize];
+            most = most.max(shape_y[row].abs());
+            if at < -44.9e-3 {
+                assert_eq!(shape_y[row], 0.0, "it is clamped");
+            }
+            if at > 44.9e-3 {
+                at_tip += shape_y[row];
+                corners += 1.0;
+            }
+        }
+        let expected = at_ports[number as usize * points.len() + tip + 1];
+        // The mean of points along the edges of a face that hardly bends, for that of its nodes.
+        let off = (at_tip / corners - expected).abs();
+        assert!(
+            off < 0.05 * most,
+            "mode {number}: {} {expected}",
+            at_tip / corners
+        );
+    }
+    let files = fs::read_dir(bench.path("vtu")).expect("a folder");
+    let names = files.map(|file| file.expect("a file").file_name());
+    let names: Vec<String> = names
+        .map(|name| name.to_string_lossy().into_owned())
+        .collect();
+    for name in [
+        "structure.vtu",
+        "elements.pvd",
+        "elements_00000.vtu",
+        "joint.pvd",
+    ] {
+        assert!(names.iter().any(|n| n == name), "{name} of {names:?}");
+    }
 }

@@ -28,6 +28,7 @@ fn matrices(size: usize, stiffness: Vec<(u32, u32, f64)>, mass: Vec<(u32, u32, f
         sets: HashMap::new(),
         positions: HashMap::new(),
         notes: Vec::new(),
+        outline: Vec::new(),
         formats: Vec::new(),
     }
 }

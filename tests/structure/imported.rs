@@ -101,6 +101,7 @@ fn matrices(blocks: &Blocks, unit: UnitSystem, turn: [[f64; 3]; 3]) -> Matrices 
             .map(|(n, p)| (n as i64 + 1, at(*p)))
             .collect(),
         notes: Vec::new(),
+        outline: Vec::new(),
         formats: Vec::new(),
     }
 }
@@ -246,7 +247,8 @@ fn small_model_of_two_blocks_is_that_of_the_whole() {
     assert_eq!(joint.layers.len(), 2);
     let reduced = imported
         .reduce(12, ContactPorts::Nodes)
-        .expect("a small model");
+        .expect("a small model")
+        .0;
     assert_eq!(reduced.rigid.columns(), 6);
     // The program numbers nodes with x fastest, the array with y fastest.
     let place = |i: usize, j: usize| i + (CELLS[0] + 1) * j;
@@ -272,7 +274,8 @@ fn small_model_of_two_blocks_is_that_of_the_whole() {
     }
     let faces = imported
         .reduce(12, ContactPorts::Faces)
-        .expect("a small model");
+        .expect("a small model")
+        .0;
     assert_eq!(faces.ports.contacts, CELLS[0] * CELLS[1]);
     let mean: Vec<Vec<(usize, f64)>> = (0..CELLS[0])
         .flat_map(|i| (0..CELLS[1]).map(move |j| [i, j]))
@@ -333,7 +336,7 @@ fn units_and_orientation_of_the_model_change_nothing() {
     }
     assert!((turned.mass / straight.mass - 1.0).abs() < ROUNDING);
     let [one, other] =
-        [&straight, &turned].map(|i| i.reduce(8, ContactPorts::Nodes).expect("a model"));
+        [&straight, &turned].map(|i| i.reduce(8, ContactPorts::Nodes).expect("a model").0);
     for (a, b) in one.omega.iter().zip(&other.omega) {
         assert!((a / b - 1.0).abs() < SAME, "{a} {b}");
     }
@@ -371,7 +374,7 @@ fn damping_between_modes_is_that_of_its_matrix() {
     }
     read.damping = Some(damping);
     let imported = import(&read, mm, &pairs, &[], |_, _, _| ()).expect("blocks");
-    let reduced = imported.reduce(8, ContactPorts::Faces).expect("a model");
+    let reduced = imported.reduce(8, ContactPorts::Faces).expect("a model").0;
     let found = reduced.damping.as_ref().expect("damping");
     let rigid = reduced.rigid.columns();
     let largest = alpha + beta * reduced.omega[7].powi(2);
@@ -417,7 +420,8 @@ fn digits_of_the_files_do_not_enter_the_residual() {
             import(&read, UnitSystem::default(), &pairs, &[&last], |_, _, _| ()).expect("blocks");
         let reduced = imported
             .reduce(12, ContactPorts::Nodes)
-            .expect("a small model");
+            .expect("a small model")
+            .0;
         assert_eq!(reduced.rigid.columns(), 6, "{digits}");
         let contact = reduced.ports.contact_ports();
         for share in [0.02, 0.06, 0.12] {
@@ -500,7 +504,7 @@ fn resonator_from_matrices_is_the_resonator() {
     for (found, layer) in imported.interface.layers.iter().zip(&layers) {
         assert!((found / layer - 1.0).abs() < ROUNDING);
     }
-    let found = imported.reduce(14, ContactPorts::Nodes).expect("a model");
+    let found = imported.reduce(14, ContactPorts::Nodes).expect("a model").0;
     let (expected, _) = geometry.reduce(14, ContactPorts::Nodes).expect("a model");
     for (a, b) in found.omega.iter().zip(&expected.omega) {
         assert!((a / b - 1.0).abs() < SAME, "{a} {b}");

@@ -304,7 +304,7 @@ fn resonance_shape(study: &Study) -> Result<Option<Figure>, ReportError> {
         };
         let scale = shape.scale();
         let views = [
-            ("seen along the bolt", [(0, "x"), (1, "y")]),
+            ("seen along the normal of the joint", [(0, "x"), (1, "y")]),
             ("seen from the side", [(0, "x"), (2, "z")]),
         ];
         for (view, axes) in views {

@@ -66,6 +66,8 @@ pub struct Imported {
     /// The nodes of both sides face each other one by one, in their order.
     is_paired: bool,
     points: Vec<(String, Vec<i64>)>,
+    /// Edges of the bodies: the places of the nodes of each, in the axes of the joint \[m\].
+    outline: Vec<Vec<(i64, [f64; 3])>>,
 }
 
 /// A lower triangle: rows, columns and values, sorted by column.
@@ -214,6 +216,10 @@ impl Imported {
             .map(|(dof, _)| (dof.node, dof.direction))
             .collect();
         let points = options.points.iter().map(|name| point(matrices, name));
+        let at_joint = |node: &i64| Ok((*node, interface.place(positions(*node)?)));
+        let edge = |nodes: &Vec<i64>| nodes.iter().map(at_joint).collect();
+        let outline: Result<_, ImportError> = matrices.outline.iter().map(edge).collect();
+        let outline = outline?;
         let imported = Imported {
             interface,
             notes,
@@ -231,12 +237,13 @@ impl Imported {
             sides: [lower, upper],
             is_paired: matches!(options.facing, Facing::Pairs(_)),
             points: points.collect::<Result<_, _>>()?,
+            outline,
         };
         imported.check_rows(&held_rows)?;
         Ok(imported)
     }
 
-    /// All that the small model depends on, part by part, to be hashed: entries, nodes at the joint and at the points.
+    /// All that the small model depends on, part by part, to be hashed: entries, edges, nodes at the joint and at the points.
     pub fn each_part(&self, update: &mut dyn FnMut(&[u8])) {
         let both = [&self.stiffness, &self.inertia];
         for matrix in both.into_iter().chain(&self.damping) {
@@ -246,6 +253,10 @@ impl Imported {
                 update(&j.to_le_bytes());
                 update(&v.to_le_bytes());
             }
+        }
+        for (node, at) in self.outline.iter().flatten() {
+            update(&node.to_le_bytes());
+            at.iter().for_each(|v| update(&v.to_le_bytes()));
         }
         update(&self.precision.to_le_bytes());
         let each_row = |update: &mut dyn FnMut(&[u8]), node: i64| {

@@ -5,6 +5,7 @@ use crate::linalg::{Matrix, SparseCholesky, SparseSymmetric, minimum_degree};
 use crate::structure::StructureError;
 use crate::structure::frequencies::{DENSE, dense, spectrum};
 use crate::structure::modes::{ModeOptions, lowest_of, shift_of};
+use crate::structure::outline::Outline;
 use crate::structure::reduction::{ContactPorts, ModesAtPorts, Reduced, complete};
 
 /// Rigid modes of a body, which a block of vectors finds together.
@@ -15,11 +16,16 @@ const USUAL: [f64; 2] = [1e-4, 100.0];
 const LOWEST: usize = 1;
 
 impl Imported {
-    /// The structure at its ports: its lowest `count` elastic modes, all that it has if it has fewer, and the residual of the others.
+    /// The structure at its ports: its lowest `count` elastic modes, all that it has if it has fewer, and the residual of the others; and the edges
+    /// of its bodies in these modes, where its files have elements.
     ///
     /// # Errors
     /// [`ImportError`] for matrices that are those of no structure, and for modes that are not found.
-    pub fn reduce(&self, count: usize, at: ContactPorts) -> Result<Reduced, ImportError> {
+    pub fn reduce(
+        &self,
+        count: usize,
+        at: ContactPorts,
+    ) -> Result<(Reduced, Option<Outline>), ImportError> {
         let ports = self.ports(at)?;
         let rows = self.rows;
         let stiffness = SparseSymmetric::from_sorted(rows, &self.stiffness);
@@ -87,6 +93,7 @@ impl Imported {
             .into());
         }
         let kept = shapes.columns_of(0..rigid + elastic);
+        let outline = self.outline_in(&kept);
         let damping = self.damping.as_ref().map(|damping| {
             let damping = SparseSymmetric::from_sorted(rows, damping);
             kept.transpose_times(&damping.times(&kept))
@@ -108,7 +115,40 @@ impl Imported {
             (factor, shift, last.len()),
             factored,
         )?;
-        Ok(Reduced { damping, ..reduced })
+        Ok((Reduced { damping, ..reduced }, outline))
+    }
+
+    /// The edges of the bodies in these modes, along the axes of the joint; none without elements.
+    fn outline_in(&self, modes: &Matrix) -> Option<Outline> {
+        let points: Vec<&(i64, [f64; 3])> = self.outline.iter().flatten().collect();
+        let mut shapes = Matrix::zeros(3 * points.len(), modes.columns());
+        for mode in 0..modes.columns() {
+            let of_rows = modes.column(mode);
+            for (point, along) in points
+                .iter()
+                .zip(shapes.column_mut(mode).chunks_exact_mut(3))
+            {
+                // What is held does not move.
+                let at = |d: u32| {
+                    self.row_of
+                        .get(&(point.0, d))
+                        .map_or(0.0, |row| of_rows[*row])
+                };
+                let moved = [at(1), at(2), at(3)];
+                for (along, axis) in along.iter_mut().zip(&self.interface.axes) {
+                    *along = (0..3).map(|d| axis[d] * moved[d]).sum();
+                }
+            }
+        }
+        let lines = self
+            .outline
+            .iter()
+            .map(|line| ("body".to_owned(), line.len()));
+        (!points.is_empty()).then(|| Outline {
+            lines: lines.collect(),
+            positions: points.iter().map(|(_, at)| *at).collect(),
+            shapes,
+        })
     }
 }
 

@@ -79,6 +79,12 @@ pub struct Interface {
 }
 
 impl Interface {
+    /// A place of the model from the middle of the joint, along its axes \[m\].
+    pub fn place(&self, at: [f64; 3]) -> [f64; 3] {
+        let from = minus(at, self.origin);
+        self.axes.map(|axis| dot(from, axis))
+    }
+
     /// The joint of the lower and the upper body, as large as the scene says, with `elements` rectangles along x and y where the nodes
     /// form no array themselves. `all` has the positions of all nodes of the model.
     ///

@@ -9,6 +9,7 @@ use super::text::{number, shown, text_of, whole};
 use super::{Named, Parsed};
 use crate::structure::StructureError;
 use crate::structure::matrices::{DOUBLE, Dof, Role, Triplets};
+use crate::structure::outline;
 use crate::structure::solids::{Elastic, Material, NAMES, Solid};
 
 /// Keywords that join degrees of freedom, or add what solids have not: without them the structure would be another one.
@@ -179,6 +180,7 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         matrix.sum_places();
         matrix.precision = DOUBLE;
     }
+    parsed.outline = outline_of(&deck.elements, &nodes, &parsed.positions);
     parsed.notes.push(format!(
         "{} solids of {} nodes are assembled{}",
         deck.elements.len(),
@@ -200,6 +202,25 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         named("mass", Role::Mass, mass),
     ];
     Ok(parsed)
+}
+
+/// Edges of the bodies of these elements, whose `nodes` are sorted.
+fn outline_of(
+    elements: &[Element],
+    nodes: &[i64],
+    positions: &HashMap<i64, [f64; 3]>,
+) -> Vec<Vec<i64>> {
+    let places: Vec<[f64; 3]> = nodes.iter().map(|node| positions[node]).collect();
+    let faces = elements.iter().flat_map(|element| {
+        let corners = element.solid.corners_of_faces().into_iter();
+        corners.map(|face| {
+            let at = |k: usize| nodes.partition_point(|node| *node < element.nodes[k]);
+            (face.into_iter().map(at).collect(), 0)
+        })
+    });
+    let lines = outline::lines(faces, &places).into_iter();
+    let named = |line: outline::Line| line.nodes.into_iter().map(|n| nodes[n]).collect();
+    lines.map(named).collect()
 }
 
 enum In {

@@ -144,6 +144,7 @@ struct Parsed {
     dofs: Option<Vec<Dof>>,
     sets: HashMap<String, Vec<i64>>,
     positions: HashMap<i64, [f64; 3]>,
+    outline: Vec<Vec<i64>>,
     notes: Vec<String>,
 }
 
@@ -344,6 +345,7 @@ fn combined(sources: Vec<Source>) -> Result<Matrices, ReadError> {
         damping: None,
         sets: HashMap::new(),
         positions: HashMap::new(),
+        outline: Vec::new(),
         notes: Vec::new(),
         formats: Vec::new(),
     };
@@ -381,6 +383,7 @@ fn combined(sources: Vec<Source>) -> Result<Matrices, ReadError> {
         matrices.notes.extend(parsed.notes);
         matrices.sets.extend(parsed.sets);
         matrices.positions.extend(parsed.positions);
+        matrices.outline.extend(parsed.outline);
         if let Some(dofs) = parsed.dofs {
             list = Some((path.clone(), dofs));
         }

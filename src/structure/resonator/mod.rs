@@ -13,7 +13,6 @@
 
 mod mesh;
 
-use crate::linalg::Matrix;
 use crate::material::{Elastic, Material};
 use crate::structure::StructureError;
 use crate::structure::assembly::System;
@@ -21,8 +20,9 @@ use crate::structure::contact_array::ContactArray;
 use crate::structure::element::{self, Formulation};
 use crate::structure::mesh::Mesh;
 use crate::structure::modes::ModeOptions;
-use crate::structure::outline::Line;
+use crate::structure::outline::{self, Line, Outline};
 use crate::structure::reduction::{self, ContactPorts, Ports, Reduced};
+use crate::structure::solids::FACES;
 pub use mesh::{BOLT, Facing, MASS_1, MASS_2, ResonatorMesh};
 use mesh::{HEAD_HALF_WIDTH, HOLE_HALF_WIDTHS, in_staircase};
 
@@ -155,17 +155,6 @@ impl Resonator {
     }
 }
 
-/// The outline of the resonator, and how it moves in the modes: for drawings.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Outline {
-    /// Straight lines, one after another: the part of each, and how many of the points are its own.
-    pub lines: Vec<(usize, usize)>,
-    /// The points \[m\].
-    pub positions: Vec<[f64; 3]>,
-    /// Modes at the points \[kg^-1/2\]: three rows each (x, y, z), the rigid modes first, one column each.
-    pub shapes: Matrix,
-}
-
 impl Resonator {
     /// The contact elements.
     pub fn contact_array(&self) -> ContactArray {
@@ -207,7 +196,7 @@ impl Resonator {
         let outline = Outline {
             lines: lines
                 .iter()
-                .map(|line| (line.part, line.nodes.len()))
+                .map(|line| (name_of_part(line.part).to_owned(), line.nodes.len()))
                 .collect(),
             positions,
             shapes,
@@ -313,5 +302,14 @@ impl Resonator {
         let along_y = 2 * (self.rim_cells + self.inner_cells) + self.lap_cells;
         let along_z = 2 * (self.head_cells + self.half_depth_cells);
         along_x as f64 * along_y as f64 * along_z as f64
+    }
+}
+
+/// What a part of the mesh is called.
+fn name_of_part(part: usize) -> &'static str {
+    match part {
+        MASS_1 => "mass_1",
+        BOLT => "bolt",
+        _ => "mass_2",
     }
 }

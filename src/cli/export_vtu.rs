@@ -1,0 +1,131 @@
+//! `fretwear export RUN --vtu FOLDER`: the joint and the structure of a run for ParaView.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use fretwear::grid::Patch;
+use fretwear::recipe::Recipe;
+use fretwear::scene;
+use fretwear::store::{RealFileSystem, RunReader, StoreError};
+use fretwear::tables::{Table, TableName, TypedTable, typed};
+use fretwear::vtu::{UnstructuredGrid, VtuError, write_series};
+
+use super::run::parse_source;
+use super::{CliError, Exit};
+use crate::terminal::Results;
+
+/// Writes the cells and the contact elements of the iterations that a run keeps, each with a collection over cycles, and the edges of the structure;
+/// of `RUN@N` those of iteration N.
+pub fn export_vtu(run: &Path, folder: &Path, out: &mut Results) -> Result<Exit, CliError> {
+    let source = parse_source(&run.to_string_lossy()).ok();
+    let source = source.filter(|_| !run.is_dir());
+    let (root, only) = match &source {
+        Some(source) => (source.run.as_path(), Some(source.wear_iteration)),
+        None => (run, None),
+    };
+    let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
+    let recipe = scene::recipe_of_run(root, reader.plan()?.as_ref(), &reader.scene_toml()?)?;
+    let iterations: Vec<u64> = match only {
+        Some(iteration) => vec![iteration],
+        None => reader.iterations().collect(),
+    };
+    std::fs::create_dir_all(folder).map_err(|source| CliError::Export {
+        path: folder.to_owned(),
+        source,
+    })?;
+    let mut written = Vec::new();
+    let kinds: [(&str, Grid); 2] = [("joint", joint), ("elements", contact_elements)];
+    for (kind, grid) in kinds {
+        let mut series = Vec::new();
+        for &iteration in &iterations {
+            let Some(grid) = grid(&reader, &recipe, iteration)? else {
+                continue;
+            };
+            let name = format!("{kind}_{iteration:05}.vtu");
+            save(folder, &name, |to| grid.write(kind, to))?;
+            let summary: typed::Summary = reader.typed(iteration)?;
+            series.push((summary.cycles.unwrap_or(iteration as i64) as f64, name));
+        }
+        if !series.is_empty() {
+            let name = format!("{kind}.pvd");
+            save(folder, &name, |to| write_series(&series, to))?;
+            written.push(format!("{name} ({} iterations)", series.len()));
+        }
+    }
+    let once = |table: TableName| reader.read_once(table);
+    let outline = once(TableName::StructureOutline)?.zip(once(TableName::StructureOutlineMode)?);
+    if let Some((lines, modes)) = outline {
+        let grid = UnstructuredGrid::outline(&of_table(&lines)?, &of_table(&modes)?);
+        save(folder, "structure.vtu", |to| grid.write("structure", to))?;
+        written.push("structure.vtu".to_owned());
+    }
+    if written.is_empty() {
+        return Err(CliError::NothingToDraw {
+            path: root.to_owned(),
+        });
+    }
+    writeln!(out, "{}: {}", folder.display(), written.join(", "));
+    Ok(Exit::Done)
+}
+
+/// What is drawn of an iteration, if it has that.
+type Grid = fn(&RunReader, &Recipe, u64) -> Result<Option<UnstructuredGrid>, CliError>;
+
+fn joint(
+    reader: &RunReader,
+    recipe: &Recipe,
+    iteration: u64,
+) -> Result<Option<UnstructuredGrid>, CliError> {
+    let (Some(of_recipe), Some(surface)) =
+        (recipe.surface(), reader.read_once(TableName::Surface)?)
+    else {
+        return Ok(None);
+    };
+    let patch = Patch {
+        grid: of_recipe.grid(),
+        kept: of_table::<typed::Surface>(&surface)?.kept,
+    };
+    let mut tables = vec![surface];
+    for table in [TableName::WearField, TableName::ContactField] {
+        tables.extend(maybe(reader, iteration, table)?);
+    }
+    Ok(Some(UnstructuredGrid::joint(&patch, &tables)))
+}
+
+fn contact_elements(
+    reader: &RunReader,
+    _recipe: &Recipe,
+    iteration: u64,
+) -> Result<Option<UnstructuredGrid>, CliError> {
+    let Some(elements) = maybe(reader, iteration, TableName::ContactElement)? else {
+        return Ok(None);
+    };
+    let response = maybe(reader, iteration, TableName::Response)?;
+    let response = response.map(|table| of_table(&table)).transpose()?;
+    let elements = of_table(&elements)?;
+    Ok(Some(UnstructuredGrid::contact_elements(
+        &elements,
+        response.as_ref(),
+    )))
+}
+
+/// A table of an iteration; none where that has none.
+fn maybe(reader: &RunReader, iteration: u64, table: TableName) -> Result<Option<Table>, CliError> {
+    match reader.read(iteration, table) {
+        Ok(table) => Ok(Some(table)),
+        Err(StoreError::NoTable { .. }) => Ok(None),
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn of_table<T: TypedTable>(table: &Table) -> Result<T, CliError> {
+    T::of(table).map_err(|error| CliError::Run(error.into()))
+}
+
+fn save(
+    folder: &Path,
+    name: &str,
+    write: impl FnOnce(&mut std::io::BufWriter<std::fs::File>) -> Result<(), VtuError>,
+) -> Result<(), CliError> {
+    super::export::save(folder, name, |to| write(to).map_err(std::io::Error::other))
+}
