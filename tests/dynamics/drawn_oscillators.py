@@ -769,13 +769,14 @@ def own_words(scene, result, record):
     frf, row = result.frf, result.row
     bar = row["error_peak_amplitude"] if row is not None else 0.0
     if row is not None:
-        record.update({key: row[key] for key in (
+        # Without a phase resonance there are no columns of it.
+        record.update({key: row.get(key) for key in (
             "peak_frequency", "peak_amplitude", "error_peak_amplitude", "resonance_frequency", "resonance_amplitude", "friction_energy",
             "input_energy", "viscous_energy", "error_energy", "highest_harmonic", "error_friction_energy",
         )})
         record["summary_error_peak_amplitude"] = row["summary"].get("error_peak_amplitude")
         record["friction_ratio"] = row["friction_energy"] / max(abs(row["input_energy"]), 1e-300)
-        record["resonance_above"] = row["resonance_amplitude"] / row["peak_amplitude"] - 1.0
+        record["resonance_above"] = (row.get("resonance_amplitude") or 0.0) / row["peak_amplitude"] - 1.0
     if frf is not None and len(frf["frequency"]):
         low, high = scene.range()
         record["rows"] = len(frf["frequency"])
