@@ -4,9 +4,7 @@
 
 use super::march::Slope;
 use super::{DynamicsError, Harmonics};
-
-/// Rows of a Jacobian that are summed together: they fit the fastest memory.
-const ROWS: usize = 8;
+use crate::linalg::add_product_of_rows;
 
 /// An element of the interface: what force it has at given displacements over a cycle.
 ///
@@ -334,20 +332,12 @@ impl Sampling {
         self.analyse_into(&work.force, force);
         jacobian.fill(0.0);
         let width = 3 * n;
-        // A few rows at a time, which stay at hand while all samples pass.
         for d in 0..3 {
-            for block in (0..n).step_by(ROWS) {
-                for j in 0..self.samples {
-                    let source = &work.derivative[(j * 3 + d) * width..][..width];
-                    for c in block..n.min(block + ROWS) {
-                        let weight = self.analysis[c * self.samples + j];
-                        let target = &mut jacobian[(d * n + c) * width..][..width];
-                        for (target, source) in target.iter_mut().zip(source) {
-                            *target += weight * source;
-                        }
-                    }
-                }
-            }
+            // The derivatives of one direction lie between those of the others.
+            let own = &work.derivative[d * width..];
+            let rows = &mut jacobian[d * n * width..][..n * width];
+            let size = [n, self.samples];
+            add_product_of_rows(rows, &self.analysis, own, size, 3 * width);
         }
         closure
     }

@@ -7,9 +7,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 const STEP: u64 = 5;
 /// Units of a cycle of an element beyond its coefficients.
 const CYCLE: u64 = 10;
-/// Units of the first branches of a survey, and of all that is looked for beside them: a million takes about a second.
-pub(super) const BRANCHES: u64 = 12_000_000;
+/// Units of the first branches of a survey, and of all that is looked for beside them: a million takes less than a second.
+pub(super) const BRANCHES: u64 = 6_000_000;
 pub(super) const BESIDE_BRANCHES: u64 = 1_000_000;
+/// Units of all points of a forced response at given frequencies, of a small model.
+pub(super) const POINTS: u64 = 4_000_000;
 
 /// A count of what is evaluated, with a bound. Clones count together.
 #[derive(Debug, Clone)]

@@ -5,8 +5,9 @@ use std::f64::consts::TAU;
 use super::candidates::gives_energy;
 use super::contact_element::ContactElement;
 use super::cycle::half_range;
+use super::effort::POINTS;
 use super::periodic::{Periodic, Settled};
-use super::survey::{first_harmonic, is_near, start_of};
+use super::survey::{EFFORT, first_harmonic, is_near, start_of};
 use super::time_integration::Motion;
 use super::vibration::Vibration;
 use super::{ContinuationSettings, DynamicsError, Energy, HarmonicBalance, Harmonics, Response};
@@ -19,6 +20,9 @@ const DEAR_TOLERANCE: f64 = 1e-5;
 const DEAR_STEP: f64 = 1.0 / 12.0;
 /// Points at most whose stability is found.
 const MULTIPLIERS: usize = 60;
+/// Integration steps for all points at which the balance of a small model has no response: some seconds. Each may take its share of what
+/// is left.
+const IN_TIME: usize = 500_000;
 /// Instants at which the range of a displacement over a cycle is looked for.
 const INSTANTS: usize = 512;
 
@@ -176,18 +180,30 @@ impl Vibration {
         let mut failure = None;
         let mut found = Points::default();
         let mut motion: Option<Motion> = None;
-        for (response, &omega) in balance.sweep(omegas).into_iter().zip(omegas) {
+        if balance.is_small() {
+            balance.effort.allow(POINTS);
+        }
+        let responses = balance.sweep(omegas);
+        let mut failed = responses.iter().filter(|r| r.is_err()).count();
+        let mut left = IN_TIME;
+        for (response, &omega) in responses.into_iter().zip(omegas) {
             match response {
                 Ok(response) => {
                     motion = balance.motion(&response);
                     found.add(self.point(balance, &response, None)?, Some(response));
                 }
                 Err(error) => {
+                    let share = EFFORT.min(left / failed);
+                    failed -= 1;
                     if let Some(response) = self.by_easing(balance, omega) {
                         found.add(self.point(balance, &response, None)?, Some(response));
                         continue;
                     }
-                    found.append(self.point_in_time(balance, omega, motion.as_ref(), &error)?);
+                    let start = motion.as_ref();
+                    let (point, steps) =
+                        self.point_in_time(balance, omega, start, &error, share)?;
+                    left = left.saturating_sub(steps);
+                    found.append(point);
                     failure.get_or_insert(error);
                 }
             }
@@ -249,7 +265,8 @@ impl Vibration {
         {
             // What the two parts leave out.
             let omega = 0.5 * (end.omega + start.omega);
-            found.append(self.point_in_time(balance, omega, None, error)?);
+            let (point, _) = self.point_in_time(balance, omega, None, error, EFFORT)?;
+            found.append(point);
         }
         Ok((found, failure))
     }
@@ -309,14 +326,15 @@ impl Vibration {
         })
     }
 
-    /// The point at `omega` where the balance ends in `error`.
+    /// The point at `omega` where the balance ends in `error`, by about as many integration steps as `effort` says, and how many.
     fn point_in_time(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         omega: f64,
         start: Option<&Motion>,
         error: &DynamicsError,
-    ) -> Result<(ForcedPoint, Option<Response>), DynamicsError> {
+        effort: usize,
+    ) -> Result<((ForcedPoint, Option<Response>), usize), DynamicsError> {
         let left = match error {
             // As large as the displacements: nothing is known.
             DynamicsError::NotConverged { correction, .. } => correction.min(1.0),
@@ -330,7 +348,11 @@ impl Vibration {
             is_fold: false,
             response: None,
         };
-        match self.settle(balance, omega, start) {
+        let (settled, steps) = match self.settle(balance, omega, start, effort) {
+            Some((settled, steps)) => (Some(settled), steps),
+            None => (None, 0),
+        };
+        match settled {
             Some(Ok(Settled::Periodic(periodic))) => {
                 if let Ok(response) = balance.solve(omega, Some(&start_of(&periodic))) {
                     let amplitude =
@@ -341,7 +363,8 @@ impl Vibration {
                     );
                     // Else the balance has led to another response.
                     if is_near(ours, theirs) {
-                        return Ok((self.point(balance, &response, None)?, Some(response)));
+                        let point = self.point(balance, &response, None)?;
+                        return Ok(((point, Some(response)), steps));
                     }
                 }
                 point.found_by = FoundBy::Time;
@@ -352,7 +375,7 @@ impl Vibration {
             Some(Ok(Settled::Unsettled(_))) => point.found_by = FoundBy::NotSettled,
             Some(Err(_)) | None => {}
         }
-        Ok((point, None))
+        Ok(((point, None), steps))
     }
 
     pub(super) fn of_motion(

@@ -20,11 +20,16 @@ const BETTER: f64 = 0.8;
 /// Change of the force over a cycle, relative to its largest value, at which the cycle is steady: rounding over its samples.
 const STEADY: f64 = 1e-12;
 
+/// Step to the steady force, relative to the largest, after which it may be without slip: it is where the march comes to rest.
+const THERE: f64 = 1e-9;
+
 /// Difference of two forces, relative to the largest, up to which they are one: rounding of a step.
 const SAME: f64 = 1e-14;
 
 /// Determinant of 1 − A below which a cycle forgets nothing; that of a force which decays over 1e5 cycles is larger.
 const FORGETS: f64 = 1e-6;
+/// The same for a step to the steady force, which is tried: a little above rounding.
+const HARDLY: f64 = 1e-11;
 
 /// The memory of a slider that sticks.
 const UNCHANGED: [[f64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]];
@@ -164,14 +169,18 @@ impl March<'_> {
             let guess = map.and_then(|map| {
                 let jump = map.map(|row| row[0] * change[0] + row[1] * change[1]);
                 // Where slip is about to end, the whole way leads to where there is none: any force is steady there, but it is not
-                // the one that the march leads to.
+                // the one that the march leads to, unless they are the same to rounding.
+                let is_there = slider::magnitude(jump) <= THERE * lap.largest;
                 [1.0, 0.5, 0.25].into_iter().find_map(|share| {
                     let guess = [before[0] + share * jump[0], before[1] + share * jump[1]];
-                    let there = self.lap(guess, last, force);
-                    cycle += 1;
-                    let left = [there.end[0] - guess[0], there.end[1] - guess[1]];
+                    // A cycle brings the force back to the curve along which it drifts: only then is its change that of the drift.
+                    let back = self.lap(guess, last, force);
+                    let there = self.lap(back.end, last, force);
+                    cycle += 2;
+                    let left = [there.end[0] - back.end[0], there.end[1] - back.end[1]];
                     let better = slider::magnitude(left) <= BETTER * slider::magnitude(change);
-                    (!there.stuck && better).then_some((guess, there))
+                    let slips = !there.stuck || is_there;
+                    (slips && better).then_some((back.end, there))
                 })
             });
             match guess {
@@ -182,7 +191,7 @@ impl March<'_> {
                             start: guess,
                             plain,
                             is_plain: false,
-                            stuck: false,
+                            stuck: there.stuck,
                             closure,
                         };
                     }
@@ -207,7 +216,7 @@ impl March<'_> {
         scratch.offset.resize(2 * width, 0.0);
         if !steady.stuck {
             self.lap_with_slopes(steady.start, last, scratch);
-            if let Some(map) = unforgotten(memory(&scratch.slopes)) {
+            if let Some(map) = unforgotten(memory(&scratch.slopes), FORGETS) {
                 // From no offset; then what the offset at the start, which is the one at the end, adds to it.
                 self.propagate(scratch, true, derivative, true);
                 let (first, second) = scratch.offset.split_at_mut(width);
@@ -290,7 +299,7 @@ impl March<'_> {
         let lap = self.lap_with(start, from, force, |slope: Slope<MEMORY>| {
             memory = slope.after(memory);
         });
-        (lap, unforgotten(memory))
+        (lap, unforgotten(memory, HARDLY))
     }
 
     fn lap_with_slopes(&self, start: [f64; 2], from: [f64; 3], scratch: &mut Scratch) -> Lap {
@@ -454,11 +463,11 @@ fn memory(slopes: &[Slope]) -> [[f64; 2]; 2] {
         .fold(UNCHANGED, |before, slope| slope.after(before))
 }
 
-/// (1 − A)⁻¹ of the [`memory`] A of a cycle; none if it forgets nothing.
-fn unforgotten(a: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
+/// (1 − A)⁻¹ of the [`memory`] A of a cycle; none if its determinant is not above `least`, so that it forgets nothing.
+fn unforgotten(a: [[f64; 2]; 2], least: f64) -> Option<[[f64; 2]; 2]> {
     let m = [[1.0 - a[0][0], -a[0][1]], [-a[1][0], 1.0 - a[1][1]]];
     let determinant = m[0][0] * m[1][1] - m[0][1] * m[1][0];
-    (determinant.abs() > FORGETS).then(|| {
+    (determinant.abs() > least).then(|| {
         [
             [m[1][1] / determinant, -m[0][1] / determinant],
             [-m[1][0] / determinant, m[0][0] / determinant],

@@ -15,14 +15,26 @@ use super::{ContinuationSettings, DynamicsError, HarmonicBalance, Response, Star
 const PROBES: usize = 8;
 /// Integration steps for a motion in time where no branch is, and beside one: under a second, and a third of it. All multipliers of a forced response
 /// have the first.
-const EFFORT: usize = 120_000;
+pub(super) const EFFORT: usize = 120_000;
 pub(super) const BESIDE: usize = 30_000;
 /// First and least step of frequency to the peak of motions in time, relative, and integration steps for it.
 const CLIMB: f64 = 0.02;
 const LEAST_CLIMB: f64 = 1e-5;
 const CLIMBING: usize = 240_000;
+/// First and least step from a response of the balance to the peak of the motions in time near it, relative.
+const NEARBY: f64 = 1e-3;
+const LEAST_NEARBY: f64 = 1e-6;
+/// Where else the peak may be in time that the balance has with few harmonics, relative to its frequency and to those of the structure.
+const ASIDE: [f64; 8] = [0.02, -0.02, 0.05, -0.05, 0.1, -0.1, 0.2, -0.2];
+/// An amplitude below this share of the largest displacement is what Newton's method and rounding leave: nothing moves there.
+const STILL: f64 = 1e-9;
 /// Frequencies in each gap.
 const IN_GAPS: usize = 5;
+/// Half-power bandwidths between frequencies of a gap at which motions in time are looked for, so that no peak lies between; most
+/// frequencies, and integration steps for all gaps.
+const APART: f64 = 2.0;
+const MOST_IN_GAP: usize = 60;
+const IN_TIME: usize = 200_000;
 /// Amplitudes that differ by more than this share are those of different responses.
 const OTHER: f64 = 0.02;
 /// Two responses whose frequency and amplitude differ by less are one.
@@ -32,6 +44,8 @@ pub(super) const SAME: f64 = 1e-6;
 const SAME_RESPONSE: f64 = 0.1;
 /// Size that a motion is first thought to have \[m\].
 const USUAL: f64 = 1e-6;
+/// Relative difference of frequencies that is rounding.
+const ROUNDING: f64 = 1e-12;
 /// Most points of a branch.
 const MOST_POINTS: usize = 1500;
 
@@ -42,6 +56,8 @@ pub struct Survey {
     pub branches: Vec<Vec<Response>>,
     /// Frequencies that no branch covers, from and to \[Hz\].
     pub gaps: Vec<[f64; 2]>,
+    /// Those of them of which motions in time do not tell either how large responses are.
+    pub unseen: Vec<[f64; 2]>,
     /// Why the first branch could not be followed.
     pub stopped: Option<DynamicsError>,
     /// Motions in time that no branch has.
@@ -94,12 +110,22 @@ impl Vibration {
         let mut survey = Survey {
             branches,
             gaps: Vec::new(),
+            unseen: Vec::new(),
             stopped,
             motions: Vec::new(),
             missed: Vec::new(),
             is_cut: balance.effort.is_spent(),
         };
+        // One that returns over an end of the range ends there.
+        for branch in &mut survey.branches {
+            branch.retain(|response| self.is_inside(response));
+        }
         survey.branches.retain(|branch| !branch.is_empty());
+        if survey.is_still(balance, self.response_port) {
+            balance.effort.unbound();
+            survey.gaps = survey.left_out(self.range);
+            return Ok(survey);
+        }
         // Without a branch all hangs on what is found here.
         balance.effort.allow(match survey.branches.is_empty() {
             true => BRANCHES,
@@ -112,7 +138,9 @@ impl Vibration {
             }
             match self.probe(balance, &survey, omega) {
                 Probed::Response(response, motion) => {
-                    survey.branches.push(balance.through(&response, settings)?);
+                    survey
+                        .branches
+                        .push(self.branch_through(balance, &response)?);
                     survey.motions.extend(motion);
                 }
                 Probed::Motion(periodic) => survey.motions.push(periodic),
@@ -130,20 +158,40 @@ impl Vibration {
             let rows = &response.displacement;
             let above = first_harmonic(balance, rows, self.response_port);
             if above > survey.largest(balance, self.response_port) {
-                survey.branches.push(balance.through(&response, settings)?);
+                survey
+                    .branches
+                    .push(self.branch_through(balance, &response)?);
             }
         }
         survey.is_cut |= balance.effort.is_spent();
         balance.effort.unbound();
+        survey.gaps = survey.left_out(self.range);
+        self.look_into_gaps(balance, &mut survey);
         if let Some(top) = self.top_in_time(balance, &survey) {
             survey.motions.push(top);
         }
-        survey.gaps = survey.left_out(self.range);
         survey.missed.retain(|(omega, _)| {
             let mut gaps = survey.gaps.iter();
             gaps.any(|[low, high]| (*low..*high).contains(&(omega / TAU)))
         });
         Ok(survey)
+    }
+
+    /// Whether a response lies in the range, but for rounding.
+    fn is_inside(&self, response: &Response) -> bool {
+        let (from, to) = self.range;
+        (from * (1.0 - ROUNDING)..=to * (1.0 + ROUNDING)).contains(&response.omega)
+    }
+
+    /// The branch through a response, as far as it lies in the range.
+    pub(super) fn branch_through(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        response: &Response,
+    ) -> Result<Vec<Response>, DynamicsError> {
+        let mut branch = balance.through(response, self.along())?;
+        branch.retain(|response| self.is_inside(response));
+        Ok(branch)
     }
 
     /// How branches are followed over the range.
@@ -236,19 +284,47 @@ impl Vibration {
             return None;
         }
         let time = self.in_time(balance)?;
-        let mut top = start.clone();
-        let (mut step, mut direction) = (CLIMB, 1.0);
-        while step > LEAST_CLIMB && time.steps() < CLIMBING {
+        let next = |omega: f64, top: &Periodic| {
+            let effort = BESIDE.min(CLIMBING.saturating_sub(time.steps()));
+            let settled = time.settle(omega, &top.motion, size(top), balance.harmonics(), effort);
+            match settled {
+                Ok(Settled::Periodic(next)) => Some(next),
+                _ => None,
+            }
+        };
+        let steps = [CLIMB, LEAST_CLIMB];
+        let (top, _) = self.climbed(balance, &time, start.clone(), steps, next);
+        balance.effort.add_steps(time.steps());
+        Some(top)
+    }
+
+    /// From `top` up to where the amplitude is largest, along the motions that `next` finds at a frequency from one beside it, by steps
+    /// of frequency from the first of `steps` down to the last; and whether it got there.
+    fn climbed(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        time: &TimeModel<'_>,
+        mut top: Periodic,
+        steps: [f64; 2],
+        next: impl Fn(f64, &Periodic) -> Option<Periodic>,
+    ) -> (Periodic, bool) {
+        let size = |periodic: &Periodic| {
+            first_harmonic(balance, &periodic.displacement, self.response_port)
+        };
+        let begun = time.steps();
+        let [mut step, least] = steps;
+        let mut direction = 1.0;
+        while step > least {
+            if time.steps() - begun >= CLIMBING {
+                return (top, false);
+            }
             let mut rose = false;
             for way in [direction, -direction] {
                 let omega = top.omega * (1.0 + way * step);
                 if !(self.range.0..=self.range.1).contains(&omega) {
                     continue;
                 }
-                let effort = BESIDE.min(CLIMBING.saturating_sub(time.steps()));
-                let settled =
-                    time.settle(omega, &top.motion, size(&top), balance.harmonics(), effort);
-                if let Ok(Settled::Periodic(next)) = settled
+                if let Some(next) = next(omega, &top)
                     && size(&next) > size(&top)
                 {
                     (top, direction, rose) = (next, way, true);
@@ -257,22 +333,171 @@ impl Vibration {
             }
             step *= if rose { 1.5 } else { 0.4 };
         }
-        balance.effort.add_steps(time.steps());
-        Some(top)
+        (top, true)
     }
 
-    /// What the motion in time at `omega` settles to, from `start` if there is one, else from rest; none of a structure that cannot be
-    /// integrated.
+    /// The amplitude of the peak of the motions in time near a response \[m\], stable or not; none where they do not lead to one. Unless
+    /// it `is_sure` that this is the peak in time too, the largest is climbed from of what is found aside.
+    pub(super) fn peak_in_time(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        response: &Response,
+        is_sure: bool,
+    ) -> Option<f64> {
+        let time = self.in_time(balance)?;
+        let harmonics = balance.harmonics();
+        let amplitude = first_harmonic(balance, &response.displacement, self.response_port);
+        let size = |periodic: &Periodic| {
+            first_harmonic(balance, &periodic.displacement, self.response_port)
+        };
+        let first = match self.near_in_time(balance, &time, response) {
+            Some(near) if is_sure => near,
+            near => {
+                let beside = self.beside_in_time(balance, &time, response);
+                let all = near.into_iter().chain(beside);
+                all.max_by(|a, b| size(a).total_cmp(&size(b)))?
+            }
+        };
+        let next = |omega: f64, top: &Periodic| {
+            let near = time.near(omega, &top.motion, amplitude, harmonics, BESIDE);
+            near.ok().flatten()
+        };
+        let steps = [NEARBY, LEAST_NEARBY];
+        let (top, is_there) = self.climbed(balance, &time, first, steps, next);
+        is_there.then_some(size(&top))
+    }
+
+    /// The motions to which the structure settles beside a response and near its natural frequencies, with the contact closed and open.
+    fn beside_in_time(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        time: &TimeModel<'_>,
+        response: &Response,
+    ) -> Vec<Periodic> {
+        let amplitude = first_harmonic(balance, &response.displacement, self.response_port);
+        let model = &self.model;
+        let open =
+            (0..model.mass.rows()).map(|k| (model.stiffness.at(k, k) / model.mass.at(k, k)).sqrt());
+        let closed = balance.model.core.natural_frequencies().iter().copied();
+        let rest = time.rest();
+        let motion = balance.motion(response);
+        let there = motion.as_ref().unwrap_or(&rest);
+        // Where it is itself none of the motions, a branch that it belongs to may go on beside it.
+        let beside = ASIDE
+            .iter()
+            .map(|aside| (response.omega * (1.0 + aside), there));
+        let own = open.chain(closed).map(|omega| (omega, &rest));
+        let inside = |omega: f64| (self.range.0..=self.range.1).contains(&omega);
+        let places = beside.chain(own).filter(|(omega, _)| inside(*omega));
+        let found = places.filter_map(|(omega, start)| {
+            match time.settle(omega, start, amplitude, balance.harmonics(), BESIDE) {
+                Ok(Settled::Periodic(periodic)) => Some(periodic),
+                _ => None,
+            }
+        });
+        found.collect()
+    }
+
+    /// The dissipation of the motion in time near a response, and the work that its loads do \[J\]; none where there is no such motion.
+    pub(super) fn energy_in_time(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        response: &Response,
+    ) -> Option<[f64; 2]> {
+        let time = self.in_time(balance)?;
+        let near = self.near_in_time(balance, &time, response)?;
+        Some([near.energy.friction, near.energy.input])
+    }
+
+    /// The motion in time near a response: the periodic one that Newton's method leads to, or that to which it settles.
+    fn near_in_time(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        time: &TimeModel<'_>,
+        response: &Response,
+    ) -> Option<Periodic> {
+        let amplitude = first_harmonic(balance, &response.displacement, self.response_port);
+        if let Some(near) = near(time, balance, response, amplitude, 2 * BESIDE) {
+            return Some(near);
+        }
+        let (motion, harmonics) = (balance.motion(response)?, balance.harmonics());
+        match time.settle(response.omega, &motion, amplitude, harmonics, 2 * BESIDE) {
+            Ok(Settled::Periodic(periodic)) => Some(periodic),
+            _ => None,
+        }
+    }
+
+    /// Motions in time over the gaps of a survey, each from that at the frequency below, so near each other that no peak lies between;
+    /// where that costs too much, or one does not settle, the gap stays unseen.
+    fn look_into_gaps(&self, balance: &HarmonicBalance<ContactElement>, survey: &mut Survey) {
+        let time = self.in_time(balance);
+        let guess = survey.largest(balance, self.response_port);
+        for [low, high] in survey.gaps.clone() {
+            let seen = time.as_ref().and_then(|time| {
+                let bandwidth = self.bandwidth(TAU * (low * high).sqrt());
+                let points = ((high / low).ln() / (APART * bandwidth)).ceil();
+                // A resonance as high as the peak would set the ends of the branches beside it further apart: by its height times the
+                // bandwidth over the gap, at least.
+                let flanks = survey.flanks(balance, self.response_port, [low, high]);
+                let (share, height) = ((bandwidth / (high / low).ln()).min(1.0), guess);
+                if flanks.is_some_and(|[apart, larger]| {
+                    larger <= 0.5 * height && apart < 0.5 * share * height
+                }) {
+                    return Some(Vec::new());
+                }
+                let points = (points <= MOST_IN_GAP as f64).then_some(points as usize)?;
+                let points = points.max(IN_GAPS);
+                let mut start = time.rest();
+                let mut found = Vec::new();
+                for k in 0..points {
+                    let left = IN_TIME.saturating_sub(time.steps());
+                    let omega = TAU * low * (high / low).powf((k as f64 + 0.5) / points as f64);
+                    let effort = left.min(BESIDE);
+                    match time.settle(omega, &start, guess, balance.harmonics(), effort) {
+                        Ok(Settled::Periodic(periodic)) => {
+                            start = periodic.motion.clone();
+                            found.push(periodic);
+                        }
+                        Ok(Settled::Turns(_)) => {}
+                        _ => return None,
+                    }
+                }
+                Some(found)
+            });
+            match seen {
+                Some(found) => survey.motions.extend(found.into_iter().filter(|periodic| {
+                    first_harmonic(balance, &periodic.displacement, self.response_port) > guess
+                })),
+                None => survey.unseen.push([low, high]),
+            }
+        }
+        if let Some(time) = time {
+            balance.effort.add_steps(time.steps());
+        }
+    }
+
+    /// The least half-power bandwidth of a coordinate near an angular frequency, relative to it.
+    fn bandwidth(&self, omega: f64) -> f64 {
+        let of = |k: usize| self.model.damping.at(k, k) / (omega * self.model.mass.at(k, k));
+        (0..self.model.mass.rows())
+            .map(of)
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// What the motion in time at `omega` settles to, from `start` if there is one, else from rest, in about as many integration steps as
+    /// `effort` says, and how many it took; none of a structure that cannot be integrated.
     pub(super) fn settle(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         omega: f64,
         start: Option<&Motion>,
-    ) -> Option<Result<Settled, DynamicsError>> {
+        effort: usize,
+    ) -> Option<(Result<Settled, DynamicsError>, usize)> {
         let time = self.in_time(balance)?;
         let rest = time.rest();
         let start = start.unwrap_or(&rest);
-        Some(time.settle(omega, start, USUAL, balance.harmonics(), EFFORT))
+        let settled = time.settle(omega, start, USUAL, balance.harmonics(), effort);
+        Some((settled, time.steps()))
     }
 
     /// Largest moduli of the multipliers of the motions in time near some responses, of the amplitudes that stand beside them: of every
@@ -326,6 +551,32 @@ impl Survey {
             gaps.push([reached / TAU, to / TAU]);
         }
         gaps
+    }
+
+    /// How far apart the first harmonics at a port are at both ends of a gap \[Hz\], and the larger of them \[m\]; none where no branch
+    /// ends there.
+    fn flanks(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        port: usize,
+        gap: [f64; 2],
+    ) -> Option<[f64; 2]> {
+        let harmonics = balance.harmonics();
+        let slot = harmonics.slot_of(1)?;
+        let [low, high] = gap.map(|frequency| {
+            let at = |response: &&Response| (response.frequency() / frequency - 1.0).abs() <= SAME;
+            let found = self.branches.iter().flatten().find(at)?;
+            let row = &found.displacement[port * harmonics.coefficients()..];
+            Some([row[slot], row[slot + 1]])
+        });
+        let ([a, b], [c, d]) = (low?, high?);
+        Some([(a - c).hypot(b - d), a.hypot(b).max(c.hypot(d))])
+    }
+
+    /// Whether the branches do not move at a port, but for rounding.
+    fn is_still(&self, balance: &HarmonicBalance<ContactElement>, port: usize) -> bool {
+        let all = || self.branches.iter().flatten();
+        all().next().is_some() && all().all(|response| balance.is_still(response, port))
     }
 
     /// The largest amplitude at a port \[m\].
@@ -424,6 +675,13 @@ pub fn start_of(periodic: &Periodic) -> Start {
 }
 
 impl HarmonicBalance<ContactElement> {
+    /// Whether a response does not move at a port, but for rounding.
+    pub(super) fn is_still(&self, response: &Response, port: usize) -> bool {
+        let rows = &response.displacement;
+        let largest = rows.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+        first_harmonic(self, rows, port) <= STILL * largest
+    }
+
     /// Where a response is at the phase 0, of a structure whose coordinates are its ports; none of another.
     pub fn motion(&self, response: &Response) -> Option<Motion> {
         let harmonics = self.harmonics();

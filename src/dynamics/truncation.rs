@@ -28,6 +28,10 @@ const MOST_EXPECTED: f64 = 4.0;
 const FAINT: f64 = 1e-6;
 /// Error of a peak that is that of a motion in time: what climbing to it leaves.
 const OF_TIME: f64 = 1e-3;
+/// Error from which, where it can be, a response is held against the motion in time near it.
+const LARGE: f64 = 0.02;
+/// Share of a peak of which more harmonics know nothing from which the motions in time near it say that it is one.
+const CONFIRMED: f64 = 0.9;
 /// Highest order of the harmonics with which a response of many is looked for first.
 const FEW: u32 = 3;
 
@@ -36,7 +40,7 @@ const FEW: u32 = 3;
 pub struct Truncation {
     /// Of the frequency of the phase resonance.
     pub frequency: f64,
-    /// Of the amplitude there, and of the peak beside it.
+    /// Of the amplitude there, and of the peak beside it; of the peak alone where it was held against motions in time.
     pub amplitude: f64,
     /// Of the energy that friction dissipates in a cycle.
     pub friction_energy: f64,
@@ -60,9 +64,8 @@ impl Truncation {
         let chosen = resonance.candidates.iter().filter(|candidate| {
             [resonance.in_force().omega, resonance.peak.omega].contains(&candidate.response.omega)
         });
-        // A peak where no branch could be followed is not known, nor whether one in time is the largest where the search was ended.
-        let is_found = resonance.gaps.is_empty() && !(resonance.is_cut && resonance.is_in_time());
-        if !is_found {
+        // A peak where neither a branch nor motions in time could be followed is not known.
+        if !resonance.unseen.is_empty() {
             self.amplitude = self.amplitude.max(UNKNOWN);
         }
         let above = resonance.largest_in_time / resonance.peak_amplitude - 1.0;
@@ -212,6 +215,9 @@ impl Vibration {
                 }
             }
         }
+        if resolved.balance.is_small() {
+            resolved.hold_against_time();
+        }
         let tolerance = resolved.balance.settings.tolerance;
         resolved.truncation.widen(&resolved.resonance, tolerance);
         Ok(resolved)
@@ -273,6 +279,36 @@ impl Resolved<'_> {
         }
     }
 
+    /// Where more harmonics say that an error is large, or nothing of it, the difference from the motions in time takes its place: of the
+    /// peak from their peak, of the dissipation from theirs at its frequency.
+    fn hold_against_time(&mut self) {
+        let (vibration, balance) = (self.vibration, &self.balance);
+        let resonance = &self.resonance;
+        if resonance.is_in_time() || resonance.is_still {
+            return;
+        }
+        let is_sure = self.truncation.amplitude < UNKNOWN;
+        if self.truncation.amplitude > LARGE
+            && let Some(size) = vibration.peak_in_time(balance, &resonance.peak, is_sure)
+        {
+            let ratio = size / resonance.peak_amplitude;
+            // Where nothing is known, a larger motion says that the peak is elsewhere, and a smaller one that it may be.
+            let is_one = is_sure || (CONFIRMED..=1.0 + LARGE).contains(&ratio);
+            self.truncation.amplitude = match is_one {
+                true => (ratio.recip() - 1.0).abs() + OF_TIME,
+                false => self.truncation.amplitude,
+            };
+        }
+        let in_force = resonance.in_force();
+        if self.truncation.friction_energy > LARGE
+            && let Some([friction, input]) = vibration.energy_in_time(balance, in_force)
+        {
+            let size = friction.abs().max(FAINT * input.abs());
+            let change = (in_force.energy.friction - friction).abs() / size;
+            self.truncation.friction_energy = change.min(UNKNOWN) + OF_TIME;
+        }
+    }
+
     /// Estimates the errors by solving the resonance again, from itself, with the harmonics [`Harmonics::beyond`] and twice the samples;
     /// those harmonics and that resonance. None where the response is linear, as harmonics other than those of the loads stay 0, or
     /// where none is found from there; the errors are then those known before.
@@ -282,7 +318,8 @@ impl Resolved<'_> {
     /// changes of all elements.
     fn estimate(&mut self) -> Option<(Harmonics, Resonance)> {
         let coarse = self.resonance.in_force();
-        if coarse.active_elements() == 0 && self.resonance.peak.active_elements() == 0 {
+        let is_linear = coarse.active_elements() == 0 && self.resonance.peak.active_elements() == 0;
+        if is_linear {
             self.truncation = Truncation::default();
             return None;
         }
@@ -372,12 +409,18 @@ impl Resolved<'_> {
             _ if moved == 0.0 => 0.0,
             _ => UNKNOWN,
         };
+        // Of an amplitude that is rounding there is no error but that of what moves elsewhere.
+        let is_still = self.resonance.is_still;
         let peak = match is_small {
+            _ if is_still => 0.0,
             _ if is_in_time => OF_TIME,
             true => change(self.resonance.peak_amplitude, fine.peak_amplitude),
             false => 0.0,
         };
-        let amplitude = change(self.resonance.amplitude, fine.amplitude);
+        let amplitude = match is_still {
+            true => 0.0,
+            false => change(self.resonance.amplitude, fine.amplitude),
+        };
         self.truncation = Truncation {
             frequency: TAIL
                 * (change(coarse.omega, fine.in_force().omega) + left / FREQUENCY_WEIGHT),

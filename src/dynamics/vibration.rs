@@ -58,6 +58,10 @@ pub struct Resonance {
     pub candidates: Vec<Candidate>,
     /// Frequencies that no branch covers, from and to \[Hz\]; none where branches were not followed.
     pub gaps: Vec<[f64; 2]>,
+    /// Those of them of which motions in time do not tell either how large responses are.
+    pub unseen: Vec<[f64; 2]>,
+    /// Whether nothing moves at the response port, but for rounding.
+    pub is_still: bool,
     /// The largest amplitude of a motion in time that no branch has \[m\]; 0 without one.
     pub largest_in_time: f64,
     /// Whether branches were given up as they had cost enough.
@@ -260,11 +264,13 @@ impl Vibration {
             peak_amplitude: balance.amplitude(&peak, self.response_port)?.0,
             iterations,
             phase,
-            peak,
             candidates: Vec::new(),
             gaps: Vec::new(),
+            unseen: Vec::new(),
+            is_still: balance.is_still(&peak, self.response_port),
             largest_in_time: 0.0,
             is_cut: false,
+            peak,
         })
     }
 
@@ -287,9 +293,13 @@ impl Vibration {
             });
             match balance.phase_resonance(self.range, start) {
                 Ok(phase) => {
-                    let through = balance.through(&phase, self.along())?;
+                    let through = self.branch_through(balance, &phase)?;
                     survey.branches.push(through);
                     survey.gaps = survey.left_out(self.range);
+                    let gaps = &survey.gaps;
+                    let is_left =
+                        |[low, high]: &[f64; 2]| gaps.iter().any(|[a, b]| a < high && low < b);
+                    survey.unseen.retain(is_left);
                     candidates = self.candidates(balance, &survey)?;
                 }
                 Err(error) => missing = Some(error),
@@ -315,6 +325,7 @@ impl Vibration {
             candidates,
             largest_in_time: survey.largest_in_time(balance, self.response_port),
             is_cut: survey.is_cut,
+            unseen: survey.unseen,
             gaps: survey.gaps,
             ..self.resonance_of(balance, phase, peak, iterations)?
         })

@@ -7,7 +7,9 @@ mod rows;
 mod sparse;
 
 pub use dense::Matrix;
-pub use rows::{Factors, RowMatrix, Scalar, add_scaled, eigenvalues, generalised_eigen};
+pub use rows::{
+    Factors, RowMatrix, Scalar, add_product_of_rows, add_scaled, eigenvalues, generalised_eigen,
+};
 pub use sparse::{SparseCholesky, SparseIndefinite, SparseSymmetric, minimum_degree};
 
 /// A factorization or decomposition that does not exist, or did not succeed.

@@ -50,6 +50,22 @@ impl Scalar for Complex64 {
     }
 }
 
+/// Adds to the rows of `out`, as long as those of a product are, the product of `a`, `rows × inner`, with `inner` rows that begin `stride`
+/// apart in `b`.
+pub fn add_product_of_rows(
+    out: &mut [f64],
+    a: &[f64],
+    b: &[f64],
+    [rows, inner]: [usize; 2],
+    stride: usize,
+) {
+    let columns = out.len() / rows;
+    let a = MatRef::from_row_major_slice(a, rows, inner);
+    let b = MatRef::from_row_major_slice_with_stride(b, inner, columns, stride);
+    let target = MatMut::from_row_major_slice_mut(out, rows, columns);
+    matmul(target, Accum::Add, a, b, 1.0, Par::Seq);
+}
+
 /// A dense matrix, row by row: entry (i, j) is at `i * columns + j`. For what is read or gathered by rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RowMatrix<T = f64> {

@@ -339,6 +339,16 @@ fn candidate_table(
 /// Says so where the strongest resonance is no clear one: others are as strong, it is unstable, it lies at an end of the range, or parts
 /// of the range have no branch.
 fn tell_candidates(outputs: &mut Outputs, vibration: &Vibration, resonance: &Resonance) {
+    if resonance.is_still {
+        let rows = &resonance.peak.displacement;
+        let largest = rows.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+        outputs.notice(format!(
+            "dynamics.response: the structure does not respond there: its amplitude of {:.1e} m is rounding, beside {largest:.1e} m \
+             elsewhere; name a direction along which something moves it",
+            resonance.peak_amplitude
+        ));
+        return;
+    }
     if resonance.phase.is_none() {
         let range = [vibration.range.0, vibration.range.1];
         outputs.notice(no_phase_resonance_between(range.map(|omega| omega / TAU)));
@@ -349,9 +359,14 @@ fn tell_candidates(outputs: &mut Outputs, vibration: &Vibration, resonance: &Res
     if resonance.is_cut {
         outputs.notice("the search for further branches was ended, as it had cost as much as it may; some may be missing");
     }
-    for [low, high] in &resonance.gaps {
+    for gap in &resonance.gaps {
+        let [low, high] = gap;
+        let known = match resonance.unseen.iter().any(|[a, b]| a < high && low < b) {
+            true => "a peak there is not known",
+            false => "motions in time there are not above the peak",
+        };
         outputs.notice(format!(
-            "no branch of responses could be followed from {low:.6} to {high:.6} Hz; a peak there is not known"
+            "no branch of responses could be followed from {low:.6} to {high:.6} Hz; {known}"
         ));
     }
     let peaks = resonance.candidates.iter();

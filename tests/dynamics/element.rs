@@ -249,3 +249,53 @@ fn parameters_out_of_range_are_named() {
         );
     }
 }
+
+/// A force across a motion whose reach is that of friction to a few parts in a million drifts by less with every cycle: a slider
+/// comes to rest where both ends of the motion are at its limit, or slips a little for ever.
+#[test]
+fn a_motion_as_wide_as_friction_has_its_steady_cycle() {
+    // Of a closed form of the samples; cycles that an iteration with a safe margin takes.
+    const EXACT: f64 = 1e-9;
+    const FEW: usize = 80;
+    let samples = 512;
+    let loaded = element(FrictionLaw::Cone);
+    let slider = &loaded.sliders[0];
+    let limit = loaded.friction_coefficient * slider.normal_load;
+    let reach = limit / slider.tangential_stiffness;
+    let cycle = |beyond: f64, across: f64| {
+        let motion: Vec<[f64; 3]> = (0..samples)
+            .map(|j| {
+                let (sin, cos) = (std::f64::consts::TAU * j as f64 / samples as f64).sin_cos();
+                let along = reach * (1.0 + beyond) * cos;
+                [along, reach * (2.0 + across * sin), 0.0]
+            })
+            .collect();
+        loaded.cycle(&motion)
+    };
+    let within = -3e-6_f64;
+    let rest = cycle(within, 0.05);
+    assert!(rest.closure.change <= 1e-12, "{:?}", rest.closure);
+    assert!(rest.closure.cycles <= FEW, "{:?}", rest.closure);
+    // On both circles of the ends: x is ± the reach of the motion, and y what that leaves of the limit.
+    let left = limit * (1.0 - (1.0 + within).powi(2)).sqrt();
+    for (j, sign) in [(0, 1.0), (samples / 2, -1.0)] {
+        let [x, y, _] = rest.force[j];
+        let along = sign * limit * (1.0 + within);
+        assert!((x - along).abs() <= EXACT * limit, "{x} against {along}");
+        assert!((y - left).abs() <= 1e-6 * limit, "{y} against {left}");
+    }
+    for beyond in [1e-7, 1e-5, 1e-3] {
+        let slips = cycle(beyond, 0.05);
+        assert!(
+            slips.closure.change <= 1e-12,
+            "{beyond}: {:?}",
+            slips.closure
+        );
+        assert!(slips.closure.cycles <= FEW, "{beyond}: {:?}", slips.closure);
+        assert!(
+            slips.dissipated_energy > 0.0,
+            "{beyond}: {}",
+            slips.dissipated_energy
+        );
+    }
+}

@@ -328,3 +328,52 @@ fn a_resonance_along_another_axis_is_not_stepped_over() {
     assert!(freed.response.frequency() < 32.0);
     assert!(resonance.peak_amplitude >= freed.amplitude);
 }
+
+/// A contact that is thousands of times stiffer than its spring and opens: twice as many harmonics do not lead to the same peak, and the
+/// motions in time say how far off it is.
+#[test]
+fn an_error_bar_holds_the_peak_in_time() {
+    // By `tests/dynamics/time_integration.py`.
+    const IN_TIME: f64 = 9.395_205_904e-6;
+    const NARROW: f64 = 0.05;
+    let oscillator = Oscillator {
+        mass: [1.0, 1.0, 1.0],
+        damping: [53.3972, 44.887, 41.6437],
+        stiffness: [2.633_48e5, 1.860_95e5, 1.601_74e5],
+        element: ContactElement {
+            friction_coefficient: 0.715,
+            ..element(26.4499, 1.316_53e8, 6.778_53e8)
+        },
+    };
+    let constant = Load {
+        port: 2,
+        harmonic: 0,
+        cosine: 0.213_575,
+        sine: 0.0,
+    };
+    let loads = vec![Oscillator::load(2, 1.48002, 0.0), constant];
+    let mut vibration = vibration(&oscillator, loads, 2, (44.2787, 5385.94));
+    vibration.harmonics = Harmonics::up_to(15);
+    let elements = vec![oscillator.element.clone()];
+    let resolved = vibration
+        .resolve(elements, None, None)
+        .expect("a resonance");
+    let bar = resolved.truncation.amplitude;
+    let off = (resolved.resonance.peak_amplitude / IN_TIME - 1.0).abs();
+    assert!((off..NARROW).contains(&bar), "{bar}, off by {off}");
+}
+
+/// A response point that nothing moves has no peak but rounding, which is said.
+#[test]
+fn what_nothing_moves_is_still() {
+    let oscillator = light(element(20.0, 3e4, 5e4));
+    for (port, is_still) in [(2, true), (0, false)] {
+        let loads = vec![Oscillator::load(0, 4.0, 0.3)];
+        let vibration = vibration(&oscillator, loads, port, (20.0, 60.0));
+        let elements = vec![oscillator.element.clone()];
+        let resolved = vibration
+            .resolve(elements, None, None)
+            .expect("a resonance");
+        assert_eq!(resolved.resonance.is_still, is_still, "along {port}");
+    }
+}

@@ -5,7 +5,8 @@
 
 Wants the packages pyHarm-os and pyarrow. Each case is a scene that `fretwear run` solves and the same oscillator solved by
 pyHarm at the same frequencies, harmonics and samples a cycle, from the same start of the slider. Printed are some points of
-both, or all of them with --all. Scenes and runs go into FOLDER, a temporary one without.
+both, or all of them with --all, and by how much all harmonics along all driven axes and the energies of a cycle differ. Scenes and
+runs go into FOLDER, a temporary one without.
 
 Where both programs have the same law they agree to rounding. They differ in two ways, and the cases keep to what both can do:
 
@@ -15,6 +16,9 @@ Where both programs have the same law they agree to rounding. They differ in two
 - The three-dimensional element of pyHarm does not open: without load its normal force jumps to zero instead of minus the
   preload, and friction stays. Without preload it has no friction. So lift-off is compared for the normal direction alone, with
   pyHarm's unilateral spring preloaded by a gap below zero and a constant force.
+
+Stops of fretwear are integrated exactly and those of pyHarm are sampled, so that case has many samples and the error that they leave.
+pyHarm has no energies: they are those of its harmonics, and what friction dissipates is what the dampers do not.
 """
 
 import argparse
@@ -39,12 +43,14 @@ import pyarrow.parquet as pq
 MASS = 1.0  # kg
 STIFFNESS = (4.0e4, 3.5e4, 5.0e4)  # N/m
 KT, KN, MU = 2.0e4, 3.0e4, 0.5  # N/m, N/m, 1
+CUBIC = 1.0e10  # N/m^3
 LIGHT = (4.0, 4.0, 4.0)  # N s/m
 # Opening bends the resonance over; with so much damping there is one response at each frequency still.
 HEAVY = (4.0, 4.0, 60.0)  # N s/m
 HARMONICS = 5
 SAMPLES = 512
 AXES = "xyz"
+ENERGIES = ("input", "friction", "viscous")
 
 # Both solve the same algebraic equations, fretwear to a relative correction of 1e-10.
 SAME = 1e-8
@@ -52,6 +58,9 @@ SAME = 1e-8
 SOLVED = 1e-8
 # On the orbit: what the extrapolation and fretwear's own samples leave.
 EXTRAPOLATED = 5e-5
+# At a stop: what pyHarm's samples leave at the kink, where it touches.
+SAMPLED_KINK = 2e-6
+KINK_SAMPLES = 4096
 
 
 @dataclass
@@ -67,7 +76,7 @@ class Case:
     what: str
     forces: list
     element: dict
-    """pyHarm's contact element."""
+    """pyHarm's contact element, or a spring."""
     response: str = "x"
     frequency: tuple = (30.0, 42.0)  # Hz
     points: int = 61
@@ -81,6 +90,8 @@ class Case:
     """pyHarm alone: along z [N]."""
     extrapolate: bool = False
     tolerance: float = SAME
+    springs: str = ""
+    """Keys of springs to the ground, in place of a contact."""
     harmonics: list = field(default_factory=lambda: list(range(HARMONICS + 1)))
 
 
@@ -140,11 +151,34 @@ CASES = [
         damping=HEAVY,
         constant_force=10.0,
     ),
+    Case(
+        "cubic_spring",
+        "cubic springs along two axes: the resonance leans over to higher frequencies",
+        [Force(2.0, "x"), Force(1.0, "y", 25.0)],
+        {"type": "CubicSpring", "dirs": [0, 1], "k": CUBIC},
+        frequency=(28.0, 40.0),
+        damping=(24.0, 24.0, 24.0),
+        springs=f'cubic_stiffness = ["{CUBIC} N/m^3", "{CUBIC} N/m^3", "0 N/m^3"]',
+        harmonics=list(range(8)),
+    ),
+    Case(
+        "stop",
+        "a one-sided spring across a gap, along the second axis alone",
+        [Force(3.0, "y"), Force(2.0, "x", -50.0)],
+        {"type": "PenaltyUnilateralGap", "dirs": [1], "k": KN, "g": 2.0e-4},
+        response="y",
+        frequency=(24.0, 40.0),
+        damping=(24.0, 24.0, 24.0),
+        springs=f'stop_stiffness = ["0 N/m", "{KN} N/m", "0 N/m"]\nstop_gap = ["0 m", "2e-4 m", "0 m"]',
+        samples=KINK_SAMPLES,
+        tolerance=SAMPLED_KINK,
+        harmonics=list(range(8)),
+    ),
 ]
 
 
-def scene(case):
-    """The scene of a case, as TOML."""
+def scene(case, response):
+    """The scene of a case and the axis of its response, as TOML."""
     forces = ", ".join(
         f'{{ amplitude = "{force.amplitude} N", direction = "{force.direction}", phase = "{force.phase} deg" }}'
         for force in case.forces
@@ -154,6 +188,12 @@ def scene(case):
         return json.dumps([f"{value} {unit}" for value in values])
 
     preload = f'normal_load = "{case.normal_load} N"' if case.gap == 0.0 else f'gap = "{case.gap} m"'
+    contact = f"""\
+[contact]
+kt = "{KT} N/m"
+kn = "{KN} N/m"
+friction_coefficient = {MU}
+{preload}"""
     return f"""\
 title = "{case.what}"
 [structure]
@@ -161,14 +201,10 @@ kind = "oscillator"
 mass = "{MASS} kg"
 damping = {three(case.damping, "N s/m")}
 stiffness = {three(STIFFNESS, "N/m")}
-[contact]
-kt = "{KT} N/m"
-kn = "{KN} N/m"
-friction_coefficient = {MU}
-{preload}
+{case.springs or contact}
 [dynamics]
 force = [{forces}]
-response = {{ direction = "{case.response}" }}
+response = {{ direction = "{response}" }}
 harmonics = {case.harmonics}
 frequency = ["{case.frequency[0]} Hz", "{case.frequency[1]} Hz"]
 points = {case.points}
@@ -180,17 +216,33 @@ aft_events = false
 
 
 def by_fretwear(program, case, folder):
-    """Frequencies [Hz] and complex amplitudes [m], a lag being a negative argument; through the command line and Parquet."""
-    (folder / f"{case.name}.toml").write_text(scene(case), encoding="utf-8")
-    command = [program, "run", f"{case.name}.toml", "--run", case.name, "--json", "--quiet"]
-    subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
-    path = folder / case.name / "iterations" / "wear_iteration=0" / "frf.parquet"
-    table = pq.ParquetFile(path).read()
-    column = {name: table.column(name).to_numpy() for name in ("frequency", "amplitude", "phase_lag")}
-    order = np.argsort(column["frequency"])
-    assert len(order) == case.points, f"{path} has {len(order)} points of {case.points}"
-    response = column["amplitude"] * np.exp(-1j * column["phase_lag"])
-    return column["frequency"][order], response[order]
+    """Through the command line and Parquet: frequencies [Hz], complex amplitudes [m] by axis, frequency and harmonic, and energies [J]."""
+    amplitudes, energies = {}, None
+    for response in driven(case):
+        name = f"{case.name}_{response}"
+        (folder / f"{name}.toml").write_text(scene(case, response), encoding="utf-8")
+        command = [program, "run", f"{name}.toml", "--run", name, "--json", "--quiet"]
+        subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
+        path = folder / name / "iterations" / "wear_iteration=0"
+        table = pq.ParquetFile(path / "frf.parquet").read()
+        frequency = table.column("frequency").to_numpy()
+        order = np.argsort(frequency)
+        assert len(order) == case.points, f"{path} has {len(order)} points of {case.points}"
+        rows = pq.ParquetFile(path / "frf_harmonic.parquet").read()
+        row, harmonic, cosine, sine = (
+            rows.column(name).to_numpy() for name in ("row", "harmonic", "displacement_cosine", "displacement_sine")
+        )
+        found = np.zeros((case.points, len(case.harmonics)), complex)
+        found[row, np.searchsorted(case.harmonics, harmonic)] = cosine - 1j * sine
+        amplitudes[response] = found[order]
+        if response == case.response:
+            energies = {name: table.column(f"{name}_energy").to_numpy()[order] for name in ENERGIES}
+    return frequency[order], amplitudes, energies
+
+
+def driven(case):
+    """The axes along which there are forces, that of the response first."""
+    return sorted({force.direction for force in case.forces}, key=lambda axis: (axis != case.response, axis))
 
 
 def load_pyharm(folder):
@@ -238,17 +290,20 @@ def pyharm_problem(case, samples, frequencies):
 
 
 def by_pyharm(pyharm, case, samples, frequencies):
-    """Complex amplitudes [m] at the frequencies, relative to the phase of the first force."""
+    """Complex amplitudes [m] by axis, frequency and harmonic."""
     maestro = pyharm.Maestro(pyharm_problem(case, samples, frequencies))
     analysis = maestro.nls["response"]
     dofs = maestro.system.expl_dofs
-    axis = AXES.index(case.response)
 
-    def place(part):
-        return dofs[(dofs["harm"] == 1) & (dofs["dof_num"] == axis) & (dofs["cs"] == part)].index[0]
+    def place(axis, harmonic, part):
+        return dofs[(dofs["harm"] == harmonic) & (dofs["dof_num"] == AXES.index(axis)) & (dofs["cs"] == part)].index[0]
 
-    cosine, sine = place("c"), place("s")
-    states, responses = [], []
+    def amplitude(state, axis, harmonic):
+        turn = -1.0 if case.opens_along_z and axis == "z" else 1.0
+        sine = state[place(axis, harmonic, "s")] if harmonic > 0 else 0.0
+        return turn * (state[place(axis, harmonic, "c")] - 1j * sine)
+
+    states = []
     for frequency in frequencies:
         # Along the secant, from the last point, from the linear response, from rest.
         starts = [2.0 * states[-1] - states[-2]] if len(states) > 1 else []
@@ -265,26 +320,46 @@ def by_pyharm(pyharm, case, samples, frequencies):
         else:
             sys.exit(f"{case.name}: pyHarm finds no solution at {frequency} Hz; residuals {residuals} N")
         states.append(solution.x[:-1].copy())
-        responses.append(states[-1][cosine] - 1j * states[-1][sine])
-    turn = -1.0 if case.opens_along_z and case.response == "z" else 1.0
-    return turn * np.array(responses) * cmath.exp(-1j * math.radians(case.forces[0].phase))
+    return {axis: np.array([[amplitude(state, axis, k) for k in case.harmonics] for state in states]) for axis in driven(case)}
+
+
+def energies_of(case, frequencies, amplitudes):
+    """Work of the forces, of friction and of the dampers per cycle [J]."""
+    first = case.harmonics.index(1)
+    work = {"input": np.zeros(len(frequencies)), "viscous": np.zeros(len(frequencies))}
+    for force in case.forces:
+        load = force.amplitude * cmath.exp(1j * math.radians(force.phase))
+        work["input"] += -math.pi * (amplitudes[force.direction][:, first] * load.conjugate()).imag
+    for axis, rows in amplitudes.items():
+        squares = (np.array(case.harmonics) ** 2 * np.abs(rows) ** 2).sum(axis=1)
+        work["viscous"] += math.pi * math.tau * frequencies * case.damping[AXES.index(axis)] * squares
+    return work | {"friction": work["input"] - work["viscous"]}
 
 
 def compare(pyharm, case, arguments, folder):
     """Solves a case by both programs and prints it; returns the largest relative difference."""
     started = time.monotonic()
-    frequencies, ours = by_fretwear(arguments.program, case, folder)
+    frequencies, ours, energies = by_fretwear(arguments.program, case, folder)
+    first = case.harmonics.index(1)
     middle = time.monotonic()
     theirs = by_pyharm(pyharm, case, case.samples, frequencies)
     note = ""
     if case.extrapolate:
-        coarse = np.max(np.abs(ours / theirs - 1.0))
+        coarse = np.max(np.abs(ours[case.response][:, first] / theirs[case.response][:, first] - 1.0))
         fine = by_pyharm(pyharm, case, 2 * case.samples, frequencies)
         note = f"; pyHarm extrapolated from {case.samples} and {2 * case.samples} samples, {coarse:.1e} apart at {case.samples}"
-        theirs = 2.0 * fine - theirs
+        theirs = {axis: 2.0 * fine[axis] - theirs[axis] for axis in theirs}
     ended = time.monotonic()
+    # Along other axes and of other harmonics against the largest first harmonic of the axis; energies against the largest input.
+    apart = {
+        axis: np.abs(ours[axis] - theirs[axis]).max(axis=0) / np.abs(theirs[axis][:, first]).max() for axis in ours
+    }
+    work = energies_of(case, frequencies, theirs)
+    energy = {name: float(np.abs(energies[name] - work[name]).max() / work["input"].max()) for name in ENERGIES}
+    turn = cmath.exp(-1j * math.radians(case.forces[0].phase))
+    ours, theirs = (turn * rows[case.response][:, first] for rows in (ours, theirs))
     difference = np.abs(ours / theirs - 1.0)
-    largest = float(np.max(difference))
+    largest = max(float(np.max(difference)), *(float(rows.max()) for rows in apart.values()), *energy.values())
 
     print(f"\n{case.name}: {case.what}")
     print("  frequency    amplitude [um]            phase lag [rad]         difference")
@@ -294,6 +369,9 @@ def compare(pyharm, case, arguments, folder):
         amplitudes = f"{1e6 * abs(ours[i]):11.5f} {1e6 * abs(theirs[i]):11.5f}"
         lags = f"{-cmath.phase(ours[i]):11.6f} {-cmath.phase(theirs[i]):11.6f}"
         print(f"  {frequencies[i]:9.4f}  {amplitudes}   {lags}    {difference[i]:8.1e}")
+    for axis, rows in apart.items():
+        print(f"  along {axis}, harmonics {case.harmonics[0]} to {case.harmonics[-1]}: " + " ".join(f"{row:.1e}" for row in rows))
+    print("  energies: " + ", ".join(f"{name} {value:.1e}" for name, value in energy.items()))
     verdict = "agree" if largest <= case.tolerance else "DISAGREE"
     print(f"  {verdict}: {largest:.1e} at most of {len(frequencies)} points, {case.tolerance:.0e} allowed{note}")
     print(f"  fretwear {middle - started:.1f} s, pyHarm {ended - middle:.1f} s")

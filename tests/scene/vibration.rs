@@ -386,6 +386,13 @@ fn grounds_that_cannot_move_so() {
         ),
         (
             "undriven.toml",
+            vec![
+                r#"dynamics.force=[{ amplitude = "4 N" }, { amplitude = "4 N", phase = "180 deg" }]"#,
+            ],
+            "the forces of harmonic 1 cancel each other, so that nothing drives the structure; change an amplitude or a phase",
+        ),
+        (
+            "undriven.toml",
             vec!["dynamics.base.acceleration=5 m/s"],
             r#"an acceleration is wanted, such as "5 m/s^2""#,
         ),

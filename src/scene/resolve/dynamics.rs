@@ -22,6 +22,8 @@ const FROM_FREE: f64 = 0.5;
 const FROM_STUCK: f64 = 0.3;
 /// See [`FROM_FREE`].
 const TO_STUCK: f64 = 1.5;
+/// Share of the largest force that a sum of several leaves by rounding.
+const CANCELLED: f64 = 1e-14;
 
 /// The section on the motion of the ground.
 const BASE: &str = "dynamics.base";
@@ -63,6 +65,12 @@ pub(super) fn dynamics(
             }
         },
     };
+    if base.is_none() && cancel(&forces) {
+        return Err(reader.conflict(
+            &FORCE,
+            "the forces of harmonic 1 cancel each other, so that nothing drives the structure; change an amplitude or a phase",
+        ));
+    }
     let response = Port {
         at: reader
             .point(&RESPONSE_AT, points(structure))?
@@ -107,6 +115,20 @@ pub(super) fn dynamics(
         method,
         forces,
         base,
+    })
+}
+
+/// Whether what the forces of harmonic 1 add up to is rounding, at every point and along every axis.
+fn cancel(forces: &[Force]) -> bool {
+    let first = || forces.iter().filter(|force| force.harmonic == 1);
+    let largest = first().fold(0.0_f64, |most, force| most.max(force.amplitude));
+    first().all(|force| {
+        let same = first().filter(|other| other.port == force.port);
+        let (cosine, sine) = same.fold((0.0, 0.0), |(cosine, sine), other| {
+            let (s, c) = other.phase.sin_cos();
+            (cosine + other.amplitude * c, sine + other.amplitude * s)
+        });
+        cosine.hypot(sine) <= CANCELLED * largest
     })
 }
 
