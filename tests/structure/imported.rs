@@ -474,6 +474,7 @@ fn resonator_from_matrices_is_the_resonator() {
             .map(|(n, p)| (n as i64 + 1, *p))
             .collect(),
         notes: Vec::new(),
+        outline: Vec::new(),
         formats: Vec::new(),
     };
     let mut pairs: Vec<(i64, i64, Option<f64>)> = (model.contacts.iter())

@@ -20,9 +20,8 @@ use crate::structure::contact_array::ContactArray;
 use crate::structure::element::{self, Formulation};
 use crate::structure::mesh::Mesh;
 use crate::structure::modes::ModeOptions;
-use crate::structure::outline::{self, Line, Outline};
+use crate::structure::outline::{Line, Outline};
 use crate::structure::reduction::{self, ContactPorts, Ports, Reduced};
-use crate::structure::solids::FACES;
 pub use mesh::{BOLT, Facing, MASS_1, MASS_2, ResonatorMesh};
 use mesh::{HEAD_HALF_WIDTH, HOLE_HALF_WIDTHS, in_staircase};
 
