@@ -82,6 +82,7 @@ mod series;
 mod slider;
 pub mod spring;
 pub mod survey;
+mod survey_in_time;
 mod time_events;
 pub mod time_integration;
 pub mod time_response;
