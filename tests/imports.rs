@@ -260,6 +260,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         ],
     ),
     ("validate/", &["dynamics", "reference"]),
+    ("vtu.rs", &["grid", "tables"]),
     (
         "doctor/",
         &[
@@ -399,6 +400,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "report/",
             "cli/cost.rs",
             "cli/export.rs",
+            "cli/export_vtu.rs",
             "cli/new.rs",
             "cli/backbone.rs",
             "cli/stage.rs",

@@ -996,7 +996,7 @@ def main():
             keep(record, arguments.failures, kept)
         words = "; ".join(f"{name}: {line}" for name, line in record["classes"].items()) or record.get("peak") or "no peak told"
         if record["code"] == 3 and not record["classes"]:
-            words = f"exit code 3; settles to {', '.join(record['settles'])}"
+            words = f"exit code 3; settles to {', '.join(record.get('settles', ['not judged']))}"
         if "judge_failed" in record:
             words += f"; judge failed: {record['judge_failed']}"
         seconds = f"{record['seconds']:6.2f} s {record.get('judge_seconds', 0.0):6.1f} s"

@@ -79,7 +79,8 @@ fn bars() -> String {
             writeln!(deck, "{}, {}", 1 + e + 1000 * body, all.join(", ")).expect("text");
         }
     }
-    let sets: [(&str, fn(usize, [f64; 3]) -> bool); 4] = [
+    type Holds = fn(usize, [f64; 3]) -> bool;
+    let sets: [(&str, Holds); 4] = [
         ("CLAMP", |body, [x, ..]| body == 0 && x == 0.0),
         ("BOTTOM", |body, [x, _, z]| {
             body == 0 && z == 10.0 && x >= 30.0
