@@ -81,7 +81,7 @@ impl UnstructuredGrid {
     }
 
     /// Contact elements as points in the contact plane, with their parameters, and what each does in the harmonics of the response: `1_cosine` and
-    /// `1_sine` are the displacements along x, y and the normal that go with the cosine and the sine of the first.
+    /// `1_sine` are the displacements of the upper body against the lower along x, y and z that go with the cosine and the sine of the first.
     pub fn contact_elements(
         elements: &typed::ContactElement,
         response: Option<&typed::Response>,
@@ -109,8 +109,10 @@ impl UnstructuredGrid {
             let motion = motions.entry(response.harmonic[row]);
             let [cosine, sine] =
                 motion.or_insert_with(|| [vec![[0.0; 3]; count], vec![[0.0; 3]; count]]);
-            cosine[element][axis] = response.displacement_cosine[row];
-            sine[element][axis] = response.displacement_sine[row];
+            // The upper body against the lower: n is positive where they approach, z where they part.
+            let sign = if axis == 2 { -1.0 } else { 1.0 };
+            cosine[element][axis] = sign * response.displacement_cosine[row];
+            sine[element][axis] = sign * response.displacement_sine[row];
         }
         let named = |(order, [cosine, sine]): (i32, [Vec<[f64; 3]>; 2])| {
             [

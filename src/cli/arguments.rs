@@ -348,7 +348,7 @@ pub struct ExportArguments {
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "tied", "kt", "kn", "frequencies"])]
     pub matrices: Option<PathBuf>,
     /// Write cells, contact elements and the edges of the structure of a run to a folder, as ParaView reads them (VTU, PVD), in SI
-    #[arg(long, value_name = "FOLDER", requires = "scene", conflicts_with_all = ["output", "matrices", "sets", "tied", "kt", "kn", "frequencies"])]
+    #[arg(long, value_name = "FOLDER", requires = "scene", conflicts_with_all = ["output", "matrices", "sets", "tied", "kt", "kn", "modes", "frequencies"])]
     pub vtu: Option<PathBuf>,
     /// Both bodies share the nodes of the contact, as they do where there is no contact stiffness
     #[arg(long, conflicts_with = "kt")]

@@ -49,7 +49,8 @@ pub fn export_vtu(run: &Path, folder: &Path, out: &mut Results) -> Result<Exit, 
         if !series.is_empty() {
             let name = format!("{kind}.pvd");
             save(folder, &name, |to| write_series(&series, to))?;
-            written.push(format!("{name} ({} iterations)", series.len()));
+            let s = if series.len() == 1 { "" } else { "s" };
+            written.push(format!("{name} ({} iteration{s})", series.len()));
         }
     }
     let once = |table: TableName| reader.read_once(table);

@@ -103,6 +103,8 @@ impl HarmonicBalance<ContactElement> {
 pub struct WorkBetweenEnds {
     /// That part, element by element, at most [`LARGEST_PART`]; 1 of elements that dissipate nothing between the ends.
     pub part: Vec<f64>,
+    /// The same part of all elements together.
+    pub work_part: f64,
     /// What the parts change, element by element, in parts of what all dissipate.
     pub changed: f64,
     /// What elements dissipate and no part tells, likewise: they slip only since their load varies.
@@ -166,8 +168,13 @@ impl WorkBetweenEnds {
             true => energy / all,
             false => 0.0,
         };
+        let between: f64 = energy_between.iter().sum();
         WorkBetweenEnds {
             part,
+            work_part: match between > 0.0 {
+                true => (all / between).min(LARGEST_PART),
+                false => 1.0,
+            },
             changed: of_all(changed),
             untold: of_all(untold),
             energy: energy_between,

@@ -91,6 +91,9 @@ pub struct Import {
     /// The files have a damping matrix.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub has_damping: bool,
+    /// The files have elements, whose edges can be drawn.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub has_outline: bool,
     /// Stiffness of its nodes over a side of its contact elements \[Pa\]; none before the files are read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub apparent_modulus: Option<f64>,

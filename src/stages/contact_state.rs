@@ -11,7 +11,7 @@ use crate::grid::{ByAxis, Patch};
 use crate::model_update::{
     Compliance, ContactElements, ElementParameters, Nodes, Sliders, fine_displacement,
 };
-use crate::recipe::{Contact, Recipe, STRAIGHT_WITH_LAWS};
+use crate::recipe::{Contact, Recipe};
 use crate::tables::{TableError, TableName, typed};
 use crate::wear::cycle::{CycleSolution, March};
 use crate::wear::joint::WornState;
@@ -281,7 +281,6 @@ pub fn let_move_between_ends(
     moved: &ElementMotion,
 ) -> Result<Option<WorkBetweenEnds>, RunError> {
     let (fine, work) = computed(reads, solvers, load, moved)?;
-    let work = work.filter(|work| work.line.departure <= STRAIGHT_WITH_LAWS);
     if let Some(work) = &work {
         let joint = solvers.joint(reads)?;
         joint.motion = fine.between_ends(work.line.ends);
@@ -380,6 +379,7 @@ fn own_motion(
         displacement: own,
         approach,
         work: part,
+        work_part: work.work_part,
         force_part: work.force_part,
         direction,
     }

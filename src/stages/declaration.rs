@@ -71,7 +71,9 @@ pub fn is_in(recipe: &Recipe, table: TableName) -> bool {
             import.is_some_and(|import| import.has_damping)
         }
         TableName::StructureOutline | TableName::StructureOutlineMode => {
-            structure.is_some_and(|s| s.source.resonator().is_some())
+            let import = structure.and_then(|s| s.source.import());
+            let is_mesh = import.is_some_and(|import| import.has_outline);
+            is_mesh || structure.is_some_and(|s| s.source.resonator().is_some())
         }
         TableName::Surface | TableName::ContactField | TableName::StaticContact => rough,
         TableName::Reference => rough && (vibrates || bolted),

@@ -8,7 +8,6 @@
 use super::fields::{InstantFields, Kept};
 use super::joint::{FrettingJoint, WearError};
 use super::motion::{Channel, Step, StraightMotion};
-use super::own_motion::OwnMotion;
 use crate::contact::normal::NormalSolution;
 use crate::contact::tangential::{
     CellState, TangentialOptions, TangentialProblem, TangentialSolution,
@@ -27,6 +26,9 @@ pub enum March {
     /// [`super::superposition`]. [`CycleSolution::error`] says how good.
     Superposition,
 }
+
+/// Part of what the work of all places together corrects in that of single ones, which remains as an error.
+const MOVED: f64 = 0.4;
 
 /// One instant of the cycle.
 #[derive(Debug, Clone, PartialEq)]
@@ -200,6 +202,18 @@ impl Tally {
         }
     }
 
+    /// Slip path and energy by one factor, so that the energy of all cells, per area, sums up to this. Where parts were told for single places
+    /// of which the contact does not slip as was thought when they were told, only that of all together is sure; some of what it moves remains.
+    fn bring_to(&mut self, energy: f64, cell_area: f64) {
+        let sum = self.energy.iter().sum::<f64>();
+        if sum > 0.0 {
+            let factor = energy / sum;
+            let all = vec![factor; self.energy.len()];
+            self.scale(&all);
+            self.dissipation_error += MOVED * (energy - sum).abs() * cell_area;
+        }
+    }
+
     pub(super) fn finish(
         self,
         cell_area: f64,
@@ -282,8 +296,12 @@ impl FrettingJoint {
         };
         let mut tally = Tally::new(limit.len());
         tally.add(&half, 4.0);
-        if let Some(work) = self.motion.own.as_ref().and_then(OwnMotion::work_of_cells) {
+        if let Some(own) = &self.motion.own
+            && let Some(work) = own.work_of_cells()
+        {
+            let between_ends = tally.energy.iter().sum::<f64>();
             tally.scale(&work);
+            tally.bring_to(own.work_part * between_ends, self.patch.grid.cell_area());
         }
         let load = self.motion.mean_load();
         let torsion = |place: &[f64], step: &TangentialSolution, sign: f64| {

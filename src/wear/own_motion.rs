@@ -19,6 +19,8 @@ pub struct OwnMotion {
     /// Part of the work of friction between the two ends of the motion, under the load of the static contact, that each node really has; none:
     /// all of it. What is between the ends, and the variation of the load, is in it.
     pub work: Vec<f64>,
+    /// The same of the work of all nodes together.
+    pub work_part: f64,
     /// Part of the force along the motion between its two ends, under the load of the static contact, that the nodes really have.
     pub force_part: f64,
     /// What each node is displaced by at the end of the line that the motion all but follows, along x, then along y where the motion has that
@@ -105,6 +107,7 @@ impl OwnMotion {
     /// Lets the work and the force between the ends, under the load of the static contact, stand for themselves.
     pub fn under_loads_at_rest(&mut self) {
         self.work.clear();
+        self.work_part = 1.0;
         self.force_part = 1.0;
     }
 
@@ -127,6 +130,7 @@ impl OwnMotion {
             displacement,
             approach,
             work: self.work.clone(),
+            work_part: self.work_part,
             force_part: self.force_part,
             direction: self.direction.clone(),
         }

@@ -42,6 +42,7 @@ fn motion(approach: f64, samples: usize) -> Motion {
             _ => nodes(&|x, _| approach * x),
         },
         work: Vec::new(),
+        work_part: 1.0,
         force_part: 1.0,
         direction: nodes(&|_, y| REACH * (1.0 + 0.3 * y)).swap_remove(0),
         interpolation: interpolation.clone(),

@@ -47,6 +47,7 @@ pub fn read(scene: &mut Scene) -> Result<Option<Imported>, InputError> {
     import.content = Some(hash_of(|update| imported.each_part(update)));
     import.apparent_modulus = Some(imported.apparent_modulus());
     import.has_damping = imported.has_damping();
+    import.has_outline = imported.has_outline();
     import.joint = Some(imported.interface.clone());
     Ok(Some(imported))
 }

@@ -330,6 +330,11 @@ impl Imported {
         self.damping.is_some()
     }
 
+    /// True where the files have elements, whose edges can be drawn.
+    pub fn has_outline(&self) -> bool {
+        !self.outline.is_empty()
+    }
+
     /// The ports: three for each contact element along the axes of the joint, then three for each point along those of the model.
     ///
     /// # Errors
