@@ -15,6 +15,11 @@ const SAME: f64 = 1e-5;
 /// from the half spaces differs by that.
 const OTHER_LAYERS: f64 = 1e-2;
 
+/// Laws are found until both scales agree within 1 %, and structures that differ by little may stop at another round: their cycles then differ by
+/// twice that and what layers do, while stiffness and vibration do not.
+const OTHER_ROUND: f64 = 3e-2;
+const SAME_VIBRATION: f64 = 1e-3;
+
 /// Force and response are at both points of the resonator: pseudo-modes are of all ports that a structure has, and a structure from files has no
 /// others.
 const BOTH: &str = "dynamics.response.at=block";
@@ -63,6 +68,12 @@ fn resonator_read_from_its_matrices_wears_as_itself() {
                 "normal_load",
             ] {
                 let [a, b] = [&own, &read].map(|root| summary(root, k, column));
+                let tolerance = match column {
+                    _ if tolerance == SAME => SAME,
+                    "dissipated_energy" => OTHER_ROUND,
+                    "wear_volume" => OTHER_LAYERS,
+                    _ => SAME_VIBRATION,
+                };
                 assert!(
                     (a - b).abs() <= tolerance * a.abs(),
                     "{stiffness}, {column} of {k}: {a:e} {b:e}"
