@@ -32,9 +32,7 @@ impl Vibration {
         balance: &HarmonicBalance<ContactElement>,
         survey: &Survey,
     ) -> Option<Periodic> {
-        let size = |periodic: &Periodic| {
-            first_harmonic(balance, &periodic.displacement, self.response_port)
-        };
+        let size = |periodic: &Periodic| self.size(balance, periodic);
         let all = survey.motions.iter();
         let start = all.max_by(|a, b| size(a).total_cmp(&size(b)))?;
         if size(start) <= survey.largest(balance, self.response_port) {
@@ -65,9 +63,7 @@ impl Vibration {
         steps: [f64; 2],
         next: impl Fn(f64, &Periodic) -> Option<Periodic>,
     ) -> (Periodic, bool) {
-        let size = |periodic: &Periodic| {
-            first_harmonic(balance, &periodic.displacement, self.response_port)
-        };
+        let size = |periodic: &Periodic| self.size(balance, periodic);
         let begun = time.steps();
         let [mut step, least] = steps;
         let mut direction = 1.0;
@@ -104,9 +100,7 @@ impl Vibration {
         let time = self.in_time(balance)?;
         let harmonics = balance.harmonics();
         let amplitude = first_harmonic(balance, &response.displacement, self.response_port);
-        let size = |periodic: &Periodic| {
-            first_harmonic(balance, &periodic.displacement, self.response_port)
-        };
+        let size = |periodic: &Periodic| self.size(balance, periodic);
         let first = match self.near_in_time(balance, &time, response) {
             Some(near) if is_sure => near,
             near => {
@@ -200,9 +194,9 @@ impl Vibration {
                 // A resonance as high as the peak would set the ends of the branches beside it further apart: by its height times the
                 // bandwidth over the gap, at least.
                 let flanks = survey.flanks(balance, self.response_port, [low, high]);
-                let (share, height) = ((bandwidth / (high / low).ln()).min(1.0), guess);
+                let share = (bandwidth / (high / low).ln()).min(1.0);
                 if flanks.is_some_and(|[apart, larger]| {
-                    larger <= 0.5 * height && apart < 0.5 * share * height
+                    larger <= 0.5 * guess && apart < 0.5 * share * guess
                 }) {
                     return Some(Vec::new());
                 }
@@ -226,15 +220,21 @@ impl Vibration {
                 Some(found)
             });
             match seen {
-                Some(found) => survey.motions.extend(found.into_iter().filter(|periodic| {
-                    first_harmonic(balance, &periodic.displacement, self.response_port) > guess
-                })),
+                Some(found) => {
+                    let larger = |periodic: &Periodic| self.size(balance, periodic) > guess;
+                    survey.motions.extend(found.into_iter().filter(larger));
+                }
                 None => survey.unseen.push([low, high]),
             }
         }
         if let Some(time) = time {
             balance.effort.add_steps(time.steps());
         }
+    }
+
+    /// Amplitude of a motion in time at the response point \[m\].
+    fn size(&self, balance: &HarmonicBalance<ContactElement>, periodic: &Periodic) -> f64 {
+        first_harmonic(balance, &periodic.displacement, self.response_port)
     }
 
     /// The least half-power bandwidth of a coordinate near an angular frequency, relative to it.

@@ -16,6 +16,7 @@ pub(super) const CYCLE: &str = "fretting cycle";
 pub const STRAIGHT: f64 = 0.01;
 /// The same of the line where contact elements have laws of their own: what they do beside it, and where they turn once more next to an
 /// end, is in what they say of the work of friction ([`WorkBetweenEnds`]). The line is that of all elements, not of their mean.
+/// Laps of bars that leave it by a quarter dissipate between two ends within some percent of what stepped cycles do; an orbit leaves it by all.
 pub const STRAIGHT_WITH_LAWS: f64 = 0.3;
 /// Where contact elements have laws of their own, these say what the variation of their loads makes of the work of friction, and a cycle between
 /// two reversals is corrected by it ([`WorkBetweenEnds`]). Below this part of all friction, the correction is taken for it.

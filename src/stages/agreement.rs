@@ -57,8 +57,8 @@ struct Fine {
     loading: Option<Loading>,
 }
 
-/// The response `resolved` to elements of these `parameters`, and both again as often as it takes until the fine contact agrees. Where the
-/// joint does not go to and fro, or elements have one law for all, they are what they are. What is left stands in the ledger, which tells it.
+/// The response `resolved` to elements of these `parameters`, and both again as often as it takes until the fine contact agrees. Where
+/// elements have one law for all, they are what they are. What is left stands in the ledger, which tells it.
 ///
 /// # Errors
 /// Those of the contact solves, and of a response.
@@ -115,7 +115,7 @@ pub fn agreed<'a>(
     Ok(best)
 }
 
-/// The fine contact under the response; none where that does not go to and fro.
+/// The fine contact between the ends of the response; none where elements have no laws of their own.
 fn compared(
     reads: &Reads,
     solvers: &mut Solvers,

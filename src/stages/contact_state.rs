@@ -273,7 +273,7 @@ pub fn let_move(
 }
 
 /// Lets the joint move to and fro between the ends of a response to its elements under the loads at rest, whatever the recipe says of cycles, and
-/// says what these do there; none if that motion does not go to and fro, or elements have no laws of their own.
+/// says what these do there; none if elements have no laws of their own. Of an orbit the ends are those of its longest line.
 pub fn let_move_between_ends(
     reads: &Reads,
     solvers: &mut Solvers,

@@ -96,24 +96,17 @@ impl Solid {
 
     /// Nodes of a face, S1 being number 0: its corners, and the middles of its edges.
     pub fn face(self, number: usize) -> Option<Vec<usize>> {
-        let with_edges = |corners: &[usize], edges: &[[usize; 2]], first: usize| {
-            let mut nodes = corners.to_vec();
-            for (k, edge) in edges.iter().enumerate() {
-                if edge.iter().all(|end| corners.contains(end)) && first + k < self.nodes() {
-                    nodes.push(first + k);
-                }
-            }
-            nodes
+        let mut nodes = self.corners_of_faces().into_iter().nth(number)?;
+        let (edges, first) = match self {
+            Solid::Hexahedron8(_) | Solid::Hexahedron20 { .. } => (&EDGES[..], 8),
+            Solid::Tetrahedron4 | Solid::Tetrahedron10 => (&TETRAHEDRON_EDGES[..], 4),
         };
-        match self {
-            Solid::Hexahedron8(_) | Solid::Hexahedron20 { .. } => {
-                FACES.get(number).map(|face| with_edges(face, &EDGES, 8))
-            }
-            Solid::Tetrahedron4 | Solid::Tetrahedron10 => {
-                let face = TETRAHEDRON_FACES.get(number);
-                face.map(|face| with_edges(face, &TETRAHEDRON_EDGES, 4))
+        for (middle, edge) in (first..self.nodes()).zip(edges) {
+            if edge.iter().all(|end| nodes.contains(end)) {
+                nodes.push(middle);
             }
         }
+        Some(nodes)
     }
 
     /// Stiffness and consistent mass of the element with these nodes, in the units of coordinates and material. `element` is its number,
