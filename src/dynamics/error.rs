@@ -149,6 +149,22 @@ pub enum DynamicsError {
         /// End of the range \[Hz\].
         to: f64,
     },
+    /// A load at which the phase resonance ends: beyond, the joint slides as a whole and is none of the structure any more, or another resonance
+    /// takes over that no rising load leads to.
+    #[error(
+        "no phase resonance could be followed to the whole load: the last one, at {part:.4} of it, is at {frequency:.6} Hz with {:.0} % of the sliders slipping; lower the amplitudes in `dynamics.force`, or raise what friction holds (`contact.normal_load`); beyond that load it may lie outside of `dynamics.frequency` (last attempt: {last})",
+        100.0 * slipping, part = load_factor
+    )]
+    Overloaded {
+        /// Frequency of the last resonance that was found \[Hz\].
+        frequency: f64,
+        /// Its share of the load.
+        load_factor: f64,
+        /// Share of the sliders of the contact elements that slip or open there.
+        slipping: f64,
+        /// Why there is none at a little more.
+        last: Box<DynamicsError>,
+    },
     /// A continuation whose step became too small.
     #[error(
         "the continuation stopped at {frequency:.6} Hz: the step fell to {step:.3e}, below {least:.1e} (last: {last})"
@@ -173,6 +189,7 @@ impl DynamicsError {
             DynamicsError::NotConverged { .. }
                 | DynamicsError::Krylov { .. }
                 | DynamicsError::NoResonance { .. }
+                | DynamicsError::Overloaded { .. }
                 | DynamicsError::StepTooSmall { .. }
         )
     }

@@ -12,6 +12,8 @@ const SCAN: usize = 400;
 const BESIDE: [f64; 5] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2];
 /// Points of the search among nonlinear responses, when all else failed.
 const NONLINEAR_SCAN: usize = 60;
+/// What the search over the range may cost where raising the load found no resonance, in parts of what that did.
+const BESIDE_RAISING: u64 = 4;
 /// Halvings of an interval that has a resonance.
 const BISECTIONS: usize = 40;
 /// Width of that interval, relative to frequency, at which a phase that still leaps has no resonance between: half-power
@@ -58,13 +60,28 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 return Ok(response);
             }
         }
-        if let Some(omega) = self.linear_resonance(range)?
-            && let Ok(response) = self.raise_resonance(omega, &lag)
-            && inside(range, &response)
-        {
-            return Ok(response);
+        let before = self.effort.spent();
+        let mut stopped = None;
+        if let Some(omega) = self.linear_resonance(range)? {
+            match self.raise_resonance(omega, &lag) {
+                Ok(response) if inside(range, &response) => return Ok(response),
+                Ok(_) => {}
+                Err(error) => stopped = Some(error),
+            }
         }
-        self.scan_resonance(range, &lag)
+        if self.is_small() {
+            return self.scan_resonance(range, &lag);
+        }
+        // Where the joint slides as a whole, the branch over the range leads nowhere, and takes long to say so.
+        let raised = self.effort.spent() - before;
+        self.effort.allow(BESIDE_RAISING * raised);
+        let found = self.scan_resonance(range, &lag);
+        let is_cut = self.effort.is_spent();
+        self.effort.unbound();
+        match (found, stopped) {
+            (Err(error), Some(stopped)) if is_cut || error.is_not_converged() => Err(stopped),
+            (found, _) => found,
+        }
     }
 
     /// The same from `guess` alone: the resonance that it is near.
@@ -210,6 +227,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 
     /// From the linear resonance at a load that is small enough, up to the whole load.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Overloaded`] with the largest load that has a resonance, or that of the first solve.
     fn raise_resonance(&self, omega: f64, lag: &Term) -> Result<Response, DynamicsError> {
         let tolerance = |factor: f64| if factor < 1.0 { ON_THE_WAY } else { 0.0 };
         let condition = Condition::zero(*lag);
@@ -242,12 +262,31 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 Err(error) => {
                     growth = f64::sqrt(growth);
                     if growth < LEAST_FACTOR {
-                        return Err(error);
+                        return Err(self.overloaded(&last, error));
                     }
                 }
             }
         }
         Ok(last)
+    }
+
+    /// That the phase resonance `last` could not be followed to a larger load.
+    fn overloaded(&self, last: &Response, why: DynamicsError) -> DynamicsError {
+        let rows = last.displacement.chunks(self.width());
+        let slips = self.elements.iter().zip(rows).map(|(element, row)| {
+            let displacement = self.sampling.synthesise(row);
+            match element.follows_reference(&displacement) {
+                true => 0.0,
+                false => 1.0 - element.following_share(&displacement),
+            }
+        });
+        let slipping = slips.sum::<f64>() / self.elements.len().max(1) as f64;
+        DynamicsError::Overloaded {
+            frequency: last.frequency(),
+            load_factor: last.load_factor,
+            slipping,
+            last: Box::new(why),
+        }
     }
 
     /// The strongest phase resonance on the branch over the range, which may turn back, or among responses at frequencies of it
