@@ -11,6 +11,7 @@ mod elements;
 mod end_loads;
 mod error;
 mod joint_motion;
+mod motion_energy;
 pub mod sliders;
 mod stiffness;
 
@@ -20,6 +21,7 @@ pub use elements::{ContactElements, Nodes};
 pub use end_loads::EndLoads;
 pub use error::ModelUpdateError;
 pub use joint_motion::Loading;
+pub use motion_energy::with_energy_of;
 pub use sliders::{Laws, Sliders};
 pub use stiffness::{
     Compliance, Distribution, ElementParameters, Linearisation, SMALLEST_COMPLIANCE, Springs,

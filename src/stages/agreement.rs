@@ -1,17 +1,22 @@
 //! Agreement of both scales on a response: its contact elements get the laws that the fine contact has under the motion of the response,
-//! until the fine contact says the same of loads, force and energy as the elements.
+//! until the fine contact says the same of loads, force and energy as the elements. First between the ends of the motion, and then, where its
+//! cycles are stepped, over the whole of it.
 
 use super::RunError;
 use super::contact_state::{
-    ElementMotion, Fields, let_move_between_ends, on_axes, reach_of, solution_of, wear_of,
+    ElementMotion, Fields, let_move, let_move_between_ends, on_axes, reach_of, solution_of, wear_of,
 };
 use super::dynamic_response::{contact_elements, failed, harmonic_tolerance, response_table};
 use super::reads::Reads;
-use super::solvers::Solvers;
-use crate::contact::normal::NormalOptions;
-use crate::dynamics::{Resolved, Vibration};
-use crate::model_update::{ContactElements, ElementParameters, EndLoads, Loading};
-use crate::tables::{TableName, typed};
+use super::solvers::{Solvers, layout};
+use crate::contact::normal::{NormalOptions, NormalSolution};
+use crate::dynamics::cycle::{element_cycles, half_range, joint_cycle};
+use crate::dynamics::{Resolved, Sampling, Vibration};
+use crate::grid::ByAxis;
+use crate::model_update::{ContactElements, ElementParameters, EndLoads, Loading, with_energy_of};
+use crate::tables::TableName;
+use crate::wear::cycle::March;
+use crate::wear::implicit::EndCycle;
 
 /// What the fine contact may be off the contact elements in force and energy, relative to the larger: below this laws are left as they are.
 const AGREED: f64 = 0.01;
@@ -27,6 +32,11 @@ const LOADS: NormalOptions = NormalOptions {
 };
 /// Laws that are taken from a response, at most.
 const ROUNDS: usize = 3;
+/// The same of a whole cycle, in parts of the error bar of its steps, of which it is not better known.
+const OF_BAR: f64 = 0.5;
+/// Samples of the cycles of elements that are held against a stepped one, and how many of them loads are compared at.
+const SAMPLES: usize = 128;
+const INSTANTS: usize = 8;
 /// Part of what the exciter supplies that friction must take for its energy to be looked at: of a joint that all but sticks it is rounding.
 const LEAST_FRICTION: f64 = 1e-3;
 
@@ -68,12 +78,22 @@ pub fn agreed<'a>(
     vibration: &'a Vibration,
     begin: Agreed<'a>,
 ) -> Result<Agreed<'a>, RunError> {
+    if begin.parameters.sliders.is_none() {
+        return Ok(begin);
+    }
+    let best = between_ends(reads, solvers, vibration, begin)?;
+    over_the_cycle(reads, solvers, vibration, best)
+}
+
+/// Agreement between the ends of the motion, under the loads at rest and in what these vary by.
+fn between_ends<'a>(
+    reads: &Reads,
+    solvers: &mut Solvers,
+    vibration: &'a Vibration,
+    begin: Agreed<'a>,
+) -> Result<Agreed<'a>, RunError> {
     let mut best = begin;
-    let has_laws = best.parameters.sliders.is_some();
-    let fine = has_laws
-        .then(|| compared(reads, solvers, &best))
-        .transpose()?;
-    let Some(mut fine) = fine.flatten() else {
+    let Some(mut fine) = compared(reads, solvers, &best)? else {
         return Ok(best);
     };
     for _ in 0..ROUNDS {
@@ -88,19 +108,8 @@ pub fn agreed<'a>(
         if let Some(loads) = fine.loads.take() {
             parameters = loads.laws(&parameters);
         }
-        let elements = contact_elements(reads, &parameters);
-        let harmonics = best.resolved.balance.harmonics().clone();
-        let start = best.resolved.resonance.in_force().start();
-        let tolerance = harmonic_tolerance(&reads.recipe);
-        let start = Some((&harmonics, &start));
-        let resolved = match vibration.resolve_in_force(elements, start, tolerance) {
-            Ok(resolved) => resolved,
-            Err(error) if error.is_not_converged() => break,
-            Err(error) => return Err(failed(reads, error)),
-        };
-        let next = Agreed {
-            resolved,
-            parameters,
+        let Some(next) = resolved_again(reads, vibration, &best, parameters)? else {
+            break;
         };
         let found = match compared(reads, solvers, &next)? {
             Some(found) if found.gap < fine.gap => found,
@@ -115,6 +124,225 @@ pub fn agreed<'a>(
     Ok(best)
 }
 
+/// The response to elements with other `parameters`, from the one at hand; none where it is not found.
+fn resolved_again<'a>(
+    reads: &Reads,
+    vibration: &'a Vibration,
+    last: &Agreed<'a>,
+    parameters: ElementParameters,
+) -> Result<Option<Agreed<'a>>, RunError> {
+    let elements = contact_elements(reads, &parameters);
+    let harmonics = last.resolved.balance.harmonics().clone();
+    let start = last.resolved.resonance.in_force().start();
+    let tolerance = harmonic_tolerance(&reads.recipe);
+    match vibration.resolve_in_force(elements, Some((&harmonics, &start)), tolerance) {
+        Ok(resolved) => Ok(Some(Agreed {
+            resolved,
+            parameters,
+        })),
+        Err(error) if error.is_not_converged() => Ok(None),
+        Err(error) => Err(failed(reads, error)),
+    }
+}
+
+/// Agreement in the energy of the whole cycle, where it is stepped: on an orbit, and where places gain and lose much of their load, laws of a
+/// line under the loads at rest do not tell it.
+fn over_the_cycle<'a>(
+    reads: &Reads,
+    solvers: &mut Solvers,
+    vibration: &'a Vibration,
+    begin: Agreed<'a>,
+) -> Result<Agreed<'a>, RunError> {
+    let mut best = begin;
+    let Some(mut fine) = stepped(reads, solvers, &best)? else {
+        return Ok(best);
+    };
+    for _ in 0..ROUNDS {
+        if fine.gap <= fine.agreed {
+            break;
+        }
+        let laws = match fine.loads.difference(&best.parameters) > AGREED_LOADS {
+            true => fine.loads.laws(&best.parameters),
+            false => best.parameters.clone(),
+        };
+        let parameters = with_energy_of(&fine.energy, &laws, |parameters| {
+            let elements = contact_elements(reads, parameters);
+            let displacement = &best.resolved.resonance.in_force().displacement;
+            let cycles = element_cycles(&elements, displacement, &fine.sampling);
+            cycles.iter().map(|cycle| cycle.dissipated_energy).collect()
+        });
+        let Some(next) = resolved_again(reads, vibration, &best, parameters)? else {
+            break;
+        };
+        let found = match stepped(reads, solvers, &next)? {
+            Some(found) if found.gap < fine.gap => found,
+            _ => break,
+        };
+        let goes_on = found.gap <= LEFT * fine.gap;
+        (best, fine) = (next, found);
+        if !goes_on {
+            break;
+        }
+    }
+    // The stage of the cycle asks for the same.
+    solvers.end = Some(fine.cycle);
+    Ok(best)
+}
+
+/// What the fine contact does over a whole cycle of a response, step by step.
+struct Stepped {
+    /// Difference to the elements in energy or force, the larger, relative to the larger.
+    gap: f64,
+    /// Difference that is none: below it the steps themselves may be wrong.
+    agreed: f64,
+    /// What it dissipates at each element, as samples of the elements' own cycles would tell it \[J\].
+    energy: Vec<f64>,
+    /// What it bears at each element where that comes closest, and where it opens most.
+    loads: EndLoads,
+    /// Samples of the elements' own cycles.
+    sampling: Sampling,
+    /// The cycle.
+    cycle: EndCycle,
+}
+
+/// The cycle of the fine contact under a response whose cycles are stepped; none of one that goes to and fro between two ends, or where the
+/// cells do not move with the elements.
+fn stepped(
+    reads: &Reads,
+    solvers: &mut Solvers,
+    of: &Agreed<'_>,
+) -> Result<Option<Stepped>, RunError> {
+    let at_rest = AtRest::of(reads, solvers)?;
+    let displacement = &of.resolved.resonance.in_force().displacement;
+    let elements = contact_elements(reads, &of.parameters);
+    let harmonics = of.resolved.balance.harmonics().clone();
+    let sampling = Sampling::new(
+        harmonics,
+        SAMPLES.max(of.resolved.balance.sampling().samples()),
+    )
+    .map_err(|error| failed(reads, error))?;
+    let own = joint_cycle(&elements, displacement, &sampling, &layout(reads).centres)
+        .map_err(|error| failed(reads, error))?;
+    let response = response_table(&reads.recipe, &of.resolved.balance, &of.resolved.resonance);
+    let moved = ElementMotion::new(response, of.parameters.clone());
+    let_move(reads, solvers, at_rest.contact.load, Some(&moved))?;
+    let joint = solvers.joint(reads)?;
+    if joint.march != March::Stepped || joint.motion.own.is_none() {
+        return Ok(None);
+    }
+    let motion = joint.motion.clone();
+    let (cycle, fft_pairs) = solvers.work(reads, None, |joint| {
+        Ok(joint.cycle(&at_rest.wear, &at_rest.contact, at_rest.start())?)
+    })?;
+    let loads = extreme_loads(reads, solvers, &at_rest, displacement, &sampling)?;
+    let off = |fine: f64, elements: f64| {
+        (fine - elements).abs() / fine.max(elements).max(f64::MIN_POSITIVE)
+    };
+    let force = half_range(own.force_along.iter().copied());
+    let mut gap = off(cycle.force_along(), force);
+    // The balance has its elements' friction in closed form, which samples miss a little of.
+    let balance = of.resolved.resonance.in_force().energy;
+    let sampled: f64 = own.dissipated_energy.iter().sum();
+    let mut energy = solvers.elements(reads)?.integrals(&cycle.energy);
+    if balance.friction > LEAST_FRICTION * balance.input {
+        gap = gap.max(off(cycle.dissipation, balance.friction));
+        let in_samples = sampled / balance.friction;
+        energy.iter_mut().for_each(|energy| *energy *= in_samples);
+    }
+    Ok(Some(Stepped {
+        gap,
+        agreed: AGREED.max(OF_BAR * cycle.relative_error()),
+        energy,
+        loads: EndLoads {
+            energy: own.dissipated_energy,
+            ..loads
+        },
+        sampling,
+        cycle: EndCycle {
+            motion,
+            wear: at_rest.wear,
+            pressure: at_rest.contact.pressure,
+            start: at_rest.start,
+            cycle,
+            fft_pairs,
+        },
+    }))
+}
+
+/// What the fine contact bears at each element where the element comes closest in a cycle, and where it opens most, among some instants of the
+/// `displacement`.
+fn extreme_loads(
+    reads: &Reads,
+    solvers: &mut Solvers,
+    at_rest: &AtRest,
+    displacement: &[f64],
+    sampling: &Sampling,
+) -> Result<EndLoads, RunError> {
+    let elements = solvers.elements(reads)?;
+    let rows = displacement.chunks(3 * sampling.harmonics().coefficients());
+    let rows = rows.take(elements.len());
+    let along_normal: Vec<Vec<f64>> = rows
+        .map(|row| sampling.synthesise(row).iter().map(|u| u[2]).collect())
+        .collect();
+    let instants = (0..INSTANTS).map(|k| k * sampling.samples() / INSTANTS);
+    let approach: Vec<Vec<f64>> = instants
+        .map(|k| {
+            along_normal
+                .iter()
+                .map(|of_element| of_element[k])
+                .collect()
+        })
+        .collect();
+    let fields = approach.iter().map(|of| of_cells(&elements, of)).collect();
+    let (pressures, _) = solvers.work(reads, None, |joint| {
+        Ok(joint.pressures_by_place(&at_rest.contact, fields, LOADS)?)
+    })?;
+    let load: Vec<Vec<f64>> = pressures.iter().map(|p| elements.loads(p)).collect();
+    let mut ends = EndLoads {
+        approach: [Vec::new(), Vec::new()],
+        load: [Vec::new(), Vec::new()],
+        energy: Vec::new(),
+    };
+    for element in 0..elements.len() {
+        let by_approach =
+            |a: &usize, b: &usize| approach[*a][element].total_cmp(&approach[*b][element]);
+        let extremes = [
+            (0..INSTANTS).max_by(by_approach),
+            (0..INSTANTS).min_by(by_approach),
+        ];
+        for (end, instant) in extremes.into_iter().flatten().enumerate() {
+            ends.approach[end].push(approach[instant][element]);
+            ends.load[end].push(load[instant][element]);
+        }
+    }
+    Ok(ends)
+}
+
+/// The fine contact at rest.
+struct AtRest {
+    wear: Vec<f64>,
+    contact: NormalSolution,
+    /// Shear that is there already; of no axis if there is none \[Pa\].
+    start: ByAxis<Vec<f64>>,
+}
+
+impl AtRest {
+    fn of(reads: &Reads, solvers: &mut Solvers) -> Result<AtRest, RunError> {
+        let patch = solvers.joint(reads)?.patch.clone();
+        let mut fields = Fields::of(&patch, &reads.table()?);
+        let start = on_axes(&reads.recipe, &patch, std::mem::take(&mut fields.shear));
+        Ok(AtRest {
+            wear: wear_of(&patch, reads.maybe()?),
+            contact: solution_of(&reads.table()?, fields),
+            start,
+        })
+    }
+
+    fn start(&self) -> Option<&ByAxis<Vec<f64>>> {
+        (!self.start.is_empty()).then_some(&self.start)
+    }
+}
+
 /// The fine contact between the ends of the response; none where elements have no laws of their own.
 fn compared(
     reads: &Reads,
@@ -125,25 +353,21 @@ fn compared(
         resolved,
         parameters,
     } = of;
-    let row: typed::StaticContact = reads.table()?;
+    let at_rest = AtRest::of(reads, solvers)?;
     let response = response_table(&reads.recipe, &resolved.balance, &resolved.resonance);
     let moved = ElementMotion::new(response, parameters.clone());
-    let Some(work) = let_move_between_ends(reads, solvers, row.normal_load, &moved)? else {
+    let work = let_move_between_ends(reads, solvers, at_rest.contact.load, &moved)?;
+    let Some(work) = work else {
         return Ok(None);
     };
-    let patch = solvers.joint(reads)?.patch.clone();
-    let wear = wear_of(&patch, reads.maybe()?);
-    let mut fields = Fields::of(&patch, &reads.table()?);
-    let start = on_axes(&reads.recipe, &patch, std::mem::take(&mut fields.shear));
-    let start = (!start.is_empty()).then_some(&start);
-    let contact = solution_of(&row, fields);
+    let (wear, contact, start) = (&at_rest.wear, &at_rest.contact, at_rest.start());
     let elements = solvers.elements(reads)?;
     let fields = work.approach.each_ref();
     let fields = fields.map(|of_elements| of_cells(&elements, of_elements));
     // Both under the loads at rest: what the variation of loads makes of force and work is no matter of the laws along the joint.
     let energy = resolved.resonance.in_force().energy;
     let (fine, _) = solvers.work(reads, None, |joint| {
-        let cycle = joint.cycle(&wear, &contact, start)?;
+        let cycle = joint.cycle(wear, contact, start)?;
         let off = |fine: f64, elements: f64| {
             (fine - elements).abs() / fine.max(elements).max(f64::MIN_POSITIVE)
         };
@@ -155,12 +379,12 @@ fn compared(
             true => {
                 let reach = reach_of(&elements, &joint.motion);
                 let parts = Loading::parts(parameters, &reach, joint.friction_coefficient);
-                let shear = joint.loading(&contact, &parts)?;
+                let shear = joint.loading(contact, &parts)?;
                 Some(Loading::new(&elements, reach, parts, &shear))
             }
             false => None,
         };
-        let pressures = joint.pressures_by_place(&contact, fields.into(), LOADS)?;
+        let pressures = joint.pressures_by_place(contact, fields.into(), LOADS)?;
         let loads = EndLoads {
             approach: work.approach,
             load: [0, 1].map(|end| elements.loads(&pressures[end])),

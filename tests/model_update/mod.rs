@@ -4,6 +4,7 @@ mod bolt;
 mod criterion;
 mod elements;
 mod end_loads;
+mod motion_energy;
 mod parameters;
 mod sliders;
 mod stiffness;

@@ -1,12 +1,12 @@
 //! A joint that twists: two bars that lap, driven across, so that the lap turns about its normal while its mean all but stands still.
 
-use std::fmt::Write;
 use std::fs;
 use std::sync::Arc;
 
 use fretwear::store::{RealFileSystem, RunReader};
 use fretwear::tables::TableName;
 
+use super::decks::TwoBodies;
 use crate::support::{Bench, summary, table};
 
 /// What friction of the fine contact and of the contact elements may differ by, and their forces, once laws are of the motion. They were within
@@ -48,53 +48,19 @@ preset = "fast"
 
 /// Two bars of 60 x 20 x 10 mm that lap over 30 mm; the lower is clamped at x = 0.
 fn bars() -> String {
-    let (edge, counts) = ([10.0, 10.0, 5.0], [6, 2, 2]);
-    let [nx, ny, nz] = counts;
-    let number =
-        |body: usize, [i, j, k]: [usize; 3]| 1 + i + (nx + 1) * (j + (ny + 1) * k) + body * 1000;
-    let grid = |counts: [usize; 3]| {
-        let [a, b, c] = counts;
-        (0..a * b * c).map(move |n| [n % a, n / a % b, n / (a * b)])
+    let bodies = TwoBodies {
+        edge: [10.0, 10.0, 5.0],
+        counts: [6, 2, 2],
+        shift: [30.0, 0.0, 10.0],
     };
-    let nodes = || {
-        (0..2).flat_map(move |body| {
-            grid([nx + 1, ny + 1, nz + 1]).map(move |at| {
-                let mut place = [0, 1, 2].map(|d| at[d] as f64 * edge[d]);
-                place[0] += 30.0 * body as f64;
-                place[2] += 10.0 * body as f64;
-                (number(body, at), body, place)
-            })
-        })
-    };
-    let mut deck = String::from("*NODE\n");
-    for (n, _, [x, y, z]) in nodes() {
-        writeln!(deck, "{n}, {x}, {y}, {z}").expect("text");
-    }
-    deck += "*ELEMENT, TYPE=C3D8I, ELSET=ALL\n";
-    for body in 0..2 {
-        for (e, [i, j, k]) in grid(counts).enumerate() {
-            let corners = [[0, 0], [1, 0], [1, 1], [0, 1]];
-            let all = [0, 1].map(|up| corners.map(|[a, b]| number(body, [i + a, j + b, k + up])));
-            let all: Vec<String> = all.iter().flatten().map(usize::to_string).collect();
-            writeln!(deck, "{}, {}", 1 + e + 1000 * body, all.join(", ")).expect("text");
-        }
-    }
-    type Holds = fn(usize, [f64; 3]) -> bool;
-    let sets: [(&str, Holds); 4] = [
+    bodies.deck(&[
         ("CLAMP", |body, [x, ..]| body == 0 && x == 0.0),
         ("BOTTOM", |body, [x, _, z]| {
             body == 0 && z == 10.0 && x >= 30.0
         }),
         ("TOP", |body, [x, _, z]| body == 1 && z == 10.0 && x <= 60.0),
         ("TIP", |body, [x, ..]| body == 1 && x == 90.0),
-    ];
-    for (name, holds) in sets {
-        writeln!(deck, "*NSET, NSET={name}").expect("text");
-        for (n, ..) in nodes().filter(|(_, body, place)| holds(*body, *place)) {
-            writeln!(deck, "{n},").expect("text");
-        }
-    }
-    deck + "*MATERIAL, NAME=STEEL\n*ELASTIC\n210000., 0.3\n*DENSITY\n7.85E-9\n*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n*BOUNDARY\nCLAMP, 1, 3\n"
+    ])
 }
 
 #[test]
