@@ -8,7 +8,7 @@ use fretwear::structure::readers::parse;
 use super::readers::sample;
 
 /// One of each reader and variant.
-const SAMPLES: [&str; 22] = [
+const SAMPLES: [&str; 23] = [
     "coordinate_K.mtx",
     "array_M.mtx",
     "labels_MASS1.mtx",
@@ -23,6 +23,7 @@ const SAMPLES: [&str; 22] = [
     "strings_binary.op4",
     "bigmat_binary.op4",
     "single.op4",
+    "truss.full",
     "large.pch",
     "free_fields.bdf",
     "csr_K.npz",

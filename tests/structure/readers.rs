@@ -163,6 +163,7 @@ fn every_format_has_the_same_truss() {
         (&["strings_binary.op4"], "Nastran OUTPUT4, binary"),
         (&["bigmat_binary.op4"], "Nastran OUTPUT4, binary"),
         (&["free_fields.bdf"], "Nastran DMIG"),
+        (&["truss.full"], "ANSYS .full"),
         (&["csr_K.npz", "csc_M.npz"], "NPZ"),
         (&["csr_K.npz", "coo_M.npz"], "NPZ"),
         (&["both.npz"], "NPZ"),
@@ -465,4 +466,47 @@ fn what_a_matrix_is_may_be_said() {
             .to_string()
             .contains("OUTPUT4")
     );
+}
+
+/// Nodes in another order than their numbers, and three held freedoms whose unit rows are no part of the structure.
+#[test]
+fn held_freedoms_of_a_full_file_are_left_out() {
+    let matrices = given(&["truss.full"]);
+    let dofs: Vec<String> = matrices
+        .dofs
+        .iter()
+        .flatten()
+        .map(ToString::to_string)
+        .collect();
+    assert_eq!(dofs[..4], ["4.1", "4.2", "4.3", "2.1"]);
+    assert!(
+        matrices
+            .notes
+            .iter()
+            .any(|note| note.contains("3 of 18 freedoms are held")),
+        "{:?}",
+        matrices.notes
+    );
+}
+
+/// Variants of a full file, by the word of its second header that says so (from 1) or that of a record's kind, and what is told of them.
+#[test]
+fn variants_of_a_full_file_are_refused_with_what_to_do() {
+    let bytes = std::fs::read(sample("truss.full")).expect("a file");
+    const SECOND: usize = 103 + 2;
+    for (word, value, told) in [
+        (SECOND, 4, "EQSLV"),
+        (SECOND + 10, 1, "LUMPM"),
+        (SECOND + 13, 1, "NROPT"),
+        (SECOND + 20, 2, "constraint equations"),
+        (SECOND + 1, 19, "18 kinds"),
+        (SECOND + 35, 2, "double precision"),
+        (SECOND + 18, 9999, "a record at byte 39996"),
+        (103 + 1, 1 << 27, "/FCOMP"),
+    ] {
+        let mut changed = bytes.clone();
+        changed[4 * word..][..4].copy_from_slice(&i32::to_le_bytes(value));
+        let error = parse(Path::new("file.full"), &changed, None).expect_err(told);
+        assert!(error.to_string().contains(told), "{told}: {error}");
+    }
 }

@@ -13,6 +13,7 @@ const LENGTH: Quantity = Quantity(Dimension::LENGTH, POSITIVE, "40 mm");
 const CELLS: Integer<usize> = integer(1, LARGEST_CELLS, "4");
 const FILE_FORMATS: Choice<&str> = Choice(&[
     ("abaqus", "abaqus", "Abaqus: *MATRIX OUTPUT, substructures"),
+    ("ansys", "ansys", "ANSYS: .full"),
     ("calculix", "calculix", "CalculiX: SOLVER=MATRIXSTORAGE"),
     ("nastran", "nastran", "Nastran: OUTPUT4, DMIG"),
     ("matrix_market", "matrix_market", "Matrix Market"),

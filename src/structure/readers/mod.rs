@@ -4,6 +4,7 @@
 //! there are. Readers allocate for what is in a file, never for what its header announces.
 
 mod abaqus;
+mod ansys_full;
 mod calculix;
 mod deck;
 mod error;
@@ -49,7 +50,7 @@ struct Format {
     parse: fn(&[u8]) -> Result<Parsed, ReadProblem>,
 }
 
-const FORMATS: [Format; 12] = [
+const FORMATS: [Format; 13] = [
     Format {
         name: "Matrix Market",
         words: &["matrix_market"],
@@ -73,6 +74,12 @@ const FORMATS: [Format; 12] = [
         words: &["numpy"],
         is: numpy::is_npy,
         parse: numpy::parse_npy,
+    },
+    Format {
+        name: "ANSYS .full",
+        words: &["ansys"],
+        is: ansys_full::is,
+        parse: ansys_full::parse,
     },
     Format {
         name: "Nastran OUTPUT4, binary",

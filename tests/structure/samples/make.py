@@ -178,6 +178,48 @@ def nastran(k, m):
                 file.write(f"{head}{i // 3 + 1:8d}{i % 3 + 1:8d}{m[i, j]:<8.6g}\n")
 
 
+def ansys(k, m):
+    """A .full with the nodes in another order than their numbers, and a sixth one that is held: its rows are unit rows of the stiffness."""
+    order = [3, 1, 4, 5, 0, 2]
+    kinds, place = [], []
+    for n in order:
+        held = n == 5
+        kinds += [-1, -2, -3] if held else [1, 2, 3]
+        place += [None] * 3 if held else [3 * n, 3 * n + 1, 3 * n + 2]
+    words = []
+
+    def record(values, kind="<i4"):
+        data = np.frombuffer(np.asarray(values, kind).tobytes(), "<i4")
+        words.extend([len(data), -(2**31) if kind == "<i4" else 0, *data.tolist(), len(data)])
+
+    def matrix(full, unit):
+        begin = len(words)
+        for i, row in enumerate(place):
+            if row is None:
+                columns, values = [i], [unit]
+            else:
+                columns = [j for j in range(i + 1, 18) if place[j] is not None and full[row, place[j]] != 0] + [i]
+                values = [full[row, place[j]] for j in columns]
+            record([j + 1 for j in columns])
+            record(values, "<f8")
+        return begin
+
+    header = [0] * 100
+    record([4, -1, 100033] + [0] * 97)
+    begin = len(words) + 2
+    record(header)
+    record([1, 2, 3])
+    record([n + 1 for n in order])
+    stiffness = matrix(k, 1.0)
+    freedoms = len(words)
+    record([3] * 6)
+    record(kinds)
+    mass = matrix(m, 0.0)
+    for at, value in [(0, -4), (1, 18), (3, 2), (7, 3), (18, stiffness), (26, mass), (32, 6), (35, freedoms)]:
+        words[begin + at] = value
+    (HERE / "truss.full").write_bytes(np.array(words, "<i4").tobytes())
+
+
 def numpy_and_matlab(k, m):
     sp.save_npz(HERE / "csr_K.npz", sp.csr_matrix(k))
     sp.save_npz(HERE / "csc_M.npz", sp.csc_matrix(m), compressed=False)
@@ -198,6 +240,7 @@ if __name__ == "__main__":
     abaqus(K, M)
     calculix(K, M)
     nastran(K, M)
+    ansys(K, M)
     numpy_and_matlab(K, M)
     clamped = list(range(6))
     expected = {

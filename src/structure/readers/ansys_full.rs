@@ -1,0 +1,285 @@
+//! ANSYS `.full`: records of 4-byte words, each between its length twice; after two headers the nodes in the order of the equations, then for
+//! each equation the numbers of the columns of its upper triangle, its own last, and their values. Equations of held freedoms stand there as
+//! unit rows.
+
+use super::error::ReadProblem;
+use super::{Named, Parsed, entries, rows};
+use crate::structure::matrices::{Dof, Role, Triplets};
+
+/// Bytes of a word.
+const WORD: usize = 4;
+/// What stands before a record of whole numbers; one of doubles has 0. Bits beside it are those of compressed records.
+const WHOLE: u32 = 0x8000_0000;
+/// Words of each header.
+const HEADER: usize = 100;
+/// The number of this kind of file, the first word of the first header.
+const FULL: i32 = 4;
+/// The sign of the first word of the second header where matrices are assembled.
+const ASSEMBLED: i32 = -4;
+
+/// Words of the second header, counted from 0.
+mod at {
+    pub const KIND: usize = 0;
+    pub const EQUATIONS: usize = 1;
+    pub const LUMPED: usize = 10;
+    pub const UNSYMMETRIC: usize = 13;
+    pub const STIFFNESS: usize = 18;
+    pub const CONSTRAINTS: usize = 20;
+    pub const MASS: usize = 26;
+    pub const DAMPING: usize = 28;
+    pub const NODES: usize = 32;
+    pub const FREEDOMS: usize = 35;
+}
+
+pub(super) fn is(bytes: &[u8]) -> bool {
+    let file = Words { bytes };
+    file.word(0) == Some(HEADER as i32)
+        && file.word(1) == Some(WHOLE as i32)
+        && file.word(2) == Some(FULL)
+}
+
+pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
+    let file = Words { bytes };
+    let mut place = 0;
+    file.whole(&mut place, "the standard header")?;
+    let header = file.whole(&mut place, "the header of the file")?;
+    if header.len() < HEADER {
+        let expected = format!("{HEADER} words");
+        return Err(ReadProblem::truncated(
+            "the header of the file",
+            format!("{} words", header.len()),
+            expected,
+        ));
+    }
+    for (word, is_read, found, advice) in [
+        (
+            at::KIND,
+            header[at::KIND] == ASSEMBLED,
+            "a file of the frontal solver",
+            "solve with the sparse solver (EQSLV,SPARSE)",
+        ),
+        (
+            at::LUMPED,
+            header[at::LUMPED] == 0,
+            "a lumped mass matrix",
+            "write a consistent one (LUMPM,OFF)",
+        ),
+        (
+            at::UNSYMMETRIC,
+            header[at::UNSYMMETRIC] == 0,
+            "unsymmetric matrices",
+            "leave out what makes them so (NROPT,FULL,,OFF; friction, gyroscopic terms)",
+        ),
+        (
+            at::CONSTRAINTS,
+            header[at::CONSTRAINTS] == 0,
+            "constraint equations in the matrices",
+            "give the bodies without them (CE, CERIG, RBE3, bonded contact)",
+        ),
+    ] {
+        if !is_read {
+            return Err(ReadProblem::Unsupported {
+                found: format!(
+                    "{found} (word {} of the header: {})",
+                    word + 1,
+                    header[word]
+                ),
+                advice: advice.into(),
+            });
+        }
+    }
+    file.whole(&mut place, "the list of kinds of freedoms")?;
+    let nodes = file.whole(&mut place, "the list of nodes")?;
+    let equations = u64::try_from(header[at::EQUATIONS]).unwrap_or(0);
+    let equations = rows(equations, bytes.len(), "the header of the file")?;
+    let mut place = file.pointer(&header, at::FREEDOMS);
+    let counts = file.whole(&mut place, "the numbers of freedoms of the nodes")?;
+    let kinds = file.whole(&mut place, "the kinds of the freedoms")?;
+    let listed: i64 = counts.iter().map(|count| i64::from(*count)).sum();
+    let is_one = counts.len() == nodes.len() && counts.iter().all(|count| *count >= 0);
+    if !is_one || listed != equations as i64 || kinds.len() != equations {
+        return Err(ReadProblem::malformed(
+            "the lists of freedoms",
+            format!(
+                "{} nodes, {} numbers of freedoms with a sum of {listed}, {} kinds",
+                nodes.len(),
+                counts.len(),
+                kinds.len()
+            ),
+            format!(
+                "{} nodes and {equations} freedoms, as the header has them",
+                header[at::NODES]
+            ),
+        ));
+    }
+    let of_node = nodes.iter().zip(&counts);
+    let node = of_node.flat_map(|(node, count)| vec![i64::from(*node); *count as usize]);
+    let all: Vec<Dof> = node
+        .zip(&kinds)
+        .map(|(node, kind)| Dof {
+            node,
+            direction: kind.unsigned_abs(),
+        })
+        .collect();
+    // A kind below zero is one that is held.
+    let mut free = Vec::with_capacity(equations);
+    let mut dofs = Vec::new();
+    for (dof, kind) in all.iter().zip(&kinds) {
+        free.push((*kind > 0).then_some(dofs.len() as u32));
+        if *kind > 0 {
+            dofs.push(*dof);
+        }
+    }
+    let mut parsed = Parsed::default();
+    if dofs.len() < equations {
+        parsed.notes.push(format!(
+            "{} of {equations} freedoms are held in the file, and are left out",
+            equations - dofs.len()
+        ));
+    }
+    for (role, pointer) in [
+        (Role::Stiffness, at::STIFFNESS),
+        (Role::Mass, at::MASS),
+        (Role::Damping, at::DAMPING),
+    ] {
+        let begin = file.pointer(&header, pointer);
+        if begin > 0 {
+            parsed.matrices.push(Named {
+                name: role.name().to_owned(),
+                role: Some(role),
+                matrix: triangle(&file, begin, role.name(), &free, dofs.len())?,
+                dofs: Some(dofs.clone()),
+                is_open: false,
+            });
+        }
+    }
+    Ok(parsed)
+}
+
+/// The matrix that begins at a word, of the equations that are `free`.
+fn triangle(
+    file: &Words,
+    begin: usize,
+    name: &str,
+    free: &[Option<u32>],
+    size: usize,
+) -> Result<Triplets, ReadProblem> {
+    let mut matrix = Triplets::new(size);
+    matrix.is_half = true;
+    let mut place = begin;
+    for (row, own) in free.iter().enumerate() {
+        let part = || format!("{name}, row {}", row + 1);
+        let columns = file.whole(&mut place, &part())?;
+        let values = file.doubles(&mut place, &part())?;
+        if columns.len() != values.len() {
+            return Err(ReadProblem::malformed(
+                part(),
+                format!("{} columns and {} values", columns.len(), values.len()),
+                "as many values as columns",
+            ));
+        }
+        for (column, value) in columns.into_iter().zip(values) {
+            let other = usize::try_from(column).ok().and_then(|c| c.checked_sub(1));
+            let other = other.and_then(|c| free.get(c).copied());
+            let Some(other) = other else {
+                return Err(ReadProblem::malformed(
+                    part(),
+                    format!("column {column}"),
+                    format!("1 to {}", free.len()),
+                ));
+            };
+            if let (Some(i), Some(j)) = (*own, other) {
+                matrix.entries.push((i.max(j), i.min(j), value));
+            }
+        }
+        entries(matrix.entries.len() as u64, file.bytes.len(), name)?;
+    }
+    Ok(matrix)
+}
+
+/// A file of words.
+struct Words<'a> {
+    bytes: &'a [u8],
+}
+
+impl Words<'_> {
+    fn word(&self, at: usize) -> Option<i32> {
+        let begin = at.checked_mul(WORD)?;
+        let bytes = self.bytes.get(begin..begin.checked_add(WORD)?)?;
+        Some(i32::from_le_bytes(bytes.try_into().ok()?))
+    }
+
+    /// The place that the header has in two words, the lower one first.
+    fn pointer(&self, header: &[i32], at: usize) -> usize {
+        let [low, high] = [header[at], header[at + 1]].map(|word| u64::from(word as u32));
+        usize::try_from(high << 32 | low).unwrap_or(usize::MAX)
+    }
+
+    /// The bytes of the record at `place`, which is then that of the next one.
+    fn record(&self, place: &mut usize, kind: u32, part: &str) -> Result<&[u8], ReadProblem> {
+        let truncated = || {
+            ReadProblem::truncated(
+                part,
+                format!("{} bytes", self.bytes.len()),
+                format!("a record at byte {}", (*place).saturating_mul(WORD)),
+            )
+        };
+        let length = self.word(*place).ok_or_else(truncated)?;
+        let found = self.word(place.saturating_add(1)).ok_or_else(truncated)? as u32;
+        if found != kind {
+            let both = [0, WHOLE];
+            let unsupported = |found: u32| ReadProblem::Unsupported {
+                found: format!("a record of the kind {found:#010x} ({part})"),
+                advice: "write the file without compression (/FCOMP,FULL,0), in double precision"
+                    .into(),
+            };
+            return Err(match both.contains(&found) {
+                true => ReadProblem::malformed(
+                    part,
+                    format!("a record of the kind {found:#010x}"),
+                    format!("{kind:#010x}"),
+                ),
+                false => unsupported(found),
+            });
+        }
+        let words = usize::try_from(length).map_err(|_| {
+            ReadProblem::malformed(part, format!("a record of {length} words"), "0 or more")
+        })?;
+        let begin = (*place + 2) * WORD;
+        let end = begin.saturating_add(words.saturating_mul(WORD));
+        let bytes = self.bytes.get(begin..end).ok_or_else(truncated)?;
+        let again = self.word(*place + 2 + words).ok_or_else(truncated)?;
+        if again != length {
+            return Err(ReadProblem::malformed(
+                part,
+                format!("a record of {length} words that ends with {again}"),
+                "its length at both ends",
+            ));
+        }
+        *place += words + 3;
+        Ok(bytes)
+    }
+
+    fn whole(&self, place: &mut usize, part: &str) -> Result<Vec<i32>, ReadProblem> {
+        let bytes = self.record(place, WHOLE, part)?;
+        let words = bytes.chunks_exact(WORD);
+        Ok(words
+            .map(|word| i32::from_le_bytes(word.try_into().expect("a word")))
+            .collect())
+    }
+
+    fn doubles(&self, place: &mut usize, part: &str) -> Result<Vec<f64>, ReadProblem> {
+        let bytes = self.record(place, 0, part)?;
+        if !bytes.len().is_multiple_of(2 * WORD) {
+            return Err(ReadProblem::malformed(
+                part,
+                format!("{} words", bytes.len() / WORD),
+                "two words a value",
+            ));
+        }
+        let values = bytes.chunks_exact(2 * WORD);
+        Ok(values
+            .map(|value| f64::from_le_bytes(value.try_into().expect("two words")))
+            .collect())
+    }
+}
