@@ -12,8 +12,10 @@ const SCAN: usize = 400;
 const BESIDE: [f64; 5] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2];
 /// Points of the search among nonlinear responses, when all else failed.
 const NONLINEAR_SCAN: usize = 60;
-/// What the search over the range may cost where raising the load found no resonance, in parts of what that did.
-const BESIDE_RAISING: u64 = 4;
+/// What the search over the range may cost where raising the load found no resonance: in units, a quarter of a minute, and in parts of what
+/// raising the load did.
+const SCAN_UNITS: u64 = 15_000_000;
+const SCAN_SHARE: u64 = 4;
 /// Halvings of an interval that has a resonance.
 const BISECTIONS: usize = 40;
 /// Width of that interval, relative to frequency, at which a phase that still leaps has no resonance between: half-power
@@ -74,7 +76,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
         // Where the joint slides as a whole, the branch over the range leads nowhere, and takes long to say so.
         let raised = self.effort.spent() - before;
-        self.effort.allow(BESIDE_RAISING * raised);
+        self.effort.allow(SCAN_UNITS.max(SCAN_SHARE * raised));
         let found = self.scan_resonance(range, &lag);
         let is_cut = self.effort.is_spent();
         self.effort.unbound();
