@@ -382,7 +382,11 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
     (&["vtkio"], &["vtu.rs"]),
     (
         &["npyz", "zip::"],
-        &["structure/readers/", "surface/readers/"],
+        &[
+            "structure/matrix_files.rs",
+            "structure/readers/",
+            "surface/readers/",
+        ],
     ),
     (&["flate2"], &["structure/readers/"]),
     (
@@ -400,6 +404,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "report/",
             "cli/cost.rs",
             "cli/export.rs",
+            "cli/export_reduced.rs",
             "cli/export_vtu.rs",
             "cli/new.rs",
             "cli/backbone.rs",

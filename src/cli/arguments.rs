@@ -335,14 +335,14 @@ pub struct ReproduceArguments {
 
 #[derive(Args)]
 pub struct ExportArguments {
-    /// The scene (TOML), with --vtu a run, or RUN@N for its iteration N alone; without it, the shipped resonator
+    /// The scene (TOML), with --vtu or --reduced a run, with --vtu also RUN@N for its iteration N; without it, the shipped resonator
     #[arg(value_name = "SCENE|RUN")]
     pub scene: Option<PathBuf>,
     /// Change a key, as in `--set structure.leaf_thickness="12 mm"`
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "scene")]
     pub sets: Vec<String>,
     /// Where the deck goes
-    #[arg(long, short, value_name = "FILE", required_unless_present_any = ["matrices", "vtu"])]
+    #[arg(long, short, value_name = "FILE", required_unless_present_any = ["matrices", "reduced", "vtu"])]
     pub output: Option<PathBuf>,
     /// Write stiffness and mass (Matrix Market), nodes and pairs of the joint (CSV) to a folder, in SI, and with a scene the one that reads them
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "tied", "kt", "kn", "frequencies"])]
@@ -350,6 +350,9 @@ pub struct ExportArguments {
     /// Write cells, contact elements and the edges of the structure of a run to a folder, as ParaView reads them (VTU, PVD), in SI
     #[arg(long, value_name = "FOLDER", requires = "scene", conflicts_with_all = ["output", "matrices", "sets", "tied", "kt", "kn", "modes", "frequencies"])]
     pub vtu: Option<PathBuf>,
+    /// Write the reduced structure of a run to a folder: stiffness, mass and damping (Matrix Market, NPZ) and what their rows are (CSV), in SI
+    #[arg(long, value_name = "FOLDER", requires = "scene", conflicts_with_all = ["output", "matrices", "vtu", "sets", "tied", "kt", "kn", "modes", "frequencies"])]
+    pub reduced: Option<PathBuf>,
     /// Both bodies share the nodes of the contact, as they do where there is no contact stiffness
     #[arg(long, conflicts_with = "kt")]
     pub tied: bool,

@@ -72,6 +72,12 @@ pub enum CliError {
         path: PathBuf,
         source: std::io::Error,
     },
+    #[error("the run {} has no structure in finite elements, whose reduced model could be written", path.display())]
+    NothingReduced { path: PathBuf },
+    #[error(
+        "the residual flexibility of the reduced structure: {0}; two points of force and response may be one and the same place"
+    )]
+    Residual(#[from] fretwear::linalg::LinalgError),
     #[error("the run {} has neither a surface nor contact elements nor the edges of a structure to draw", path.display())]
     NothingToDraw { path: PathBuf },
     #[error(transparent)]
@@ -197,6 +203,7 @@ impl CliError {
             | CliError::NoJsonSchema
             | CliError::UnknownKey(_)
             | CliError::NothingToExport { .. }
+            | CliError::NothingReduced { .. }
             | CliError::NothingToDraw { .. }
             | CliError::NothingVibrates { .. }
             | CliError::Levels { .. }

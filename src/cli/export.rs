@@ -1,4 +1,4 @@
-//! `fretwear export`: the resonator for other programs, and as the matrices that they write; a run for ParaView.
+//! `fretwear export`: the resonator for other programs, and as the matrices that they write; the reduced structure of a run; a run for ParaView.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -10,6 +10,7 @@ use fretwear::structure::resonator::Resonator;
 use serde_json::json;
 
 use super::arguments::ExportArguments;
+use super::export_reduced::export_reduced;
 use super::export_vtu::export_vtu;
 use super::{CliError, Exit};
 use crate::terminal::Results;
@@ -18,6 +19,9 @@ use crate::terminal::Results;
 pub fn export(arguments: &ExportArguments, out: &mut Results) -> Result<Exit, CliError> {
     if let (Some(folder), Some(run)) = (&arguments.vtu, &arguments.scene) {
         return export_vtu(run, folder, out);
+    }
+    if let (Some(folder), Some(run)) = (&arguments.reduced, &arguments.scene) {
+        return export_reduced(run, folder, out);
     }
     let (geometry, scene) = match &arguments.scene {
         None => (Resonator::default(), None),

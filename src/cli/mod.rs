@@ -14,6 +14,7 @@ mod edit;
 mod error;
 mod explain;
 mod export;
+mod export_reduced;
 mod export_vtu;
 mod inspect;
 mod many;

@@ -101,6 +101,49 @@ pub fn reduced_model(
     Ok(model)
 }
 
+/// What the reduced model is off the structure at the ports, at an imaginary frequency where the structure's flexibility (K + sM)⁻¹ is known: the
+/// largest difference over the largest entry; none without it. It grows with the fourth power of frequency. Terms of the series that are left out
+/// alternate there and add up at a real frequency, so that it tells their size and not their sum.
+///
+/// # Errors
+/// [`DynamicsError::Matrix`] for a residual that is no flexibility.
+pub fn reduction_error(reduced: &Reduced) -> Result<Option<f64>, DynamicsError> {
+    let Some(checked) = &reduced.checked else {
+        return Ok(None);
+    };
+    let slope = by_rows(&reduced.residual_slope);
+    let pseudo = pseudo_modes(&by_rows(&reduced.residual), &slope, PSEUDO_MODES)?;
+    let kept = (0..reduced.rigid.columns()).map(|r| (0.0, reduced.rigid.column(r).to_vec()));
+    let elastic = reduced.omega.iter().enumerate();
+    let elastic = elastic.map(|(r, omega)| (*omega, reduced.shapes.column(r).to_vec()));
+    let ports = reduced.ports.len();
+    let above = pseudo.omega.iter().enumerate().map(|(r, omega)| {
+        let shape = (0..ports).map(|port| pseudo.shapes.at(port, r));
+        (*omega, shape.collect())
+    });
+    // Without what the modes have.
+    let mut left = checked.flexibility.clone();
+    let mut largest = 0.0_f64;
+    for port in 0..ports {
+        largest = largest.max(left[(port, port)]);
+    }
+    for (omega, shape) in kept.chain(elastic).chain(above) {
+        let part = 1.0 / (omega * omega + checked.shift);
+        for (i, a) in shape.iter().enumerate() {
+            for (j, b) in shape.iter().enumerate() {
+                left[(i, j)] -= part * a * b;
+            }
+        }
+    }
+    let mut off = 0.0_f64;
+    for i in 0..ports {
+        for j in 0..ports {
+            off = off.max((left[(i, j)] - pseudo.residual.at(i, j)).abs());
+        }
+    }
+    Ok(Some(off / largest))
+}
+
 /// A symmetric matrix by rows.
 fn by_rows(matrix: &linalg::Matrix) -> Matrix {
     let mut out = Matrix::zeros(matrix.rows(), matrix.columns());

@@ -58,6 +58,10 @@ pub const DECLARATION: Declaration = Declaration {
 
 /// Relative difference of two frequencies that are one but for rounding.
 const SAME_FREQUENCY: f64 = 1e-9;
+/// The harmonic of the drive that friction has most of beside the first.
+const FRICTION: u32 = 3;
+/// Error of the reduced structure there from which it is told.
+const MUCH: f64 = 0.02;
 /// Share of the highest peak from which another is as high.
 const TIE: f64 = 0.99;
 
@@ -115,6 +119,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let resolved = resolved.map_err(|source| failed(reads, source))?;
     tell_missed(&mut outputs, tolerance, &resolved);
     tell_candidates(&mut outputs, &vibration, &resolved.resonance);
+    tell_reduction(reads, &mut outputs, &resolved)?;
     in_force(reads, &resolved, &parameters, &mut outputs)?;
     if let Some(sliders) = slider_table(&parameters) {
         outputs.put(&sliders)?;
@@ -196,6 +201,33 @@ pub fn tell_missed(outputs: &mut Outputs, tolerance: Option<f64>, resolved: &Res
             resolved.balance.harmonics().highest()
         ));
     }
+}
+
+/// Says so, once, where the reduced structure may be off at the harmonics that friction has most of.
+fn tell_reduction(
+    reads: &Reads,
+    outputs: &mut Outputs,
+    resolved: &Resolved,
+) -> Result<(), RunError> {
+    let row: Option<typed::Structure> = reads.maybe()?;
+    let Some((row, structure)) = row.zip(reads.recipe.structure.as_ref()) else {
+        return Ok(());
+    };
+    let (Some(error), Some(checked)) = (row.error_receptance, row.checked_frequency) else {
+        return Ok(());
+    };
+    let highest = resolved.balance.harmonics().highest().min(FRICTION);
+    let frequency = f64::from(highest) * resolved.resonance.in_force().frequency();
+    let there = error * (frequency / checked).powi(4);
+    if reads.wear_iteration == 0 && there > MUCH {
+        outputs.notice(format!(
+            "dynamics.modes = {}: the reduced structure's receptance is off that of all freedoms by some {:.1} % of its largest at {frequency:.0} Hz, \
+             harmonic {highest}; keep more modes",
+            structure.modes,
+            100.0 * there
+        ));
+    }
+    Ok(())
 }
 
 /// Adds the tables of a resonance; those of its contact where it has one.

@@ -51,6 +51,7 @@ pub use judged::judged;
 pub use list::{STAGES, stages_of};
 pub use observer::{Observer, Progress};
 pub use recompute::{Recomputed, recompute};
+pub use reduced::ReducedTables;
 pub use run::{Ending, FREE_KEYS, Outcome, RunOptions, Source, identity_of, run};
 pub use run_cost::RunCost;
 pub use run_status::{LastUpdate, RunStatus};

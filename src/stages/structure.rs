@@ -5,9 +5,10 @@ use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
+use crate::dynamics::reduced::reduction_error;
 use crate::recipe::{Layout, Part};
 use crate::structure::outline::Outline;
-use crate::structure::reduction::Reduced;
+use crate::structure::reduction::{Checked, Reduced};
 use crate::tables::{TableName, typed};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -109,6 +110,8 @@ fn tables_of(reduced: &Reduced, layout: &Layout) -> Result<Outputs, RunError> {
         mass: reduced.mass,
         contact_elements: ports.contacts as i64,
         error_modes: reduced.mode_residual,
+        error_receptance: reduction_error(reduced)?,
+        checked_frequency: reduced.checked.as_ref().map(Checked::frequency),
         factor_entries: reduced.factor_entries as i64,
     };
     let mut outputs = Outputs::default();

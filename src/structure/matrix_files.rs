@@ -1,14 +1,16 @@
-//! The resonator as files of matrices, as another program would write them: stiffness, mass, nodes, pairs of the joint.
+//! Files of matrices, as another program would write them: the resonator with its nodes and the pairs of its joint, and dense matrices.
 
 use std::collections::BTreeMap;
-use std::io::{self, Write};
+use std::io::{self, Seek, Write};
+
+use npyz::WriterBuilder;
 
 use super::StructureError;
 use super::assembly::System;
 use super::contact_array::ContactArray;
 use super::element::Formulation;
 use super::resonator::ResonatorMesh;
-use crate::linalg::SparseSymmetric;
+use crate::linalg::{Matrix, SparseSymmetric};
 
 /// Files of a structure, in SI; nodes are numbered as in the mesh, from 1.
 #[derive(Debug, Clone)]
@@ -100,5 +102,43 @@ fn matrix_market(matrix: &SparseSymmetric, mut to: impl Write) -> io::Result<()>
             writeln!(to, "{} {} {value:e}", row + 1, column + 1)?;
         }
     }
+    Ok(())
+}
+
+/// A dense symmetric matrix as Matrix Market: the lower triangle, without zeros.
+///
+/// # Errors
+/// What writing fails of.
+pub fn symmetric_matrix_market(matrix: &Matrix, mut to: impl Write) -> io::Result<()> {
+    let size = matrix.rows();
+    let lower = || (0..size).flat_map(|j| (j..size).map(move |i| (i, j)));
+    let entries = lower().filter(|place| matrix[*place] != 0.0);
+    writeln!(to, "%%MatrixMarket matrix coordinate real symmetric")?;
+    writeln!(to, "{size} {size} {}", entries.clone().count())?;
+    for (row, column) in entries {
+        writeln!(to, "{} {} {:e}", row + 1, column + 1, matrix[(row, column)])?;
+    }
+    Ok(())
+}
+
+/// Matrices by their names as one NPZ.
+///
+/// # Errors
+/// What writing fails of.
+pub fn npz(matrices: &[(&str, &Matrix)], to: impl Write + Seek) -> io::Result<()> {
+    let mut archive = zip::ZipWriter::new(to);
+    let options = zip::write::SimpleFileOptions::default();
+    for (name, matrix) in matrices {
+        archive.start_file(format!("{name}.npy"), options)?;
+        let mut array = npyz::WriteOptions::new()
+            .default_dtype()
+            .order(npyz::Order::Fortran)
+            .shape(&[matrix.rows() as u64, matrix.columns() as u64])
+            .writer(&mut archive)
+            .begin_nd()?;
+        array.extend(matrix.as_slice().iter().copied())?;
+        array.finish()?;
+    }
+    archive.finish()?;
     Ok(())
 }

@@ -51,6 +51,7 @@ pub mod readers;
 pub mod reduction;
 pub mod resonator;
 pub mod solids;
+pub mod superelement;
 mod work;
 
 pub use error::StructureError;

@@ -29,6 +29,9 @@ use crate::structure::resonator::Facing;
 /// next term of the series is below a percent of the slope's, large enough that the difference keeps its digits.
 const SLOPE_SHARE: f64 = 0.01;
 
+/// Where the reduced structure is held against the whole one, as a part of the highest kept frequency: harmonics that matter lie below.
+const CHECKED: f64 = 0.5;
+
 /// What a contact element of a structure is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -164,6 +167,24 @@ pub struct Reduced {
     pub mode_residual: f64,
     /// Entries of the sparse factor: eight bytes each.
     pub factor_entries: usize,
+    /// The structure's own flexibility elsewhere; none of a reduced structure that is read back.
+    pub checked: Option<Checked>,
+}
+
+/// The flexibility of a structure at a shift that its reduction is not made from: what the reduction leaves out can be told by it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Checked {
+    /// The shift s \[rad²/s²\].
+    pub shift: f64,
+    /// Bᵀ(K + sM)⁻¹B \[m/N\], symmetric, port by port.
+    pub flexibility: Matrix,
+}
+
+impl Checked {
+    /// The imaginary frequency that the shift is \[Hz\].
+    pub fn frequency(&self) -> f64 {
+        self.shift.sqrt() / std::f64::consts::TAU
+    }
 }
 
 /// Reduces a structure to its ports.
@@ -252,7 +273,7 @@ pub(super) fn complete(
     modes: ModesAtPorts,
     mass: f64,
     (factor, small, count): (SparseCholesky, f64, usize),
-    refactor: impl FnOnce(f64) -> Result<SparseCholesky, StructureError>,
+    refactor: impl Fn(f64) -> Result<SparseCholesky, StructureError>,
 ) -> Result<Reduced, StructureError> {
     let ModesAtPorts {
         rigid,
@@ -284,6 +305,11 @@ pub(super) fn complete(
     residual_slope.add(-1.0 / (large - small), &far);
     let mut residual = near;
     residual.add(small, &residual_slope);
+    let shift = (CHECKED * highest).powi(2);
+    let checked = Checked {
+        shift,
+        flexibility: port_flexibility(&refactor(shift)?, &ports, count),
+    };
     Ok(Reduced {
         rigid,
         omega,
@@ -294,6 +320,7 @@ pub(super) fn complete(
         mass,
         mode_residual,
         factor_entries,
+        checked: Some(checked),
         ports,
     })
 }

@@ -192,3 +192,50 @@ fn the_edges_of_a_mesh_are_drawn_in_its_modes() {
         assert!(names.iter().any(|n| n == name), "{name} of {names:?}");
     }
 }
+
+/// The reduced structure as matrices: another program finds the frequencies of its modes in them, and what their rows are.
+#[test]
+fn a_reduced_structure_is_written_as_matrices() {
+    let bench = Bench::new();
+    fs::write(bench.path("bars.inp"), bars()).expect("a deck");
+    fs::write(bench.path("twist.toml"), SCENE).expect("a scene");
+    bench.done(&[
+        "run",
+        "twist.toml",
+        "--run",
+        "run",
+        "--until",
+        "structure",
+        "--quiet",
+    ]);
+    bench.done(&["export", "run", "--reduced", "small"]);
+    let reader = RunReader::open(Arc::new(RealFileSystem), &bench.path("run")).expect("a run");
+    let once = |table| reader.read_once(table).expect("readable").expect("there");
+    let modes = once(TableName::StructureMode);
+    let frequency = modes.f64("frequency").expect("a column");
+    let ports = once(TableName::StructurePort).rows();
+    let expected: Vec<f64> = frequency
+        .iter()
+        .copied()
+        .step_by(ports)
+        .filter(|f| *f > 0.0)
+        .collect();
+    let rows = fs::read_to_string(bench.path("small/rows.csv")).expect("rows");
+    let lines: Vec<&str> = rows.lines().collect();
+    assert_eq!(lines[0], "row,kind,element,point,axis,x,y,frequency");
+    assert!(lines[1].starts_with("1,contact,0,,x,"), "{}", lines[1]);
+    assert_eq!(lines.len() - 1, ports + frequency.len() / ports);
+    for files in [&["small/K.mtx", "small/M.mtx"][..], &["small/reduced.npz"]] {
+        let arguments = [&["inspect"], files, &["--json", "--modes", "12"]].concat();
+        let found = bench.done(&arguments).json();
+        let of_rows = found["dofs"].as_u64().expect("a number");
+        assert_eq!(of_rows as usize, lines.len() - 1);
+        let found = found["frequencies"].as_array().expect("a list");
+        for (found, expected) in found.iter().zip(&expected).take(6) {
+            let found = found.as_f64().expect("a number");
+            assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+        }
+    }
+    let without = bench.fretwear(&["export", "nowhere", "--reduced", "x"]);
+    assert!(without.stderr().contains("nowhere"), "{}", without.stderr());
+}

@@ -14,6 +14,7 @@ mod real_matrices;
 mod reduction;
 mod resonator;
 mod solids;
+mod superelement;
 
 use fretwear::linalg::{Matrix, SparseSymmetric};
 use fretwear::structure::assembly::System;

@@ -29,7 +29,7 @@ fn coarse_resonator() -> Resonator {
     }
 }
 
-fn coarse() -> (System, Ports) {
+pub fn coarse() -> (System, Ports) {
     parts(&coarse_resonator())
 }
 
@@ -41,7 +41,7 @@ fn parts(resonator: &Resonator) -> (System, Ports) {
 }
 
 /// Columns of the receptance of all ports \[m/N\] by a factorization of K − ω²M.
-fn direct(system: &System, ports: &Ports, omega: f64, columns: &[usize]) -> Matrix {
+pub fn direct(system: &System, ports: &Ports, omega: f64, columns: &[usize]) -> Matrix {
     let dynamic = system.stiffness.plus(-omega * omega, &system.mass);
     let factor = SparseIndefinite::new(&dynamic, &system.elimination_order(&[])).unwrap();
     let mut force = Matrix::zeros(system.size(), columns.len());
