@@ -79,6 +79,7 @@ pub mod json;
 pub mod linalg;
 pub mod material;
 pub mod model_update;
+pub mod published;
 pub mod recipe;
 pub mod reference;
 pub mod rehearsal;

@@ -73,7 +73,7 @@ fn names(code: &str, path: &str) -> bool {
 
 /// The modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
 fn modules(source: &Source) -> Vec<String> {
-    const MODULES: [&str; 31] = [
+    const MODULES: [&str; 32] = [
         "campaign",
         "cli",
         "contact",
@@ -88,6 +88,7 @@ fn modules(source: &Source) -> Vec<String> {
         "material",
         "model_update",
         "progress",
+        "published",
         "recipe",
         "reference",
         "rehearsal",
@@ -185,6 +186,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("reference/", &["grid", "contact", "reference"]),
     ("wear/", &["grid", "contact", "wear"]),
     ("campaign/", &["campaign", "files", "store", "tables"]),
+    ("published/", &["campaign", "published", "store"]),
     ("tables/", &["tables"]),
     ("store/", &["json", "tables", "store"]),
     (
@@ -367,11 +369,17 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "journal.rs",
             "json.rs",
             "store/",
+            "published/manifest.rs",
             "scene/plan/files.rs",
             "rehearsal/files.rs",
         ],
     ),
     (&["fs4"], &["store/file_system.rs"]),
+    // Nothing else knows a network, or waits asynchronously.
+    (
+        &["object_store", "futures_util", "tokio"],
+        &["published/s3.rs"],
+    ),
     (&["rustix"], &["stages/clock.rs", "cli/campaign/"]),
     (
         &["toml"],
@@ -451,6 +459,8 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
     (
         &["std::time"],
         &[
+            // How long a network may be silent.
+            "published/s3.rs",
             // How often is kept, which no result depends on.
             "journal.rs",
             "cli/",

@@ -12,6 +12,7 @@ mod linalg;
 mod manifest;
 mod model_update;
 mod plan;
+mod published;
 mod quadrature;
 mod reference;
 mod report;

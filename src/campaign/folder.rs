@@ -7,7 +7,6 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::definition::MOST_ROWS;
 use super::error::CampaignError;
 use super::table::Campaign;
 use crate::store::{
@@ -246,7 +245,7 @@ impl Folder {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(io("read", &path)(error)),
         };
-        match Campaign::of_bytes(&bytes, MOST_ROWS as i64) {
+        match Campaign::of_bytes(&bytes) {
             Ok(campaign) => Ok(Some(campaign)),
             Err(reason) => Err(CampaignError::Damaged {
                 path,

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
+use super::definition::MOST_ROWS;
 use crate::tables::{
     ColumnSchema, ColumnType, Nullable, TableError, nullable_from_parquet, nullable_to_parquet,
 };
@@ -193,9 +194,21 @@ impl Campaign {
         nullable_to_parquet(NAME, &described, entry.to_string())
     }
 
-    /// The rows in the bytes of the file; the error says what is wrong with it.
-    pub(super) fn of_bytes(bytes: &[u8], most_rows: i64) -> Result<Campaign, String> {
-        let found = nullable_from_parquet(bytes, NAME, most_rows).map_err(|e| e.to_string())?;
+    /// The first row that differs from that of another campaign, of the rows that both have.
+    pub fn first_difference(&self, other: &Campaign) -> Option<usize> {
+        let mut both = self.rows.iter().zip(&other.rows);
+        both.position(|(own, other)| {
+            own.settings != other.settings || own.content_key != other.content_key
+        })
+    }
+
+    /// The rows in the bytes of the file.
+    ///
+    /// # Errors
+    /// What is wrong with it, as a sentence.
+    pub fn of_bytes(bytes: &[u8]) -> Result<Campaign, String> {
+        let most = MOST_ROWS as i64;
+        let found = nullable_from_parquet(bytes, NAME, most).map_err(|e| e.to_string())?;
         let names: Vec<String> = found.iter().map(|(name, _)| name.clone()).collect();
         let mut columns: BTreeMap<String, Nullable> = found.into_iter().collect();
         let own = [INDEX, CONTENT_KEY, SETTINGS, GROUP, SECONDS, MEMORY];

@@ -132,6 +132,14 @@ pub enum CliError {
     Drawing(fretwear::report::PlotError),
     #[error(transparent)]
     Campaign(#[from] fretwear::campaign::CampaignError),
+    #[cfg(feature = "object_store")]
+    #[error(transparent)]
+    Published(#[from] fretwear::published::PublishError),
+    #[cfg(not(feature = "object_store"))]
+    #[error(
+        "this program was built without object storage; build it with `cargo build --release --features object_store`"
+    )]
+    NoObjectStorage,
     #[error("row {index} ({settings}){}: {source}", more_rows(*others))]
     Row {
         index: usize,
@@ -186,6 +194,12 @@ impl CliError {
             CliError::Row { source, .. } => source.exit(),
             CliError::Campaign(error) if error.is_usage() => Exit::Scene,
             CliError::Campaign(error) if error.is_damage_or_mismatch() => Exit::Damaged,
+            #[cfg(feature = "object_store")]
+            CliError::Published(error) if error.is_usage() => Exit::Scene,
+            #[cfg(feature = "object_store")]
+            CliError::Published(error) if error.is_damage_or_mismatch() => Exit::Damaged,
+            #[cfg(not(feature = "object_store"))]
+            CliError::NoObjectStorage => Exit::Scene,
             CliError::Scene(_) | CliError::Input(_) | CliError::Kept(_) => Exit::Scene,
             CliError::Run(error) if error.is_not_converged() => Exit::NotConverged,
             CliError::Run(RunError::Store(error)) if error.is_damage_or_mismatch() => Exit::Damaged,

@@ -19,6 +19,7 @@ mod export_vtu;
 mod inspect;
 mod many;
 mod new;
+mod publish;
 mod report;
 #[cfg(feature = "polars")]
 mod report_command;
@@ -125,6 +126,8 @@ fn perform(command: Command, out: &mut Results) -> Result<Exit, CliError> {
         Command::Validate { json } => show::validate(json, out),
         Command::Trade(arguments) => trade::trade(&arguments, out),
         Command::Campaign { command } => campaign::campaign(&command, out),
+        Command::Publish(arguments) => publish::publish(&arguments, out),
+        Command::Fetch(arguments) => publish::fetch(&arguments, out),
         #[cfg(feature = "polars")]
         Command::Reproduce(arguments) => reproduce::reproduce(&arguments, out),
         Command::Explain { key, json } => explain::explain(&key, json, out),
