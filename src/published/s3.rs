@@ -49,7 +49,9 @@ impl Bucket {
         let rest = place.strip_prefix(SCHEME).ok_or_else(no_place)?;
         let (bucket, prefix) = rest.split_once('/').unwrap_or((rest, ""));
         let is_plain = |c: char| c.is_ascii_alphanumeric() || ".-_".contains(c);
-        if bucket.is_empty() || !bucket.chars().all(is_plain) {
+        let is_bucket = !bucket.is_empty() && bucket.chars().all(is_plain);
+        // The library would pass over a slash at the beginning.
+        if !is_bucket || prefix.starts_with('/') {
             return Err(no_place());
         }
         let prefix = Path::parse(prefix.trim_end_matches('/')).map_err(|_| no_place())?;
