@@ -31,6 +31,8 @@ pub enum CliError {
         "cannot start, or wait for, a process that computes a run: {0}; with --jobs 1 there is none"
     )]
     Processes(std::io::Error),
+    #[error("{0}")]
+    NoIteration(String),
     #[error("there is no run at {}; name the scene to begin it with", path.display())]
     NothingToRun { path: PathBuf },
     #[error("{table} is no table; the tables are {known}; `scene` is for the keys of a scene")]
@@ -210,6 +212,7 @@ impl CliError {
             ))
             | CliError::EditedScene { .. }
             | CliError::NothingToRun { .. }
+            | CliError::NoIteration(_)
             | CliError::NoFolder { .. }
             | CliError::UnknownTable { .. }
             | CliError::UnknownExample { .. }

@@ -17,8 +17,10 @@ use crate::terminal::Results;
 /// Writes the cells and the contact elements of the iterations that a run keeps, each with a collection over cycles, and the edges of the structure;
 /// of `RUN@N` those of iteration N.
 pub fn export_vtu(run: &Path, folder: &Path, out: &mut Results) -> Result<Exit, CliError> {
-    let source = parse_source(&run.to_string_lossy()).ok();
-    let source = source.filter(|_| !run.is_dir());
+    let text = run.to_string_lossy();
+    let is_iteration = text.contains('@') && !run.is_dir();
+    let source = is_iteration.then(|| parse_source(&text)).transpose();
+    let source = source.map_err(CliError::NoIteration)?;
     let (root, only) = match &source {
         Some(source) => (source.run.as_path(), Some(source.wear_iteration)),
         None => (run, None),
