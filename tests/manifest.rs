@@ -180,11 +180,14 @@ fn the_citation_has_the_version_of_the_manifest() {
     assert!(read("CITATION.cff").contains(&version));
 }
 
-/// 76 MB, most of it Polars; what is not stripped, or not optimised, adds tens of them.
+/// 83 MB, most of it Polars, and 9 more with object storage; what is not stripped, or not optimised, adds tens of them.
 #[cfg(not(debug_assertions))]
 #[test]
 fn the_program_is_small() {
-    const MOST: u64 = 90_000_000;
+    const MOST: u64 = match cfg!(feature = "object_store") {
+        true => 100_000_000,
+        false => 90_000_000,
+    };
     let program = std::fs::metadata(env!("CARGO_BIN_EXE_fretwear")).expect("the program");
     assert!(program.len() < MOST, "{} bytes", program.len());
 }

@@ -57,8 +57,8 @@ pub struct Agreed<'a> {
     pub parameters: ElementParameters,
 }
 
-/// What the fine contact does under a response.
-struct Fine {
+/// What the fine contact does between the ends of a response, under the loads at rest, and what these vary by.
+struct BetweenEnds {
     /// Largest of the differences to the elements in force, energy and loads, each in parts of what is agreement.
     gap: f64,
     /// Its loads at the ends of the motion, where they are off.
@@ -81,47 +81,63 @@ pub fn agreed<'a>(
     if begin.parameters.sliders.is_none() {
         return Ok(begin);
     }
-    let best = between_ends(reads, solvers, vibration, begin)?;
-    over_the_cycle(reads, solvers, vibration, best)
+    let (best, _) = rounds::<BetweenEnds>(reads, solvers, vibration, begin)?;
+    let (best, over_the_cycle) = rounds::<Stepped>(reads, solvers, vibration, best)?;
+    // The stage of the cycle asks for the same.
+    if let Some(stepped) = over_the_cycle {
+        solvers.end = Some(stepped.cycle);
+    }
+    Ok(best)
 }
 
-/// Agreement between the ends of the motion, under the loads at rest and in what these vary by.
-fn between_ends<'a>(
+/// What the fine contact does under a response, held against its elements.
+trait Compared: Sized {
+    /// That of a response; none where it is not to be compared.
+    fn of(reads: &Reads, solvers: &mut Solvers, of: &Agreed<'_>) -> Result<Option<Self>, RunError>;
+
+    /// The largest difference to the elements, in parts of what is agreement.
+    fn gap(&self) -> f64;
+
+    /// The laws by which the elements of that response would agree.
+    fn laws(
+        &self,
+        reads: &Reads,
+        solvers: &mut Solvers,
+        of: &Agreed<'_>,
+    ) -> Result<ElementParameters, RunError>;
+}
+
+/// Responses, each to the laws that the fine contact asks for under the one before, as long as each comes nearer; and what the fine contact does under the
+/// last.
+fn rounds<'a, C: Compared>(
     reads: &Reads,
     solvers: &mut Solvers,
     vibration: &'a Vibration,
     begin: Agreed<'a>,
-) -> Result<Agreed<'a>, RunError> {
+) -> Result<(Agreed<'a>, Option<C>), RunError> {
     let mut best = begin;
-    let Some(mut fine) = compared(reads, solvers, &best)? else {
-        return Ok(best);
+    let Some(mut fine) = C::of(reads, solvers, &best)? else {
+        return Ok((best, None));
     };
     for _ in 0..ROUNDS {
-        if fine.gap <= 1.0 {
-            return Ok(best);
+        if fine.gap() <= 1.0 {
+            break;
         }
-        let mut parameters = best.parameters.clone();
-        if let Some(loading) = fine.loading.take() {
-            let mu = solvers.joint(reads)?.friction_coefficient;
-            parameters = loading.laws(&parameters, mu);
-        }
-        if let Some(loads) = fine.loads.take() {
-            parameters = loads.laws(&parameters);
-        }
+        let parameters = fine.laws(reads, solvers, &best)?;
         let Some(next) = resolved_again(reads, vibration, &best, parameters)? else {
             break;
         };
-        let found = match compared(reads, solvers, &next)? {
-            Some(found) if found.gap < fine.gap => found,
+        let found = match C::of(reads, solvers, &next)? {
+            Some(found) if found.gap() < fine.gap() => found,
             _ => break,
         };
-        let goes_on = found.gap <= LEFT * fine.gap;
+        let goes_on = found.gap() <= LEFT * fine.gap();
         (best, fine) = (next, found);
         if !goes_on {
             break;
         }
     }
-    Ok(best)
+    Ok((best, Some(fine)))
 }
 
 /// The response to elements with other `parameters`, from the one at hand; none where it is not found.
@@ -145,56 +161,11 @@ fn resolved_again<'a>(
     }
 }
 
-/// Agreement in the energy of the whole cycle, where it is stepped: on an orbit, and where places gain and lose much of their load, laws of a
-/// line under the loads at rest do not tell it.
-fn over_the_cycle<'a>(
-    reads: &Reads,
-    solvers: &mut Solvers,
-    vibration: &'a Vibration,
-    begin: Agreed<'a>,
-) -> Result<Agreed<'a>, RunError> {
-    let mut best = begin;
-    let Some(mut fine) = stepped(reads, solvers, &best)? else {
-        return Ok(best);
-    };
-    for _ in 0..ROUNDS {
-        if fine.gap <= fine.agreed {
-            break;
-        }
-        let laws = match fine.loads.difference(&best.parameters) > AGREED_LOADS {
-            true => fine.loads.laws(&best.parameters),
-            false => best.parameters.clone(),
-        };
-        let parameters = with_energy_of(&fine.energy, &laws, |parameters| {
-            let elements = contact_elements(reads, parameters);
-            let displacement = &best.resolved.resonance.in_force().displacement;
-            let cycles = element_cycles(&elements, displacement, &fine.sampling);
-            cycles.iter().map(|cycle| cycle.dissipated_energy).collect()
-        });
-        let Some(next) = resolved_again(reads, vibration, &best, parameters)? else {
-            break;
-        };
-        let found = match stepped(reads, solvers, &next)? {
-            Some(found) if found.gap < fine.gap => found,
-            _ => break,
-        };
-        let goes_on = found.gap <= LEFT * fine.gap;
-        (best, fine) = (next, found);
-        if !goes_on {
-            break;
-        }
-    }
-    // The stage of the cycle asks for the same.
-    solvers.end = Some(fine.cycle);
-    Ok(best)
-}
-
-/// What the fine contact does over a whole cycle of a response, step by step.
+/// What the fine contact does over a whole cycle of a response, step by step: on an orbit, and where places gain and lose much of their load,
+/// laws of a line under the loads at rest do not tell it.
 struct Stepped {
-    /// Difference to the elements in energy or force, the larger, relative to the larger.
+    /// Difference to the elements in energy or force, the larger, in parts of what may be the error of the steps.
     gap: f64,
-    /// Difference that is none: below it the steps themselves may be wrong.
-    agreed: f64,
     /// What it dissipates at each element, as samples of the elements' own cycles would tell it \[J\].
     energy: Vec<f64>,
     /// What it bears at each element where that comes closest, and where it opens most.
@@ -203,6 +174,34 @@ struct Stepped {
     sampling: Sampling,
     /// The cycle.
     cycle: EndCycle,
+}
+
+impl Compared for Stepped {
+    fn of(reads: &Reads, solvers: &mut Solvers, of: &Agreed<'_>) -> Result<Option<Self>, RunError> {
+        stepped(reads, solvers, of)
+    }
+
+    fn gap(&self) -> f64 {
+        self.gap
+    }
+
+    fn laws(
+        &self,
+        reads: &Reads,
+        _: &mut Solvers,
+        of: &Agreed<'_>,
+    ) -> Result<ElementParameters, RunError> {
+        let laws = match self.loads.difference(&of.parameters) > AGREED_LOADS {
+            true => self.loads.laws(&of.parameters),
+            false => of.parameters.clone(),
+        };
+        let displacement = &of.resolved.resonance.in_force().displacement;
+        Ok(with_energy_of(&self.energy, &laws, |parameters| {
+            let elements = contact_elements(reads, parameters);
+            let cycles = element_cycles(&elements, displacement, &self.sampling);
+            cycles.iter().map(|cycle| cycle.dissipated_energy).collect()
+        }))
+    }
 }
 
 /// The cycle of the fine contact under a response whose cycles are stepped; none of one that goes to and fro between two ends, or where the
@@ -250,8 +249,7 @@ fn stepped(
         energy.iter_mut().for_each(|energy| *energy *= in_samples);
     }
     Ok(Some(Stepped {
-        gap,
-        agreed: AGREED.max(OF_BAR * cycle.relative_error()),
+        gap: gap / AGREED.max(OF_BAR * cycle.relative_error()),
         energy,
         loads: EndLoads {
             energy: own.dissipated_energy,
@@ -343,12 +341,39 @@ impl AtRest {
     }
 }
 
+impl Compared for BetweenEnds {
+    fn of(reads: &Reads, solvers: &mut Solvers, of: &Agreed<'_>) -> Result<Option<Self>, RunError> {
+        between_ends(reads, solvers, of)
+    }
+
+    fn gap(&self) -> f64 {
+        self.gap
+    }
+
+    fn laws(
+        &self,
+        reads: &Reads,
+        solvers: &mut Solvers,
+        of: &Agreed<'_>,
+    ) -> Result<ElementParameters, RunError> {
+        let mut parameters = of.parameters.clone();
+        if let Some(loading) = &self.loading {
+            let mu = solvers.joint(reads)?.friction_coefficient;
+            parameters = loading.laws(&parameters, mu);
+        }
+        if let Some(loads) = &self.loads {
+            parameters = loads.laws(&parameters);
+        }
+        Ok(parameters)
+    }
+}
+
 /// The fine contact between the ends of the response; none where elements have no laws of their own.
-fn compared(
+fn between_ends(
     reads: &Reads,
     solvers: &mut Solvers,
     of: &Agreed<'_>,
-) -> Result<Option<Fine>, RunError> {
+) -> Result<Option<BetweenEnds>, RunError> {
     let Agreed {
         resolved,
         parameters,
@@ -391,7 +416,7 @@ fn compared(
             energy: work.energy,
         };
         let off_loads = loads.difference(parameters);
-        Ok(Fine {
+        Ok(BetweenEnds {
             gap: (gap / AGREED).max(off_loads / AGREED_LOADS),
             loads: (off_loads > AGREED_LOADS).then_some(loads),
             loading,
