@@ -185,7 +185,7 @@ pub enum Command {
     Export(ExportArguments),
     /// Say what is in the matrices of a finite-element program: masses, symmetry, likely units, natural frequencies
     ///
-    /// Reads Matrix Market, Abaqus (matrix output, substructures), CalculiX, Nastran (OUTPUT4, DMIG), NPY and NPZ, MATLAB (version 5), by
+    /// Reads Matrix Market, Abaqus (matrix output, substructures), ANSYS (.full), CalculiX, Nastran (OUTPUT4, DMIG), NPY and NPZ, MATLAB, by
     /// content. What belongs to a file and lies beside it is found. Frequencies are in hertz where the file's unit of time is the second.
     Inspect(inspect::InspectArguments),
     /// Put the summaries of several runs into one table

@@ -69,6 +69,8 @@ pub enum CliError {
         "the stiffness of this joint follows from its surface, in a run; give --kt and --kn (a run's summary has them), or --tied"
     )]
     UnknownStiffness,
+    #[error("{} is a file; files are written to a folder, which is made where it is not there", path.display())]
+    NotAFolder { path: PathBuf },
     #[error("cannot write {}: {source}", path.display())]
     Export {
         path: PathBuf,
@@ -220,6 +222,7 @@ impl CliError {
             | CliError::NoJsonSchema
             | CliError::UnknownKey(_)
             | CliError::NothingToExport { .. }
+            | CliError::NotAFolder { .. }
             | CliError::NothingReduced { .. }
             | CliError::NothingToDraw { .. }
             | CliError::NothingVibrates { .. }

@@ -81,10 +81,7 @@ fn write_matrices(
     };
     let mesh = resonator.mesh()?;
     let files = MatrixFiles::new(&mesh, resonator.contact_array())?;
-    std::fs::create_dir_all(folder).map_err(|source| CliError::Export {
-        path: folder.to_owned(),
-        source,
-    })?;
+    make_folder(folder)?;
     save(folder, "stiffness.mtx", |to| files.stiffness(to))?;
     save(folder, "mass.mtx", |to| files.mass(to))?;
     save(folder, "nodes.csv", |to| files.nodes(to))?;
@@ -94,6 +91,15 @@ fn write_matrices(
         save(folder, "scene.toml", |to| to.write_all(text.as_bytes()))?;
     }
     Ok(Exit::Done)
+}
+
+/// Makes the folder that files are written to.
+pub(super) fn make_folder(folder: &Path) -> Result<(), CliError> {
+    let path = folder.to_owned();
+    if folder.is_file() {
+        return Err(CliError::NotAFolder { path });
+    }
+    std::fs::create_dir_all(folder).map_err(|source| CliError::Export { path, source })
 }
 
 pub(super) fn save(

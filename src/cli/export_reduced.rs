@@ -11,7 +11,7 @@ use fretwear::structure::matrix_files::{npz, symmetric_matrix_market};
 use fretwear::structure::superelement::Superelement;
 use fretwear::tables::typed;
 
-use super::export::save;
+use super::export::{make_folder, save};
 use super::{CliError, Exit};
 use crate::terminal::Results;
 
@@ -28,10 +28,7 @@ pub fn export_reduced(run: &Path, folder: &Path, out: &mut Results) -> Result<Ex
         mass,
         damping,
     } = Superelement::new(&tables.reduced())?;
-    std::fs::create_dir_all(folder).map_err(|source| CliError::Export {
-        path: folder.to_owned(),
-        source,
-    })?;
+    make_folder(folder)?;
     let mut matrices: Vec<(&str, &Matrix)> = vec![("K", &stiffness), ("M", &mass)];
     matrices.extend(damping.as_ref().map(|damping| ("C", damping)));
     for (name, matrix) in &matrices {

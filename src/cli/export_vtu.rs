@@ -10,6 +10,7 @@ use fretwear::store::{RealFileSystem, RunReader, StoreError};
 use fretwear::tables::{Table, TableName, TypedTable, typed};
 use fretwear::vtu::{UnstructuredGrid, VtuError, write_series};
 
+use super::export::make_folder;
 use super::run::parse_source;
 use super::{CliError, Exit};
 use crate::terminal::Results;
@@ -31,10 +32,7 @@ pub fn export_vtu(run: &Path, folder: &Path, out: &mut Results) -> Result<Exit, 
         Some(iteration) => vec![iteration],
         None => reader.iterations().collect(),
     };
-    std::fs::create_dir_all(folder).map_err(|source| CliError::Export {
-        path: folder.to_owned(),
-        source,
-    })?;
+    make_folder(folder)?;
     let mut written = Vec::new();
     let kinds: [(&str, Grid); 2] = [("joint", joint), ("elements", contact_elements)];
     for (kind, grid) in kinds {

@@ -102,8 +102,8 @@ pub fn reduced_model(
 }
 
 /// What the reduced model is off the structure at the ports, at an imaginary frequency where the structure's flexibility (K + sM)⁻¹ is known: the
-/// largest difference over the largest entry; none without it. It grows with the fourth power of frequency. Terms of the series that are left out
-/// alternate there and add up at a real frequency, so that it tells their size and not their sum.
+/// largest difference over the largest entry; none without it. It grows with the square of frequency, by the inertia that pseudo-modes leave out, or
+/// faster. Terms of the series that are left out alternate there and add up at a real frequency, so that it tells their size and not their sum.
 ///
 /// # Errors
 /// [`DynamicsError::Matrix`] for a residual that is no flexibility.

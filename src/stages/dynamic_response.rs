@@ -218,7 +218,7 @@ fn tell_reduction(
     };
     let highest = resolved.balance.harmonics().highest().min(FRICTION);
     let frequency = f64::from(highest) * resolved.resonance.in_force().frequency();
-    let there = error * (frequency / checked).powi(4);
+    let there = error * (frequency / checked).powi(2);
     if reads.wear_iteration == 0 && there > MUCH {
         outputs.notice(format!(
             "dynamics.modes = {}: the reduced structure's receptance is off that of all freedoms by some {:.1} % of its largest at {frequency:.0} Hz, \

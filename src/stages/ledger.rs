@@ -159,8 +159,12 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         let matters = *quantity != ENERGY || (fine - dynamic).abs() > WORTH * response.input_energy;
         let opens = differ(*fine, *dynamic, told) && !was_open(quantity);
         if TOLD_OF.contains(quantity) && opens && matters {
+            let where_it_is = match *quantity == ENERGY {
+                true => "error_closure has what it makes wrong in the wear that follows",
+                false => "it is in no error bar but by the energy",
+            };
             outputs.notice(format!(
-                "iteration {}: {quantity}: {fine:.4e} in the fine contact, {dynamic:.4e} in the contact elements of the structure; error_closure has what it makes wrong",
+                "iteration {}: {quantity}: {fine:.4e} in the fine contact, {dynamic:.4e} in the contact elements of the structure; {where_it_is}",
                 reads.wear_iteration
             ));
         }

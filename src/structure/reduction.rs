@@ -292,12 +292,20 @@ pub(super) fn complete(
         });
         flexibility
     };
-    let near = above(&factor, small);
     let factor_entries = factor.entries();
-    // Two factors at a time would be the peak of memory.
-    drop(factor);
     let highest = omega[omega.len() - 1];
-    let large = small + SLOPE_SHARE * highest * highest;
+    let step = SLOPE_SHARE * highest * highest;
+    // Two factors at a time would be the peak of memory.
+    let (near, small) = if small <= step {
+        let near = above(&factor, small);
+        drop(factor);
+        (near, small)
+    } else {
+        // A shift that suits the modes may be far from where a series about zero is right.
+        drop(factor);
+        (above(&refactor(step)?, step), step)
+    };
+    let large = small + step;
     let far = above(&refactor(large)?, large);
     // R(−s) = R₀ − s R₁ at both shifts.
     let mut residual_slope = Matrix::zeros(ports.len(), ports.len());

@@ -236,6 +236,12 @@ fn a_reduced_structure_is_written_as_matrices() {
             assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
         }
     }
+    let on_a_file = bench.fretwear(&["export", "run", "--reduced", "bars.inp"]);
+    assert!(
+        on_a_file.stderr().contains("bars.inp is a file"),
+        "{}",
+        on_a_file.stderr()
+    );
     let without = bench.fretwear(&["export", "nowhere", "--reduced", "x"]);
     assert!(without.stderr().contains("nowhere"), "{}", without.stderr());
 }

@@ -501,7 +501,8 @@ fn variants_of_a_full_file_are_refused_with_what_to_do() {
         (SECOND + 20, 2, "constraint equations"),
         (SECOND + 1, 19, "18 kinds"),
         (SECOND + 35, 2, "double precision"),
-        (SECOND + 18, 9999, "a record at byte 39996"),
+        (SECOND + 18, 9999, "a record at word 9999"),
+        (SECOND + 8, 7, "7, as the header has it"),
         (103 + 1, 1 << 27, "/FCOMP"),
     ] {
         let mut changed = bytes.clone();
@@ -509,4 +510,10 @@ fn variants_of_a_full_file_are_refused_with_what_to_do() {
         let error = parse(Path::new("file.full"), &changed, None).expect_err(told);
         assert!(error.to_string().contains(told), "{told}: {error}");
     }
+    let swapped: Vec<u8> = bytes
+        .chunks(4)
+        .flat_map(|word| [word[3], word[2], word[1], word[0]])
+        .collect();
+    let error = parse(Path::new("file.full"), &swapped, None).expect_err("another byte order");
+    assert!(error.to_string().contains("byte order"), "{error}");
 }

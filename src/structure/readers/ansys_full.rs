@@ -21,25 +21,38 @@ const ASSEMBLED: i32 = -4;
 mod at {
     pub const KIND: usize = 0;
     pub const EQUATIONS: usize = 1;
+    pub const STIFFNESS_TERMS: [usize; 2] = [8, 9];
     pub const LUMPED: usize = 10;
     pub const UNSYMMETRIC: usize = 13;
     pub const STIFFNESS: usize = 18;
     pub const CONSTRAINTS: usize = 20;
+    pub const MASS_TERMS: [usize; 2] = [33, 21];
     pub const MASS: usize = 26;
     pub const DAMPING: usize = 28;
     pub const NODES: usize = 32;
+    pub const DAMPING_TERMS: [usize; 2] = [34, 39];
     pub const FREEDOMS: usize = 35;
 }
 
+/// What the first words of a file are, in its byte order.
+const BEGIN: [i32; 3] = [HEADER as i32, WHOLE as i32, FULL];
+
 pub(super) fn is(bytes: &[u8]) -> bool {
     let file = Words { bytes };
-    file.word(0) == Some(HEADER as i32)
-        && file.word(1) == Some(WHOLE as i32)
-        && file.word(2) == Some(FULL)
+    let begins_with = |expected: [i32; 3]| (0..3).all(|k| file.word(k) == Some(expected[k]));
+    begins_with(BEGIN) || begins_with(BEGIN.map(i32::swap_bytes))
 }
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     let file = Words { bytes };
+    if file.word(0) != Some(BEGIN[0]) {
+        return Err(ReadProblem::Unsupported {
+            found: "the byte order of the file, the largest byte first,".into(),
+            advice:
+                "write it on a machine that has the least byte first, as those of Intel and ARM"
+                    .into(),
+        });
+    }
     let mut place = 0;
     file.whole(&mut place, "the standard header")?;
     let header = file.whole(&mut place, "the header of the file")?;
@@ -92,7 +105,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     let nodes = file.whole(&mut place, "the list of nodes")?;
     let equations = u64::try_from(header[at::EQUATIONS]).unwrap_or(0);
     let equations = rows(equations, bytes.len(), "the header of the file")?;
-    let mut place = file.pointer(&header, at::FREEDOMS);
+    let mut place = file.pointer(&header, [at::FREEDOMS, at::FREEDOMS + 1]);
     let counts = file.whole(&mut place, "the numbers of freedoms of the nodes")?;
     let kinds = file.whole(&mut place, "the kinds of the freedoms")?;
     let listed: i64 = counts.iter().map(|count| i64::from(*count)).sum();
@@ -137,17 +150,26 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             equations - dofs.len()
         ));
     }
-    for (role, pointer) in [
-        (Role::Stiffness, at::STIFFNESS),
-        (Role::Mass, at::MASS),
-        (Role::Damping, at::DAMPING),
+    for (role, pointer, terms) in [
+        (Role::Stiffness, at::STIFFNESS, at::STIFFNESS_TERMS),
+        (Role::Mass, at::MASS, at::MASS_TERMS),
+        (Role::Damping, at::DAMPING, at::DAMPING_TERMS),
     ] {
-        let begin = file.pointer(&header, pointer);
+        let begin = file.pointer(&header, [pointer, pointer + 1]);
         if begin > 0 {
+            let announced = file.pointer(&header, terms);
+            let (matrix, found) = triangle(&file, begin, role.name(), &free, dofs.len())?;
+            if found != announced {
+                return Err(ReadProblem::malformed(
+                    role.name(),
+                    format!("{found} entries"),
+                    format!("{announced}, as the header has it"),
+                ));
+            }
             parsed.matrices.push(Named {
                 name: role.name().to_owned(),
                 role: Some(role),
-                matrix: triangle(&file, begin, role.name(), &free, dofs.len())?,
+                matrix,
                 dofs: Some(dofs.clone()),
                 is_open: false,
             });
@@ -156,16 +178,17 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     Ok(parsed)
 }
 
-/// The matrix that begins at a word, of the equations that are `free`.
+/// The matrix that begins at a word, of the equations that are `free`, and how many entries it has with those of the others.
 fn triangle(
     file: &Words,
     begin: usize,
     name: &str,
     free: &[Option<u32>],
     size: usize,
-) -> Result<Triplets, ReadProblem> {
+) -> Result<(Triplets, usize), ReadProblem> {
     let mut matrix = Triplets::new(size);
     matrix.is_half = true;
+    let mut all = 0;
     let mut place = begin;
     for (row, own) in free.iter().enumerate() {
         let part = || format!("{name}, row {}", row + 1);
@@ -178,6 +201,7 @@ fn triangle(
                 "as many values as columns",
             ));
         }
+        all += columns.len();
         for (column, value) in columns.into_iter().zip(values) {
             let other = usize::try_from(column).ok().and_then(|c| c.checked_sub(1));
             let other = other.and_then(|c| free.get(c).copied());
@@ -194,7 +218,7 @@ fn triangle(
         }
         entries(matrix.entries.len() as u64, file.bytes.len(), name)?;
     }
-    Ok(matrix)
+    Ok((matrix, all))
 }
 
 /// A file of words.
@@ -209,9 +233,9 @@ impl Words<'_> {
         Some(i32::from_le_bytes(bytes.try_into().ok()?))
     }
 
-    /// The place that the header has in two words, the lower one first.
-    fn pointer(&self, header: &[i32], at: usize) -> usize {
-        let [low, high] = [header[at], header[at + 1]].map(|word| u64::from(word as u32));
+    /// The number that the header has in two words, the lower one first.
+    fn pointer(&self, header: &[i32], at: [usize; 2]) -> usize {
+        let [low, high] = at.map(|word| u64::from(header[word] as u32));
         usize::try_from(high << 32 | low).unwrap_or(usize::MAX)
     }
 
@@ -220,8 +244,8 @@ impl Words<'_> {
         let truncated = || {
             ReadProblem::truncated(
                 part,
-                format!("{} bytes", self.bytes.len()),
-                format!("a record at byte {}", (*place).saturating_mul(WORD)),
+                format!("{} words", self.bytes.len() / WORD),
+                format!("a record at word {place}"),
             )
         };
         let length = self.word(*place).ok_or_else(truncated)?;

@@ -193,7 +193,7 @@ def ansys(k, m):
         words.extend([len(data), -(2**31) if kind == "<i4" else 0, *data.tolist(), len(data)])
 
     def matrix(full, unit):
-        begin = len(words)
+        begin, terms = len(words), 0
         for i, row in enumerate(place):
             if row is None:
                 columns, values = [i], [unit]
@@ -202,7 +202,8 @@ def ansys(k, m):
                 values = [full[row, place[j]] for j in columns]
             record([j + 1 for j in columns])
             record(values, "<f8")
-        return begin
+            terms += len(columns)
+        return begin, terms
 
     header = [0] * 100
     record([4, -1, 100033] + [0] * 97)
@@ -210,12 +211,13 @@ def ansys(k, m):
     record(header)
     record([1, 2, 3])
     record([n + 1 for n in order])
-    stiffness = matrix(k, 1.0)
+    stiffness, stiffness_terms = matrix(k, 1.0)
     freedoms = len(words)
     record([3] * 6)
     record(kinds)
-    mass = matrix(m, 0.0)
-    for at, value in [(0, -4), (1, 18), (3, 2), (7, 3), (18, stiffness), (26, mass), (32, 6), (35, freedoms)]:
+    mass, mass_terms = matrix(m, 0.0)
+    of_header = [(0, -4), (1, 18), (3, 2), (7, 3), (8, stiffness_terms), (18, stiffness), (26, mass), (32, 6), (33, mass_terms)]
+    for at, value in [*of_header, (35, freedoms)]:
         words[begin + at] = value
     (HERE / "truss.full").write_bytes(np.array(words, "<i4").tobytes())
 
