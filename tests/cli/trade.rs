@@ -212,7 +212,9 @@ fn goes_on_where_it_was_stopped() {
 fn a_variant_that_fails_is_a_row() {
     let bench = Bench::new();
     let end = RESONATOR.find("[wear]").expect("a section");
-    bench.write("still.toml", &RESONATOR[..end]);
+    // Three modes have it at 1082 Hz, more of them at 998.
+    let scene = RESONATOR[..end].replace("1100 Hz", "1050 Hz");
+    bench.write("still.toml", scene);
     let sets = ["--set", "joint.grid=[27, 18]"];
     let did = bench.done(&[&["trade", "still.toml", "--knob", "modes"], &sets[..]].concat());
     let table = trade_table(&bench.path("trade/still"));
