@@ -12,7 +12,7 @@ use super::pseudo_modes::pseudo_modes;
 use super::{DynamicsError, InterfaceElement};
 use crate::linalg;
 use crate::linalg::RowMatrix as Matrix;
-use crate::structure::reduction::Reduced;
+use crate::structure::reduction::{Reduced, remove};
 
 /// Pseudo-modes beside the modes of a reduced structure. Of the 30-mode resonator at 979 Hz, six leave 0.001 Hz of what the slope of
 /// the residual moves the resonance by, twelve no less: the rest is that of the slope itself. Each costs as much as a mode.
@@ -113,35 +113,22 @@ pub fn reduction_error(reduced: &Reduced) -> Result<Option<f64>, DynamicsError> 
     };
     let slope = by_rows(&reduced.residual_slope);
     let pseudo = pseudo_modes(&by_rows(&reduced.residual), &slope, PSEUDO_MODES)?;
-    let kept = (0..reduced.rigid.columns()).map(|r| (0.0, reduced.rigid.column(r).to_vec()));
-    let elastic = reduced.omega.iter().enumerate();
-    let elastic = elastic.map(|(r, omega)| (*omega, reduced.shapes.column(r).to_vec()));
     let ports = reduced.ports.len();
-    let above = pseudo.omega.iter().enumerate().map(|(r, omega)| {
-        let shape = (0..ports).map(|port| pseudo.shapes.at(port, r));
-        (*omega, shape.collect())
+    let shapes = linalg::Matrix::from_fn(ports, pseudo.omega.len(), |port, r| {
+        pseudo.shapes.at(port, r)
     });
-    // Without what the modes have.
     let mut left = checked.flexibility.clone();
-    let mut largest = 0.0_f64;
-    for port in 0..ports {
-        largest = largest.max(left[(port, port)]);
-    }
-    for (omega, shape) in kept.chain(elastic).chain(above) {
-        let part = 1.0 / (omega * omega + checked.shift);
-        for (i, a) in shape.iter().enumerate() {
-            for (j, b) in shape.iter().enumerate() {
-                left[(i, j)] -= part * a * b;
-            }
-        }
-    }
-    let mut off = 0.0_f64;
-    for i in 0..ports {
-        for j in 0..ports {
-            off = off.max((left[(i, j)] - pseudo.residual.at(i, j)).abs());
-        }
-    }
-    Ok(Some(off / largest))
+    let part = |omega: f64| 1.0 / (omega * omega + checked.shift);
+    remove(&mut left, &reduced.rigid, |_| part(0.0));
+    remove(&mut left, &reduced.shapes, |r| part(reduced.omega[r]));
+    remove(&mut left, &shapes, |r| part(pseudo.omega[r]));
+    // What is no number is the largest, and told.
+    let largest =
+        |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).max_by(f64::total_cmp);
+    let places = || (0..ports).flat_map(|i| (0..ports).map(move |j| (i, j)));
+    let off = largest(&mut places().map(|(i, j)| left[(i, j)] - pseudo.residual.at(i, j)));
+    let size = largest(&mut checked.flexibility.as_slice().iter().copied());
+    Ok(off.zip(size).map(|(off, size)| off / size))
 }
 
 /// A symmetric matrix by rows.

@@ -67,7 +67,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         if let Some(omega) = self.linear_resonance(range)? {
             match self.raise_resonance(omega, &lag) {
                 Ok(response) if inside(range, &response) => return Ok(response),
-                Ok(_) => {}
+                Ok(_) => stopped = Some(no_resonance("phase resonance", range)),
                 Err(error) => stopped = Some(error),
             }
         }

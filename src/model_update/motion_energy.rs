@@ -6,7 +6,7 @@
 
 use super::ElementParameters;
 
-/// Bounds of a factor.
+/// Bounds of a factor: a backbone of the line is not twice off, and what asks for more is dissipated elsewhere.
 const FACTORS: [f64; 2] = [0.5, 2.0];
 /// Elements in which less is dissipated than this part of the mean of all keep their law: how stiff an element is that all but sticks
 /// is told by its backbone, and not by the little that it dissipates.

@@ -127,9 +127,12 @@ fn rounds<'a, C: Compared>(
         let Some(next) = resolved_again(reads, vibration, &best, parameters)? else {
             break;
         };
-        let found = match C::of(reads, solvers, &next)? {
-            Some(found) if found.gap() < fine.gap() => found,
-            _ => break,
+        // Laws under which the fine contact has no cycle are none to take; without them it has one.
+        let found = match C::of(reads, solvers, &next) {
+            Ok(Some(found)) if found.gap() < fine.gap() => found,
+            Ok(_) | Err(RunError::Cycle(_)) => break,
+            Err(error) if error.is_not_converged() => break,
+            Err(error) => return Err(error),
         };
         let goes_on = found.gap() <= LEFT * fine.gap();
         (best, fine) = (next, found);
@@ -168,8 +171,6 @@ struct Stepped {
     gap: f64,
     /// What it dissipates at each element, as samples of the elements' own cycles would tell it \[J\].
     energy: Vec<f64>,
-    /// What it bears at each element where that comes closest, and where it opens most.
-    loads: EndLoads,
     /// Samples of the elements' own cycles.
     sampling: Sampling,
     /// The cycle.
@@ -188,19 +189,24 @@ impl Compared for Stepped {
     fn laws(
         &self,
         reads: &Reads,
-        _: &mut Solvers,
+        solvers: &mut Solvers,
         of: &Agreed<'_>,
     ) -> Result<ElementParameters, RunError> {
-        let laws = match self.loads.difference(&of.parameters) > AGREED_LOADS {
-            true => self.loads.laws(&of.parameters),
-            false => of.parameters.clone(),
-        };
         let displacement = &of.resolved.resonance.in_force().displacement;
-        Ok(with_energy_of(&self.energy, &laws, |parameters| {
+        let dissipated = |parameters: &ElementParameters| -> Vec<f64> {
             let elements = contact_elements(reads, parameters);
             let cycles = element_cycles(&elements, displacement, &self.sampling);
             cycles.iter().map(|cycle| cycle.dissipated_energy).collect()
-        }))
+        };
+        let loads = EndLoads {
+            energy: dissipated(&of.parameters),
+            ..extreme_loads(reads, solvers, displacement, &self.sampling)?
+        };
+        let laws = match loads.difference(&of.parameters) > AGREED_LOADS {
+            true => loads.laws(&of.parameters),
+            false => of.parameters.clone(),
+        };
+        Ok(with_energy_of(&self.energy, &laws, dissipated))
     }
 }
 
@@ -233,7 +239,6 @@ fn stepped(
     let (cycle, fft_pairs) = solvers.work(reads, None, |joint| {
         Ok(joint.cycle(&at_rest.wear, &at_rest.contact, at_rest.start())?)
     })?;
-    let loads = extreme_loads(reads, solvers, &at_rest, displacement, &sampling)?;
     let off = |fine: f64, elements: f64| {
         (fine - elements).abs() / fine.max(elements).max(f64::MIN_POSITIVE)
     };
@@ -251,10 +256,6 @@ fn stepped(
     Ok(Some(Stepped {
         gap: gap / AGREED.max(OF_BAR * cycle.relative_error()),
         energy,
-        loads: EndLoads {
-            energy: own.dissipated_energy,
-            ..loads
-        },
         sampling,
         cycle: EndCycle {
             motion,
@@ -272,10 +273,10 @@ fn stepped(
 fn extreme_loads(
     reads: &Reads,
     solvers: &mut Solvers,
-    at_rest: &AtRest,
     displacement: &[f64],
     sampling: &Sampling,
 ) -> Result<EndLoads, RunError> {
+    let at_rest = AtRest::of(reads, solvers)?;
     let elements = solvers.elements(reads)?;
     let rows = displacement.chunks(3 * sampling.harmonics().coefficients());
     let rows = rows.take(elements.len());

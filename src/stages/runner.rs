@@ -16,7 +16,7 @@ use super::run::identity_of;
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use crate::journal::INTERVAL;
-use crate::recipe::{Inputs, Part, Recipe};
+use crate::recipe::{Inputs, Part, Recipe, Structure};
 use crate::store::{Cache, Kept, RunReader, RunStore, StageKey, StoreError};
 use crate::tables::{Provenance, Table, TableName, Tables, TypedTable, typed};
 
@@ -124,9 +124,9 @@ impl<'a> Runner<'a> {
             // Another version may compute otherwise.
             let version = env!("CARGO_PKG_VERSION");
             parameters.insert("version".to_owned(), version.into());
-            let source = recipe.structure.as_ref().map(|structure| &structure.source);
-            if source.is_some_and(|source| source.import().is_some()) {
-                parameters.insert("residual".to_owned(), RESIDUAL.into());
+            let structure = recipe.structure.as_ref();
+            if let Some(revision) = structure.and_then(Structure::revision) {
+                parameters.insert("revision".to_owned(), revision.into());
             }
         }
         let writer = |table: &TableName| {
@@ -550,9 +550,6 @@ fn written_again(recipe: &Recipe, wear_iteration: u64, stage: &Declaration) -> V
     let written = stage.writes_in(recipe);
     written.filter(|table| later.contains(table)).collect()
 }
-
-/// What the residual of a structure from files is of: this version had one at the shift of its modes before, which runs and caches may hold.
-const RESIDUAL: &str = "at rest";
 
 /// Tables that a run of an earlier version does not have: what they hold begins anew.
 const BEGUN_ANEW: [TableName; 2] = [TableName::CoarseField, TableName::CoarseStep];

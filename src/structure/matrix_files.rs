@@ -109,16 +109,14 @@ fn matrix_market(matrix: &SparseSymmetric, mut to: impl Write) -> io::Result<()>
 ///
 /// # Errors
 /// What writing fails of.
-pub fn symmetric_matrix_market(matrix: &Matrix, mut to: impl Write) -> io::Result<()> {
+pub fn symmetric_matrix_market(matrix: &Matrix, to: impl Write) -> io::Result<()> {
     let size = matrix.rows();
-    let lower = || (0..size).flat_map(|j| (j..size).map(move |i| (i, j)));
-    let entries = lower().filter(|place| matrix[*place] != 0.0);
-    writeln!(to, "%%MatrixMarket matrix coordinate real symmetric")?;
-    writeln!(to, "{size} {size} {}", entries.clone().count())?;
-    for (row, column) in entries {
-        writeln!(to, "{} {} {:e}", row + 1, column + 1, matrix[(row, column)])?;
-    }
-    Ok(())
+    let lower = (0..size).flat_map(|j| (j..size).map(move |i| (i, j)));
+    let entries = lower.filter(|place| matrix[*place] != 0.0);
+    let entries: Vec<(u32, u32, f64)> = entries
+        .map(|(i, j)| (j as u32, i as u32, matrix[(i, j)]))
+        .collect();
+    matrix_market(&SparseSymmetric::from_sorted(size, &entries), to)
 }
 
 /// Matrices by their names as one NPZ.

@@ -360,8 +360,8 @@ fn port_flexibility(factor: &SparseCholesky, ports: &Ports, count: usize) -> Mat
     columns.transpose_times(&columns)
 }
 
-/// Takes Σ weight·φφᵀ over the columns of `shapes` away.
-fn remove(flexibility: &mut Matrix, shapes: &Matrix, weight: impl Fn(usize) -> f64) {
+/// Takes Σ weight·φφᵀ over the columns of `shapes` away from a flexibility.
+pub fn remove(flexibility: &mut Matrix, shapes: &Matrix, weight: impl Fn(usize) -> f64) {
     let weighted = Matrix::from_fn(shapes.columns(), shapes.rows(), |r, port| {
         weight(r) * shapes[(port, r)]
     });
