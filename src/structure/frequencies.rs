@@ -3,10 +3,11 @@
 //! Both are met by (K + s·M)⁻¹ M, s > 0: a rigid mode has there the eigenvalue 1/s, what has no mass the eigenvalue 0, so that rows
 //! without mass are condensed statically without being sought out. s is found from the lowest elastic mode itself.
 
-use crate::linalg::{LinalgError, Matrix, SparseCholesky, SparseSymmetric, minimum_degree};
+use crate::linalg::{LinalgError, Matrix, SparseCholesky, SparseSymmetric};
 use crate::structure::StructureError;
 use crate::structure::matrices::Matrices;
 use crate::structure::modes::{ModeOptions, lowest_of};
+use crate::structure::order::elimination_order;
 
 /// A diagonal of the stiffness from here on is no spring but holds a row: Abaqus writes 1e36 there.
 const HELD: f64 = 1e30;
@@ -111,7 +112,15 @@ pub fn lowest_frequencies(
     }
     let precision = stiffness.precision.max(SUMMED);
     let (k, m) = (stiffness.lower(&place), mass.lower(&place));
-    let whole = spectrum(found.rows, &k, &m, precision, count)?;
+    let places = matrices.places(&place);
+    let whole = Whole {
+        rows: found.rows,
+        k: &k,
+        m: &m,
+        precision,
+        places: places.as_deref(),
+    };
+    let whole = whole.spectrum(count)?;
     (found.massless, found.is_steadied) = (whole.massless, whole.is_steadied);
     if found.massless == found.rows {
         return Err(StructureError::TooManyModes {
@@ -134,7 +143,7 @@ pub fn lowest_frequencies(
 }
 
 /// Lowest modes of all bodies together.
-pub(super) struct Whole {
+pub(super) struct Lowest {
     /// In order of ω².
     modes: Vec<Mode>,
     /// Rows of bodies without any mass.
@@ -143,7 +152,7 @@ pub(super) struct Whole {
     pub is_steadied: bool,
 }
 
-impl Whole {
+impl Lowest {
     /// How many modes nothing resists.
     pub fn rigid(&self) -> usize {
         self.modes.iter().filter(|mode| mode.is_rigid).count()
@@ -156,31 +165,63 @@ impl Whole {
     }
 }
 
-/// The lowest modes, `count` elastic ones of each body at least, of matrices given by their lower triangles, sorted.
-pub(super) fn spectrum(
-    rows: usize,
-    k: &[(u32, u32, f64)],
-    m: &[(u32, u32, f64)],
-    precision: f64,
-    count: usize,
-) -> Result<Whole, StructureError> {
-    let (body, bodies) = bodies(rows, k, m);
-    let mut whole = Whole {
-        modes: Vec::new(),
-        massless: 0,
-        is_steadied: false,
-    };
-    for pencil in apart(&body, bodies, k, m, precision) {
-        let Some(spectrum) = pencil.lowest(count)? else {
-            whole.massless += pencil.k.size();
-            continue;
+/// Stiffness and mass of all bodies, by their lower triangles, sorted.
+pub(super) struct Whole<'a> {
+    pub rows: usize,
+    pub k: &'a [(u32, u32, f64)],
+    pub m: &'a [(u32, u32, f64)],
+    /// Half a unit of the last digit of the stiffness's entries, over them.
+    pub precision: f64,
+    /// Where each row is, where that is known of all.
+    pub places: Option<&'a [[f64; 3]]>,
+}
+
+impl Whole<'_> {
+    /// The lowest modes, `count` elastic ones of each body at least.
+    pub(super) fn spectrum(&self, count: usize) -> Result<Lowest, StructureError> {
+        let mut lowest = Lowest {
+            modes: Vec::new(),
+            massless: 0,
+            is_steadied: false,
         };
-        whole.is_steadied |= spectrum.is_steadied;
-        whole.modes.extend(spectrum.modes);
+        for pencil in self.apart() {
+            let Some(spectrum) = pencil.lowest(count)? else {
+                lowest.massless += pencil.k.size();
+                continue;
+            };
+            lowest.is_steadied |= spectrum.is_steadied;
+            lowest.modes.extend(spectrum.modes);
+        }
+        let by_square = |a: &Mode, b: &Mode| a.square.total_cmp(&b.square);
+        lowest.modes.sort_by(by_square);
+        Ok(lowest)
     }
-    let by_square = |a: &Mode, b: &Mode| a.square.total_cmp(&b.square);
-    whole.modes.sort_by(by_square);
-    Ok(whole)
+
+    /// The matrices of each body by itself: bodies that are alike have modes of one frequency, more of them than Lanczos would find.
+    fn apart(&self) -> Vec<Pencil> {
+        let (body, bodies) = bodies(self.rows, self.k, self.m);
+        let mut rows_of = vec![Vec::new(); bodies];
+        let mut place = Vec::with_capacity(body.len());
+        for (row, &of) in body.iter().enumerate() {
+            place.push(rows_of[of as usize].len() as u32);
+            rows_of[of as usize].push(row);
+        }
+        let shared = |entries: &[(u32, u32, f64)]| {
+            let mut parts = vec![Vec::new(); bodies];
+            for &(j, i, v) in entries.iter().filter(|e| e.2 != 0.0) {
+                parts[body[j as usize] as usize].push((place[j as usize], place[i as usize], v));
+            }
+            parts
+        };
+        let parts = shared(self.k).into_iter().zip(shared(self.m)).zip(rows_of);
+        let pencil = |((k, m), rows): ((Vec<_>, Vec<_>), Vec<usize>)| Pencil {
+            k: SparseSymmetric::from_sorted(rows.len(), &k),
+            m: SparseSymmetric::from_sorted(rows.len(), &m),
+            precision: self.precision,
+            places: (self.places).map(|places| rows.iter().map(|&row| places[row]).collect()),
+        };
+        parts.map(pencil).collect()
+    }
 }
 
 /// Which body each row belongs to, rows that an entry joins being of one, and how many bodies there are.
@@ -218,40 +259,11 @@ pub(super) fn bodies(
     (number, count as usize)
 }
 
-/// The matrices of each body by itself: bodies that are alike have modes of one frequency, more of them than Lanczos would find.
-fn apart(
-    body: &[u32],
-    bodies: usize,
-    k: &[(u32, u32, f64)],
-    m: &[(u32, u32, f64)],
-    precision: f64,
-) -> Vec<Pencil> {
-    let mut sizes = vec![0_u32; bodies];
-    let mut place = Vec::with_capacity(body.len());
-    for &of in body {
-        place.push(sizes[of as usize]);
-        sizes[of as usize] += 1;
-    }
-    let shared = |entries: &[(u32, u32, f64)]| {
-        let mut parts = vec![Vec::new(); bodies];
-        for &(j, i, v) in entries.iter().filter(|e| e.2 != 0.0) {
-            parts[body[j as usize] as usize].push((place[j as usize], place[i as usize], v));
-        }
-        parts
-    };
-    let parts = shared(k).into_iter().zip(shared(m)).zip(sizes);
-    let pencil = |((k, m), size): ((Vec<_>, Vec<_>), u32)| Pencil {
-        k: SparseSymmetric::from_sorted(size as usize, &k),
-        m: SparseSymmetric::from_sorted(size as usize, &m),
-        precision,
-    };
-    parts.map(pencil).collect()
-}
-
 struct Pencil {
     k: SparseSymmetric,
     m: SparseSymmetric,
     precision: f64,
+    places: Option<Vec<[f64; 3]>>,
 }
 
 struct Mode {
@@ -441,7 +453,7 @@ impl Pencil {
             matrix: "the shifted stiffness",
             source,
         };
-        let order = minimum_degree(shifted).map_err(fail)?;
+        let order = elimination_order(shifted, self.places.as_deref(), &[])?;
         let factor = SparseCholesky::new(shifted, &order).map_err(fail)?;
         let massive = self.m.diagonal().iter().filter(|v| **v > 0.0).count();
         let mut options = ModeOptions::new(wanted.min(massive));

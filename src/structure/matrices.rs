@@ -237,6 +237,14 @@ impl Matrices {
         }
     }
 
+    /// Where each of the rows that `place` numbers is, in the unit of length of the files; none unless that is known of all.
+    pub(super) fn places(&self, place: &[Option<u32>]) -> Option<Vec<[f64; 3]>> {
+        let rows = self.dofs.as_ref()?.iter().zip(place);
+        let kept = rows.filter(|(_, place)| place.is_some());
+        kept.map(|(dof, _)| self.positions.get(&dof.node).copied())
+            .collect()
+    }
+
     /// Different nodes; 0 where no file says what the rows stand for.
     pub fn nodes(&self) -> usize {
         let mut nodes: Vec<i64> = (self.dofs.iter().flatten()).map(|dof| dof.node).collect();
@@ -256,4 +264,6 @@ fn sum_alike(entries: &mut Vec<(u32, u32, f64)>) {
         }
         same
     });
+    // Entries of elements that come together are many times those that remain.
+    entries.shrink_to_fit();
 }

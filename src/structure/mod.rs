@@ -35,6 +35,7 @@ pub mod contact_array;
 pub mod deck;
 pub mod element;
 mod error;
+pub mod face;
 pub mod frequencies;
 pub mod half_space;
 pub mod imported;

@@ -1,4 +1,9 @@
-//! The order of elimination: nested dissection of a mesh whose coordinates are known.
+//! The order of elimination: nested dissection of a mesh whose coordinates are known, else approximate minimum degree.
+
+use std::collections::HashMap;
+
+use super::StructureError;
+use crate::linalg::{SparseSymmetric, minimum_degree};
 
 /// Nodes below which a piece is not cut any further; such a piece makes about one dense block of the factor.
 const LEAF: usize = 40;
@@ -30,6 +35,86 @@ pub fn nested_dissection(
     dissection.cut((0..count).filter(|&n| !held[n]).collect());
     dissection.order.extend_from_slice(last);
     dissection.order
+}
+
+/// An order of elimination of the rows of a matrix with little fill, the rows `last` at its end, in their order. Where `places` says where each row
+/// is \[any unit\], by nested dissection: of solids, that takes a third of the entries and a tenth of the work of a minimum degree.
+///
+/// # Errors
+/// [`StructureError::Factorization`] where memory does not suffice.
+pub fn elimination_order(
+    matrix: &SparseSymmetric,
+    places: Option<&[[f64; 3]]>,
+    last: &[usize],
+) -> Result<Vec<usize>, StructureError> {
+    let mut is_last = vec![false; matrix.size()];
+    for &row in last {
+        is_last[row] = true;
+    }
+    let inner = match places {
+        Some(places) => dissected(matrix, places),
+        None => {
+            // What comes last is not among the others, since it would change their degrees.
+            let others: Vec<usize> = (0..matrix.size()).filter(|&row| !is_last[row]).collect();
+            let mut place = vec![None; matrix.size()];
+            for (k, &row) in others.iter().enumerate() {
+                place[row] = Some(k as u32);
+            }
+            let entries: Vec<(u32, u32, f64)> = (0..matrix.size())
+                .flat_map(|j| matrix.column(j).map(move |(i, v)| (j, i, v)))
+                .filter_map(|(j, i, v)| Some((place[j]?, place[i]?, v)))
+                .collect();
+            let inner = SparseSymmetric::from_sorted(others.len(), &entries);
+            let order = minimum_degree(&inner).map_err(|source| StructureError::Factorization {
+                matrix: "the stiffness",
+                source,
+            })?;
+            order.into_iter().map(|row| others[row]).collect()
+        }
+    };
+    let inner = inner.into_iter().filter(|&row| !is_last[row]);
+    Ok(inner.chain(last.iter().copied()).collect())
+}
+
+/// Rows by nested dissection of the places they are at.
+fn dissected(matrix: &SparseSymmetric, places: &[[f64; 3]]) -> Vec<usize> {
+    let mut node_at = HashMap::new();
+    let mut coordinates = Vec::new();
+    let mut rows_of: Vec<Vec<usize>> = Vec::new();
+    let mut node_of = Vec::with_capacity(places.len());
+    for (row, place) in places.iter().enumerate() {
+        let node = *node_at.entry(place.map(f64::to_bits)).or_insert_with(|| {
+            coordinates.push(*place);
+            rows_of.push(Vec::new());
+            coordinates.len() - 1
+        });
+        rows_of[node].push(row);
+        node_of.push(node);
+    }
+    let mut neighbours: Vec<Vec<usize>> = vec![Vec::new(); coordinates.len()];
+    for j in 0..matrix.size() {
+        for (i, _) in matrix.column(j) {
+            let (a, b) = (node_of[j], node_of[i]);
+            // The next rows of a node have the same neighbours.
+            if a != b && neighbours[a].last() != Some(&b) {
+                neighbours[a].push(b);
+                neighbours[b].push(a);
+            }
+        }
+    }
+    let mut starts = vec![0];
+    let mut adjacency = Vec::new();
+    for mut list in neighbours {
+        list.sort_unstable();
+        list.dedup();
+        adjacency.extend(list);
+        starts.push(adjacency.len());
+    }
+    let order = nested_dissection(&coordinates, &starts, &adjacency, &[]);
+    order
+        .into_iter()
+        .flat_map(|node| std::mem::take(&mut rows_of[node]))
+        .collect()
 }
 
 const OUTSIDE: u8 = 0;

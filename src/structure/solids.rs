@@ -94,6 +94,16 @@ impl Solid {
         }
     }
 
+    /// Natural coordinates of the corners.
+    pub(super) fn natural_corners(self) -> Vec<[f64; 3]> {
+        match self {
+            Solid::Hexahedron8(_) | Solid::Hexahedron20 { .. } => CORNERS.to_vec(),
+            Solid::Tetrahedron4 | Solid::Tetrahedron10 => {
+                vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+            }
+        }
+    }
+
     /// Nodes of a face, S1 being number 0: its corners, and the middles of its edges.
     pub fn face(self, number: usize) -> Option<Vec<usize>> {
         let mut nodes = self.corners_of_faces().into_iter().nth(number)?;
@@ -173,7 +183,7 @@ impl Solid {
     }
 
     /// Shape functions at a natural point, and their derivatives by the natural coordinates.
-    fn shape(self, point: [f64; 3]) -> (Vec<f64>, Vec<[f64; 3]>) {
+    pub(super) fn shape(self, point: [f64; 3]) -> (Vec<f64>, Vec<[f64; 3]>) {
         match self {
             Solid::Hexahedron8(_) => (
                 element::shape(point).to_vec(),

@@ -8,7 +8,7 @@ use fretwear::structure::readers::parse;
 use super::readers::sample;
 
 /// One of each reader and variant.
-const SAMPLES: [&str; 23] = [
+const SAMPLES: [&str; 25] = [
     "coordinate_K.mtx",
     "array_M.mtx",
     "labels_MASS1.mtx",
@@ -32,6 +32,8 @@ const SAMPLES: [&str; 23] = [
     "sparse_compressed.mat",
     "solids/C3D10.inp",
     "solids/C3D20R.inp",
+    "solids/tied.inp",
+    "solids/tied_quadratic.inp",
 ];
 
 /// A sample is read in a millisecond; a machine that does other work, too, does not take a thousand times as long.

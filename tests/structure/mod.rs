@@ -15,6 +15,7 @@ mod reduction;
 mod resonator;
 mod solids;
 mod superelement;
+mod ties;
 
 use fretwear::linalg::{Matrix, SparseSymmetric};
 use fretwear::structure::assembly::System;

@@ -284,8 +284,8 @@ fn decks_that_are_not_assembled_are_refused() {
         }
     };
     has(
-        told(sound.replace("*NSET", "*TIE\n*NSET")),
-        &["*TIE", "structure.kind"],
+        told(sound.replace("*NSET", "*COUPLING\n*NSET")),
+        &["*COUPLING", "structure.kind"],
     );
     has(
         told(format!("{sound}\n*ELEMENT, TYPE=B31\n99,1,2\n")),

@@ -45,7 +45,7 @@ pub enum ImportError {
     NoPosition(i64),
     /// A node of the joint, or of a point, has no row.
     #[error(
-        "node {node} has no displacement along {axis} in the matrices{}", if *.is_held { ": structure.fixed holds it" } else { ": the program has removed it, or there is no such node" }
+        "node {node} has no displacement along {axis} in the matrices{}", if *.is_held { ": structure.fixed holds it" } else { ": the program has removed it, a tie or an equation of the deck makes it follow others, or there is no such node" }
     )]
     NoRow {
         /// The node.

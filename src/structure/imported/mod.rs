@@ -62,6 +62,8 @@ pub struct Imported {
     /// Half a unit of the last digit of the stiffness's entries, over them.
     precision: f64,
     row_of: HashMap<(i64, u32), usize>,
+    /// Where each row is, where that is known of all, in the unit of the files.
+    places: Option<Vec<[f64; 3]>>,
     sides: [Side; 2],
     /// The nodes of both sides face each other one by one, in their order.
     is_paired: bool,
@@ -234,6 +236,7 @@ impl Imported {
             stiffness: stiffness_si,
             precision: stiffness.precision.max(SUMMED),
             row_of,
+            places: matrices.places(&place),
             sides: [lower, upper],
             is_paired: matches!(options.facing, Facing::Pairs(_)),
             points: points.collect::<Result<_, _>>()?,

@@ -1,10 +1,11 @@
 //! The small model of a structure from matrices.
 
-use super::{ImportError, Imported, Lower};
-use crate::linalg::{Matrix, SparseCholesky, SparseSymmetric, minimum_degree};
+use super::{ImportError, Imported};
+use crate::linalg::{Matrix, SparseCholesky, SparseSymmetric};
 use crate::structure::StructureError;
-use crate::structure::frequencies::{DENSE, dense, spectrum};
+use crate::structure::frequencies::{DENSE, Whole, dense};
 use crate::structure::modes::{ModeOptions, lowest_of, shift_of};
+use crate::structure::order::elimination_order;
 use crate::structure::outline::Outline;
 use crate::structure::reduction::{ContactPorts, ModesAtPorts, Reduced, complete};
 
@@ -30,7 +31,14 @@ impl Imported {
         let rows = self.rows;
         let stiffness = SparseSymmetric::from_sorted(rows, &self.stiffness);
         let mass = SparseSymmetric::from_sorted(rows, &self.inertia);
-        let lowest = spectrum(rows, &self.stiffness, &self.inertia, self.precision, LOWEST)?;
+        let pencil = Whole {
+            rows,
+            k: &self.stiffness,
+            m: &self.inertia,
+            precision: self.precision,
+            places: self.places.as_deref(),
+        };
+        let lowest = pencil.spectrum(LOWEST)?;
         if lowest.massless > 0 {
             return Err(ImportError::Massless {
                 rows: lowest.massless,
@@ -55,7 +63,8 @@ impl Imported {
         let mut last: Vec<usize> = ports.combinations.iter().flatten().map(|c| c.0).collect();
         last.sort_unstable();
         last.dedup();
-        let order = order_with_last(rows, &self.stiffness, &self.inertia, &last)?;
+        let places = self.places.as_deref();
+        let order = elimination_order(&stiffness.plus(shift, &mass), places, &last)?;
         let factored = |shift: f64| {
             SparseCholesky::new(&stiffness.plus(shift, &mass), &order).map_err(|source| {
                 StructureError::Factorization {
@@ -166,39 +175,4 @@ fn shift_near(first: f64, stiffness: &SparseSymmetric, mass: &SparseSymmetric) -
         true => usual,
         false => first,
     }
-}
-
-/// An order of elimination that keeps little fill, the rows `last` at its end: those of the ports, whose flexibility is then a dense block.
-fn order_with_last(
-    rows: usize,
-    stiffness: &Lower,
-    mass: &Lower,
-    last: &[usize],
-) -> Result<Vec<usize>, StructureError> {
-    let mut place = vec![Some(0_u32); rows];
-    for &row in last {
-        place[row] = None;
-    }
-    let mut others = Vec::with_capacity(rows - last.len());
-    for (row, place) in place.iter_mut().enumerate() {
-        if let Some(place) = place {
-            *place = others.len() as u32;
-            others.push(row);
-        }
-    }
-    let mut entries: Vec<(u32, u32, f64)> = (stiffness.iter().chain(mass))
-        .filter_map(|&(i, j, v)| Some((place[i as usize]?, place[j as usize]?, v.abs())))
-        .collect();
-    entries.sort_by_key(|e| (e.0, e.1));
-    entries.dedup_by_key(|e| (e.0, e.1));
-    let inner = SparseSymmetric::from_sorted(others.len(), &entries);
-    let order = minimum_degree(&inner).map_err(|source| StructureError::Factorization {
-        matrix: "the stiffness",
-        source,
-    })?;
-    Ok(order
-        .into_iter()
-        .map(|row| others[row])
-        .chain(last.iter().copied())
-        .collect())
 }

@@ -3,19 +3,16 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::deck::{self, keyword, option};
+use super::Parsed;
+use super::deck::{keyword, option};
 use super::error::ReadProblem;
+use super::mesh_constraints::{Constraint, OpenEquation, Tie, TieOptions};
 use super::text::{number, shown, text_of, whole};
-use super::{Named, Parsed};
-use crate::structure::StructureError;
-use crate::structure::matrices::{DOUBLE, Dof, Role, Triplets};
-use crate::structure::outline;
+use crate::structure::matrices::Dof;
 use crate::structure::solids::{Elastic, Material, NAMES, Solid};
 
 /// Keywords that join degrees of freedom, or add what solids have not: without them the structure would be another one.
-const REFUSED: [&str; 22] = [
-    "*TIE",
-    "*EQUATION",
+const REFUSED: [&str; 20] = [
     "*MPC",
     "*COUPLING",
     "*RIGID BODY",
@@ -42,25 +39,34 @@ const NOT_FLAT: [&str; 3] = ["*INCLUDE", "*INSTANCE", "*PART"];
 /// Words for what is held, and the last of the directions from 1 on.
 const HELD: [(&str, u32); 2] = [("ENCASTRE", 6), ("PINNED", 3)];
 
-struct Element {
-    label: i64,
-    solid: Solid,
-    nodes: Vec<i64>,
-    line: usize,
+pub(super) struct Element {
+    pub(super) label: i64,
+    pub(super) solid: Solid,
+    pub(super) nodes: Vec<i64>,
+    pub(super) line: usize,
 }
 
 #[derive(Default)]
-struct Deck {
-    elements: Vec<Element>,
+pub(super) struct Surface {
+    /// In ascending order, each once.
+    pub(super) nodes: Vec<i64>,
+    /// Place of an element, and number of its face, S1 being 0; none of a surface of nodes.
+    pub(super) faces: Vec<(usize, usize)>,
+}
+
+#[derive(Default)]
+pub(super) struct Deck {
+    pub(super) elements: Vec<Element>,
     /// Places of elements by their sets.
     sets: HashMap<String, Vec<usize>>,
     place_of: HashMap<i64, usize>,
     materials: HashMap<String, MaterialLines>,
     /// Set of elements, material, line.
     sections: Vec<(String, String, usize)>,
-    held: HashSet<(i64, u32)>,
-    /// Nodes of surfaces.
-    surfaces: HashMap<String, Vec<i64>>,
+    pub(super) held: HashSet<Dof>,
+    pub(super) surfaces: HashMap<String, Surface>,
+    pub(super) ties: Vec<Tie>,
+    pub(super) equations: Vec<Constraint>,
 }
 
 #[derive(Default, Clone, Copy)]
@@ -81,148 +87,6 @@ fn solid_of(line: &str) -> Option<Solid> {
     NAMES.iter().find(|name| name.0 == kind).map(|name| name.1)
 }
 
-/// Stiffness and mass of the solids of a deck, without what it holds, with its sets and positions.
-pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
-    let mut parsed = deck::parse(bytes)?;
-    let deck = read(bytes, &parsed)?;
-    for (name, nodes) in &deck.surfaces {
-        parsed
-            .sets
-            .entry(name.clone())
-            .or_insert_with(|| nodes.clone());
-    }
-    let materials = deck.materials_of_elements()?;
-    let mut nodes: Vec<i64> = deck
-        .elements
-        .iter()
-        .flat_map(|e| e.nodes.iter().copied())
-        .collect();
-    nodes.sort_unstable();
-    nodes.dedup();
-    let mut row_of = HashMap::new();
-    let mut dofs = Vec::new();
-    for &node in &nodes {
-        for direction in 1..=3 {
-            if !deck.held.contains(&(node, direction)) {
-                row_of.insert((node, direction), dofs.len() as u32);
-                dofs.push(Dof { node, direction });
-            }
-        }
-    }
-    let half = || Triplets {
-        is_half: true,
-        ..Triplets::new(dofs.len())
-    };
-    let (mut stiffness, mut mass) = (half(), half());
-    for (k, element) in deck.elements.iter().enumerate() {
-        let place = || format!("element {} of line {}", element.label, element.line);
-        let at: Option<Vec<[f64; 3]>> = (element.nodes.iter())
-            .map(|node| parsed.positions.get(node).copied())
-            .collect();
-        let at = at.ok_or_else(|| {
-            let missing = element
-                .nodes
-                .iter()
-                .find(|node| !parsed.positions.contains_key(node));
-            ReadProblem::malformed(
-                place(),
-                format!("node {}", missing.unwrap_or(&0)),
-                "nodes that the deck has",
-            )
-        })?;
-        let found = element
-            .solid
-            .matrices(&at, &materials[k], element.label as usize);
-        let found = found.map_err(|error| {
-            let found = match error {
-                StructureError::InvertedElement { jacobian, .. } => {
-                    format!("a Jacobian of {jacobian:e}")
-                }
-                other => other.to_string(),
-            };
-            ReadProblem::malformed(
-                place(),
-                found,
-                "a positive one: nodes in the order of its type",
-            )
-        })?;
-        let count = element.nodes.len();
-        let rows: Vec<Option<u32>> = (element.nodes.iter())
-            .flat_map(|node| (1..=3).map(move |d| (*node, d)))
-            .map(|dof| row_of.get(&dof).copied())
-            .collect();
-        for (i, row) in rows.iter().enumerate() {
-            let Some(row) = row else {
-                continue;
-            };
-            for (j, column) in rows[..=i].iter().enumerate() {
-                let Some(column) = column else {
-                    continue;
-                };
-                let place = (*row.max(column), *row.min(column));
-                let value = found.stiffness[i * 3 * count + j];
-                stiffness.entries.push((place.0, place.1, value));
-                if i % 3 == j % 3 {
-                    let value = found.mass[i / 3 * count + j / 3];
-                    mass.entries.push((place.0, place.1, value));
-                }
-            }
-        }
-    }
-    if dofs.is_empty() {
-        return Err(ReadProblem::malformed(
-            "the deck",
-            "no free node",
-            "a solid that is not held everywhere",
-        ));
-    }
-    for matrix in [&mut stiffness, &mut mass] {
-        matrix.sum_places();
-        matrix.precision = DOUBLE;
-    }
-    parsed.outline = outline_of(&deck.elements, &nodes, &parsed.positions);
-    parsed.notes.push(format!(
-        "{} solids of {} nodes are assembled{}",
-        deck.elements.len(),
-        nodes.len(),
-        match deck.held.len() {
-            0 => String::new(),
-            held => format!("; {held} displacements are held by the deck"),
-        }
-    ));
-    let named = |name: &str, role, matrix| Named {
-        name: name.to_owned(),
-        role: Some(role),
-        matrix,
-        dofs: Some(dofs.clone()),
-        is_open: false,
-    };
-    parsed.matrices = vec![
-        named("stiffness", Role::Stiffness, stiffness),
-        named("mass", Role::Mass, mass),
-    ];
-    Ok(parsed)
-}
-
-/// Edges of the bodies of these elements, whose `nodes` are sorted.
-fn outline_of(
-    elements: &[Element],
-    nodes: &[i64],
-    positions: &HashMap<i64, [f64; 3]>,
-) -> Vec<Vec<i64>> {
-    let places: Vec<[f64; 3]> = nodes.iter().map(|node| positions[node]).collect();
-    let faces = elements.iter().flat_map(|element| {
-        let corners = element.solid.corners_of_faces().into_iter();
-        corners.map(|face| {
-            let at = |k: usize| nodes.partition_point(|node| *node < element.nodes[k]);
-            (face.into_iter().map(at).collect(), 0)
-        })
-    });
-    let lines = outline::lines(faces, &places).into_iter();
-    let named = |line: outline::Line| line.nodes.into_iter().map(|n| nodes[n]).collect();
-    lines.map(named).collect()
-}
-
 enum In {
     Elements(Solid, Option<String>),
     ElementSet { name: String, generate: bool },
@@ -230,10 +94,12 @@ enum In {
     Elastic(String),
     Density(String),
     Boundary,
+    Tie(TieOptions),
+    Equation,
     Other,
 }
 
-fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
+pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
     let text = text_of(bytes);
     let mut deck = Deck::default();
     let mut section = In::Other;
@@ -241,6 +107,7 @@ fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
     let mut room = super::MOST_ENTRIES.min(64 * bytes.len());
     // An element of many nodes goes on in the next line, after a comma.
     let mut open: Vec<i64> = Vec::new();
+    let mut open_equation = OpenEquation::default();
     for (k, line) in text.lines().enumerate() {
         if line.trim().is_empty() || line.starts_with("**") {
             continue;
@@ -254,6 +121,7 @@ fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
                     "the rest of an element's nodes",
                 ));
             }
+            open_equation.check_closed()?;
             section = begin(line, &mut material, &mut deck, k + 1)?;
             continue;
         }
@@ -334,35 +202,34 @@ fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
                 deck.sets.entry(name.clone()).or_default().extend(found);
             }
             In::Surface { name, of_nodes } => {
-                let nodes = match of_nodes {
-                    true => nodes_of(fields[0], parsed),
-                    false => {
-                        let face = fields
-                            .get(1)
-                            .copied()
-                            .unwrap_or("")
-                            .trim_start_matches(['S', 's']);
-                        let face: usize =
-                            whole(face, "a set of elements and a face, S1 to S6", place)?;
-                        let mut nodes = Vec::new();
-                        for at in deck.places(fields[0]) {
-                            let element = &deck.elements[at];
-                            let corners = face
-                                .checked_sub(1)
-                                .and_then(|face| element.solid.face(face));
-                            let corners = corners.ok_or_else(|| {
-                                ReadProblem::malformed(
-                                    place(),
-                                    format!("face S{face}"),
-                                    "a face that the element has",
-                                )
-                            })?;
-                            nodes.extend(corners.into_iter().map(|corner| element.nodes[corner]));
-                        }
-                        nodes
+                let mut nodes = Vec::new();
+                let mut faces = Vec::new();
+                if *of_nodes {
+                    nodes = nodes_of(fields[0], parsed);
+                } else {
+                    let face = fields.get(1).copied().unwrap_or("");
+                    let face = face.trim_start_matches(['S', 's']);
+                    let face: usize = whole(face, "a set of elements and a face, S1 to S6", place)?;
+                    for at in deck.places(fields[0]) {
+                        let element = &deck.elements[at];
+                        let number = face.wrapping_sub(1);
+                        let corners = element.solid.face(number).ok_or_else(|| {
+                            ReadProblem::malformed(
+                                place(),
+                                format!("face S{face}"),
+                                "a face that the element has",
+                            )
+                        })?;
+                        nodes.extend(corners.into_iter().map(|corner| element.nodes[corner]));
+                        faces.push((at, number));
                     }
-                };
-                deck.surfaces.entry(name.clone()).or_default().extend(nodes);
+                }
+                room = room.checked_sub(nodes.len()).ok_or_else(|| {
+                    ReadProblem::malformed(place(), shown(line), "fewer nodes in all surfaces")
+                })?;
+                let surface = deck.surfaces.entry(name.clone()).or_default();
+                surface.nodes.extend(nodes);
+                surface.faces.extend(faces);
             }
             In::Elastic(name) => {
                 let constants = deck.materials.entry(name.clone()).or_default();
@@ -385,12 +252,21 @@ fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
                     .get_or_insert(density);
             }
             In::Boundary => hold(&fields, parsed, &mut deck.held, &place)?,
+            In::Tie(options) => deck.ties.push(options.between(&fields, k + 1)?),
+            In::Equation => {
+                if let Some(equation) = open_equation.add(&fields, k + 1)? {
+                    deck.equations.push(equation);
+                }
+            }
             In::Other => {}
         }
     }
-    for nodes in deck.surfaces.values_mut() {
-        nodes.sort_unstable();
-        nodes.dedup();
+    open_equation.check_closed()?;
+    for surface in deck.surfaces.values_mut() {
+        surface.nodes.sort_unstable();
+        surface.nodes.dedup();
+        surface.faces.sort_unstable();
+        surface.faces.dedup();
     }
     Ok(deck)
 }
@@ -455,6 +331,8 @@ fn begin(line: &str, material: &mut String, deck: &mut Deck, at: usize) -> Resul
             In::Other
         }
         "*BOUNDARY" => In::Boundary,
+        "*TIE" => In::Tie(TieOptions::of(line, at)?),
+        "*EQUATION" => In::Equation,
         _ => In::Other,
     })
 }
@@ -472,7 +350,7 @@ impl Deck {
     }
 
     /// The material of each element.
-    fn materials_of_elements(&self) -> Result<Vec<Material>, ReadProblem> {
+    pub(super) fn materials_of_elements(&self) -> Result<Vec<Material>, ReadProblem> {
         let mut found: Vec<Option<Material>> = vec![None; self.elements.len()];
         for (set, name, line) in &self.sections {
             let place = || format!("line {line}");
@@ -544,7 +422,7 @@ fn nodes_of(name: &str, parsed: &Parsed) -> Vec<i64> {
 fn hold(
     fields: &[&str],
     parsed: &Parsed,
-    held: &mut HashSet<(i64, u32)>,
+    held: &mut HashSet<Dof>,
     place: &dyn Fn() -> String,
 ) -> Result<(), ReadProblem> {
     let nodes = nodes_of(fields[0], parsed);
@@ -582,7 +460,8 @@ fn hold(
         }
     };
     for node in nodes {
-        held.extend(directions.clone().filter(|d| *d <= 3).map(|d| (node, d)));
+        let displacements = directions.clone().filter(|d| *d <= 3);
+        held.extend(displacements.map(|direction| Dof { node, direction }));
     }
     Ok(())
 }

@@ -11,6 +11,8 @@ mod deck;
 mod error;
 mod mat5;
 mod matrix_market;
+mod mesh_assembly;
+mod mesh_constraints;
 mod mesh_deck;
 mod nastran_dmig;
 mod nastran_op4;
@@ -238,7 +240,7 @@ const MESH: &str = "mesh of an Abaqus input deck";
 /// The matrices of the mesh of a deck; none of another file.
 fn assembled(bytes: &[u8]) -> Result<Option<Parsed>, ReadProblem> {
     let is_mesh = deck::is(bytes) && mesh_deck::has_mesh(bytes);
-    is_mesh.then(|| mesh_deck::assemble(bytes)).transpose()
+    is_mesh.then(|| mesh_assembly::assemble(bytes)).transpose()
 }
 
 fn opened(

@@ -1,0 +1,198 @@
+//! Points on the faces of solids.
+
+use super::solids::Solid;
+
+/// A face of a solid in space: the nearest point on it, with the weights of the solid's nodes there.
+///
+/// The face is x(s, t) = Σ Nₙ(c + s·e + t·f) xₙ with the shape functions Nₙ of the solid, from one corner c of its natural coordinates along two sides;
+/// s and t from 0 to 1, and s + t ≤ 1 on a triangle.
+pub struct Face {
+    solid: Solid,
+    nodes: Vec<[f64; 3]>,
+    corner: [f64; 3],
+    sides: [[f64; 3]; 2],
+    is_triangle: bool,
+    low: [f64; 3],
+    high: [f64; 3],
+    longest: f64,
+}
+
+/// The point of a face that is nearest to another point.
+pub struct Nearest {
+    /// Where it is, in the unit of the nodes.
+    pub position: [f64; 3],
+    /// How far from the other point.
+    pub distance: f64,
+    /// One weight for each node of the solid; they sum to one.
+    pub weights: Vec<f64>,
+}
+
+/// Steps of Gauss and Newton: a flat parallelogram takes one, a curved face a few.
+const STEPS: usize = 40;
+/// A step of the coordinates below this is rounding.
+const NO_STEP: f64 = 1e-13;
+/// A foot so far outside of its face is on it but for rounding.
+const ON_FACE: f64 = 1e-9;
+/// Edges by s and t: where one begins, and where it leads.
+const EDGES_OF_SQUARE: [[[f64; 2]; 2]; 4] = [
+    [[0.0, 0.0], [1.0, 0.0]],
+    [[0.0, 0.0], [0.0, 1.0]],
+    [[1.0, 0.0], [0.0, 1.0]],
+    [[0.0, 1.0], [1.0, 0.0]],
+];
+const EDGES_OF_TRIANGLE: [[[f64; 2]; 2]; 3] = [
+    [[0.0, 0.0], [1.0, 0.0]],
+    [[0.0, 0.0], [0.0, 1.0]],
+    [[1.0, 0.0], [-1.0, 1.0]],
+];
+
+fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|k| a[k] - b[k])
+}
+
+fn product(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|k| a[k] * b[k]).sum()
+}
+
+impl Face {
+    /// Face `number` (S1 is 0) of a solid with these nodes; none if it has no such face.
+    pub fn new(solid: Solid, number: usize, nodes: &[[f64; 3]]) -> Option<Face> {
+        let corners = solid.corners_of_faces().into_iter().nth(number)?;
+        let natural = solid.natural_corners();
+        let is_triangle = corners.len() == 3;
+        let along = |k: usize| minus(natural[corners[k]], natural[corners[0]]);
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for node in solid.face(number)? {
+            for a in 0..3 {
+                low[a] = low[a].min(nodes[node][a]);
+                high[a] = high[a].max(nodes[node][a]);
+            }
+        }
+        let longest = (0..corners.len()).map(|k| {
+            let side = minus(nodes[corners[(k + 1) % corners.len()]], nodes[corners[k]]);
+            product(side, side).sqrt()
+        });
+        Some(Face {
+            solid,
+            nodes: nodes.to_vec(),
+            corner: natural[corners[0]],
+            sides: [along(1), along(corners.len() - 1)],
+            is_triangle,
+            low,
+            high,
+            longest: longest.fold(0.0, f64::max),
+        })
+    }
+
+    /// The longest side.
+    pub fn longest_side(&self) -> f64 {
+        self.longest
+    }
+
+    /// The point at s and t; none outside of the face.
+    pub fn at(&self, place: [f64; 2]) -> Option<[f64; 3]> {
+        self.has(place).then(|| self.point(place).0)
+    }
+
+    fn has(&self, place: [f64; 2]) -> bool {
+        let sum_at_most = if self.is_triangle { 1.0 } else { 2.0 };
+        place.iter().all(|x| (-ON_FACE..=1.0 + ON_FACE).contains(x))
+            && place[0] + place[1] <= sum_at_most + ON_FACE
+    }
+
+    /// True only if every point of the face is further from `at` than `reach`. What a curved face is outside of its nodes, an eighth of its
+    /// longest side, is allowed for.
+    pub fn is_further(&self, at: [f64; 3], reach: f64) -> bool {
+        let reach = reach + 0.125 * self.longest;
+        (0..3).any(|a| at[a] < self.low[a] - reach || at[a] > self.high[a] + reach)
+    }
+
+    /// The nearest point to `at`.
+    pub fn nearest(&self, at: [f64; 3]) -> Nearest {
+        let inside = self.foot(at).map(|place| self.seen_from(at, place));
+        inside.unwrap_or_else(|| {
+            let edges = match self.is_triangle {
+                true => &EDGES_OF_TRIANGLE[..],
+                false => &EDGES_OF_SQUARE[..],
+            };
+            let ends = edges
+                .iter()
+                .map(|edge| self.seen_from(at, self.foot_on(*edge, at)));
+            let nearest = ends.min_by(|a, b| a.distance.total_cmp(&b.distance));
+            nearest.expect("a face has edges")
+        })
+    }
+
+    /// Foot of the perpendicular, if it lies on the face.
+    fn foot(&self, at: [f64; 3]) -> Option<[f64; 2]> {
+        let mut place = match self.is_triangle {
+            true => [1.0 / 3.0; 2],
+            false => [0.5; 2],
+        };
+        for _ in 0..STEPS {
+            let (position, tangents, _) = self.point(place);
+            let miss = minus(at, position);
+            let [a, b] = tangents.map(|t| product(t, miss));
+            let [[p, q], [_, r]] = tangents.map(|t| tangents.map(|u| product(t, u)));
+            let determinant = p * r - q * q;
+            let step = [(r * a - q * b) / determinant, (p * b - q * a) / determinant];
+            place = [0, 1].map(|k| (place[k] + step[k]).clamp(-1.0, 2.0));
+            if step.iter().all(|s| s.abs() < NO_STEP) {
+                break;
+            }
+        }
+        self.has(place).then_some(place)
+    }
+
+    /// The nearest place of an edge, given by its start and where it leads.
+    fn foot_on(&self, [start, along]: [[f64; 2]; 2], at: [f64; 3]) -> [f64; 2] {
+        let place = |x: f64| [0, 1].map(|k| start[k] + x * along[k]);
+        let mut x = 0.5;
+        for _ in 0..STEPS {
+            let (position, tangents, _) = self.point(place(x));
+            let tangent = [0, 1, 2].map(|a| along[0] * tangents[0][a] + along[1] * tangents[1][a]);
+            let step = product(tangent, minus(at, position)) / product(tangent, tangent);
+            let next = (x + step).clamp(0.0, 1.0);
+            let is_there = (next - x).abs() < NO_STEP;
+            x = next;
+            if is_there {
+                break;
+            }
+        }
+        place(x)
+    }
+
+    /// Position at a place, ∂x/∂s and ∂x/∂t, and the weights of the nodes.
+    fn point(&self, place: [f64; 2]) -> ([f64; 3], [[f64; 3]; 2], Vec<f64>) {
+        let natural = [0, 1, 2]
+            .map(|a| self.corner[a] + place[0] * self.sides[0][a] + place[1] * self.sides[1][a]);
+        let (weights, slopes) = self.solid.shape(natural);
+        let mut position = [0.0; 3];
+        let mut tangents = [[0.0; 3]; 2];
+        for ((node, weight), slope) in self.nodes.iter().zip(&weights).zip(&slopes) {
+            for a in 0..3 {
+                position[a] += weight * node[a];
+                for (tangent, side) in tangents.iter_mut().zip(&self.sides) {
+                    tangent[a] += product(*slope, *side) * node[a];
+                }
+            }
+        }
+        (position, tangents, weights)
+    }
+
+    fn seen_from(&self, at: [f64; 3], place: [f64; 2]) -> Nearest {
+        let (position, _, weights) = self.point(place);
+        let miss = minus(at, position);
+        let distance = product(miss, miss).sqrt();
+        Nearest {
+            position,
+            // A face that is degenerate is near nothing.
+            distance: if distance.is_nan() {
+                f64::INFINITY
+            } else {
+                distance
+            },
+            weights,
+        }
+    }
+}

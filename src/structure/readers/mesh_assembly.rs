@@ -1,0 +1,185 @@
+//! Stiffness and mass of the solids of an input deck.
+
+use std::collections::HashMap;
+
+use super::deck;
+use super::error::ReadProblem;
+use super::mesh_constraints;
+use super::mesh_deck::{self, Element};
+use super::{Named, Parsed};
+use crate::structure::StructureError;
+use crate::structure::matrices::{DOUBLE, Dof, Role, Triplets};
+use crate::structure::outline;
+use crate::structure::solids::{Material, SolidMatrices};
+
+/// Stiffness and mass of the solids of a deck, without what it holds and what follows from other displacements, with its sets and positions.
+pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
+    let mut parsed = deck::parse(bytes)?;
+    let mut deck = mesh_deck::read(bytes, &parsed)?;
+    for (name, surface) in &deck.surfaces {
+        let set = parsed.sets.entry(name.clone());
+        set.or_insert_with(|| surface.nodes.clone());
+    }
+    let materials = deck.materials_of_elements()?;
+    // Before any element is computed, since tied nodes are moved.
+    let mut constraints = std::mem::take(&mut deck.equations);
+    for tie in &deck.ties {
+        constraints.extend(mesh_constraints::tied(tie, &deck, &mut parsed)?);
+    }
+    let dependents = mesh_constraints::resolved(constraints, &deck.held)?;
+    let mut nodes: Vec<i64> = (deck.elements.iter())
+        .flat_map(|e| e.nodes.iter().copied())
+        .collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let mut dofs: Vec<Dof> = (nodes.iter())
+        .flat_map(|&node| (1..=3).map(move |direction| Dof { node, direction }))
+        .chain(dependents.values().flatten().map(|term| term.0))
+        .filter(|dof| !deck.held.contains(dof) && !dependents.contains_key(dof))
+        .collect();
+    dofs.sort_unstable();
+    dofs.dedup();
+    let row_of: HashMap<Dof, u32> = dofs.iter().copied().zip(0..).collect();
+    // Each displacement of an element as a weighted sum of rows.
+    let rows_of = |dof: Dof| -> Vec<(u32, f64)> {
+        match (dependents.get(&dof), row_of.get(&dof)) {
+            (Some(sum), _) => sum.iter().map(|term| (row_of[&term.0], term.1)).collect(),
+            (None, Some(row)) => vec![(*row, 1.0)],
+            (None, None) => Vec::new(),
+        }
+    };
+    let half = || Triplets {
+        is_half: true,
+        ..Triplets::new(dofs.len())
+    };
+    let (mut stiffness, mut mass) = (half(), half());
+    for (k, element) in deck.elements.iter().enumerate() {
+        let found = matrices_of(element, &materials[k], &parsed)?;
+        let count = element.nodes.len();
+        let rows: Vec<Vec<(u32, f64)>> = (element.nodes.iter())
+            .flat_map(|&node| (1..=3).map(move |direction| Dof { node, direction }))
+            .map(rows_of)
+            .collect();
+        for i in 0..3 * count {
+            for j in 0..=i {
+                let stiffness_here = found.stiffness[i * 3 * count + j];
+                add(&mut stiffness, [&rows[i], &rows[j]], stiffness_here, i == j);
+                if i % 3 == j % 3 {
+                    let mass_here = found.mass[i / 3 * count + j / 3];
+                    add(&mut mass, [&rows[i], &rows[j]], mass_here, i == j);
+                }
+            }
+        }
+    }
+    if dofs.is_empty() {
+        return Err(ReadProblem::malformed(
+            "the deck",
+            "no free node",
+            "a solid that is not held everywhere",
+        ));
+    }
+    for matrix in [&mut stiffness, &mut mass] {
+        matrix.sum_places();
+        matrix.precision = DOUBLE;
+    }
+    parsed.outline = outline_of(&deck.elements, &nodes, &parsed.positions);
+    // A drawing has no motion of its own for a node that follows others.
+    let follows = |&node: &i64| dependents.contains_key(&Dof { node, direction: 1 });
+    for line in &mut parsed.outline {
+        line.retain(|node| !follows(node));
+    }
+    parsed.outline.retain(|line| line.len() > 1);
+    parsed.notes.push(format!(
+        "{} solids of {} nodes are assembled{}{}",
+        deck.elements.len(),
+        nodes.len(),
+        match deck.held.len() {
+            0 => String::new(),
+            held => format!("; {held} displacements are held by the deck"),
+        },
+        match dependents.len() {
+            0 => String::new(),
+            count => format!("; {count} follow from others"),
+        }
+    ));
+    let named = |name: &str, role, matrix| Named {
+        name: name.to_owned(),
+        role: Some(role),
+        matrix,
+        dofs: Some(dofs.clone()),
+        is_open: false,
+    };
+    parsed.matrices = vec![
+        named("stiffness", Role::Stiffness, stiffness),
+        named("mass", Role::Mass, mass),
+    ];
+    Ok(parsed)
+}
+
+/// Adds an entry of an element and the one across the diagonal, for two of its displacements that are weighted sums of rows.
+fn add(matrix: &mut Triplets, [first, second]: [&[(u32, f64)]; 2], value: f64, is_diagonal: bool) {
+    for (p, &(row, share)) in first.iter().enumerate() {
+        // On the diagonal both sums are one, and each pair of its terms is met twice.
+        let others = if is_diagonal { &second[..=p] } else { second };
+        for &(column, other) in others {
+            // One triangle is kept: two entries of the whole that come together on the diagonal both count.
+            let times = if row == column && !is_diagonal {
+                2.0
+            } else {
+                1.0
+            };
+            let place = (row.max(column), row.min(column));
+            matrix
+                .entries
+                .push((place.0, place.1, times * share * other * value));
+        }
+    }
+}
+
+fn matrices_of(
+    element: &Element,
+    material: &Material,
+    parsed: &Parsed,
+) -> Result<SolidMatrices, ReadProblem> {
+    let place = || format!("element {} of line {}", element.label, element.line);
+    let nodes = element.nodes.iter();
+    let at = nodes.map(|node| parsed.positions.get(node).copied().ok_or(*node));
+    let at: Vec<[f64; 3]> = at.collect::<Result<_, _>>().map_err(|node| {
+        ReadProblem::malformed(place(), format!("node {node}"), "nodes that the deck has")
+    })?;
+    let found = element
+        .solid
+        .matrices(&at, material, element.label as usize);
+    found.map_err(|error| {
+        let found = match error {
+            StructureError::InvertedElement { jacobian, .. } => {
+                format!("a Jacobian of {jacobian:e}")
+            }
+            other => other.to_string(),
+        };
+        ReadProblem::malformed(
+            place(),
+            found,
+            "a positive one: nodes in the order of its type",
+        )
+    })
+}
+
+/// Edges of the bodies of these elements, whose `nodes` are sorted.
+fn outline_of(
+    elements: &[Element],
+    nodes: &[i64],
+    positions: &HashMap<i64, [f64; 3]>,
+) -> Vec<Vec<i64>> {
+    let places: Vec<[f64; 3]> = nodes.iter().map(|node| positions[node]).collect();
+    let faces = elements.iter().flat_map(|element| {
+        let corners = element.solid.corners_of_faces().into_iter();
+        corners.map(|face| {
+            let at = |k: usize| nodes.partition_point(|node| *node < element.nodes[k]);
+            (face.into_iter().map(at).collect(), 0)
+        })
+    });
+    let lines = outline::lines(faces, &places).into_iter();
+    let named = |line: outline::Line| line.nodes.into_iter().map(|n| nodes[n]).collect();
+    lines.map(named).collect()
+}
