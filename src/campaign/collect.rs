@@ -52,6 +52,8 @@ struct Entry {
     schema: String,
     /// Ranges of indices, both ends in them.
     runs: Vec<[usize; 2]>,
+    /// Hash of the content keys of these rows.
+    content: String,
 }
 
 /// The shards of a campaign.
@@ -74,15 +76,27 @@ fn unreadable(path: &Path, reason: impl ToString) -> CampaignError {
     }
 }
 
-/// The indices of the runs that a shard holds.
-fn runs_of(folder: &Folder, shard: &Path) -> Result<Vec<[usize; 2]>, CampaignError> {
-    let bytes = folder.read(shard, LONGEST_TABLE)?;
-    let text = entry_of(&bytes, NAME).map_err(|error| unreadable(shard, error))?;
+/// The indices of the runs that a shard of these bytes holds.
+fn runs_of(
+    bytes: &[u8],
+    shard: &Path,
+    campaign: &Campaign,
+) -> Result<Vec<[usize; 2]>, CampaignError> {
+    let text = entry_of(bytes, NAME).map_err(|error| unreadable(shard, error))?;
     let entry: Option<Entry> = text.and_then(|text| serde_json::from_str(&text).ok());
-    match entry {
-        Some(entry) if entry.schema == NAME => Ok(entry.runs),
-        _ => Err(unreadable(shard, "it is no shard of a campaign")),
+    let Some(entry) = entry.filter(|entry| entry.schema == NAME) else {
+        return Err(unreadable(shard, "it is no shard of a campaign"));
+    };
+    let rows = campaign.rows.len();
+    let is_known = entry
+        .runs
+        .iter()
+        .all(|[first, last]| first <= last && *last < rows);
+    let all = || entry.runs.iter().flat_map(|[first, last]| *first..=*last);
+    if !is_known || campaign.content(all()) != entry.content {
+        return Err(unreadable(shard, "it holds runs of another campaign"));
     }
+    Ok(entry.runs)
 }
 
 /// Ascending numbers as ranges.
@@ -154,26 +168,47 @@ impl Gathered {
             "schema": NAME,
             "program_version": env!("CARGO_PKG_VERSION"),
             "runs": ranges(&self.runs),
+            "content": campaign.content(self.runs.iter().copied()),
             "columns": units,
         });
         nullable_to_parquet(NAME, &all, entry.to_string())
     }
 }
 
-type Read = Result<Result<History, String>, CampaignError>;
+/// A history, or what is wrong with it.
+type Read = Result<History, String>;
 
-fn history(folder: &Folder, path: &Path) -> Read {
-    let bytes = folder.read(path, LONGEST_HISTORY)?;
-    Ok(History::of_bytes(&bytes).map_err(|damage: DamageKind| damage.to_string()))
+fn history(folder: &Folder, path: &Path, content_key: &str) -> Read {
+    // A link, a folder, a file that may not be read: the others are collected all the same.
+    let bytes = folder
+        .read(path, LONGEST_HISTORY)
+        .map_err(|error| match error {
+            CampaignError::Io { source, .. } => format!("it cannot be read ({source})"),
+            error => error.to_string(),
+        })?;
+    let history = History::of_bytes(&bytes).map_err(|damage: DamageKind| damage.to_string())?;
+    match History::row_in(&bytes) {
+        Some(row) if row != content_key => Err("it is the history of another row".to_owned()),
+        _ if history.is_empty() => Err("it has no iteration".to_owned()),
+        _ => Ok(history),
+    }
 }
 
 /// Histories in the order of their paths, read by some threads.
-fn histories(folder: &Folder, ended: &[(usize, PathBuf)], threads: usize) -> Vec<Read> {
+fn histories(
+    folder: &Folder,
+    campaign: &Campaign,
+    ended: &[(usize, PathBuf)],
+    threads: usize,
+) -> Vec<Read> {
     let part = ended.len().div_ceil(threads).max(1);
     thread::scope(|scope| {
         let parts = ended.chunks(part).map(|part| {
             scope.spawn(move || {
-                let read = part.iter().map(|(_, path)| history(folder, path));
+                let key = |index: usize| &campaign.rows[index].content_key;
+                let read = part
+                    .iter()
+                    .map(|(index, path)| history(folder, path, key(*index)));
                 read.collect::<Vec<_>>()
             })
         });
@@ -190,10 +225,11 @@ impl Folder {
     ///
     /// # Errors
     /// [`CampaignError::Damaged`], [`CampaignError::Io`].
-    pub fn collected(&self) -> Result<BTreeSet<usize>, CampaignError> {
+    pub fn collected(&self, campaign: &Campaign) -> Result<BTreeSet<usize>, CampaignError> {
         let mut found = BTreeSet::new();
         for shard in shards(self)? {
-            for [first, last] in runs_of(self, &shard)? {
+            let bytes = self.read(&shard, LONGEST_TABLE)?;
+            for [first, last] in runs_of(&bytes, &shard, campaign)? {
                 found.extend(first..=last);
             }
         }
@@ -206,7 +242,7 @@ impl Folder {
     /// [`CampaignError::Locked`], [`CampaignError::Io`], [`CampaignError::Damaged`] for a shard that cannot be read.
     pub fn collect(&self, campaign: &Campaign) -> Result<Collected, CampaignError> {
         let _guard = self.lock()?;
-        let before = self.collected()?;
+        let before = self.collected(campaign)?;
         let mut ended = self.all_ended()?;
         ended.retain(|(index, _)| *index < campaign.rows.len() && !before.contains(index));
         let mut next = match shards(self)?.last().and_then(|last| number_of(last)) {
@@ -220,8 +256,9 @@ impl Folder {
         let threads = thread::available_parallelism().map_or(1, usize::from);
         let mut gathered = Gathered::default();
         for group in ended.chunks(AT_ONCE * threads) {
-            for ((index, path), read) in group.iter().zip(histories(self, group, threads)) {
-                match read? {
+            for ((index, path), read) in group.iter().zip(histories(self, campaign, group, threads))
+            {
+                match read {
                     Ok(history) => gathered.add(*index, &history),
                     Err(reason) => collected.damaged.push((path.clone(), reason)),
                 }
@@ -272,12 +309,14 @@ impl Folder {
     /// [`CampaignError::Damaged`], [`CampaignError::Io`].
     pub(super) fn scan(
         &self,
+        campaign: &Campaign,
         wanted: &dyn Fn(&str) -> bool,
     ) -> Result<BTreeMap<String, Nullable>, CampaignError> {
         let mut all: BTreeMap<String, Nullable> = BTreeMap::new();
         let mut rows = 0;
         for shard in shards(self)? {
             let bytes = self.read(&shard, LONGEST_TABLE)?;
+            runs_of(&bytes, &shard, campaign)?;
             let found = chosen_from_parquet(&bytes, NAME, MOST_ROWS, wanted)
                 .map_err(|error| unreadable(&shard, error))?;
             let more = found.first().map_or(0, |(_, values)| values.len());

@@ -26,7 +26,7 @@ use toml::{Table, Value};
 
 use super::distribution::Distribution;
 use super::error::CampaignError;
-use super::folder::KeepRuns;
+use super::folder::{KeepRuns, Section};
 use super::table::Resolved;
 use crate::files;
 
@@ -412,6 +412,25 @@ impl Definition {
         let drawn = self.random.iter().flat_map(|random| &random.keys);
         let given = self.grid.iter().chain(&self.list).map(|(key, _)| key);
         given.chain(drawn.map(|(key, _)| key))
+    }
+
+    /// The sections that vary something, the slowest first: the rows are their points, each with every one of the others'.
+    pub fn sections(&self) -> Vec<Section> {
+        let names = |values: &[Values]| values.iter().map(|(key, _)| key.clone()).collect();
+        let grid: usize = self.grid.iter().map(|(_, values)| values.len()).product();
+        let given = [(grid, &self.grid), (self.listed(), &self.list)];
+        let given = given.into_iter().filter(|(_, values)| !values.is_empty());
+        let given = given.map(|(points, values)| Section {
+            points,
+            keys: names(values),
+            is_random: false,
+        });
+        let drawn = self.random.iter().map(|random| Section {
+            points: random.n,
+            keys: random.keys.iter().map(|(key, _)| key.clone()).collect(),
+            is_random: true,
+        });
+        given.chain(drawn).collect()
     }
 
     /// What each row sets of the keys that vary, in the order of the rows.

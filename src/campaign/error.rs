@@ -3,6 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
+use super::folder::KeepRuns;
 use crate::tables::TableError;
 
 /// A campaign that cannot be planned, run or read.
@@ -78,6 +79,19 @@ pub enum CampaignError {
         /// As it would be now.
         now: String,
     },
+    /// A folder whose runs are kept in another way.
+    #[error(
+        "{} keeps {}, and would keep {}: what is there would be removed, or is not there to be kept; give another --dir",
+        path.display(), kept(*before), kept(*now)
+    )]
+    KeepChanged {
+        /// The folder.
+        path: PathBuf,
+        /// As planned before.
+        before: KeepRuns,
+        /// As it would be now.
+        now: KeepRuns,
+    },
     /// A file of a campaign that is not as it was written.
     #[error("{}: {reason}", path.display())]
     Damaged {
@@ -120,6 +134,13 @@ pub enum CampaignError {
     },
 }
 
+fn kept(keep: KeepRuns) -> &'static str {
+    match keep {
+        KeepRuns::All => "whole runs (keep = \"runs\")",
+        KeepRuns::History => "histories alone (keep = \"history\")",
+    }
+}
+
 fn process(pid: Option<u32>) -> String {
     pid.map_or("another process".to_owned(), |pid| format!("process {pid}"))
 }
@@ -144,6 +165,7 @@ impl CampaignError {
             self,
             CampaignError::NotACampaign { .. }
                 | CampaignError::Changed { .. }
+                | CampaignError::KeepChanged { .. }
                 | CampaignError::Damaged { .. }
         )
     }

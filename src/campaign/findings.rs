@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 
 use super::collect::{INDEX, WEAR_ITERATION};
 use super::error::CampaignError;
-use super::folder::Folder;
-use super::statistics::{self, Spread, at, classes, rank_correlation, spread, variance_share};
+use super::folder::{About, Folder, Section};
+use super::statistics::{
+    self, Spread, at, classes, crossed_share, rank_correlation, spread, variance_share,
+};
 use super::table::{Campaign, Resolved};
 use crate::tables::{Nullable, Table, TableError, TableName};
 
@@ -53,7 +55,7 @@ pub struct Sensitivity {
     pub figure: &'static str,
     /// The key.
     pub key: String,
-    /// Runs that have both.
+    /// Runs that have both, each draw counting once however many points of a grid it meets.
     pub count: usize,
     /// Spearman's rank correlation; none for a key that is no number.
     pub rank: Option<f64>,
@@ -96,10 +98,14 @@ impl Findings {
     ///
     /// # Errors
     /// [`CampaignError::NothingCollected`], and those of reading shards.
-    pub fn of(folder: &Folder, campaign: &Campaign) -> Result<Findings, CampaignError> {
+    pub fn of(
+        folder: &Folder,
+        about: &About,
+        campaign: &Campaign,
+    ) -> Result<Findings, CampaignError> {
         let wanted =
             |name: &str| FIGURES.contains(&name) || [INDEX, WEAR_ITERATION, CYCLES].contains(&name);
-        let found = folder.scan(&wanted)?;
+        let found = folder.scan(campaign, &wanted)?;
         let nothing = || CampaignError::NothingCollected {
             path: folder.root.clone(),
         };
@@ -156,7 +162,7 @@ impl Findings {
                 spread,
             });
         }
-        let sensitivities = sensitivities(campaign, &runs.rows, &figures);
+        let sensitivities = sensitivities(campaign, &about.sections, &runs.rows, &figures);
         Ok(Findings {
             runs,
             figures,
@@ -242,45 +248,177 @@ fn band(courses: &[Vec<[f64; 2]>], grid: &[f64], count: usize) -> Vec<(f64, Spre
 
 /// A figure that varies by less than this part of its mean does so by rounding.
 const VARIES: f64 = 1e-9;
+/// Of draws that cross a grid or a list, at least this part must have ended in every run.
+const LEAST_WHOLE: f64 = 0.5;
 
-fn sensitivities(campaign: &Campaign, rows: &[usize], figures: &[Figure]) -> Vec<Sensitivity> {
+/// The rows of a campaign as points of one of its sections (p) and of all others (q).
+struct Crossing {
+    /// Whether the others are drawn.
+    are_drawn: bool,
+    /// `rows[p][q]`: the rows there, more than one where a third section is averaged over.
+    rows: Vec<Vec<Vec<usize>>>,
+}
+
+/// Of so many lines those that have at least half as many runs as the one that has most.
+fn begun(lines: usize, runs: impl Fn(usize) -> usize) -> Vec<usize> {
+    let counts: Vec<usize> = (0..lines).map(runs).collect();
+    let most = counts.iter().copied().max().unwrap_or(0);
+    (0..lines)
+        .filter(|line| most > 0 && 2 * counts[*line] >= most)
+        .collect()
+}
+
+/// Place of a section's point in the index of a row.
+fn point(sections: &[Section], section: usize, row: usize) -> usize {
+    let stride: usize = sections[section + 1..].iter().map(|s| s.points).product();
+    row / stride % sections[section].points
+}
+
+impl Crossing {
+    /// Of a section with the others; none where there is none.
+    fn of(sections: &[Section], section: usize, rows: usize) -> Option<Crossing> {
+        let others = || (0..sections.len()).filter(|other| *other != section);
+        if others().all(|other| sections[other].points < 2) {
+            return None;
+        }
+        let drawn =
+            others().find(|other| sections[*other].is_random && sections[*other].points > 1);
+        let columns = match drawn {
+            Some(drawn) => sections[drawn].points,
+            None => others().map(|other| sections[other].points).product(),
+        };
+        let mut crossing = vec![vec![Vec::new(); columns]; sections[section].points];
+        for row in 0..rows {
+            let q = match drawn {
+                Some(drawn) => point(sections, drawn, row),
+                None => others().fold(0, |q, other| {
+                    q * sections[other].points + point(sections, other, row)
+                }),
+            };
+            crossing[point(sections, section, row)][q].push(row);
+        }
+        Some(Crossing {
+            are_drawn: drawn.is_some(),
+            rows: crossing,
+        })
+    }
+
+    /// Values at the points that are whole: p with a row, and `y[p][q]`. Where some runs lack the figure, draws of which any does are left out.
+    fn whole(
+        &self,
+        y: &BTreeMap<usize, f64>,
+        is_random: bool,
+    ) -> Option<(Vec<usize>, Vec<Vec<f64>>)> {
+        let (points, columns) = (self.rows.len(), self.rows.first()?.len());
+        let mean = |rows: &[usize]| -> Option<f64> {
+            let values: Option<Vec<f64>> = rows.iter().map(|row| y.get(row).copied()).collect();
+            let values = values.filter(|values| !values.is_empty())?;
+            Some(values.iter().sum::<f64>() / values.len() as f64)
+        };
+        let all: Vec<Vec<Option<f64>>> = (self.rows.iter())
+            .map(|of_point| of_point.iter().map(|rows| mean(rows)).collect())
+            .collect();
+        let is_there = |p: usize, q: usize| all[p][q].is_some();
+        // Points that were hardly begun are no part of it, as the other roughnesses where one was run.
+        let begun_p = begun(points, |p| (0..columns).filter(|q| is_there(p, *q)).count());
+        let begun_q = begun(columns, |q| (0..points).filter(|p| is_there(*p, q)).count());
+        let begun = begun_p.len() * begun_q.len();
+        let (mut kept_p, mut kept_q) = (begun_p, begun_q);
+        match is_random {
+            true => kept_p.retain(|p| kept_q.iter().all(|q| is_there(*p, *q))),
+            false => kept_q.retain(|q| kept_p.iter().all(|p| is_there(*p, *q))),
+        }
+        let kept = kept_p.len() * kept_q.len();
+        if kept == 0 || (kept as f64) < LEAST_WHOLE * begun as f64 {
+            return None;
+        }
+        let values = (kept_p.iter())
+            .map(|p| kept_q.iter().filter_map(|q| all[*p][*q]).collect())
+            .collect();
+        let rows = kept_p.iter().map(|p| self.rows[*p][kept_q[0]][0]).collect();
+        Some((rows, values))
+    }
+}
+
+/// A key at some rows: its numbers if it is no name, and classes of it.
+fn key_at(campaign: &Campaign, k: usize, rows: &[usize]) -> (Option<Vec<f64>>, Vec<usize>) {
+    let values = || rows.iter().map(|row| &campaign.rows[*row].values[k]);
+    // The number of a seed is a name.
+    let is_name = campaign.keys[k].name.ends_with("seed");
+    let x: Option<Vec<f64>> = values().map(Resolved::number).collect();
+    let x = x.filter(|_| !is_name);
+    let classes = match &x {
+        Some(x) => classes(x),
+        None => {
+            let texts: Vec<String> = values().map(Resolved::text).collect();
+            let mut words = texts.clone();
+            words.sort();
+            words.dedup();
+            let place = |text| words.binary_search(text).unwrap_or(0);
+            texts.iter().map(place).collect()
+        }
+    };
+    (x, classes)
+}
+
+fn sensitivities(
+    campaign: &Campaign,
+    sections: &[Section],
+    rows: &[usize],
+    figures: &[Figure],
+) -> Vec<Sensitivity> {
+    let section_of = |key: &str| {
+        sections
+            .iter()
+            .position(|s| s.keys.iter().any(|own| own == key))
+    };
+    let crossings: Vec<Option<Crossing>> = (0..sections.len())
+        .map(|section| Crossing::of(sections, section, campaign.rows.len()))
+        .collect();
     let mut found = Vec::new();
     for figure in figures {
         if figure.spread.most - figure.spread.least <= VARIES * figure.spread.mean.abs() {
             continue;
         }
+        let ends = rows.iter().zip(&figure.ends);
+        let known: BTreeMap<usize, f64> = ends
+            .filter_map(|(row, end)| Some((*row, end.filter(|v| v.is_finite())?)))
+            .collect();
+        let all: Vec<usize> = known.keys().copied().collect();
+        let y: Vec<f64> = known.values().copied().collect();
         for (k, key) in campaign.keys.iter().enumerate() {
-            let pairs = rows.iter().zip(&figure.ends);
-            let known: Vec<(&Resolved, f64)> = pairs
-                .filter_map(|(row, end)| {
-                    Some((
-                        &campaign.rows[*row].values[k],
-                        end.filter(|v| v.is_finite())?,
-                    ))
-                })
-                .collect();
-            let y: Vec<f64> = known.iter().map(|(_, y)| *y).collect();
-            // The number of a seed is a name.
-            let is_name = key.name.ends_with("seed");
-            let x: Option<Vec<f64>> = known.iter().map(|(x, _)| x.number()).collect();
-            let x = x.filter(|_| !is_name);
-            let classes = match &x {
-                Some(x) => classes(x),
+            let section = section_of(&key.name);
+            let crossing = section.and_then(|section| crossings[section].as_ref());
+            let is_random = section.is_some_and(|section| sections[section].is_random);
+            let (count, rank, share) = match crossing {
                 None => {
-                    let texts: Vec<String> = known.iter().map(|(x, _)| x.text()).collect();
-                    let mut words = texts.clone();
-                    words.sort();
-                    words.dedup();
-                    let place = |text| words.binary_search(text).unwrap_or(0);
-                    texts.iter().map(place).collect()
+                    let (x, classes) = key_at(campaign, k, &all);
+                    let rank = x.and_then(|x| rank_correlation(&x, &y));
+                    (all.len(), rank, variance_share(&classes, &y))
                 }
+                Some(crossing) => match crossing.whole(&known, is_random) {
+                    None => (0, None, None),
+                    Some((points, values)) => {
+                        let (x, classes) = key_at(campaign, k, &points);
+                        let share = crossed_share(&classes, &values, crossing.are_drawn);
+                        // A draw is one sample however often it is repeated; points of a grid are seen under every draw.
+                        let (count, x, y): (_, _, Vec<f64>) = match is_random {
+                            true => {
+                                let mean = |of: &Vec<f64>| of.iter().sum::<f64>() / of.len() as f64;
+                                (points.len(), x, values.iter().map(mean).collect())
+                            }
+                            false => (all.len(), key_at(campaign, k, &all).0, y.clone()),
+                        };
+                        (count, x.and_then(|x| rank_correlation(&x, &y)), share)
+                    }
+                },
             };
             found.push(Sensitivity {
                 figure: figure.name,
                 key: key.name.clone(),
-                count: known.len(),
-                rank: x.and_then(|x| rank_correlation(&x, &y)),
-                share: variance_share(&classes, &y),
+                count,
+                rank,
+                share,
             });
         }
     }

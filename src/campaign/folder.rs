@@ -14,7 +14,7 @@ use crate::store::{
 };
 
 /// Version of the layout.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 /// Bytes of `campaign.json` at most: it holds the text of a scene.
 const LONGEST_ABOUT: u64 = 64 << 20;
 /// Bytes of a table at most.
@@ -30,6 +30,7 @@ const WRITTEN: &str = "campaign.toml";
 const RUNS: &str = "runs";
 const ENDED: &str = "ended";
 const FAILED: &str = "failed";
+const LOCKS: &str = "locks";
 pub(super) const COLLECTED: &str = "collected";
 
 /// What is kept of a run that has ended.
@@ -40,6 +41,17 @@ pub enum KeepRuns {
     All,
     /// Its history alone: one file a run.
     History,
+}
+
+/// A section of a campaign file: its points are rows, or make rows with those of other sections.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Section {
+    /// Points, each with every one of the other sections'.
+    pub points: usize,
+    /// Keys that vary with them.
+    pub keys: Vec<String>,
+    /// Whether its points are drawn.
+    pub is_random: bool,
 }
 
 /// What `campaign.json` says.
@@ -56,11 +68,22 @@ pub struct About {
     pub scene: String,
     /// What is kept of a run that has ended.
     pub keep: KeepRuns,
+    /// The sections whose points the rows are, the slowest first.
+    pub sections: Vec<Section>,
+    /// Rows that were planned, and the hash of their content keys: a table of other rows is not this campaign's.
+    rows: usize,
+    content: String,
 }
 
 impl About {
     /// Of a campaign that is planned now.
-    pub fn new(title: String, scene_name: String, scene: String, keep: KeepRuns) -> About {
+    pub fn new(
+        title: String,
+        scene_name: String,
+        scene: String,
+        keep: KeepRuns,
+        sections: Vec<Section>,
+    ) -> About {
         About {
             format: FORMAT,
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -68,7 +91,15 @@ impl About {
             scene_name,
             scene,
             keep,
+            sections,
+            rows: 0,
+            content: String::new(),
         }
+    }
+
+    /// Whether the first rows of a campaign are those that were planned.
+    fn is_of(&self, campaign: &Campaign) -> bool {
+        self.rows <= campaign.rows.len() && campaign.content(0..self.rows) == self.content
     }
 }
 
@@ -92,17 +123,25 @@ pub struct Failure {
     pub when: String,
     /// The reason, as it was printed.
     pub message: String,
-    /// True if the next start tries it again: what failed was the machine or the disk.
+    /// True if the next start tries it again: what failed was the machine, the disk, or a file that the scene names.
     pub again: bool,
+    /// The exit code of its process.
+    #[serde(default = "failed")]
+    pub code: u8,
+}
+
+fn failed() -> u8 {
+    1
 }
 
 impl Failure {
     /// One of now.
-    pub fn now(message: String, again: bool) -> Failure {
+    pub fn now(message: String, again: bool, code: u8) -> Failure {
         Failure {
             when: date::now(),
             message,
             again,
+            code,
         }
     }
 }
@@ -260,7 +299,18 @@ impl Folder {
     /// [`CampaignError::NoCampaign`], [`CampaignError::NotACampaign`], [`CampaignError::Damaged`], [`CampaignError::Io`].
     pub fn open(&self) -> Result<(About, Campaign), CampaignError> {
         match (self.about()?, self.table()?) {
-            (Some(about), Some(campaign)) => Ok((about, campaign)),
+            (Some(about), Some(campaign)) if about.is_of(&campaign) => Ok((about, campaign)),
+            (Some(about), Some(campaign)) => Err(CampaignError::Damaged {
+                path: self.root.join(TABLE),
+                reason: match campaign.rows.len() < about.rows {
+                    true => format!(
+                        "it has {} rows, and {} were planned: to plan or to fetch it was interrupted; do it again",
+                        campaign.rows.len(),
+                        about.rows
+                    ),
+                    false => "its rows are not those that were planned in this folder; put back what belongs there, or give another --dir".to_owned(),
+                },
+            }),
             (None, _) => Err(self.other()?.unwrap_or(CampaignError::NoCampaign {
                 path: self.root.clone(),
             })),
@@ -309,7 +359,8 @@ impl Folder {
             .create_dir_all(root)
             .map_err(io("make the folder", root))?;
         let _guard = self.lock()?;
-        let before = match self.about()? {
+        let planned = self.about()?;
+        let before = match planned {
             None => None,
             Some(_) => self.table()?,
         };
@@ -339,7 +390,26 @@ impl Folder {
                 return Err(changed(index, of(old), of(new)));
             }
         }
-        let bytes = serde_json::to_vec_pretty(about).map_err(std::io::Error::other);
+        if let Some(planned) = planned {
+            if planned.keep != about.keep {
+                return Err(CampaignError::KeepChanged {
+                    path: root.clone(),
+                    before: planned.keep,
+                    now: about.keep,
+                });
+            }
+            // Also where the table is gone, since what rows have ended in is still there.
+            if !planned.is_of(campaign) {
+                let before = format!("one of {} others", planned.rows);
+                return Err(changed(0, before, "of another content".to_owned()));
+            }
+        }
+        let about = About {
+            rows: campaign.rows.len(),
+            content: campaign.content(0..campaign.rows.len()),
+            ..about.clone()
+        };
+        let bytes = serde_json::to_vec_pretty(&about).map_err(std::io::Error::other);
         let path = root.join(ABOUT);
         self.replace(&path, &bytes.map_err(io("write", &path))?)?;
         self.replace(&root.join(WRITTEN), written.as_bytes())?;
@@ -360,6 +430,7 @@ impl Folder {
     pub fn states(&self, rows: usize) -> Result<Vec<State>, CampaignError> {
         let mut states = vec![State::Waiting; rows];
         let folders = [
+            (LOCKS, "", State::Begun),
             (RUNS, "", State::Begun),
             (FAILED, ".json", State::Failed),
             (ENDED, ".parquet", State::Done),
@@ -383,6 +454,7 @@ impl Folder {
             (self.ended(index), State::Done),
             (self.failed(index), State::Failed),
             (self.run(index), State::Begun),
+            (self.claimed(index), State::Begun),
         ];
         for (path, state) in places {
             if self.is_there(&path)? {
@@ -392,24 +464,43 @@ impl Folder {
         Ok(State::Waiting)
     }
 
-    /// Takes the lock of a row whose run is elsewhere, as [`Folder::holder`] and other starts look for it.
+    fn claimed(&self, index: usize) -> PathBuf {
+        self.root.join(LOCKS).join(name(index))
+    }
+
+    /// Takes the lock of a row. What became of the row is to be looked at only then: another start may just have ended it.
     ///
     /// # Errors
     /// [`CampaignError::Io`].
     pub fn claim(&self, index: usize) -> Result<LockAttempt, CampaignError> {
-        let run = self.run(index);
+        let locks = self.root.join(LOCKS);
         self.files
-            .create_dir_all(&run)
-            .map_err(io("make the folder", &run))?;
-        let lock = run.join("lock");
+            .create_dir_all(&locks)
+            .map_err(io("make the folder", &locks))?;
+        let lock = self.claimed(index);
         self.files.try_lock(&lock).map_err(io("lock", &lock))
+    }
+
+    /// Gives the lock of a row back. Its file goes while it is held, so that whoever waits for it finds that it is gone.
+    ///
+    /// # Errors
+    /// [`CampaignError::Io`].
+    pub fn release(&self, index: usize, claim: Box<dyn LockGuard>) -> Result<(), CampaignError> {
+        let lock = self.claimed(index);
+        let removed = self.files.remove_file(&lock);
+        drop(claim);
+        match removed {
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(io("remove", &lock)(error)),
+            _ => Ok(()),
+        }
     }
 
     /// Who computes a row at the moment; none if nobody does.
     pub fn holder(&self, index: usize) -> Option<LockHolder> {
-        // Whoever may not look is told nothing.
-        let lock = self.run(index).join("lock");
-        RealFileSystem.lock_holder(&lock).ok().flatten()
+        // Whoever may not look is told nothing. The run's own is held by who runs it without the campaign.
+        let locks = [self.claimed(index), self.run(index).join("lock")];
+        let mut holders = locks.iter().map(|lock| RealFileSystem.lock_holder(lock));
+        holders.find_map(|holder| holder.ok().flatten())
     }
 
     /// Why a row failed. What cannot be read says so.
@@ -422,7 +513,7 @@ impl Folder {
             Ok(bytes) => Ok(Some(serde_json::from_slice(&bytes).unwrap_or_else(
                 |error| {
                     let message = format!("{} cannot be read: {error}", path.display());
-                    Failure::now(message, true)
+                    Failure::now(message, true, failed())
                 },
             ))),
             Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
@@ -459,7 +550,25 @@ impl Folder {
         self.tidy(index, keep)
     }
 
-    /// Removes what a row that has ended does not keep: also where an earlier start was killed in between.
+    /// Removes what a row that has ended does not keep, where an earlier start was killed in between; not while another process holds the
+    /// row, nor in a folder that may only be read.
+    pub fn tidy_ended(&self, index: usize, keep: KeepRuns) {
+        let run = match keep {
+            KeepRuns::All => None,
+            KeepRuns::History => Some(self.run(index)),
+        };
+        let left = [Some(self.failed(index)), run, Some(self.claimed(index))];
+        let is_left = |path: PathBuf| matches!(self.files.metadata(&path), Ok(Some(_)));
+        if left.into_iter().flatten().any(is_left)
+            && let Ok(LockAttempt::Taken(claim)) = self.claim(index)
+        {
+            // What stays does no harm: the row has ended.
+            drop(self.tidy(index, keep));
+            drop(self.release(index, claim));
+        }
+    }
+
+    /// Removes what a row that has ended does not keep.
     ///
     /// # Errors
     /// [`CampaignError::Io`].

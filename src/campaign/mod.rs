@@ -8,12 +8,13 @@
 //!   ended/000017.parquet          its history, once it has ended: one file a run
 //!   failed/000017.json            why it failed, until it ends
 //!   collected/shard-00000.parquet the histories of many runs, every row with its index and keys
+//!   locks/000017                  held by who computes a row, and gone once it has ended
 //!   lock                          one planner or collector at a time
 //! ```
 //!
 //! A row is run from what the folder holds, so that a scene or a campaign file that is changed later changes no row. What became of a row
 //! is said by which of these files there is: nothing is opened to count them. Queues, retries and places are the business of whoever starts
-//! rows (a shell, Slurm, HyperQueue). Two that start the same row meet at the lock of its run.
+//! rows (a shell, Slurm, HyperQueue). Two that start the same row meet at its lock.
 //!
 //! A [`Definition`] is read from a campaign file and says the settings of every row, [`Draws`](definition) among them; the command line
 //! resolves each to a scene; [`Folder`] keeps them; [`collect`](Folder::collect) and [`Findings`] read what came of them.
@@ -32,5 +33,5 @@ pub use definition::{Definition, Setting};
 pub use distribution::Distribution;
 pub use error::CampaignError;
 pub use findings::{FIGURES, Figure, Findings, Group, Sensitivity};
-pub use folder::{About, Failure, Folder, KeepRuns, State, indices};
+pub use folder::{About, Failure, Folder, KeepRuns, Section, State, indices};
 pub use table::{Campaign, KeyColumn, Planned, Resolved};

@@ -93,6 +93,81 @@ pub fn variance_share(classes: &[usize], y: &[f64]) -> Option<f64> {
     Some(share.clamp(0.0, 1.0))
 }
 
+/// The first-order Sobol index of a key of which a point meets every point of other keys: `y[p][q]` at its point p and theirs q, the class of
+/// the key at each p. Where the others are drawn (`are_drawn`), all points of the key share their draws, and what these make of the
+/// classes by chance is the interaction, which is taken off; a grid is all there is of it, and its mean has no chance.
+///
+/// None as for [`variance_share`], and of less than two draws.
+pub fn crossed_share(classes: &[usize], y: &[Vec<f64>], are_drawn: bool) -> Option<f64> {
+    let (points, others) = (y.len(), y.first()?.len());
+    let all: Vec<f64> = y.iter().flatten().copied().collect();
+    let variance = |values: &[f64]| {
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let squares = values.iter().map(|v| (v - mean).powi(2));
+        squares.sum::<f64>() / values.len() as f64
+    };
+    let whole = variance(&all);
+    if whole <= 0.0 {
+        return None;
+    }
+    if !are_drawn {
+        let means: Vec<f64> = (y.iter())
+            .map(|of_point| of_point.iter().sum::<f64>() / others as f64)
+            .collect();
+        let share = variance_share(classes, &means)?;
+        return Some((share * variance(&means) / whole).clamp(0.0, 1.0));
+    }
+    let k = classes.iter().max()? + 1;
+    if others < 2 || k < 2 || all.len() < LEAST_SAMPLE {
+        return None;
+    }
+    let mut counts = vec![0.0; k];
+    let mut means = vec![vec![0.0; others]; k];
+    for (class, of_point) in classes.iter().zip(y) {
+        counts[*class] += 1.0;
+        for (mean, y) in means[*class].iter_mut().zip(of_point) {
+            *mean += y;
+        }
+    }
+    for (mean, count) in means.iter_mut().zip(&counts) {
+        mean.iter_mut()
+            .for_each(|mean| *mean /= f64::max(*count, 1.0));
+    }
+    let weights: Vec<f64> = counts.iter().map(|count| count / points as f64).collect();
+    let of_class: Vec<f64> = (means.iter())
+        .map(|mean| mean.iter().sum::<f64>() / others as f64)
+        .collect();
+    let of_draw: Vec<f64> = (0..others)
+        .map(|q| {
+            weights
+                .iter()
+                .zip(&means)
+                .map(|(w, mean)| w * mean[q])
+                .sum()
+        })
+        .collect();
+    let grand: f64 = weights.iter().zip(&of_class).map(|(w, m)| w * m).sum();
+    let (mut between, mut interaction) = (0.0, 0.0);
+    for ((weight, mean), own) in weights.iter().zip(&means).zip(&of_class) {
+        between += weight * (own - grand).powi(2);
+        for (value, of_draw) in mean.iter().zip(&of_draw) {
+            interaction += weight * (value - own - of_draw + grand).powi(2);
+        }
+    }
+    let chance = interaction / (others - 1) as f64 / others as f64;
+    Some(((between - chance) / whole).clamp(0.0, 1.0))
+}
+
+/// What ranks of so many independent samples agree by less than in 95 of 100.
+pub fn chance_of_rank(count: usize) -> f64 {
+    1.96 / (count.max(2) as f64 - 1.0).sqrt()
+}
+
+/// What the share of a key without influence stays below in 95 of 100 samples: its deviation with k = √n classes is √(2k)/n.
+pub fn chance_of_share(count: usize) -> f64 {
+    1.645 * 2.0_f64.sqrt() * (count.max(1) as f64).powf(-0.75)
+}
+
 /// Classes of a key that is a number: its values where they are few, else as many equally filled ones as there are numbers in one.
 pub fn classes(x: &[f64]) -> Vec<usize> {
     let mut sorted = x.to_vec();

@@ -194,6 +194,16 @@ impl Campaign {
         nullable_to_parquet(NAME, &described, entry.to_string())
     }
 
+    /// Hash of the content keys of some rows.
+    pub(super) fn content(&self, rows: impl Iterator<Item = usize>) -> String {
+        let mut hasher = blake3::Hasher::new();
+        for row in rows {
+            hasher.update(self.rows[row].content_key.as_bytes());
+            hasher.update(b"\n");
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+
     /// The first row that differs from that of another campaign, of the rows that both have.
     pub fn first_difference(&self, other: &Campaign) -> Option<usize> {
         let mut both = self.rows.iter().zip(&other.rows);

@@ -155,7 +155,11 @@ pub enum CliError {
     #[error("{reason}")]
     RowChanged { reason: String },
     #[error("row {index} failed before: {reason}; --retry tries it again")]
-    RowFailed { index: usize, reason: String },
+    RowFailed {
+        index: usize,
+        reason: String,
+        code: u8,
+    },
     #[error("row {index} failed: {reason}")]
     RowFailedNow { index: usize, reason: String },
     #[error(
@@ -196,6 +200,7 @@ impl CliError {
             CliError::Run(error) if error.is_scene() => Exit::Scene,
             CliError::NotTheSame { .. } | CliError::RowChanged { .. } => Exit::Damaged,
             CliError::Row { source, .. } => source.exit(),
+            CliError::RowFailed { code, .. } => Exit::of_failure(*code),
             CliError::Campaign(error) if error.is_usage() => Exit::Scene,
             CliError::Campaign(error) if error.is_damage_or_mismatch() => Exit::Damaged,
             #[cfg(feature = "object_store")]

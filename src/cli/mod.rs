@@ -56,6 +56,13 @@ enum Exit {
 }
 
 impl Exit {
+    /// That of a failure which had this code.
+    fn of_failure(code: u8) -> Exit {
+        let failures = [Exit::Scene, Exit::NotConverged, Exit::Damaged];
+        let known = failures.into_iter().find(|exit| exit.code() == code);
+        known.unwrap_or(Exit::Failure)
+    }
+
     fn code(self) -> u8 {
         match self {
             Exit::Done => 0,

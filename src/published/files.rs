@@ -106,7 +106,9 @@ impl Kind {
     pub(super) fn is_own(self, name: &str) -> bool {
         let own: &[&str] = match self {
             Kind::Run => &[ONCE, ITERATIONS, "lock", "staging"],
-            Kind::Campaign => &[RUNS, ENDED, FAILED, COLLECTED, "lock", "cache", "report"],
+            Kind::Campaign => &[
+                RUNS, ENDED, FAILED, COLLECTED, "lock", "locks", "cache", "report",
+            ],
         };
         let plain: &[&str] = match self {
             Kind::Run => &OF_RUN,

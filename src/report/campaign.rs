@@ -12,7 +12,7 @@ use super::quantity::{
     digits, in_unit, unit_of,
 };
 use super::script::{SCRIPT, policy};
-use crate::campaign::statistics::{QUANTILES, Spread};
+use crate::campaign::statistics::{QUANTILES, Spread, chance_of_rank, chance_of_share};
 use crate::campaign::{About, Campaign, Failure, Figure, Findings, Resolved, Sensitivity, State};
 use crate::tables::{Provenance, TableError, to_parquet};
 
@@ -107,17 +107,17 @@ impl CampaignReport<'_> {
         let mut found: Vec<&Sensitivity> = all
             .filter(|s| s.figure == figure)
             .filter(|s| {
-                // Ranks of independent samples agree by less than this in 95 of 100.
-                let chance = 1.96 / (s.count.max(2) as f64 - 1.0).sqrt();
                 let rank = s.rank.map_or(0.0, f64::abs);
-                rank > chance || s.share.unwrap_or(0.0) >= LEAST_SHARE
+                let share = s.share.unwrap_or(0.0);
+                rank > chance_of_rank(s.count) || share >= LEAST_SHARE.max(chance_of_share(s.count))
             })
             .collect();
         found.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
         found
     }
 
-    fn counts(&self) -> String {
+    /// How many runs are collected, and what became of the other rows.
+    pub fn counts(&self) -> String {
         let of = |state: State| self.states.iter().filter(|own| **own == state).count();
         let mut parts = vec![format!(
             "{} runs collected of {} rows",
@@ -183,15 +183,16 @@ impl CampaignReport<'_> {
             )
         });
         let rows: Vec<Vec<String>> = rows.collect();
-        let count = self.findings.runs.rows.len();
-        let chance = 1.96 / (count.max(2) as f64 - 1.0).sqrt();
+        let counts = all.iter().map(|s| s.count).filter(|count| *count > 0);
+        let count = counts.min().unwrap_or(0);
+        let chance = chance_of_rank(count);
         Section {
             id: "sensitivity",
             title: "Which key moves which figure".to_owned(),
             html: table(&heads, &rows, true)
                 + &format!(
                     "<p class=\"note\">The first number is Spearman’s rank correlation, −1 to +1: whether the figure rises with the key. Of {count} \
-                     runs, ±{chance:.2} and less is no more than chance. The second is the first-order Sobol index, the part of the figure’s variance \
+                     runs or draws, ±{chance:.2} and less is no more than chance. The second is the first-order Sobol index, the part of the figure’s variance \
                      that the key alone explains, estimated from these runs by classes of the key, less what chance gives them; what the keys of a \
                      row leave of 100 % is due to keys together, or to what does not vary here by itself.</p>\n"
                 ),

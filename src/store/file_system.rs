@@ -144,6 +144,23 @@ fn holder_in(file: &mut File) -> io::Result<Option<u32>> {
     Ok(holder.and_then(|holder| holder.trim().parse().ok()))
 }
 
+/// Whether a file is still the one of a path.
+#[cfg(unix)]
+fn is_at(found: &fs::Metadata, path: &Path) -> io::Result<bool> {
+    use std::os::unix::fs::MetadataExt;
+    match fs::symlink_metadata(path) {
+        Ok(now) => Ok((now.dev(), now.ino()) == (found.dev(), found.ino())),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
+/// An open file cannot be removed there.
+#[cfg(not(unix))]
+fn is_at(_found: &fs::Metadata, _path: &Path) -> io::Result<bool> {
+    Ok(true)
+}
+
 /// Names that a file has, all but one of them hard links.
 #[cfg(unix)]
 fn names(found: &fs::Metadata) -> u64 {
@@ -273,6 +290,19 @@ impl FileSystem for RealFileSystem {
     }
 
     fn try_lock(&self, path: &Path) -> io::Result<LockAttempt> {
+        for _ in 1..TRIES {
+            if let Some(attempt) = lock_once(path)? {
+                return Ok(attempt);
+            }
+        }
+        // Whoever removes it again and again is at work.
+        Ok(lock_once(path)?.unwrap_or(LockAttempt::Held { pid: None }))
+    }
+}
+
+/// One attempt; none where the file was removed before it was locked, so that the lock keeps nobody out.
+fn lock_once(path: &Path) -> io::Result<Option<LockAttempt>> {
+    {
         let mut options = OpenOptions::new();
         options.read(true).write(true).create(true).truncate(false);
         let mut file = open_plain(&mut options, path)?;
@@ -295,19 +325,22 @@ impl FileSystem for RealFileSystem {
         }
         match attempt {
             Ok(()) => {
+                if !is_at(&found, path)? {
+                    return Ok(None);
+                }
                 // Under another name the file may be somebody else's: it locks as well, and only does not tell by whom.
                 if names(&found) == 1 {
                     file.set_len(0)?;
                     file.rewind()?;
                     write!(file, "{}", std::process::id())?;
                 }
-                Ok(LockAttempt::Taken(Box::new(file)))
+                Ok(Some(LockAttempt::Taken(Box::new(file))))
             }
             Err(TryLockError::WouldBlock) => {
                 file.rewind()?;
-                Ok(LockAttempt::Held {
+                Ok(Some(LockAttempt::Held {
                     pid: holder_in(&mut file)?,
-                })
+                }))
             }
             Err(TryLockError::Error(error)) => Err(error),
         }

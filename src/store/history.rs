@@ -12,7 +12,7 @@ use super::files::{Files, LONGEST_TABLE, Layout, hash};
 use super::record::Pruned;
 use crate::tables::{
     ColumnSchema, ColumnType, Described, Nullable, Place, Table, TableBuilder, TableError,
-    TableName, TypedTable, nullable_from_parquet, nullable_to_parquet, typed,
+    TableName, TypedTable, entry_of, nullable_from_parquet, nullable_to_parquet, typed,
 };
 use serde_json::json;
 use std::collections::BTreeMap;
@@ -30,6 +30,8 @@ const WEAR_ITERATION: &str = "wear_iteration";
 const COMMIT: &str = "commit";
 const PRUNED: &str = "pruned";
 const BYTES: &str = "bytes";
+/// Entry of the content key of a campaign's row.
+const ROW: &str = "content_key";
 const TIMING: [&str; 3] = [
     "timing_seconds_",
     "timing_fft_pairs_",
@@ -296,6 +298,14 @@ impl History {
     /// # Errors
     /// [`TableError`] if the format library refuses.
     pub fn to_bytes(&self) -> Result<Vec<u8>, TableError> {
+        self.to_bytes_of(None)
+    }
+
+    /// The bytes of its file with the content key of the row of a campaign whose run it is: [`History::row_in`] reads it.
+    ///
+    /// # Errors
+    /// As [`History::to_bytes`].
+    pub fn to_bytes_of(&self, row: Option<&str>) -> Result<Vec<u8>, TableError> {
         let own = own_columns();
         let links = self.links.iter();
         let own_values = [
@@ -322,11 +332,14 @@ impl History {
             .iter()
             .map(|(column, _)| (column.name.as_str(), json!({ "unit": column.unit })))
             .collect();
-        let entry = json!({
+        let mut entry = json!({
             "schema": NAME,
             "program_version": env!("CARGO_PKG_VERSION"),
             "columns": units,
         });
+        if let Some(row) = row {
+            entry[ROW] = json!(row);
+        }
         // Last, and as a text of its own making: what follows from an object need not keep an order.
         let mut entry = entry.to_string();
         entry.truncate(entry.len() - 1);
@@ -340,6 +353,13 @@ impl History {
             bytes[place..place + NO_SEAL.len()].copy_from_slice(seal.as_bytes());
         }
         Ok(bytes)
+    }
+
+    /// The content key of the row of a campaign whose run a file is of; none of another file.
+    pub fn row_in(bytes: &[u8]) -> Option<String> {
+        let entry = entry_of(bytes, NAME).ok().flatten()?;
+        let entry: serde_json::Value = serde_json::from_str(&entry).ok()?;
+        entry[ROW].as_str().map(str::to_owned)
     }
 
     /// The history in the bytes of a file.

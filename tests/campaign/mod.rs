@@ -2,6 +2,7 @@
 
 mod collected;
 mod definition;
+mod guards;
 #[cfg(feature = "polars")]
 mod report;
 mod rows;

@@ -120,6 +120,42 @@ fn a_report_has_bands_sensitivities_and_failures() {
     }
 }
 
+/// Draws that meet each of three values that change nothing: a draw counts once, at one of the values too where the others are not run.
+#[test]
+fn repeated_draws_are_no_more_samples() {
+    let draws = DRAWS.replace("n = 24", "n = 12");
+    let bench = planned(&format!("[grid]\noutput.curves_every = [0, 7, 9]\n{draws}"));
+    let shares = |found: &serde_json::Value| {
+        let all = found["sensitivities"].as_array().expect("rows");
+        let own = |key: &str| {
+            let is_own =
+                |row: &&serde_json::Value| row["figure"] == "wear_volume" && row["key"] == key;
+            all.iter().find(is_own).expect("a row").clone()
+        };
+        (
+            own("wear.coefficient"),
+            own("fidelity.normal_tolerance"),
+            own("output.curves_every"),
+        )
+    };
+    for rows in ["0-11", "12-35"] {
+        bench.done(&["campaign", "run", "--dir", "c", "--index", rows, "-q"]);
+        let (coefficient, tolerance, inert) = shares(&reported(&bench));
+        assert_eq!(coefficient["runs"], 12);
+        assert!(
+            coefficient["share"].as_f64().expect("a number") > 0.8,
+            "{coefficient}"
+        );
+        assert!(
+            tolerance["share"].as_f64().expect("a number") < 0.5,
+            "{tolerance}"
+        );
+        // Of one value there is nothing to tell.
+        let expected = (rows == "12-35").then_some(0.0);
+        assert_eq!(inert["share"].as_f64(), expected, "{inert}");
+    }
+}
+
 #[test]
 fn there_is_no_report_of_nothing() {
     let bench = planned(super::GRID);

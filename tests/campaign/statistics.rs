@@ -2,7 +2,9 @@
 
 use std::f64::consts::PI;
 
-use fretwear::campaign::statistics::{at, classes, rank_correlation, spread, variance_share};
+use fretwear::campaign::statistics::{
+    at, classes, crossed_share, rank_correlation, spread, variance_share,
+};
 
 use crate::support::Chance;
 
@@ -141,4 +143,67 @@ fn a_course_between_its_points() {
     assert_eq!(at(&course, 10.0), Some(5.5));
     assert_eq!(at(&course, 10.1), None);
     assert_eq!(at(&course, -0.1), None);
+}
+
+/// y = 2 g + x + 3 e with draws of x and e that every point of the grid shares: shares by the variances of the parts.
+#[test]
+fn draws_that_cross_a_grid_count_once() {
+    const DRAWS: usize = 300;
+    let mut chance = Chance::new(11);
+    let draws: Vec<[f64; 3]> = (0..DRAWS).map(|_| [0; 3].map(|_| chance.next())).collect();
+    let grid = [0.0, 1.0, 2.0, 5.0];
+    let y = |g: f64, [x, e, _]: [f64; 3]| 2.0 * g + 8.0 * x + 3.0 * e;
+    let variance = |values: &[f64]| {
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64
+    };
+    let by_grid: Vec<Vec<f64>> = grid
+        .iter()
+        .map(|g| draws.iter().map(|d| y(*g, *d)).collect())
+        .collect();
+    let by_draw: Vec<Vec<f64>> = draws
+        .iter()
+        .map(|d| grid.iter().map(|g| y(*g, *d)).collect())
+        .collect();
+    let whole = variance(&by_grid.concat());
+    // Nothing in common with what is drawn: exact.
+    let share = crossed_share(&[0, 1, 2, 3], &by_grid, true).expect("a share");
+    let exact = variance(&grid.map(|g| 2.0 * g)) / whole;
+    assert!((share - exact).abs() < 1e-12, "{share} {exact}");
+    let of_key = |key: usize| -> Vec<f64> { draws.iter().map(|d| d[key]).collect() };
+    for (key, factor) in [(0, 8.0), (1, 3.0), (2, 0.0)] {
+        let x = of_key(key);
+        let share = crossed_share(&classes(&x), &by_draw, false).expect("a share");
+        let exact = factor * factor * variance(&x) / whole;
+        // Of 300 draws in 18 classes.
+        assert!((share - exact).abs() < 0.04, "key {key}: {share} {exact}");
+    }
+    // A grid that changes nothing: every draw is there four times, and is one sample all the same.
+    let repeated: Vec<Vec<f64>> = draws.iter().map(|d| vec![y(1.0, *d); 4]).collect();
+    let inert: Vec<f64> = of_key(2);
+    let share = crossed_share(&classes(&inert), &repeated, false).expect("a share");
+    assert!(share < 0.05, "{share}");
+    let same: Vec<Vec<f64>> = (0..4)
+        .map(|_| draws.iter().map(|d| y(1.0, *d)).collect())
+        .collect();
+    assert_eq!(crossed_share(&[0, 1, 2, 3], &same, true), Some(0.0));
+    // A drawn name, as a seed: as many classes as samples say nothing.
+    let names: Vec<usize> = (0..DRAWS).collect();
+    assert_eq!(crossed_share(&names, &by_draw, false), None);
+}
+
+/// A grid whose points scatter by chance alone, each draw in its own way: what chance makes of their means is taken off.
+#[test]
+fn an_inert_grid_has_no_share_of_what_scatters() {
+    let mut chance = Chance::new(3);
+    let mut shares = Vec::new();
+    for _ in 0..60 {
+        let y: Vec<Vec<f64>> = (0..3)
+            .map(|_| (0..12).map(|_| chance.next()).collect())
+            .collect();
+        shares.push(crossed_share(&[0, 1, 2], &y, true).expect("a share"));
+    }
+    let mean = shares.iter().sum::<f64>() / 60.0;
+    // Three means of twelve would explain 6 %; what is below zero is cut.
+    assert!(mean < 0.035, "{mean}");
 }

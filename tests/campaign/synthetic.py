@@ -5,7 +5,9 @@
 Some rows are run; their histories stand for those of all others. Polars and DuckDB read the shards where they are installed.
 """
 
+import math
 import os
+import random
 import resource
 import shutil
 import subprocess
@@ -43,17 +45,20 @@ tolerance = 1e-3
 curves_every = 0
 """
 
+DRAW = random.Random(1)
+DRAWN = {
+    "contact.friction_coefficient": [DRAW.gauss(0.6, 0.05) for _ in range(RUN)],
+    "contact.normal_load": [f"{DRAW.uniform(150, 250):.6g} N" for _ in range(RUN)],
+    "wear.coefficient": [f"{DRAW.lognormvariate(math.log(2e3), 0.26):.6g} um^3/J" for _ in range(RUN)],
+    "surface.seed": [DRAW.randrange(1, 1_000_000) for _ in range(RUN)],
+}
+# The same draws again and again: a history belongs to the content of its row.
+LIST = "".join(f"{key} = {(values * (ROWS // RUN + 1))[:ROWS]}\n" for key, values in DRAWN.items())
 CAMPAIGN = f"""
 scene = "scene.toml"
 keep = "history"
-[random]
-n = {ROWS}
-seed = 1
-contact.friction_coefficient = {{ distribution = "normal", mean = 0.6, sd = 0.05, low = 0.2 }}
-contact.normal_load = {{ distribution = "uniform", low = "150 N", high = "250 N" }}
-wear.coefficient = {{ distribution = "log_normal", median = "2e3 um^3/J", factor = 1.3 }}
-surface.seed = {{ distribution = "integers", low = 1, high = 1_000_000 }}
-"""
+[list]
+{LIST}"""
 
 
 def measured(name, *arguments):

@@ -163,7 +163,7 @@ fn failed(
     let last = said.lines().rfind(|line| !line.trim().is_empty());
     let reason = last.map_or(how.clone(), |last| format!("{how}: {last}"));
     // A process that was killed may have been the victim of another.
-    drop(folder.fail(index, &Failure::now(reason.clone(), true)));
+    drop(folder.fail(index, &Failure::now(reason.clone(), true, 1)));
     Ok(Ended::Failed(CliError::RowFailedNow { index, reason }))
 }
 

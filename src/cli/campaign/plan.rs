@@ -59,6 +59,7 @@ pub fn plan(arguments: &PlanArguments, out: &mut Results) -> Result<Exit, CliErr
         name(&definition.scene),
         scene::text_of(&definition.scene, &fixed)?,
         definition.keep,
+        definition.sections(),
     );
     let keys: Vec<String> = definition.keys().cloned().collect();
     let settings = definition.rows();

@@ -16,7 +16,7 @@ pub fn report(arguments: &ReportArguments, out: &mut Results) -> Result<Exit, Cl
     let (about, campaign) = folder.open()?;
     let states = folder.states(campaign.rows.len())?;
     let report = CampaignReport {
-        findings: &Findings::of(&folder, &campaign)?,
+        findings: &Findings::of(&folder, &about, &campaign)?,
         failures: &folder.failures(&states)?,
         about: &about,
         campaign: &campaign,
@@ -43,12 +43,7 @@ pub fn report(arguments: &ReportArguments, out: &mut Results) -> Result<Exit, Cl
         }));
         return Ok(Exit::Done);
     }
-    writeln!(
-        out,
-        "{}: {} runs",
-        about.title,
-        report.findings.runs.rows.len()
-    );
+    writeln!(out, "{}: {}", about.title, report.counts());
     writeln!(
         out,
         "  {:<24} {:>20} {:>20} {:>20}  moved by",

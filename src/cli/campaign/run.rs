@@ -214,20 +214,18 @@ fn ended_before(
 ) -> Result<Option<Ended>, CliError> {
     Ok(match folder.state(index)? {
         State::Done => {
-            folder.tidy(index, about.keep)?;
+            folder.tidy_ended(index, about.keep);
             Some(Ended::Before)
         }
         State::Failed => {
             let failure = folder.failure(index)?;
             match failure.filter(|failure| !(failure.again || arguments.retry)) {
-                Some(failure) => {
-                    let reason = failure.message;
-                    Some(Ended::Failed(CliError::RowFailed { index, reason }))
-                }
-                None => {
-                    folder.forget(index)?;
-                    None
-                }
+                Some(Failure { message, code, .. }) => Some(Ended::Failed(CliError::RowFailed {
+                    index,
+                    reason: message,
+                    code,
+                })),
+                None => None,
             }
         }
         _ => None,
@@ -244,20 +242,35 @@ fn row(
     stopping: &Stopping,
     quiet: bool,
 ) -> Result<Ended, CliError> {
-    let computed = compute(arguments, folder, about, campaign, index, stopping, quiet);
-    let error = match computed {
-        Ok(ended) => return Ok(ended),
-        Err(error) => error,
+    let LockAttempt::Taken(claim) = folder.claim(index)? else {
+        return Ok(Ended::InUse);
     };
+    // Another start may have ended it until now.
+    let ended = match folder.state(index)? {
+        State::Done => Ok(Ended::Before),
+        state => {
+            if state == State::Failed {
+                folder.forget(index)?;
+            }
+            let computed = compute(arguments, folder, about, campaign, index, stopping, quiet);
+            computed.or_else(|error| kept(folder, index, error))
+        }
+    };
+    folder.release(index, claim)?;
+    ended
+}
+
+/// Keeps why a row failed.
+fn kept(folder: &Folder, index: usize, error: CliError) -> Result<Ended, CliError> {
     if let CliError::Run(RunError::Store(StoreError::Locked { .. })) = &error {
         return Ok(Ended::InUse);
     }
-    // The disk and the machine may be better next time; a scene computes to the same failure.
-    let again = matches!(
-        &error,
-        CliError::Run(RunError::Store(_)) | CliError::Campaign(_)
-    );
-    let failure = Failure::now(error.to_string(), again);
+    // The disk, the machine and files that scenes name may be better next time; a scene computes to the same failure.
+    let again = match &error {
+        CliError::Run(error) => matches!(error, RunError::Store(_)),
+        _ => true,
+    };
+    let failure = Failure::now(error.to_string(), again, error.exit().code());
     if let Err(unkept) = folder.fail(index, &failure) {
         say(&format!(
             "warning: why row {index} failed cannot be kept: {unkept}"
@@ -291,18 +304,11 @@ fn compute(
     if (about.keep, durability) == (KeepRuns::History, Durability::End) {
         files = Arc::new(UnsyncedFileSystem(files));
     }
-    let (root, _claim) = match &arguments.scratch {
-        None => (folder.run(index), None),
+    let root = match &arguments.scratch {
+        None => folder.run(index),
         Some(scratch) => {
-            let name = format!("{index:06}-{}", &planned.content_key[..16]);
-            let claim = match folder.claim(index)? {
-                LockAttempt::Taken(guard) => guard,
-                LockAttempt::Held { pid } => {
-                    let path = folder.run(index);
-                    return Err(StoreError::Locked { path, pid }.into());
-                }
-            };
-            (scratch.join(name), Some(claim))
+            let key: String = planned.content_key.chars().take(16).collect();
+            scratch.join(format!("{index:06}-{key}"))
         }
     };
     let watcher = Watcher::new(&plan.inputs.recipe, &root, quiet);
@@ -323,10 +329,12 @@ fn compute(
         return Ok(Ended::Stopped);
     }
     let history = RunReader::open(files, &root)?.history()?;
-    let bytes = history.to_bytes().map_err(|source| CampaignError::Table {
-        path: root.clone(),
-        source: Box::new(source),
-    })?;
+    let bytes = history
+        .to_bytes_of(Some(&planned.content_key))
+        .map_err(|source| CampaignError::Table {
+            path: root.clone(),
+            source: Box::new(source),
+        })?;
     folder.end(index, &bytes, about.keep)?;
     if arguments.scratch.is_some() {
         // Whoever gives scratch takes it away; what is left there serves no other row.

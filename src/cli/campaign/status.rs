@@ -30,7 +30,7 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
         .partition(|index| folder.holder(*index).is_some());
     let (done, waiting) = (of(State::Done), of(State::Waiting));
     let failures = folder.failures(&states)?;
-    let collected = folder.collected()?.len();
+    let collected = folder.collected(&campaign)?.len();
     // Where all is rehearsed.
     let open = running.iter().chain(&stopped).chain(&waiting);
     let mut seconds = Some(0.0);
@@ -68,7 +68,7 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
     );
     let mut line = |name: &str, rows: &[usize]| {
         if !rows.is_empty() {
-            writeln!(out, "  {name:<10} {}{}", rows.len(), named(rows));
+            writeln!(out, "  {name:<10} {}: {}", rows.len(), named(rows));
         }
     };
     line("running", &running);
@@ -98,8 +98,12 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
     for (index, failure) in &failures {
         reasons.entry(&failure.message).or_default().push(*index);
     }
-    for (reason, rows) in reasons {
-        writeln!(out, "    {}{}", reason, named(&rows));
+    let more = reasons.len().saturating_sub(NAMED);
+    for (reason, rows) in reasons.into_iter().take(NAMED) {
+        writeln!(out, "    {}: {reason}", named(&rows));
+    }
+    if more > 0 {
+        writeln!(out, "    and {more} more reasons: --json has all");
     }
     Ok(Exit::Done)
 }
@@ -108,7 +112,7 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
 fn named(rows: &[usize]) -> String {
     let shown: Vec<String> = rows.iter().take(NAMED).map(ToString::to_string).collect();
     let more = if rows.len() > NAMED { ", …" } else { "" };
-    format!(": row {}{more}", shown.join(", "))
+    format!("row {}{more}", shown.join(", "))
 }
 
 pub fn collect(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
@@ -142,6 +146,17 @@ pub fn collect(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cl
         );
         for shard in shards {
             writeln!(out, "  {shard}");
+        }
+        let states = folder.states(campaign.rows.len())?;
+        let failed = states
+            .iter()
+            .filter(|state| **state == State::Failed)
+            .count();
+        if failed > 0 {
+            writeln!(
+                out,
+                "  {failed} rows failed, and are in none: fretwear campaign status says why"
+            );
         }
         if collected.all > 0 {
             writeln!(

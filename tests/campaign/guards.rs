@@ -1,0 +1,229 @@
+//! What keeps the rows of a campaign apart from each other, from other campaigns, and from a second process.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+use fretwear::campaign::{Folder, KeepRuns, State};
+use fretwear::store::{LockAttempt, RealFileSystem};
+
+use super::rows::{fails, status};
+use super::{GRID, bench, planned};
+use crate::support::Bench;
+
+const PLAN: [&str; 6] = [
+    "campaign",
+    "plan",
+    "case.toml",
+    "--dir",
+    "c",
+    "--no-rehearsal",
+];
+
+fn history_alone(campaign: &str) -> Bench {
+    let bench = bench(campaign);
+    let text = fs::read_to_string(bench.path("case.toml")).expect("a file");
+    bench.write("case.toml", format!("keep = \"history\"\n{text}"));
+    bench.done(&PLAN);
+    bench
+}
+
+/// Processes that start all rows at once: each row is computed once, whoever comes while its folder is removed.
+#[test]
+fn a_row_is_computed_by_one_alone() {
+    const ROWS: usize = 40;
+    const STARTS: usize = 6;
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().join("c");
+    let computed: Vec<AtomicUsize> = (0..ROWS).map(|_| AtomicUsize::new(0)).collect();
+    let start = || {
+        let folder = Folder::at(Arc::new(RealFileSystem), &root);
+        for index in 0..ROWS {
+            let LockAttempt::Taken(claim) = folder.claim(index).expect("looked at") else {
+                continue;
+            };
+            if folder.state(index).expect("looked at") != State::Done {
+                computed[index].fetch_add(1, Ordering::Relaxed);
+                let run = folder.run(index);
+                fs::create_dir(&run)
+                    .or_else(|_| fs::create_dir_all(&run))
+                    .expect("a folder");
+                let part = run.join("part");
+                fs::write(&part, b"half").expect("nobody else writes there");
+                assert_eq!(fs::read(&part).expect("it is there"), b"half");
+                folder
+                    .end(index, b"whole", KeepRuns::History)
+                    .expect("ended");
+            }
+            folder.release(index, claim).expect("released");
+        }
+    };
+    thread::scope(|scope| {
+        let starts: Vec<_> = (0..STARTS).map(|_| scope.spawn(start)).collect();
+        starts
+            .into_iter()
+            .for_each(|start| start.join().expect("no panic"));
+    });
+    for (index, computed) in computed.iter().enumerate() {
+        assert_eq!(computed.load(Ordering::Relaxed), 1, "row {index}");
+    }
+    for rest in ["locks", "runs"] {
+        let entries = fs::read_dir(root.join(rest)).expect("a folder");
+        assert_eq!(entries.count(), 0, "{rest}");
+    }
+}
+
+/// Two commands at the same rows, again and again: no history is cut short, and all of them are those of one command.
+#[test]
+fn two_commands_at_the_same_rows_end_in_the_same() {
+    let run = ["campaign", "run", "--dir", "c", "-q"];
+    let rows = |bench: &Bench| -> Vec<_> {
+        let history = |row: usize| {
+            let columns = super::rows::columns(bench, &format!("c/ended/{row:06}.parquet"));
+            columns
+                .into_iter()
+                .filter(|(name, _)| !name.starts_with("timing"))
+                .collect::<Vec<_>>()
+        };
+        (0..6).map(history).collect()
+    };
+    let alone = history_alone(GRID);
+    alone.done(&run);
+    let both = history_alone(GRID);
+    let children = [0; 3].map(|_| both.command(&run).spawn().expect("a process"));
+    for mut child in children {
+        let code = child.wait().expect("an end").code();
+        assert!(matches!(code, Some(0 | 75)), "{code:?}");
+    }
+    both.done(&run);
+    assert_eq!(rows(&both), rows(&alone));
+}
+
+#[test]
+fn another_way_to_keep_runs_is_another_campaign() {
+    let bench = planned(GRID);
+    bench.done(&["campaign", "run", "--dir", "c", "--index", "0-1", "-q"]);
+    let text = fs::read_to_string(bench.path("case.toml")).expect("a file");
+    bench.write("case.toml", format!("keep = \"history\"\n{text}"));
+    fails(
+        &bench,
+        &PLAN,
+        4,
+        &["keep = \"runs\"", "keep = \"history\"", "another --dir"],
+    );
+    bench.done(&["campaign", "run", "--dir", "c", "-q"]);
+    assert!(bench.path("c/runs/000000/run.json").is_file());
+}
+
+/// What rows have ended in belongs to the rows that were planned, and to no others.
+#[test]
+fn results_are_those_of_the_plan() {
+    let bench = planned(GRID);
+    bench.done(&["campaign", "run", "--dir", "c", "-q"]);
+    let text = fs::read_to_string(bench.path("case.toml")).expect("a file");
+    let table = bench.path("c/campaign.parquet");
+    let planned_table = fs::read(&table).expect("a table");
+    // Without its table the folder still knows what was planned.
+    fs::remove_file(&table).expect("removed");
+    bench.write("case.toml", text.replace("[0.5, 0.7]", "[0.5, 0.8]"));
+    fails(&bench, &PLAN, 4, &["another campaign", "another --dir"]);
+    bench.write("case.toml", &text);
+    bench.done(&PLAN);
+    assert_eq!(fs::read(&table).expect("a table"), planned_table);
+
+    // A table of another campaign.
+    let other = planned(&GRID.replace("[0.5, 0.7]", "[0.5, 0.8]"));
+    fs::copy(other.path("c/campaign.parquet"), &table).expect("copied");
+    for command in [
+        &["campaign", "status", "--dir", "c"][..],
+        &["campaign", "run", "--dir", "c", "-q"],
+        &["campaign", "collect", "--dir", "c"],
+    ] {
+        fails(
+            &bench,
+            command,
+            4,
+            &["campaign.parquet", "not those that were planned"],
+        );
+    }
+    fs::write(&table, planned_table).expect("put back");
+
+    // Histories under each other's names, a link, an empty file: the others are collected.
+    let ended = |row: usize| bench.path(&format!("c/ended/{row:06}.parquet"));
+    let sound: Vec<Vec<u8>> = (0..6)
+        .map(|row| fs::read(ended(row)).expect("a history"))
+        .collect();
+    fs::write(ended(0), &sound[1]).expect("written");
+    fs::write(ended(1), &sound[0]).expect("written");
+    fs::remove_file(ended(2)).expect("removed");
+    std::os::unix::fs::symlink(ended(3), ended(2)).expect("a link");
+    fs::write(ended(4), b"").expect("written");
+    let collect = ["campaign", "collect", "--dir", "c"];
+    fails(
+        &bench,
+        &collect,
+        4,
+        &[
+            "000000.parquet: it is the history of another row",
+            "000002.parquet",
+            "000004.parquet",
+        ],
+    );
+    assert_eq!(status(&bench)["collected"], 2);
+    fs::remove_file(ended(2)).expect("removed");
+    for row in [0, 1, 2, 4] {
+        fs::write(ended(row), &sound[row]).expect("written");
+    }
+    bench.done(&collect);
+    assert_eq!(status(&bench)["collected"], 6);
+
+    // A shard of another campaign.
+    other.done(&["campaign", "run", "--dir", "c", "-q"]);
+    other.done(&collect);
+    let foreign = fs::read(other.path("c/collected/shard-00000.parquet")).expect("a shard");
+    bench.write("c/collected/shard-00009.parquet", "");
+    fs::write(bench.path("c/collected/shard-00009.parquet"), foreign).expect("written");
+    fails(
+        &bench,
+        &collect,
+        4,
+        &["shard-00009.parquet", "another campaign"],
+    );
+}
+
+/// A row that failed by itself fails again without being computed, with the code of the first time.
+#[test]
+fn a_repeated_failure_has_the_code_of_the_first() {
+    let bench = planned("[grid]\nfidelity.normal_tolerance = [1e-17, 1e-5]\n");
+    let run = ["campaign", "run", "--dir", "c", "--index", "0", "-q"];
+    fails(&bench, &run, 3, &[]);
+    fails(&bench, &run, 3, &["failed before", "--retry"]);
+}
+
+/// The script of a job array: what is not there is no success, and a task beyond the last row is.
+#[test]
+fn a_task_that_did_nothing_says_so() {
+    let bench = planned(GRID);
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines/slurm/array.sbatch");
+    let task = |program: &str, dir: &str, task: &str| {
+        let mut command = Command::new("bash");
+        command
+            .arg(&script)
+            .args([dir, "4"])
+            .current_dir(bench.path(""));
+        command
+            .env("SLURM_ARRAY_TASK_ID", task)
+            .env("FRETWEAR", program);
+        command.output().expect("bash").status.code()
+    };
+    let program = env!("CARGO_BIN_EXE_fretwear");
+    assert_eq!(task(program, "nowhere", "0"), Some(2));
+    assert_eq!(task("no-such-program", "c", "0"), Some(127));
+    assert_eq!(task(program, "c", "2"), Some(0));
+    assert_eq!(status(&bench)["done"], 0);
+    assert_eq!(task(program, "c", "1"), Some(0));
+    assert_eq!(status(&bench)["done"], 2);
+}
