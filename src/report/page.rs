@@ -115,6 +115,17 @@ impl Report {
         self.first = Some(section);
     }
 
+    /// Says before the captions of figures, by their names, what they may be laid beside.
+    pub fn lay_beside(&mut self, others: &[(&str, &str)], source: &str) {
+        for figure in &mut self.figures {
+            if let Some((_, other)) = others.iter().find(|(name, _)| *name == figure.id) {
+                figure
+                    .caption
+                    .insert_str(0, &format!("Beside {other} of {source}. "));
+            }
+        }
+    }
+
     /// The page.
     pub fn html(&self) -> String {
         let title = escaped(&self.title);

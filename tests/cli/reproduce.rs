@@ -92,6 +92,18 @@ fn the_papers_study_goes_on_where_it_was_stopped() {
         did.stdout(),
         fs::read_to_string(direct.join("claims.md")).expect("text")
     );
+    let page = fs::read_to_string(direct.join("report.html")).expect("a page");
+    for (figure, other) in fretwear::study::claims::FIGURES {
+        let own = format!("<figure id=\"fig-{figure}\">");
+        let (_, rest) = page
+            .split_once(&own)
+            .unwrap_or_else(|| panic!("no {figure}"));
+        let (caption, _) = rest.split_once("</figure>").expect("an end");
+        assert!(
+            caption.contains(&format!("<p>Beside {other} of [A]. ")),
+            "{figure}"
+        );
+    }
     let table = claims(&direct);
     let found = table.i32("claim").expect("numbers");
     assert!((1..=47).all(|claim| found.contains(&claim)));
