@@ -366,6 +366,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
     (
         &["blake3"],
         &[
+            "campaign/table.rs",
             "journal.rs",
             "json.rs",
             "store/",

@@ -25,6 +25,7 @@ mod distribution;
 mod error;
 mod findings;
 mod folder;
+mod rows;
 pub mod statistics;
 mod table;
 
@@ -33,5 +34,6 @@ pub use definition::{Definition, Setting};
 pub use distribution::Distribution;
 pub use error::CampaignError;
 pub use findings::{FIGURES, Figure, Findings, Group, Sensitivity};
-pub use folder::{About, Failure, Folder, KeepRuns, Section, State, indices};
+pub use folder::{About, Folder, KeepRuns, Section};
+pub use rows::{Failure, State, indices};
 pub use table::{Campaign, KeyColumn, Planned, Resolved};

@@ -11,17 +11,8 @@ use fretwear::campaign::{Folder, KeepRuns, State};
 use fretwear::store::{LockAttempt, RealFileSystem};
 
 use super::rows::{fails, status};
-use super::{GRID, bench, planned};
+use super::{GRID, PLAN, bench, planned};
 use crate::support::Bench;
-
-const PLAN: [&str; 6] = [
-    "campaign",
-    "plan",
-    "case.toml",
-    "--dir",
-    "c",
-    "--no-rehearsal",
-];
 
 fn history_alone(campaign: &str) -> Bench {
     let bench = bench(campaign);

@@ -24,16 +24,19 @@ pub fn bench(campaign: &str) -> Bench {
 pub const GRID: &str =
     "[grid]\ncontact.friction_coefficient = [0.5, 0.7]\nsurface.seed = { from = 1, to = 3 }\n";
 
+/// Plans the case.
+pub const PLAN: [&str; 6] = [
+    "campaign",
+    "plan",
+    "case.toml",
+    "--dir",
+    "c",
+    "--no-rehearsal",
+];
+
 /// Plans the case into the folder `c`.
 pub fn planned(campaign: &str) -> Bench {
     let bench = bench(campaign);
-    bench.done(&[
-        "campaign",
-        "plan",
-        "case.toml",
-        "--dir",
-        "c",
-        "--no-rehearsal",
-    ]);
+    bench.done(&PLAN);
     bench
 }

@@ -11,7 +11,7 @@ use fretwear::tables::{Nullable, nullable_from_parquet};
 use serde_json::Value;
 use std::sync::Arc;
 
-use super::{GRID, bench, planned};
+use super::{GRID, PLAN, bench, planned};
 use crate::support::faulty::{Fault, FaultyFileSystem};
 use crate::support::{Bench, assert_same, content};
 
@@ -197,14 +197,7 @@ fn long() -> Bench {
         "scene = \"small.toml\"\n[set]\njoint.grid = [60, 50]\nwear.tolerance = 4e-5\n{LONG}"
     );
     bench.write("case.toml", campaign);
-    bench.done(&[
-        "campaign",
-        "plan",
-        "case.toml",
-        "--dir",
-        "c",
-        "--no-rehearsal",
-    ]);
+    bench.done(&PLAN);
     bench
 }
 
@@ -215,14 +208,7 @@ fn a_row_that_is_killed_or_stopped_goes_on_to_the_same_bits() {
     bench.done(&["campaign", "run", "--dir", "c", "--index", "0", "-q"]);
     let whole = content(&bench.path("c/runs/000000"));
     fs::rename(bench.path("c"), bench.path("whole")).expect("moved");
-    bench.done(&[
-        "campaign",
-        "plan",
-        "case.toml",
-        "--dir",
-        "c",
-        "--no-rehearsal",
-    ]);
+    bench.done(&PLAN);
     let root = bench.path("c/runs/000000");
     let run = ["campaign", "run", "--dir", "c", "--index", "0", "-q"];
 
@@ -275,14 +261,7 @@ fn of_runs_whose_history_is_kept_there_is_one_file_each() {
     let bench = bench(GRID);
     let text = fs::read_to_string(bench.path("case.toml")).expect("a file");
     bench.write("case.toml", format!("keep = \"history\"\n{text}"));
-    bench.done(&[
-        "campaign",
-        "plan",
-        "case.toml",
-        "--dir",
-        "c",
-        "--no-rehearsal",
-    ]);
+    bench.done(&PLAN);
     bench.done(&["campaign", "run", "--dir", "c", "-q"]);
     let names = |folder: &str| {
         let entries = fs::read_dir(bench.path(folder)).expect("a folder");
