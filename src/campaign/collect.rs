@@ -228,9 +228,16 @@ impl Folder {
     pub fn collected(&self, campaign: &Campaign) -> Result<BTreeSet<usize>, CampaignError> {
         let mut found = BTreeSet::new();
         for shard in shards(self)? {
-            let bytes = self.read(&shard, LONGEST_TABLE)?;
-            for [first, last] in runs_of(&bytes, &shard, campaign)? {
-                found.extend(first..=last);
+            let bytes = self.read(&shard, LONGEST_TABLE);
+            let bytes = bytes.map_err(|error| unreadable(&shard, error))?;
+            for run in runs_of(&bytes, &shard, campaign)?
+                .into_iter()
+                .flat_map(|[first, last]| first..=last)
+            {
+                if !found.insert(run) {
+                    let reason = format!("it holds row {run}, which another shard has too");
+                    return Err(unreadable(&shard, reason));
+                }
             }
         }
         Ok(found)

@@ -414,15 +414,17 @@ impl Definition {
         given.chain(drawn.map(|(key, _)| key))
     }
 
-    /// The sections that vary something, the slowest first: the rows are their points, each with every one of the others'.
+    /// What varies by itself, the slowest first: each key of the grid, the list, the draws. The rows are their points, each with every one of
+    /// the others'.
     pub fn sections(&self) -> Vec<Section> {
-        let names = |values: &[Values]| values.iter().map(|(key, _)| key.clone()).collect();
-        let grid: usize = self.grid.iter().map(|(_, values)| values.len()).product();
-        let given = [(grid, &self.grid), (self.listed(), &self.list)];
-        let given = given.into_iter().filter(|(_, values)| !values.is_empty());
-        let given = given.map(|(points, values)| Section {
-            points,
-            keys: names(values),
+        let grid = self.grid.iter().map(|(key, values)| Section {
+            points: values.len(),
+            keys: vec![key.clone()],
+            is_random: false,
+        });
+        let list = (!self.list.is_empty()).then(|| Section {
+            points: self.listed(),
+            keys: self.list.iter().map(|(key, _)| key.clone()).collect(),
             is_random: false,
         });
         let drawn = self.random.iter().map(|random| Section {
@@ -430,7 +432,7 @@ impl Definition {
             keys: random.keys.iter().map(|(key, _)| key.clone()).collect(),
             is_random: true,
         });
-        given.chain(drawn).collect()
+        grid.chain(list).chain(drawn).collect()
     }
 
     /// What each row sets of the keys that vary, in the order of the rows.

@@ -6,9 +6,10 @@ use super::collect::{INDEX, WEAR_ITERATION};
 use super::error::CampaignError;
 use super::folder::{About, Folder, Section};
 use super::statistics::{
-    self, Spread, at, classes, crossed_share, rank_correlation, spread, variance_share,
+    self, Spread, at, classes, crossed_share, drawn_share, rank_correlation, spread, variance,
+    variance_share,
 };
-use super::table::{Campaign, Resolved};
+use super::table::Campaign;
 use crate::tables::{Nullable, Table, TableError, TableName};
 
 /// Columns of a summary that are reported, where runs have them.
@@ -251,12 +252,20 @@ const VARIES: f64 = 1e-9;
 /// Of draws that cross a grid or a list, at least this part must have ended in every run.
 const LEAST_WHOLE: f64 = 0.5;
 
-/// The rows of a campaign as points of one of its sections (p) and of all others (q).
+/// The rows of a campaign as points of one of its sections (p) and of others (q).
 struct Crossing {
-    /// Whether the others are drawn.
-    are_drawn: bool,
-    /// `rows[p][q]`: the rows there, more than one where a third section is averaged over.
+    /// `rows[p][q]`: the rows there; more than one where q is a draw, and a third section is averaged over.
     rows: Vec<Vec<Vec<usize>>>,
+}
+
+/// Values at the points of a [`Crossing`] that are whole.
+struct Crossed {
+    /// A row of each p.
+    rows: Vec<usize>,
+    /// `y[p][q]`.
+    y: Vec<Vec<f64>>,
+    /// Variance of all runs there.
+    whole: f64,
 }
 
 /// Of so many lines those that have at least half as many runs as the one that has most.
@@ -297,18 +306,11 @@ impl Crossing {
             };
             crossing[point(sections, section, row)][q].push(row);
         }
-        Some(Crossing {
-            are_drawn: drawn.is_some(),
-            rows: crossing,
-        })
+        Some(Crossing { rows: crossing })
     }
 
-    /// Values at the points that are whole: p with a row, and `y[p][q]`. Where some runs lack the figure, draws of which any does are left out.
-    fn whole(
-        &self,
-        y: &BTreeMap<usize, f64>,
-        is_random: bool,
-    ) -> Option<(Vec<usize>, Vec<Vec<f64>>)> {
+    /// Where some runs lack the figure, draws of which any does are left out.
+    fn whole(&self, y: &BTreeMap<usize, f64>, is_random: bool) -> Option<Crossed> {
         let (points, columns) = (self.rows.len(), self.rows.first()?.len());
         let mean = |rows: &[usize]| -> Option<f64> {
             let values: Option<Vec<f64>> = rows.iter().map(|row| y.get(row).copied()).collect();
@@ -332,33 +334,50 @@ impl Crossing {
         if kept == 0 || (kept as f64) < LEAST_WHOLE * begun as f64 {
             return None;
         }
-        let values = (kept_p.iter())
-            .map(|p| kept_q.iter().filter_map(|q| all[*p][*q]).collect())
-            .collect();
-        let rows = kept_p.iter().map(|p| self.rows[*p][kept_q[0]][0]).collect();
-        Some((rows, values))
+        let of_point = |p: &usize| kept_q.iter().filter_map(|q| all[*p][*q]).collect();
+        let mut runs: Vec<f64> = Vec::new();
+        for (p, q) in kept_p
+            .iter()
+            .flat_map(|p| kept_q.iter().map(move |q| (*p, *q)))
+        {
+            runs.extend(self.rows[p][q].iter().filter_map(|row| y.get(row)));
+        }
+        Some(Crossed {
+            rows: kept_p.iter().map(|p| self.rows[*p][kept_q[0]][0]).collect(),
+            y: kept_p.iter().map(of_point).collect(),
+            whole: variance(&runs),
+        })
     }
 }
 
-/// A key at some rows: its numbers if it is no name, and classes of it.
-fn key_at(campaign: &Campaign, k: usize, rows: &[usize]) -> (Option<Vec<f64>>, Vec<usize>) {
-    let values = || rows.iter().map(|row| &campaign.rows[*row].values[k]);
+/// A key at some rows: its numbers, if it is no name.
+fn numbers_at(campaign: &Campaign, k: usize, rows: &[usize]) -> Option<Vec<f64>> {
     // The number of a seed is a name.
     let is_name = campaign.keys[k].name.ends_with("seed");
-    let x: Option<Vec<f64>> = values().map(Resolved::number).collect();
-    let x = x.filter(|_| !is_name);
-    let classes = match &x {
-        Some(x) => classes(x),
-        None => {
-            let texts: Vec<String> = values().map(Resolved::text).collect();
-            let mut words = texts.clone();
-            words.sort();
-            words.dedup();
-            let place = |text| words.binary_search(text).unwrap_or(0);
-            texts.iter().map(place).collect()
-        }
-    };
-    (x, classes)
+    let x: Option<Vec<f64>> = (rows.iter())
+        .map(|row| campaign.rows[*row].values[k].number())
+        .collect();
+    x.filter(|_| !is_name)
+}
+
+/// A class for each value of a key.
+fn classes_by_value(campaign: &Campaign, k: usize, rows: &[usize]) -> Vec<usize> {
+    let texts: Vec<String> = (rows.iter())
+        .map(|row| campaign.rows[*row].values[k].text())
+        .collect();
+    let mut words = texts.clone();
+    words.sort();
+    words.dedup();
+    let place = |text| words.binary_search(text).unwrap_or(0);
+    texts.iter().map(place).collect()
+}
+
+/// Classes of a key that is drawn: of a number equally filled ones.
+fn classes_at(campaign: &Campaign, k: usize, rows: &[usize]) -> Vec<usize> {
+    match numbers_at(campaign, k, rows) {
+        Some(x) => classes(&x),
+        None => classes_by_value(campaign, k, rows),
+    }
 }
 
 fn sensitivities(
@@ -392,24 +411,37 @@ fn sensitivities(
             let is_random = section.is_some_and(|section| sections[section].is_random);
             let (count, rank, share) = match crossing {
                 None => {
-                    let (x, classes) = key_at(campaign, k, &all);
-                    let rank = x.and_then(|x| rank_correlation(&x, &y));
-                    (all.len(), rank, variance_share(&classes, &y))
+                    let rank = numbers_at(campaign, k, &all).and_then(|x| rank_correlation(&x, &y));
+                    (
+                        all.len(),
+                        rank,
+                        variance_share(&classes_at(campaign, k, &all), &y),
+                    )
                 }
                 Some(crossing) => match crossing.whole(&known, is_random) {
                     None => (0, None, None),
-                    Some((points, values)) => {
-                        let (x, classes) = key_at(campaign, k, &points);
-                        let share = crossed_share(&classes, &values, crossing.are_drawn);
-                        // A draw is one sample however often it is repeated; points of a grid are seen under every draw.
-                        let (count, x, y): (_, _, Vec<f64>) = match is_random {
-                            true => {
-                                let mean = |of: &Vec<f64>| of.iter().sum::<f64>() / of.len() as f64;
-                                (points.len(), x, values.iter().map(mean).collect())
-                            }
-                            false => (all.len(), key_at(campaign, k, &all).0, y.clone()),
-                        };
-                        (count, x.and_then(|x| rank_correlation(&x, &y)), share)
+                    // A draw is one sample however often it is repeated.
+                    Some(Crossed { rows, y, whole }) if is_random => {
+                        let means: Vec<f64> = (y.iter())
+                            .map(|of_draw| of_draw.iter().sum::<f64>() / of_draw.len() as f64)
+                            .collect();
+                        let x = numbers_at(campaign, k, &rows);
+                        let share = drawn_share(&classes_at(campaign, k, &rows), &y, whole);
+                        (
+                            rows.len(),
+                            x.and_then(|x| rank_correlation(&x, &means)),
+                            share,
+                        )
+                    }
+                    Some(crossed) => {
+                        let classes = classes_by_value(campaign, k, &crossed.rows);
+                        let rank =
+                            numbers_at(campaign, k, &all).and_then(|x| rank_correlation(&x, &y));
+                        (
+                            all.len(),
+                            rank,
+                            crossed_share(&classes, &crossed.y, crossed.whole),
+                        )
                     }
                 },
             };

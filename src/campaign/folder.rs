@@ -21,6 +21,8 @@ const ABOUT: &str = "campaign.json";
 const TABLE: &str = "campaign.parquet";
 const WRITTEN: &str = "campaign.toml";
 pub(super) const COLLECTED: &str = "collected";
+/// Behind the name of a file that is being written.
+pub(super) const DRAFT: &str = ".new";
 
 /// What is kept of a run that has ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -32,7 +34,7 @@ pub enum KeepRuns {
     History,
 }
 
-/// A section of a campaign file: its points are rows, or make rows with those of other sections.
+/// What varies by itself in a campaign: a key of its grid, its list, its draws. Rows are its points, each with every one of the others'.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Section {
     /// Points, each with every one of the other sections'.
@@ -57,7 +59,7 @@ pub struct About {
     pub scene: String,
     /// What is kept of a run that has ended.
     pub keep: KeepRuns,
-    /// The sections whose points the rows are, the slowest first.
+    /// What varies by itself, the slowest first.
     pub sections: Vec<Section>,
     /// Rows that were planned, and the hash of their content keys: a table of other rows is not this campaign's.
     rows: usize,
@@ -135,14 +137,13 @@ impl Folder {
     /// Gives a file its content in one step, on the disk when this returns.
     pub(super) fn replace(&self, path: &Path, bytes: &[u8]) -> Result<(), CampaignError> {
         let mut draft = path.as_os_str().to_owned();
-        // Two processes that end the same row must not write into one draft.
-        draft.push(format!(".{}.new", std::process::id()));
+        draft.push(DRAFT);
         let draft = PathBuf::from(draft);
         let folder = path.parent().unwrap_or(Path::new(""));
         self.files
             .create_dir_all(folder)
             .map_err(io("make the folder", folder))?;
-        // Of a process of this number that was killed.
+        // Of a process that was killed: who writes holds the lock of the folder, or that of the row.
         drop(self.files.remove_file(&draft));
         let written = self
             .files
@@ -230,9 +231,9 @@ impl Folder {
             (None, _) => Err(self.other()?.unwrap_or(CampaignError::NoCampaign {
                 path: self.root.clone(),
             })),
-            // Killed while it was planned.
-            (Some(_), None) => Err(CampaignError::NoCampaign {
-                path: self.root.clone(),
+            (Some(_), None) => Err(CampaignError::Damaged {
+                path: self.root.join(TABLE),
+                reason: "it is not there, or was never finished; put it back, or plan the campaign again in this folder".to_owned(),
             }),
         }
     }
@@ -253,10 +254,12 @@ impl Folder {
     /// # Errors
     /// As for [`Folder::open`].
     pub fn check(&self) -> Result<(), CampaignError> {
-        if self.about()?.is_some() {
-            return Ok(());
+        match self.about() {
+            Ok(Some(_)) => Ok(()),
+            Ok(None) => self.other()?.map_or(Ok(()), Err),
+            // The table still says what was planned.
+            Err(error) => self.table()?.map_or(Err(error), |_| Ok(())),
         }
-        self.other()?.map_or(Ok(()), Err)
     }
 
     /// Keeps a campaign as it is planned; how many of its rows there were before. A folder that has one may get more rows behind the last.
@@ -275,10 +278,15 @@ impl Folder {
             .create_dir_all(root)
             .map_err(io("make the folder", root))?;
         let _guard = self.lock()?;
-        let planned = self.about()?;
-        let before = match planned {
-            None => None,
-            Some(_) => self.table()?,
+        let (planned, before) = match self.about() {
+            Ok(None) => (None, None),
+            Ok(planned) => (planned, self.table()?),
+            Err(_) => (None, self.table()?),
+        };
+        let kept = planned.as_ref().map(|planned| planned.keep);
+        let kept = match (kept, &before) {
+            (None, Some(before)) => self.kept(before.rows.len())?,
+            (kept, _) => kept,
         };
         let before = before.unwrap_or_default();
         let changed = |index: usize, before: String, now: String| CampaignError::Changed {
@@ -306,14 +314,14 @@ impl Folder {
                 return Err(changed(index, of(old), of(new)));
             }
         }
+        if let Some(kept) = kept.filter(|kept| *kept != about.keep) {
+            return Err(CampaignError::KeepChanged {
+                path: root.clone(),
+                before: kept,
+                now: about.keep,
+            });
+        }
         if let Some(planned) = planned {
-            if planned.keep != about.keep {
-                return Err(CampaignError::KeepChanged {
-                    path: root.clone(),
-                    before: planned.keep,
-                    now: about.keep,
-                });
-            }
             // Also where the table is gone, since what rows have ended in is still there.
             if !planned.is_of(campaign) {
                 let before = format!("one of {} others", planned.rows);

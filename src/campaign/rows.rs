@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::error::CampaignError;
-use super::folder::{Folder, KeepRuns, io};
+use super::folder::{DRAFT, Folder, KeepRuns, io};
 use crate::store::{EntryKind, LockAttempt, LockGuard, LockHolder, RealFileSystem, date};
 
 /// Bytes of a reason at most.
@@ -114,6 +114,20 @@ impl Folder {
             }
         }
         Ok(states)
+    }
+
+    /// What is kept of runs that have ended, as far as the folder shows it.
+    pub(super) fn kept(&self, rows: usize) -> Result<Option<KeepRuns>, CampaignError> {
+        for index in 0..rows {
+            if self.is_there(&self.ended(index))? {
+                let is_whole = self.is_there(&self.run(index).join("run.json"))?;
+                return Ok(Some(match is_whole {
+                    true => KeepRuns::All,
+                    false => KeepRuns::History,
+                }));
+            }
+        }
+        Ok(None)
     }
 
     /// What became of one row.
@@ -228,12 +242,17 @@ impl Folder {
             KeepRuns::All => None,
             KeepRuns::History => Some(self.run(index)),
         };
-        let left = [Some(self.failed(index)), run, Some(self.claimed(index))];
+        let mut draft = self.ended(index).into_os_string();
+        draft.push(DRAFT);
+        let draft = PathBuf::from(draft);
+        let left = [self.failed(index), self.claimed(index), draft.clone()].map(Some);
+        let left = left.into_iter().chain([run]);
         let is_left = |path: PathBuf| matches!(self.files.metadata(&path), Ok(Some(_)));
-        if left.into_iter().flatten().any(is_left)
+        if left.flatten().any(is_left)
             && let Ok(LockAttempt::Taken(claim)) = self.claim(index)
         {
             // What stays does no harm: the row has ended.
+            drop(self.files.remove_file(&draft));
             drop(self.tidy(index, keep));
             drop(self.release(index, claim));
         }

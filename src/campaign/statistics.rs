@@ -93,32 +93,22 @@ pub fn variance_share(classes: &[usize], y: &[f64]) -> Option<f64> {
     Some(share.clamp(0.0, 1.0))
 }
 
-/// The first-order Sobol index of a key of which a point meets every point of other keys: `y[p][q]` at its point p and theirs q, the class of
-/// the key at each p. Where the others are drawn (`are_drawn`), all points of the key share their draws, and what these make of the
-/// classes by chance is the interaction, which is taken off; a grid is all there is of it, and its mean has no chance.
+/// The population's variance: over the number of values.
+pub fn variance(values: &[f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    squares / values.len().max(1) as f64
+}
+
+/// The first-order Sobol index of a key of a grid or a list, of which each point p meets every point q of other keys: `y[p][q]`, the
+/// class of the key at each p, and the variance of all runs. All classes see the same points q; what these make of the classes'
+/// means by chance is the interaction, which is taken off.
 ///
-/// None as for [`variance_share`], and of less than two draws.
-pub fn crossed_share(classes: &[usize], y: &[Vec<f64>], are_drawn: bool) -> Option<f64> {
-    let (points, others) = (y.len(), y.first()?.len());
-    let all: Vec<f64> = y.iter().flatten().copied().collect();
-    let variance = |values: &[f64]| {
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        let squares = values.iter().map(|v| (v - mean).powi(2));
-        squares.sum::<f64>() / values.len() as f64
-    };
-    let whole = variance(&all);
-    if whole <= 0.0 {
-        return None;
-    }
-    if !are_drawn {
-        let means: Vec<f64> = (y.iter())
-            .map(|of_point| of_point.iter().sum::<f64>() / others as f64)
-            .collect();
-        let share = variance_share(classes, &means)?;
-        return Some((share * variance(&means) / whole).clamp(0.0, 1.0));
-    }
+/// None of a single class, and where nothing varies.
+pub fn crossed_share(classes: &[usize], y: &[Vec<f64>], whole: f64) -> Option<f64> {
+    let others = y.first()?.len();
     let k = classes.iter().max()? + 1;
-    if others < 2 || k < 2 || all.len() < LEAST_SAMPLE {
+    if others < 2 || k < 2 || whole <= 0.0 {
         return None;
     }
     let mut counts = vec![0.0; k];
@@ -133,11 +123,11 @@ pub fn crossed_share(classes: &[usize], y: &[Vec<f64>], are_drawn: bool) -> Opti
         mean.iter_mut()
             .for_each(|mean| *mean /= f64::max(*count, 1.0));
     }
-    let weights: Vec<f64> = counts.iter().map(|count| count / points as f64).collect();
+    let weights: Vec<f64> = counts.iter().map(|count| count / y.len() as f64).collect();
     let of_class: Vec<f64> = (means.iter())
         .map(|mean| mean.iter().sum::<f64>() / others as f64)
         .collect();
-    let of_draw: Vec<f64> = (0..others)
+    let of_other: Vec<f64> = (0..others)
         .map(|q| {
             weights
                 .iter()
@@ -150,12 +140,22 @@ pub fn crossed_share(classes: &[usize], y: &[Vec<f64>], are_drawn: bool) -> Opti
     let (mut between, mut interaction) = (0.0, 0.0);
     for ((weight, mean), own) in weights.iter().zip(&means).zip(&of_class) {
         between += weight * (own - grand).powi(2);
-        for (value, of_draw) in mean.iter().zip(&of_draw) {
-            interaction += weight * (value - own - of_draw + grand).powi(2);
+        for (value, of_other) in mean.iter().zip(&of_other) {
+            interaction += weight * (value - own - of_other + grand).powi(2);
         }
     }
     let chance = interaction / (others - 1) as f64 / others as f64;
     Some(((between - chance) / whole).clamp(0.0, 1.0))
+}
+
+/// The first-order Sobol index of a key that is drawn, of which each draw p meets every point of a grid or a list: a draw is one sample,
+/// its mean over these points. `classes` and `y` as of [`crossed_share`].
+pub fn drawn_share(classes: &[usize], y: &[Vec<f64>], whole: f64) -> Option<f64> {
+    let means: Vec<f64> = (y.iter())
+        .map(|of_point| of_point.iter().sum::<f64>() / of_point.len().max(1) as f64)
+        .collect();
+    let share = variance_share(classes, &means)?;
+    (whole > 0.0).then(|| (share * variance(&means) / whole).clamp(0.0, 1.0))
 }
 
 /// What ranks of so many independent samples agree by less than in 95 of 100.

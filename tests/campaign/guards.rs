@@ -125,6 +125,23 @@ fn results_are_those_of_the_plan() {
     bench.done(&PLAN);
     assert_eq!(fs::read(&table).expect("a table"), planned_table);
 
+    // Nor is all lost with what says what it is: the table does, and which runs are kept.
+    let about = bench.path("c/campaign.json");
+    let whole = fs::read(&about).expect("a file");
+    fs::write(&about, &whole[..100]).expect("cut short");
+    let told = ["campaign", "status", "--dir", "c"];
+    fails(
+        &bench,
+        &told,
+        4,
+        &["campaign.json", "plan the campaign again"],
+    );
+    bench.write("case.toml", format!("keep = \"history\"\n{text}"));
+    fails(&bench, &PLAN, 4, &["another --dir"]);
+    bench.write("case.toml", &text);
+    bench.done(&PLAN);
+    assert_eq!(fs::read(&about).expect("a file"), whole);
+
     // A table of another campaign.
     let other = planned(&GRID.replace("[0.5, 0.7]", "[0.5, 0.8]"));
     fs::copy(other.path("c/campaign.parquet"), &table).expect("copied");
@@ -192,6 +209,31 @@ fn a_repeated_failure_has_the_code_of_the_first() {
     let run = ["campaign", "run", "--dir", "c", "--index", "0", "-q"];
     fails(&bench, &run, 3, &[]);
     fails(&bench, &run, 3, &["failed before", "--retry"]);
+}
+
+/// What a process leaves that is killed just after its row has ended, and a lock that is none: other rows go on.
+#[test]
+fn what_was_left_behind_is_cleared() {
+    let bench = history_alone(GRID);
+    bench.done(&["campaign", "run", "--dir", "c", "--index", "0", "-q"]);
+    for folder in ["runs/000000/once", "locks"] {
+        fs::create_dir_all(bench.path("c").join(folder)).expect("a folder");
+    }
+    bench.write("c/locks/000000", "17");
+    bench.write("c/ended/000000.parquet.new", "half");
+    bench.write("c/locks/000001", "no number");
+    fails(&bench, &["campaign", "run", "--dir", "c", "-q"], 1, &[]);
+    let found = status(&bench);
+    assert_eq!(
+        (&found["done"], &found["failed"][0]["index"]),
+        (&5.into(), &1.into())
+    );
+    fs::remove_file(bench.path("c/locks/000001")).expect("removed");
+    bench.done(&["campaign", "run", "--dir", "c", "--jobs", "2", "-q"]);
+    for (folder, left) in [("runs", 0), ("locks", 0), ("ended", 6)] {
+        let entries = fs::read_dir(bench.path("c").join(folder)).expect("a folder");
+        assert_eq!(entries.count(), left, "{folder}");
+    }
 }
 
 /// The script of a job array: what is not there is no success, and a task beyond the last row is.

@@ -2,9 +2,11 @@
 
 use std::fs;
 
+use fretwear::campaign::statistics::variance;
 use fretwear::tables::{TableName, from_parquet};
 
 use super::planned;
+
 use crate::support::{Bench, latest, summary};
 
 /// The worn volume is as the wear coefficient, so that the other key has next to nothing to say.
@@ -154,6 +156,51 @@ fn repeated_draws_are_no_more_samples() {
         let expected = (rows == "12-35").then_some(0.0);
         assert_eq!(inert["share"].as_f64(), expected, "{inert}");
     }
+}
+
+/// Two keys of a grid, a list and draws, each with every other: shares are those of the runs' own means.
+#[test]
+fn keys_that_cross_have_the_shares_of_their_means() {
+    let bench = planned(
+        "[grid]\noutput.curves_every = [0, 9]\nwear.coefficient = [\"1e3 um^3/J\", \"2e3 um^3/J\", \"4e3 um^3/J\"]\n[list]\ncontact.normal_load = [\"180 N\", \"200 N\", \"230 N\"]\n\
+         [random]\nn = 4\nseed = 5\nfidelity.normal_tolerance = { distribution = \"log_uniform\", low = 1e-7, high = 1e-6 }\n",
+    );
+    bench.done(&["campaign", "run", "--dir", "c", "--jobs", "2", "-q"]);
+    let found = reported(&bench);
+    let all = found["sensitivities"].as_array().expect("rows");
+    let share = |figure: &str, key: &str| {
+        let own = all
+            .iter()
+            .find(|row| row["figure"] == figure && row["key"] == key);
+        own.unwrap_or_else(|| panic!("no {key} of {figure}"))["share"].as_f64()
+    };
+    // The last key varies fastest: curves, coefficient, load, draw.
+    let ends: Vec<f64> = (0..72)
+        .map(|k| {
+            let root = bench.path(&format!("c/runs/{k:06}"));
+            summary(&root, latest(&root), "wear_volume")
+        })
+        .collect();
+    let of = |class: &dyn Fn(usize) -> usize| {
+        let means = [0, 1, 2].map(|wanted| {
+            let own: Vec<f64> = (0..72)
+                .filter(|k| class(*k) == wanted)
+                .map(|k| ends[k])
+                .collect();
+            own.iter().sum::<f64>() / own.len() as f64
+        });
+        variance(&means) / variance(&ends)
+    };
+    for (key, exact) in [
+        ("wear.coefficient", of(&|k| k / 12 % 3)),
+        ("contact.normal_load", of(&|k| k / 4 % 3)),
+    ] {
+        let share = share("wear_volume", key).expect("a share");
+        assert!((share - exact).abs() < 0.01, "{key}: {share}, not {exact}");
+    }
+    assert_eq!(share("wear_volume", "output.curves_every"), Some(0.0));
+    assert!(share("normal_load", "contact.normal_load").expect("a share") > 0.999);
+    assert!(share("normal_load", "wear.coefficient").expect("a share") < 1e-6);
 }
 
 #[test]

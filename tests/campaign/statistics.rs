@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use fretwear::campaign::statistics::{
-    at, classes, crossed_share, rank_correlation, spread, variance_share,
+    at, classes, crossed_share, drawn_share, rank_correlation, spread, variance, variance_share,
 };
 
 use crate::support::Chance;
@@ -153,10 +153,6 @@ fn draws_that_cross_a_grid_count_once() {
     let draws: Vec<[f64; 3]> = (0..DRAWS).map(|_| [0; 3].map(|_| chance.next())).collect();
     let grid = [0.0, 1.0, 2.0, 5.0];
     let y = |g: f64, [x, e, _]: [f64; 3]| 2.0 * g + 8.0 * x + 3.0 * e;
-    let variance = |values: &[f64]| {
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64
-    };
     let by_grid: Vec<Vec<f64>> = grid
         .iter()
         .map(|g| draws.iter().map(|d| y(*g, *d)).collect())
@@ -167,13 +163,13 @@ fn draws_that_cross_a_grid_count_once() {
         .collect();
     let whole = variance(&by_grid.concat());
     // Nothing in common with what is drawn: exact.
-    let share = crossed_share(&[0, 1, 2, 3], &by_grid, true).expect("a share");
+    let share = crossed_share(&[0, 1, 2, 3], &by_grid, whole).expect("a share");
     let exact = variance(&grid.map(|g| 2.0 * g)) / whole;
     assert!((share - exact).abs() < 1e-12, "{share} {exact}");
     let of_key = |key: usize| -> Vec<f64> { draws.iter().map(|d| d[key]).collect() };
     for (key, factor) in [(0, 8.0), (1, 3.0), (2, 0.0)] {
         let x = of_key(key);
-        let share = crossed_share(&classes(&x), &by_draw, false).expect("a share");
+        let share = drawn_share(&classes(&x), &by_draw, whole).expect("a share");
         let exact = factor * factor * variance(&x) / whole;
         // Of 300 draws in 18 classes.
         assert!((share - exact).abs() < 0.04, "key {key}: {share} {exact}");
@@ -181,15 +177,19 @@ fn draws_that_cross_a_grid_count_once() {
     // A grid that changes nothing: every draw is there four times, and is one sample all the same.
     let repeated: Vec<Vec<f64>> = draws.iter().map(|d| vec![y(1.0, *d); 4]).collect();
     let inert: Vec<f64> = of_key(2);
-    let share = crossed_share(&classes(&inert), &repeated, false).expect("a share");
+    let share =
+        drawn_share(&classes(&inert), &repeated, variance(&repeated.concat())).expect("a share");
     assert!(share < 0.05, "{share}");
     let same: Vec<Vec<f64>> = (0..4)
         .map(|_| draws.iter().map(|d| y(1.0, *d)).collect())
         .collect();
-    assert_eq!(crossed_share(&[0, 1, 2, 3], &same, true), Some(0.0));
+    assert_eq!(
+        crossed_share(&[0, 1, 2, 3], &same, variance(&same.concat())),
+        Some(0.0)
+    );
     // A drawn name, as a seed: as many classes as samples say nothing.
     let names: Vec<usize> = (0..DRAWS).collect();
-    assert_eq!(crossed_share(&names, &by_draw, false), None);
+    assert_eq!(drawn_share(&names, &by_draw, whole), None);
 }
 
 /// A grid whose points scatter by chance alone, each draw in its own way: what chance makes of their means is taken off.
@@ -201,7 +201,7 @@ fn an_inert_grid_has_no_share_of_what_scatters() {
         let y: Vec<Vec<f64>> = (0..3)
             .map(|_| (0..12).map(|_| chance.next()).collect())
             .collect();
-        shares.push(crossed_share(&[0, 1, 2], &y, true).expect("a share"));
+        shares.push(crossed_share(&[0, 1, 2], &y, variance(&y.concat())).expect("a share"));
     }
     let mean = shares.iter().sum::<f64>() / 60.0;
     // Three means of twelve would explain 6 %; what is below zero is cut.

@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use fretwear::campaign::{Campaign, Failure, Folder, State};
+use fretwear::campaign::{About, Campaign, Failure, Folder, State};
 
 use super::super::cost;
 use super::run::{Ended, Tally};
@@ -33,6 +33,7 @@ struct Running {
 pub fn run(
     arguments: &RunArguments,
     folder: &Folder,
+    about: &About,
     campaign: &Campaign,
     rows: &[usize],
     jobs: usize,
@@ -45,7 +46,10 @@ pub fn run(
     let mut waiting: VecDeque<usize> = VecDeque::new();
     for &index in rows {
         match states[index] {
-            State::Done => tally.before += 1,
+            State::Done => {
+                folder.tidy_ended(index, about.keep);
+                tally.before += 1;
+            }
             _ => waiting.push_back(index),
         }
     }

@@ -84,7 +84,7 @@ pub fn run(arguments: &RunArguments, out: &mut Results) -> Result<Exit, CliError
     }
     let rows: Vec<usize> = (first..=end).collect();
     let tally = match (arguments.jobs, &rows[..]) {
-        (Some(jobs), _) => jobs::run(arguments, &folder, &campaign, &rows, jobs)?,
+        (Some(jobs), _) => jobs::run(arguments, &folder, &about, &campaign, &rows, jobs)?,
         (None, [index]) => match alone(arguments, &folder, &about, &campaign, *index)? {
             // The code says why.
             Ended::Failed(error) => return Err(error),
@@ -242,8 +242,10 @@ fn row(
     stopping: &Stopping,
     quiet: bool,
 ) -> Result<Ended, CliError> {
-    let LockAttempt::Taken(claim) = folder.claim(index)? else {
-        return Ok(Ended::InUse);
+    let claim = match folder.claim(index) {
+        Ok(LockAttempt::Taken(claim)) => claim,
+        Ok(LockAttempt::Held { .. }) => return Ok(Ended::InUse),
+        Err(error) => return kept(folder, index, error.into()),
     };
     // Another start may have ended it until now.
     let ended = match folder.state(index)? {
