@@ -3,13 +3,16 @@
     fretwear campaign collect --dir seeds           # and so on, of seeds.toml, seeds_plastic.toml and draws.toml
     python pipelines/campaigns/claims.py --seeds seeds --plastic seeds_plastic --draws draws --out figures
 
-Numbers and criteria of the statements are those of docs/study.md; judged is by the values alone, without error bars, and only what the history
-of a run tells. A statement about all roughnesses is judged on the runs that share everything else. Prints a Markdown table, and draws
-ensembles_wear.svg into the folder, and ensembles_keys.svg of the sensitivities that `fretwear campaign report` has written for the draws. Wants Polars, numpy and matplotlib.
+Numbers and criteria of the statements are those of docs/study.md; judged is by the values alone, without error bars, by what the history
+of a run tells, and where its folder is kept (keep = "runs") by its fields and cycles. A statement about all roughnesses is judged on the runs
+that share everything else. Prints a Markdown table, and draws ensembles_wear.svg into the folder, and ensembles_keys.svg of the sensitivities
+that `fretwear campaign report` has written for the draws. Wants Polars, numpy and matplotlib. calibrate.py and causes.py judge by the same.
 """
 
 import argparse
+import json
 import math
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -21,15 +24,23 @@ FACE = 0.04 * 0.04 * 340 / 361
 SIGMA = math.sqrt(2 * math.pi * 0.5e-3**2 / FACE)
 MAIN = 5e-6
 CAP = 600e6
+# [A 4b]: steps of the explicit algorithm, and the depth of one.
+STEPS, STEP = 231, 1e-7
 
 
 class Run:
-    """The history of a run: columns by name."""
+    """The history of a run: columns by name; of Rq 5 µm where that does not vary. With the folder of the run, what its fields and cycles tell beyond."""
 
-    def __init__(self, frame):
+    def __init__(self, frame, folder=None):
         frame = frame.sort("wear_iteration")
-        self.columns = {name: frame[name].to_numpy() for name in frame.columns if frame[name].dtype.is_numeric()}
-        self.rq = float(self.columns[RQ][0])
+        self.keys = frame.row(0, named=True)
+        self.columns = {name: frame[name].to_numpy() for name in frame.columns if frame[name].dtype.is_numeric() or frame[name].dtype == pl.Boolean}
+        self.rq = float(self.columns[RQ][0]) if RQ in self.columns else MAIN
+        self.folder = folder
+
+    @cached_property
+    def fields(self):
+        return Fields(self) if self.folder and self.folder.is_dir() else None
 
     def __getitem__(self, name):
         return self.columns[name].astype(float)
@@ -42,6 +53,59 @@ class Run:
 
     def at(self, name, cycles):
         return np.interp(cycles, self["cycles"], self[name])
+
+
+def scene_of(run):
+    scene = json.loads((run.folder / "run.json").read_text())["scene"]
+    return scene if isinstance(scene, dict) else json.loads(scene)
+
+
+class Fields:
+    """Of the folder of a run: figures of its first and its last state, or of all."""
+
+    def __init__(self, run):
+        scene = scene_of(run)
+        contact, self.size = scene["contact"], scene["joint"]["size"]
+        self.limit = contact["friction_coefficient"] * contact["normal_load"]
+        self.arm = contact["normal_load"] * self.size[0] / 2
+        places = [run.folder / "iterations" / f"wear_iteration={int(k)}" for k in run["wear_iteration"]]
+        table = lambda place, name: pl.read_parquet(place / f"{name}.parquet")
+        contacts = [table(place, "contact_field") for place in places]
+        depth = table(places[-1], "wear_field")["wear_depth"].to_numpy()
+        self.deepest = depth.max()
+        touched = np.any([field["pressure"].to_numpy() > 0 for field in contacts], axis=0)
+        self.valleys = (~touched).sum(), depth[~touched].max(initial=0)
+        alpha = run.first("wear_rate") / run.first("dissipated_energy")
+        self.fastest = alpha * np.array([field["dissipation"].max() for field in contacts])
+        self.steps = np.trapezoid(self.fastest, run["cycles"]) / STEP
+        self.pressures = [self.pressure(field) for field in (contacts[0], contacts[-1])]
+        cycle = table(places[0], "joint_cycle")
+        self.moment = max(cycle[name].abs().max() for name in ("moment_x", "moment_y"))
+        u = cycle["displacement_x"].to_numpy()
+        self.shift = abs(u.mean()) / (np.ptp(u) / 2)
+        self.force = np.array([table(place, "cycle")["force_x"].abs().max() for place in places]) / self.limit
+        loops = [place / "hysteresis.parquet" for place in (places[0], places[-1])]
+        self.fullness = [fullness(pl.read_parquet(loop)) for loop in loops] if all(loop.exists() for loop in loops) else None
+
+    @staticmethod
+    def pressure(field):
+        """Median of the peaks of all sections along x, 99th percentile and mean of what is loaded."""
+        peaks = np.zeros(field["j"].max() + 1)
+        np.maximum.at(peaks, field["j"].to_numpy(), field["pressure"].to_numpy())
+        loaded = np.sort(field["pressure"].to_numpy()[field["pressure"].to_numpy() > 0])
+        return np.median(peaks), loaded[int(0.99 * (len(loaded) - 1))], loaded.mean()
+
+
+def fullness(loop):
+    """Area of a loop over that of the parallelogram with its force, its half range and the slope after its reversal."""
+    u, f = loop["displacement"].to_numpy(), loop["load"].to_numpy()
+    far = len(u) - 1 - int(np.argmax(u[::-1]))
+    after = np.roll(np.arange(len(u)), -far - 1)
+    after = next(k for k in after if u[far] - u[k] > 1e-9 * abs(u[far]))
+    slope = (f[far] - f[after]) / (u[far] - u[after])
+    area = abs(np.dot(u, np.roll(f, -1)) - np.dot(np.roll(u, -1), f)) / 2
+    whole = 2 * np.ptp(f) * (np.ptp(u) / 2 - np.ptp(f) / 2 / slope)
+    return area / whole if whole > 0 else math.nan
 
 
 def spread(values):
@@ -101,6 +165,35 @@ OF_A_RUN = {
 }
 
 
+def peaks_fall(run):
+    (section, high, mean), (section_end, high_end, mean_end) = run.fields.pressures
+    return section_end <= section / 2 and high_end <= high / 2 and high_end / mean_end < high / mean
+
+
+def sharper(run):
+    if run.fields.fullness is None:
+        return None
+    before, after = run.fields.fullness
+    softer, less = run.first("kt") < run.last("kt"), run.first("worn_response_friction_energy") > run.last("worn_response_friction_energy")
+    return softer and less and after > before
+
+
+# Of one run, by its fields and cycles. None: nothing can be said.
+OF_FIELDS = {
+    "1: 231 steps of 0.1 µm, within a factor of 1.5": lambda r: STEPS / 1.5 <= r.fields.steps <= 1.5 * STEPS,
+    "5: deepest wear below 231 × 0.1 µm": lambda r: r.fields.deepest <= STEPS * STEP,
+    "8: peaks are flattened, valleys untouched": lambda r: r.fields.valleys[0] > 0 and r.fields.valleys[1] == 0 and r.fields.deepest > 0,
+    "16: peaks of pressure fall, flat patches": peaks_fall,
+    "25: moments are negligible": lambda r: r.fields.moment < 0.05 * r.fields.arm,
+    "26: the loops are shifted": lambda r: None if r.fields.force[0] > 0.999 else r.fields.shift > 0.05,
+    "36: loops steeper, sharper, smaller": sharper,
+    "45: wear is shallow": lambda r: r.fields.deepest / min(r.fields.size) < 1e-3,
+    "46: the joint slides as a whole": lambda r: 0.999 <= r.fields.force.max() <= 1.001,
+}
+# Said of Rq 5 µm alone; all others of each roughness.
+OF_MAIN = {1, 5, 8, 16, 26, 34, 35, 36, 46}
+
+
 def third(runs, name):
     first, last = (spread([getattr(run, end)(name) for run in runs]) for end in ("first", "last"))
     return last <= first / 3
@@ -127,6 +220,86 @@ OF_FOUR = {
 }
 
 
+def apart(runs, name, first):
+    """Largest part by which two of the runs differ, from so many cycles on."""
+    at = np.geomspace(first, 1e7, 40)
+    courses = [run.at(name, at) for run in runs]
+    return max(np.abs(a / b - 1).max() for k, a in enumerate(courses) for b in courses[k + 1 :])
+
+
+def alike(runs):
+    ends = lambda name: [run.last(name) for run in runs]
+    off = lambda values: max(abs(a / b - 1) for k, a in enumerate(values) for b in values[k + 1 :])
+    return off(ends("worn_response_peak_frequency")) < 1e-3 and off(ends("worn_response_peak_amplitude")) < 0.02
+
+
+def jumps(run):
+    """By what part the energy of a cycle changes at each update; before it as the volume of the step says, if it changed linearly."""
+    energy, volume, n_cycles = run["dissipated_energy"], run["wear_volume"], run["n_cycles"]
+    alpha = run.first("wear_rate") / energy[0]
+    found = []
+    for k in np.flatnonzero(run["updated"])[1:]:
+        mean = (volume[k] - volume[k - 1]) / (alpha * n_cycles[k])
+        before = ((2 * mean - energy[k - 1]) + mean**2 / energy[k - 1]) / 2
+        found.append(energy[k] / before - 1)
+    return np.array(found)
+
+
+def jump_down(runs):
+    found = [jumps(run) for run in runs]
+    return None if any(len(own) == 0 for own in found) else all((own < -0.01).all() for own in found)
+
+
+# Of the runs with updates at 5, 10 and 20 %, and then the one without.
+OF_UPDATES = {
+    "29: the wear rate jumps down at each update": lambda runs: jump_down(runs[:-1]),
+    "30: alike in wear rate after 10⁶ cycles": lambda runs: apart(runs[:-1], "wear_rate", 1e6) < 0.05,
+    "31: kn hardly depends on the updates": lambda runs: apart(runs[:-1], "kn", 1e4) < 0.03,
+    "32: the same response after 10⁷ cycles": lambda runs: alike(runs[:-1]),
+    "33: no update is needed": lambda runs: alike([runs[0], runs[-1]]),
+}
+
+
+def more_harmonics(runs):
+    """What harmonics to the most change of the unworn peak, and of its frequency."""
+    few, most = runs[0], runs[-1]
+    of = lambda name: abs(most.first(name) / few.first(name) - 1)
+    return of("worn_response_peak_amplitude"), of("worn_response_peak_frequency")
+
+
+# Of the unworn joint with harmonics to 3, 5 and 7.
+OF_HARMONICS = {"27: three harmonics suffice": lambda runs: more_harmonics(runs)[0] < 0.01 and more_harmonics(runs)[1] < 5e-4}
+
+
+def local_stiffness(run):
+    """Median of kn over the area that touches, over the contact elements: unworn and at the last update."""
+    scene = scene_of(run)
+    cells, size = scene["joint"]["grid"], scene["joint"]["size"]
+    step = [a / b for a, b in zip(size, cells)]
+    found = []
+    for k in (0, np.flatnonzero(run["updated"])[-1]):
+        place = run.folder / "iterations" / f"wear_iteration={int(run['wear_iteration'][k])}"
+        loaded = pl.read_parquet(place / "contact_field.parquet").filter(pl.col("pressure") > 0)
+        x, y = ((loaded[axis].to_numpy() + 0.5 - count / 2) * d for axis, count, d in zip("ij", cells, step))
+        own = []
+        for element in pl.read_parquet(place / "contact_element.parquet").iter_rows(named=True):
+            half = math.sqrt(element["area"]) / 2 * (1 + 1e-9)
+            touching = ((abs(x - element["x"]) <= half) & (abs(y - element["y"]) <= half)).sum()
+            if element["normal_load"] > 0 and touching:
+                own.append(element["kn"] / (touching * step[0] * step[1]))
+        found.append(np.median(own))
+    return found
+
+
+def falls_locally(run):
+    before, after = local_stiffness(run)
+    return after < before and run.last("kn") > run.first("kn") and run.last("contact_area_fraction") > run.first("contact_area_fraction")
+
+
+# Of a run whose contact elements have a stiffness of their own.
+OF_TANGENT = {"22: local stiffness falls while the global one rises": falls_locally}
+
+
 def ratio(pair, name, first, last):
     at = np.linspace(first, last, 40)
     return np.abs(pair[1].at(name, at) / pair[0].at(name, at) - 1).max()
@@ -145,10 +318,38 @@ OF_A_PAIR = {
 }
 
 
+# Rows that stand beside a statement and are none.
+BESIDE = {"37: in frequency alone", "38: rougher wears faster at first", "41: kn lower", "43: dissipation alike from 2 × 10⁶ cycles"}
+
+
+def number(name):
+    return int(name.split(":")[0])
+
+
+def together(verdicts):
+    return False if False in verdicts else None if None in verdicts else True
+
+
+def of_rig(four):
+    """What holds of a rig, by the number of the claim: its runs at the four roughnesses, never updated, from the smoothest on."""
+    main = min(four, key=lambda run: abs(math.log(run.rq / MAIN)))
+    found = {}
+    own = {**OF_A_RUN, **(OF_FIELDS if all(run.fields for run in four) else {})}
+    for name, judge in own.items():
+        runs = [main] if number(name) in OF_MAIN else four
+        verdict = together([told if told is None else bool(told) for told in map(judge, runs)])
+        found.setdefault(number(name), []).append(verdict)
+    for name, judge in OF_FOUR.items():
+        if name not in BESIDE:
+            found.setdefault(number(name), []).append(bool(judge(four)))
+    return {claim: together(verdicts) for claim, verdicts in sorted(found.items())}
+
+
 def runs_of(folder):
     """The runs of a campaign, by index."""
     frame = pl.scan_parquet(Path(folder) / "collected" / "*.parquet").collect()
-    return {index[0]: Run(own) for index, own in sorted(frame.group_by("index"), key=lambda item: item[0][0])}
+    own = lambda index: Path(folder) / "runs" / f"{index:06}"
+    return {index[0]: Run(rows, own(index[0])) for index, rows in sorted(frame.group_by("index"), key=lambda item: item[0][0])}
 
 
 def by(runs, key):
@@ -191,6 +392,35 @@ def table(seeds, plastic, draws):
     lines += ["", "| of elastic and plastic | " + " | ".join(f"Rq {rq * 1e6:g} µm" for rq in rqs) + " |", "|---|" + "---:|" * len(rqs)]
     for name, judge in OF_A_PAIR.items():
         lines.append(f"| {name} | " + " | ".join(told(count(judge, own)) for own in pairs) + " |")
+    return "\n".join(lines)
+
+
+def further(fields, updates, harmonics, tangent):
+    """Of the smaller campaigns on some of the surfaces: rows by seed."""
+    lines = ["| of one run | " + " | ".join(f"Rq {rq * 1e6:g} µm" for rq in sorted({run.rq for run in fields})) + " |"]
+    lines.append("|---|" + "---:|" * (lines[0].count("|") - 2))
+    of_rq = [[run for run in fields if run.rq == rq] for rq in sorted({run.rq for run in fields})]
+    for name, judge in OF_FIELDS.items():
+        cells = []
+        for runs in of_rq:
+            verdicts = [verdict for verdict in map(judge, runs) if verdict is not None]
+            cells.append(f"{sum(map(bool, verdicts))} of {len(verdicts)}" + (f", {len(runs) - len(verdicts)} not judged" if len(verdicts) < len(runs) else ""))
+        lines.append(f"| {name} | " + " | ".join(cells) + " |")
+    lines += ["", "| of Rq 5 µm | surfaces |", "|---|---:|"]
+    seed = lambda run: run.first(SEED)
+    never = {run.first(SEED): run for run in fields if abs(run.rq / MAIN - 1) < 1e-6}
+    of_update = lambda runs: [*sorted(runs, key=lambda run: run.first("update.stiffness_change")), never[runs[0].first(SEED)]]
+    of_harmonics = lambda runs: sorted(runs, key=lambda run: run.first("dynamic_response_highest_harmonic"))
+    sets = [
+        (OF_UPDATES, [of_update(runs) for runs in by(updates, seed).values() if len(runs) == 3 and runs[0].first(SEED) in never]),
+        (OF_HARMONICS, [of_harmonics(runs) for runs in by(harmonics, seed).values() if len(runs) == 3]),
+        (OF_TANGENT, tangent),
+    ]
+    for judges, things in sets:
+        for name, judge in judges.items():
+            verdicts = [judge(thing) for thing in things]
+            told = [bool(verdict) for verdict in verdicts if verdict is not None]
+            lines.append(f"| {name} | {sum(told)} of {len(told)} |")
     return "\n".join(lines)
 
 
@@ -275,11 +505,16 @@ def main():
     parser.add_argument("--seeds", required=True, help="folder of seeds.toml")
     parser.add_argument("--plastic", required=True, help="folder of seeds_plastic.toml")
     parser.add_argument("--draws", help="folder of draws.toml")
+    for name in ("fields", "updates", "harmonics", "tangent"):
+        parser.add_argument(f"--{name}", help=f"folder of seeds_{name}.toml; all four or none")
     parser.add_argument("--out", type=Path, default=Path("."), help="folder of the figure")
     arguments = parser.parse_args()
     seeds, plastic = (list(runs_of(folder).values()) for folder in (arguments.seeds, arguments.plastic))
     draws = list(runs_of(arguments.draws).values()) if arguments.draws else []
     print(table(seeds, plastic, draws))
+    if arguments.fields:
+        folders = (arguments.fields, arguments.updates, arguments.harmonics, arguments.tangent)
+        print("", further(*(list(runs_of(folder).values()) for folder in folders)), sep="\n")
     arguments.out.mkdir(parents=True, exist_ok=True)
     draw_wear(seeds, plastic, arguments.out / "ensembles_wear.svg")
     sensitivity = Path(arguments.draws or ".") / "campaign_sensitivity.parquet"

@@ -1,0 +1,167 @@
+"""Which rigs of a campaign come nearest to the paper, what each of its statements needs of a rig, and which exclude each other.
+
+    fretwear campaign collect --dir calibration          # of calibration.toml or another campaign that keeps its runs
+    python pipelines/campaigns/calibrate.py calibration [MORE ...] --out calibration
+
+A rig is what shares all keys but the roughness; it is judged where its runs at all four roughnesses have ended, by the criteria of claims.py (by
+the values alone, without error bars). Writes calibration.csv, a row a rig: keys in SI units, what the paper has numbers for, verdicts; prints tables
+in Markdown. Steps of the explicit algorithm are counted without it: wear at the fastest cell of each state, integrated over the cycles by
+trapezoids, over 0.1 µm. Wants Polars and numpy.
+"""
+
+import argparse
+import itertools
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from claims import OF_A_RUN, OF_FIELDS, OF_FOUR, RQ, by, number, of_rig, runs_of, spread
+
+# The check of the runs themselves: no statement of the paper.
+CHECK = 47
+# A key tells a statement where it sorts the rigs in which it holds from the others: probability that of two such the first has more of it.
+TELLS = 0.75
+# Fewest rigs on either side for that.
+FEWEST = 4
+
+
+def figures(four):
+    """What the paper has numbers or words for; of the rig's run at Rq 5 µm where nothing else is said."""
+    main = four[2]
+    ratio = lambda run, name: run.last(name) / run.first(name)
+    at = lambda name, end: [getattr(run, end)(name) for run in four]
+    return {
+        "steps": main.fields.steps,
+        "cycles_a_step": main.last("cycles") / main.fields.steps,
+        "deepest_um": 1e6 * main.fields.deepest,
+        "sliding": main.fields.force.max(),
+        "viscous_share": main.first("worn_response_viscous_energy") / main.first("worn_response_input_energy"),
+        "frequency": main.first("worn_response_peak_frequency"),
+        "frequency_rise": ratio(main, "worn_response_peak_frequency") - 1,
+        "amplitude_um": 1e6 * main.first("worn_response_peak_amplitude"),
+        "amplitude_rise": ratio(main, "worn_response_peak_amplitude") - 1,
+        "friction_rise": ratio(main, "worn_response_friction_energy") - 1,
+        "rate_rise": ratio(main, "wear_rate") - 1,
+        "rates_rise": sum(ratio(run, "wear_rate") > 1 for run in four),
+        "rates_apart": spread(at("wear_rate", "last")),
+        "frequencies_apart": spread(at("worn_response_peak_frequency", "first")),
+        "frequencies_apart_worn": spread(at("worn_response_peak_frequency", "last")),
+        "amplitudes_apart": spread(at("worn_response_peak_amplitude", "first")),
+        "amplitudes_apart_worn": spread(at("worn_response_peak_amplitude", "last")),
+        "moment": main.fields.moment / main.fields.arm,
+        "friction_over_supply": max((run["dissipated_energy"] / run["dynamic_response_input_energy"]).max() for run in four),
+    }
+
+
+def plain(value):
+    """A number of what is written as one with a unit, in that; a law of the contact elements by its word."""
+    words = value.replace('"', " ").split() if isinstance(value, str) else []
+    try:
+        return float(words[0])
+    except (IndexError, ValueError):
+        return next((word for word in reversed(words) if word.isidentifier()), value)
+
+
+def rigs_of(folders):
+    """Rows of the table: keys, figures, verdicts; and of how many rigs a run is missing."""
+    rows, missing = [], 0
+    for folder in folders:
+        # What the table of a campaign begins with is no key.
+        keys = pl.scan_parquet(Path(folder) / "campaign.parquet").collect_schema().names()
+        keys = [key for key in keys[keys.index("memory") + 1 :] if key != RQ]
+        runs = runs_of(folder)
+        for indices in by(list(runs), lambda index: tuple(runs[index].keys[key] for key in keys)).values():
+            four = sorted((runs[index] for index in indices), key=lambda run: run.rq)
+            if len({run.rq for run in four}) < 4:
+                missing += 1
+                continue
+            keyed = {key: plain(runs[indices[0]].keys[key]) for key in keys}
+            name = f"{Path(folder).name}/{min(indices)}"
+            rows.append({"rig": name, **keyed, **figures(four), **{f"claim_{k}": verdict for k, verdict in of_rig(four).items()}})
+    return rows, missing, keys
+
+
+def judged(rows):
+    return sorted({int(name[6:]) for row in rows for name in row if name.startswith("claim_")} - {CHECK})
+
+
+def count(row):
+    return sum(row[f"claim_{k}"] is True for k in judged([row]))
+
+
+def best(rows, keys, most):
+    lines = ["| rig | holds | steps | deepest, µm | viscous share | T/µN | f, peak, rate rise by | fails |", "|---|---:|---:|---:|---:|---:|---:|---|"]
+    for row in sorted(rows, key=lambda row: (-count(row), abs(np.log(row["steps"] / 231))))[:most]:
+        rises = ", ".join(f"{100 * row[name]:+.2f} %" for name in ("frequency_rise", "amplitude_rise", "rate_rise"))
+        fails = ", ".join(str(k) for k in judged([row]) if row[f"claim_{k}"] is False)
+        lines.append(
+            f"| {row['rig']} | {count(row)} | {row['steps']:.0f} | {row['deepest_um']:.1f} | {100 * row['viscous_share']:.0f} % "
+            f"| {100 * row['sliding']:.1f} % | {rises} | {fails} |"
+        )
+    lines += ["", "| rig | " + " | ".join(keys) + " |", "|---|" + "---|" * len(keys)]
+    for row in sorted(rows, key=lambda row: (-count(row), abs(np.log(row["steps"] / 231))))[:most]:
+        lines.append(f"| {row['rig']} | " + " | ".join(f"{row[key]:.4g}" if isinstance(row[key], float) else str(row[key]) for key in keys) + " |")
+    return "\n".join(lines)
+
+
+def sorting(inside, outside):
+    """Probability that a value of the first is above one of the second."""
+    first, second = np.asarray(inside, float)[:, None], np.asarray(outside, float)[None]
+    return (first > second).mean() + (first == second).mean() / 2
+
+
+def needs(rows, keys):
+    names = {number(name): name.split(": ", 1)[1] for name in reversed([*OF_A_RUN, *OF_FIELDS, *OF_FOUR])}
+    lines = ["| claim | holds in | where it holds | which is told by |", "|---|---:|---|---|"]
+    numeric = [key for key in keys if all(isinstance(row[key], float) for row in rows)]
+    words = [key for key in keys if key not in numeric]
+    shown = ["viscous_share", "sliding"]
+    for k in judged(rows):
+        known = [row for row in rows if row[f"claim_{k}"] is not None]
+        inside, outside = ([row for row in known if row[f"claim_{k}"] is told] for told in (True, False))
+        ranges, tells = [], []
+        if inside and outside:
+            for key in [*numeric, *shown]:
+                own = [row[key] for row in inside]
+                chance = sorting(own, [row[key] for row in outside])
+                if min(len(inside), len(outside)) >= FEWEST and max(chance, 1 - chance) >= TELLS:
+                    tells.append((max(chance, 1 - chance), f"{'more' if chance > 0.5 else 'less'} {key} ({max(chance, 1 - chance):.2f})"))
+                    ranges.append(f"{key} {min(own):.3g} to {max(own):.3g}")
+            for key in words:
+                own = by(inside, lambda row: row[key])
+                shares = ", ".join(f"{value} {len(own.get(value, []))}/{len(of)}" for value, of in sorted(by(known, lambda row: row[key]).items(), key=str))
+                if len(by(known, lambda row: row[key])) > 1 and len(inside) >= FEWEST:
+                    parts = [len(own.get(value, [])) / len(of) for value, of in by(known, lambda row: row[key]).items()]
+                    if max(parts) - min(parts) > 0.5:
+                        ranges.append(f"{key}: {shares}")
+        told = "; ".join(text for _, text in sorted(tells, reverse=True)[:3])
+        lines.append(f"| {k}: {names[k]} | {len(inside)} of {len(known)} | {'; '.join(ranges)} | {told} |")
+    return "\n".join(lines)
+
+
+def exclusions(rows):
+    lines = ["| claims | met in | both by chance in | both |", "|---|---:|---:|---:|"]
+    for a, b in itertools.combinations(judged(rows), 2):
+        known = [row for row in rows if row[f"claim_{a}"] is not None and row[f"claim_{b}"] is not None]
+        first, second = ({row["rig"] for row in known if row[f"claim_{k}"]} for k in (a, b))
+        if first and second and not first & second:
+            lines.append(f"| {a}, {b} | {len(first)}, {len(second)} of {len(known)} | {len(first) * len(second) / len(known):.1f} | 0 |")
+    return "\n".join(lines)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folders", nargs="+", help="of campaigns that are collected")
+    parser.add_argument("--out", type=Path, default=Path("."), help="folder of calibration.csv")
+    parser.add_argument("--best", type=int, default=8, help="rigs that are listed")
+    arguments = parser.parse_args()
+    rows, missing, keys = rigs_of(arguments.folders)
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    pl.DataFrame(rows, infer_schema_length=None).write_csv(arguments.out / "calibration.csv")
+    print(f"{len(rows)} rigs; {missing} lack a run\n")
+    print(best(rows, keys, arguments.best), needs(rows, keys), exclusions(rows), sep="\n\n")
+
+
+if __name__ == "__main__":
+    main()
