@@ -403,6 +403,9 @@ def further(fields, updates, harmonics, tangent):
     for name, judge in OF_FIELDS.items():
         cells = []
         for runs in of_rq:
+            if number(name) in OF_MAIN and abs(runs[0].rq / MAIN - 1) > 1e-6:
+                cells.append("")
+                continue
             verdicts = [verdict for verdict in map(judge, runs) if verdict is not None]
             cells.append(f"{sum(map(bool, verdicts))} of {len(verdicts)}" + (f", {len(runs) - len(verdicts)} not judged" if len(verdicts) < len(runs) else ""))
         lines.append(f"| {name} | " + " | ".join(cells) + " |")
