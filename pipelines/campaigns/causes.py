@@ -66,12 +66,9 @@ def damping(found):
 
 def longer(found):
     for run in found:
-        at = np.arange(2e6, run.last("cycles") + 1, 1e6)
-        change = np.array([abs(1 - run.at("dissipated_energy", n - 2e6) / run.at("dissipated_energy", n)) / 2 for n in at])
-        slow = np.flatnonzero(change >= 0.05)
-        since = at[slow[-1] + 1] if len(slow) and slow[-1] + 1 < len(at) else at[0]
-        told = ", ".join(f"{percent(np.interp(n, at, change))} at {n / 1e6:.0f} × 10⁶" for n in (1e7, 2e7, 3e7, 5e7, 1e8))
-        yield "7", f"{um(run)}, {run.last('cycles') / 1e6:.0f} × 10⁶ cycles", f"dissipation changes by {told}; below 5 % from {since / 1e6:.0f} × 10⁶ on"
+        states = [(n, e) for n, e in zip(run["cycles"], run["dissipated_energy"]) if n >= 5e6]
+        told = ", ".join(f"{1e3 * e:.2g} mJ at {n / 1e6:.0f}" for n, e in states)
+        yield "7", f"{um(run)}, {run.last('cycles') / 1e6:.0f} × 10⁶ cycles", f"friction of a cycle {told} × 10⁶ cycles"
 
 
 def heights(run, k):
@@ -164,7 +161,7 @@ def pressure(elastic, plastic):
         own = of_grid.get(key(run))
         if own:
             area, kn = (run.first(name) / own.first(name) - 1 for name in ("contact_area_fraction", "kn"))
-            yield "41", f"grid {key(run)}, {run.first('contact.pressure_cap') / 1e6:.0f} MPa", (
+            yield "41", f"{key(run)[0]:.0f} cells a side, {run.first('contact.pressure_cap') / 1e6:.0f} MPa", (
                 f"area {percent(own.first('contact_area_fraction'))} → {percent(run.first('contact_area_fraction'))} ({percent(area)} more), kn {percent(kn)}; largest elastic pressure {own.first('max_pressure') / 1e6:.0f} MPa"
             )
 
