@@ -423,7 +423,8 @@ def further(fields, updates, harmonics, tangent):
         for name, judge in judges.items():
             verdicts = [judge(thing) for thing in things]
             told = [bool(verdict) for verdict in verdicts if verdict is not None]
-            lines.append(f"| {name} | {sum(told)} of {len(told)} |")
+            if things:
+                lines.append(f"| {name} | {sum(told)} of {len(told)} |")
     return "\n".join(lines)
 
 
@@ -509,15 +510,15 @@ def main():
     parser.add_argument("--plastic", required=True, help="folder of seeds_plastic.toml")
     parser.add_argument("--draws", help="folder of draws.toml")
     for name in ("fields", "updates", "harmonics", "tangent"):
-        parser.add_argument(f"--{name}", help=f"folder of seeds_{name}.toml; all four or none")
+        parser.add_argument(f"--{name}", help=f"folder of seeds_{name}.toml" + ("; --fields too" if name == "updates" else ""))
     parser.add_argument("--out", type=Path, default=Path("."), help="folder of the figure")
     arguments = parser.parse_args()
     seeds, plastic = (list(runs_of(folder).values()) for folder in (arguments.seeds, arguments.plastic))
     draws = list(runs_of(arguments.draws).values()) if arguments.draws else []
     print(table(seeds, plastic, draws))
-    if arguments.fields:
-        folders = (arguments.fields, arguments.updates, arguments.harmonics, arguments.tangent)
-        print("", further(*(list(runs_of(folder).values()) for folder in folders)), sep="\n")
+    others = (arguments.fields, arguments.updates, arguments.harmonics, arguments.tangent)
+    if any(others):
+        print("", further(*(list(runs_of(folder).values()) if folder else [] for folder in others)), sep="\n")
     arguments.out.mkdir(parents=True, exist_ok=True)
     draw_wear(seeds, plastic, arguments.out / "ensembles_wear.svg")
     sensitivity = Path(arguments.draws or ".") / "campaign_sensitivity.parquet"
