@@ -112,7 +112,10 @@ def count(row):
 
 
 def best(rows, keys, most):
-    lines = ["| rig | holds | steps | deepest, µm | viscous share | T/µN | f, peak, rate rise by | fails |", "|---|---:|---:|---:|---:|---:|---:|---|"]
+    lines = [
+        "| rig | holds | steps | deepest, µm | viscous share | T/µN | f, peak, rate rise by | fails |",
+        "|---|---:|---:|---:|---:|---:|---:|---|",
+    ]
     for row in sorted(rows, key=lambda row: (-count(row), abs(np.log(row["steps"] / 231))))[:most]:
         rises = ", ".join(f"{100 * row[name]:+.2f} %" for name in ("frequency_rise", "amplitude_rise", "rate_rise"))
         fails = ", ".join(str(k) for k in judged([row]) if row[f"claim_{k}"] is False)
@@ -122,7 +125,9 @@ def best(rows, keys, most):
         )
     lines += ["", "| rig | " + " | ".join(keys) + " |", "|---|" + "---|" * len(keys)]
     for row in sorted(rows, key=lambda row: (-count(row), abs(np.log(row["steps"] / 231))))[:most]:
-        lines.append(f"| {row['rig']} | " + " | ".join(f"{row[key]:.4g}" if isinstance(row[key], float) else str(row[key]) for key in keys) + " |")
+        lines.append(
+            f"| {row['rig']} | " + " | ".join(f"{row[key]:.4g}" if isinstance(row[key], float) else str(row[key]) for key in keys) + " |"
+        )
     return "\n".join(lines)
 
 
@@ -151,7 +156,9 @@ def needs(rows, keys):
                     ranges.append(f"{key} {min(own):.3g} to {max(own):.3g}")
             for key in words:
                 own = by(inside, lambda row: row[key])
-                shares = ", ".join(f"{value} {len(own.get(value, []))}/{len(of)}" for value, of in sorted(by(known, lambda row: row[key]).items(), key=str))
+                shares = ", ".join(
+                    f"{value} {len(own.get(value, []))}/{len(of)}" for value, of in sorted(by(known, lambda row: row[key]).items(), key=str)
+                )
                 if len(by(known, lambda row: row[key])) > 1 and len(inside) >= FEWEST:
                     parts = [len(own.get(value, [])) / len(of) for value, of in by(known, lambda row: row[key]).items()]
                     if max(parts) - min(parts) > 0.5:
