@@ -187,7 +187,8 @@ def main():
     arguments = parser.parse_args()
     rows, missing, elsewhere, keys = rigs_of(arguments.folders)
     arguments.out.mkdir(parents=True, exist_ok=True)
-    pl.DataFrame(rows, infer_schema_length=None).write_csv(arguments.out / "calibration.csv")
+    table = pl.DataFrame(rows, infer_schema_length=None)
+    table.with_columns(pl.selectors.float().round_sig_figs(5)).write_csv(arguments.out / "calibration.csv")
     print(f"{len(rows)} rigs; {missing} lack a run, {elsewhere} wear under another resonance than that of the peak\n")
     print(best(rows, keys, arguments.best), needs(rows, keys), exclusions(rows), sep="\n\n")
 
