@@ -94,6 +94,10 @@ fn the_papers_study_goes_on_where_it_was_stopped() {
     );
     let page = fs::read_to_string(direct.join("report.html")).expect("a page");
     for (figure, other) in fretwear::study::claims::FIGURES {
+        // Drawn where a scene asks for states in between.
+        if figure == "responses-over-wear" {
+            continue;
+        }
         let own = format!("<figure id=\"fig-{figure}\">");
         let (_, rest) = page
             .split_once(&own)
