@@ -163,7 +163,7 @@ impl Findings {
                 spread,
             });
         }
-        let sensitivities = sensitivities(campaign, &about.sections, &runs.rows, &figures);
+        let sensitivities = sensitivities(campaign, about, &runs.rows, &figures);
         Ok(Findings {
             runs,
             figures,
@@ -382,17 +382,18 @@ fn classes_at(campaign: &Campaign, k: usize, rows: &[usize]) -> Vec<usize> {
 
 fn sensitivities(
     campaign: &Campaign,
-    sections: &[Section],
+    about: &About,
     rows: &[usize],
     figures: &[Figure],
 ) -> Vec<Sensitivity> {
+    let sections = &about.sections[..];
     let section_of = |key: &str| {
         sections
             .iter()
             .position(|s| s.keys.iter().any(|own| own == key))
     };
     let crossings: Vec<Option<Crossing>> = (0..sections.len())
-        .map(|section| Crossing::of(sections, section, campaign.rows.len()))
+        .map(|section| Crossing::of(sections, section, about.rows))
         .collect();
     let mut found = Vec::new();
     for figure in figures {

@@ -62,7 +62,7 @@ pub struct About {
     /// What varies by itself, the slowest first.
     pub sections: Vec<Section>,
     /// Rows that were planned, and the hash of their content keys: a table of other rows is not this campaign's.
-    rows: usize,
+    pub(super) rows: usize,
     content: String,
 }
 
@@ -88,9 +88,13 @@ impl About {
         }
     }
 
-    /// Whether the first rows of a campaign are those that were planned.
+    /// Whether the first rows of a campaign are those that were planned, and the points of the sections as many.
     fn is_of(&self, campaign: &Campaign) -> bool {
-        self.rows <= campaign.rows.len() && campaign.content(0..self.rows) == self.content
+        let mut points = self.sections.iter().map(|section| section.points);
+        let points = points.try_fold(1_usize, |all, points| all.checked_mul(points));
+        points == Some(self.rows)
+            && self.rows <= campaign.rows.len()
+            && campaign.content(0..self.rows) == self.content
     }
 }
 

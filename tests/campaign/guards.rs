@@ -142,6 +142,17 @@ fn results_are_those_of_the_plan() {
     bench.done(&PLAN);
     assert_eq!(fs::read(&about).expect("a file"), whole);
 
+    // Sections that have other points than there are rows, none and more than memory holds.
+    let told = String::from_utf8(whole.clone()).expect("text");
+    assert!(told.contains("\"points\": 2"), "{told}");
+    for points in ["0", "3", "9000000000000000000"] {
+        let other = format!("\"points\": {points}");
+        bench.write("c/campaign.json", told.replace("\"points\": 2", &other));
+        let report = ["campaign", "collect", "--dir", "c"];
+        fails(&bench, &report, 4, &["not those that were planned"]);
+    }
+    bench.write("c/campaign.json", &whole);
+
     // A table of another campaign.
     let other = planned(&GRID.replace("[0.5, 0.7]", "[0.5, 0.8]"));
     fs::copy(other.path("c/campaign.parquet"), &table).expect("copied");

@@ -219,14 +219,15 @@ fn ended_before(
         }
         State::Failed => {
             let failure = folder.failure(index)?;
-            match failure.filter(|failure| !(failure.again || arguments.retry)) {
-                Some(Failure { message, code, .. }) => Some(Ended::Failed(CliError::RowFailed {
+            let lasts = failure.filter(|failure| !(failure.again || arguments.retry));
+            lasts.map(|Failure { message, code, .. }| {
+                let reason = message;
+                Ended::Failed(CliError::RowFailed {
                     index,
-                    reason: message,
+                    reason,
                     code,
-                })),
-                None => None,
-            }
+                })
+            })
         }
         _ => None,
     })

@@ -80,7 +80,7 @@ impl TieOptions {
         let tolerance = option(line, "POSITION TOLERANCE")
             .map(|text| number(text, place))
             .transpose()?;
-        if let Some(value) = tolerance.filter(|value| !(*value >= 0.0)) {
+        if let Some(value) = tolerance.filter(|value| *value < 0.0) {
             return wrong(
                 "POSITION TOLERANCE",
                 &value.to_string(),
@@ -163,7 +163,7 @@ impl OpenEquation {
             };
         }
         let expected = "node, direction from 1 to 3, and coefficient of each term";
-        if fields.len() % 3 != 0 || fields.len() / 3 > self.left {
+        if !fields.len().is_multiple_of(3) || fields.len() / 3 > self.left {
             return Err(ReadProblem::malformed(
                 place(),
                 format!("{} numbers", fields.len()),
