@@ -18,7 +18,7 @@ import polars as pl
 
 from calibrate import figures
 from claims import (
-    OF_A_RUN, OF_FIELDS, OF_FOUR, SIGMA, apart, by, more_harmonics, number, of_rig, ratio, rates, runs_of, scene_of, spread,
+    OF_A_RUN, OF_FIELDS, OF_FOUR, apart, by, more_harmonics, number, of_rig, ratio, rates, runs_of, scene_of, spread,
 )  # fmt: skip
 
 HELD = {number(name): judge for name, judge in [*OF_FOUR.items(), *OF_FIELDS.items(), *OF_A_RUN.items()]}
@@ -110,7 +110,7 @@ def wear(found):
         verdicts = ", ".join(f"{k} {word(HELD[k](run))}" for k in (9, 12, 13, 14))
         ends = [moments(without_form(*heights(run, k))) for k in (0, -1)]
         at = np.linspace(0, 1e7, 2001)
-        not_gaussian = np.flatnonzero(np.abs(run.at("sk", at)) > 3 * SIGMA)
+        not_gaussian = np.flatnonzero(np.abs(run.at("sk", at)) > 3 * run.sigma)
         text = f"{percent(at[not_gaussian[0]] / 1e7)} of the cycles" if len(not_gaussian) else "never"
         bare = f"without the form Rq {1e6 * ends[0][0]:.3g} → {1e6 * ends[1][0]:.3g} µm, Sk {ends[0][1]:.2f} → {ends[1][1]:.2f}, Ku {ends[0][2]:.2f} → {ends[1][2]:.2f}"
         whole = f"Rq {1e6 * run.first('rq'):.3g} → {1e6 * run.last('rq'):.3g} µm, Ku {run.first('ku'):.2f} → {run.last('ku'):.2f}"
