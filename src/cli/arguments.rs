@@ -134,7 +134,7 @@ pub enum Command {
     /// Run the paper's study, and hold its claims against it
     ///
     /// The lap joint at four roughnesses, with a hardness limit, and with the dynamic model updated more often, less often, never:
-    /// eight runs in the folder, their scenes in its `scenes`. The same command goes on where it was stopped. Writes claims.md and
+    /// 16 runs in the folder, their scenes in its `scenes`. The same command goes on where it was stopped. Writes claims.md and
     /// claims.parquet, and prints the claims with what was measured.
     #[cfg(feature = "polars")]
     Reproduce(ReproduceArguments),

@@ -1,6 +1,6 @@
 //! Which figures of a report show what figures of the paper show.
 
-/// The name of a figure in the report, and the figures of [A] beside which it may be laid.
+/// The name of a figure in the report, and the figures of the paper beside which it may be laid.
 pub const FIGURES: [(&str, &str); 13] = [
     ("contact-mesh", "figure 6b"),
     ("surface", "figure 6a"),
