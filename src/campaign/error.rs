@@ -92,6 +92,21 @@ pub enum CampaignError {
         /// As it would be now.
         now: KeepRuns,
     },
+    /// A folder of a later program.
+    #[error(
+        "{}: it has the layout {format}, and this program knows {known}; use the program that planned it, {program_version}",
+        path.display()
+    )]
+    Newer {
+        /// Its `campaign.json`.
+        path: PathBuf,
+        /// Its layout.
+        format: u32,
+        /// That of this program.
+        known: u32,
+        /// The program that planned it.
+        program_version: String,
+    },
     /// A file of a campaign that is not as it was written.
     #[error("{}: {reason}", path.display())]
     Damaged {
@@ -166,6 +181,7 @@ impl CampaignError {
             CampaignError::NotACampaign { .. }
                 | CampaignError::Changed { .. }
                 | CampaignError::KeepChanged { .. }
+                | CampaignError::Newer { .. }
                 | CampaignError::Damaged { .. }
         )
     }

@@ -45,6 +45,13 @@ pub struct Section {
     pub is_random: bool,
 }
 
+/// What every layout of `campaign.json` says.
+#[derive(Deserialize)]
+struct Layout {
+    format: u32,
+    program_version: String,
+}
+
 /// What `campaign.json` says.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct About {
@@ -184,17 +191,32 @@ impl Folder {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(io("read", &path)(error)),
         };
+        // Before all else, which other layouts have otherwise.
+        if let Ok(Layout {
+            format,
+            program_version,
+        }) = serde_json::from_slice(&bytes)
+            && format > FORMAT
+        {
+            return Err(CampaignError::Newer {
+                path,
+                format,
+                known: FORMAT,
+                program_version,
+            });
+        }
         let about: Result<About, _> = serde_json::from_slice(&bytes);
-        let damaged = |reason| CampaignError::Damaged { path, reason };
         match about {
             Ok(about) if about.format == FORMAT => Ok(Some(about)),
-            Ok(about) => Err(damaged(format!(
-                "it has the layout {}, and this program knows {FORMAT}; use the program that planned it, {}",
-                about.format, about.program_version
-            ))),
-            Err(error) => Err(damaged(format!(
-                "it cannot be read ({error}); plan the campaign again in this folder"
-            ))),
+            about => Err(CampaignError::Damaged {
+                path,
+                reason: format!(
+                    "it cannot be read{}; plan the campaign again in this folder",
+                    about
+                        .err()
+                        .map_or(String::new(), |error| format!(" ({error})"))
+                ),
+            }),
         }
     }
 
@@ -262,7 +284,10 @@ impl Folder {
             Ok(Some(_)) => Ok(()),
             Ok(None) => self.other()?.map_or(Ok(()), Err),
             // The table still says what was planned.
-            Err(error) => self.table()?.map_or(Err(error), |_| Ok(())),
+            Err(error @ CampaignError::Damaged { .. }) => {
+                self.table()?.map_or(Err(error), |_| Ok(()))
+            }
+            Err(error) => Err(error),
         }
     }
 
@@ -285,7 +310,8 @@ impl Folder {
         let (planned, before) = match self.about() {
             Ok(None) => (None, None),
             Ok(planned) => (planned, self.table()?),
-            Err(_) => (None, self.table()?),
+            Err(CampaignError::Damaged { .. }) => (None, self.table()?),
+            Err(error) => return Err(error),
         };
         let kept = planned.as_ref().map(|planned| planned.keep);
         let kept = match (kept, &before) {

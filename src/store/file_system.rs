@@ -302,47 +302,46 @@ impl FileSystem for RealFileSystem {
 
 /// One attempt; none where the file was removed before it was locked, so that the lock keeps nobody out.
 fn lock_once(path: &Path) -> io::Result<Option<LockAttempt>> {
-    {
-        let mut options = OpenOptions::new();
-        options.read(true).write(true).create(true).truncate(false);
-        let mut file = open_plain(&mut options, path)?;
-        let found = file.metadata()?;
-        let mut content = Vec::new();
-        (&mut file)
-            .take(LONGEST_HOLDER + 1)
-            .read_to_end(&mut content)?;
-        if content.len() as u64 > LONGEST_HOLDER || !content.iter().all(u8::is_ascii_digit) {
-            let text = "it holds more than the number of a process, so that it is no lock of a run; remove it";
-            return Err(io::Error::new(io::ErrorKind::InvalidData, text));
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create(true).truncate(false);
+    let mut file = open_plain(&mut options, path)?;
+    let found = file.metadata()?;
+    let mut content = Vec::new();
+    (&mut file)
+        .take(LONGEST_HOLDER + 1)
+        .read_to_end(&mut content)?;
+    if content.len() as u64 > LONGEST_HOLDER || !content.iter().all(u8::is_ascii_digit) {
+        let text =
+            "it holds more than the number of a process, so that it is no lock of a run; remove it";
+        return Err(io::Error::new(io::ErrorKind::InvalidData, text));
+    }
+    let mut attempt = file.try_lock();
+    for _ in 1..TRIES {
+        if !matches!(attempt, Err(TryLockError::WouldBlock)) {
+            break;
         }
-        let mut attempt = file.try_lock();
-        for _ in 1..TRIES {
-            if !matches!(attempt, Err(TryLockError::WouldBlock)) {
-                break;
+        sleep(BETWEEN_TRIES);
+        attempt = file.try_lock();
+    }
+    match attempt {
+        Ok(()) => {
+            if !is_at(&found, path)? {
+                return Ok(None);
             }
-            sleep(BETWEEN_TRIES);
-            attempt = file.try_lock();
-        }
-        match attempt {
-            Ok(()) => {
-                if !is_at(&found, path)? {
-                    return Ok(None);
-                }
-                // Under another name the file may be somebody else's: it locks as well, and only does not tell by whom.
-                if names(&found) == 1 {
-                    file.set_len(0)?;
-                    file.rewind()?;
-                    write!(file, "{}", std::process::id())?;
-                }
-                Ok(Some(LockAttempt::Taken(Box::new(file))))
-            }
-            Err(TryLockError::WouldBlock) => {
+            // Under another name the file may be somebody else's: it locks as well, and only does not tell by whom.
+            if names(&found) == 1 {
+                file.set_len(0)?;
                 file.rewind()?;
-                Ok(Some(LockAttempt::Held {
-                    pid: holder_in(&mut file)?,
-                }))
+                write!(file, "{}", std::process::id())?;
             }
-            Err(TryLockError::Error(error)) => Err(error),
+            Ok(Some(LockAttempt::Taken(Box::new(file))))
         }
+        Err(TryLockError::WouldBlock) => {
+            file.rewind()?;
+            Ok(Some(LockAttempt::Held {
+                pid: holder_in(&mut file)?,
+            }))
+        }
+        Err(TryLockError::Error(error)) => Err(error),
     }
 }

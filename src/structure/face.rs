@@ -1,6 +1,7 @@
 //! Points on the faces of solids.
 
 use super::solids::Solid;
+use super::vectors::{dot, minus};
 
 /// A face of a solid in space: the nearest point on it, with the weights of the solid's nodes there.
 ///
@@ -21,7 +22,7 @@ pub struct Face {
 pub struct Nearest {
     /// Where it is, in the unit of the nodes.
     pub position: [f64; 3],
-    /// How far from the other point.
+    /// How far from the other point; infinite where the search for the point does not converge.
     pub distance: f64,
     /// One weight for each node of the solid; they sum to one.
     pub weights: Vec<f64>,
@@ -31,6 +32,8 @@ pub struct Nearest {
 const STEPS: usize = 40;
 /// A step of the coordinates below this is rounding.
 const NO_STEP: f64 = 1e-13;
+/// The search has come to rest where its last step is below this: what rounding leaves of coordinates far from the origin, in sides of a face.
+const AT_REST: f64 = 1e-8;
 /// A foot so far outside of its face is on it but for rounding.
 const ON_FACE: f64 = 1e-9;
 /// Edges by s and t: where one begins, and where it leads.
@@ -46,12 +49,10 @@ const EDGES_OF_TRIANGLE: [[[f64; 2]; 2]; 3] = [
     [[1.0, 0.0], [-1.0, 1.0]],
 ];
 
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|k| a[k] - b[k])
-}
-
-fn product(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|k| a[k] * b[k]).sum()
+/// Where a search for the nearest point ended, and whether it came to rest.
+struct Foot {
+    place: [f64; 2],
+    is_found: bool,
 }
 
 impl Face {
@@ -70,7 +71,7 @@ impl Face {
         }
         let longest = (0..corners.len()).map(|k| {
             let side = minus(nodes[corners[(k + 1) % corners.len()]], nodes[corners[k]]);
-            product(side, side).sqrt()
+            dot(side, side).sqrt()
         });
         Some(Face {
             solid,
@@ -109,7 +110,7 @@ impl Face {
 
     /// The nearest point to `at`.
     pub fn nearest(&self, at: [f64; 3]) -> Nearest {
-        let inside = self.foot(at).map(|place| self.seen_from(at, place));
+        let inside = self.foot(at).map(|foot| self.seen_from(at, foot));
         inside.unwrap_or_else(|| {
             let edges = match self.is_triangle {
                 true => &EDGES_OF_TRIANGLE[..],
@@ -124,7 +125,8 @@ impl Face {
     }
 
     /// Foot of the perpendicular, if it lies on the face.
-    fn foot(&self, at: [f64; 3]) -> Option<[f64; 2]> {
+    fn foot(&self, at: [f64; 3]) -> Option<Foot> {
+        let mut is_found = false;
         let mut place = match self.is_triangle {
             true => [1.0 / 3.0; 2],
             false => [0.5; 2],
@@ -132,34 +134,39 @@ impl Face {
         for _ in 0..STEPS {
             let (position, tangents, _) = self.point(place);
             let miss = minus(at, position);
-            let [a, b] = tangents.map(|t| product(t, miss));
-            let [[p, q], [_, r]] = tangents.map(|t| tangents.map(|u| product(t, u)));
+            let [a, b] = tangents.map(|t| dot(t, miss));
+            let [[p, q], [_, r]] = tangents.map(|t| tangents.map(|u| dot(t, u)));
             let determinant = p * r - q * q;
             let step = [(r * a - q * b) / determinant, (p * b - q * a) / determinant];
             place = [0, 1].map(|k| (place[k] + step[k]).clamp(-1.0, 2.0));
+            is_found = step.iter().all(|s| s.abs() < AT_REST);
             if step.iter().all(|s| s.abs() < NO_STEP) {
                 break;
             }
         }
-        self.has(place).then_some(place)
+        self.has(place).then_some(Foot { place, is_found })
     }
 
     /// The nearest place of an edge, given by its start and where it leads.
-    fn foot_on(&self, [start, along]: [[f64; 2]; 2], at: [f64; 3]) -> [f64; 2] {
+    fn foot_on(&self, [start, along]: [[f64; 2]; 2], at: [f64; 3]) -> Foot {
         let place = |x: f64| [0, 1].map(|k| start[k] + x * along[k]);
-        let mut x = 0.5;
+        let (mut x, mut is_found) = (0.5, false);
         for _ in 0..STEPS {
             let (position, tangents, _) = self.point(place(x));
             let tangent = [0, 1, 2].map(|a| along[0] * tangents[0][a] + along[1] * tangents[1][a]);
-            let step = product(tangent, minus(at, position)) / product(tangent, tangent);
+            let step = dot(tangent, minus(at, position)) / dot(tangent, tangent);
             let next = (x + step).clamp(0.0, 1.0);
-            let is_there = (next - x).abs() < NO_STEP;
+            let moved = (next - x).abs();
+            is_found = moved < AT_REST;
             x = next;
-            if is_there {
+            if moved < NO_STEP {
                 break;
             }
         }
-        place(x)
+        Foot {
+            place: place(x),
+            is_found,
+        }
     }
 
     /// Position at a place, ∂x/∂s and ∂x/∂t, and the weights of the nodes.
@@ -173,24 +180,23 @@ impl Face {
             for a in 0..3 {
                 position[a] += weight * node[a];
                 for (tangent, side) in tangents.iter_mut().zip(&self.sides) {
-                    tangent[a] += product(*slope, *side) * node[a];
+                    tangent[a] += dot(*slope, *side) * node[a];
                 }
             }
         }
         (position, tangents, weights)
     }
 
-    fn seen_from(&self, at: [f64; 3], place: [f64; 2]) -> Nearest {
-        let (position, _, weights) = self.point(place);
+    fn seen_from(&self, at: [f64; 3], foot: Foot) -> Nearest {
+        let (position, _, weights) = self.point(foot.place);
         let miss = minus(at, position);
-        let distance = product(miss, miss).sqrt();
+        let distance = dot(miss, miss).sqrt();
         Nearest {
             position,
-            // A face that is degenerate is near nothing.
-            distance: if distance.is_nan() {
-                f64::INFINITY
-            } else {
-                distance
+            // A face that is degenerate, or too curved for the search, is near nothing.
+            distance: match foot.is_found && !distance.is_nan() {
+                true => distance,
+                false => f64::INFINITY,
             },
             weights,
         }

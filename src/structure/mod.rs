@@ -53,6 +53,7 @@ pub mod reduction;
 pub mod resonator;
 pub mod solids;
 pub mod superelement;
+mod vectors;
 mod work;
 
 pub use error::StructureError;

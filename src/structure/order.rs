@@ -38,7 +38,7 @@ pub fn nested_dissection(
 }
 
 /// An order of elimination of the rows of a matrix with little fill, the rows `last` at its end, in their order. Where `places` says where each row
-/// is \[any unit\], by nested dissection: of solids, that takes a third of the entries and a tenth of the work of a minimum degree.
+/// is \[any unit\], by nested dissection: for solids far cheaper than a minimum degree (docs/structures.md).
 ///
 /// # Errors
 /// [`StructureError::Factorization`] where memory does not suffice.

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 
 use super::mesh::Mesh;
 use super::solids::FACES;
+use super::vectors::{cross, dot, minus};
 use crate::linalg::Matrix;
 
 /// Faces whose normals have at least this product are one plane: some 18°, above what a distorted mesh has on a curved face.
@@ -35,21 +36,8 @@ pub struct Line {
 
 /// Unit vector along `a`; zeros of none.
 fn unit(a: [f64; 3]) -> [f64; 3] {
-    let length = a.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let length = dot(a, a).sqrt();
     a.map(|x| if length > 0.0 { x / length } else { 0.0 })
-}
-
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|k| a[k] - b[k])
-}
-
-fn product(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|k| a[k] * b[k]).sum()
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    let turn = |k: usize| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-    [turn(0), turn(1), turn(2)]
 }
 
 /// An edge, the lower node first.
@@ -93,7 +81,7 @@ pub fn lines(faces: impl IntoIterator<Item = Face>, nodes: &[[f64; 3]]) -> Vec<L
                 };
                 let goes_on = |next: &&usize| {
                     let edge = of(end, **next);
-                    let turn = product(direction(before, end), direction(end, **next));
+                    let turn = dot(direction(before, end), direction(end, **next));
                     left.contains(&edge) && edges[&edge] == part && turn > ONE_LINE
                 };
                 let Some(next) = at_node[&end].iter().find(goes_on).copied() else {
@@ -140,7 +128,7 @@ fn sharp_edges(faces: impl IntoIterator<Item = Face>, nodes: &[[f64; 3]]) -> BTr
         let first = faces[0].0;
         let mut others = faces.iter().skip(1);
         // The order of the nodes of a face does not say which side is outside.
-        others.any(|(normal, _)| product(first, *normal).abs() < ONE_PLANE)
+        others.any(|(normal, _)| dot(first, *normal).abs() < ONE_PLANE)
     });
     let part = |faces: &[([f64; 3], usize)]| faces.iter().map(|(_, part)| *part).min();
     sharp

@@ -39,9 +39,7 @@ fn a_row_is_computed_by_one_alone() {
             if folder.state(index).expect("looked at") != State::Done {
                 computed[index].fetch_add(1, Ordering::Relaxed);
                 let run = folder.run(index);
-                fs::create_dir(&run)
-                    .or_else(|_| fs::create_dir_all(&run))
-                    .expect("a folder");
+                fs::create_dir_all(&run).expect("a folder");
                 let part = run.join("part");
                 fs::write(&part, b"half").expect("nobody else writes there");
                 assert_eq!(fs::read(&part).expect("it is there"), b"half");
@@ -125,9 +123,15 @@ fn results_are_those_of_the_plan() {
     bench.done(&PLAN);
     assert_eq!(fs::read(&table).expect("a table"), planned_table);
 
-    // Nor is all lost with what says what it is: the table does, and which runs are kept.
+    // A later program has written it: nothing is planned over it.
     let about = bench.path("c/campaign.json");
+    let later = "{\"format\": 3, \"program_version\": \"9.9.9\", \"else\": 1}";
     let whole = fs::read(&about).expect("a file");
+    fs::write(&about, later).expect("written");
+    fails(&bench, &PLAN, 4, &["layout 3", "9.9.9"]);
+    fs::write(&about, &whole).expect("put back");
+
+    // Nor is all lost with what says what it is: the table does, and which runs are kept.
     fs::write(&about, &whole[..100]).expect("cut short");
     let told = ["campaign", "status", "--dir", "c"];
     fails(

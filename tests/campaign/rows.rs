@@ -321,15 +321,7 @@ fn of_runs_whose_history_is_kept_there_is_one_file_each() {
 fn what_is_planned_again_may_only_become_longer() {
     let draws = "[random]\nn = 3\nseed = 1\ncontact.friction_coefficient = { distribution = \"uniform\", low = 0.5, high = 0.7 }\n";
     let bench = planned(draws);
-    let plan = [
-        "campaign",
-        "plan",
-        "case.toml",
-        "--dir",
-        "c",
-        "--no-rehearsal",
-        "--json",
-    ];
+    let plan = [&PLAN[..], &["--json"]].concat();
     let again = bench.done(&plan).json();
     assert_eq!(
         (&again["rows"], &again["rows_before"]),
@@ -363,18 +355,10 @@ fn what_is_planned_again_may_only_become_longer() {
 
 #[test]
 fn faults_of_rows_folders_and_indices() {
-    let plan = [
-        "campaign",
-        "plan",
-        "case.toml",
-        "--dir",
-        "c",
-        "--no-rehearsal",
-    ];
     // A mistyped key, with the one that was meant.
     let typo = bench("[grid]\nsurface.seeed = [1, 2]\n");
     let parts = ["row 0 (surface.seeed=1)", "1 other rows", "surface.seed"];
-    fails(&typo, &plan, 2, &parts);
+    fails(&typo, &PLAN, 2, &parts);
     assert!(!typo.path("c").exists(), "a folder for nothing");
     // A draw that no joint has, where the first rows are sound.
     let negative = "[list]\ncontact.friction_coefficient = [0.3, -0.1]\n";
@@ -382,10 +366,10 @@ fn faults_of_rows_folders_and_indices() {
         "row 1 (contact.friction_coefficient=-0.1)",
         "contact.friction_coefficient",
     ];
-    fails(&bench(negative), &plan, 2, &parts);
+    fails(&bench(negative), &PLAN, 2, &parts);
     // Two rows of the same content are run, and said.
     let twice = bench("[list]\nsurface.rq = [\"1 um\", \"1000 nm\", \"2 um\"]\n");
-    let did = twice.done(&plan);
+    let did = twice.done(&PLAN);
     assert!(
         did.stderr().contains("row 1 that of row 0"),
         "{}",
@@ -411,14 +395,7 @@ fn faults_of_rows_folders_and_indices() {
     let scratch = ["campaign", "run", "--dir", "c", "--scratch", "s"];
     fails(&bench, &scratch, 2, &["--scratch", "keep = \"history\""]);
     bench.write("letter.txt", "hello");
-    let other = [
-        "campaign",
-        "plan",
-        "case.toml",
-        "--dir",
-        ".",
-        "--no-rehearsal",
-    ];
+    let other = PLAN.map(|word| if word == "c" { "." } else { word });
     fails(&bench, &other, 4, &["is not a campaign", "another --dir"]);
     for command in ["run", "status", "collect"] {
         let arguments = ["campaign", command, "--dir", "none"];
@@ -454,14 +431,7 @@ fn a_file_of_the_scene_that_changes_after_the_plan_is_no_longer_the_row() {
         scene.replace("amplitude = \"1 um\"", "history = \"moves.csv\""),
     );
     bench.write("case.toml", format!("scene = \"small.toml\"\n{GRID}"));
-    let plan = bench.fretwear(&[
-        "campaign",
-        "plan",
-        "case.toml",
-        "--dir",
-        "c",
-        "--no-rehearsal",
-    ]);
+    let plan = bench.fretwear(&PLAN);
     assert_eq!(plan.code(), 0, "{}", plan.stderr());
     bench.write("moves.csv", history(2e-6));
     let run = ["campaign", "run", "--dir", "c", "--index", "0", "-q"];

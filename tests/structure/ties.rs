@@ -366,7 +366,23 @@ fn nearest_points_of_faces_are_the_nearest() {
 #[test]
 fn faults_of_ties_and_equations_are_told() {
     let sound = sample("tied.inp");
-    let cases: [(&str, &str, &[&str]); 15] = [
+    let cases: [(&str, &str, &[&str]); 18] = [
+        // What hangs on a node that is not there would be free.
+        (
+            "48,1,0.5\n",
+            "4800,1,0.5\n",
+            &["line", "node 4800", "the deck has"],
+        ),
+        (
+            "43,3,1.0,48",
+            "4300,3,1.0,48",
+            &["line", "node 4300", "the deck has"],
+        ),
+        (
+            "SOLE\n*SURFACE",
+            "SOLE\n777\n*SURFACE",
+            &["line", "node 777", "the deck has"],
+        ),
         ("SLAVE,MASTER\n", "SLAVE\n", &["line", "two surfaces"]),
         (
             "SLAVE,MASTER\n",

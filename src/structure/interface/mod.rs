@@ -10,7 +10,6 @@ mod error;
 mod lattice;
 mod layers;
 mod plane;
-mod vectors;
 mod weights;
 
 use serde::{Deserialize, Serialize};
@@ -19,10 +18,10 @@ pub use error::InterfaceError;
 
 use super::contact_array::ContactArray;
 use super::reduction::ContactPorts;
+use super::vectors::{dot, minus};
 use lattice::{Lattice, span, uncovered};
 use layers::layers;
 use plane::Plane;
-use vectors::{dot, minus};
 use weights::around;
 
 /// Nodes may be off their plane, and off a regular array, by this share of the array's side: what rounding and the digits of a deck leave.

@@ -26,7 +26,7 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     for tie in &deck.ties {
         constraints.extend(mesh_constraints::tied(tie, &deck, &mut parsed)?);
     }
-    let dependents = mesh_constraints::resolved(constraints, &deck.held)?;
+    let dependents = mesh_constraints::resolved(constraints, &deck.held, &parsed.positions)?;
     let mut nodes: Vec<i64> = (deck.elements.iter())
         .flat_map(|e| e.nodes.iter().copied())
         .collect();
@@ -84,7 +84,8 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     }
     parsed.outline = outline_of(&deck.elements, &nodes, &parsed.positions);
     // A drawing has no motion of its own for a node that follows others.
-    let follows = |&node: &i64| dependents.contains_key(&Dof { node, direction: 1 });
+    let follows =
+        |&node: &i64| (1..=3).any(|direction| dependents.contains_key(&Dof { node, direction }));
     for line in &mut parsed.outline {
         line.retain(|node| !follows(node));
     }

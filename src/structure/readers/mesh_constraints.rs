@@ -234,20 +234,11 @@ pub(super) fn tied(
         };
         ReadProblem::malformed(place(), format!("the surface {name}"), expected)
     };
-    let slave = deck.surfaces.get(&tie.slave);
-    let slave = slave.ok_or_else(|| {
-        none(
-            &tie.slave,
-            "the surface of the slave, then that of the master",
-        )
-    })?;
-    let master = deck.surfaces.get(&tie.master);
-    let master = master.ok_or_else(|| {
-        none(
-            &tie.master,
-            "the surface of the slave, then that of the master",
-        )
-    })?;
+    let surface = |name: &str| {
+        let found = deck.surfaces.get(name);
+        found.ok_or_else(|| none(name, "the surface of the slave, then that of the master"))
+    };
+    let (slave, master) = (surface(&tie.slave)?, surface(&tie.master)?);
     if master.faces.is_empty() {
         return Err(none(
             &tie.master,
@@ -279,9 +270,8 @@ pub(super) fn tied(
     let mut constraints = Vec::new();
     let (mut tied, mut apart, mut moved) = (0, 0, 0.0_f64);
     for &node in &slave.nodes {
-        let Some(&at) = parsed.positions.get(&node) else {
-            continue;
-        };
+        let at = parsed.positions.get(&node).copied();
+        let at = at.ok_or_else(|| unknown(node, tie.line))?;
         let mut nearest: Option<(face::Nearest, &Vec<i64>)> = None;
         for (face, nodes) in &faces {
             let reach = tie.tolerance.unwrap_or(TOLERANCE * face.longest_side());
@@ -348,13 +338,23 @@ pub(super) fn tied(
     Ok(constraints)
 }
 
+fn unknown(node: i64, line: usize) -> ReadProblem {
+    ReadProblem::malformed(
+        format!("line {line}"),
+        format!("node {node}"),
+        "nodes that the deck has",
+    )
+}
+
 /// Every dependent displacement by those that are free: sums of sums are followed, and what is held adds nothing.
 ///
 /// # Errors
-/// A displacement that two lines make dependent, that is held as well, or that depends on itself.
+/// A node that the deck does not have: what hangs on it would be free. A displacement that two lines make dependent, that is held as well, or
+/// that depends on itself.
 pub(super) fn resolved(
     constraints: Vec<Constraint>,
     held: &HashSet<Dof>,
+    positions: &HashMap<i64, [f64; 3]>,
 ) -> Result<Dependents, ReadProblem> {
     let told = |dof: Dof| {
         format!(
@@ -368,6 +368,10 @@ pub(super) fn resolved(
         let Constraint {
             dependent, line, ..
         } = constraint;
+        let mut nodes = (constraint.sum.iter().map(|term| term.0.node)).chain([dependent.node]);
+        if let Some(node) = nodes.find(|node| !positions.contains_key(node)) {
+            return Err(unknown(node, line));
+        }
         let wrong = |why: String, expected: &str| {
             Err(ReadProblem::malformed(
                 format!("line {line}"),
@@ -394,18 +398,24 @@ pub(super) fn resolved(
     let mut done: Dependents = HashMap::with_capacity(order.len());
     let mut entries = 0;
     for &first in &order {
-        // A stack, not recursion: chains may be as long as a file.
-        let mut stack = vec![first];
+        if done.contains_key(&first) {
+            continue;
+        }
+        // A stack, not recursion: chains may be as long as a file. With each displacement the terms of it that are looked at.
+        let mut stack = vec![(first, 0)];
         let mut open = HashSet::from([first]);
-        while let Some(&dof) = stack.last() {
-            if done.contains_key(&dof) {
-                stack.pop();
-                continue;
-            }
+        while let Some((dof, seen)) = stack.last_mut() {
+            let dof = *dof;
             let constraint = &waiting[&dof];
-            let next = (constraint.sum.iter().map(|term| term.0))
-                .find(|other| waiting.contains_key(other) && !done.contains_key(other));
-            if let Some(next) = next {
+            let waits = |other: &Dof| waiting.contains_key(other) && !done.contains_key(other);
+            while constraint
+                .sum
+                .get(*seen)
+                .is_some_and(|term| !waits(&term.0))
+            {
+                *seen += 1;
+            }
+            if let Some(&(next, _)) = constraint.sum.get(*seen) {
                 if !open.insert(next) {
                     return Err(ReadProblem::malformed(
                         format!("line {}", constraint.line),
@@ -413,7 +423,7 @@ pub(super) fn resolved(
                         "masters that are no slaves of their own slaves",
                     ));
                 }
-                stack.push(next);
+                stack.push((next, 0));
                 continue;
             }
             let mut sum: BTreeMap<Dof, f64> = BTreeMap::new();
