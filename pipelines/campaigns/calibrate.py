@@ -39,7 +39,7 @@ def figures(four):
         "steps": main.fields.steps,
         "cycles_a_step": main.last("cycles") / main.fields.steps,
         "deepest_um": 1e6 * main.fields.deepest,
-        "sliding": main.fields.force.max(),
+        "sliding": main.fields.sliding.max(),
         "viscous_share": main.first("worn_response_viscous_energy") / main.first("worn_response_input_energy"),
         "frequency": main.first("worn_response_peak_frequency"),
         "frequency_rise": ratio(main, "worn_response_peak_frequency") - 1,

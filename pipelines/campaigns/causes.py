@@ -198,7 +198,7 @@ def sliding(found, plastic):
     for run in found:
         keys = ("contact.friction_coefficient", "contact.normal_load", "dynamics.force.amplitude", "dynamics.damping_ratio")
         share = run.first("worn_response_viscous_energy") / run.first("worn_response_input_energy")
-        told = f"T at most {percent(run.fields.force.max(), 2)} of µN ({percent(run.fields.force[0], 2)} unworn), viscous share {percent(share, 0)}; {run.fields.steps:.0f} steps"
+        told = f"T at most {percent(run.fields.sliding.max(), 2)} of µN ({percent(run.fields.sliding[0], 2)} unworn), viscous share {percent(share, 0)}; {run.fields.steps:.0f} steps"
         yield (
             "46",
             ", ".join(str(run.keys[key]) for key in keys),

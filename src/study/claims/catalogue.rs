@@ -566,7 +566,7 @@ pub const CLAIMS: [Claim; 47] = [
         [
             "the joint slides as a whole",
             "The simulations of the tangential contact problem are displacement-controlled to allow macro-slip",
-            "Rq 5 µm: the tangential force of the fine contact reaches µN within 0.1 %*, and is never above",
+            "Rq 5 µm: the tangential force of the fine contact reaches µN, N of the same time, within 0.1 %*, and is never above",
             MOVES,
         ],
     ),

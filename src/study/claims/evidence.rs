@@ -104,8 +104,8 @@ pub struct Evidence {
     pub last: Moment,
     /// Contact elements of the unworn state, and those of the last update.
     pub local: Option<[Local; 2]>,
-    /// Largest tangential force of each iteration's cycle \[N\].
-    pub force: Vec<f64>,
+    /// Largest part of µN that the tangential force takes in the cycle of each iteration, N of the same time.
+    pub sliding: Vec<f64>,
     /// Time of the processor for all stages, of the clock on the wall where that is not told \[s\].
     pub seconds: f64,
     /// Kept modes of the reduced structure, if it is there once and verifies.
@@ -168,7 +168,7 @@ impl Evidence {
             worn: fields.worn,
             first: moment(run, run.iterations()[0], recipe, cell_area)?,
             last: moment(run, run.latest(), recipe, cell_area)?,
-            force: fields.force,
+            sliding: fields.sliding,
             seconds: costs
                 .values()
                 .map(|cost| cost.cpu_seconds.unwrap_or(cost.seconds))
@@ -241,7 +241,7 @@ fn columns(run: &RunTables, table: TableName) -> Result<Columns, ReportError> {
 struct Fields {
     depth_rate: Vec<f64>,
     worn: Option<Worn>,
-    force: Vec<f64>,
+    sliding: Vec<f64>,
     formless: Columns,
 }
 
@@ -301,7 +301,7 @@ impl Fields {
         let mut found = Fields {
             depth_rate: Vec::new(),
             worn: None,
-            force: Vec::new(),
+            sliding: Vec::new(),
             formless: Columns::new(),
         };
         let Some(coefficient) = scene.coefficient else {
@@ -352,12 +352,15 @@ impl Fields {
             let most = dissipation.iter().copied().fold(0.0, f64::max);
             found.depth_rate.push(coefficient * most);
             let cycle = run.at(k, TableName::Cycle)?;
-            let force = cycle
-                .and_then(|cycle| numbers(&cycle, "force_x"))
-                .unwrap_or_default();
-            found
-                .force
-                .push(force.iter().fold(0.0, |most, force| force.abs().max(most)));
+            let column = |name| {
+                let column = cycle.as_ref().and_then(|cycle| numbers(cycle, name));
+                column.unwrap_or_default()
+            };
+            let friction = scene.friction_coefficient.unwrap_or(f64::INFINITY);
+            let forces = column("force_x").into_iter().zip(column("force_y"));
+            let shares = forces.zip(column("normal_load"));
+            let shares = shares.map(|((x, y), load)| x.hypot(y) / (friction * load));
+            found.sliding.push(shares.fold(0.0, f64::max));
             rates = dissipation
                 .iter()
                 .map(|energy| coefficient * energy)

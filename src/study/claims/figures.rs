@@ -1,13 +1,14 @@
 //! Which figures of a report show what figures of the paper show.
 
 /// The name of a figure in the report, and the figures of the paper beside which it may be laid.
-pub const FIGURES: [(&str, &str); 13] = [
+pub const FIGURES: [(&str, &str); 14] = [
     ("contact-mesh", "figure 6b"),
     ("surface", "figure 6a"),
     ("resonance-shape", "figure 5"),
     ("forced-response", "figures 7, 16 and 18a"),
     ("joint-cycle", "figure 8"),
     ("wear-map", "figure 9"),
+    ("pressure", "figures 19 and 20"),
     ("section", "figures 10 and 12"),
     ("roughness", "figure 11"),
     ("contact-area", "figures 13 and 21a"),

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::plasticity::meeting;
+use super::plasticity::{below_limit, meeting};
 use super::steps::{DEPTH_STEP, ITERATIONS, SECONDS, SECONDS_A_CYCLE, STUDY};
 use super::updates::agreement;
 use super::{Evidence, Study};
@@ -106,6 +106,7 @@ pub fn beside(study: &Study) -> Vec<Beside> {
             600.0,
             study
                 .plastic
+                .filter(|set| below_limit(*set).is_none())
                 .and_then(|[_, plastic]| plastic.ends("max_pressure"))
                 .map(|e| 1e-6 * e[0]),
         ),

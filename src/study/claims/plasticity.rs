@@ -41,7 +41,23 @@ pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
         43 if reached => energies(set),
         _ => None,
     };
-    found.into_iter().collect()
+    let unlimited = || Some(Part::of(&set, Verdict::Undecided, below_limit(set)?));
+    found
+        .map(|part| unlimited().unwrap_or(part))
+        .into_iter()
+        .collect()
+}
+
+/// That the elastic joint nowhere bears as much as the limit, so that both joints are one; none where it does.
+pub fn below_limit(set: [&Evidence; 2]) -> Option<String> {
+    let (most, cap) = (set[0].ends("max_pressure")?[0], set[1].scene.pressure_cap?);
+    (most <= cap).then(|| {
+        format!(
+            "the limit limits nothing: the largest pressure of the elastic joint is {} of {} MPa",
+            number(1e-6 * most),
+            number(1e-6 * cap)
+        )
+    })
 }
 
 fn peaks(set: [&Evidence; 2]) -> Option<Part> {
@@ -56,7 +72,7 @@ fn peaks(set: [&Evidence; 2]) -> Option<Part> {
         percent(share),
         number(1e-6 * cap)
     );
-    let holds = elastic > cap && (plastic / cap - 1.0).abs() <= CAP && share > PLATEAU;
+    let holds = (plastic / cap - 1.0).abs() <= CAP && share > PLATEAU;
     Some(Part::of(&set, Verdict::of(holds), measured))
 }
 
@@ -128,8 +144,8 @@ fn energies(set: [&Evidence; 2]) -> Option<Part> {
     let part = Part::of(&set, farthest.above(SAME).and(off.below(SAME)), measured);
     Some(part.because(|| {
         let slides = set.iter().all(|run| {
-            let limit = run.scene.sliding_force.unwrap_or(f64::INFINITY);
-            run.force.first().is_some_and(|force| *force > 0.99 * limit)
+            let first = run.sliding.first();
+            first.is_some_and(|share| *share > 0.99)
         });
         let moves = set.map(|run| {
             let amplitude = run.response.get("displacement_amplitude");
@@ -186,8 +202,12 @@ fn spheres(set: &[&Evidence]) -> Option<Part> {
     Some(Part::of(set, Verdict::of(holds), texts.join("; ")))
 }
 
-/// Cycles from which on the dissipation of a plastic joint is within 5 %* of that of the elastic one; none if it never is.
+/// Cycles from which on the dissipation of a plastic joint is within 5 %* of that of the elastic one; none if it never is, and where the
+/// limit limits nothing.
 pub fn meeting(set: [&Evidence; 2]) -> Option<f64> {
+    if below_limit(set).is_some() {
+        return None;
+    }
     let curves = set.map(|run| Some((run.cycles()?, run.column("dissipated_energy")?)));
     let (elastic, plastic) = (curves[0]?, curves[1]?);
     let apart = |n: f64| {

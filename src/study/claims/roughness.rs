@@ -24,6 +24,9 @@ const SIGNIFICANT: f64 = 3.0;
 /// * Changes that are strong: of the mean height and of Rq in parts of the unworn Rq, of Sk and Ku.
 const STRONG: [f64; 3] = [0.05, 0.3, 0.3];
 
+/// Clipping a Gaussian surface flat: its kurtosis is back at 3 where that part of Rq is removed on average.
+const CLIPPED: f64 = 0.13;
+
 /// What the runs of a study say of a claim.
 pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
     let worn = || (study.rough.iter().copied()).filter(|run| run.cycles().is_some());
@@ -102,12 +105,18 @@ fn form(run: &Evidence, holds: impl Fn(&Evidence) -> Option<bool>) -> String {
             "what the statistics see is the worn form, not the roughness: {} Rq are worn away on average; without the form it holds",
             number(removed)
         ),
-        // Clipping a Gaussian surface: Ku is back at 3 where 0.13 Rq are removed on average.
-        false if removed < 0.13 => format!(
-            "only {} Rq are worn away on average; flat clipping of a Gaussian surface first lowers Ku",
-            number(removed)
-        ),
         false => format!("{} Rq are worn away on average", number(removed)),
+    }
+}
+
+/// That with what little wear does to the kurtosis.
+fn form_of_peaks(run: &Evidence, holds: impl Fn(&Evidence) -> Option<bool>) -> String {
+    let is_clipped = run.ends("mean_height").zip(run.scene.rq);
+    let is_clipped = is_clipped.is_some_and(|([before, after], rq)| before - after < CLIPPED * rq);
+    let form = form(run, holds);
+    match is_clipped {
+        true => format!("{form}; flat clipping of a Gaussian surface first lowers Ku"),
+        false => form,
     }
 }
 
@@ -186,7 +195,7 @@ fn kurtosis(run: &Evidence) -> Option<Part> {
         number(least),
         beside(run, "ku", 1.0)
     );
-    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| form(run, is_peaked)))
+    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| form_of_peaks(run, is_peaked)))
 }
 
 /// What the skewness of Gaussian surfaces of this size scatters by.
@@ -262,5 +271,5 @@ fn strong(run: &Evidence) -> Option<Part> {
             number(ku)
         );
     }
-    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| form(run, is_strong)))
+    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| form_of_peaks(run, is_strong)))
 }

@@ -41,8 +41,8 @@ pub struct Setting {
     pub coefficient: Option<f64>,
     /// Cycles that end the run.
     pub cycles: Option<u64>,
-    /// Static load times friction coefficient \[N\].
-    pub sliding_force: Option<f64>,
+    /// Friction coefficient.
+    pub friction_coefficient: Option<f64>,
     /// Static load \[N\].
     pub normal_load: f64,
     /// Poisson ratio, where it is that of both bodies.
@@ -101,7 +101,7 @@ impl Setting {
                 .and_then(|w| w.depth_step),
             coefficient: wear.map(|wear| wear.coefficient),
             cycles: wear.and_then(|wear| wear.cycles),
-            sliding_force: load.and_then(|(friction, load)| Some(friction? * load)),
+            friction_coefficient: load.and_then(|(friction, _)| friction),
             normal_load: load.map_or(0.0, |(_, load)| load),
             poisson_ratio: same_ratio.map(|bodies| bodies.lower.poisson_ratio),
             dundurs_beta: bodies.map_or(0.0, |bodies| bodies.dundurs_beta()),

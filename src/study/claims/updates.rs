@@ -1,6 +1,7 @@
 //! Updates of the dynamic model (claims 29–33).
 
 use super::bars::Bar;
+use super::steps::{STUDY, reaches};
 use super::words::{list, micrometres, percent};
 use super::{Evidence, Part, Study, Verdict};
 
@@ -34,10 +35,12 @@ pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
         29 => return updated.iter().copied().filter_map(jumps).collect(),
         30 if several && end > AGREE => rates(updated, end),
         31 if several => stiffness(updated, end),
-        32 if several => responses(updated, &pairs(updated)),
+        32 if several && end >= STUDY => responses(updated, &pairs(updated)),
         33 => match (never, updated.first()) {
-            (Some(never), Some(finest)) => responses(&[finest, never], &[(finest, never)])
-                .map(|part| volumes(part, finest, never)),
+            (Some(never), Some(finest)) if reaches(never, STUDY) && reaches(finest, STUDY) => {
+                responses(&[finest, never], &[(finest, never)])
+                    .map(|part| volumes(part, finest, never))
+            }
             _ => None,
         },
         _ => None,
@@ -126,7 +129,7 @@ fn criterion(run: &Evidence) -> String {
         .map_or_else(|| run.scene.update.clone(), percent)
 }
 
-/// Differences of pairs in words, and whether all are below a bound.
+/// Differences of pairs in words, and whether all are below a bound. Of two runs that were never updated none can tell what updates do.
 fn differences(
     pairs: &[Pair],
     bound: f64,
@@ -138,11 +141,26 @@ fn differences(
         .zip(&all)
         .map(|((a, b), difference)| {
             let (one, other) = (criterion(a), criterion(b));
-            format!("{one} against {other}: {}", percent(difference.value))
+            let told = match is_updated(a, b) {
+                true => percent(difference.value),
+                false => NEVER.to_owned(),
+            };
+            format!("{one} against {other}: {told}")
         })
         .collect();
-    let verdict = Verdict::all(all.iter().map(|difference| difference.below(bound)));
+    let verdict = |((a, b), difference): (&Pair, &Bar)| match is_updated(a, b) {
+        true => difference.below(bound),
+        false => Verdict::Undecided,
+    };
+    let verdict = Verdict::all(pairs.iter().zip(&all).map(verdict));
     Some((verdict, texts.join(", ")))
+}
+
+/// What is said of two runs whose criteria never called for an update.
+const NEVER: &str = "neither called for an update";
+
+fn is_updated(a: &Evidence, b: &Evidence) -> bool {
+    a.updates() + b.updates() > 0
 }
 
 /// How far the runs differ in what drives them in the end.
@@ -214,11 +232,12 @@ fn volumes(mut part: Part, finest: &Evidence, never: &Evidence) -> Part {
     part
 }
 
-/// Cycles from which on the wear rates of all are within 5 %*; none if they never are.
+/// Cycles from which on the wear rates of all are within 5 %*; none if they never are, and where no run was updated.
 pub fn agreement(set: &[&Evidence]) -> Option<f64> {
     let ends = set.iter().filter_map(|run| run.cycles()?.last().copied());
     let end = ends.fold(f64::INFINITY, f64::min);
-    if set.len() < 2 || !end.is_finite() {
+    let is_told = set.iter().any(|run| run.updates() > 0);
+    if set.len() < 2 || !end.is_finite() || !is_told {
         return None;
     }
     let at = cycles(FIRST.min(0.1 * end), end);

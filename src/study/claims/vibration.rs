@@ -77,12 +77,6 @@ fn moments(run: &Evidence) -> Option<Part> {
     ))
 }
 
-/// Largest tangential force of the fine contact over µN, in the unworn state and in the last.
-fn sliding_share(run: &Evidence) -> Option<[f64; 2]> {
-    let limit = run.scene.sliding_force.filter(|limit| *limit > 0.0)?;
-    Some([run.force.first()? / limit, run.force.last()? / limit])
-}
-
 fn shift(run: &Evidence) -> Option<Part> {
     let [mean, half] = run.first.displacement?;
     let measured = format!(
@@ -91,7 +85,10 @@ fn shift(run: &Evidence) -> Option<Part> {
         micrometres(half),
         percent(mean / half)
     );
-    let slides = sliding_share(run).is_some_and(|[first, _]| first > 1.0 - SLIDING);
+    let slides = run
+        .sliding
+        .first()
+        .is_some_and(|first| *first > 1.0 - SLIDING);
     let verdict = match slides {
         true => Verdict::Undecided,
         false => Verdict::of(mean.abs() > SHIFT * half),
@@ -229,8 +226,7 @@ fn driven_on(run: &Evidence) -> String {
 
 /// The worn joint no longer slides as a whole.
 fn in_part(run: &Evidence) -> String {
-    let share = |force: Option<&f64>| Some(force? / run.scene.sliding_force?);
-    let (Some(first), Some(last)) = (share(run.force.first()), share(run.force.last())) else {
+    let (Some(&first), Some(&last)) = (run.sliding.first(), run.sliding.last()) else {
         return String::new();
     };
     let sticking = run.response.get("sticking_elements");
@@ -265,10 +261,18 @@ fn peak(run: &Evidence) -> Option<Part> {
     let higher = last.less(first).above(0.0);
     let part = Part::of(&[run], higher.and(before.less(after).above(0.0)), measured);
     Some(part.because(|| {
-        let balance = format!(
-            "at resonance π F X = E_friction + c X², so that a higher peak goes with less friction only where the damping takes more than half of the work: it takes {}",
-            percent(share)
+        let (rise, rule) = (
+            last.value / first.value - 1.0,
+            "at resonance π F X = E_friction + c X², so that a peak that rises by a part x goes with less friction only where (2 + x) times the share of the damping is above 1",
         );
+        let balance = match rise > 0.0 {
+            true => format!(
+                "{rule}: it takes {}, which makes {}",
+                percent(share),
+                number((2.0 + rise) * share)
+            ),
+            false => format!("{rule}: it takes {}, and the peak does not rise", percent(share)),
+        };
         let partial = in_part(run);
         let texts: Vec<&str> = [balance.as_str(), partial.as_str()].into_iter().filter(|text| !text.is_empty()).collect();
         texts.join("; ")
@@ -337,9 +341,8 @@ fn loops(run: &Evidence) -> Option<Part> {
 }
 
 fn sliding(run: &Evidence) -> Option<Part> {
-    let limit = run.scene.sliding_force.filter(|limit| *limit > 0.0)?;
-    let most = run.force.iter().copied().fold(0.0, f64::max) / limit;
-    let measured = format!("T at most {} of µN", percent(most));
+    let most = run.sliding.iter().copied().reduce(f64::max)?;
+    let measured = format!("T at most {} of µN, N of the same time", percent(most));
     let holds = (1.0 - SLIDING..=1.0 + SLIDING).contains(&most);
     Some(Part::of(&[run], Verdict::of(holds), measured).because(|| {
         if most < 1.0 {

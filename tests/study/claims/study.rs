@@ -142,10 +142,10 @@ pub fn run(name: &str, rq: f64) -> Evidence {
             hysteresis: Some(sliding_loop(9e-6, 1.8e4, 4e9, 0.95)),
             ..Moment::default()
         },
-        force: {
-            let mut force = all(1.8e4);
-            force[0] = 1.78e4;
-            force
+        sliding: {
+            let mut sliding = all(1.0);
+            sliding[0] = 0.989;
+            sliding
         },
         seconds: 60.0,
         modes: Some(36),
@@ -166,7 +166,7 @@ fn setting(rq: f64) -> Setting {
         harmonics: "[0,1,2,3]".to_owned(),
         coefficient: Some(ALPHA),
         cycles: Some(10_000_000),
-        sliding_force: Some(1.8e4),
+        friction_coefficient: Some(0.6),
         normal_load: 3e4,
         poisson_ratio: Some(0.3),
         tolerances: [1e-6, 1e-3],
