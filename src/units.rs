@@ -14,10 +14,12 @@
 //! # Ok::<(), fretwear::units::UnitError>(())
 //! ```
 
+mod amount;
 mod expression;
 
 use std::fmt;
 
+pub use amount::Amount;
 use expression::Scale;
 
 /// Exponents of the base units of a quantity.
@@ -275,6 +277,9 @@ pub enum UnitProblem {
     /// A decimal comma.
     #[error("has a comma where the decimal point should be")]
     DecimalComma,
+    /// A unit that is worth nothing, or less.
+    #[error("is not worth more than zero")]
+    NoWorth,
     /// A bare number for a dimensional quantity.
     #[error("has no unit")]
     NoUnit,
@@ -359,16 +364,28 @@ pub fn parse(text: &str, expected: Dimension) -> Result<f64, UnitError> {
     Ok(value + 0.0)
 }
 
-/// The SI value of one unit, such as 1e-6 for `"um"`.
+/// The SI value of one unit, such as 1e-6 for `"um"`, or of a number of them, such as 0.0254 for `"25.4 mm"`.
 ///
 /// # Errors
 /// As [`parse`].
 pub fn parse_unit(text: &str, expected: Dimension) -> Result<f64, UnitError> {
-    let one = format!("1 {}", text.trim());
-    parse(&one, expected).map_err(|error| UnitError {
+    let one = match text
+        .trim()
+        .starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c))
+    {
+        true => text.to_owned(),
+        false => format!("1 {}", text.trim()),
+    };
+    let wrong = |problem| UnitError {
         text: text.to_owned(),
-        ..error
-    })
+        expected,
+        problem,
+    };
+    match parse(&one, expected) {
+        Ok(worth) if worth > 0.0 => Ok(worth),
+        Ok(_) => Err(wrong(UnitProblem::NoWorth)),
+        Err(error) => Err(wrong(error.problem)),
+    }
 }
 
 /// The value of a number without unit: itself for a pure number, an error for everything else.

@@ -185,7 +185,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("surface/", &["grid", "fft", "surface"]),
     ("reference/", &["grid", "contact", "reference"]),
     ("wear/", &["grid", "contact", "wear"]),
-    ("campaign/", &["campaign", "files", "store", "tables"]),
+    ("campaign/", &["campaign", "files", "store", "tables", "units"]),
     ("published/", &["campaign", "published", "store"]),
     ("tables/", &["tables"]),
     ("store/", &["json", "tables", "store"]),

@@ -5,12 +5,7 @@
 use statrs::distribution::{ContinuousCDF, Normal, Triangular};
 use toml::{Table, Value};
 
-/// A number with the unit that it was written in, as the scene is to have it.
-#[derive(Debug, Clone, PartialEq)]
-struct Amount {
-    number: f64,
-    unit: String,
-}
+use crate::units::Amount;
 
 /// What a key is drawn from.
 #[derive(Debug, Clone, PartialEq)]
@@ -137,9 +132,10 @@ impl Distribution {
                 return values[at.min(values.len() - 1)].clone();
             }
         };
-        match self.unit.as_str() {
-            "" => Value::Float(number),
-            unit => Value::String(format!("{number:?} {unit}")),
+        let unit = self.unit.clone();
+        match unit.is_empty() {
+            true => Value::Float(number),
+            false => Value::String(Amount { number, unit }.to_string()),
         }
     }
 }
@@ -247,20 +243,11 @@ fn let_enough(normal: &Normal, [low, high]: [f64; 2]) -> Result<(), String> {
 /// A number, or a text of a number and a unit.
 fn amount(key: &str, value: &Value) -> Result<Amount, String> {
     let wrong = || format!("{key} must be a finite number, or one with a unit as in \"5 um\"");
-    let found = match value {
-        Value::Integer(number) => Some((*number as f64, "")),
-        Value::Float(number) => Some((*number, "")),
-        Value::String(text) => {
-            let (number, unit) = text.trim().split_once(' ').unwrap_or((text.trim(), ""));
-            number.parse().ok().map(|number| (number, unit.trim()))
-        }
-        _ => None,
+    let text = match value {
+        Value::Integer(number) => number.to_string(),
+        Value::Float(number) => number.to_string(),
+        Value::String(text) => text.clone(),
+        _ => return Err(wrong()),
     };
-    let (number, unit) = found
-        .filter(|(number, _)| number.is_finite())
-        .ok_or_else(wrong)?;
-    Ok(Amount {
-        number,
-        unit: unit.to_owned(),
-    })
+    Amount::parse(&text).ok_or_else(wrong)
 }

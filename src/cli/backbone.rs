@@ -1,18 +1,20 @@
-//! `fretwear backbone`: frequency, damping ratio and amplitude over the level of the force.
+//! `fretwear backbone`: frequency, damping ratio and amplitude over the level of the force, or over a key of the scene.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
+use fretwear::campaign::Resolved;
 use fretwear::dynamics::{Backbone, BackboneEnd, Levels};
+use fretwear::json::flatten;
 use fretwear::recipe::{Inputs, Recipe};
 use fretwear::report::word;
 use fretwear::scene::{self, Plan};
 use fretwear::stages::{self, FREE_KEYS, RunError, Source};
 use fretwear::store::{Cache, RealFileSystem, RunReader, StoreError};
 use fretwear::tables::{Provenance, TypedTable, to_parquet, typed};
-use fretwear::units::{self, Dimension};
+use fretwear::units::{self, Amount, Dimension};
 use serde_json::{Value, json};
 
 use super::arguments::parse_threads;
@@ -29,12 +31,17 @@ pub struct BackboneArguments {
     /// Change a key of the scenes, as in `--set contact.normal_load="20 kN"`
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Force to begin at, half range of the drive, as in `--from "1 N"` [default: a thousandth of that of the scene]
-    #[arg(long, value_name = "FORCE", value_parser = parse_force)]
-    from: Option<f64>,
-    /// Force to end at [default: twice that of the scene]
-    #[arg(long, value_name = "FORCE", value_parser = parse_force)]
-    to: Option<f64>,
+    /// Follow the resonance over this key of the scenes in place of the force, from `--from` to `--to`, up or down, as in
+    /// `--over contact.normal_load --from "2 kN" --to "500 N"`
+    #[arg(long, value_name = "KEY", requires = "from", requires = "to")]
+    over: Option<String>,
+    /// Force to begin at, half range of the drive, as in `--from "1 N"` [default: a thousandth of that of the scene]; with `--over` a value of
+    /// its key
+    #[arg(long, value_name = "FORCE|VALUE", value_parser = parse_amount)]
+    from: Option<Amount>,
+    /// Force or value to end at [default: twice the force of the scene]
+    #[arg(long, value_name = "FORCE|VALUE", value_parser = parse_amount)]
+    to: Option<Amount>,
     /// Levels of equal ratio, both ends included, from 2 to 10 000 [default: where the curve needs them]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=10_000))]
     levels: Option<u64>,
@@ -87,15 +94,36 @@ struct Found {
     cycles: u64,
     scene_hash: String,
     backbone: Backbone,
+    over: Option<Over>,
 }
 
-fn parse_force(text: &str) -> Result<f64, String> {
-    match units::parse(text, Dimension::FORCE) {
-        Ok(force) if units::SIZES.contains(&force) => Ok(force),
-        Ok(force) if force > 0.0 => Err("must be from 1e-60 N to 1e60 N".to_owned()),
-        Ok(_) => Err("must be more than 0 N".to_owned()),
-        Err(error) => Err(error.to_string()),
+/// What varies in place of the force.
+struct Over {
+    key: String,
+    /// That of the levels.
+    unit: String,
+    /// Of each point, in SI units.
+    values: Vec<f64>,
+}
+
+fn parse_amount(text: &str) -> Result<Amount, String> {
+    match Amount::parse(text) {
+        Some(amount) if units::SIZES.contains(&amount.number) => Ok(amount),
+        Some(amount) if amount.number > 0.0 => Err("must be from 1e-60 to 1e60".to_owned()),
+        Some(amount) => Err(format!("must be more than 0 {}", amount.unit)
+            .trim_end()
+            .to_owned()),
+        None => Err("must be a number, or one with a unit as in \"20 kN\"".to_owned()),
     }
+}
+
+/// A force, half range of the drive \[N\].
+fn force(end: &'static str, amount: &Amount) -> Result<f64, CliError> {
+    let force = units::parse(&amount.to_string(), Dimension::FORCE);
+    force.map_err(|error| CliError::Level {
+        end,
+        reason: error.to_string(),
+    })
 }
 
 pub fn backbone(arguments: &BackboneArguments, out: &mut Results) -> Result<Exit, CliError> {
@@ -103,11 +131,16 @@ pub fn backbone(arguments: &BackboneArguments, out: &mut Results) -> Result<Exit
     if !arguments.sets.is_empty() && arguments.states.iter().all(is_run) {
         return Err(CliError::SetOfARun);
     }
+    if let (Some(key), Some(run)) = (&arguments.over, arguments.states.iter().find(|s| is_run(s))) {
+        let (key, run) = (key.clone(), run.name());
+        return Err(CliError::OverOfARun { key, run });
+    }
     let mut all = Vec::new();
     for state in &arguments.states {
-        let found = match state {
-            State::Scene(path) => of_scene(arguments, path)?,
-            State::Run(source) => of_run(arguments, source)?,
+        let found = match (state, &arguments.over) {
+            (State::Scene(path), Some(key)) => over_key(arguments, path, key)?,
+            (State::Scene(path), None) => of_scene(arguments, path)?,
+            (State::Run(source), _) => of_run(arguments, source)?,
         };
         all.push(Found {
             name: state.name(),
@@ -117,7 +150,9 @@ pub fn backbone(arguments: &BackboneArguments, out: &mut Results) -> Result<Exit
     let mut table = typed::Backbone::default();
     for found in &all {
         let wear = (found.wear_iteration, found.cycles);
-        stages::add_backbone(&mut table, &found.name, wear, &found.backbone);
+        let over = found.over.as_ref();
+        let over = over.map(|over| (over.key.as_str(), over.values.as_slice()));
+        stages::add_backbone(&mut table, &found.name, wear, &found.backbone, over);
     }
     if let Some(path) = &arguments.output {
         let provenance = Provenance {
@@ -151,6 +186,54 @@ fn of_scene(arguments: &BackboneArguments, path: &Path) -> Result<Found, CliErro
     Ok(found(&inputs, 0, 0, backbone?))
 }
 
+/// The resonance of a scene over one of its keys.
+fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Found, CliError> {
+    let ends = [&arguments.from, &arguments.to].map(|end| end.clone().expect("--over wants both"));
+    let inputs_of = |value: &Amount| -> Result<Inputs, CliError> {
+        let mut sets = arguments.sets.clone();
+        sets.push(format!("{key}={value}"));
+        Ok(Plan::of(&scene::load(path, &sets)?)?.inputs)
+    };
+    let [first, last] = [inputs_of(&ends[0])?, inputs_of(&ends[1])?];
+    // In SI units; what a scene does not hold under its name is told as it was given.
+    let in_si = |inputs: &Inputs| Resolved::of_key(&flatten(&inputs.identity.scene), key).number();
+    let [from, to] = &ends;
+    let to = match in_si(&first).zip(in_si(&last)) {
+        Some((first, last)) if from.unit != to.unit => Some(from.number * last / first),
+        _ => (from.unit == to.unit).then_some(to.number),
+    };
+    let Some(to) = to.filter(|to| *to != from.number) else {
+        let [from, to] = ends.map(|end| end.to_string());
+        let key = key.to_owned();
+        return Err(CliError::OverLevels { key, from, to });
+    };
+    let Amount { number: from, unit } = from.clone();
+    let inputs_at = |number: f64| {
+        let unit = unit.clone();
+        inputs_of(&Amount { number, unit })
+    };
+    drive_of(&first.recipe, path)?;
+    let levels = Levels {
+        from,
+        to,
+        count: arguments.levels.map(|count| count as usize),
+    };
+    let cache = cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder));
+    let watcher = Watcher::new(&first.recipe, path, arguments.quiet || arguments.json);
+    let (cache, threads) = (cache.as_ref(), arguments.threads);
+    let backbone = stages::resonance_of_scenes(inputs_at, cache, levels, threads, &watcher);
+    watcher.finish();
+    let backbone = backbone?;
+    let points = backbone.points.iter();
+    let of_point = points.map(|point| Ok(in_si(&inputs_at(point.level)?).unwrap_or(point.level)));
+    let values = of_point.collect::<Result<_, CliError>>()?;
+    let key = key.to_owned();
+    Ok(Found {
+        over: Some(Over { key, unit, values }),
+        ..found(&first, 0, 0, backbone)
+    })
+}
+
 fn of_run(arguments: &BackboneArguments, source: &Source) -> Result<Found, CliError> {
     let (run, wear_iteration) = (&source.run, source.wear_iteration);
     let reader = RunReader::open(Arc::new(RealFileSystem), run)?;
@@ -177,23 +260,30 @@ fn found(inputs: &Inputs, wear_iteration: u64, cycles: u64, backbone: Backbone) 
         cycles,
         scene_hash: stages::identity_of(inputs).scene_hash(),
         backbone,
+        over: None,
     }
 }
 
-/// The levels asked for; what is not said follows from the drive of the scene.
-fn levels(arguments: &BackboneArguments, recipe: &Recipe, path: &Path) -> Result<Levels, CliError> {
+/// Half range of the drive of a scene \[N\].
+fn drive_of(recipe: &Recipe, path: &Path) -> Result<f64, CliError> {
     let response = recipe.response.as_ref();
     let forces = response.map_or(&[][..], |response| &response.forces);
     let drive = forces
         .iter()
         .find(|force| force.harmonic == 1 && force.amplitude > 0.0);
-    let Some(drive) = drive else {
-        return Err(CliError::NothingVibrates {
-            path: path.to_owned(),
-        });
+    let path = path.to_owned();
+    let drive = drive.ok_or(CliError::NothingVibrates { path })?;
+    Ok(drive.amplitude)
+}
+
+/// The levels asked for; what is not said follows from the drive of the scene.
+fn levels(arguments: &BackboneArguments, recipe: &Recipe, path: &Path) -> Result<Levels, CliError> {
+    let drive = drive_of(recipe, path)?;
+    let given = |end, amount: &Option<Amount>| -> Result<Option<f64>, CliError> {
+        amount.as_ref().map(|amount| force(end, amount)).transpose()
     };
-    let from = arguments.from.unwrap_or(drive.amplitude / 1000.0);
-    let to = arguments.to.unwrap_or(2.0 * drive.amplitude);
+    let from = given("--from", &arguments.from)?.unwrap_or(drive / 1000.0);
+    let to = given("--to", &arguments.to)?.unwrap_or(2.0 * drive);
     match from < to {
         true => Ok(Levels {
             from,
@@ -211,29 +301,46 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
     })
 }
 
-/// Where the backbone begins above the first level, in words.
-fn begin(backbone: &Backbone) -> Option<String> {
-    let (point, error) = (backbone.points.first()?, backbone.begin.as_ref()?);
-    let force = point.force;
-    Some(format!(
-        "it begins at {force:.6} N: below, no phase resonance was found ({error})"
-    ))
-}
+impl Found {
+    /// A level in words.
+    fn level(&self, level: f64) -> String {
+        match &self.over {
+            Some(over) => {
+                let value = format!("{} = {level:.6} {}", over.key, over.unit);
+                value.trim_end().to_owned()
+            }
+            None => format!("{level:.6} N"),
+        }
+    }
 
-/// Where the backbone ends before the last level, in words.
-fn end(backbone: &Backbone) -> Option<String> {
-    match &backbone.end {
-        BackboneEnd::Reached => None,
-        BackboneEnd::Unbounded { force, growth } => Some(format!(
-            "it ends below {force:.6} N: friction at its limit bounds no amplitude above, and nothing else does (before, the amplitude has \
-             grown by {growth:.0} % a percent of force); damping (dynamics.damping_ratio, structure.damping) would"
-        )),
-        BackboneEnd::Ceased { force, source } => Some(format!(
-            "it ends below {force:.6} N, where no phase resonance was found: {source}"
-        )),
-        BackboneEnd::OtherMode { force } => Some(format!(
-            "it ends below {force:.6} N: the next phase resonance is that of another mode, more than 5 % away in frequency"
-        )),
+    /// Where the backbone begins behind the first level, in words.
+    fn begin(&self) -> Option<String> {
+        let backbone = &self.backbone;
+        let (point, error) = (backbone.points.first()?, backbone.begin.as_ref()?);
+        Some(format!(
+            "it begins at {}: before, no phase resonance was found ({error})",
+            self.level(point.level)
+        ))
+    }
+
+    /// Where the backbone ends before the last level, in words.
+    fn end(&self) -> Option<String> {
+        match &self.backbone.end {
+            BackboneEnd::Reached => None,
+            BackboneEnd::Unbounded { level, growth } => Some(format!(
+                "it ends below {}: friction at its limit bounds no amplitude above, and nothing else does (before, the amplitude has grown by \
+                 {growth:.0} % a percent of force); damping (dynamics.damping_ratio, structure.damping) would",
+                self.level(*level)
+            )),
+            BackboneEnd::Ceased { level, source } => Some(format!(
+                "it ends before {}, where no phase resonance was found: {source}",
+                self.level(*level)
+            )),
+            BackboneEnd::OtherMode { level } => Some(format!(
+                "it ends before {}: the next phase resonance is that of another mode, more than 5 % away in frequency",
+                self.level(*level)
+            )),
+        }
     }
 }
 
@@ -244,15 +351,40 @@ fn print(found: &Found, out: &mut Results) {
         cycles => format!("after {} cycles", grouped(cycles)),
     };
     writeln!(out, "{name}, {wear}");
+    let value = |text: &str| {
+        let of_key = found.over.as_ref();
+        of_key.map_or(String::new(), |_| format!("{text:>12} "))
+    };
+    if let Some(over) = &found.over {
+        let unit = match over.unit.as_str() {
+            "" => String::new(),
+            unit => format!(" in {unit}"),
+        };
+        writeln!(out, "over {}{unit}", over.key);
+    }
     writeln!(
         out,
-        "{:>12} {:>12} {:>12} {:>10} {:>12} {:>12} {:>8}",
-        "force", "amplitude", "frequency", "damping", "friction", "viscous", "sliding"
+        "{}{:>12} {:>12} {:>12} {:>10} {:>12} {:>12} {:>8}",
+        value("value"),
+        "force",
+        "amplitude",
+        "frequency",
+        "damping",
+        "friction",
+        "viscous",
+        "sliding"
     );
     writeln!(
         out,
-        "{:>12} {:>12} {:>12} {:>10} {:>12} {:>12} {:>8}",
-        "N", "m", "Hz", "ratio", "J a cycle", "J a cycle", "%"
+        "{}{:>12} {:>12} {:>12} {:>10} {:>12} {:>12} {:>8}",
+        value(""),
+        "N",
+        "m",
+        "Hz",
+        "ratio",
+        "J a cycle",
+        "J a cycle",
+        "%"
     );
     let mut branch = 0;
     for point in &backbone.points {
@@ -262,7 +394,8 @@ fn print(found: &Found, out: &mut Results) {
         }
         writeln!(
             out,
-            "{:>12.5e} {:>12.5e} {:>12.4} {:>10.3e} {:>12.4e} {:>12.4e} {:>8.1}",
+            "{}{:>12.5e} {:>12.5e} {:>12.4} {:>10.3e} {:>12.4e} {:>12.4e} {:>8.1}",
+            value(&format!("{:.5e}", point.level)),
             point.force,
             point.amplitude,
             point.frequency,
@@ -272,18 +405,17 @@ fn print(found: &Found, out: &mut Results) {
             100.0 * point.sliding_fraction()
         );
     }
-    if let Some(begin) = begin(backbone) {
-        writeln!(out, "{begin}");
-    }
-    if let Some(end) = end(backbone) {
-        writeln!(out, "{end}");
+    for remark in [found.begin(), found.end()].into_iter().flatten() {
+        writeln!(out, "{remark}");
     }
 }
 
 fn object(found: &Found) -> Value {
     let backbone = &found.backbone;
-    let points = backbone.points.iter().map(|point| {
+    let of_key = |k: usize| found.over.as_ref().map(|over| over.values[k]);
+    let points = backbone.points.iter().enumerate().map(|(k, point)| {
         json!({
+            "value": of_key(k),
             "branch": point.branch,
             "force": point.force,
             "frequency": point.frequency,
@@ -301,8 +433,9 @@ fn object(found: &Found) -> Value {
         "state": found.name,
         "wear_iteration": found.wear_iteration,
         "cycles": found.cycles,
-        "begin": begin(backbone),
-        "end": end(backbone),
+        "over": found.over.as_ref().map(|over| over.key.as_str()),
+        "begin": found.begin(),
+        "end": found.end(),
         "solves": backbone.solves,
         "iterations": backbone.iterations,
         "points": points.collect::<Vec<_>>(),

@@ -127,6 +127,20 @@ pub enum CliError {
         "the backbone is to begin at {from} N and to end at {to} N; --from must be less than --to (without them: a thousandth of the scene's force, and twice it)"
     )]
     Levels { from: f64, to: f64 },
+    #[error("{end}: {reason}; with --over KEY it is a value of that key")]
+    Level { end: &'static str, reason: String },
+    #[error(
+        "{key} is to go from {from} to {to}: --from and --to must be two different numbers of its dimension"
+    )]
+    OverLevels {
+        key: String,
+        from: String,
+        to: String,
+    },
+    #[error(
+        "--over {key} changes a key of scenes, and {run} is a run, which has its own: name its scene, or leave --over out for the backbone over the force"
+    )]
+    OverOfARun { key: String, run: String },
     #[error(
         "--set changes the keys of scenes, and a run has its own: name a scene too, or begin a run with `fretwear run --from RUN@K --set …`"
     )]
@@ -232,6 +246,9 @@ impl CliError {
             | CliError::NothingToDraw { .. }
             | CliError::NothingVibrates { .. }
             | CliError::Levels { .. }
+            | CliError::Level { .. }
+            | CliError::OverLevels { .. }
+            | CliError::OverOfARun { .. }
             | CliError::SetOfARun
             | CliError::NoScenes { .. }
             | CliError::SameName { .. }

@@ -50,6 +50,7 @@
 
 pub mod aft;
 pub mod backbone;
+mod branch;
 mod candidates;
 mod closed_model;
 pub mod contact_element;
@@ -90,7 +91,7 @@ pub mod truncation;
 pub mod vibration;
 
 pub use aft::{InterfaceElement, Sampling};
-pub use backbone::{Backbone, BackboneEnd, BackbonePoint, Levels};
+pub use backbone::{Backbone, BackboneEnd, BackbonePoint, Driven, Levels, resonance_over};
 pub use candidates::{Candidate, CandidateKind};
 pub use closed_model::{ClosedModel, Core};
 pub use contact_element::{ContactElement, ElementState};

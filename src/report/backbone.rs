@@ -1,4 +1,4 @@
-//! Backbones as a picture: frequency and damping ratio over amplitude, amplitude over force.
+//! Backbones as a picture: frequency and damping ratio over amplitude, amplitude over force; all three over the key that varies, where one does.
 
 use super::plot::{Axis, Chart, Curve, PlotError, standalone, style_of_run, style_of_state};
 use super::quantity::{FORCE, FREQUENCY, LENGTH, NUMBER, Unit, Units, largest, unit_of};
@@ -18,6 +18,9 @@ struct Branch {
 /// [`PlotError`] if the drawing library fails.
 pub fn backbone_svg(table: &Backbone) -> Result<String, PlotError> {
     let branches = branches(table);
+    if let (Some(keys), Some(values)) = (&table.key, &table.value) {
+        return over_key(table, keys.first().map_or("", String::as_str), values);
+    }
     let force = Quantity::of("force", &table.force, FORCE);
     let amplitude = Quantity::of("amplitude", &table.amplitude, LENGTH);
     let frequency = Quantity::of("frequency", &table.frequency, FREQUENCY);
@@ -42,6 +45,50 @@ pub fn backbone_svg(table: &Backbone) -> Result<String, PlotError> {
     .iter()
     .map(Chart::draw)
     .collect::<Result<Vec<_>, PlotError>>()?;
+    Ok(standalone("Backbone", &drawings))
+}
+
+fn over_key(table: &Backbone, key: &str, values: &[f64]) -> Result<String, PlotError> {
+    let branches = branches(table);
+    let value = Quantity {
+        // What it is in is told by the key alone.
+        unit: unit_of(NUMBER, 1.0),
+        ..Quantity::of(&format!("{key}, SI"), values, NUMBER)
+    };
+    let figures = [
+        (
+            "Frequency of the phase resonance",
+            "frequency",
+            &table.frequency,
+            FREQUENCY,
+            false,
+        ),
+        (
+            "Damping ratio",
+            "damping ratio",
+            &table.damping_ratio,
+            NUMBER,
+            true,
+        ),
+        (
+            "Amplitude at the response point",
+            "amplitude",
+            &table.amplitude,
+            LENGTH,
+            true,
+        ),
+    ];
+    let drawings = figures.map(|(title, name, column, units, log)| {
+        chart(
+            title,
+            &value,
+            &Quantity::of(name, column, units),
+            &branches,
+            log,
+        )
+        .draw()
+    });
+    let drawings: Vec<_> = drawings.into_iter().collect::<Result<_, PlotError>>()?;
     Ok(standalone("Backbone", &drawings))
 }
 
@@ -88,20 +135,24 @@ fn branches(table: &Backbone) -> Vec<Branch> {
 
 /// A column in the unit in which its largest value reads well.
 struct Quantity<'a> {
-    name: &'static str,
+    name: String,
     values: &'a [f64],
     unit: Unit,
 }
 
 impl<'a> Quantity<'a> {
-    fn of(name: &'static str, values: &'a [f64], units: Units) -> Quantity<'a> {
+    fn of(name: &str, values: &'a [f64], units: Units) -> Quantity<'a> {
         let unit = unit_of(units, largest(values));
-        Quantity { name, values, unit }
+        Quantity {
+            name: name.to_owned(),
+            values,
+            unit,
+        }
     }
 
     fn axis(&self, log: bool) -> Axis {
         let label = match self.unit.symbol {
-            "" => self.name.to_owned(),
+            "" => self.name.clone(),
             symbol => format!("{} / {symbol}", self.name),
         };
         Axis {

@@ -11,7 +11,12 @@ use super::recompute::require_own;
 use super::runner::{Runner, committed};
 use super::solvers::{Solvers, given};
 use super::stage::Stage;
-use crate::dynamics::{Backbone, Levels};
+use std::rc::Rc;
+
+use crate::dynamics::{
+    Backbone, ContactElement, Driven, DynamicsError, HarmonicBalance, Harmonics, Levels, Vibration,
+    resonance_over,
+};
 use crate::recipe::Inputs;
 use crate::store::{Cache, RunReader};
 use crate::tables::{Tables, typed};
@@ -31,6 +36,62 @@ pub fn backbone_of_scene(
     threads: usize,
     observer: &dyn Observer,
 ) -> Result<Backbone, RunError> {
+    unworn(inputs, cache, threads, observer, |reads, solvers| {
+        backbone(reads, solvers, levels)
+    })
+}
+
+/// The phase resonance of the unworn joint over a value of its scene: `inputs_at` has the scene of a value. Harmonics are those of the
+/// first value.
+///
+/// # Errors
+/// Those of `inputs_at`, [`RunError`] of the stages before the resonance, and [`RunError::Dynamics`] if the first value has none.
+///
+/// # Panics
+/// On a recipe without structure and response.
+pub fn resonance_of_scenes<E: From<RunError>>(
+    mut inputs_at: impl FnMut(f64) -> Result<Inputs, E>,
+    cache: Option<&Cache>,
+    levels: Levels,
+    threads: usize,
+    observer: &dyn Observer,
+) -> Result<Backbone, E> {
+    let mut harmonics: Option<Harmonics> = None;
+    let driven = |value: f64| -> Result<Driven, Of<E>> {
+        let inputs = inputs_at(value).map_err(Of)?;
+        let found = unworn(&inputs, cache, threads, observer, |reads, solvers| {
+            let (vibration, balance) = balance(reads, solvers, harmonics.as_ref())?;
+            Ok(vibration.with_balance(balance))
+        });
+        let driven = found.map_err(|error| Of(error.into()))?;
+        harmonics.get_or_insert_with(|| driven.balance.harmonics().clone());
+        Ok(driven)
+    };
+    resonance_over(levels, driven).map_err(|Of(error)| error)
+}
+
+/// An error of the solver at the first value, or another one.
+struct Of<E>(E);
+
+impl<E: From<RunError>> From<DynamicsError> for Of<E> {
+    fn from(source: DynamicsError) -> Of<E> {
+        let wear_iteration = 0;
+        Of(RunError::Dynamics {
+            wear_iteration,
+            source,
+        }
+        .into())
+    }
+}
+
+/// Works on what the forced response of the unworn joint of a scene reads.
+fn unworn<T>(
+    inputs: &Inputs,
+    cache: Option<&Cache>,
+    threads: usize,
+    observer: &dyn Observer,
+    work: impl FnOnce(&Reads, &mut Solvers) -> Result<T, RunError>,
+) -> Result<T, RunError> {
     let mut runner = Runner::new(inputs, threads, observer);
     runner.once_in_memory(cache)?;
     // The harmonics are those of the resonance; where they are given, it is not needed.
@@ -38,12 +99,7 @@ pub fn backbone_of_scene(
     let is_needed = |stage: Stage| stage != Stage::DynamicResponse || has_resonance;
     let tables = runner.unworn_in_memory(Stage::ForcedResponse, is_needed)?;
     let none = Tables::new();
-    runner.reading(
-        &forced_response::DECLARATION,
-        0,
-        [&tables, &none],
-        |reads, solvers| backbone(reads, solvers, levels),
-    )
+    runner.reading(&forced_response::DECLARATION, 0, [&tables, &none], work)
 }
 
 /// The backbone of a committed iteration, with the contact elements that its own fine contact gives, and in the harmonics of its response.
@@ -81,30 +137,50 @@ pub fn backbone_of_run(
 
 /// What the forced response reads is what the backbone reads.
 fn backbone(reads: &Reads, solvers: &mut Solvers, levels: Levels) -> Result<Backbone, RunError> {
+    let (vibration, balance) = balance(reads, solvers, None)?;
+    let found = vibration.backbone(balance, levels);
+    found.map_err(|source| failed(reads, source))
+}
+
+type Balance = HarmonicBalance<ContactElement>;
+
+/// The vibration and its balance, in these harmonics, or else in those of the response, or of the scene.
+fn balance(
+    reads: &Reads,
+    solvers: &mut Solvers,
+    harmonics: Option<&Harmonics>,
+) -> Result<(Rc<Vibration>, Balance), RunError> {
     let vibration = solvers.vibration(reads)?;
     let parameters = match reads.maybe::<typed::ModelUpdate>()? {
         Some(update) if update.updated => parameters_of(&reads.table()?, reads.maybe()?),
         Some(_) => parameters(reads, solvers, &reads.table()?, &reads.table()?)?.0,
         None => given(reads),
     };
-    let harmonics = match reads.maybe::<typed::Response>()? {
-        Some(response) => harmonics_of(&response)?.0,
-        None => vibration.harmonics.clone(),
+    let harmonics = match (harmonics, reads.maybe::<typed::Response>()?) {
+        (Some(harmonics), _) => harmonics.clone(),
+        (None, Some(response)) => harmonics_of(&response)?.0,
+        (None, None) => vibration.harmonics.clone(),
     };
     let elements = contact_elements(reads, &parameters);
     let balance = vibration.balance_of(elements, harmonics);
-    let found = balance.and_then(|balance| vibration.backbone(balance, levels));
-    found.map_err(|source| failed(reads, source))
+    let balance = balance.map_err(|source| failed(reads, source))?;
+    Ok((vibration, balance))
 }
 
-/// Adds the points of a backbone to a table, under the name of its state, which is after `cycles` of wear.
+/// Adds the points of a backbone to a table, under the name of its state, which is after `cycles` of wear, with the values of the key that
+/// varies, in SI units, where that is another than the force.
 pub fn add_backbone(
     table: &mut typed::Backbone,
     state: &str,
     (wear_iteration, cycles): (u64, u64),
     backbone: &Backbone,
+    over: Option<(&str, &[f64])>,
 ) {
-    for point in &backbone.points {
+    for (k, point) in backbone.points.iter().enumerate() {
+        if let Some((key, values)) = over {
+            table.key.get_or_insert_default().push(key.to_owned());
+            table.value.get_or_insert_default().push(values[k]);
+        }
         table.state.push(state.to_owned());
         table.iteration.push(wear_iteration as i64);
         table.cycles.push(cycles as i64);

@@ -42,7 +42,7 @@ mod summary;
 mod surface;
 mod wear;
 
-pub use backbone::{add_backbone, backbone_of_run, backbone_of_scene};
+pub use backbone::{add_backbone, backbone_of_run, backbone_of_scene, resonance_of_scenes};
 pub use declaration::{Declaration, is_in};
 pub use dynamic_response::no_phase_resonance_between;
 pub use error::RunError;

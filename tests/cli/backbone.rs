@@ -97,6 +97,140 @@ fn a_scene_has_the_backbone_of_its_unworn_joint() {
     assert!(lines[5].trim_start().starts_with("2.00000e2 "), "{text}");
 }
 
+/// Over the damping the resonance is that of the closed form at each value, upwards as downwards; over the normal load, in another unit at
+/// each end, where the joint sticks it is that of the spring.
+#[test]
+fn any_key_may_vary_in_place_of_the_force() {
+    let bench = bench();
+    let sets = [
+        "--set",
+        "dynamics.harmonics=[0, 1]",
+        "--set",
+        "fidelity.aft_samples=256",
+    ];
+    let over = |key: &str, from: &str, to: &str, more: &[&str]| {
+        let own = ["--over", key, "--from", from, "--to", to, "--json"];
+        let arguments = [&["backbone", "slider.toml"], &sets[..], &own[..], more].concat();
+        bench.done(&arguments).json()["states"][0].clone()
+    };
+    let ends = ["20 N s/m", "300 N s/m"];
+    let up = over("structure.damping", ends[0], ends[1], &["-o", "up.parquet"]);
+    let down = over("structure.damping", ends[1], ends[0], &[]);
+    for state in [&up, &down] {
+        let names = ["value", "force", "frequency", "amplitude"];
+        let [damping, force, frequency, amplitude] = names.map(|name| numbers(state, name));
+        assert!(damping.len() >= 5, "{damping:?}");
+        for k in 0..damping.len() {
+            let exact = JenkinsOscillator {
+                mass: 1.0,
+                damping: damping[k],
+                stiffness: 4e6,
+                contact: Jenkins {
+                    stiffness: 6e6,
+                    limit: 300.0,
+                },
+            };
+            let off = [
+                force[k] / exact.resonant_force(amplitude[k]),
+                frequency[k] * TAU / exact.backbone(amplitude[k]),
+            ];
+            let is_right = off.iter().all(|ratio| (ratio - 1.0).abs() < 2e-3);
+            assert!(is_right, "{off:?} at {} N s/m", damping[k]);
+        }
+    }
+    let [damping, back] = [&up, &down].map(|state| numbers(state, "value"));
+    assert_eq!((damping[0], back[0]), (20.0, 300.0));
+    assert_eq!((damping.last(), back.last()), (Some(&300.0), Some(&20.0)));
+    let [amplitude, again] = [&up, &down].map(|state| numbers(state, "amplitude"));
+    assert!((amplitude[0] / again[again.len() - 1] - 1.0).abs() < 1e-8);
+    let table = written(&bench, "up.parquet");
+    assert_eq!(table.value.as_deref(), Some(&damping[..]));
+    assert!(
+        table
+            .key
+            .expect("a key")
+            .iter()
+            .all(|key| key == "structure.damping")
+    );
+    let load = over(
+        "contact.normal_load",
+        "2000 N",
+        "200 kN",
+        &["--levels", "3"],
+    );
+    let [value, frequency] = ["value", "frequency"].map(|name| numbers(&load, name));
+    assert!(
+        (value[1] / (2000.0 * 200_000f64).sqrt() - 1.0).abs() < 1e-6,
+        "{value:?}"
+    );
+    // √(10 N/µm / 1 kg): the dashpot leaves the phase resonance where it is.
+    assert!(
+        (frequency[2] * TAU / 1e7f64.sqrt() - 1.0).abs() < 1e-6,
+        "{frequency:?}"
+    );
+    let drawn = [
+        "--over",
+        "structure.damping",
+        "--from",
+        ends[0],
+        "--to",
+        ends[1],
+        "--svg",
+        "up.svg",
+    ];
+    let text = bench
+        .done(&[&["backbone", "slider.toml"], &drawn[..]].concat())
+        .stdout();
+    assert!(
+        text.starts_with("slider.toml, unworn\nover structure.damping in N s/m\n"),
+        "{text}"
+    );
+    let picture = fs::read_to_string(bench.path("up.svg")).expect("a picture");
+    assert!(picture.contains("structure.damping, SI"));
+}
+
+/// What cannot vary is told, by its name.
+#[test]
+fn a_key_that_cannot_vary_is_refused() {
+    let bench = bench();
+    for (arguments, expected) in [
+        (
+            [
+                "slider.toml",
+                "--over",
+                "structure.damping",
+                "20 N s/m",
+                "20 N s/m",
+            ],
+            "two different numbers",
+        ),
+        (
+            [
+                "slider.toml",
+                "--over",
+                "structure.damping",
+                "20 N s/m",
+                "20 kN",
+            ],
+            "structure.damping",
+        ),
+        (
+            ["slider.toml", "--over", "structure.damp", "1", "2"],
+            "there is no such key",
+        ),
+        (["slider.toml", "--over", "title", "1", "2"], "title"),
+        (
+            ["runs/slider@0", "--over", "structure.damping", "1", "2"],
+            "is a run, which has its own",
+        ),
+    ] {
+        let [state, over, key, from, to] = arguments;
+        let did = bench.fretwear(&["backbone", state, over, key, "--from", from, "--to", to]);
+        assert_eq!(did.code(), 2, "{}", did.stderr());
+        assert!(did.stderr().contains(expected), "{}", did.stderr());
+    }
+}
+
 #[test]
 fn friction_that_bounds_nothing_ends_the_curve_and_is_named() {
     let bench = bench();

@@ -147,7 +147,11 @@ fn without_another_damping_the_backbone_ends_where_friction_bounds_nothing() {
     let vibration = vibration(&oscillator, drive(1.0), 1024);
     let all = climb(&vibration, &oscillator.element, levels(1.0, 500.0, None));
     let most = 4.0 / PI * JENKINS.limit;
-    let BackboneEnd::Unbounded { force, growth } = all.end else {
+    let BackboneEnd::Unbounded {
+        level: force,
+        growth,
+    } = all.end
+    else {
         panic!("{:?}", all.end);
     };
     assert!((force / most - 1.0).abs() < 1e-3, "{force} {most}");

@@ -265,12 +265,10 @@ fn resolution(
     let plan = plan_of(folder, about, &settings)?;
     let scene = flatten(&plan.inputs.identity.scene);
     let value = |setting: &Setting| {
-        let of_both = setting.key.replace("material.", "material.lower.");
-        let found = scene.get(&setting.key).or_else(|| scene.get(&of_both));
-        match found.map(Resolved::of) {
-            Some(found) if found != Resolved::Absent => found,
+        match Resolved::of_key(&scene, &setting.key) {
             // Paths of files, and keys that a scene holds under another name.
-            _ => setting.given(),
+            Resolved::Absent => setting.given(),
+            found => found,
         }
     };
     let like = row
