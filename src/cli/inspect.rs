@@ -6,7 +6,7 @@ use clap::Args;
 use fretwear::structure::StructureError;
 use fretwear::structure::frequencies::{Frequencies, lowest_frequencies};
 use fretwear::structure::inspection::{
-    Units, fixed, mass_by_direction, modal_rows, units, zero_diagonals,
+    Units, fixed, inner_told, mass_by_direction, modal_rows, suspicions, units, zero_diagonals,
 };
 use fretwear::structure::matrices::{Asymmetry, Matrices, Role, Triplets};
 use fretwear::structure::readers::{self, Input};
@@ -72,6 +72,7 @@ struct Told {
 pub fn inspect(arguments: &InspectArguments, out: &mut Results) -> Result<Exit, CliError> {
     let inputs: Vec<Input> = arguments.files.iter().map(|text| input(text)).collect();
     let mut matrices = readers::read(&inputs, arguments.format.as_deref())?;
+    matrices.notes.extend(inner_told(&matrices));
     let mut is_fixed = vec![false; matrices.size];
     if let Some(text) = &arguments.fixed {
         let (rows, notes) = fixed(&matrices, text)?;
@@ -203,6 +204,7 @@ fn warnings(
             "the masses along the axes differ: freedoms were removed or condensed, or nodes have axes of their own".to_owned(),
         );
     }
+    warnings.extend(suspicions(matrices));
     if let Some(error) = failure {
         warnings.push(format!("no frequencies: {error}"));
     }

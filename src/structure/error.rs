@@ -59,7 +59,7 @@ pub enum StructureError {
     },
     /// The modes were not found.
     #[error(
-        "{converged} of {wanted} modes converged with {vectors} Lanczos vectors: residual {residual:.3e}, {tolerance:.1e} asked"
+        "{converged} of {wanted} modes converged with {vectors} Lanczos vectors: residual {residual:.3e}, {tolerance:.1e} asked; of a stiffness or mass that is not positive, or where both are exchanged, there are none (fretwear inspect tells)"
     )]
     NotConverged {
         /// Modes that did converge.
@@ -74,7 +74,9 @@ pub enum StructureError {
         tolerance: f64,
     },
     /// More modes than the structure has.
-    #[error("{wanted} elastic modes are asked of a structure of {available}")]
+    #[error(
+        "{wanted} elastic modes are asked of a structure that has {available}: everything else is held, has no mass, or moves as a whole"
+    )]
     TooManyModes {
         /// Modes asked for.
         wanted: usize,

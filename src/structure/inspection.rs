@@ -9,6 +9,8 @@ use crate::structure::matrices::{Dof, Matrices, Triplets};
 const ZERO: f64 = 1e-14;
 /// Modal masses are 1 to this, and modes are orthogonal to it.
 const MODAL: f64 = 1e-6;
+/// Mass that moves as a whole over the diagonal of the mass: from a half to two and a half for solids, and nothing for a stiffness.
+const MOVED: f64 = 1e-2;
 
 /// What a user names as held, and is not there.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -22,6 +24,16 @@ pub enum FixedError {
         text: String,
         /// Names of the sets.
         known: String,
+    },
+    /// A direction that no node has.
+    #[error(
+        "{text}: direction {direction} does not exist; displacements are 1 to 3, rotations 4 to 6"
+    )]
+    NoSuchDirection {
+        /// What was given.
+        text: String,
+        /// The direction.
+        direction: u32,
     },
     /// A node that has no row.
     #[error("node {node} has no freedom {direction}in the matrices; their nodes are {nodes}")]
@@ -119,6 +131,12 @@ pub fn fixed(matrices: &Matrices, text: &str) -> Result<(Vec<bool>, Vec<String>)
                 count += 1;
             }
         }
+        if let Some(direction) = directions.iter().find(|d| !(1..=6).contains(*d)) {
+            return Err(FixedError::NoSuchDirection {
+                text: item.to_owned(),
+                direction: *direction,
+            });
+        }
         if count == 0 && set.is_some() {
             notes.push(format!(
                 "no node of the set {name} has such freedoms in the matrices: the program has removed them already"
@@ -180,13 +198,100 @@ fn range_of(text: &str) -> Option<(i64, i64)> {
     (range.0 <= range.1).then_some(range)
 }
 
+/// Nodes above all of whose places are known, where most are: programs number inner freedoms of solids so (C3D8I of CalculiX). They do not
+/// move with a body as a whole.
+fn inner_nodes(matrices: &Matrices) -> HashSet<i64> {
+    let nodes: HashSet<i64> = matrices.dofs.iter().flatten().map(|dof| dof.node).collect();
+    let (known, inner): (HashSet<i64>, HashSet<i64>) =
+        (nodes.into_iter()).partition(|node| matrices.positions.contains_key(node));
+    let last = known.iter().copied().max();
+    let is_above = |node: &i64| last.is_some_and(|last| *node > last);
+    match inner.iter().all(is_above) {
+        true => inner,
+        false => HashSet::new(),
+    }
+}
+
+/// That there are such nodes.
+pub fn inner_told(matrices: &Matrices) -> Option<String> {
+    let inner = inner_nodes(matrices);
+    let first = inner.iter().min()?;
+    Some(format!(
+        "{} nodes of the matrices are not in the deck, the first {first}: they are taken as inner freedoms of solids",
+        inner.len(),
+    ))
+}
+
+/// What makes it doubtful that these matrices are a structure: nodes that have stiffness alone, or mass alone, and a mass that does not
+/// resist to a motion as a whole.
+pub fn suspicions(matrices: &Matrices) -> Vec<String> {
+    let mut found = Vec::new();
+    let (Some(dofs), Some(stiffness), Some(mass)) =
+        (&matrices.dofs, &matrices.stiffness, &matrices.mass)
+    else {
+        return found;
+    };
+    let inner = inner_nodes(matrices);
+    let (k, m) = (stiffness.diagonal(), mass.diagonal());
+    let is_displacement =
+        |row: &usize| dofs[*row].is_translation() && !inner.contains(&dofs[*row].node);
+    let nodes_with = |diagonal: &[f64]| -> HashSet<i64> {
+        let rows = (0..dofs.len()).filter(is_displacement);
+        rows.filter(|row| diagonal[*row] != 0.0)
+            .map(|row| dofs[row].node)
+            .collect()
+    };
+    let (stiff, heavy) = (nodes_with(&k), nodes_with(&m));
+    for (with, without, what, then) in [
+        (
+            &stiff,
+            &heavy,
+            "stiffness and no mass",
+            "the mass may have been cut, or be that of another mesh",
+        ),
+        (
+            &heavy,
+            &stiff,
+            "mass and no stiffness",
+            "both matrices may be of different meshes",
+        ),
+    ] {
+        let only: Vec<i64> = with.difference(without).copied().collect();
+        if !only.is_empty() && only.len() < with.len() {
+            found.push(format!(
+                "{} of {} nodes have {what}, the first {}: {then}",
+                only.len(),
+                stiff.union(&heavy).count(),
+                only.iter().min().unwrap_or(&0)
+            ));
+        }
+    }
+    let trace: f64 = (0..dofs.len())
+        .filter(is_displacement)
+        .map(|row| m[row])
+        .sum();
+    let total: f64 = mass_by_direction(matrices)
+        .into_iter()
+        .flatten()
+        .map(f64::abs)
+        .sum();
+    if trace > 0.0 && total < MOVED * trace {
+        found.push(format!(
+            "the mass resists a motion as a whole by {:.1e} of its diagonal only, as a stiffness does: stiffness and mass may be exchanged",
+            total / trace
+        ));
+    }
+    found
+}
+
 /// Sum of the mass between the displacements along each axis; `None` along one that no row has, or where no file says which rows do.
 pub fn mass_by_direction(matrices: &Matrices) -> [Option<f64>; 3] {
     let (Some(dofs), Some(mass)) = (&matrices.dofs, &matrices.mass) else {
         return [None; 3];
     };
+    let inner = inner_nodes(matrices);
     [1, 2, 3].map(|direction| {
-        let is = |row: usize| dofs[row].direction == direction;
+        let is = |row: usize| dofs[row].direction == direction && !inner.contains(&dofs[row].node);
         dofs.iter()
             .any(|dof| dof.direction == direction)
             .then(|| mass.sum_between(is))

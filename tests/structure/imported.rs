@@ -8,6 +8,7 @@ use fretwear::material::{Elastic, Material};
 use fretwear::structure::assembly::System;
 use fretwear::structure::element::Formulation;
 use fretwear::structure::imported::{Facing, ImportError, Imported, Options, UnitSystem};
+use fretwear::structure::inspection::{inner_told, mass_by_direction, suspicions};
 use fretwear::structure::interface::{InterfaceError, Wanted};
 use fretwear::structure::matrices::{Dof, Matrices, Triplets};
 use fretwear::structure::mesh::Mesh;
@@ -696,6 +697,116 @@ fn one_face_may_be_larger_than_the_other() {
         let weights: Vec<f64> = port.iter().map(|term| term.1).collect();
         assert_eq!(weights, [-1.0, 1.0], "a node of each body");
     }
+}
+
+/// A lower face that does not lie under all of the upper one, and faces that do not touch.
+#[test]
+fn faces_that_do_not_meet_are_told() {
+    let blocks = blocks();
+    let (_, pairs) = foot_and_pairs(&blocks);
+    let above = pairs.iter().map(|pair| pair.0).min().expect("pairs");
+    let found = |shift: [f64; 3]| {
+        let mut read = matrices(&blocks, UnitSystem::default(), STRAIGHT);
+        for (node, at) in &mut read.positions {
+            if *node >= above {
+                *at = [0, 1, 2].map(|d| at[d] + shift[d]);
+            }
+        }
+        read.sets
+            .insert("TOP".to_owned(), pairs.iter().map(|p| p.0).collect());
+        read.sets
+            .insert("BOTTOM".to_owned(), pairs.iter().map(|p| p.1).collect());
+        let facing = Facing::Sets {
+            upper: "top".to_owned(),
+            lower: "bottom".to_owned(),
+        };
+        let options = Options {
+            unit: UnitSystem::default(),
+            fixed: Some("1-30"),
+            facing: &facing,
+            wanted: &Wanted::default(),
+            size: SIZE,
+            elements: None,
+            points: &[],
+        };
+        Imported::new(&read, &options)
+    };
+    let notes = |shift| found(shift).expect("a joint").doubts.join("\n");
+    assert!(!notes([0.0; 3]).contains("apart"));
+    // A twentieth of a contact element, 6 mm x 5 mm, is what pairs may be off, too.
+    assert!(!notes([0.2e-3, -0.2e-3, 0.0]).contains("apart"));
+    assert!(notes([0.0, 0.0, 0.4e-3]).contains("0.4000 mm apart along its normal"));
+    let told = |shift| found(shift).expect_err("a fault").to_string();
+    let along_x = told([2e-3, 0.0, 0.0]);
+    assert!(
+        along_x.contains("2.0000 mm beyond") && along_x.contains("along x"),
+        "{along_x}"
+    );
+    let along_y = told([0.0, -9e-3, 0.0]);
+    assert!(
+        along_y.contains("9.0000 mm beyond") && along_y.contains("along y"),
+        "{along_y}"
+    );
+}
+
+/// Matrices that are no structure: a mass that was cut, two meshes, stiffness and mass exchanged, inner freedoms of solids.
+#[test]
+fn suspicions_are_told() {
+    let sound = matrices(&blocks(), UnitSystem::default(), STRAIGHT);
+    assert_eq!(suspicions(&sound), Vec::<String>::new());
+    let told = |change: &dyn Fn(&mut Matrices)| {
+        let mut changed = sound.clone();
+        change(&mut changed);
+        suspicions(&changed).join("\n")
+    };
+    let nodes = sound.positions.len();
+    let rows = 3 * (nodes as u32 - 7);
+    let cut = told(&|m: &mut Matrices| {
+        let mass = m.mass.as_mut().expect("a mass");
+        mass.entries.retain(|e| e.0 < rows && e.1 < rows);
+    });
+    assert!(
+        cut.contains(&format!(
+            "7 of {nodes} nodes have stiffness and no mass, the first {}",
+            nodes - 6
+        )),
+        "{cut}"
+    );
+    let other = told(&|m: &mut Matrices| {
+        let stiffness = m.stiffness.as_mut().expect("a stiffness");
+        stiffness.entries.retain(|e| e.0 >= 30 && e.1 >= 30);
+    });
+    assert!(
+        other.contains(&format!(
+            "10 of {nodes} nodes have mass and no stiffness, the first 1:"
+        )),
+        "{other}"
+    );
+    let exchanged = told(&|m: &mut Matrices| std::mem::swap(&mut m.stiffness, &mut m.mass));
+    assert!(exchanged.contains("may be exchanged"), "{exchanged}");
+    // Numbered above the nodes of the mesh, they have no place, and do not move with the body.
+    let mut inner = sound.clone();
+    inner.size += 3;
+    let node = nodes as i64 + 1;
+    inner
+        .dofs
+        .as_mut()
+        .expect("freedoms")
+        .extend((1..=3).map(|direction| Dof { node, direction }));
+    let before = mass_by_direction(&sound);
+    for matrix in [&mut inner.stiffness, &mut inner.mass] {
+        let matrix = matrix.as_mut().expect("a matrix");
+        matrix.size += 3;
+        let last = matrix.size as u32;
+        matrix.entries.extend((last - 3..last).map(|k| (k, k, 1.0)));
+    }
+    assert_eq!(mass_by_direction(&inner), before);
+    assert!(suspicions(&inner).is_empty());
+    assert!(
+        inner_told(&inner)
+            .expect("a note")
+            .contains("inner freedoms")
+    );
 }
 
 /// What does not fit is said, with what would.

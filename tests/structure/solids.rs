@@ -304,7 +304,7 @@ fn decks_that_are_not_assembled_are_refused() {
         &["OTHER"],
     );
     has(
-        told(sound.replace("*SOLID SECTION", "*NO SECTION")),
+        told(sound.replace("*SOLID SECTION", "** SOLID SECTION")),
         &["element 1", "*SOLID SECTION"],
     );
     has(told(sound.replace("FOOT,1,3", "FEET,1,3")), &["FEET"]);
@@ -314,7 +314,7 @@ fn decks_that_are_not_assembled_are_refused() {
     );
     has(
         told(sound.replace("*NODE\n1,", "*NODE\n1001,")),
-        &["node 1", "element"],
+        &["node 1", "that the deck has"],
     );
     has(
         told(sound.replace("*NSET", "*INSTANCE, NAME=A\n*NSET")),
@@ -324,4 +324,69 @@ fn decks_that_are_not_assembled_are_refused() {
         told(sound.replace("198400.,0.3", "198400.,x")),
         &["\"x\"", "a finite number"],
     );
+    // Whatever is not known to leave the structure as it is may make another one of it.
+    for (card, parts) in [
+        (
+            "*ELGEN, ELSET=MORE\n1,2,1,1",
+            &["*ELGEN", "leave the keyword out"][..],
+        ),
+        (
+            "*NCOPY, CHANGE NUMBER=1000, OLD SET=FOOT, SHIFT\n0.,0.,9.",
+            &["*NCOPY"],
+        ),
+        ("*SYSTEM\n0.,0.,5.", &["*SYSTEM", "rectangular"]),
+        (
+            "*NODE, SYSTEM=C\n9001,1.,20.,3.",
+            &["SYSTEM=C", "rectangular"],
+        ),
+        ("*NODE, INPUT=nodes.txt", &["INPUT", "into the deck"]),
+        (
+            "*NONSTRUCTURAL MASS, ELSET=EALL\n1.",
+            &["*NONSTRUCTURAL MASS"],
+        ),
+        ("*DAMPING, ALPHA=3.", &["*DAMPING"]),
+        ("*FOOBAR", &["*FOOBAR", "line"]),
+        ("*STEP, NLGEOM\n*STATIC", &["NLGEOM", "loaded"]),
+        (
+            "*STEP\n*END STEP\n*STEP\n*BOUNDARY\nFOOT,1",
+            &["second step"],
+        ),
+        ("*BOUNDARY\n99999,1,3", &["99999", "that the deck has"]),
+        ("*NODE\n1,7.,7.,7.", &["node 1 again"]),
+    ] {
+        has(told(format!("{sound}{card}\n")), parts);
+    }
+}
+
+/// What a step holds adds to what the model holds, or with `OP=NEW` takes its place.
+#[test]
+fn a_step_may_hold_something_else() {
+    let sound = fs::read_to_string(folder().join("C3D8.inp")).expect("a sample");
+    let (model, _) = sound.split_once("*STEP").expect("a step");
+    let size = |more: &str| {
+        let text = format!("{model}{more}");
+        let found = readers::parse("deck.inp".as_ref(), text.as_bytes(), None);
+        found.unwrap_or_else(|error| panic!("{error}")).size
+    };
+    let held = size("");
+    let all = 3 * sound
+        .split("*ELEMENT")
+        .next()
+        .expect("nodes")
+        .lines()
+        .filter(|l| l.starts_with(|c: char| c.is_ascii_digit()))
+        .count();
+    assert!(held < all, "{held} of {all}");
+    let step = "*STEP, NLGEOM=NO\n*FREQUENCY\n3\n";
+    assert_eq!(size(&format!("{step}*END STEP\n")), held);
+    assert_eq!(
+        size(&format!(
+            "{step}*BOUNDARY, OP=NEW\n1,1,3\n*BOUNDARY, OP=NEW\n2,1\n*END STEP\n"
+        )),
+        all - 4
+    );
+    let more = size(&format!(
+        "{step}*BOUNDARY\n1,1,3\n2,1,3\n3,1,3\n4,1,3\n5,1,3\n6,1,3\n7,1,3\n8,1,3\n*END STEP\n"
+    ));
+    assert!(more <= held, "{more} {held}");
 }

@@ -246,7 +246,19 @@ fn a_unit_alone() {
         error.problem,
         UnitProblem::WrongDimension { found: D::FORCE }
     );
-    assert!(parse_unit("5 um", D::LENGTH).is_err());
+    // Inches, and the mass that a pound of force moves by an inch a second squared.
+    assert_eq!(parse_unit("25.4 mm", D::LENGTH), Ok(0.0254));
+    assert_eq!(parse_unit("175.1268 kg", D::MASS), Ok(175.1268));
+    for (text, problem) in [
+        ("0 mm", UnitProblem::NoWorth),
+        ("-1 mm", UnitProblem::NoWorth),
+        ("1e-3", UnitProblem::NoUnit),
+    ] {
+        assert_eq!(
+            parse_unit(text, D::LENGTH).expect_err("a fault").problem,
+            problem
+        );
+    }
     assert!(parse_unit("", D::LENGTH).is_err());
 }
 

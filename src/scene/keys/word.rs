@@ -74,7 +74,10 @@ impl Value for Unit {
 
     fn form(&self) -> Form {
         Form {
-            words: format!("the unit of {}, without a number", self.0),
+            words: format!(
+                "the unit of {}, or a number of them as \"25.4 mm\" for inches",
+                self.0
+            ),
             ..Text(self.1).form()
         }
     }

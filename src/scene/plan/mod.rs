@@ -220,7 +220,18 @@ impl Plan {
         let decisions = told(&recipe);
         let checks = plausible::checks(&recipe, &files.motion, files.measured.as_deref());
         let implausible = checks.iter().filter_map(|check| check.warning.clone());
-        let warnings: Vec<String> = warnings.into_iter().chain(implausible).collect();
+        let doubts = files.imported.iter();
+        let doubts = doubts.flat_map(|found| {
+            found
+                .doubts
+                .iter()
+                .map(|doubt| format!("structure: {doubt}"))
+        });
+        let warnings: Vec<String> = warnings
+            .into_iter()
+            .chain(implausible)
+            .chain(doubts)
+            .collect();
         Ok(Plan {
             inputs: Inputs {
                 identity: Identity {

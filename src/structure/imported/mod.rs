@@ -52,6 +52,8 @@ pub struct Imported {
     pub interface: Interface,
     /// What the user should know of the files.
     pub notes: Vec<String>,
+    /// What makes it doubtful that the files are what they should be.
+    pub doubts: Vec<String>,
     /// Rows of the matrices that are not held.
     pub rows: usize,
     /// Mass \[kg\].
@@ -136,6 +138,8 @@ impl Imported {
             });
         }
         let mut notes = matrices.notes.clone();
+        notes.extend(inspection::inner_told(matrices));
+        let mut doubts = inspection::suspicions(matrices);
         let (mut is_held, found) = match options.fixed {
             Some(text) => inspection::fixed(matrices, text)?,
             None => (vec![false; matrices.size], Vec::new()),
@@ -197,6 +201,7 @@ impl Imported {
             options.elements,
             options.wanted,
         )?;
+        doubts.extend(interface.apart_told());
         if let Facing::Pairs(_) = options.facing {
             check_pairs(&interface, &lower, &upper)?;
         } else if lower.nodes.len() != upper.nodes.len() {
@@ -225,6 +230,7 @@ impl Imported {
         let imported = Imported {
             interface,
             notes,
+            doubts,
             rows,
             mass: mass_by_direction(matrices)
                 .into_iter()

@@ -29,7 +29,7 @@ pub enum InterfaceError {
     },
     /// Nothing says which body is above.
     #[error(
-        "nothing says which way the normal of the joint points: the bodies touch, and the positions of their other nodes are not known or lie on one side; give structure.normal, from the lower body into the upper one"
+        "nothing says which way the normal of the joint points: the bodies touch (or are joined there, by a *TIE or common nodes, which leaves no joint), and the positions of their other nodes are not known or lie on one side; give structure.normal, from the lower body into the upper one"
     )]
     NoNormal,
     /// The normal that was given is not that of the nodes.
@@ -99,6 +99,16 @@ pub enum InterfaceError {
         off: f64,
         /// Longest distance from the middle \[mm\].
         across: f64,
+    },
+    /// The upper face is not over the lower one.
+    #[error(
+        "the nodes of the upper body reach {by:.4} mm beyond those of the lower one along {along} of the joint: contact is where the upper ones are, and the lower face is to lie under all of them; shift the bodies, or exchange upper and lower in structure.interface"
+    )]
+    Overhang {
+        /// Axis of the joint.
+        along: &'static str,
+        /// How far \[mm\].
+        by: f64,
     },
     /// One body is far above the other.
     #[error(

@@ -28,6 +28,8 @@ use weights::around;
 const OFF: f64 = 2e-3;
 /// The joint of a scene may differ from that of its nodes by this share, or by half a contact element.
 const OTHER_SIZE: f64 = 0.01;
+/// The upper face may reach beyond the lower one by this share of a contact element; pairs of nodes may be as far apart.
+const OVERHANG: f64 = 0.05;
 /// The areas of all nodes may differ from that of all contact elements by this share.
 const OTHER_AREA: f64 = 0.25;
 /// The nodes around a contact element lie on a line if the smaller moment is below this share of the larger.
@@ -75,6 +77,24 @@ pub struct Interface {
     pub is_regular: bool,
     /// Thickness of the layers of finite elements from the joint on \[m\]; empty where nothing says it.
     pub layers: Vec<f64>,
+    /// Distance of both faces along the normal, apart or one in the other \[m\]; not kept.
+    #[serde(skip)]
+    pub distance: f64,
+}
+
+/// Counts along both sides with no more places between rectangles than nodes, in about the same ratio.
+fn fewer(counts: [usize; 2], nodes: usize) -> [usize; 2] {
+    let mut fewer = counts;
+    while (fewer[0] + 1) * (fewer[1] + 1) > nodes && fewer != [1, 1] {
+        let longer = usize::from(fewer[1] * counts[0] > fewer[0] * counts[1]);
+        let longer = if fewer[longer] > 1 {
+            longer
+        } else {
+            1 - longer
+        };
+        fewer[longer] -= 1;
+    }
+    fewer
 }
 
 impl Interface {
@@ -111,7 +131,10 @@ impl Interface {
             let side = (extent[0] * extent[1] / above.len() as f64).sqrt();
             return Err(InterfaceError::NoArray {
                 nodes: above.len(),
-                about: extent.map(|length| ((length / side).round() as usize).max(1)),
+                about: fewer(
+                    extent.map(|length| ((length / side).round() as usize).max(1)),
+                    above.len().min(lower.nodes.len()),
+                ),
             });
         };
         let other = |d: usize| {
@@ -143,6 +166,17 @@ impl Interface {
                 found: lattice.counts,
             });
         }
+        let below: Vec<[f64; 2]> = lower.positions.iter().map(flat).collect();
+        let below = lattice::span(&below);
+        let overhang = |d: usize| (below[d][0] - span[d][0]).max(span[d][1] - below[d][1]);
+        // Without an array of its own a face is only near the other's outline.
+        let share = if lattice.is_some() { OVERHANG } else { 0.5 };
+        if let Some(d) = (0..2).find(|d| overhang(*d) > share * size[*d] / counts[*d] as f64) {
+            return Err(InterfaceError::Overhang {
+                along: ["x", "y"][d],
+                by: overhang(d) / MM,
+            });
+        }
         let centre = span.map(|[least, most]| 0.5 * (least + most));
         let mut array = ContactArray {
             size,
@@ -172,6 +206,18 @@ impl Interface {
             array,
             is_regular,
             layers,
+            distance: found.distance,
+        })
+    }
+
+    /// That both faces do not lie on each other, where they do not.
+    pub fn apart_told(&self) -> Option<String> {
+        let across = self.array.size.iter().copied().fold(0.0, f64::max);
+        (self.distance > OFF * across).then(|| {
+            format!(
+                "the faces of the joint are {:.4} mm apart along its normal, or as far one in the other: they are taken to touch, and each force of friction acts on both at their own faces, with that distance as a lever",
+                self.distance / MM
+            )
         })
     }
 

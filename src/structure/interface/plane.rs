@@ -12,6 +12,8 @@ const DISTANT: f64 = 0.5;
 pub(super) struct Plane {
     pub middle: [f64; 3],
     pub normal: [f64; 3],
+    /// Between the middles of the upper and the lower nodes, along the normal \[m\].
+    pub distance: f64,
 }
 
 impl Plane {
@@ -111,7 +113,11 @@ impl Plane {
         if let Some(axis) = (0..3).find(|&d| snapped[d].abs() == 1.0) {
             normal = [0, 1, 2].map(|d| if d == axis { snapped[axis] } else { 0.0 });
         }
-        Ok(Plane { middle, normal })
+        Ok(Plane {
+            middle,
+            normal,
+            distance: distance.abs(),
+        })
     }
 
     /// x, y and z: x as the scene says, else that of an array of the nodes, else the axis x of the model in the plane, or y where x is the normal.

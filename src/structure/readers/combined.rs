@@ -112,6 +112,20 @@ pub(super) fn combined(sources: Vec<Source>) -> Result<Matrices, ReadError> {
         .map(|(role, (path, named))| (role, path, named))
         .collect();
     parts.sort_by_key(|part| part.0);
+    if let [(Role::Stiffness, first, k), (Role::Mass, path, m), ..] = &parts[..]
+        && k.matrix.entries == m.matrix.entries
+    {
+        return Err(ReadError {
+            path: path.clone(),
+            problem: ReadProblem::DoNotFit {
+                found: format!(
+                    "the mass is the stiffness of {}, number for number",
+                    first.display()
+                ),
+                advice: "give the files of both".into(),
+            },
+        });
+    }
     if parts.iter().all(|part| part.2.dofs.is_some()) {
         joined(&mut matrices, parts);
     } else {

@@ -67,7 +67,19 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         let place = || format!("line {}", k + 1);
         if line.starts_with('*') {
             let set = option(line, "NSET").map(|name| name.trim_matches('"').to_ascii_uppercase());
-            section = match (keyword(line).as_str(), set) {
+            let word = keyword(line);
+            let moved = ["SYSTEM", "INPUT"]
+                .iter()
+                .find(|name| option(line, name).is_some());
+            if word == "*SYSTEM" || word == "*NMAP" || (word == "*NODE" && moved.is_some()) {
+                return Err(ReadProblem::Unsupported {
+                    found: format!("{} of line {}", shown(line), k + 1),
+                    advice:
+                        "write the nodes into the deck, in rectangular coordinates of the whole"
+                            .to_owned(),
+                });
+            }
+            section = match (word.as_str(), set) {
                 ("*NODE", set) => In::Node(set),
                 ("*NSET", Some(name)) => In::Set {
                     name,
@@ -89,7 +101,14 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
                 {
                     *axis = number(field, place)?;
                 }
-                parsed.positions.insert(node, at);
+                let before = parsed.positions.insert(node, at);
+                if let Some(before) = before.filter(|before| *before != at) {
+                    return Err(ReadProblem::malformed(
+                        place(),
+                        format!("node {node} again, at {at:?} and before at {before:?}"),
+                        "one place of each node",
+                    ));
+                }
                 if let Some(name) = set {
                     sets.entry(name.clone()).or_default().push(node);
                 }

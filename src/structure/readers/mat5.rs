@@ -227,7 +227,8 @@ fn matrix(bytes: &[u8], little: bool, place: &str, parsed: &mut Parsed) -> Resul
     let is_square =
         matches!(shape.as_slice(), &[m, n] if m == n && m >= 1.0 && m < f64::from(u32::MAX));
     if !is_square || !(class == SPARSE || NUMERIC.contains(&class)) {
-        if role.is_some() {
+        // A letter alone may name anything.
+        if role.is_some() && name.len() > 1 {
             return Err(ReadProblem::malformed(
                 place,
                 format!("an array of class {class} and shape {shape:?}"),

@@ -7,35 +7,11 @@ use super::Parsed;
 use super::deck::{keyword, option};
 use super::error::ReadProblem;
 use super::mesh_constraints::{Constraint, OpenEquation, Tie, TieOptions};
+use super::mesh_keywords::Steps;
 use super::text::{number, shown, text_of, whole};
 use crate::structure::matrices::Dof;
 use crate::structure::solids::{Elastic, Material, NAMES, Solid};
 
-/// Keywords that join degrees of freedom, or add what solids have not: without them the structure would be another one.
-const REFUSED: [&str; 20] = [
-    "*MPC",
-    "*COUPLING",
-    "*RIGID BODY",
-    "*KINEMATIC",
-    "*DISTRIBUTING",
-    "*DISTRIBUTING COUPLING",
-    "*KINEMATIC COUPLING",
-    "*EMBEDDED ELEMENT",
-    "*SPRING",
-    "*DASHPOT",
-    "*MASS",
-    "*ROTARY INERTIA",
-    "*CONTACT PAIR",
-    "*TRANSFORM",
-    "*ORIENTATION",
-    "*SHELL SECTION",
-    "*BEAM SECTION",
-    "*MEMBRANE SECTION",
-    "*CYCLIC SYMMETRY MODEL",
-    "*SUBMODEL",
-];
-/// Keywords of decks that are not flat.
-const NOT_FLAT: [&str; 3] = ["*INCLUDE", "*INSTANCE", "*PART"];
 /// Words for what is held, and the last of the directions from 1 on.
 const HELD: [(&str, u32); 2] = [("ENCASTRE", 6), ("PINNED", 3)];
 
@@ -103,6 +79,7 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
     let text = text_of(bytes);
     let mut deck = Deck::default();
     let mut section = In::Other;
+    let mut steps = Steps::default();
     let mut material = String::new();
     let mut room = super::MOST_ENTRIES.min(64 * bytes.len());
     // An element of many nodes goes on in the next line, after a comma.
@@ -122,6 +99,9 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
                 ));
             }
             open_equation.check_closed()?;
+            if steps.pass(line, k + 1)? {
+                deck.held.clear();
+            }
             section = begin(line, &mut material, &mut deck, k + 1)?;
             continue;
         }
@@ -281,16 +261,6 @@ fn begin(line: &str, material: &mut String, deck: &mut Deck, at: usize) -> Resul
             advice: advice.to_owned(),
         })
     };
-    if REFUSED.contains(&word.as_str()) {
-        return unsupported(
-            "a mesh of solids alone is assembled here: leave it out, or let your program write the matrices and use structure.kind = \"matrices\"",
-        );
-    }
-    if NOT_FLAT.contains(&word.as_str()) {
-        return unsupported(
-            "only flat decks are read: write one without parts, instances and included files",
-        );
-    }
     let name =
         |key: &str| option(line, key).map(|name| name.trim_matches('"').to_ascii_uppercase());
     let needed = |key: &str| {
@@ -426,11 +396,15 @@ fn hold(
     place: &dyn Fn() -> String,
 ) -> Result<(), ReadProblem> {
     let nodes = nodes_of(fields[0], parsed);
-    if nodes.is_empty() {
+    let unknown = nodes
+        .iter()
+        .find(|node| !parsed.positions.contains_key(node));
+    if nodes.is_empty() || unknown.is_some() {
+        let unknown = unknown.map_or(String::new(), |node| format!(" with the node {node}"));
         return Err(ReadProblem::malformed(
             place(),
-            shown(fields[0]),
-            "a node, or a set of nodes that the deck has",
+            format!("{}{unknown}", shown(fields[0])),
+            "a node, or a set of nodes, that the deck has",
         ));
     }
     let field = |k: usize| fields.get(k).copied().filter(|f| !f.is_empty());

@@ -14,6 +14,7 @@ mod matrix_market;
 mod mesh_assembly;
 mod mesh_constraints;
 mod mesh_deck;
+mod mesh_keywords;
 mod nastran_dmig;
 mod nastran_op4;
 mod numpy;
