@@ -185,7 +185,10 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("surface/", &["grid", "fft", "surface"]),
     ("reference/", &["grid", "contact", "reference"]),
     ("wear/", &["grid", "contact", "wear"]),
-    ("campaign/", &["campaign", "files", "store", "tables", "units"]),
+    (
+        "campaign/",
+        &["campaign", "files", "store", "tables", "units"],
+    ),
     ("published/", &["campaign", "published", "store"]),
     ("tables/", &["tables"]),
     ("store/", &["json", "tables", "store"]),
