@@ -364,6 +364,20 @@ pub fn parse(text: &str, expected: Dimension) -> Result<f64, UnitError> {
     Ok(value + 0.0)
 }
 
+/// The SI value of a text whatever its dimension is, and that.
+///
+/// # Errors
+/// What is wrong with the text.
+pub fn parse_any(text: &str) -> Result<(f64, Dimension), UnitProblem> {
+    let (_, unit) = Decimal::split(text.trim())?;
+    let dimension = match unit.is_empty() {
+        true => Dimension::NONE,
+        false => Scale::parse(unit, Dimension::NONE)?.dimension,
+    };
+    let value = parse(text, dimension).map_err(|error| error.problem)?;
+    Ok((value, dimension))
+}
+
 /// The SI value of one unit, such as 1e-6 for `"um"`, or of a number of them, such as 0.0254 for `"25.4 mm"`.
 ///
 /// # Errors

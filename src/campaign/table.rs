@@ -58,13 +58,6 @@ impl Resolved {
         }
     }
 
-    /// Of a key among the flattened values of a scene as resolved; one of both materials is that of the lower.
-    pub fn of_key(scene: &BTreeMap<String, Value>, key: &str) -> Resolved {
-        let of_both = key.replace("material.", "material.lower.");
-        let found = scene.get(key).or_else(|| scene.get(&of_both));
-        found.map_or(Resolved::Absent, Resolved::of)
-    }
-
     /// The number, if it is one.
     pub fn number(&self) -> Option<f64> {
         match self {

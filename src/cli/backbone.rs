@@ -5,9 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use fretwear::campaign::Resolved;
 use fretwear::dynamics::{Backbone, BackboneEnd, Levels};
-use fretwear::json::flatten;
 use fretwear::recipe::{Inputs, Recipe};
 use fretwear::report::word;
 use fretwear::scene::{self, Plan};
@@ -37,10 +35,10 @@ pub struct BackboneArguments {
     over: Option<String>,
     /// Force to begin at, half range of the drive, as in `--from "1 N"` [default: a thousandth of that of the scene]; with `--over` a value of
     /// its key
-    #[arg(long, value_name = "FORCE|VALUE", value_parser = parse_amount)]
+    #[arg(long, value_name = "FORCE|VALUE", value_parser = parse_amount, allow_hyphen_values = true)]
     from: Option<Amount>,
     /// Force or value to end at [default: twice the force of the scene]
-    #[arg(long, value_name = "FORCE|VALUE", value_parser = parse_amount)]
+    #[arg(long, value_name = "FORCE|VALUE", value_parser = parse_amount, allow_hyphen_values = true)]
     to: Option<Amount>,
     /// Levels of equal ratio, both ends included, from 2 to 10 000 [default: where the curve needs them]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=10_000))]
@@ -85,6 +83,34 @@ impl State {
             State::Run(source) => format!("{}@{}", word(&source.run), source.wear_iteration),
         }
     }
+}
+
+impl BackboneArguments {
+    /// Nothing that is written takes the place of a scene, or of what else is written.
+    fn check_outputs(&self) -> Result<(), CliError> {
+        let place = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
+        let mut taken: Vec<PathBuf> = Vec::new();
+        taken.extend(self.states.iter().filter_map(|state| match state {
+            State::Scene(path) => Some(place(path)),
+            State::Run(_) => None,
+        }));
+        let mut outputs: Vec<&PathBuf> = self.output.iter().collect();
+        #[cfg(feature = "polars")]
+        outputs.extend(&self.svg);
+        for path in outputs {
+            if taken.contains(&place(path)) {
+                return Err(CliError::OutputIsTaken { path: path.clone() });
+            }
+            taken.push(place(path));
+        }
+        Ok(())
+    }
+}
+
+/// True for a setting, `KEY=VALUE`, of a key.
+fn is_of(set: &str, key: &str) -> bool {
+    set.split_once('=')
+        .is_some_and(|(name, _)| name.trim() == key)
 }
 
 /// A state with its backbone.
@@ -135,6 +161,13 @@ pub fn backbone(arguments: &BackboneArguments, out: &mut Results) -> Result<Exit
         let (key, run) = (key.clone(), run.name());
         return Err(CliError::OverOfARun { key, run });
     }
+    if let Some(key) = &arguments.over
+        && let Some(set) = arguments.sets.iter().find(|set| is_of(set, key))
+    {
+        let (key, set) = (key.clone(), set.clone());
+        return Err(CliError::OverASet { key, set });
+    }
+    arguments.check_outputs()?;
     let mut all = Vec::new();
     for state in &arguments.states {
         let found = match (state, &arguments.over) {
@@ -194,13 +227,21 @@ fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Fou
         sets.push(format!("{key}={value}"));
         Ok(Plan::of(&scene::load(path, &sets)?)?.inputs)
     };
-    let [first, last] = [inputs_of(&ends[0])?, inputs_of(&ends[1])?];
-    // In SI units; what a scene does not hold under its name is told as it was given.
-    let in_si = |inputs: &Inputs| Resolved::of_key(&flatten(&inputs.identity.scene), key).number();
+    let first = inputs_of(&ends[0])?;
+    inputs_of(&ends[1])?;
+    let in_si = |amount: &Amount| {
+        let found = units::parse_any(&amount.to_string());
+        found.map_err(|problem| CliError::Level {
+            end: "--over",
+            reason: format!("\"{amount}\" {problem}"),
+        })
+    };
     let [from, to] = &ends;
-    let to = match in_si(&first).zip(in_si(&last)) {
-        Some((first, last)) if from.unit != to.unit => Some(from.number * last / first),
-        _ => (from.unit == to.unit).then_some(to.number),
+    let to = match (in_si(from)?, in_si(to)?) {
+        _ if from.unit == to.unit => Some(to.number),
+        ((first, dimension), (last, other)) => {
+            (dimension == other).then_some(from.number * last / first)
+        }
     };
     let Some(to) = to.filter(|to| *to != from.number) else {
         let [from, to] = ends.map(|end| end.to_string());
@@ -224,9 +265,18 @@ fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Fou
     let backbone = stages::resonance_of_scenes(inputs_at, cache, levels, threads, &watcher);
     watcher.finish();
     let backbone = backbone?;
-    let points = backbone.points.iter();
-    let of_point = points.map(|point| Ok(in_si(&inputs_at(point.level)?).unwrap_or(point.level)));
-    let values = of_point.collect::<Result<_, CliError>>()?;
+    let value = |level: f64| {
+        let unit = unit.clone();
+        in_si(&Amount {
+            number: level,
+            unit,
+        })
+    };
+    let values = backbone
+        .points
+        .iter()
+        .map(|point| Ok(value(point.level)?.0));
+    let values = values.collect::<Result<_, CliError>>()?;
     let key = key.to_owned();
     Ok(Found {
         over: Some(Over { key, unit, values }),
@@ -327,6 +377,13 @@ impl Found {
     fn end(&self) -> Option<String> {
         match &self.backbone.end {
             BackboneEnd::Reached => None,
+            BackboneEnd::Unbounded { level, growth } if self.over.is_some() => Some(format!(
+                "it ends before {}: the amplitude grows without bound (by {:.0} % a percent of {} at last), as friction at its limit or no \
+                 damping makes it",
+                self.level(*level),
+                growth.abs(),
+                self.over.as_ref().map_or("", |over| over.key.as_str())
+            )),
             BackboneEnd::Unbounded { level, growth } => Some(format!(
                 "it ends below {}: friction at its limit bounds no amplitude above, and nothing else does (before, the amplitude has grown by \
                  {growth:.0} % a percent of force); damping (dynamics.damping_ratio, structure.damping) would",

@@ -138,6 +138,15 @@ pub enum CliError {
         to: String,
     },
     #[error(
+        "--over {key} and --set {set} are of one key: leave --set out, for --from and --to have its values"
+    )]
+    OverASet { key: String, set: String },
+    #[error(
+        "{} would be written over: it is a scene of this command, or its other output; name another file",
+        path.display()
+    )]
+    OutputIsTaken { path: PathBuf },
+    #[error(
         "--over {key} changes a key of scenes, and {run} is a run, which has its own: name its scene, or leave --over out for the backbone over the force"
     )]
     OverOfARun { key: String, run: String },
@@ -249,6 +258,8 @@ impl CliError {
             | CliError::Level { .. }
             | CliError::OverLevels { .. }
             | CliError::OverOfARun { .. }
+            | CliError::OverASet { .. }
+            | CliError::OutputIsTaken { .. }
             | CliError::SetOfARun
             | CliError::NoScenes { .. }
             | CliError::SameName { .. }

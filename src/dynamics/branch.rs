@@ -347,9 +347,7 @@ impl Over {
     ) -> BackboneEnd {
         let growth = before.map_or(1.0, |before| last.slope(before)[0]);
         match source {
-            _ if self == Over::Force && growth > UNBOUNDED => {
-                BackboneEnd::Unbounded { level, growth }
-            }
+            _ if growth.abs() > UNBOUNDED => BackboneEnd::Unbounded { level, growth },
             Some(source) => BackboneEnd::Ceased { level, source },
             None => BackboneEnd::OtherMode { level },
         }

@@ -5,6 +5,9 @@ use super::quantity::{FORCE, FREQUENCY, LENGTH, NUMBER, Unit, Units, largest, un
 use super::text::visible;
 use crate::tables::typed::Backbone;
 
+/// A ratio from which on an axis is logarithmic.
+const DECADE: f64 = 10.0;
+
 /// The curve of a branch, and the rows behind it.
 struct Branch {
     name: String,
@@ -55,38 +58,34 @@ fn over_key(table: &Backbone, key: &str, values: &[f64]) -> Result<String, PlotE
         unit: unit_of(NUMBER, 1.0),
         ..Quantity::of(&format!("{key}, SI"), values, NUMBER)
     };
+    // Decades of a curve are seen on a logarithmic axis, and its shape within one on a linear one.
+    let decades = |column: &[f64]| {
+        let least = column.iter().copied().fold(f64::INFINITY, f64::min);
+        least > 0.0 && largest(column) > DECADE * least
+    };
     let figures = [
         (
             "Frequency of the phase resonance",
             "frequency",
             &table.frequency,
             FREQUENCY,
-            false,
         ),
         (
             "Damping ratio",
             "damping ratio",
             &table.damping_ratio,
             NUMBER,
-            true,
         ),
         (
             "Amplitude at the response point",
             "amplitude",
             &table.amplitude,
             LENGTH,
-            true,
         ),
     ];
-    let drawings = figures.map(|(title, name, column, units, log)| {
-        chart(
-            title,
-            &value,
-            &Quantity::of(name, column, units),
-            &branches,
-            log,
-        )
-        .draw()
+    let drawings = figures.map(|(title, name, column, units)| {
+        let quantity = Quantity::of(name, column, units);
+        chart(title, &value, &quantity, &branches, decades(column)).draw()
     });
     let drawings: Vec<_> = drawings.into_iter().collect::<Result<_, PlotError>>()?;
     Ok(standalone("Backbone", &drawings))

@@ -152,6 +152,15 @@ fn any_key_may_vary_in_place_of_the_force() {
             .iter()
             .all(|key| key == "structure.damping")
     );
+    // Keys that lie deeper, in another unit at each end.
+    let force = over(
+        "dynamics.force.amplitude",
+        "10 N",
+        "0.1 kN",
+        &["--levels", "2"],
+    );
+    let names = ["value", "force"].map(|name| numbers(&force, name));
+    assert_eq!(names, [[10.0, 100.0]; 2]);
     let load = over(
         "contact.normal_load",
         "2000 N",

@@ -265,10 +265,12 @@ fn resolution(
     let plan = plan_of(folder, about, &settings)?;
     let scene = flatten(&plan.inputs.identity.scene);
     let value = |setting: &Setting| {
-        match Resolved::of_key(&scene, &setting.key) {
+        let of_both = setting.key.replace("material.", "material.lower.");
+        let found = scene.get(&setting.key).or_else(|| scene.get(&of_both));
+        match found.map(Resolved::of) {
+            Some(found) if found != Resolved::Absent => found,
             // Paths of files, and keys that a scene holds under another name.
-            Resolved::Absent => setting.given(),
-            found => found,
+            _ => setting.given(),
         }
     };
     let like = row
