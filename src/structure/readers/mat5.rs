@@ -236,7 +236,7 @@ fn matrix(bytes: &[u8], little: bool, place: &str, parsed: &mut Parsed) -> Resul
             ));
         }
         parsed.notes.push(format!(
-            "{name} is no square matrix of numbers, and is left out"
+            "{name} is no square matrix of numbers, and is left out (of a struct save the fields as variables of their own)"
         ));
         return Ok(());
     }

@@ -170,6 +170,9 @@ fn amplitudes(set: &[&Evidence]) -> String {
     let Some(all) = all else {
         return String::new();
     };
+    if set.iter().all(|run| run.updates() == 0) {
+        return String::new();
+    }
     let updates: Vec<String> = set.iter().map(|run| run.updates().to_string()).collect();
     let mut text = format!(
         "updated {} times; the relative displacement in the end is {} µm: each criterion freezes it at the state of its last update",

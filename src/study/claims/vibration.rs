@@ -295,8 +295,9 @@ fn slope_and_area(cycle: &Loop) -> Option<[f64; 2]> {
     Some([(f[far] - f[next]) / (u[far] - u[next]), 0.5 * area.abs()])
 }
 
-/// Area of a loop over that of the parallelogram with its force, its half range and its slope: 1 if it sticks and then slides at once.
-fn fullness(cycle: &Loop) -> Option<f64> {
+/// Area of a loop over that of the parallelogram with its force, its half range and its slope: 1 if it sticks and then slides at once. Its
+/// few points leave as much open as the loop through them encloses less, or more, than the friction of its cycle \[J\].
+fn fullness(cycle: &Loop, friction: f64) -> Option<Bar> {
     let [slope, area] = slope_and_area(cycle)?;
     let half = |values: &[f64]| {
         let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -305,24 +306,29 @@ fn fullness(cycle: &Loop) -> Option<f64> {
     };
     let (reach, force) = (half(&cycle.displacement), half(&cycle.load));
     let whole = 4.0 * force * (reach - force / slope);
-    (whole > 0.0).then(|| area / whole)
+    (whole > 0.0).then(|| Bar::relative(area / whole, area / friction - 1.0))
 }
 
 fn loops(run: &Evidence) -> Option<Part> {
     let [slope, steeper] = run.end_bars("kt")?;
     let [before, after] = run.worn_end_bars("friction_energy")?;
-    let sharp = |moment: &super::Moment| moment.hysteresis.as_ref().and_then(fullness);
-    let (full, fuller) = (sharp(&run.first), sharp(&run.last));
+    let [first, last] = run.ends("dissipated_energy")?;
+    let sharp = |moment: &super::Moment, friction| fullness(moment.hysteresis.as_ref()?, friction);
+    let (full, fuller) = (sharp(&run.first, first), sharp(&run.last, last));
     let sharper = match (full, fuller) {
-        (Some(full), Some(fuller)) => Verdict::of(fuller > full),
+        (Some(full), Some(fuller)) => fuller.less(full).above(0.0),
         _ => Verdict::Undecided,
+    };
+    let share = |bar: Option<Bar>| {
+        let told = |bar: Bar| format!("{} ± {}", percent(bar.value), percent(bar.error));
+        bar.map_or("–".to_owned(), told)
     };
     let measured = format!(
         "kt {} → {} N/µm; the loop fills {} → {} of its parallelogram; friction {} → {} J a cycle",
         number(1e-6 * slope.value),
         number(1e-6 * steeper.value),
-        full.map_or("–".to_owned(), percent),
-        fuller.map_or("–".to_owned(), percent),
+        share(full),
+        share(fuller),
         number(before.value),
         number(after.value)
     );
@@ -332,6 +338,9 @@ fn loops(run: &Evidence) -> Option<Part> {
         before.less(after).above(0.0),
     ]);
     Some(Part::of(&[run], verdict, measured).because(|| match full.zip(fuller) {
+        Some((full, fuller)) if fuller.less(full).above(0.0) == Verdict::Undecided => {
+            "the few points of a loop do not tell which is sharper".to_owned()
+        }
         None => "no loops are kept (output.curves_every is 0), or they slip in part only".to_owned(),
         Some(_) if after.value > before.value => {
             "a sliding loop encloses 4 µN (u − µN/kt): stiffer, it encloses more unless it moves less".to_owned()

@@ -22,8 +22,21 @@ pub fn columns<const N: usize>(columns: [(&str, Vec<f64>); N]) -> Columns {
         .into()
 }
 
-/// A loop: sticking at `slope` to the part `sharp` of `force`, then slipping in part, then sliding.
-pub fn sliding_loop(amplitude: f64, force: f64, slope: f64, sharp: f64) -> Loop {
+/// A loop that encloses an energy: sticking at `slope` to the part `sharp` of `force`, then slipping in part, then sliding.
+pub fn sliding_loop(energy: f64, force: f64, slope: f64, sharp: f64) -> Loop {
+    let area = |cycle: &Loop| {
+        let (u, f) = (&cycle.displacement, &cycle.load);
+        let next = |k: usize| (k + 1) % u.len();
+        let parts = (0..u.len()).map(|k| u[k] * f[next(k)] - u[next(k)] * f[k]);
+        0.5 * parts.sum::<f64>().abs()
+    };
+    // Half a turn of sliding more at either end.
+    let least = 2.0 * force / slope;
+    let rest = energy - area(&loop_of(least, force, slope, sharp));
+    loop_of(least + rest / (4.0 * force), force, slope, sharp)
+}
+
+fn loop_of(amplitude: f64, force: f64, slope: f64, sharp: f64) -> Loop {
     let most = sharp * force;
     let stick = (force + most) / slope;
     let slip = stick + 3.0 * (force - most) / slope;
@@ -127,7 +140,7 @@ pub fn run(name: &str, rq: f64) -> Evidence {
             share_at_cap: 0.0,
             load: 3e4,
             peak_dissipation: 0.5,
-            hysteresis: Some(sliding_loop(1.2e-5, 1.8e4, 3e9, 0.8)),
+            hysteresis: Some(sliding_loop(rate(0.0) / ALPHA, 1.8e4, 3e9, 0.8)),
             normal_load: Some([3e4, 100.0]),
             displacement: Some([1e-6, 1e-5]),
             fine_over_elements: BTreeMap::new(),
@@ -139,7 +152,7 @@ pub fn run(name: &str, rq: f64) -> Evidence {
             section_peaks: vec![5e7; 5],
             load: 3e4,
             peak_dissipation: 0.5,
-            hysteresis: Some(sliding_loop(9e-6, 1.8e4, 4e9, 0.95)),
+            hysteresis: Some(sliding_loop(rate(1e7) / ALPHA, 1.8e4, 4e9, 0.95)),
             ..Moment::default()
         },
         sliding: {
