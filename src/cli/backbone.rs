@@ -94,9 +94,9 @@ impl BackboneArguments {
             State::Scene(path) => Some(place(path)),
             State::Run(_) => None,
         }));
-        let mut outputs: Vec<&PathBuf> = self.output.iter().collect();
+        let outputs = self.output.iter();
         #[cfg(feature = "polars")]
-        outputs.extend(&self.svg);
+        let outputs = outputs.chain(&self.svg);
         for path in outputs {
             if taken.contains(&place(path)) {
                 return Err(CliError::OutputIsTaken { path: path.clone() });
