@@ -145,11 +145,12 @@ fn parse_amount(text: &str) -> Result<Amount, String> {
 
 /// A force, half range of the drive \[N\].
 fn force(end: &'static str, amount: &Amount) -> Result<f64, CliError> {
-    let force = units::parse(&amount.to_string(), Dimension::FORCE);
-    force.map_err(|error| CliError::Level {
-        end,
-        reason: error.to_string(),
-    })
+    let wrong = |reason| CliError::Level { end, reason };
+    match units::parse(&amount.to_string(), Dimension::FORCE) {
+        Ok(force) if units::SIZES.contains(&force) => Ok(force),
+        Ok(_) => Err(wrong("must be from 1e-60 N to 1e60 N".to_owned())),
+        Err(error) => Err(wrong(error.to_string())),
+    }
 }
 
 pub fn backbone(arguments: &BackboneArguments, out: &mut Results) -> Result<Exit, CliError> {

@@ -79,9 +79,9 @@ pub enum BackboneEnd {
     Reached,
     /// Below the last level: friction at its limit takes no more energy, and nothing else bounds the amplitude.
     Unbounded {
-        /// The force at which there is no phase resonance any more \[N\].
+        /// The level at which there is no phase resonance any more.
         level: f64,
-        /// Growth of the amplitude over that of the force before it, both as logarithms.
+        /// Growth of the amplitude over that of the level before it, both as logarithms.
         growth: f64,
     },
     /// Before the last level, for another reason.
@@ -190,9 +190,14 @@ pub fn resonance_over<E: From<DynamicsError>>(
     mut at: impl FnMut(f64) -> Result<Driven, E>,
 ) -> Result<Backbone, E> {
     let targets = levels.targets(Over::Parameter)?;
-    let driven = at(targets[0])?;
+    let mut now = targets[0];
+    let driven = at(now)?;
+    // What leads to a resonance may cost far more than the resonance: no value is made twice in a row.
     let make = |driven: &mut Driven, value: f64| {
-        *driven = at(value)?;
+        if value != now {
+            *driven = at(value)?;
+            now = value;
+        }
         Ok(())
     };
     Branch::new(driven, make, Over::Parameter).along(&targets, levels.count.is_none())

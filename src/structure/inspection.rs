@@ -4,6 +4,7 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::structure::matrices::{Dof, Matrices, Triplets};
+use crate::structure::readers::{CALCULIX_LIST, DECK};
 
 /// Diagonals below this share of the largest of their kind are zero.
 const ZERO: f64 = 1e-14;
@@ -198,9 +199,15 @@ fn range_of(text: &str) -> Option<(i64, i64)> {
     (range.0 <= range.1).then_some(range)
 }
 
-/// Nodes above all of whose places are known, where most are: programs number inner freedoms of solids so (C3D8I of CalculiX). They do not
-/// move with a body as a whole.
+/// Nodes of CalculiX's list that are numbered above all of its deck: inner freedoms of solids (C3D8I), which do not move with a body as a
+/// whole. Elsewhere nodes without a place are nodes whose place nobody gave.
 fn inner_nodes(matrices: &Matrices) -> HashSet<i64> {
+    if ![DECK, CALCULIX_LIST]
+        .iter()
+        .all(|format| matrices.formats.contains(format))
+    {
+        return HashSet::new();
+    }
     let nodes: HashSet<i64> = matrices.dofs.iter().flatten().map(|dof| dof.node).collect();
     let (known, inner): (HashSet<i64>, HashSet<i64>) =
         (nodes.into_iter()).partition(|node| matrices.positions.contains_key(node));

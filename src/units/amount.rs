@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::Decimal;
+
 /// A number and its unit, as in `"5 um"`; what the unit means is not looked at.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Amount {
@@ -12,9 +14,11 @@ pub struct Amount {
 }
 
 impl Amount {
-    /// Reads a finite number, or one with a unit behind a space; none if the text is neither.
+    /// Reads a finite number, or one with a unit; none if the text is neither.
     pub fn parse(text: &str) -> Option<Amount> {
-        let (number, unit) = text.trim().split_once(' ').unwrap_or((text.trim(), ""));
+        let text = text.trim();
+        let (_, unit) = Decimal::split(text).ok()?;
+        let number = text.strip_suffix(unit)?.trim().replace('_', "");
         let number: f64 = number.parse().ok()?;
         number.is_finite().then(|| Amount {
             number,

@@ -92,6 +92,9 @@ fn a_scene_has_the_backbone_of_its_unworn_joint() {
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[0], "slider.toml, unworn");
     assert_eq!(lines.len(), 6, "{text}");
+    // A unit may stand close to its number.
+    let close = ["backbone", "slider.toml", "--from", "0.1N", "--levels", "3"];
+    assert_eq!(bench.done(&close).stdout(), text);
     // A thousandth of the scene's force, and twice it.
     assert!(lines[3].trim_start().starts_with("1.00000e-1 "), "{text}");
     assert!(lines[5].trim_start().starts_with("2.00000e2 "), "{text}");

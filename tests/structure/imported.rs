@@ -12,6 +12,7 @@ use fretwear::structure::inspection::{inner_told, mass_by_direction, suspicions}
 use fretwear::structure::interface::{InterfaceError, Wanted};
 use fretwear::structure::matrices::{Dof, Matrices, Triplets};
 use fretwear::structure::mesh::Mesh;
+use fretwear::structure::readers;
 use fretwear::structure::reduction::{ContactPorts, Reduced};
 use fretwear::structure::resonator::Resonator;
 
@@ -793,6 +794,7 @@ fn suspicions_are_told() {
         .as_mut()
         .expect("freedoms")
         .extend((1..=3).map(|direction| Dof { node, direction }));
+    inner.formats = vec![readers::CALCULIX_LIST, readers::DECK];
     let before = mass_by_direction(&sound);
     for matrix in [&mut inner.stiffness, &mut inner.mass] {
         let matrix = matrix.as_mut().expect("a matrix");
@@ -802,6 +804,11 @@ fn suspicions_are_told() {
     }
     assert_eq!(mass_by_direction(&inner), before);
     assert!(suspicions(&inner).is_empty());
+    // A user may give the places of the first nodes alone, those of the joint: the others have mass all the same.
+    let mut partial = sound.clone();
+    partial.positions.retain(|node, _| *node <= 42);
+    assert_eq!(mass_by_direction(&partial), before);
+    assert_eq!(inner_told(&partial), None);
     assert!(
         inner_told(&inner)
             .expect("a note")

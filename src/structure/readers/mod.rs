@@ -111,7 +111,7 @@ const FORMATS: [Format; 13] = [
         parse: abaqus::parse_substructure,
     },
     Format {
-        name: "Abaqus input deck",
+        name: DECK,
         words: &["abaqus", "calculix"],
         is: deck::is,
         parse: deck::parse,
@@ -123,7 +123,7 @@ const FORMATS: [Format; 13] = [
         parse: abaqus::parse_labels,
     },
     Format {
-        name: "CalculiX list of freedoms",
+        name: CALCULIX_LIST,
         words: &["calculix"],
         is: calculix::is_dof,
         parse: calculix::parse_dof,
@@ -235,6 +235,10 @@ pub fn read(inputs: &[Input], word: Option<&str>) -> Result<Matrices, ReadError>
     combined(sources)
 }
 
+/// What a deck of nodes is called.
+pub const DECK: &str = "Abaqus input deck";
+/// What CalculiX's list of the rows of its matrices is called.
+pub const CALCULIX_LIST: &str = "CalculiX list of freedoms";
 /// What a file is called whose mesh was assembled.
 const MESH: &str = "mesh of an Abaqus input deck";
 

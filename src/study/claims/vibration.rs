@@ -350,6 +350,8 @@ fn loops(run: &Evidence) -> Option<Part> {
 }
 
 fn sliding(run: &Evidence) -> Option<Part> {
+    // Without friction nothing slides against it.
+    run.scene.friction_coefficient.filter(|mu| *mu > 0.0)?;
     let most = run.sliding.iter().copied().reduce(f64::max)?;
     let measured = format!("T at most {} of µN, N of the same time", percent(most));
     let holds = (1.0 - SLIDING..=1.0 + SLIDING).contains(&most);
