@@ -11,7 +11,7 @@ const CYCLE: u64 = 10;
 pub(super) const BRANCHES: u64 = 6_000_000;
 pub(super) const BESIDE_BRANCHES: u64 = 1_000_000;
 /// Units of all points of a forced response at given frequencies, of a small model.
-pub(super) const POINTS: u64 = 4_000_000;
+pub(super) const POINTS: u64 = 2_500_000;
 
 /// A count of what is evaluated, with a bound. Clones count together.
 #[derive(Debug, Clone)]

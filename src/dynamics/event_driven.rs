@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 
 use super::aft::Closure;
 use super::krylov::dot;
-use super::series::{Products, ROUNDING, Series};
+use super::series::{Nodes, Products, ROUNDING, Series};
 use super::slider::{self, Dual, FrictionLaw, Slider, Step};
 use super::spring::Spring;
 use super::{ContactElement, Harmonics};
@@ -43,16 +43,17 @@ impl ContactElement {
             return None;
         }
         force.fill(0.0);
+        let nodes = Nodes::of(harmonics);
         let mut slopes = vec![0.0; 5 * n * n];
         let (of_axes, by_load) = slopes.split_at_mut(4 * n * n);
         let mut closure = Closure::EXACT;
         for slider in &self.sliders {
-            add_normal(slider, harmonics, normal, &mut force[2 * n..], by_load);
+            add_normal(slider, &nodes, normal, &mut force[2 * n..], by_load);
             if slider.gripping_stiffness(self.friction_coefficient) == 0.0 {
                 continue;
             }
             for (axis, slopes) in of_axes.chunks_exact_mut(2 * n * n).enumerate() {
-                let line = self.line(slider, harmonics, &plane[axis * n..][..n], normal);
+                let line = self.line(slider, &nodes, &plane[axis * n..][..n], normal);
                 let cycle = line.cycle()?;
                 let (by_tangential, by_normal) = slopes.split_at_mut(n * n);
                 line.add(
@@ -98,22 +99,23 @@ impl ContactElement {
         if !springs.all(|spring| spring.is_free(harmonics, rows(spring))) {
             return Some(false);
         }
+        let nodes = Nodes::of(harmonics);
         for slider in &self.sliders {
             if !slider.bears() {
-                if !stays_open(slider, harmonics, normal) {
+                if !stays_open(slider, &nodes, normal) {
                     return Some(false);
                 }
                 continue;
             }
-            let load = load(slider, harmonics, normal);
+            let load = load(slider, &nodes, normal);
             if !load.is_positive_after(0.0) || load.first_below_zero(0.0).is_some() {
-                return Some(load.size == 0.0 && plane.iter().all(|u| *u == 0.0));
+                return Some(load.is_zero() && plane.iter().all(|u| *u == 0.0));
             }
             if slider.gripping_stiffness(self.friction_coefficient) == 0.0 {
                 continue;
             }
             for axis in 0..2 {
-                let line = self.line(slider, harmonics, &plane[axis * n..][..n], normal);
+                let line = self.line(slider, &nodes, &plane[axis * n..][..n], normal);
                 if !line.cycle()?.follows() {
                     return Some(false);
                 }
@@ -125,16 +127,16 @@ impl ContactElement {
     fn line<'a>(
         &self,
         slider: &'a Slider,
-        harmonics: &'a Harmonics,
-        tangential: &'a [f64],
-        normal: &'a [f64],
+        nodes: &'a Nodes<'a>,
+        tangential: &[f64],
+        normal: &[f64],
     ) -> Line<'a> {
         Line {
             slider,
             friction: self.friction_coefficient,
-            harmonics,
-            tangential,
-            normal,
+            nodes,
+            moved: Series::new(nodes, tangential.to_vec()),
+            load: load(slider, nodes, normal),
         }
     }
 
@@ -153,20 +155,22 @@ impl ContactElement {
     }
 }
 
-/// A slider and how it moves along one axis of its plane and along its normal: rows of coefficients \[m\].
-pub(super) struct Line<'a> {
-    pub(super) slider: &'a Slider,
-    pub(super) friction: f64,
-    pub(super) harmonics: &'a Harmonics,
-    pub(super) tangential: &'a [f64],
-    pub(super) normal: &'a [f64],
+/// A slider and how it moves along one axis of its plane.
+struct Line<'a> {
+    slider: &'a Slider,
+    friction: f64,
+    nodes: &'a Nodes<'a>,
+    /// Displacement along the axis \[m\].
+    moved: Series<'a>,
+    /// Normal load without the limit at zero \[N\].
+    load: Series<'a>,
 }
 
 /// Where rows of coefficients of a force go, and the derivatives of the tangential force by both displacements.
-pub(super) struct Sums<'a> {
-    pub(super) tangential: &'a mut [f64],
-    pub(super) by_tangential: &'a mut [f64],
-    pub(super) by_normal: &'a mut [f64],
+struct Sums<'a> {
+    tangential: &'a mut [f64],
+    by_tangential: &'a mut [f64],
+    by_normal: &'a mut [f64],
 }
 
 /// What a slider does between two instants.
@@ -192,30 +196,29 @@ struct Segment {
 }
 
 /// What was found of a steady cycle.
-pub(super) struct Cycle {
+struct Cycle {
     segments: Vec<Segment>,
     /// How well it closes, and its largest force.
-    pub(super) closure: Closure,
+    closure: Closure,
 }
 
 impl Cycle {
     /// Whether the slider sticks throughout without a force that an earlier slip left, as at rest.
-    pub(super) fn follows(&self) -> bool {
+    fn follows(&self) -> bool {
         matches!(&self.segments[..], [Segment { phase: Phase::Stick { offset, .. }, .. }] if *offset == 0.0)
     }
 }
 
 impl<'a> Line<'a> {
     /// The steady cycle that the march from the preload leads to; none if there is no end to its changes.
-    pub(super) fn cycle(&self) -> Option<Cycle> {
-        let load = self.load();
-        let (mut phase, mut segments) = (self.first(&load), Vec::new());
+    fn cycle(&self) -> Option<Cycle> {
+        let (mut phase, mut segments) = (self.first(), Vec::new());
         for cycle in 1..=MOST_CYCLES {
             let start = phase.clone();
             segments.clear();
-            phase = self.lap(phase, &load, &mut segments)?;
+            phase = self.lap(phase, &mut segments)?;
             if same(&start, &phase, self.scale()) {
-                let largest = self.largest(&segments, &load);
+                let largest = self.largest(&segments);
                 let closure = Closure {
                     cycles: cycle,
                     largest,
@@ -228,15 +231,14 @@ impl<'a> Line<'a> {
     }
 
     /// Adds the coefficients of the tangential force of a `cycle`, and their derivatives.
-    pub(super) fn add(&self, cycle: &Cycle, sums: &mut Sums<'_>) {
-        let n = self.harmonics.coefficients();
+    fn add(&self, cycle: &Cycle, sums: &mut Sums<'_>) {
+        let n = self.nodes.harmonics.coefficients();
         let kt = self.slider.tangential_stiffness;
         let kn = self.slider.normal_stiffness;
-        let load = self.load();
         for segment in &cycle.segments {
             let products = match segment.phase {
                 Phase::Open => continue,
-                _ => Products::over(self.harmonics, segment.from, segment.to),
+                _ => Products::over(self.nodes.harmonics, segment.from, segment.to),
             };
             for c in 0..n {
                 let row = products.row(c);
@@ -246,7 +248,7 @@ impl<'a> Line<'a> {
                     Phase::Open => {}
                     Phase::Stick { offset, slope } => {
                         let mean = products.mean(c);
-                        sums.tangential[c] += kt * dot(row, self.tangential) + offset * mean;
+                        sums.tangential[c] += kt * dot(row, &self.moved.row) + offset * mean;
                         let (first, second) = slope.split_at(n);
                         for e in 0..n {
                             by_tangential[e] += kt * row[e] + mean * first[e];
@@ -255,7 +257,7 @@ impl<'a> Line<'a> {
                     }
                     Phase::Slip { sign } => {
                         let limit = sign * self.friction;
-                        sums.tangential[c] += limit * dot(row, &load.row);
+                        sums.tangential[c] += limit * dot(row, &self.load.row);
                         for e in 0..n {
                             by_normal[e] += limit * kn * row[e];
                         }
@@ -265,23 +267,18 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Normal load without the limit at zero \[N\].
-    fn load(&self) -> Series<'a> {
-        load(self.slider, self.harmonics, self.normal)
-    }
-
     /// A force that all others are measured by \[N\].
     fn scale(&self) -> f64 {
         let kt = self.slider.tangential_stiffness;
-        kt * self.tangential.iter().map(|u| u.abs()).sum::<f64>()
+        kt * self.moved.row.iter().map(|u| u.abs()).sum::<f64>()
     }
 
     /// The phase at the beginning of the first cycle, to which one step leads from the preload.
-    fn first(&self, load: &Series<'_>) -> Phase {
-        let n = self.harmonics.coefficients();
-        let basis = self.harmonics.basis(0.0);
+    fn first(&self) -> Phase {
+        let n = self.nodes.harmonics.coefficients();
+        let basis = self.nodes.basis(0.0);
         let kt = self.slider.tangential_stiffness;
-        let (u, now) = (dot(&basis, self.tangential), load.value(0.0));
+        let (u, now) = (dot(&basis, &self.moved.row), self.load.value(0.0));
         let at_rest = self.slider.bilateral_load(0.0);
         let zero = Dual::<4>::input(0.0, 4);
         // Derivatives by the displacement and by the load at the end of the step.
@@ -318,16 +315,11 @@ impl<'a> Line<'a> {
     }
 
     /// One cycle: the phases that follow `phase`, and the one at its end; none if there is no end to them.
-    fn lap(
-        &self,
-        mut phase: Phase,
-        load: &Series<'a>,
-        segments: &mut Vec<Segment>,
-    ) -> Option<Phase> {
-        let most = MOST_CHANGES * (1 + self.harmonics.highest() as usize);
+    fn lap(&self, mut phase: Phase, segments: &mut Vec<Segment>) -> Option<Phase> {
+        let most = MOST_CHANGES * (1 + self.nodes.harmonics.highest() as usize);
         let mut from = 0.0;
         while segments.len() < most {
-            let (to, next) = match self.change(&phase, from, load) {
+            let (to, next) = match self.change(&phase, from) {
                 Some((at, next)) if at < TAU => (at, Some(next)),
                 _ => (TAU, None),
             };
@@ -350,19 +342,22 @@ impl<'a> Line<'a> {
     }
 
     /// The instant at which `phase` ends, if it does within the cycle, and what follows.
-    fn change(&self, phase: &Phase, from: f64, load: &Series<'a>) -> Option<(f64, Phase)> {
+    fn change(&self, phase: &Phase, from: f64) -> Option<(f64, Phase)> {
         let kt = self.slider.tangential_stiffness;
-        let moved = Series::new(self.harmonics, self.tangential.to_vec());
+        // What is left of the limit on a side.
+        let left = |sign: f64, offset: f64| {
+            self.load
+                .combined(self.friction, &self.moved, -sign * kt, -sign * offset)
+        };
         match phase {
             Phase::Open => {
-                let at = load.times(-1.0).first_below_zero(from)?;
-                Some((at, self.closed(at, load, &moved)))
+                let at = self.load.opposite().first_below_zero(from)?;
+                Some((at, self.closed(at)))
             }
             Phase::Stick { offset, .. } => {
                 let ends = [1.0, -1.0].map(|sign| {
-                    // What is left of the limit on that side.
-                    let left = load.combined(self.friction, &moved, -sign * kt, -sign * offset);
-                    left.first_below_zero(from).map(|at| (at, sign))
+                    let at = left(sign, *offset).first_below_zero(from);
+                    at.map(|at| (at, sign))
                 });
                 let (at, sign) = ends
                     .into_iter()
@@ -371,16 +366,12 @@ impl<'a> Line<'a> {
                 Some((at, Phase::Slip { sign }))
             }
             Phase::Slip { sign } => {
-                // k_t times the speed of the slider, in the direction of its force.
-                let speed =
-                    moved
-                        .derivative()
-                        .combined(sign * kt, &load.derivative(), -self.friction, 0.0);
-                let holds = speed.first_below_zero(from);
-                let opens = load.first_below_zero(from);
+                // While it slips, what would be left if it stuck falls: k_t times the speed of the slider.
+                let holds = left(*sign, 0.0).opposite().first_slope_below_zero(from);
+                let opens = self.load.first_below_zero(from);
                 match (holds, opens) {
                     (Some(holds), opens) if opens.is_none_or(|opens| holds < opens) => {
-                        Some((holds, self.held(*sign, holds, load, &moved)))
+                        Some((holds, self.held(*sign, holds)))
                     }
                     (_, Some(opens)) => Some((opens, Phase::Open)),
                     (_, None) => None,
@@ -390,32 +381,32 @@ impl<'a> Line<'a> {
     }
 
     /// The slider as it is caught by friction out of slip.
-    fn held(&self, sign: f64, at: f64, load: &Series<'_>, moved: &Series<'_>) -> Phase {
+    fn held(&self, sign: f64, at: f64) -> Phase {
         let (kt, kn) = (
             self.slider.tangential_stiffness,
             self.slider.normal_stiffness,
         );
-        let basis = self.harmonics.basis(at);
+        let basis = self.nodes.basis(at);
         let limit = sign * self.friction;
         let by_tangential = basis.iter().map(|b| -kt * b);
         let by_normal = basis.iter().map(|b| limit * kn * b);
         Phase::Stick {
-            offset: limit * load.value(at) - kt * moved.value(at),
+            offset: limit * self.load.value(at) - kt * self.moved.value(at),
             slope: by_tangential.chain(by_normal).collect(),
         }
     }
 
     /// The slider as it closes: it grips from then on, or slips at once where its force would rise faster than its limit.
-    fn closed(&self, at: f64, load: &Series<'_>, moved: &Series<'_>) -> Phase {
+    fn closed(&self, at: f64) -> Phase {
         let kt = self.slider.tangential_stiffness;
         let kn = self.slider.normal_stiffness;
-        let (rise, speed) = (load.derivative().value(at), moved.derivative().value(at));
+        let (rise, speed) = (self.load.slope(at), self.moved.slope(at));
         if kt * speed.abs() > self.friction * rise {
             return Phase::Slip {
                 sign: speed.signum(),
             };
         }
-        let basis = self.harmonics.basis(at);
+        let basis = self.nodes.basis(at);
         // The instant moves with the load: dθ = −dN / N′.
         let by_normal = |b: &f64| {
             if rise > 0.0 {
@@ -426,18 +417,17 @@ impl<'a> Line<'a> {
         };
         let by_tangential = basis.iter().map(|b| -kt * b);
         Phase::Stick {
-            offset: -kt * moved.value(at),
+            offset: -kt * self.moved.value(at),
             slope: by_tangential.chain(basis.iter().map(by_normal)).collect(),
         }
     }
 
-    fn largest(&self, segments: &[Segment], load: &Series<'_>) -> f64 {
+    fn largest(&self, segments: &[Segment]) -> f64 {
         let kt = self.slider.tangential_stiffness;
-        let moved = Series::new(self.harmonics, self.tangential.to_vec());
         let force = |phase: &Phase, at: f64| match phase {
             Phase::Open => 0.0,
-            Phase::Stick { offset, .. } => (kt * moved.value(at) + offset).abs(),
-            Phase::Slip { .. } => self.friction * load.value(at).max(0.0),
+            Phase::Stick { offset, .. } => (kt * self.moved.value(at) + offset).abs(),
+            Phase::Slip { .. } => self.friction * self.load.value(at).max(0.0),
         };
         let ends = segments
             .iter()
@@ -449,13 +439,15 @@ impl<'a> Line<'a> {
 /// Adds the coefficients of the normal load of a slider beyond its preload, and their derivatives.
 pub(super) fn add_normal(
     slider: &Slider,
-    harmonics: &Harmonics,
+    nodes: &Nodes<'_>,
     normal: &[f64],
     force: &mut [f64],
     slope: &mut [f64],
 ) {
+    let harmonics = nodes.harmonics;
     let n = harmonics.coefficients();
-    let load = load(slider, harmonics, normal);
+    let load = load(slider, nodes, normal);
+    let opposite = load.opposite();
     force[0] -= slider.normal_load;
     let mut from = 0.0;
     let mut is_closed = load.is_positive_after(0.0);
@@ -463,12 +455,8 @@ pub(super) fn add_normal(
         if from >= TAU {
             break;
         }
-        let sign = if is_closed { 1.0 } else { -1.0 };
-        let to = load
-            .times(sign)
-            .first_below_zero(from)
-            .unwrap_or(TAU)
-            .min(TAU);
+        let change = if is_closed { &load } else { &opposite };
+        let to = change.first_below_zero(from).unwrap_or(TAU).min(TAU);
         if is_closed {
             let products = Products::over(harmonics, from, to);
             for c in 0..n {
@@ -484,17 +472,17 @@ pub(super) fn add_normal(
 }
 
 /// Whether a slider is without load throughout.
-pub(super) fn stays_open(slider: &Slider, harmonics: &Harmonics, normal: &[f64]) -> bool {
-    let load = load(slider, harmonics, normal);
-    !load.is_positive_after(0.0) && load.times(-1.0).first_below_zero(0.0).is_none()
+pub(super) fn stays_open(slider: &Slider, nodes: &Nodes<'_>, normal: &[f64]) -> bool {
+    let load = load(slider, nodes, normal);
+    !load.is_positive_after(0.0) && load.opposite().first_below_zero(0.0).is_none()
 }
 
 /// Normal load of a slider without the limit at zero \[N\].
-fn load<'a>(slider: &Slider, harmonics: &'a Harmonics, normal: &[f64]) -> Series<'a> {
+fn load<'a>(slider: &Slider, nodes: &'a Nodes<'a>, normal: &[f64]) -> Series<'a> {
     let kn = slider.normal_stiffness;
     let mut row: Vec<f64> = normal.iter().map(|u| kn * u).collect();
     row[0] += slider.bilateral_load(0.0);
-    Series::new(harmonics, row)
+    Series::new(nodes, row)
 }
 
 /// Whether two phases go on alike.

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Harmonics;
 use super::event_driven::{add_normal, stays_open};
+use super::series::Nodes;
 use super::slider::Slider;
 use crate::linalg::add_scaled;
 
@@ -63,7 +64,7 @@ impl Spring {
         slope: &mut [f64],
     ) {
         if let Some(slider) = self.as_slider() {
-            return add_normal(&slider, harmonics, displacement, force, slope);
+            return add_normal(&slider, &Nodes::of(harmonics), displacement, force, slope);
         }
         // Products of four harmonics at most: so many samples sum them up exactly.
         let n = harmonics.coefficients();
@@ -83,7 +84,7 @@ impl Spring {
     /// Whether it has no force throughout a cycle.
     pub(super) fn is_free(&self, harmonics: &Harmonics, displacement: &[f64]) -> bool {
         match self.as_slider() {
-            Some(slider) => stays_open(&slider, harmonics, displacement),
+            Some(slider) => stays_open(&slider, &Nodes::of(harmonics), displacement),
             None => displacement.iter().all(|u| *u == 0.0),
         }
     }

@@ -74,7 +74,7 @@ impl Vibration {
         self.time_model(balance).ok()
     }
 
-    /// The same, or why there is none.
+    /// The model in time, or why there is none.
     pub(super) fn time_model<'a>(
         &'a self,
         balance: &'a HarmonicBalance<ContactElement>,
