@@ -107,6 +107,9 @@ impl BackboneArguments {
     }
 }
 
+/// Share of the way between two values, in ratios, that hardly leads from integers to an integer.
+const BETWEEN: f64 = 0.382;
+
 /// True for a setting, `KEY=VALUE`, of a key.
 fn is_of(set: &str, key: &str) -> bool {
     set.split_once('=')
@@ -223,10 +226,16 @@ fn of_scene(arguments: &BackboneArguments, path: &Path) -> Result<Found, CliErro
 /// The resonance of a scene over one of its keys.
 fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Found, CliError> {
     let ends = [&arguments.from, &arguments.to].map(|end| end.clone().expect("--over wants both"));
+    let at = |value: &Amount, source: CliError| CliError::OverAt {
+        key: key.to_owned(),
+        value: value.to_string(),
+        source: Box::new(source),
+    };
     let inputs_of = |value: &Amount| -> Result<Inputs, CliError> {
         let mut sets = arguments.sets.clone();
         sets.push(format!("{key}={value}"));
-        Ok(Plan::of(&scene::load(path, &sets)?)?.inputs)
+        let plan = || -> Result<Plan, CliError> { Ok(Plan::of(&scene::load(path, &sets)?)?) };
+        Ok(plan().map_err(|error| at(value, error))?.inputs)
     };
     let first = inputs_of(&ends[0])?;
     inputs_of(&ends[1])?;
@@ -254,6 +263,8 @@ fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Fou
         let unit = unit.clone();
         inputs_of(&Amount { number, unit })
     };
+    // The curve takes any number between the ends: a key of integers is refused before anything is computed.
+    inputs_at(from * (to / from).powf(BETWEEN))?;
     drive_of(&first.recipe, path)?;
     let levels = Levels {
         from,
@@ -265,7 +276,11 @@ fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Fou
     let (cache, threads) = (cache.as_ref(), arguments.threads);
     let backbone = stages::resonance_of_scenes(inputs_at, cache, levels, threads, &watcher);
     watcher.finish();
-    let backbone = backbone?;
+    let backbone = backbone.map_err(|error| match error {
+        CliError::OverAt { .. } => error,
+        // All others are of the first value: later ones end the curve.
+        _ => at(&ends[0], error),
+    })?;
     let value = |level: f64| {
         let unit = unit.clone();
         in_si(&Amount {

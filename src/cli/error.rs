@@ -141,6 +141,12 @@ pub enum CliError {
         "--over {key} and --set {set} are of one key: leave --set out, for --from and --to have its values"
     )]
     OverASet { key: String, set: String },
+    #[error("--over {key}, at {value}: {source}")]
+    OverAt {
+        key: String,
+        value: String,
+        source: Box<CliError>,
+    },
     #[error(
         "{} would be written over: it is a scene of this command, or its other output; name another file",
         path.display()
@@ -222,7 +228,7 @@ impl CliError {
         match self {
             CliError::Run(error) if error.is_scene() => Exit::Scene,
             CliError::NotTheSame { .. } | CliError::RowChanged { .. } => Exit::Damaged,
-            CliError::Row { source, .. } => source.exit(),
+            CliError::Row { source, .. } | CliError::OverAt { source, .. } => source.exit(),
             CliError::RowFailed { code, .. } => Exit::of_failure(*code),
             CliError::Campaign(error) if error.is_usage() => Exit::Scene,
             CliError::Campaign(error) if error.is_damage_or_mismatch() => Exit::Damaged,

@@ -232,6 +232,14 @@ fn a_key_that_cannot_vary_is_refused() {
         ),
         (["slider.toml", "--over", "title", "1", "2"], "title"),
         (
+            ["slider.toml", "--over", "structure.damp", "1", "2"],
+            "--over structure.damp, at 1",
+        ),
+        (
+            ["slider.toml", "--over", "fidelity.aft_samples", "64", "256"],
+            "must be an integer",
+        ),
+        (
             ["runs/slider@0", "--over", "structure.damping", "1", "2"],
             "is a run, which has its own",
         ),
