@@ -1,9 +1,10 @@
 //! The harmonics that are left out: what they would change, and as many as leave little.
 
+use super::candidates::gives_energy;
 use super::contact_element::ContactElement;
 use super::effort::BRANCHES;
 use super::newton::FREQUENCY_WEIGHT;
-use super::survey::is_near;
+use super::survey::{first_harmonic, is_near};
 use super::vibration::{Resonance, Vibration};
 use super::{DynamicsError, HarmonicBalance, Harmonics, Response, Start};
 
@@ -216,7 +217,24 @@ impl Vibration {
             }
         }
         if resolved.balance.is_small() {
+            let mut above = resolved.above_with_more_harmonics();
+            while above > LARGE
+                && tolerance.is_some()
+                && resolved.balance.harmonics().highest() < MOST_SURVEYED
+            {
+                let beyond = resolved.balance.harmonics().beyond();
+                let elements = resolved.balance.elements().to_vec();
+                if !resolved.survey_again(self.balance_of(elements, beyond)?) {
+                    break;
+                }
+                resolved.estimate();
+                above = resolved.above_with_more_harmonics();
+            }
             resolved.hold_against_time();
+            if above > LARGE {
+                let amplitude = &mut resolved.truncation.amplitude;
+                *amplitude = amplitude.max(TAIL * above);
+            }
         }
         let tolerance = resolved.balance.settings.tolerance;
         resolved.truncation.widen(&resolved.resonance, tolerance);
@@ -307,6 +325,29 @@ impl Resolved<'_> {
             let change = (in_force.energy.friction - friction).abs() / size;
             self.truncation.friction_energy = change.min(UNKNOWN) + OF_TIME;
         }
+    }
+
+    /// By how much the branch of more harmonics is above the peak, anywhere in the range, relative to it: with too few of them another peak
+    /// may be the strongest. 0 where it is not, or cannot be followed.
+    fn above_with_more_harmonics(&self) -> f64 {
+        let (vibration, resonance) = (self.vibration, &self.resonance);
+        if resonance.is_in_time() || resonance.is_still {
+            return 0.0;
+        }
+        let beyond = self.balance.harmonics().beyond();
+        let Ok(finer) = vibration.finer(&self.balance, beyond) else {
+            return 0.0;
+        };
+        finer.effort.allow(BRANCHES / 4);
+        let Ok((branches, _)) = finer.parts(vibration.along()) else {
+            return 0.0;
+        };
+        let of = |response: &Response| {
+            first_harmonic(&finer, &response.displacement, vibration.response_port)
+        };
+        let moves = branches.iter().flatten().filter(|r| !gives_energy(r));
+        let largest = moves.map(of).fold(0.0, f64::max);
+        (largest / resonance.peak_amplitude - 1.0).max(0.0)
     }
 
     /// Estimates the errors by solving the resonance again, from itself, with the harmonics [`Harmonics::beyond`] and twice the samples;

@@ -363,6 +363,37 @@ fn an_error_bar_holds_the_peak_in_time() {
     assert!((off..NARROW).contains(&bar), "{bar}, off by {off}");
 }
 
+/// With three harmonics the resonance of the stiff contact along x is the strongest. In time that of a contact that opens along z is, and
+/// the bar of the peak holds it.
+#[test]
+fn an_error_bar_holds_a_stronger_peak_of_more_harmonics() {
+    // By `tests/dynamics/time_integration.py`, at 506.96 Hz.
+    const IN_TIME: f64 = 9.237_520_903e-8;
+    let oscillator = Oscillator {
+        mass: [1.17507, 2.95815, 0.937_408],
+        damping: [9.65939, 15.7803, 9.15241],
+        stiffness: [4.210_34e6, 4.463_69e6, 4.738_31e6],
+        element: ContactElement {
+            friction_coefficient: 0.53,
+            ..element(61.1754, 7.412_96e8, 6.0739e6)
+        },
+    };
+    let loads = vec![
+        Oscillator::load(0, 3.40275, 0.0),
+        Oscillator::load(2, 0.656_429, -117.0 * PI / 180.0),
+    ];
+    let mut vibration = vibration(&oscillator, loads, 0, (150.6, 6012.0));
+    vibration.harmonics = Harmonics::new(&[0, 1, 3]).expect("harmonics");
+    let elements = vec![oscillator.element.clone()];
+    let resolved = vibration
+        .resolve(elements, None, None)
+        .expect("a resonance");
+    let bar = resolved.truncation.amplitude;
+    let off = (resolved.resonance.peak_amplitude / IN_TIME - 1.0).abs();
+    assert!((0.4..0.6).contains(&off), "{off}");
+    assert!((off..1.0).contains(&bar), "{bar}, off by {off}");
+}
+
 /// A response point that nothing moves has no peak but rounding, which is said.
 #[test]
 fn what_nothing_moves_is_still() {
