@@ -22,7 +22,7 @@ pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The same of a text.
+/// The text of a file of at most `limit` bytes.
 ///
 /// # Errors
 /// As [`read`]; [`ErrorKind::InvalidData`] for what is not UTF-8.

@@ -50,7 +50,7 @@ impl Gauge {
         self.0.points.load(Ordering::Relaxed)
     }
 
-    /// The same in words; empty where nothing of it is counted yet.
+    /// What a stage has done so far, in words; empty where nothing of it is counted yet.
     pub fn words(&self) -> String {
         let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
         let (points, iterations) = (self.points(), of(&self.0.iterations));

@@ -172,7 +172,7 @@ pub fn in_words(spent: &RunCost) -> String {
     format!("  {:<24} {}", "cost", parts.join(", "))
 }
 
-/// The same for programs.
+/// What a finished run has cost, for programs.
 pub fn spent(spent: &RunCost) -> Value {
     json!({
         "wear_iterations": spent.wear_iterations,

@@ -51,7 +51,7 @@ enum Exit {
     NotConverged,
     Damaged,
     Stopped,
-    /// The same, with the code that an engine wants for it.
+    /// Stopped, with the code that an engine wants for it.
     StoppedAs(u8),
 }
 

@@ -8,7 +8,7 @@ use super::kernel::CellIntegrals;
 /// have kept a spring to the ground where there is none left: with more of them M − S ceases to be positive.
 const CAME: f64 = 0.003;
 
-/// The same for cells that are no longer free: springs that are then too soft cost iterations, no more.
+/// Springs of cells that are no longer free, over the free cells, at which springs are set anew: springs that are too soft cost iterations, no more.
 const GONE: f64 = 0.1;
 
 /// Pairs of a cell that came or went and a free one, over the cells of the grid, that are summed up one by one; of more of them a

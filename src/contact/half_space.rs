@@ -23,7 +23,7 @@ use crate::grid::{ByAxis, Grid};
 pub enum Boundary {
     /// A free surface without traction.
     Free,
-    /// The same field again, in both directions. The mean displacement is taken as zero.
+    /// The field on the grid again, in both directions. The mean displacement is taken as zero.
     Periodic,
 }
 
@@ -181,7 +181,7 @@ impl HalfSpace {
         self.pair.compliance() * cell_integrals(0.0, 0.0, self.grid.dx, self.grid.dy).inverse
     }
 
-    /// The same for shear along x \[m/Pa\].
+    /// Displacement of a cell under unit shear along x on itself alone \[m/Pa\]: the scale of the smallest eigenvalues of K for shear.
     pub fn self_shear_compliance(&self) -> f64 {
         let cell = cell_integrals(0.0, 0.0, self.grid.dx, self.grid.dy);
         self.pair.compliance() * cell.inverse

@@ -57,7 +57,7 @@ impl Check {
         Check::ok(name, found).but(State::Failed, advice)
     }
 
-    /// The same with a state that calls for something to be done.
+    /// The check with a state that calls for something to be done.
     fn but(mut self, state: State, advice: &str) -> Check {
         self.state = state;
         self.advice = Some(advice.to_owned());

@@ -294,7 +294,7 @@ impl Sampling {
         closure
     }
 
-    /// The same of what is sampled, or integrated by events in its place.
+    /// Coefficients of the part of the force that is sampled, or integrated by events in its place, and their Jacobian.
     fn sampled<E: InterfaceElement>(
         &self,
         element: &E,

@@ -15,7 +15,7 @@ const SHARPEST: f64 = 0.85;
 const KINK: f64 = 32.0;
 /// Newton iterations up to which the step grows.
 const EASY: usize = 4;
-/// The same where some of them keep a Jacobian.
+/// Newton iterations up to which the step grows where some of them keep a Jacobian.
 const EASY_CHORDS: usize = 7;
 
 /// How a branch is followed. Lengths are in units of the scaled curve, whose frequency axis has length 1.

@@ -103,7 +103,7 @@ impl HarmonicBalance<ContactElement> {
 pub struct WorkBetweenEnds {
     /// That part, element by element, at most [`LARGEST_PART`]; 1 of elements that dissipate nothing between the ends.
     pub part: Vec<f64>,
-    /// The same part of all elements together.
+    /// The work of friction of all elements together in the response, over that between the ends, at most [`LARGEST_PART`].
     pub work_part: f64,
     /// What the parts change, element by element, in parts of what all dissipate.
     pub changed: f64,

@@ -22,7 +22,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         self.newton_to(self.settings.tolerance, state, factor, condition)
     }
 
-    /// The same to another `tolerance`, at least that of the settings.
+    /// Converges `state` at the load `factor` to `tolerance`, at least that of the settings, unless an earlier start has.
     pub(super) fn newton_to(
         &self,
         tolerance: f64,

@@ -89,7 +89,7 @@ impl SecondOrder {
         Ok(model)
     }
 
-    /// The same with the direction of some ports reversed: for a structure whose normal displacement is positive where the
+    /// The system with the direction of some ports reversed: for a structure whose normal displacement is positive where the
     /// bodies part.
     pub fn with_reversed_ports(mut self, ports: &[usize]) -> SecondOrder {
         for &port in ports {
@@ -243,7 +243,7 @@ impl SecondOrder {
         Ok(follow)
     }
 
-    /// See [`ClosedModel::local`].
+    /// What an element gives by itself \[m/N\], as in [`ClosedModel::local`]; none without a residual.
     fn local(
         &self,
         basis: &Matrix,
@@ -285,8 +285,8 @@ impl SecondOrder {
         Ok((squares.iter().map(|s| s.max(0.0).sqrt()).collect(), modes))
     }
 
-    /// The same with a damping matrix that gives every mode of the structure closed by `springs` the damping ratio `ratio`:
-    /// C = M Φ diag(2ζω_r) Φᵀ M. With zero springs it is the basis `free`.
+    /// The system with a damping matrix that gives every mode of the structure closed by `springs` the damping ratio `ratio`:
+    /// C = M Φ diag(2ζω_r) Φᵀ M. Zero springs are the basis `free`.
     ///
     /// # Errors
     /// As [`LinearModel::close`].

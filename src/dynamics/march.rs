@@ -28,7 +28,7 @@ const SAME: f64 = 1e-14;
 
 /// Determinant of 1 − A below which a cycle forgets nothing; that of a force which decays over 1e5 cycles is larger.
 const FORGETS: f64 = 1e-6;
-/// The same for a step to the steady force, which is tried: a little above rounding.
+/// Determinant of 1 − A below which no step to the steady force is tried: a little above rounding.
 const HARDLY: f64 = 1e-11;
 
 /// The memory of a slider that sticks.

@@ -80,7 +80,7 @@ impl Condition {
         terms.map(|term| term.of(&rows[term.port * n..])).sum()
     }
 
-    /// The same of one row a term.
+    /// The sum of the terms, of rows of `n` coefficients, one row a term.
     fn of_own(&self, rows: &[f64], n: usize) -> f64 {
         let terms = self.terms().iter().zip(rows.chunks(n));
         terms.map(|(term, row)| term.of(row)).sum()

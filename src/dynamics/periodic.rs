@@ -9,7 +9,7 @@ use crate::linalg::{RowMatrix as Matrix, eigenvalues};
 
 /// Change of a motion over a period, relative to its size, at which it is periodic.
 const PERIODIC: f64 = 1e-8;
-/// The same where its stability is asked for, and its amplitude to that.
+/// Change of a motion over a period, relative to its size, at which it is periodic where its stability is asked for, and its amplitude to that.
 const NEARLY: f64 = 1e-6;
 /// Periods between attempts to find the periodic motion at once, and all at most.
 const BETWEEN: usize = 24;

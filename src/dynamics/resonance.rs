@@ -86,7 +86,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// The same from `guess` alone: the resonance that it is near.
+    /// The response whose displacement at the drive is 90° behind it, from `guess` alone: the resonance that `guess` is near.
     ///
     /// # Errors
     /// That of Newton's method, or [`DynamicsError::NoResonance`] if it leads out of the range.
@@ -443,7 +443,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         self.peak_from(port, range, start)
     }
 
-    /// The same from a response.
+    /// The response with the largest first harmonic at `port`, between the angular frequencies of `range`, near the response `start`.
     ///
     /// # Errors
     /// As [`Self::peak`].

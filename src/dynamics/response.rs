@@ -73,7 +73,7 @@ pub struct Start {
 }
 
 impl Start {
-    /// The same in other harmonics.
+    /// This start, in the harmonics `of`, transferred to the harmonics `to`.
     pub fn transferred(&self, of: &Harmonics, to: &Harmonics) -> Start {
         Start {
             displacement: of.transfer(&self.displacement, to),

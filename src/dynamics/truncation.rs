@@ -122,8 +122,8 @@ impl Vibration {
             .completed()
     }
 
-    /// The same, but for the peak and the errors where the response in force is known without them: for whoever may look for another one
-    /// with other elements before [`Resolved::completed`].
+    /// The resonance of [`Vibration::resolve`], but for the peak and the errors where the response in force is known without them: for whoever
+    /// may look for another response with other elements before [`Resolved::completed`].
     ///
     /// # Errors
     /// Those of [`Vibration::resonance`].

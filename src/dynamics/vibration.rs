@@ -99,7 +99,7 @@ impl Vibration {
         self.balance_of(elements, self.harmonics.clone())
     }
 
-    /// The same in other harmonics, with the samples that more of them need.
+    /// The structure with these contact elements in other harmonics, with the samples that more of them need.
     ///
     /// # Errors
     /// Those of [`HarmonicBalance::new`].
@@ -140,7 +140,7 @@ impl Vibration {
         self.points.map(|points| self.omegas_or(points))
     }
 
-    /// The same, so many where continuation would place them.
+    /// The angular frequencies of the forced response, `usual` of them where continuation would place them.
     pub(super) fn omegas_or(&self, usual: usize) -> Vec<f64> {
         let (from, to) = self.range;
         let points = self.points.unwrap_or(usual);

@@ -161,7 +161,8 @@ impl Convolution {
         self.transformed(value, |c| c.re)
     }
 
-    /// The same for an odd kernel, `value(-i, -j) = -value(i, j)`, whose transform is imaginary: that imaginary part.
+    /// An odd kernel, `value(-i, -j) = -value(i, j)`, in transformed space from its values at signed cell offsets, |i| < nx and |j| < ny: the
+    /// imaginary part of its transform, which has no real one.
     pub fn odd_kernel(&self, value: impl Fn(isize, isize) -> f64) -> Vec<f64> {
         self.transformed(value, |c| c.im)
     }

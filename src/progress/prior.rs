@@ -9,7 +9,7 @@ use fretwear::stages::Stage;
 
 /// Seconds of the reduction of a structure of so many unknowns, as the published case has them on the machine of the README.
 const STRUCTURE: (f64, f64) = (7.0, 68_730.0);
-/// The same grows by this power of the unknowns: that of a sparse factor in three dimensions.
+/// The time of a reduction grows by this power of the unknowns: that of a sparse factor in three dimensions.
 const OF_UNKNOWNS: f64 = 2.0;
 /// Seconds of its first vibration, with so many contact elements; it grows as they do.
 const VIBRATION: (f64, f64) = (4.8, 388.0);

@@ -14,8 +14,9 @@ pub(super) const CYCLE: &str = "fretting cycle";
 /// A computed motion that varies the load by less than this share of it, and leaves its line by less than this share of its
 /// reach, is marched between its two reversals: the error of wear is of second order in both.
 pub const STRAIGHT: f64 = 0.01;
-/// The same of the line where contact elements have laws of their own: what they do beside it, and where they turn once more next to an
-/// end, is in what they say of the work of friction ([`WorkBetweenEnds`]). The line is that of all elements, not of their mean.
+/// Where contact elements have laws of their own, a computed motion that leaves its line by less than this share of its reach may be
+/// marched between its two reversals: what the elements do beside the line, and where they turn once more next to an end, is in what they say of
+/// the work of friction ([`WorkBetweenEnds`]). The line is that of all elements, not of their mean.
 /// Laps of bars that leave it by a quarter dissipate between two ends within some percent of what stepped cycles do; an orbit leaves it by all.
 pub const STRAIGHT_WITH_LAWS: f64 = 0.3;
 /// Where contact elements have laws of their own, these say what the variation of their loads makes of the work of friction, and a cycle between

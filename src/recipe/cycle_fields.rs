@@ -42,7 +42,7 @@ impl CycleFields {
         within(cell.0, self.cells[0]) && within(cell.1, self.cells[1])
     }
 
-    /// The same cells on a grid of other counts: `from` those of the grid that they are of.
+    /// Moves the range of cells to a grid of other counts: `from` those of its own grid, `to` those of the other.
     pub(crate) fn on_grid(&mut self, from: [usize; 2], to: [usize; 2]) {
         for (range, (from, to)) in self.cells.iter_mut().zip(from.into_iter().zip(to)) {
             for end in range.iter_mut().flatten() {

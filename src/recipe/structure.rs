@@ -197,7 +197,7 @@ impl StructureSource {
         }
     }
 
-    /// The same, to be completed by what its files say.
+    /// What comes from another program, to be completed by what its files say; none of another structure.
     pub fn import_mut(&mut self) -> Option<&mut Import> {
         match self {
             StructureSource::Matrices(import) => Some(import),

@@ -119,8 +119,8 @@ fn plane(grid: [usize; 2], boundary: Boundary) -> [usize; 2] {
     }
 }
 
-/// The same with few samples of its cycle, and none of them for an extrapolation, and how many times as many it has; none where what is
-/// prescribed is not stepped.
+/// Inputs with few samples of their cycle, and none of them for an extrapolation, and how many times as many the given inputs have; none
+/// where what is prescribed is not stepped.
 pub(super) fn with_few_samples(inputs: &Inputs) -> Option<(Inputs, f64)> {
     let mut inputs = inputs.clone();
     let samples = inputs.motion.samples();

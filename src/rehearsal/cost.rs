@@ -33,7 +33,7 @@ pub struct Cost {
     pub plane: [usize; 2],
     /// Peak of memory of the whole program, counted \[B\]: what is allocated at its fullest moment.
     pub memory: u64,
-    /// The same of a run that finds its structure reduced already \[B\]; none where nothing is to be reduced.
+    /// Peak of memory of a run that finds its structure reduced already, counted \[B\]; none where nothing is to be reduced.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub memory_cached: Option<u64>,
     /// Operations to reduce the structure, counted; 0 where nothing is to be reduced.

@@ -33,7 +33,8 @@ pub fn table(heads: &[String], rows: &[Vec<String>], numbers: bool) -> String {
     table_of_markup(heads, &rows, numbers)
 }
 
-/// The same with cells that are HTML already. Wider than the screen it scrolls by itself.
+/// A table of texts as heads, and of rows whose cells are HTML already and numbers from the second on, if `numbers`. A table that is wider
+/// than the screen scrolls by itself.
 pub fn table_of_markup(heads: &[String], rows: &[Vec<String>], numbers: bool) -> String {
     let line = |tag: &str, cells: &[String]| {
         let each = cells.iter().enumerate();

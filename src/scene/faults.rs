@@ -39,8 +39,8 @@ impl Faults {
         }
     }
 
-    /// The same for who has to mend them: the first of each key, in the order of the lines, and without those that follow from
-    /// another one.
+    /// The faults as one error for who has to mend them: the first of each key, in the order of the lines, and without those that follow
+    /// from another one; nothing if there are none.
     pub fn end_sorted(mut self) -> Result<(), SceneError> {
         let blamed: Vec<String> = self.0.iter().filter_map(blamed).collect();
         self.0.retain(|fault| !is_absent(fault, &blamed));

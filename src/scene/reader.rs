@@ -106,7 +106,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The same of a key that some presets do without.
+    /// The value of a key that some presets do without, else the one chosen for it, else its default under a preset, if it has one.
     pub fn get_or<V: Value>(
         &self,
         key: &Key<V>,
@@ -165,7 +165,7 @@ impl<'a> Reader<'a> {
         self.missing_line(key, key.line() + or)
     }
 
-    /// The same with a line of its own that would do.
+    /// The error of a key that must be given and is not, with a line that would do.
     pub fn missing_line(&self, key: impl Named, example: impl Into<String>) -> SceneError {
         let key = self.called(key.name());
         let problem = Problem::Missing {
@@ -267,7 +267,7 @@ impl<'a> Reader<'a> {
         self.check_section("", self.root)
     }
 
-    /// The same of a section.
+    /// Refuses every key within a section that no scene has, and every value that its key cannot have.
     pub fn check_section(&self, section: &str, node: &Node) -> Result<()> {
         let Content::Section(entries) = &node.content else {
             let names = keys::children(section).join(", ");

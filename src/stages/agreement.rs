@@ -20,8 +20,8 @@ use crate::wear::implicit::EndCycle;
 
 /// What the fine contact may be off the contact elements in force and energy, relative to the larger: below this laws are left as they are.
 const AGREED: f64 = 0.01;
-/// The same of loads at the ends of the motion, element by element, by their parts in the work of friction. What loads vary by is a tenth of them
-/// or two, and counts in the second place: it makes of the work of friction what varies, not all of it.
+/// What the fine contact may be off the contact elements in the loads at the ends of the motion, element by element, by their parts in the work of
+/// friction. What loads vary by is a tenth of them or two, and counts in the second place: it makes of the work of friction what varies, not all.
 const AGREED_LOADS: f64 = 0.02;
 /// Part of a difference that a round leaves at most, if another one is to follow.
 const LEFT: f64 = 0.8;
@@ -32,7 +32,7 @@ const LOADS: NormalOptions = NormalOptions {
 };
 /// Laws that are taken from a response, at most.
 const ROUNDS: usize = 3;
-/// The same of a whole cycle, in parts of the error bar of its steps, of which it is not better known.
+/// What the fine contact may be off the contact elements in a whole cycle, in parts of the error bar of its steps: the cycle is known no better.
 const OF_BAR: f64 = 0.5;
 /// Samples of the cycles of elements that are held against a stepped one, and how many of them loads are compared at.
 const SAMPLES: usize = 128;

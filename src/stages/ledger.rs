@@ -13,7 +13,8 @@ use crate::tables::{TableName, typed};
 
 /// A difference above this between both is told: the step from one to the other is then no small matter.
 const TOLD: f64 = 0.1;
-/// The same where contact elements have just got laws from the fine contact: both should say the same then.
+/// A difference above this between the fine contact and the contact elements is told where the elements have just got laws from the fine contact:
+/// both should say the same then.
 const TOLD_AT_UPDATE: f64 = 0.03;
 
 /// What is told of.

@@ -27,7 +27,7 @@ pub(super) fn seal_of(format: u32) -> Seal {
 pub struct RunIdentity {
     /// The scene as resolved, all defaults in it, as nested JSON objects.
     pub scene: Value,
-    /// The same as the text of `scene.toml`.
+    /// The scene as resolved, as the text of `scene.toml`.
     pub scene_toml: String,
     /// The scene as its user wrote it, for people; `None` leaves what the run has of it.
     pub scene_written: Option<String>,

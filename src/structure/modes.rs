@@ -123,7 +123,8 @@ fn well_conditioned(factor: &Matrix) -> bool {
     diagonal().fold(f64::INFINITY, f64::min) > NEARLY_DEPENDENT * largest
 }
 
-/// The same, a column at a time, leaving out what depends on the others.
+/// Makes the columns of `block` orthonormal in M, to the basis and each other, and appends them: a column at a time, leaving out what
+/// depends on the others.
 fn append_one_by_one(mass: &SparseSymmetric, block: &Matrix, basis: &mut Matrix) {
     for c in 0..block.columns() {
         let mut column = block.columns_of(c..c + 1);
@@ -173,8 +174,8 @@ pub fn lowest(
     lowest_of(&system.mass, factor, shift, rigid, options, false)
 }
 
-/// The same of matrices that belong to no mesh. Where the mass is singular (`purge`), the first vectors are taken through
-/// (K + sM)⁻¹ M: what has no mass must not enter the basis.
+/// The lowest elastic modes of matrices that belong to no mesh. Where the mass is singular (`purge`), the first vectors are taken
+/// through (K + sM)⁻¹ M: what has no mass must not enter the basis.
 ///
 /// # Errors
 /// As [`lowest`].

@@ -45,7 +45,7 @@ const EDGES: [[usize; 2]; 12] = [
     [2, 6],
     [3, 7],
 ];
-/// The same of a tetrahedron's nodes 5 to 10.
+/// Ends of the edges of a tetrahedron whose middles are nodes 5 to 10.
 const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 /// Corners of the faces S1 to S6 of a hexahedron.
 pub const FACES: [[usize; 4]; 6] = [

@@ -253,8 +253,8 @@ impl FrettingJoint {
         Ok(solution)
     }
 
-    /// The same with the fields of those of its instants, by their number, that are `wanted`. With [`March::Reversal`] and
-    /// [`March::Superposition`] the instants are the reversals, and t = 0.
+    /// The steady cycle of [`FrettingJoint::cycle`], with the fields of those of its instants, by their number, that are `wanted`. With
+    /// [`March::Reversal`] and [`March::Superposition`] the instants are the reversals, and t = 0.
     ///
     /// # Errors
     /// As for [`FrettingJoint::cycle`].

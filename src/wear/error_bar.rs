@@ -52,14 +52,14 @@ impl Add for VolumeError {
 /// Measured, true errors are 0.3 to 2.8 times the estimate.
 const SAFETY: f64 = 3.0;
 
-/// The same beside a coarse trajectory, which has what a step goes on to change.
+/// Safety factor of an error estimated beside a coarse trajectory, which has what a step goes on to change.
 const SAFETY_BESIDE_COARSE: f64 = 2.0;
 
 /// Part of the volume's relative error that every figure has at least: one that happens not to change in a step is not right for
 /// that.
 pub const LEAST: f64 = 0.125;
 
-/// The same of the energy of a cycle, whose errors are nearly as large as the volume's where the force is given.
+/// Part of the volume's relative error that the energy of a cycle has at least: its errors are nearly as large where the force is given.
 pub const LEAST_OF_ENERGY: f64 = 0.4;
 
 /// Error of the volume worn in a step of `volume` \[m³\], the step's own estimate being `estimate` \[m³\] and `cycle` the relative

@@ -130,7 +130,7 @@ impl FrettingJoint {
         self.pressed(wear, compliance, Control::Load(load), start)
     }
 
-    /// The same under a load or at an approach.
+    /// Normal contact of the surface worn by `wear` under a load or at an approach, with an optional diagonal compliance.
     pub fn pressed(
         &mut self,
         wear: &[f64],

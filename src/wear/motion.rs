@@ -120,14 +120,14 @@ impl Motion {
         }
     }
 
-    /// The same motion under a load whose mean is `load`: the rest of it stays as it is.
+    /// This motion under a load whose mean is `load`: the rest of it stays as it is.
     pub fn with_mean_load(mut self, load: f64) -> Motion {
         let shift = load - self.mean_load();
         self.normal_load.iter_mut().for_each(|n| *n += shift);
         self
     }
 
-    /// The same motion with a sample in the middle between any two, on the straight line between them.
+    /// This motion with a sample in the middle between any two, on the straight line between them.
     pub fn halved(&self) -> Motion {
         let halve = |series: &Vec<f64>| with_middles(series, series[0]);
         Motion {
@@ -139,7 +139,7 @@ impl Motion {
         }
     }
 
-    /// The same motion with the middles of its samples, of those, and so on, until it has at least `samples`.
+    /// This motion with the middles of its samples, of those, and so on, until it has at least `samples`.
     pub fn refined(self, samples: usize) -> Motion {
         let mut motion = self;
         while motion.samples() < samples {
@@ -160,7 +160,7 @@ impl Motion {
         }
     }
 
-    /// The same motion with the middle of its range at zero, axis by axis: where a cycle is about is lost in the steady state but
+    /// This motion with the middle of its range at zero, axis by axis: where a cycle is about is lost in the steady state but
     /// for shear that is locked in by the way there.
     pub fn about_its_middle(mut self) -> Motion {
         let displaced = self.drive.iter_mut().filter(|channel| !channel.is_force());

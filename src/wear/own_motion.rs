@@ -19,7 +19,7 @@ pub struct OwnMotion {
     /// Part of the work of friction between the two ends of the motion, under the load of the static contact, that each node really has; none:
     /// all of it. What is between the ends, and the variation of the load, is in it.
     pub work: Vec<f64>,
-    /// The same of the work of all nodes together.
+    /// Part of the work of friction between the two ends of the motion, under the load of the static contact, that all nodes together really have.
     pub work_part: f64,
     /// Part of the force along the motion between its two ends, under the load of the static contact, that the nodes really have.
     pub force_part: f64,

@@ -11,7 +11,7 @@ fn sample(name: &str) -> String {
 
 /// Free frequencies of the sample, by scipy (`tests/structure/samples/expected.json`).
 const FREE: [f64; 2] = [172.9669915618, 187.2808807192];
-/// The same with nodes 1 and 2 held.
+/// Lowest frequency of the sample with nodes 1 and 2 held, by scipy (`tests/structure/samples/expected.json`).
 const CLAMPED: f64 = 139.8389250205;
 const SAME: f64 = 1e-9;
 

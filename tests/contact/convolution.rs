@@ -59,7 +59,7 @@ fn direct_free(which: usize, traction: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// The same of a periodic one: a slow sum over wave numbers.
+/// u = Σ K p of a periodic half space, a slow sum over wave numbers: order zz, xx, yy, xy.
 fn direct_periodic(which: usize, traction: &[f64]) -> Vec<f64> {
     let mut displacement = vec![0.0; GRID.len()];
     let signed = |m: usize, n: usize| {

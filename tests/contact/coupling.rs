@@ -34,7 +34,8 @@ fn point_force(body: Elastic, force: [f64; 3], x: f64, y: f64) -> [f64; 3] {
     ]
 }
 
-/// The same of a body that fills z > 0 (upper) or z < 0, in axes with z upwards: the lower one is turned about x.
+/// Surface displacement (x, y, z) at (x, y) of a body that fills z > 0 (upper) or z < 0 under a point force at the origin, in axes with z
+/// upwards: the lower one is turned about x.
 fn body(pair: Pair, upper: bool, force: [f64; 3], x: f64, y: f64) -> [f64; 3] {
     if upper {
         point_force(pair.upper, force, x, y)

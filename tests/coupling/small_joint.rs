@@ -159,7 +159,7 @@ impl Differences {
     }
 }
 
-/// The same cycles on two scales, with a mesh of `counts` boxes.
+/// Force, energy, wear and loads of elements on two scales, in cycles of the amplitudes of `cycles`.
 fn on_two_scales(
     truth: &Truth,
     half_space: &mut HalfSpace,

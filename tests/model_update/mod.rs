@@ -28,7 +28,7 @@ pub fn facings() -> Vec<Facing> {
     Resonator::default().mesh().expect("the resonator").contacts
 }
 
-/// The same elements over a fine grid.
+/// The contact elements of the shipped resonator over a fine grid.
 pub fn resonator(grid: Grid) -> ContactElements {
     let cells: Vec<[usize; 2]> = facings().iter().map(|f| f.cell).collect();
     ContactElements::new(grid, [19, 19], &cells).expect("the resonator's elements")

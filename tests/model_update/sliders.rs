@@ -22,8 +22,9 @@ const COUNTS: [usize; 2] = [4, 3];
 /// cells move alike, from a tenth of full sliding on.
 const ENERGY: f64 = 0.06;
 const FORCE: f64 = 0.02;
-/// The same of banks of the motion that the cells make: where little slips, corners that are lifted leave some hundredths of the energy, and forces
-/// across the way of an element are no part of its law.
+/// Part of the energy of a cycle, and of the sum of the elements' forces, that banks of the motion that the cells make may be off their fine
+/// contact: where little slips, corners that are lifted leave some hundredths of the energy, and forces across the way of an element are no
+/// part of its law.
 const ENERGY_OF_MOTION: f64 = 0.05;
 const FORCE_OF_MOTION: f64 = 0.02;
 /// What elements bear along their way at the end of it, their banks bear: a rising slope before it is all that may be left.

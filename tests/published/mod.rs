@@ -65,7 +65,7 @@ fn campaign(rows: &str) -> Bench {
     bench
 }
 
-/// The same that keeps histories alone: few files.
+/// A campaign of six rows in `c` that keeps histories alone, few files, and of which `rows` have ended and are collected.
 fn histories(rows: &str) -> Bench {
     let bench = crate::campaign::bench(GRID);
     let text = fs::read_to_string(bench.path("case.toml")).expect("a file");
@@ -418,7 +418,7 @@ fn a_program_without_object_storage_says_how_it_is_built() {
     }
 }
 
-/// The same through the library that speaks to S3, over its storage in memory.
+/// What is published and fetched through the library that speaks to S3, over its storage in memory.
 #[cfg(feature = "object_store")]
 mod bucket {
     use fretwear::published::{Bucket, Found, Objects, Put, Version, fetch, publish};

@@ -32,7 +32,7 @@ cycles = 400_000
 depth_step = "0.2 um"
 "#;
 
-/// The same pressed together once.
+/// A joint small enough for a test, pressed together once.
 pub const STATIC: &str = r#"
 [joint]
 size = ["4 mm", "3 mm"]

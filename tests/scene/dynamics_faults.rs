@@ -232,7 +232,7 @@ frequency =",
     ),
 ];
 
-/// The same for updates, samples and what is kept.
+/// What is replaced in the rough joint, of updates, samples and what is kept, by what, and the message.
 const OF_WEAR: &[(&str, &str, &str)] = &[
     (
         "stiffness_change = 0.10",

@@ -239,7 +239,7 @@ correlation_length = ["0.5 mm", "0.5 mm"]"#,
     ),
 ];
 
-/// The same for the resonator of given stiffness.
+/// What is replaced in the resonator of given stiffness, by what, and the message.
 const IN_SPRINGS: &[(&str, &str, &str)] = &[
     (
         r#"kt = "1e4 N/um"
@@ -370,7 +370,7 @@ normal_load = "30 kN""#,
     ),
 ];
 
-/// The same for the oscillator.
+/// What is replaced in the oscillator, by what, and the message.
 const IN_OSCILLATOR: &[(&str, &str, &str)] = &[
     (
         "[structure]",

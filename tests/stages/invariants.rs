@@ -233,5 +233,5 @@ fn a_joint_wears_alike_however_its_axes_lie() {
 
 /// What the order of sums changes, through solves that end at a tolerance of `balanced`.
 const ALIKE: f64 = 3e-4;
-/// The same of a single depth, over the deepest one.
+/// What the order of sums changes in a single depth, over the deepest one, through solves that end at a tolerance of `balanced`.
 const ALIKE_IN_DEPTH: f64 = 3e-3;

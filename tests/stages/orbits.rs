@@ -10,7 +10,7 @@ use crate::support::{Bench, table};
 /// What friction of the fine contact and of the contact elements may differ by once laws are of the whole cycle. Six such joints were within 3 %;
 /// with laws of the longest line they were 6 to 17 % off.
 const AGREED: f64 = 0.035;
-/// The same of forces.
+/// What forces of the fine contact and of the contact elements may differ by once laws are of the whole cycle.
 const FORCE: f64 = 0.05;
 
 const SCENE: &str = r#"

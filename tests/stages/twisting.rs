@@ -12,7 +12,7 @@ use crate::support::{Bench, summary, table};
 /// What friction of the fine contact and of the contact elements may differ by, and their forces, once laws are of the motion. They were within
 /// 4.3 % in nine such joints; with laws of a push of all cells alike, energies were off by two fifths to nine tenths.
 const AGREED: f64 = 0.05;
-/// The same of the cycle between the ends of the motion and that of all its samples.
+/// What friction of the cycle between the ends of the motion may differ by from that of all its samples.
 const SAME_CYCLE: f64 = 0.05;
 
 const SCENE: &str = r#"

@@ -66,8 +66,8 @@ fn lengths_that_are_none_are_refused() {
     }
 }
 
-/// The same boxes as a block so large that its ends matter little: what a force displaces its node more than the next ones is that of
-/// the half space.
+/// A mesh of boxes against a block of these boxes, so large that its ends matter little: what a force displaces its node more than the next
+/// ones is that of the half space.
 #[test]
 fn nearby_it_is_the_mesh() {
     const BOXES: [usize; 3] = [24, 22, 14];

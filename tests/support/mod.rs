@@ -128,7 +128,7 @@ impl Bench {
         bench
     }
 
-    /// The same, with structures shared between its runs.
+    /// The bench, with structures shared between its runs.
     pub fn sharing(mut self) -> Bench {
         self.1 = Some(self.path("cache"));
         self

@@ -20,7 +20,7 @@ fn joint(cells: [usize; 2]) -> Grid {
     Grid::over([8e-3, 5e-3], cells)
 }
 
-/// The same with a bolt hole.
+/// A joint with a bolt hole, neither square nor of square cells.
 fn bored(cells: [usize; 2]) -> Patch {
     Patch::with_hole(joint(cells), 2e-3)
 }

@@ -459,7 +459,7 @@ fn parquet_of_every_compression() {
     }
 }
 
-/// The same file with another description: as many rows, or another compression, than it has.
+/// A Parquet file whose description announces `rows`, or a compression, that it does not have.
 fn announcing(bytes: &[u8], rows: Option<i64>, codec: Option<CompressionCodec>) -> Vec<u8> {
     let source = bytes::Bytes::copy_from_slice(bytes);
     let metadata = ParquetMetaDataReader::new()

@@ -118,7 +118,7 @@ fn a_line_turns_at_its_ends() {
     }
 }
 
-/// The same line in steps has the same fields at its ends, and in between what it slips goes one way.
+/// A line in steps has the same fields at its ends as by reversal, and in between what slips goes one way.
 #[test]
 fn steps_along_a_line_pass_through_the_ends_of_its_reversals() {
     let line = || driven(&[harmonic(REACH, 0.0)], None);

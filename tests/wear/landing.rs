@@ -8,7 +8,7 @@ const BAND: f64 = 0.01;
 /// Steps made for one event, the first included, where the way to it is a power of the cycles.
 const STEPS: usize = 4;
 
-/// The same on any way.
+/// Steps made for one event, the first included, on any way to it.
 const MOST: usize = 9;
 
 /// Makes steps of a run that would go on for `cycles`, and gives the lengths tried.

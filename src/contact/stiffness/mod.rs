@@ -42,16 +42,17 @@ use crate::grid::ByAxis;
 /// the square of this at most, and what the last iterations say of the rest is added to it, so that it is right to 1e-7.
 pub const TOLERANCE: f64 = 2e-4;
 
-/// The same for a stiffness that is a figure of a contact: that contact is solved to some 1e-6 itself.
+/// Relative error of the tractions at which a solve stops for a stiffness that is a figure of a contact: that contact is solved to some 1e-6 itself.
 pub const FIGURE_TOLERANCE: f64 = 1e-3;
 
-/// The same for a stiffness that is only held against another: its error is some 1e-4.
+/// Relative error of the tractions at which a solve stops for a stiffness that is only held against another: its error is some 1e-4.
 pub const COMPARED_TOLERANCE: f64 = 1e-2;
 
-/// The same where the densities of single cells are used: those are in error by this itself.
+/// Relative error of the tractions at which a solve stops where the densities of single cells are used: those are in error by this itself.
 const LOCAL_TOLERANCE: f64 = 3e-6;
 
-/// The same where several motions are put together: their resultants are right to the square too, and their differences lose some digits.
+/// Relative error of the tractions at which a solve stops where several motions are put together: their resultants are right to the square of
+/// this, and their differences lose some digits.
 const MIXED_TOLERANCE: f64 = 1e-4;
 
 /// A stiffness against turning below this part of its terms is the error of these: the cells do not resist.

@@ -205,7 +205,7 @@ impl<const A: usize> Freedom<A> {
         }
     }
 
-    /// The same, scaled as the preconditioner has it.
+    /// The part of a vector in the free directions, scaled as the preconditioner has it.
     fn scaled(self, vector: Vector<A>, lambda: f64) -> Vector<A> {
         match self {
             Freedom::Stick => vector,

@@ -160,7 +160,7 @@ pub struct TangentialSolution {
     pub iterations: usize,
     /// Relative duality gap, with all that stick cells would still dissipate counted as error.
     pub error: f64,
-    /// The same as an energy, which bounds the error of the dissipation \[J\].
+    /// Duality gap, with all that stick cells would still dissipate counted as error, which bounds the error of the dissipation \[J\].
     pub dissipation_error: f64,
     /// Largest difference between a force asked for and found, as a part of Σ µp dA (of a moment: times half the grid's
     /// diagonal); 0 where none was asked for.

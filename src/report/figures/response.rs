@@ -39,7 +39,8 @@ pub fn states(
     states_with(study, table, &[table], most)
 }
 
-/// The same of a single run at states that have other tables too, if there are any.
+/// The states of one run, or of several runs the unworn ones beside the last: one list a drawing, with its heading. Of one run they are
+/// states that have all of `tables`, if there are any.
 pub fn states_with(
     study: &Study,
     table: TableName,

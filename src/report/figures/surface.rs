@@ -70,7 +70,7 @@ pub fn titled(study: &Study, run: &Of, text: &str) -> String {
     }
 }
 
-/// The same within a sentence.
+/// A text within a sentence, with the name of the run in front where there are several.
 pub fn told(study: &Study, run: &Of, text: &str) -> String {
     match study.is_single() {
         true => text.to_owned(),

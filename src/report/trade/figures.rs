@@ -98,7 +98,7 @@ pub struct Measured {
     pub seconds: f64,
     /// CPU time \[s\]; none where a stage does not tell it.
     pub cpu_seconds: Option<f64>,
-    /// The same of each iteration, of the wall where the CPU time is not told \[s\].
+    /// CPU time of each iteration, or its wall time where the CPU time is not told \[s\].
     pub each: Vec<f64>,
     /// Transform pairs.
     pub fft_pairs: f64,

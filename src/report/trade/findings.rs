@@ -50,7 +50,7 @@ pub struct Buy {
     pub value: String,
     /// Cost below that of `balanced`, in what the trade is by; negative if it costs more.
     pub saved: f64,
-    /// The same as a part of that of `balanced`.
+    /// Cost below that of `balanced`, as a part of that of `balanced`.
     pub saved_part: f64,
     /// Largest error of the promised figures.
     pub error: f64,

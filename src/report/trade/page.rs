@@ -113,7 +113,7 @@ pub fn markdown(trade: &Trade, found: &Findings, left_out: &[(String, String)]) 
     page(trade, found, left_out, text::markdown).markdown()
 }
 
-/// The same as one HTML file that needs no other, with the chart `svg` in it.
+/// The trade as one HTML file that needs no other, with the chart `svg` in it. `left_out` is what was not tried, and why.
 pub fn html(trade: &Trade, found: &Findings, left_out: &[(String, String)], svg: &str) -> String {
     // The page escapes all of its text.
     page(trade, found, left_out, str::to_owned).html(svg)
@@ -370,7 +370,7 @@ fn percent_of(share: f64, digits: i32) -> String {
     }
 }
 
-/// The same with its sign.
+/// Two significant digits with their sign, as a share of a hundred.
 fn signed(share: f64) -> String {
     format!("{}{}", sign(share), percent(share.abs()))
 }

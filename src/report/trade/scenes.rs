@@ -202,7 +202,7 @@ pub fn markdown_of_scenes(name: &str, trades: &[Trade]) -> String {
     page(name, trades, text::markdown).markdown()
 }
 
-/// The same as one HTML file that needs no other, with the chart `svg` in it.
+/// The scenes as one HTML file that needs no other, with the chart `svg` in it.
 pub fn html_of_scenes(name: &str, trades: &[Trade], svg: &str) -> String {
     page(name, trades, str::to_owned).html(svg)
 }

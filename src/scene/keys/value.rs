@@ -21,7 +21,7 @@ pub struct Form {
     pub example: &'static str,
     /// What it must be.
     pub words: String,
-    /// The same for an editor.
+    /// What a value must be, for an editor.
     pub schema: Json,
     /// The words to choose from, and what each means.
     pub choices: Vec<(&'static str, &'static str)>,
@@ -99,7 +99,7 @@ pub fn meant(text: &str) -> Toml {
         .unwrap_or_else(|_| Toml::String(text.to_owned()))
 }
 
-/// The same as it stands in a file.
+/// The text after `--set` as it stands in a file: as it is if it can be read as TOML, else as a TOML string.
 pub fn as_toml(text: &str) -> String {
     match text.parse::<Toml>() {
         Ok(_) => text.to_owned(),

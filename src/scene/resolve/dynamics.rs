@@ -18,7 +18,8 @@ const STEEL_DAMPING: f64 = 0.002;
 /// Where the forced response of an oscillator is computed unless the scene says otherwise: from this share of the natural
 /// frequency without the contact to that share of the one with its springs.
 const FROM_FREE: f64 = 0.5;
-/// The same from the frequency with springs, where there is none without.
+/// Where the forced response of an oscillator begins unless the scene says otherwise and nothing holds it without the contact: at this
+/// share of the natural frequency with the contact's springs.
 const FROM_STUCK: f64 = 0.3;
 /// See [`FROM_FREE`].
 const TO_STUCK: f64 = 1.5;

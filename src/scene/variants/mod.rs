@@ -179,7 +179,7 @@ pub fn balanced() -> Variant {
     preset(BALANCED)
 }
 
-/// The same preset once more, with the same results in other seconds.
+/// The preset `balanced` once more, with the same results in other seconds.
 pub fn again() -> Variant {
     Variant {
         name: AGAIN.to_owned(),

@@ -364,7 +364,7 @@ fn rows(announced: u64, bytes: usize, place: &str) -> Result<usize, ReadProblem>
         })
 }
 
-/// The same of entries.
+/// The number of entries that a header announces, before anything of that size is allocated. An entry has at least a byte.
 fn entries(announced: u64, bytes: usize, place: &str) -> Result<usize, ReadProblem> {
     let most = bytes.min(MOST_ENTRIES);
     usize::try_from(announced)

@@ -118,7 +118,8 @@ fn followed(values: &[f64], volumes: &[f64], place: usize, error: f64) -> f64 {
     if off.is_finite() { off } else { 0.0 }
 }
 
-/// The same of what follows the state of wear: at least that part of what wear has changed so far.
+/// What a value that follows the state of wear is off by where the volume is off by a part `error`: at least that part of what wear has
+/// changed so far.
 fn state(values: &[f64], volumes: &[f64], place: usize, error: f64) -> f64 {
     let so_far = (values[place] - values[0]).abs() * error;
     followed(values, volumes, place, error).max(so_far)

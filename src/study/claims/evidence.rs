@@ -52,7 +52,7 @@ pub struct Moment {
 pub struct Local {
     /// Normal stiffness of each that bears load \[N/m\].
     pub kn: Vec<f64>,
-    /// The same over its area in contact \[N/m³\].
+    /// Normal stiffness of each contact element that bears load, over its area in contact \[N/m³\].
     pub density: Vec<f64>,
 }
 

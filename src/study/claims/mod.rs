@@ -137,7 +137,7 @@ impl Part {
         }
     }
 
-    /// The same with a likely cause, unless it holds.
+    /// The part with a likely cause, unless it holds.
     fn because(mut self, cause: impl FnOnce() -> String) -> Part {
         if self.verdict != Verdict::Holds {
             self.cause = cause();

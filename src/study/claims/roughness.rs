@@ -78,7 +78,7 @@ fn ends(values: &[f64]) -> [f64; 2] {
     [values[0], values[values.len() - 1]]
 }
 
-/// The same statistic of the heights without their form, in words.
+/// First and last value of a statistic of the heights without their form, in words.
 fn beside(run: &Evidence, name: &str, scale: f64) -> String {
     let Some(values) = run.formless.get(name) else {
         return String::new();

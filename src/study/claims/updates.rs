@@ -218,7 +218,7 @@ fn responses(set: &[&Evidence], pairs: &[Pair]) -> Option<Part> {
     Some(Part::of(set, frequency.and(peak), measured).because(|| amplitudes(set)))
 }
 
-/// The same with what both have worn.
+/// The part with what both runs have worn.
 fn volumes(mut part: Part, finest: &Evidence, never: &Evidence) -> Part {
     let of = |run: &Evidence| run.ends("wear_volume").map(|ends| ends[1]);
     let depth = |run: &Evidence| run.worn.as_ref().map(|worn| worn.deepest);

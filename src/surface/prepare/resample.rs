@@ -21,7 +21,8 @@ pub(super) fn parabolic(
     both_axes(from, heights, window, to, edges_of_parabolas)
 }
 
-/// The same with a constant in each old cell: the share of each new cell that a field of ones and zeros covers.
+/// A field on the cells of the target grid, with a constant in each old cell: the share of each new cell that a field of ones and zeros
+/// covers.
 pub(super) fn constant(from: &Grid, field: &[f64], window: &[[f64; 2]; 2], to: &Grid) -> Vec<f64> {
     both_axes(from, field, window, to, |line| {
         line.iter().map(|&h| [h, h]).collect()

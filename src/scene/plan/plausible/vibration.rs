@@ -8,12 +8,12 @@ use crate::structure::resonator::Resonator;
 
 /// Damping ratios of a structure: of the best resonators in vacuum (a quality of 1e5), and of what hardly swings.
 const DAMPING: [f64; 2] = [5e-6, 0.2];
-/// The same of dashpots, which may be dampers.
+/// Damping ratios of dashpots, which may be dampers.
 const DASHPOT: [f64; 2] = [5e-6, 0.7];
 /// Amplitude of all harmonic forces over the friction limit: nothing slips at any more than a resonance multiplies.
 const FORCE: [f64; 2] = [1e-6, 10.0];
-/// The same at resonance: below it contact elements that share one stiffness and load do not slip at any frequency. Of a rough face
-/// some asperities always do.
+/// Least amplitude at resonance of all harmonic forces over the friction limit: below it contact elements that share one stiffness and
+/// load do not slip at any frequency. Of a rough face some asperities always do.
 const NO_SLIP: f64 = 0.1;
 const NO_SLIP_OF_FACE: f64 = 1e-3;
 /// Stiffness of a contact, tangential over normal.
