@@ -209,7 +209,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 rows.extend(f.iter().zip(u).map(|(f, u)| stiffness * u - f));
             }
         }
-        self.check_support(&ports, &rows)?;
+        self.check_support(&ports, &rows, factor)?;
         let cores = self.model.cores(harmonics, state.omega)?;
         let generalised = self.model.generalised(harmonics, &ports, &rows);
         let mut viscous = 0.0;
@@ -246,7 +246,13 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         })
     }
 
-    fn check_support(&self, ports: &[usize], rows: &[f64]) -> Result<(), DynamicsError> {
+    /// Refuses a mean force that nothing holds, told as that of the whole load: `rows` are those of a part `factor` of it.
+    fn check_support(
+        &self,
+        ports: &[usize],
+        rows: &[f64],
+        factor: f64,
+    ) -> Result<(), DynamicsError> {
         let Some(motions) = &self.model.floating else {
             return Ok(());
         };
@@ -261,7 +267,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                     .max(motions.at(port, motion).abs() * super::krylov::norm(row));
             }
             if sum.abs() > UNSUPPORTED * size {
-                return Err(DynamicsError::Unsupported { force: sum });
+                let force = sum / factor;
+                return Err(DynamicsError::Unsupported { force });
             }
         }
         Ok(())

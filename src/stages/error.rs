@@ -194,6 +194,10 @@ impl RunError {
                 | RunError::OfAnotherScene { .. }
                 | RunError::Cycle(_)
                 | RunError::Surface(_)
+                | RunError::Dynamics {
+                    source: DynamicsError::Undamped { .. } | DynamicsError::Unsupported { .. },
+                    ..
+                }
         )
     }
 }

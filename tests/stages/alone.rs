@@ -296,6 +296,29 @@ fn a_gap_that_never_closes() {
 /// Tables of an oscillator that has a contact.
 const OF_CONTACT: [&str; 2] = ["contact_element", "joint_cycle"];
 
+/// A mean force that nothing holds is for the user to mend, and told whole.
+#[test]
+fn a_mean_force_that_nothing_holds_is_a_fault_of_the_scene() {
+    let free = r#"
+[structure]
+kind = "oscillator"
+mass = "1 kg"
+damping = "2 N s/m"
+stiffness = ["0 N/m", "5e4 N/m", "1e4 N/m"]
+[dynamics]
+force = [{ amplitude = "1 N", direction = "x" }, { amplitude = "0.5 N", direction = "x", harmonic = 0 }]
+response = { direction = "x" }
+frequency = ["1 Hz", "3 Hz"]
+"#;
+    let bench = Bench::new();
+    bench.write("free.toml", free);
+    let did = bench.fretwear(&["run", "free.toml", "--run", "a"]);
+    assert_eq!(did.code(), 2, "{}", did.stderr());
+    let told = "the mean force of 5.000000e-1 N moves the structure as a rigid body";
+    assert!(did.stderr().contains(told), "{}", did.stderr());
+    assert!(!did.stderr().contains("dashpots"), "{}", did.stderr());
+}
+
 #[test]
 fn no_resonance_in_the_range_is_no_failure() {
     let bench = Bench::new();

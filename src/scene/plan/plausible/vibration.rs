@@ -41,10 +41,12 @@ pub fn vibration(recipe: &Recipe) -> Vec<Bounded> {
         "dynamics.damping_ratio",
         "a part, or percent?",
     )];
-    if let Some(axis) = &swinging {
+    // Without a spring there is none.
+    let of_dashpots = swinging.as_ref().map(Swinging::dashpot_ratio);
+    if let Some(of_dashpots) = of_dashpots.filter(|ratio| ratio.is_finite()) {
         found.push(ratio(
             "damping ratio of the dashpots",
-            axis.dashpot_ratio(),
+            of_dashpots,
             DASHPOT,
             "structure.damping, structure.stiffness, structure.mass",
             "N s/m or N s/mm?",
