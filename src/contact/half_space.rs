@@ -181,7 +181,8 @@ impl HalfSpace {
         self.pair.compliance() * cell_integrals(0.0, 0.0, self.grid.dx, self.grid.dy).inverse
     }
 
-    /// Displacement of a cell under unit shear along x on itself alone \[m/Pa\]: the scale of the smallest eigenvalues of K for shear.
+    /// Displacement of a cell under unit shear on itself alone \[m/Pa\], along the axis on which it yields less: the scale of the smallest
+    /// eigenvalues of K for shear.
     pub fn self_shear_compliance(&self) -> f64 {
         let cell = cell_integrals(0.0, 0.0, self.grid.dx, self.grid.dy);
         self.pair.compliance() * cell.inverse

@@ -15,7 +15,7 @@ const WORST: f64 = 300.0;
 /// Pairs of transforms an axis that a step with free motions takes at most, at a gap of 1e-4 or 1e-6: each of these motions costs the
 /// preconditioner once more a Newton step.
 const WORST_DRIVEN: f64 = 400.0;
-/// And of the middle one.
+/// Pairs of transforms an axis that the step in the middle of all takes at most.
 const MEDIAN: f64 = 40.0;
 
 /// What the sums asked for may be off by, in parts of what friction carries.

@@ -54,7 +54,7 @@ pub struct Buy {
     pub saved_part: f64,
     /// Largest error of the promised figures.
     pub error: f64,
-    /// That of `balanced`.
+    /// Largest error of the promised figures of `balanced`.
     pub error_before: f64,
 }
 

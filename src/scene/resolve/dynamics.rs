@@ -15,13 +15,14 @@ const OSCILLATOR_MODES: usize = 3;
 const FIRST_HARMONICS: [u32; 4] = [0, 1, 2, 3];
 /// Modal damping ratio of a bolted steel structure unless the scene says otherwise. The published case does not state its own.
 const STEEL_DAMPING: f64 = 0.002;
-/// Where the forced response of an oscillator is computed unless the scene says otherwise: from this share of the natural
-/// frequency without the contact to that share of the one with its springs.
+/// Where the forced response of an oscillator begins unless the scene says otherwise: at this share of the natural frequency without the
+/// contact.
 const FROM_FREE: f64 = 0.5;
 /// Where the forced response of an oscillator begins unless the scene says otherwise and nothing holds it without the contact: at this
 /// share of the natural frequency with the contact's springs.
 const FROM_STUCK: f64 = 0.3;
-/// See [`FROM_FREE`].
+/// Where the forced response of an oscillator ends unless the scene says otherwise: at this share of the natural frequency with the
+/// contact's springs.
 const TO_STUCK: f64 = 1.5;
 /// Share of the largest force that a sum of several leaves by rounding.
 const CANCELLED: f64 = 1e-14;
