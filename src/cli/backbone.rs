@@ -1,5 +1,6 @@
 //! `fretwear backbone`: frequency, damping ratio and amplitude over the level of the force, or over a key of the scene.
 
+use std::cell::Cell;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -259,9 +260,14 @@ fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Fou
         return Err(CliError::OverLevels { key, from, to });
     };
     let Amount { number: from, unit } = from.clone();
+    let reached = Cell::new(from);
+    let amount = |number: f64| Amount {
+        number,
+        unit: unit.clone(),
+    };
     let inputs_at = |number: f64| {
-        let unit = unit.clone();
-        inputs_of(&Amount { number, unit })
+        reached.set(number);
+        inputs_of(&amount(number))
     };
     // The curve takes any number between the ends: a key of integers is refused before anything is computed.
     inputs_at(from * (to / from).powf(BETWEEN))?;
@@ -278,20 +284,10 @@ fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Fou
     watcher.finish();
     let backbone = backbone.map_err(|error| match error {
         CliError::OverAt { .. } => error,
-        // All others are of the first value: later ones end the curve.
-        _ => at(&ends[0], error),
+        _ => at(&amount(reached.get()), error),
     })?;
-    let value = |level: f64| {
-        let unit = unit.clone();
-        in_si(&Amount {
-            number: level,
-            unit,
-        })
-    };
-    let values = backbone
-        .points
-        .iter()
-        .map(|point| Ok(value(point.level)?.0));
+    let points = backbone.points.iter();
+    let values = points.map(|point| Ok(in_si(&amount(point.level))?.0));
     let values = values.collect::<Result<_, CliError>>()?;
     let key = key.to_owned();
     Ok(Found {

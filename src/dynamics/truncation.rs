@@ -4,7 +4,7 @@ use super::candidates::gives_energy;
 use super::contact_element::ContactElement;
 use super::effort::BRANCHES;
 use super::newton::FREQUENCY_WEIGHT;
-use super::survey::{first_harmonic, is_near};
+use super::survey::{SAME, first_harmonic, is_near};
 use super::vibration::{Resonance, Vibration};
 use super::{DynamicsError, HarmonicBalance, Harmonics, Response, Start};
 
@@ -231,10 +231,8 @@ impl Vibration {
                 above = resolved.above_with_more_harmonics();
             }
             resolved.hold_against_time();
-            if above > LARGE {
-                let amplitude = &mut resolved.truncation.amplitude;
-                *amplitude = amplitude.max(TAIL * above);
-            }
+            let amplitude = &mut resolved.truncation.amplitude;
+            *amplitude = amplitude.max(TAIL * above);
         }
         let tolerance = resolved.balance.settings.tolerance;
         resolved.truncation.widen(&resolved.resonance, tolerance);
@@ -291,6 +289,8 @@ impl Resolved<'_> {
                     || resonance.peak_amplitude > self.resonance.peak_amplitude =>
             {
                 (self.resonance, self.balance) = (resonance, balance);
+                // What was known is of another one.
+                self.truncation = Truncation::UNKNOWN;
                 true
             }
             _ => false,
@@ -328,7 +328,7 @@ impl Resolved<'_> {
     }
 
     /// By how much the branch of more harmonics is above the peak, anywhere in the range, relative to it: with too few of them another peak
-    /// may be the strongest. 0 where it is not, or cannot be followed.
+    /// may be the strongest. 0 where it is not, or cannot be followed; rounding of the same peak is none.
     fn above_with_more_harmonics(&self) -> f64 {
         let (vibration, resonance) = (self.vibration, &self.resonance);
         if resonance.is_in_time() || resonance.is_still {
@@ -347,7 +347,10 @@ impl Resolved<'_> {
         };
         let moves = branches.iter().flatten().filter(|r| !gives_energy(r));
         let largest = moves.map(of).fold(0.0, f64::max);
-        (largest / resonance.peak_amplitude - 1.0).max(0.0)
+        match largest / resonance.peak_amplitude - 1.0 {
+            above if above > SAME => above,
+            _ => 0.0,
+        }
     }
 
     /// Estimates the errors by solving the resonance again, from itself, with the harmonics [`Harmonics::beyond`] and twice the samples;
