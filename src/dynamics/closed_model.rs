@@ -5,6 +5,9 @@ use num_complex::Complex64;
 use super::{DynamicsError, Harmonics};
 use crate::linalg::{RowMatrix as Matrix, add_scaled};
 
+/// From one in so many ports on, a product with all of R costs less than one with rows that are gathered before it.
+const MANY: usize = 8;
+
 /// What answers at one frequency: coordinates due to forces on coordinates.
 pub trait Core {
     /// Number of coordinates.
@@ -142,37 +145,60 @@ impl ClosedModel {
             None => coordinates,
         };
         if with_residual && let Some(residual) = &self.residual {
-            // Symmetric: its rows are its columns.
-            out.add_transposed_product(&rows_of(residual, ports), &matrix(ports.len(), n, force));
+            if MANY * ports.len() < residual.rows() {
+                // Symmetric: its rows are its columns.
+                let force = matrix(ports.len(), n, force);
+                out.add_transposed_product(&rows_of(residual, ports), &force);
+            } else {
+                let mut all = Matrix::zeros(residual.rows(), n);
+                for (&port, row) in ports.iter().zip(force.chunks(n)) {
+                    add_scaled(all.row_mut(port), 1.0, row);
+                }
+                out.add_product(residual, &all);
+            }
         }
         out.into_values()
     }
 
-    /// The model between some of its ports alone.
-    pub(crate) fn among(&self, ports: &[usize]) -> Among {
-        let residual = self.residual.as_ref();
+    /// The model between some of its ports alone, with R in this precision.
+    pub(crate) fn among(&self, ports: &[usize], precision: Precision) -> Among {
         Among {
             ports: ports.to_vec(),
-            basis: self.basis.as_ref().map(|basis| rows_of(basis, ports)),
-            residual: residual.map(|residual| {
-                let mut out = Matrix::zeros(ports.len(), ports.len());
-                for (i, &a) in ports.iter().enumerate() {
-                    let row = residual.row(a);
-                    for (value, &b) in out.row_mut(i).iter_mut().zip(ports) {
-                        *value = row[b];
-                    }
+            basis: self.basis.as_ref().map(|basis| {
+                let basis = rows_of(basis, ports);
+                (basis.transposed(), basis)
+            }),
+            residual: self.residual.as_ref().map(|residual| {
+                let own = square_of(residual, ports);
+                match precision {
+                    Precision::Double => Residual::Double(own),
+                    Precision::Single => Residual::Single(own.single()),
                 }
-                out
             }),
         }
     }
 }
 
+/// How exactly the residual is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Precision {
+    /// As it is.
+    Double,
+    /// For Krylov iterations, which take as long as R takes to be read: a Newton step changes by some 1e-7 of itself, and no response.
+    Single,
+}
+
+enum Residual {
+    Double(Matrix),
+    Single(Matrix<f32>),
+}
+
 /// The rows of B, and rows and columns of R, of some ports.
 pub(crate) struct Among {
     pub(crate) ports: Vec<usize>,
-    basis: Option<Matrix>,
-    residual: Option<Matrix>,
+    /// Bᵀ and B: products by rows are several times as fast as those by columns.
+    basis: Option<(Matrix, Matrix)>,
+    residual: Option<Residual>,
 }
 
 impl Among {
@@ -186,9 +212,8 @@ impl Among {
         let n = harmonics.coefficients();
         let force = matrix(self.ports.len(), n, force);
         let mut out = match &self.basis {
-            Some(basis) => {
-                let mut generalised = Matrix::zeros(basis.columns(), n);
-                generalised.add_transposed_product(basis, &force);
+            Some((transposed, basis)) => {
+                let generalised = transposed.times(&force);
                 basis.times(&ClosedModel::coordinates(harmonics, cores, &generalised))
             }
             None => {
@@ -204,8 +229,14 @@ impl Among {
                 )
             }
         };
-        if let Some(residual) = &self.residual {
-            out.add_product(residual, &force);
+        match &self.residual {
+            None => (),
+            Some(Residual::Double(residual)) => out.add_product(residual, &force),
+            Some(Residual::Single(residual)) => {
+                let own = residual.times(&force.single());
+                let pairs = out.values_mut().iter_mut().zip(own.values());
+                pairs.for_each(|(out, own)| *out += f64::from(*own));
+            }
         }
         out.into_values()
     }
@@ -215,7 +246,7 @@ impl Among {
         let m = self.ports.len();
         let mut out = Matrix::zeros(m, m);
         match &self.basis {
-            Some(basis) => {
+            Some((_, basis)) => {
                 let mut complex = Matrix::zeros(m, basis.columns());
                 let pairs = complex.values_mut().iter_mut().zip(basis.values());
                 pairs.for_each(|(c, b)| *c = (*b).into());
@@ -229,9 +260,16 @@ impl Among {
                 }
             }
         }
-        if let Some(residual) = &self.residual {
-            let pairs = out.values_mut().iter_mut().zip(residual.values());
-            pairs.for_each(|(h, r)| *h += r);
+        let sums = out.values_mut().iter_mut();
+        match &self.residual {
+            None => (),
+            Some(Residual::Double(residual)) => {
+                sums.zip(residual.values()).for_each(|(h, r)| *h += r);
+            }
+            Some(Residual::Single(residual)) => {
+                let pairs = sums.zip(residual.values());
+                pairs.for_each(|(h, r)| *h += f64::from(*r));
+            }
         }
         out
     }
@@ -241,6 +279,18 @@ fn rows_of(matrix: &Matrix, rows: &[usize]) -> Matrix {
     let mut out = Matrix::zeros(rows.len(), matrix.columns());
     for (i, &row) in rows.iter().enumerate() {
         out.row_mut(i).copy_from_slice(matrix.row(row));
+    }
+    out
+}
+
+/// Rows and columns of some ports.
+fn square_of(matrix: &Matrix, ports: &[usize]) -> Matrix {
+    let mut out = Matrix::zeros(ports.len(), ports.len());
+    for (i, &a) in ports.iter().enumerate() {
+        let row = matrix.row(a);
+        for (value, &b) in out.row_mut(i).iter_mut().zip(ports) {
+            *value = row[b];
+        }
     }
     out
 }

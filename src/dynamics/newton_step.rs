@@ -5,11 +5,11 @@ use std::cell::RefCell;
 use num_complex::Complex64;
 
 use super::aft::{Closure, InterfaceElement};
-use super::closed_model::Among;
-use super::krylov::{self, Learned, dot};
+use super::closed_model::{Among, Precision};
+use super::krylov::{self, Learned};
 use super::preconditioner::{ElementPart, Preconditioner};
 use super::{DynamicsError, HarmonicBalance};
-use crate::linalg::{Factors, RowMatrix as Matrix, add_scaled};
+use crate::linalg::{Blocks, Factors, RowMatrix as Matrix, add_scaled};
 
 /// Relative tolerance of a Newton step solved by GMRES. Steps of a nearly linear problem then gain four digits each.
 pub(super) const STEP_TOLERANCE: f64 = 1e-4;
@@ -134,8 +134,15 @@ impl Frame {
 
 pub(super) enum Solver<'a> {
     Dense(Factors),
-    Regularised { matrix: Matrix, normal: Factors },
-    Krylov(Preconditioner<'a>),
+    Regularised {
+        matrix: Matrix,
+        normal: Factors,
+    },
+    Krylov {
+        /// G.
+        beyond: Blocks,
+        preconditioner: Preconditioner<'a>,
+    },
 }
 
 /// A change of the active unknowns and of the frequency.
@@ -262,9 +269,13 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 let elements = at.elements.iter();
                 let mut ports: Vec<usize> = elements.flat_map(|e| 3 * e..3 * e + 3).collect();
                 ports.extend(condition.terms().iter().map(|term| term.port));
+                let precision = match self.wants_krylov(at.residual.len()) {
+                    true => Precision::Single,
+                    false => Precision::Double,
+                };
                 Frame {
                     elements: at.elements.clone(),
-                    among: self.model.among(&ports),
+                    among: self.model.among(&ports, precision),
                     part: None,
                     learned: RefCell::default(),
                 }
@@ -298,9 +309,10 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     ) -> Result<Solver<'a>, DynamicsError> {
         if let (true, Some(part)) = (self.wants_krylov(at.residual.len()), &frame.part) {
             let harmonics = self.harmonics();
-            return Ok(Solver::Krylov(Preconditioner::new(
-                part, harmonics, &at.cores,
-            )?));
+            return Ok(Solver::Krylov {
+                beyond: Blocks::new(self.width(), at.beyond.iter()),
+                preconditioner: Preconditioner::new(part, harmonics, &at.cores)?,
+            });
         }
         let matrix = self.jacobian(at, frame);
         let of_matrix = DynamicsError::of_matrix("Jacobian of the harmonic balance");
@@ -355,14 +367,15 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         matrix
     }
 
-    /// (1 + H G) v, and H G v at the ports of the condition's terms.
-    fn operate(&self, at: &Evaluation, frame: &Frame, v: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let width = self.width();
+    /// (1 + H G) v of v and `forces` G v, and H G v at the ports of the condition's terms.
+    fn operate(
+        &self,
+        at: &Evaluation,
+        frame: &Frame,
+        mut forces: Vec<f64>,
+        v: &[f64],
+    ) -> (Vec<f64>, Vec<f64>) {
         let n = self.harmonics().coefficients();
-        let mut forces = Vec::with_capacity(v.len() + n);
-        for (jacobian, v) in at.beyond.iter().zip(v.chunks(width)) {
-            forces.extend((0..width).map(|i| dot(jacobian.row(i), v)));
-        }
         forces.resize(frame.among.ports.len() * n, 0.0);
         let mut out = frame.among.respond(self.harmonics(), &at.cores, &forces);
         let port = out.split_off(v.len());
@@ -379,11 +392,15 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         residual: &[f64],
         solving: Solving<'_>,
     ) -> Result<(Vec<f64>, usize), DynamicsError> {
-        let Solver::Krylov(preconditioner) = solver else {
+        let Solver::Krylov {
+            beyond,
+            preconditioner,
+        } = solver
+        else {
             return Ok((solver.approximate(residual), 0));
         };
         let right: Vec<f64> = residual.iter().map(|r| -r).collect();
-        let operator = |v: &[f64]| self.operate(at, frame, v).0;
+        let operator = |v: &[f64]| self.operate(at, frame, beyond.apply(v), v).0;
         let precondition = |v: &[f64]| preconditioner.apply(v);
         if !self.is_costly {
             let solved = krylov::solve(operator, precondition, &right, solving.tolerance)?;
@@ -472,7 +489,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         match condition {
             Condition::Frequency => 0.0,
             Condition::Linear { .. } => {
-                let (_, rows) = self.operate(at, frame, v);
+                let blocks = at.beyond.iter().zip(v.chunks(self.width()));
+                let forces = blocks.flat_map(|(jacobian, v)| jacobian.apply(v));
+                let (_, rows) = self.operate(at, frame, forces.collect(), v);
                 -condition.of_own(&rows, self.harmonics().coefficients())
             }
         }
@@ -544,7 +563,7 @@ impl Solver<'_> {
                 out = matrix.transposed().apply(&out);
                 normal.solve(&mut out);
             }
-            Solver::Krylov(preconditioner) => out = preconditioner.apply(&out),
+            Solver::Krylov { preconditioner, .. } => out = preconditioner.apply(&out),
         }
         out
     }

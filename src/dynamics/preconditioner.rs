@@ -3,25 +3,22 @@
 use num_complex::Complex64;
 
 use super::closed_model::ClosedModel;
-use super::krylov::dot;
 use super::{DynamicsError, Harmonics};
-use crate::linalg::{Factors, RowMatrix as Matrix, add_scaled};
+use crate::linalg::{Blocks, Factors, RowMatrix as Matrix, add_scaled};
 
 /// What does not depend on frequency in the inverse of `1 + (D + B Z Bᵀ) G`, where B and Z have the leading coordinates only, D keeps
 /// of the residual and the static answer of the other coordinates the 3×3 blocks of the elements, and G is the contact Jacobian beyond the reference: per element `P = 1 + D G`, and `W = Bᵀ G P⁻¹ B`.
 pub(super) struct ElementPart {
-    elements: Vec<ElementBlock>,
+    /// P⁻¹.
+    inverses: Blocks,
+    /// G P⁻¹.
+    transfers: Blocks,
     /// Rows of B of the elements, `3 · elements × coordinates`.
     shapes: Matrix,
+    /// Bᵀ, by whose rows products are several times as fast.
+    transposed_shapes: Matrix,
     /// W, ordered by coefficient, then coordinate.
     coupling: Matrix,
-}
-
-struct ElementBlock {
-    /// P⁻¹.
-    inverse: Matrix,
-    /// G P⁻¹.
-    transfer: Matrix,
 }
 
 impl ElementPart {
@@ -37,7 +34,7 @@ impl ElementPart {
         let m = model.leading;
         let width = 3 * n;
         let mut shapes = Matrix::zeros(3 * active.len(), m);
-        let mut elements = Vec::with_capacity(active.len());
+        let (mut inverses, mut transfers) = (Vec::new(), Vec::new());
         for (place, (&element, jacobian)) in active.iter().zip(beyond).enumerate() {
             let mut local = Matrix::identity(width);
             if let Some(blocks) = &model.local {
@@ -57,35 +54,35 @@ impl ElementPart {
                 let row = shapes.row_mut(3 * place + d);
                 row.copy_from_slice(&basis.row(3 * element + d)[..m]);
             }
-            elements.push(ElementBlock {
-                transfer: jacobian.times(&inverse),
-                inverse,
-            });
+            transfers.push(jacobian.times(&inverse));
+            inverses.push(inverse);
         }
+        let transposed_shapes = shapes.transposed();
         // For every pair of coefficients a product over all elements.
         let mut coupling = Matrix::zeros(m * n, m * n);
         for c in 0..n {
             for f in 0..n {
                 let mut moved = Matrix::zeros(3 * active.len(), m);
-                for (place, block) in elements.iter().enumerate() {
+                for (place, transfer) in transfers.iter().enumerate() {
                     for d in 0..3 {
                         for e in 0..3 {
-                            let factor = block.transfer.at(d * n + c, e * n + f);
+                            let factor = transfer.at(d * n + c, e * n + f);
                             let source = shapes.row(3 * place + e);
                             add_scaled(moved.row_mut(3 * place + d), factor, source);
                         }
                     }
                 }
-                let mut product = Matrix::zeros(m, m);
-                product.add_transposed_product(&shapes, &moved);
+                let product = transposed_shapes.times(&moved);
                 for a in 0..m {
                     coupling.row_mut(c * m + a)[f * m..][..m].copy_from_slice(product.row(a));
                 }
             }
         }
         Ok(ElementPart {
-            elements,
+            inverses: Blocks::new(width, inverses.iter()),
+            transfers: Blocks::new(width, transfers.iter()),
             shapes,
+            transposed_shapes,
             coupling,
         })
     }
@@ -145,31 +142,18 @@ impl<'a> Preconditioner<'a> {
 
     /// The approximate inverse applied to `right` (active unknowns).
     pub(super) fn apply(&self, right: &[f64]) -> Vec<f64> {
+        let part = self.part;
         let n = self.harmonics.coefficients();
-        let (width, m) = (3 * n, self.part.shapes.columns());
-        let shapes = &self.part.shapes;
-        let mut force = Matrix::zeros(shapes.rows(), n);
-        let elements = self.part.elements.iter();
-        let targets = force.values_mut().chunks_mut(width);
-        for ((block, right), target) in elements.zip(right.chunks(width)).zip(targets) {
-            for (i, target) in target.iter_mut().enumerate() {
-                *target = dot(block.transfer.row(i), right);
-            }
-        }
-        let mut modal = Matrix::zeros(n, m);
-        modal.add_transposed_product(&force, shapes);
+        let mut force = Matrix::zeros(part.shapes.rows(), n);
+        force
+            .values_mut()
+            .copy_from_slice(&part.transfers.apply(right));
+        let mut modal = part.transposed_shapes.times(&force).transposed();
         self.modal.solve(modal.values_mut());
         let generalised = modal.transposed();
         let coordinates = ClosedModel::coordinates(self.harmonics, &self.cores, &generalised);
-        let mut out = shapes.times(&coordinates).into_values();
-        let elements = self.part.elements.iter();
-        let rows = out.chunks_mut(width).zip(right.chunks(width));
-        for (block, (out, right)) in elements.zip(rows) {
-            let left: Vec<f64> = right.iter().zip(&*out).map(|(r, o)| r - o).collect();
-            for (i, out) in out.iter_mut().enumerate() {
-                *out = dot(block.inverse.row(i), &left);
-            }
-        }
-        out
+        let moved = part.shapes.times(&coordinates).into_values();
+        let left: Vec<f64> = right.iter().zip(moved).map(|(r, m)| r - m).collect();
+        part.inverses.apply(&left)
     }
 }

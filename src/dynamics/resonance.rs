@@ -3,6 +3,7 @@
 use num_complex::Complex64;
 
 use super::aft::InterfaceElement;
+use super::closed_model::Precision;
 use super::newton_step::{Condition, Term};
 use super::{ContinuationSettings, DynamicsError, HarmonicBalance, Response, Start};
 
@@ -141,7 +142,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             slot,
             weights,
         } = self.phase_lag()?;
-        let among = self.model.among(&self.load_ports);
+        let among = self.model.among(&self.load_ports, Precision::Double);
         let n = self.harmonics().coefficients();
         let amplitude = |row: &[f64]| Complex64::new(row[slot], -row[slot + 1]);
         let drive = self.load_ports.iter().position(|p| *p == port);

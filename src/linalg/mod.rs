@@ -2,13 +2,16 @@
 //!
 //! Everything runs on one thread and in a fixed order, so that equal input gives equal bits.
 
+mod blocks;
 mod dense;
 mod rows;
 mod sparse;
 
+pub use blocks::Blocks;
 pub use dense::Matrix;
 pub use rows::{
     Factors, RowMatrix, Scalar, add_product_of_rows, add_scaled, eigenvalues, generalised_eigen,
+    single,
 };
 pub use sparse::{SparseCholesky, SparseIndefinite, SparseSymmetric, minimum_degree};
 

@@ -43,6 +43,13 @@ impl Scalar for f64 {
     }
 }
 
+impl Scalar for f32 {
+    const ONE: f32 = 1.0;
+    fn magnitude(self) -> f64 {
+        self.abs().into()
+    }
+}
+
 impl Scalar for Complex64 {
     const ONE: Complex64 = Complex64::new(1.0, 0.0);
     fn magnitude(self) -> f64 {
@@ -72,6 +79,29 @@ pub struct RowMatrix<T = f64> {
     rows: usize,
     columns: usize,
     values: Vec<T>,
+}
+
+/// Share of the largest of some numbers below which another is zero in single precision: far below its rounding, and far above the
+/// denormal numbers, which take a processor a hundred times as long.
+const NEGLIGIBLE: f64 = 1e-12;
+
+/// Numbers in single precision, those that are nothing beside the largest as zero.
+pub fn single(values: &[f64]) -> Vec<f32> {
+    let largest = values.iter().fold(0.0_f64, |m, value| m.max(value.abs()));
+    let least = NEGLIGIBLE * largest;
+    let counts = |value: f64| if value.abs() < least { 0.0 } else { value };
+    values.iter().map(|value| counts(*value) as f32).collect()
+}
+
+impl RowMatrix {
+    /// The matrix in single precision, as [`single`] has its entries.
+    pub fn single(&self) -> RowMatrix<f32> {
+        RowMatrix {
+            rows: self.rows,
+            columns: self.columns,
+            values: single(&self.values),
+        }
+    }
 }
 
 impl<T: Scalar> RowMatrix<T> {

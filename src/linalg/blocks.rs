@@ -1,0 +1,77 @@
+//! Many small square matrices, applied together.
+
+use super::{RowMatrix, single};
+
+/// Square matrices of one size on a diagonal, for products with one vector after the other, which take as long as the matrices take to
+/// be read: they are in single precision, and so are the products. Entry (i, j) of all blocks lies together, so that the work runs
+/// along the blocks, many at a time, however small they are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Blocks {
+    count: usize,
+    width: usize,
+    /// Entry (i, j) of block b is at `(i * width + j) * count + b`.
+    values: Vec<f32>,
+}
+
+impl Blocks {
+    /// All blocks have `width` rows and columns.
+    pub fn new<'a>(width: usize, blocks: impl ExactSizeIterator<Item = &'a RowMatrix>) -> Blocks {
+        let count = blocks.len();
+        let mut values = vec![0.0; width * width * count];
+        for (b, block) in blocks.enumerate() {
+            assert_eq!((block.rows(), block.columns()), (width, width));
+            for (place, value) in single(block.values()).iter().enumerate() {
+                values[place * count + b] = *value;
+            }
+        }
+        Blocks {
+            count,
+            width,
+            values,
+        }
+    }
+
+    /// The product with a vector, which has the rows of the first block first.
+    pub fn apply(&self, vector: &[f64]) -> Vec<f64> {
+        let (count, width) = (self.count, self.width);
+        let mut along = vec![0.0; vector.len()];
+        for (b, part) in single(vector).chunks_exact(width).enumerate() {
+            for (j, value) in part.iter().enumerate() {
+                along[j * count + b] = *value;
+            }
+        }
+        let mut out = vec![0.0; vector.len()];
+        let mut row = vec![0.0; count];
+        for (i, entries) in self.values.chunks_exact(width * count).enumerate() {
+            row.fill(0.0);
+            for (entries, along) in entries.chunks_exact(count).zip(along.chunks_exact(count)) {
+                for ((sum, entry), value) in row.iter_mut().zip(entries).zip(along) {
+                    *sum += entry * value;
+                }
+            }
+            for (b, sum) in row.iter().enumerate() {
+                out[b * width + i] = f64::from(*sum);
+            }
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_product_is_that_of_each_block() {
+        let (width, count) = (3, 5);
+        let block = |b: usize| {
+            let entries = (0..9).map(|k| (1 + k * (b + 2)) as f64);
+            RowMatrix::from_rows(width, width, entries.collect()).expect("nine entries")
+        };
+        let blocks: Vec<RowMatrix> = (0..count).map(block).collect();
+        let vector: Vec<f64> = (0..width * count).map(|i| (i * i) as f64 - 20.0).collect();
+        let each = blocks.iter().zip(vector.chunks(width));
+        let expected: Vec<f64> = each.flat_map(|(block, v)| block.apply(v)).collect();
+        assert_eq!(Blocks::new(width, blocks.iter()).apply(&vector), expected);
+    }
+}
