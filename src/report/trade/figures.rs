@@ -7,7 +7,7 @@ use crate::store::{Machine, RealFileSystem, RunReader, StoreError};
 use crate::tables::typed::{self, Summary};
 
 /// Number of figures of merit.
-pub const COUNT: usize = 9;
+pub const COUNT: usize = 10;
 
 /// A figure of merit.
 #[derive(Debug, Clone, Copy)]
@@ -57,6 +57,7 @@ pub const FIGURES: [Figure; COUNT] = [
     ),
     figure!(kn, "kn", true, error_kn),
     figure!(kt, "kt", false, error_kt),
+    figure!(max_pressure, "peak pressure", false, error_max_pressure),
     figure!(
         resonance_frequency,
         "resonance",
