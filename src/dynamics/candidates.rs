@@ -70,7 +70,16 @@ impl Vibration {
     ) -> Result<Vec<Candidate>, DynamicsError> {
         let mut found: Vec<Candidate> = Vec::new();
         let port = self.response_port;
-        for (number, branch) in survey.branches.iter().enumerate() {
+        // Where friction would give energy a branch ends: what is highest beside that is an end too.
+        let parts = survey
+            .branches
+            .iter()
+            .enumerate()
+            .flat_map(|(number, branch)| {
+                let parts = branch.split(gives_energy);
+                parts.map(move |part| (number, part))
+            });
+        for (number, branch) in parts.filter(|(_, part)| !part.is_empty()) {
             let ends = [branch.first(), branch.last()].map(|end| end.map_or(0.0, |end| end.omega));
             let mut add = |kind, response: Response| {
                 let amplitude = first_harmonic(balance, &response.displacement, port);

@@ -1,4 +1,4 @@
-//! What is known of a figure: its value with its error bar, or no more than what it is below. One rule, wherever a person reads it.
+//! What is known of a figure: its value with its error bar, no more than what it is below, or nothing. One rule, wherever a person reads it.
 
 use super::percent;
 use crate::recipe::Recipe;
@@ -45,13 +45,17 @@ impl Sizes {
     }
 }
 
+/// The bar of a figure of which a solver knows nothing, as of a peak where there may be larger ones: 1, and what Newton's method has left.
+const NOTHING: std::ops::Range<f64> = 1.0..1.001;
+
 /// What a figure is below, where no more is known of it: what rounding may have left of zero, and what may be off by all of itself.
-/// None of zero and of a figure that is known. `bar` is relative, `resolution` in the unit of the figure.
+/// None of zero, of a figure that is known, and of one whose bar is 1, of which nothing is known. `bar` is relative, `resolution` in
+/// the unit of the figure.
 pub fn below(value: f64, bar: f64, resolution: f64) -> Option<f64> {
     let size = value.abs();
     if size == 0.0 {
         None
-    } else if bar >= 1.0 {
+    } else if bar >= NOTHING.end {
         Some(resolution.max((1.0 + bar) * size))
     } else {
         (size < resolution).then_some(resolution)
@@ -62,6 +66,9 @@ pub fn below(value: f64, bar: f64, resolution: f64) -> Option<f64> {
 pub fn told(value: f64, bar: f64, resolution: f64, number: impl Fn(f64) -> String) -> String {
     match below(value, bar, resolution) {
         Some(limit) => format!("below {}", number(limit)),
+        None if NOTHING.contains(&bar) && value != 0.0 => {
+            format!("not known ({} was found)", number(value))
+        }
         None if bar > 0.0 && value != 0.0 => format!("{} ± {}", number(value), percent(bar)),
         None => number(value),
     }
@@ -77,6 +84,7 @@ mod tests {
         assert_eq!(told(2.0, 0.0, 0.0, number), "2 N");
         assert_eq!(told(-2.0, 0.25, 1e-9, number), "-2 N ± 25 %");
         assert_eq!(told(2.0, 1.5, 0.0, number), "below 5 N");
+        assert_eq!(told(2.0, 1.0, 0.0, number), "not known (2 N was found)");
         assert_eq!(told(1e-19, 0.0, 0.5, number), "below 0.5 N");
         assert_eq!(told(-1e-19, 2.0, 0.5, number), "below 0.5 N");
         // Nothing is known exactly.

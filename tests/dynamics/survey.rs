@@ -394,6 +394,46 @@ fn an_error_bar_holds_a_stronger_peak_of_more_harmonics() {
     assert!((off..1.0).contains(&bar), "{bar}, off by {off}");
 }
 
+/// The branch of a contact without preload, hundreds of times stiffer than the structure, runs into responses in which friction gives energy,
+/// and is highest beside them.
+#[test]
+fn no_row_is_above_the_peak_where_a_branch_ends_in_what_is_no_response() {
+    let oscillator = Oscillator {
+        mass: [0.421_961, 1.57061, 0.511_751],
+        damping: [0.048_411_2, 0.101_828, 0.034_178_7],
+        stiffness: [3.584_86e6, 4.261_08e6, 1.473_35e6],
+        element: ContactElement {
+            friction_coefficient: 1.38,
+            ..element(0.0, 1.637_14e8, 2.160_51e9)
+        },
+    };
+    let turn = |degrees: f64| degrees * PI / 180.0;
+    let loads = vec![
+        Oscillator::load(0, 2.85722, turn(-174.0)),
+        Oscillator::load(1, 0.369_463, turn(-67.4)),
+        Oscillator::load(2, 7.69009, turn(61.5)),
+        Load {
+            port: 2,
+            harmonic: 0,
+            cosine: 2.30794,
+            sine: 0.0,
+        },
+    ];
+    let mut vibration = vibration(&oscillator, loads, 0, (231.9, 4753.6));
+    vibration.harmonics = Harmonics::up_to(3);
+    let resolved = vibration
+        .resolve(vec![oscillator.element.clone()], None, None)
+        .expect("a resonance");
+    let peak = resolved.resonance.peak_amplitude;
+    let rows = vibration.forced_response(resolved.balance).expect("rows");
+    let amplitudes = rows.iter().filter_map(|row| row.response.as_ref());
+    let highest = amplitudes.fold(0.0, |most: f64, row| most.max(row.amplitude));
+    assert!(
+        highest > 0.0 && peak >= highest * (1.0 - 1e-9),
+        "{peak} below {highest}"
+    );
+}
+
 /// A response point that nothing moves has no peak but rounding, which is said.
 #[test]
 fn what_nothing_moves_is_still() {
