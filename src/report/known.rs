@@ -45,8 +45,9 @@ impl Sizes {
     }
 }
 
-/// The bar of a figure of which a solver knows nothing, as of a peak where there may be larger ones: 1, and what Newton's method has left.
-const NOTHING: std::ops::Range<f64> = 1.0..1.001;
+/// The bar of a figure of which a solver knows nothing, as of a peak where there may be larger ones: 1, and what Newton's method or
+/// the steps of an integration in time have left, 1e-3 at most.
+const NOTHING: std::ops::Range<f64> = 1.0..1.002;
 
 /// What a figure is below, where no more is known of it: what rounding may have left of zero, and what may be off by all of itself.
 /// None of zero, of a figure that is known, and of one whose bar is 1, of which nothing is known. `bar` is relative, `resolution` in
