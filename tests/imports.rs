@@ -345,7 +345,7 @@ fn outside_of_its_room_and_the_command_line_nothing_reads_a_scene() {
 /// Where a library, or a part of the standard one, may be named.
 const NAMED_IN: &[(&[&str], &[&str])] = &[
     (&["rayon", "rustfft"], &["fft/"]),
-    (&["faer"], &["linalg/"]),
+    (&["faer", "pulp"], &["linalg/"]),
     // A foreign table of heights has no schema of ours, so that `tables` cannot read it.
     (
         &[

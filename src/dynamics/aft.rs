@@ -76,6 +76,8 @@ pub trait InterfaceElement {
 pub struct Closure {
     /// Cycles marched.
     pub cycles: usize,
+    /// Samples of each; 0 of a force that is not sampled.
+    pub samples: usize,
     /// Change of the force from one cycle to the next, relative to its largest value.
     pub change: f64,
     /// That value \[N\].
@@ -86,6 +88,7 @@ impl Closure {
     /// That of a force without memory.
     pub const EXACT: Closure = Closure {
         cycles: 1,
+        samples: 0,
         change: 0.0,
         largest: 0.0,
     };
@@ -98,6 +101,7 @@ impl Closure {
         let largest = self.largest + other.largest;
         Closure {
             cycles: self.cycles.max(other.cycles),
+            samples: self.samples.max(other.samples),
             change: (self.change * self.largest + other.change * other.largest) / largest,
             largest,
         }
@@ -268,11 +272,10 @@ impl Sampling {
 
     /// Arrays for [`Self::evaluate`].
     pub fn workspace(&self) -> Workspace {
-        let n = self.harmonics.coefficients();
         Workspace {
             displacement: vec![[0.0; 3]; self.samples],
             force: vec![[0.0; 3]; self.samples],
-            derivative: vec![0.0; self.samples * 9 * n],
+            derivative: Vec::new(),
             scratch: Scratch::default(),
         }
     }
@@ -318,6 +321,8 @@ impl Sampling {
             self.analyse_into(&work.force, force);
             return closure;
         };
+        // Made where it is wanted: a force without derivatives, or without samples, needs none of it.
+        work.derivative.resize(self.samples * 9 * n, 0.0);
         let mut derivative = Derivative {
             coefficients: n,
             basis: &self.basis,

@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 
 use super::{DynamicsError, Harmonics};
-use crate::linalg::{RowMatrix as Matrix, add_scaled};
+use crate::linalg::{RowMatrix, RowMatrix as Matrix, Scalar, add_scaled};
 
 /// From one in so many ports on, a product with all of R costs less than one with rows that are gathered before it.
 const MANY: usize = 8;
@@ -160,45 +160,75 @@ impl ClosedModel {
         out.into_values()
     }
 
-    /// The model between some of its ports alone, with R in this precision.
+    /// The model between some of its ports alone, in this precision.
     pub(crate) fn among(&self, ports: &[usize], precision: Precision) -> Among {
+        let basis = self.basis.as_ref().map(|basis| rows_of(basis, ports));
+        let residual = self.residual.as_ref();
+        let residual = residual.map(|residual| square_of(residual, ports));
         Among {
             ports: ports.to_vec(),
-            basis: self.basis.as_ref().map(|basis| {
-                let basis = rows_of(basis, ports);
-                (basis.transposed(), basis)
-            }),
-            residual: self.residual.as_ref().map(|residual| {
-                let own = square_of(residual, ports);
-                match precision {
-                    Precision::Double => Residual::Double(own),
-                    Precision::Single => Residual::Single(own.single()),
-                }
-            }),
+            parts: match precision {
+                Precision::Double => Parts::Double(Own::new(basis, residual)),
+                Precision::Single => Parts::Single(Own::new(
+                    basis.map(|basis| basis.single()),
+                    residual.map(|residual| residual.single()),
+                )),
+            },
         }
     }
 }
 
-/// How exactly the residual is kept.
+/// How exactly B and R are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Precision {
-    /// As it is.
+    /// As they are.
     Double,
-    /// For Krylov iterations, which take as long as R takes to be read: a Newton step changes by some 1e-7 of itself, and no response.
+    /// For Krylov iterations, which take as long as both take to be read: a Newton step changes by some 1e-7 of itself, and no response.
     Single,
 }
 
-enum Residual {
-    Double(Matrix),
-    Single(Matrix<f32>),
+enum Parts {
+    Double(Own<f64>),
+    Single(Own<f32>),
 }
 
 /// The rows of B, and rows and columns of R, of some ports.
+struct Own<T> {
+    /// Bᵀ and B: products by rows are several times as fast as those by columns.
+    basis: Option<(RowMatrix<T>, RowMatrix<T>)>,
+    residual: Option<RowMatrix<T>>,
+}
+
+impl<T: Scalar> Own<T> {
+    fn new(basis: Option<RowMatrix<T>>, residual: Option<RowMatrix<T>>) -> Own<T> {
+        Own {
+            basis: basis.map(|basis| (basis.transposed(), basis)),
+            residual,
+        }
+    }
+
+    /// Rows of displacements due to rows of `force`, where `coordinates` makes generalised coordinates of generalised forces; of a model
+    /// without B, those of R alone.
+    fn respond(
+        &self,
+        force: &RowMatrix<T>,
+        coordinates: impl FnOnce(RowMatrix<T>) -> RowMatrix<T>,
+    ) -> RowMatrix<T> {
+        let mut out = match &self.basis {
+            Some((transposed, basis)) => basis.times(&coordinates(transposed.times(force))),
+            None => RowMatrix::zeros(force.rows(), force.columns()),
+        };
+        if let Some(residual) = &self.residual {
+            out.add_product(residual, force);
+        }
+        out
+    }
+}
+
+/// The model between some of its ports.
 pub(crate) struct Among {
     pub(crate) ports: Vec<usize>,
-    /// Bᵀ and B: products by rows are several times as fast as those by columns.
-    basis: Option<(Matrix, Matrix)>,
-    residual: Option<Residual>,
+    parts: Parts,
 }
 
 impl Among {
@@ -211,32 +241,29 @@ impl Among {
     ) -> Vec<f64> {
         let n = harmonics.coefficients();
         let force = matrix(self.ports.len(), n, force);
-        let mut out = match &self.basis {
-            Some((transposed, basis)) => {
-                let generalised = transposed.times(&force);
-                basis.times(&ClosedModel::coordinates(harmonics, cores, &generalised))
+        let coordinates =
+            |generalised: &Matrix| ClosedModel::coordinates(harmonics, cores, generalised);
+        let (mut out, has_basis) = match &self.parts {
+            Parts::Double(own) => {
+                let out = own.respond(&force, |generalised| coordinates(&generalised));
+                (out, own.basis.is_some())
             }
-            None => {
-                let order = cores.first().map_or(0, Matrix::rows);
-                let mut generalised = Matrix::zeros(order, n);
-                for (i, &port) in self.ports.iter().enumerate() {
-                    // A port may occur twice.
-                    add_scaled(generalised.row_mut(port), 1.0, force.row(i));
-                }
-                rows_of(
-                    &ClosedModel::coordinates(harmonics, cores, &generalised),
-                    &self.ports,
-                )
+            Parts::Single(own) => {
+                let out = own.respond(&force.single(), |generalised| {
+                    coordinates(&generalised.double()).single()
+                });
+                (out.double(), own.basis.is_some())
             }
         };
-        match &self.residual {
-            None => (),
-            Some(Residual::Double(residual)) => out.add_product(residual, &force),
-            Some(Residual::Single(residual)) => {
-                let own = residual.times(&force.single());
-                let pairs = out.values_mut().iter_mut().zip(own.values());
-                pairs.for_each(|(out, own)| *out += f64::from(*own));
+        if !has_basis {
+            let order = cores.first().map_or(0, Matrix::rows);
+            let mut generalised = Matrix::zeros(order, n);
+            for (i, &port) in self.ports.iter().enumerate() {
+                // A port may occur twice.
+                add_scaled(generalised.row_mut(port), 1.0, force.row(i));
             }
+            let own = rows_of(&coordinates(&generalised), &self.ports);
+            add_scaled(out.values_mut(), 1.0, own.values());
         }
         out.into_values()
     }
@@ -245,8 +272,18 @@ impl Among {
     pub(crate) fn receptance(&self, core: &Matrix<Complex64>) -> Matrix<Complex64> {
         let m = self.ports.len();
         let mut out = Matrix::zeros(m, m);
-        match &self.basis {
-            Some((_, basis)) => {
+        let (basis, residual) = match &self.parts {
+            Parts::Double(own) => {
+                let basis = own.basis.as_ref().map(|(_, basis)| basis.clone());
+                (basis, own.residual.clone())
+            }
+            Parts::Single(own) => {
+                let basis = own.basis.as_ref().map(|(_, basis)| basis.double());
+                (basis, own.residual.as_ref().map(RowMatrix::double))
+            }
+        };
+        match basis {
+            Some(basis) => {
                 let mut complex = Matrix::zeros(m, basis.columns());
                 let pairs = complex.values_mut().iter_mut().zip(basis.values());
                 pairs.for_each(|(c, b)| *c = (*b).into());
@@ -260,16 +297,9 @@ impl Among {
                 }
             }
         }
-        let sums = out.values_mut().iter_mut();
-        match &self.residual {
-            None => (),
-            Some(Residual::Double(residual)) => {
-                sums.zip(residual.values()).for_each(|(h, r)| *h += r);
-            }
-            Some(Residual::Single(residual)) => {
-                let pairs = sums.zip(residual.values());
-                pairs.for_each(|(h, r)| *h += f64::from(*r));
-            }
+        if let Some(residual) = residual {
+            let sums = out.values_mut().iter_mut();
+            sums.zip(residual.values()).for_each(|(h, r)| *h += r);
         }
         out
     }

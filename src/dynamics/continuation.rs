@@ -3,11 +3,15 @@
 //! The curve that is followed is (cosine, sine) of the first harmonic at one port, scaled by the largest amplitude so far, and ω, scaled by
 //! the width of the range; it does not depend on which elements are active. Of a model of few unknowns it has (cosine, sine) of every
 //! harmonic that is loaded at a port too: a resonance along another axis than the response's may bend over and lift the contact off
-//! while the response itself shows nothing of it. For a predictor, all displacements go along the secant.
+//! while the response itself shows nothing of it. Steps go along the secant; where on them a response is foretold is in `predictor.rs`.
+
+use std::collections::VecDeque;
 
 use super::aft::InterfaceElement;
+use super::candidates::gives_energy;
 use super::newton_step::{Condition, Term};
-use super::{DynamicsError, HarmonicBalance, Response};
+use super::predictor::{REMEMBERED, foretold};
+use super::{DynamicsError, HarmonicBalance, Response, Start};
 
 /// Cosine of the angle between secants beyond which a step is taken again at half its length.
 const SHARPEST: f64 = 0.85;
@@ -17,6 +21,9 @@ const KINK: f64 = 32.0;
 const EASY: usize = 4;
 /// Newton iterations up to which the step grows where some of them keep a Jacobian.
 const EASY_CHORDS: usize = 7;
+/// Points in a row at which friction gives energy, after which a branch ends: where it gives what dampers take, the amplitude grows along
+/// the branch without bound.
+const UNPHYSICAL: usize = 50;
 
 /// How a branch is followed. Lengths are in units of the scaled curve, whose frequency axis has length 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,8 +59,8 @@ impl ContinuationSettings {
     }
 }
 
-/// Iterator over the points of a branch. It ends at `to`, at its return beyond `from`, or after `most_points`; after an error it
-/// yields nothing more.
+/// Iterator over the points of a branch. It ends at `to`, at its return beyond `from`, where friction gives energy throughout, or after
+/// `most_points`; after an error it yields nothing more.
 pub struct Continuation<'a, E> {
     balance: &'a HarmonicBalance<E>,
     settings: ContinuationSettings,
@@ -72,11 +79,14 @@ enum Progress {
 
 struct Branch {
     now: Response,
-    before: Option<Response>,
+    /// The points before, the last of them last, as many as foretell the next.
+    past: VecDeque<Response>,
     step: f64,
     /// Largest amplitude so far of each pair \[m\].
     largest: Vec<f64>,
     points: usize,
+    /// How many of the last points in a row are no motion, as friction gives energy there.
+    unphysical: usize,
 }
 
 impl<'a, E: InterfaceElement> Continuation<'a, E> {
@@ -142,10 +152,11 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         let largest = before.map_or(largest.clone(), |before| path.larger(&largest, before));
         path.state = Progress::Underway(Box::new(Branch {
             now: now.clone(),
-            before: before.cloned(),
+            past: before.cloned().into_iter().collect(),
             step: settings.step,
             largest,
             points: 1,
+            unphysical: 0,
         }));
         for response in path {
             let response = response?;
@@ -169,6 +180,17 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
             pair.map(|value| value / scale)
         });
         scaled.chain([response.omega / self.width]).collect()
+    }
+
+    /// Lengths of the curve up to each of some responses on it.
+    fn lengths(&self, responses: &[&Response], largest: &[f64]) -> Vec<f64> {
+        let points: Vec<Vec<f64>> = responses.iter().map(|r| self.point(r, largest)).collect();
+        let steps = points.windows(2).map(|pair| distance(&pair[1], &pair[0]));
+        let sums = steps.scan(0.0, |length, step| {
+            *length += step;
+            Some(*length)
+        });
+        [0.0].into_iter().chain(sums).collect()
     }
 
     fn pairs(&self, response: &Response) -> impl Iterator<Item = [f64; 2]> {
@@ -196,7 +218,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         let direction = (settings.to - settings.from).signum();
         let width = self.width;
         let here = self.point(&branch.now, &branch.largest);
-        let tangent = match &branch.before {
+        let tangent = match branch.past.back() {
             None => {
                 let mut along = vec![0.0; here.len()];
                 along[here.len() - 1] = direction;
@@ -223,7 +245,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
                     let there = self.point(&next, &largest);
                     let from = self.point(&branch.now, &largest);
                     let secant = unit(&there, &from);
-                    let straight = match &branch.before {
+                    let straight = match branch.past.back() {
                         None => 1.0,
                         Some(before) => {
                             let old = unit(&from, &self.point(before, &largest));
@@ -239,12 +261,22 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
                         };
                         let easy = next.iterations <= most && straight > 0.5 * (1.0 + SHARPEST);
                         let growth = if easy { 1.4 } else { 1.0 };
+                        let unphysical = match gives_energy(&next) {
+                            true => branch.unphysical + 1,
+                            false => 0,
+                        };
+                        let mut past = branch.past;
+                        past.push_back(branch.now);
+                        if past.len() >= REMEMBERED {
+                            past.pop_front();
+                        }
                         return Ok(Branch {
                             now: next,
-                            before: Some(branch.now),
+                            past,
                             step: (step * growth).min(settings.largest_step),
                             largest,
                             points: branch.points + 1,
+                            unphysical,
                         });
                     }
                     None
@@ -295,16 +327,15 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
             by_omega: by_omega / width,
             value,
         };
-        let mut guess = branch.now.start();
-        if let Some(before) = &branch.before {
-            let secant = distance(here, &self.point(before, &branch.largest));
-            let share = step / secant;
-            for (u, old) in guess.displacement.iter_mut().zip(&before.displacement) {
-                *u += share * (*u - old);
-            }
-        }
-        let omega = branch.now.omega + step * by_omega * width;
-        let start = self.balance.start_from(&guess, omega, 1.0)?;
+        let known: Vec<&Response> = branch.past.iter().chain([&branch.now]).collect();
+        let places = self.lengths(&known, &branch.largest);
+        let ahead = foretold(&known, &places, places[places.len() - 1] + step);
+        let ahead = ahead.filter(|start| start.omega > 0.0);
+        let guess = ahead.unwrap_or_else(|| Start {
+            omega: branch.now.omega + step * by_omega * width,
+            ..branch.now.start()
+        });
+        let start = self.balance.start_from(&guess, guess.omega, 1.0)?;
         self.balance.newton(start, 1.0, &condition)
     }
 }
@@ -421,10 +452,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let largest = path.sizes(seed);
         path.state = Progress::Underway(Box::new(Branch {
             now: seed.clone(),
-            before: None,
+            past: VecDeque::new(),
             step: settings.step,
             largest: largest.clone(),
             points: 1,
+            unphysical: 0,
         }));
         let origin = path.point(seed, &largest);
         let close = |response: &Response, path: &Continuation<'_, E>| {
@@ -500,9 +532,10 @@ impl<E: InterfaceElement> Iterator for Continuation<'_, E> {
                 .map(|first| Branch {
                     largest: self.sizes(&first),
                     now: first,
-                    before: None,
+                    past: VecDeque::new(),
                     step: self.settings.step,
                     points: 1,
+                    unphysical: 0,
                 }),
             Progress::Underway(branch) => self.advance(*branch),
         };
@@ -514,7 +547,8 @@ impl<E: InterfaceElement> Iterator for Continuation<'_, E> {
         let direction = (self.settings.to - self.settings.from).signum();
         let ended = direction * (response.omega - self.settings.to) >= 0.0;
         let returned = direction * (response.omega - self.settings.from) < 0.0;
-        if !(ended || returned || branch.points >= self.settings.most_points) {
+        let no_motion = branch.unphysical >= UNPHYSICAL;
+        if !(ended || returned || no_motion || branch.points >= self.settings.most_points) {
             self.state = Progress::Underway(Box::new(branch));
         }
         Some(Ok(response))

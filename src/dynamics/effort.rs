@@ -3,15 +3,22 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use super::aft::Closure;
+
 /// Units of a step of the integration in time.
 const STEP: u64 = 5;
-/// Units of a cycle of an element beyond its coefficients.
+/// Units of a cycle of an element that is not sampled, beyond its coefficients.
 const CYCLE: u64 = 10;
+/// Samples that are marched over, or whose force and derivatives by so many coefficients are analysed, at the cost of a unit.
+const MARCHED: u64 = 48;
+const ANALYSED: u64 = 20;
 /// Units of the first branches of a survey, and of all that is looked for beside them: a million takes less than a second.
-pub(super) const BRANCHES: u64 = 6_000_000;
+pub(super) const BRANCHES: u64 = 4_000_000;
 pub(super) const BESIDE_BRANCHES: u64 = 1_000_000;
+/// Units that all surveys of a resonance may have cost before another one with more harmonics is begun.
+pub(super) const AGAIN: u64 = 6_000_000;
 /// Units of all points of a forced response at given frequencies, of a small model.
-pub(super) const POINTS: u64 = 2_500_000;
+pub(super) const POINTS: u64 = 5_000_000;
 
 /// A count of what is evaluated, with a bound. Clones count together.
 #[derive(Debug, Clone)]
@@ -41,14 +48,13 @@ impl Effort {
         self.bound.store(u64::MAX, Ordering::Relaxed);
     }
 
-    /// Elements were evaluated with so many coefficients along each direction: each costs as the square of these.
-    pub(super) fn add_elements(&self, elements: usize, coefficients: usize) {
-        self.add((elements * coefficients * coefficients) as u64);
-    }
-
-    /// An element was followed over so many cycles until its friction closed.
-    pub(super) fn add_cycles(&self, cycles: usize) {
-        self.add(CYCLE * cycles as u64);
+    /// An element was evaluated with so many coefficients along each direction, over the cycles until its friction closed.
+    pub(super) fn add_element(&self, closure: &Closure, coefficients: usize) {
+        let [cycles, samples] = [closure.cycles, closure.samples].map(|count| count as u64);
+        let n = coefficients as u64;
+        let sampled =
+            samples * cycles / MARCHED + samples * n / ANALYSED + samples * n * n / ANALYSED.pow(2);
+        self.add(n * n + CYCLE * cycles + sampled);
     }
 
     /// Steps in time were made.

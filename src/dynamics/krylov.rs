@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::DynamicsError;
-use crate::linalg::{Matrix, Scalar, add_scaled, single};
+use crate::linalg::{Matrix, Scalar, add_scaled, single, vectorised};
 
 /// Basis vectors before giving up; the preconditioned operator needs one to four dozen.
 const MOST_ITERATIONS: usize = 150;
@@ -31,6 +31,14 @@ pub(super) struct Learned {
 impl Learned {
     /// What B makes `right` of as far as that is known, and the rest of `right` as it is.
     pub(super) fn apply(&self, right: &[f64]) -> Vec<f64> {
+        vectorised(
+            #[inline(always)]
+            || self.split(right),
+        )
+    }
+
+    #[inline(always)]
+    fn split(&self, right: &[f64]) -> Vec<f64> {
         let mut rest = single(right);
         let mut out = vec![0.0; right.len()];
         for Pair { direction, image } in &self.pairs {
@@ -78,12 +86,17 @@ struct Arnoldi {
 impl Arnoldi {
     /// Takes from `next` its parts along the basis, one after the other, and adds these to `column`; the norm of what is left.
     fn project(&self, next: &mut [f64], column: &mut [f64]) -> f64 {
-        for (vector, sum) in self.basis.iter().zip(column) {
-            let projection = dot(vector, next);
-            *sum += projection;
-            add_scaled(next, -projection, vector);
-        }
-        norm(next)
+        vectorised(
+            #[inline(always)]
+            || {
+                for (vector, sum) in self.basis.iter().zip(column) {
+                    let projection = dot(vector, next);
+                    *sum += projection;
+                    add_scaled(next, -projection, vector);
+                }
+                norm(next)
+            },
+        )
     }
 
     /// The solution for the rotated right-hand side `target`.
@@ -145,32 +158,6 @@ fn combined(vectors: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
         add_scaled(&mut sum, *weight, vector);
     }
     sum
-}
-
-/// Solves `operator(x) = right` from `start`, to `tolerance` relative to `right`.
-///
-/// # Errors
-/// [`DynamicsError::Krylov`].
-pub(super) fn solve_from(
-    start: &[f64],
-    operator: impl Fn(&[f64]) -> Vec<f64>,
-    precondition: impl Fn(&[f64]) -> Vec<f64>,
-    right: &[f64],
-    tolerance: f64,
-) -> Result<Solution, DynamicsError> {
-    let mut left = right.to_vec();
-    add_scaled(&mut left, -1.0, &operator(start));
-    let (all, rest) = (norm(right), norm(&left));
-    if rest <= tolerance * all {
-        return Ok(Solution {
-            x: start.to_vec(),
-            iterations: 0,
-            learned: Vec::new(),
-        });
-    }
-    let mut solution = solve(operator, precondition, &left, tolerance * all / rest)?;
-    add_scaled(&mut solution.x, 1.0, start);
-    Ok(solution)
 }
 
 /// Solves `operator(precondition(y)) = right` by GMRES from zero for `x = precondition(y)`.
@@ -246,6 +233,7 @@ pub(super) fn solve(
     })
 }
 
+#[inline(always)]
 pub(super) fn norm(vector: &[f64]) -> f64 {
     dot(vector, vector).sqrt()
 }
@@ -254,6 +242,7 @@ pub(super) fn norm(vector: &[f64]) -> f64 {
 const STRANDS: usize = 16;
 
 /// Sums in strands, always the same ones.
+#[inline(always)]
 pub(super) fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
     let mut strands = [T::default(); STRANDS];
     let whole = a.chunks_exact(STRANDS);

@@ -93,7 +93,10 @@ impl March<'_> {
         if let Some(derivative) = derivative {
             self.differentiate(&steady, last, derivative, scratch);
         }
-        steady.closure
+        Closure {
+            samples: self.displacement.len(),
+            ..steady.closure
+        }
     }
 
     /// The steady cycle of the displacements that end in `last`.
@@ -487,6 +490,7 @@ impl Lap {
                 change / self.largest
             },
             largest: self.largest,
+            samples: 0,
         }
     }
 

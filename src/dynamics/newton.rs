@@ -6,9 +6,7 @@
 
 use super::aft::InterfaceElement;
 use super::krylov::{dot, norm};
-use super::newton_step::{
-    Change, Condition, Evaluation, Frame, LEAST_GRIP, STEP_TOLERANCE, Slope, Solving, State,
-};
+use super::newton_step::{Change, Condition, Evaluation, Frame, LEAST_GRIP, STEP_TOLERANCE, State};
 use super::{DynamicsError, HarmonicBalance, Response};
 use crate::linalg::add_scaled;
 
@@ -24,10 +22,8 @@ const NEARLY: f64 = 1e-4;
 const NEAR: f64 = 2e-3;
 const DEAR: usize = 25;
 const CHORD: f64 = 0.1;
-/// Where an iteration is dear: the largest relative tolerance of a step, and that of the motion with frequency, which every step begins
-/// with that of the one before.
+/// Where an iteration is dear: the largest relative tolerance of a step.
 const LOOSE: f64 = 1e-2;
-const SLOPE_TOLERANCE: f64 = 1e-3;
 /// There, a step that is so many times what the preconditioner makes of it is measured by solving for it, to that relative tolerance.
 const MISSED: f64 = 4.0;
 const MEASURED: f64 = 0.1;
@@ -78,8 +74,6 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let (mut least, mut since) = (f64::INFINITY, 0);
         // Whether the Jacobians are of a state before: their step is taken only where it is a good one.
         let mut is_old = false;
-        // Of the step before, along frequency.
-        let mut slope_before: Option<Slope> = None;
         // How often in a row the correction has grown.
         let (mut last, mut growths) = (f64::INFINITY, 0);
         for iteration in 0..=self.settings.most_iterations {
@@ -104,27 +98,33 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             if iteration == self.settings.most_iterations {
                 break;
             }
-            let mut now = self.frame(&at, condition, frame.take())?;
+            let mut now = self.frame(&at, frame.take())?;
             let solver = self.solver(&at, &now)?;
             let slope = match condition {
                 Condition::Frequency => None,
-                // Jacobians of a state before go with the motion along frequency there.
-                Condition::Linear { .. } if is_old && slope_before.is_some() => slope_before.take(),
+                // Where an iteration is dear, the motion with frequency is found with the step.
+                Condition::Linear { .. } if self.is_costly => {
+                    Some(self.rough_slope(&at, &solver, condition, state.omega)?)
+                }
                 Condition::Linear { .. } => {
-                    let motion = slope_before.as_ref().map(|slope| &slope.motion[..]);
-                    let solving = Solving {
-                        tolerance: match self.is_costly {
-                            true => SLOPE_TOLERANCE,
-                            false => STEP_TOLERANCE,
-                        },
-                        start: motion.filter(|_| self.is_costly),
-                    };
-                    Some(self.slope(&at, &now, &solver, condition, state.omega, solving)?)
+                    let omega = state.omega;
+                    Some(self.slope(&at, &now, &solver, condition, omega, STEP_TOLERANCE)?)
                 }
             };
-            let complete =
-                |direct, left| self.completed(&at, &now, condition, slope.as_ref(), (direct, left));
+            let complete = |direct, left| self.completed(slope.as_ref(), (direct, left));
             let reach = Reach::of(&state, &at, self.width());
+            let solved = |there: &Evaluation, tolerance: f64| match &slope {
+                Some(slope) if self.is_costly => {
+                    let right = (&there.residual[..], there.condition);
+                    let scale = reach.per_frequency();
+                    self.bordered_step(&solver, &at, &now, slope, scale, right, tolerance)
+                }
+                _ => {
+                    let (direct, effort) =
+                        self.step(&solver, &at, &now, &there.residual, tolerance)?;
+                    Ok((complete(direct, there.condition), effort))
+                }
+            };
             let roughly = |there: &Evaluation| {
                 let direct = solver.approximate(&there.residual);
                 reach.size(&complete(direct, there.condition))
@@ -132,12 +132,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let rough = roughly(&at);
             standing = rough;
             let mut before = rough;
-            let solving = Solving {
-                tolerance: self.step_tolerance(rough, tolerance),
-                start: None,
-            };
-            let (direct, effort) = self.step(&solver, &at, &now, &at.residual, solving)?;
-            let step = complete(direct, at.condition);
+            let (step, effort) = solved(&at, self.step_tolerance(rough, tolerance))?;
             // A preconditioner that misses most of a step is no measure of what trials leave.
             let is_missed = self.is_costly && reach.size(&step) > MISSED * before;
             if is_missed {
@@ -147,12 +142,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 if !is_missed {
                     return Ok(roughly(there));
                 }
-                let solving = Solving {
-                    tolerance: MEASURED,
-                    start: None,
-                };
-                let (direct, _) = self.step(&solver, &at, &now, &there.residual, solving)?;
-                Ok(reach.size(&complete(direct, there.condition)))
+                let (step, _) = solved(there, MEASURED)?;
+                Ok(reach.size(&step))
             };
             // What little holds is not to be held longer than the rest needs it.
             grip = (GRIP_PER_CORRECTION * rough).clamp(LEAST_GRIP, MOST_GRIP);
@@ -256,7 +247,6 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             if effort > if self.is_costly { LOST } else { STALE } {
                 now.forget();
             }
-            slope_before = slope;
             frame = Some(now);
         }
         if standing <= ACCEPTED && !self.is_costly {
@@ -332,6 +322,11 @@ impl Reach {
             displacement: squares.sqrt().max(f64::MIN_POSITIVE),
             omega: state.omega,
         }
+    }
+
+    /// What counts as much as a change of frequency of 1 rad/s \[m\].
+    fn per_frequency(&self) -> f64 {
+        FREQUENCY_WEIGHT * self.displacement / self.omega
     }
 
     fn size(&self, step: &Change) -> f64 {

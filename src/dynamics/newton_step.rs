@@ -6,7 +6,7 @@ use num_complex::Complex64;
 
 use super::aft::{Closure, InterfaceElement};
 use super::closed_model::{Among, Precision};
-use super::krylov::{self, Learned};
+use super::krylov::{self, Learned, dot};
 use super::preconditioner::{ElementPart, Preconditioner};
 use super::{DynamicsError, HarmonicBalance};
 use crate::linalg::{Blocks, Factors, RowMatrix as Matrix, add_scaled};
@@ -79,12 +79,6 @@ impl Condition {
         let terms = self.terms().iter();
         terms.map(|term| term.of(&rows[term.port * n..])).sum()
     }
-
-    /// The sum of the terms, of rows of `n` coefficients, one row a term.
-    fn of_own(&self, rows: &[f64], n: usize) -> f64 {
-        let terms = self.terms().iter().zip(rows.chunks(n));
-        terms.map(|(term, row)| term.of(row)).sum()
-    }
 }
 
 /// Everything that Newton's method wants to know about a state.
@@ -116,7 +110,7 @@ impl Evaluation {
 /// What depends on the active elements alone.
 pub(super) struct Frame {
     elements: Vec<usize>,
-    /// Among their degrees of freedom and, last, the ports of the condition's terms.
+    /// Among their degrees of freedom.
     among: Among,
     /// The element part of the preconditioner, if there is one by now.
     part: Option<ElementPart>,
@@ -151,27 +145,17 @@ pub(super) struct Change {
     pub(super) omega: f64,
 }
 
-/// How a linear system is solved where it takes iterations.
-#[derive(Clone, Copy)]
-pub(super) struct Solving<'a> {
-    /// Residual that is left, relative to the right-hand side.
-    pub(super) tolerance: f64,
-    /// The solution of a similar system, of as many unknowns, to start from.
-    pub(super) start: Option<&'a [f64]>,
-}
-
-impl Solving<'_> {
-    /// From nothing, so exactly that a step of a nearly linear problem gains four digits.
-    pub(super) const EXACTLY: Solving<'static> = Solving {
-        tolerance: STEP_TOLERANCE,
-        start: None,
-    };
-}
-
-/// How the state and the condition move with frequency.
+/// How the state and the condition move with frequency: the border of a Newton step.
 pub(super) struct Slope {
+    /// ∂ residual / ∂ω.
+    residual: Vec<f64>,
+    /// ∂ condition / ∂ω, and along each of the active unknowns.
+    partial: f64,
+    row: Vec<f64>,
+    /// −J⁻¹ `residual`, or what the preconditioner makes of it.
     pub(super) motion: Vec<f64>,
-    pub(super) total: f64,
+    /// Derivative of the condition with frequency, the active unknowns moving by that.
+    total: f64,
 }
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
@@ -195,7 +179,6 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let elements: Vec<usize> = (0..self.elements.len())
             .filter(|e| state.active[*e])
             .collect();
-        self.effort.add_elements(elements.len(), n);
         let mut work = self.sampling.workspace();
         let mut ports: Vec<usize> = elements.iter().flat_map(|e| 3 * e..3 * e + 3).collect();
         let mut forces = vec![0.0; elements.len() * width];
@@ -207,7 +190,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let mut jacobian = grip.map(|_| Matrix::zeros(width, width));
             let values = jacobian.as_mut().map(Matrix::values_mut);
             let closure = self.sampling.evaluate(law, u, g, values, &mut work);
-            self.effort.add_cycles(closure.cycles);
+            self.effort.add_element(&closure, n);
             contact.push((g.to_vec(), closure));
             for d in 0..3 {
                 let stiffness = self.reference[element][d];
@@ -260,15 +243,13 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     pub(super) fn frame(
         &self,
         at: &Evaluation,
-        condition: &Condition,
         old: Option<Frame>,
     ) -> Result<Frame, DynamicsError> {
         let mut frame = match old {
             Some(frame) if frame.elements == at.elements => frame,
             _ => {
                 let elements = at.elements.iter();
-                let mut ports: Vec<usize> = elements.flat_map(|e| 3 * e..3 * e + 3).collect();
-                ports.extend(condition.terms().iter().map(|term| term.port));
+                let ports: Vec<usize> = elements.flat_map(|e| 3 * e..3 * e + 3).collect();
                 let precision = match self.wants_krylov(at.residual.len()) {
                     true => Precision::Single,
                     false => Precision::Double,
@@ -367,30 +348,21 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         matrix
     }
 
-    /// (1 + H G) v of v and `forces` G v, and H G v at the ports of the condition's terms.
-    fn operate(
-        &self,
-        at: &Evaluation,
-        frame: &Frame,
-        mut forces: Vec<f64>,
-        v: &[f64],
-    ) -> (Vec<f64>, Vec<f64>) {
-        let n = self.harmonics().coefficients();
-        forces.resize(frame.among.ports.len() * n, 0.0);
-        let mut out = frame.among.respond(self.harmonics(), &at.cores, &forces);
-        let port = out.split_off(v.len());
-        out.iter_mut().zip(v).for_each(|(out, v)| *out += v);
-        (out, port)
+    /// (1 + H G) v of v and `forces` G v.
+    fn operate(&self, at: &Evaluation, frame: &Frame, forces: &[f64], v: &[f64]) -> Vec<f64> {
+        let mut out = frame.among.respond(self.harmonics(), &at.cores, forces);
+        add_scaled(&mut out, 1.0, v);
+        out
     }
 
-    /// −J⁻¹ `residual` as `solving` says, and the Krylov iterations it took.
+    /// −J⁻¹ `residual`, to a tolerance relative to it where that takes Krylov iterations, and how many.
     pub(super) fn step(
         &self,
         solver: &Solver<'_>,
         at: &Evaluation,
         frame: &Frame,
         residual: &[f64],
-        solving: Solving<'_>,
+        tolerance: f64,
     ) -> Result<(Vec<f64>, usize), DynamicsError> {
         let Solver::Krylov {
             beyond,
@@ -400,29 +372,77 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             return Ok((solver.approximate(residual), 0));
         };
         let right: Vec<f64> = residual.iter().map(|r| -r).collect();
-        let operator = |v: &[f64]| self.operate(at, frame, beyond.apply(v), v).0;
+        let operator = |v: &[f64]| self.operate(at, frame, &beyond.apply(v), v);
         let precondition = |v: &[f64]| preconditioner.apply(v);
         if !self.is_costly {
-            let solved = krylov::solve(operator, precondition, &right, solving.tolerance)?;
+            let solved = krylov::solve(operator, precondition, &right, tolerance)?;
             return Ok((solved.x, solved.iterations));
         }
         // Preconditioned from the left, so that what is left is small as a correction, which is what Newton's method measures: a mean
         // displacement that little holds is much of that for next to no residual.
-        let none = vec![0.0; right.len()];
-        let start = solving.start.filter(|start| start.len() == right.len());
         let mut memory = frame.learned.borrow_mut();
-        let solved = krylov::solve_from(
-            start.unwrap_or(&none),
+        let solved = krylov::solve(
             |v| precondition(&operator(v)),
             |v| memory.apply(v),
             &precondition(&right),
-            solving.tolerance,
+            tolerance,
         )?;
         memory.add(solved.learned);
         Ok((solved.x, solved.iterations))
     }
 
-    /// Derivatives along frequency: of the residual behind −J⁻¹ (the motion of the state with frequency), and of the condition.
+    /// The step of a bordered system to a relative tolerance, and the Krylov iterations it took: of the unknowns and of the frequency, of
+    /// which `scale` makes what counts like an unknown, in one solution. The `slope` is that of the preconditioner, which with it
+    /// inverts the border exactly.
+    #[allow(clippy::too_many_arguments)]
+    pub(super) fn bordered_step(
+        &self,
+        solver: &Solver<'_>,
+        at: &Evaluation,
+        frame: &Frame,
+        slope: &Slope,
+        scale: f64,
+        (residual, left): (&[f64], f64),
+        tolerance: f64,
+    ) -> Result<(Change, usize), DynamicsError> {
+        let Solver::Krylov {
+            beyond,
+            preconditioner,
+        } = solver
+        else {
+            let direct = solver.approximate(residual);
+            return Ok((self.completed(Some(slope), (direct, left)), 0));
+        };
+        let n = residual.len();
+        let operator = |v: &[f64]| {
+            let (v, omega) = (&v[..n], v[n] / scale);
+            let mut out = self.operate(at, frame, &beyond.apply(v), v);
+            add_scaled(&mut out, omega, &slope.residual);
+            out.push(dot(&slope.row, v) + slope.partial * omega);
+            out
+        };
+        let precondition = |v: &[f64]| {
+            let mut out = preconditioner.apply(&v[..n]);
+            let omega = (v[n] - dot(&slope.row, &out)) / slope.total;
+            add_scaled(&mut out, omega, &slope.motion);
+            out.push(scale * omega);
+            out
+        };
+        let right: Vec<f64> = residual.iter().chain([&left]).map(|r| -r).collect();
+        let mut memory = frame.learned.borrow_mut();
+        let solved = krylov::solve(
+            |v| precondition(&operator(v)),
+            |v| memory.apply(v),
+            &precondition(&right),
+            tolerance,
+        )?;
+        memory.add(solved.learned);
+        let mut unknowns = solved.x;
+        let omega = unknowns.pop().unwrap_or_default() / scale;
+        Ok((Change { unknowns, omega }, solved.iterations))
+    }
+
+    /// How the state moves with frequency, and the condition with both.
     pub(super) fn slope(
         &self,
         at: &Evaluation,
@@ -430,36 +450,59 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         solver: &Solver<'_>,
         condition: &Condition,
         omega: f64,
-        solving: Solving<'_>,
+        tolerance: f64,
+    ) -> Result<Slope, DynamicsError> {
+        self.slope_by(at, condition, omega, |residual| {
+            let (motion, _) = self.step(solver, at, frame, residual, tolerance)?;
+            Ok(motion)
+        })
+    }
+
+    /// As [`Self::slope`], by the preconditioner alone.
+    pub(super) fn rough_slope(
+        &self,
+        at: &Evaluation,
+        solver: &Solver<'_>,
+        condition: &Condition,
+        omega: f64,
+    ) -> Result<Slope, DynamicsError> {
+        self.slope_by(at, condition, omega, |residual| {
+            Ok(solver.approximate(residual))
+        })
+    }
+
+    fn slope_by(
+        &self,
+        at: &Evaluation,
+        condition: &Condition,
+        omega: f64,
+        step: impl FnOnce(&[f64]) -> Result<Vec<f64>, DynamicsError>,
     ) -> Result<Slope, DynamicsError> {
         let by_frequency = self.by_frequency(at, omega)?;
         let width = self.width();
-        let residual: Vec<f64> = at
-            .elements
-            .iter()
-            .flat_map(|e| by_frequency[e * width..(e + 1) * width].iter().map(|v| -v))
-            .collect();
-        let (motion, _) = self.step(solver, at, frame, &residual, solving)?;
-        let total = self.along_frequency(at, frame, condition, &by_frequency, &motion);
-        Ok(Slope { motion, total })
+        let elements = at.elements.iter();
+        let rows = elements.flat_map(|e| &by_frequency[e * width..(e + 1) * width]);
+        let residual: Vec<f64> = rows.map(|v| -v).collect();
+        let motion = step(&residual)?;
+        let partial = self.partial(condition, &by_frequency);
+        let row = self.border(at, condition);
+        Ok(Slope {
+            total: partial + dot(&row, &motion),
+            residual,
+            partial,
+            row,
+            motion,
+        })
     }
 
-    /// The derivative of the condition along frequency, the active unknowns moving by `motion`.
-    fn along_frequency(
-        &self,
-        at: &Evaluation,
-        frame: &Frame,
-        condition: &Condition,
-        by_frequency: &[f64],
-        motion: &[f64],
-    ) -> f64 {
-        let partial = match condition {
+    /// ∂ condition / ∂ω at constant contact forces.
+    fn partial(&self, condition: &Condition, by_frequency: &[f64]) -> f64 {
+        match condition {
             Condition::Frequency => 0.0,
             Condition::Linear { by_omega, .. } => {
                 condition.of_ports(by_frequency, self.harmonics().coefficients()) + by_omega
             }
-        };
-        partial + self.border(at, frame, condition, motion)
+        }
     }
 
     /// ∂ displacement of all ports / ∂ω at constant forces, but for loads that grow with frequency.
@@ -484,25 +527,43 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Ok(change)
     }
 
-    /// The derivative of the condition along a change `v` of the active unknowns.
-    fn border(&self, at: &Evaluation, frame: &Frame, condition: &Condition, v: &[f64]) -> f64 {
-        match condition {
-            Condition::Frequency => 0.0,
-            Condition::Linear { .. } => {
-                let blocks = at.beyond.iter().zip(v.chunks(self.width()));
-                let forces = blocks.flat_map(|(jacobian, v)| jacobian.apply(v));
-                let (_, rows) = self.operate(at, frame, forces.collect(), v);
-                -condition.of_own(&rows, self.harmonics().coefficients())
-            }
+    /// The derivative of the condition along each active unknown: −cᵀ H G of the weights c of its terms. The transpose of the receptance
+    /// of a harmonic, which is symmetric, is its conjugate, so that Hᵀ c is H c with the signs of all sines changed before and after.
+    fn border(&self, at: &Evaluation, condition: &Condition) -> Vec<f64> {
+        let terms = condition.terms();
+        let harmonics = self.harmonics();
+        let (n, width) = (harmonics.coefficients(), self.width());
+        let ports: Vec<usize> = terms.iter().map(|term| term.port).collect();
+        let mut weights = vec![0.0; terms.len() * n];
+        for (term, row) in terms.iter().zip(weights.chunks_mut(n)) {
+            row[term.slot] = term.weights[0];
+            row[term.slot + 1] = -term.weights[1];
         }
+        let mut response = self
+            .model
+            .respond(harmonics, &at.cores, &ports, &weights, true);
+        for row in response.chunks_mut(n) {
+            // A mean has no sine.
+            row.iter_mut()
+                .skip(2)
+                .step_by(2)
+                .for_each(|sine| *sine = -*sine);
+        }
+        let blocks = at.elements.iter().zip(&at.beyond);
+        let rows = blocks.flat_map(|(element, jacobian)| {
+            let response = &response[element * width..][..width];
+            let mut row = vec![0.0; width];
+            for (i, value) in response.iter().enumerate() {
+                add_scaled(&mut row, -value, jacobian.row(i));
+            }
+            row
+        });
+        rows.collect()
     }
 
     /// Block elimination of the bordered system: `direct` = −J⁻¹ r is completed by the motion with frequency.
     pub(super) fn completed(
         &self,
-        at: &Evaluation,
-        frame: &Frame,
-        condition: &Condition,
         slope: Option<&Slope>,
         (mut direct, left): (Vec<f64>, f64),
     ) -> Change {
@@ -512,7 +573,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 omega: 0.0,
             };
         };
-        let omega = -(left + self.border(at, frame, condition, &direct)) / slope.total;
+        let omega = -(left + dot(&slope.row, &direct)) / slope.total;
         add_scaled(&mut direct, omega, &slope.motion);
         Change {
             unknowns: direct,
@@ -541,15 +602,14 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         };
         let (cosine, sine) = (condition([1.0, 0.0]), condition([0.0, 1.0]));
         let at = self.evaluate(&state, response.load_factor, &cosine, Some(LEAST_GRIP))?;
-        let frame = self.frame(&at, &cosine, None)?;
+        let frame = self.frame(&at, None)?;
         let solver = self.solver(&at, &frame)?;
         let omega = state.omega;
-        let slope = self.slope(&at, &frame, &solver, &cosine, omega, Solving::EXACTLY)?;
+        let slope = self.slope(&at, &frame, &solver, &cosine, omega, STEP_TOLERANCE)?;
         let by_frequency = self.by_frequency(&at, omega)?;
-        Ok([
-            slope.total,
-            self.along_frequency(&at, &frame, &sine, &by_frequency, &slope.motion),
-        ])
+        let of_sine =
+            self.partial(&sine, &by_frequency) + dot(&self.border(&at, &sine), &slope.motion);
+        Ok([slope.total, of_sine])
     }
 }
 

@@ -1,12 +1,16 @@
 //! Many small square matrices, applied together.
 
-use super::{RowMatrix, single};
+use super::{RowMatrix, single, vectorised};
+
+/// Blocks whose products run side by side: their sums stay in registers.
+const SIDE_BY_SIDE: usize = 32;
 
 /// Square matrices of one size on a diagonal, for products with one vector after the other, which take as long as the matrices take to
 /// be read: they are in single precision, and so are the products. Entry (i, j) of all blocks lies together, so that the work runs
 /// along the blocks, many at a time, however small they are.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Blocks {
+    /// Blocks, and empty ones up to a multiple of [`SIDE_BY_SIDE`].
     count: usize,
     width: usize,
     /// Entry (i, j) of block b is at `(i * width + j) * count + b`.
@@ -16,7 +20,7 @@ pub struct Blocks {
 impl Blocks {
     /// All blocks have `width` rows and columns.
     pub fn new<'a>(width: usize, blocks: impl ExactSizeIterator<Item = &'a RowMatrix>) -> Blocks {
-        let count = blocks.len();
+        let count = blocks.len().next_multiple_of(SIDE_BY_SIDE);
         let mut values = vec![0.0; width * width * count];
         for (b, block) in blocks.enumerate() {
             assert_eq!((block.rows(), block.columns()), (width, width));
@@ -33,24 +37,37 @@ impl Blocks {
 
     /// The product with a vector, which has the rows of the first block first.
     pub fn apply(&self, vector: &[f64]) -> Vec<f64> {
+        vectorised(
+            #[inline(always)]
+            || self.product(vector),
+        )
+    }
+
+    #[inline(always)]
+    fn product(&self, vector: &[f64]) -> Vec<f64> {
         let (count, width) = (self.count, self.width);
-        let mut along = vec![0.0; vector.len()];
+        let mut along = vec![0.0; width * count];
         for (b, part) in single(vector).chunks_exact(width).enumerate() {
             for (j, value) in part.iter().enumerate() {
                 along[j * count + b] = *value;
             }
         }
         let mut out = vec![0.0; vector.len()];
-        let mut row = vec![0.0; count];
-        for (i, entries) in self.values.chunks_exact(width * count).enumerate() {
-            row.fill(0.0);
-            for (entries, along) in entries.chunks_exact(count).zip(along.chunks_exact(count)) {
-                for ((sum, entry), value) in row.iter_mut().zip(entries).zip(along) {
-                    *sum += entry * value;
+        for first in (0..count).step_by(SIDE_BY_SIDE) {
+            let parts = out[(first * width).min(vector.len())..].chunks_exact_mut(width);
+            let mut parts: Vec<&mut [f64]> = parts.take(SIDE_BY_SIDE).collect();
+            for i in 0..width {
+                let mut sums = [0.0_f32; SIDE_BY_SIDE];
+                for j in 0..width {
+                    let entries = &self.values[(i * width + j) * count + first..][..SIDE_BY_SIDE];
+                    let along = &along[j * count + first..][..SIDE_BY_SIDE];
+                    for b in 0..SIDE_BY_SIDE {
+                        sums[b] += entries[b] * along[b];
+                    }
                 }
-            }
-            for (b, sum) in row.iter().enumerate() {
-                out[b * width + i] = f64::from(*sum);
+                for (part, sum) in parts.iter_mut().zip(sums) {
+                    part[i] = f64::from(sum);
+                }
             }
         }
         out

@@ -11,7 +11,7 @@ pub use blocks::Blocks;
 pub use dense::Matrix;
 pub use rows::{
     Factors, RowMatrix, Scalar, add_product_of_rows, add_scaled, eigenvalues, generalised_eigen,
-    single,
+    single, vectorised,
 };
 pub use sparse::{SparseCholesky, SparseIndefinite, SparseSymmetric, minimum_degree};
 

@@ -12,6 +12,7 @@ use faer::perm::PermRef;
 use faer::traits::ComplexField;
 use faer::{Accum, Conj, MatMut, MatRef, Par};
 use num_complex::Complex64;
+use pulp::Arch;
 
 use super::{LinalgError, Matrix};
 
@@ -100,6 +101,17 @@ impl RowMatrix {
             rows: self.rows,
             columns: self.columns,
             values: single(&self.values),
+        }
+    }
+}
+
+impl RowMatrix<f32> {
+    /// The matrix in double precision.
+    pub fn double(&self) -> RowMatrix {
+        RowMatrix {
+            rows: self.rows,
+            columns: self.columns,
+            values: self.values.iter().map(|value| f64::from(*value)).collect(),
         }
     }
 }
@@ -306,7 +318,15 @@ impl<T: Scalar> RowMatrix<T> {
     }
 }
 
+/// Does `work` with the widest vectors that the processor has, as far as it is inlined there. Numbers are those of any processor: products
+/// and sums are rounded one by one, in the order in which they are written.
+#[inline(always)]
+pub fn vectorised<R>(work: impl FnOnce() -> R) -> R {
+    Arch::new().dispatch(work)
+}
+
 /// `target += factor * source`.
+#[inline(always)]
 pub fn add_scaled<T: Scalar>(target: &mut [T], factor: T, source: &[T]) {
     for (target, &source) in target.iter_mut().zip(source) {
         *target += factor * source;
