@@ -26,25 +26,34 @@ pub(super) struct Nodes<'a> {
 impl<'a> Nodes<'a> {
     pub(super) fn of(harmonics: &'a Harmonics) -> Nodes<'a> {
         let count = NODES_PER_WAVE * (harmonics.highest() as usize + 1);
-        let circle = (0..count).map(|j| {
+        let mut circle = Vec::with_capacity(count);
+        // A quarter, and the others turned: there is a multiple of four.
+        circle.extend((0..count / 4).map(|j| {
             let (sin, cos) = (j as f64 * (TAU / count as f64)).sin_cos();
             [cos, sin]
-        });
-        Nodes {
-            harmonics,
-            circle: circle.collect(),
+        }));
+        for j in count / 4..count {
+            let [cos, sin] = circle[j - count / 4];
+            circle.push([-sin, cos]);
         }
+        Nodes { harmonics, circle }
     }
 
     /// Basis functions at an instant, as [`Harmonics::basis`] has them.
     pub(super) fn basis(&self, theta: f64) -> Vec<f64> {
-        let mut turns = Turns::of(theta);
-        let mut row = vec![1.0];
-        for &order in &self.harmonics.orders()[1..] {
-            row.extend(turns.to(order as usize));
-        }
-        row
+        basis(self.harmonics, theta)
     }
+}
+
+/// Basis functions at an instant, as [`Harmonics::basis`] has them but for rounding.
+pub(super) fn basis(harmonics: &Harmonics, theta: f64) -> Vec<f64> {
+    let mut turns = Turns::of(theta);
+    let mut row = Vec::with_capacity(harmonics.coefficients());
+    row.push(1.0);
+    for &order in &harmonics.orders()[1..] {
+        row.extend(turns.to(order as usize));
+    }
+    row
 }
 
 /// A trigonometric polynomial a₀ + Σ (a_k cos kθ + b_k sin kθ).

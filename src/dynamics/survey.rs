@@ -4,6 +4,7 @@
 
 use std::f64::consts::TAU;
 
+use super::candidates::gives_energy;
 use super::contact_element::ContactElement;
 use super::effort::{BESIDE_BRANCHES, BRANCHES};
 use super::forced_response::FoundBy;
@@ -83,11 +84,26 @@ impl Vibration {
         Ok(time.with_inertial_loads(&self.inertial_loads))
     }
 
-    /// The branches of a small model over the range: from both ends, and through motions in time that no branch leads to.
+    /// The branches of a small model over the range: from both ends, and through motions in time that no branch leads to. A balance
+    /// that was surveyed before is not surveyed again.
     ///
     /// # Errors
     /// Those of [`HarmonicBalance::parts`].
     pub fn survey(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+    ) -> Result<Survey, DynamicsError> {
+        if let Some(kept) = self.surveyed.of(balance) {
+            return Ok(kept);
+        }
+        let before = balance.effort.spent();
+        let survey = self.survey_anew(balance)?;
+        let spent = balance.effort.spent() - before;
+        self.surveyed.keep(balance, &survey, spent);
+        Ok(survey)
+    }
+
+    fn survey_anew(
         &self,
         balance: &HarmonicBalance<ContactElement>,
     ) -> Result<Survey, DynamicsError> {
@@ -118,7 +134,7 @@ impl Vibration {
             true => BRANCHES,
             false => BESIDE_BRANCHES,
         });
-        for omega in self.probes(&survey) {
+        for omega in self.probes(balance, &survey) {
             if balance.effort.is_spent() {
                 survey.is_cut = true;
                 break;
@@ -144,7 +160,7 @@ impl Vibration {
         {
             let rows = &response.displacement;
             let above = first_harmonic(balance, rows, self.response_port);
-            if above > survey.largest(balance, self.response_port) {
+            if !gives_energy(&response) && above > survey.largest(balance, self.response_port) {
                 survey
                     .branches
                     .push(self.branch_through(balance, &response)?);
@@ -190,15 +206,21 @@ impl Vibration {
         }
     }
 
-    /// Angular frequencies to look at: within gaps, and over the range.
-    pub(super) fn probes(&self, survey: &Survey) -> Vec<f64> {
+    /// Angular frequencies to look at: within gaps, at natural frequencies and over the range.
+    pub(super) fn probes(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        survey: &Survey,
+    ) -> Vec<f64> {
         let (from, to) = self.range;
         let gaps = survey.left_out((from, to));
         let within = gaps.iter().flat_map(|[a, b]| {
             (0..IN_GAPS).map(move |k| TAU * (a + (b - a) * (k as f64 + 0.5) / IN_GAPS as f64))
         });
         let over = (0..PROBES).map(|k| from * (to / from).powf((k as f64 + 0.5) / PROBES as f64));
-        within.chain(over).collect()
+        let own = self.own_frequencies(balance);
+        let own = own.into_iter().filter(|omega| (from..=to).contains(omega));
+        within.chain(own).chain(over).collect()
     }
 
     /// What is there at `omega` that no branch of the survey has: of the balance from the linear response, or where the motion from rest
@@ -309,10 +331,11 @@ impl Survey {
         all().next().is_some() && all().all(|response| balance.is_still(response, port))
     }
 
-    /// The largest amplitude at a port \[m\].
+    /// The largest amplitude at a port, of responses that may be motions \[m\].
     pub(super) fn largest(&self, balance: &HarmonicBalance<ContactElement>, port: usize) -> f64 {
         let all = self.branches.iter().flatten();
         let largest = all
+            .filter(|response| !gives_energy(response))
             .map(|r| first_harmonic(balance, &r.displacement, port))
             .fold(0.0, f64::max);
         if largest > 0.0 { largest } else { USUAL }

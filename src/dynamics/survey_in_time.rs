@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::contact_element::ContactElement;
 use super::periodic::{Periodic, Settled};
-use super::survey::{BESIDE, EFFORT, IN_GAPS, Survey, USUAL, first_harmonic, near};
+use super::survey::{BESIDE, EFFORT, IN_GAPS, SAME, Survey, USUAL, first_harmonic, near};
 use super::time_integration::{Motion, TimeModel};
 use super::vibration::Vibration;
 use super::{DynamicsError, HarmonicBalance, Response};
@@ -126,10 +126,6 @@ impl Vibration {
         response: &Response,
     ) -> Vec<Periodic> {
         let amplitude = first_harmonic(balance, &response.displacement, self.response_port);
-        let model = &self.model;
-        let open =
-            (0..model.mass.rows()).map(|k| (model.stiffness.at(k, k) / model.mass.at(k, k)).sqrt());
-        let closed = balance.model.core.natural_frequencies().iter().copied();
         let rest = time.rest();
         let motion = balance.motion(response);
         let there = motion.as_ref().unwrap_or(&rest);
@@ -137,7 +133,8 @@ impl Vibration {
         let beside = ASIDE
             .iter()
             .map(|aside| (response.omega * (1.0 + aside), there));
-        let own = open.chain(closed).map(|omega| (omega, &rest));
+        let own = self.own_frequencies(balance);
+        let own = own.into_iter().map(|omega| (omega, &rest));
         let inside = |omega: f64| (self.range.0..=self.range.1).contains(&omega);
         let places = beside.chain(own).filter(|(omega, _)| inside(*omega));
         let found = places.filter_map(|(omega, start)| {
@@ -147,6 +144,18 @@ impl Vibration {
             }
         });
         found.collect()
+    }
+
+    /// Natural angular frequencies with the contact open, of each coordinate by itself, and closed, each once, rising.
+    pub(super) fn own_frequencies(&self, balance: &HarmonicBalance<ContactElement>) -> Vec<f64> {
+        let model = &self.model;
+        let open =
+            (0..model.mass.rows()).map(|k| (model.stiffness.at(k, k) / model.mass.at(k, k)).sqrt());
+        let closed = balance.model.core.natural_frequencies().iter().copied();
+        let mut all: Vec<f64> = open.chain(closed).collect();
+        all.sort_by(f64::total_cmp);
+        all.dedup_by(|b, a| *b <= *a * (1.0 + SAME));
+        all
     }
 
     /// The dissipation of the motion in time near a response, and the work that its loads do \[J\]; none where there is no such motion.

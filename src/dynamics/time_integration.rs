@@ -7,6 +7,7 @@
 use std::cell::Cell;
 use std::f64::consts::TAU;
 
+use super::series::basis;
 use super::slider::{FrictionLaw, Slider, magnitude};
 use super::{ContactElement, DynamicsError, Harmonics, Load, SecondOrder};
 use crate::linalg::RowMatrix as Matrix;
@@ -205,6 +206,7 @@ impl<'a> TimeModel<'a> {
             modes: Vec::new(),
             stages: vec![vec![0.0; motion.values.len() + measured]; 7],
             trial: vec![0.0; motion.values.len() + measured],
+            has_first: false,
             force: vec![0.0; self.coordinates()],
         };
         let mut state = motion.values.clone();
@@ -331,6 +333,9 @@ pub(super) struct Run<'a> {
     pub(super) modes: Vec<[Mode; 2]>,
     stages: Vec<Vec<f64>>,
     pub(super) trial: Vec<f64>,
+    /// Whether the first stage has the rates of the state from which a step is made: it has them after a step that is taken again with
+    /// another length.
+    has_first: bool,
     /// Forces on the coordinates, to work in.
     force: Vec<f64>,
 }
@@ -376,9 +381,16 @@ impl Run<'_> {
             let fired = self.first_event(time, state, &before, h, &mut end, at_once < 4);
             let Some((at, mut which)) = fired else {
                 (time, *state, at_once) = (time + h, end, 0);
-                self.hold(state);
+                // The last stage of a step is the first of the next, unless forces are brought back to their limits.
+                let slips = self.modes.iter().flatten().any(|mode| *mode == Mode::Slip);
+                self.has_first = !slips;
+                match slips {
+                    true => self.hold(state),
+                    false => self.stages.swap(0, 6),
+                }
                 continue;
             };
+            self.has_first = false;
             time += at;
             *state = end;
             at_once = if at <= shortest { at_once + 1 } else { 0 };
@@ -406,7 +418,9 @@ impl Run<'_> {
         self.model.steps.set(self.model.steps.get() + 1);
         let mut stages = std::mem::take(&mut self.stages);
         let mut trial = std::mem::take(&mut self.trial);
-        for k in 0..7 {
+        let first = if self.has_first { 1 } else { 0 };
+        self.has_first = true;
+        for k in first..7 {
             trial.copy_from_slice(state);
             for (weight, stage) in STAGES[k].iter().zip(&stages).take(k) {
                 if *weight != 0.0 {
@@ -450,8 +464,13 @@ impl Run<'_> {
             let rate = f64::from(load.harmonic) * self.omega;
             (load, rate * rate)
         });
+        let mut wave = (0, (0.0, 1.0));
         for (load, size) in constant.chain(inertial) {
-            let (sin, cos) = (f64::from(load.harmonic) * theta).sin_cos();
+            if load.harmonic != wave.0 {
+                let angle = f64::from(load.harmonic) * theta;
+                wave = (load.harmonic, angle.sin_cos());
+            }
+            let (sin, cos) = wave.1;
             let value = size * (load.cosine * cos + load.sine * sin);
             let row = model.model.basis.row(load.port);
             for (a, b) in row.iter().enumerate() {
@@ -515,7 +534,7 @@ impl Run<'_> {
             let rest = &mut out[self.scales.len()..];
             let scale = self.omega / TAU;
             rest[..3].copy_from_slice(&[input, friction_loss, viscous]);
-            let basis = harmonics.basis(theta);
+            let basis = basis(harmonics, theta);
             let count = basis.len();
             for port in 0..model.model.basis.rows() {
                 let u = product(model.model.basis.row(port), q);

@@ -2,7 +2,7 @@
 
 use super::candidates::gives_energy;
 use super::contact_element::ContactElement;
-use super::effort::BRANCHES;
+use super::effort::{AGAIN, BRANCHES};
 use super::newton::FREQUENCY_WEIGHT;
 use super::survey::{SAME, first_harmonic, is_near};
 use super::vibration::{Resonance, Vibration};
@@ -278,7 +278,7 @@ impl Resolved<'_> {
     /// Takes the resonance of another balance in place of its own, found over the whole range; false, with nothing taken, where it has
     /// none, or where looking for it was given up before a larger one was found.
     fn survey_again(&mut self, balance: HarmonicBalance<ContactElement>) -> bool {
-        if self.spent > BRANCHES {
+        if self.spent > AGAIN {
             return false;
         }
         let found = self.vibration.resonance(&balance, None);

@@ -6,6 +6,7 @@ use super::candidates::{Candidate, CandidateKind};
 use super::contact_element::ContactElement;
 use super::effort::{BESIDE_BRANCHES, BRANCHES};
 use super::survey::Survey;
+use super::surveyed::Surveyed;
 use super::{
     DynamicsError, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Settings, Start,
 };
@@ -35,6 +36,8 @@ pub struct Vibration {
     pub gauge: Gauge,
     /// What an earlier start has solved, and a place for what this one solves.
     pub journal: Journal,
+    /// Surveys that were made.
+    pub surveyed: Surveyed,
 }
 
 /// The resonance of a structure with its contact elements.

@@ -512,6 +512,7 @@ impl Structure {
             points: response.points,
             gauge: Gauge::default(),
             journal: Journal::default(),
+            surveyed: Default::default(),
             model,
         })
     }

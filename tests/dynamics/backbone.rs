@@ -32,6 +32,7 @@ fn vibration(oscillator: &Oscillator, loads: Vec<Load>, samples: usize) -> Vibra
         points: None,
         gauge: Default::default(),
         journal: Default::default(),
+        surveyed: Default::default(),
         inertial_loads: Vec::new(),
     }
 }
@@ -262,6 +263,7 @@ fn a_linear_structure_has_the_damping_ratio_of_its_mode() {
         points: None,
         gauge: Default::default(),
         journal: Default::default(),
+        surveyed: Default::default(),
         inertial_loads: Vec::new(),
     };
     let balance = vibration.balance(Vec::new()).expect("right");

@@ -156,6 +156,7 @@ impl Bank {
             points: None,
             gauge: Default::default(),
             journal: Default::default(),
+            surveyed: Default::default(),
             inertial_loads: Vec::new(),
         };
         (vibration, element)

@@ -172,6 +172,7 @@ fn the_highest_of_several_peaks() {
         points: Some(61),
         gauge: Default::default(),
         journal: Default::default(),
+        surveyed: Default::default(),
     };
     let balance = vibration
         .balance(vec![oscillator.element.clone()])

@@ -21,6 +21,7 @@ fn vibration(oscillator: &Oscillator, points: Option<usize>) -> Vibration {
         points,
         gauge: Default::default(),
         journal: Journal::default(),
+        surveyed: Default::default(),
         inertial_loads: Vec::new(),
     }
 }

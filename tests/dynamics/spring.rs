@@ -176,6 +176,7 @@ fn springs_in_time_are_those_of_the_balance() {
         points: Some(5),
         gauge: Default::default(),
         journal: Default::default(),
+        surveyed: Default::default(),
         inertial_loads: Vec::new(),
     };
     let of = || {

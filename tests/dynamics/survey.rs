@@ -28,6 +28,7 @@ fn vibration(
         points: None,
         gauge: Default::default(),
         journal: Default::default(),
+        surveyed: Default::default(),
         inertial_loads: Vec::new(),
     }
 }
@@ -447,4 +448,24 @@ fn what_nothing_moves_is_still() {
             .expect("a resonance");
         assert_eq!(resolved.resonance.is_still, is_still, "along {port}");
     }
+}
+
+/// A forced response takes the survey of its resonance where there is one; another start of the program has none.
+#[test]
+fn a_survey_that_is_kept_is_the_one_that_is_made_again() {
+    let oscillator = light(element(20.0, 3e4, 5e4));
+    let loads = vec![Oscillator::load(0, 4.0, 0.0)];
+    let first = vibration(&oscillator, loads, 0, (20.0, 60.0));
+    let other = first.clone();
+    let rows = |vibration: &Vibration, load: f64| {
+        let balance = vibration.balance(vec![element(load, 3e4, 5e4)]);
+        let points = vibration.forced_response(balance.expect("a balance"));
+        points.expect("a forced response")
+    };
+    let made = rows(&first, 20.0);
+    assert_eq!(rows(&first, 20.0), made);
+    assert_eq!(rows(&other, 20.0), made);
+    // Of other elements nothing is known.
+    assert_ne!(rows(&first, 10.0), made);
+    assert_eq!(rows(&first, 10.0), rows(&other, 10.0));
 }

@@ -34,6 +34,7 @@ fn vibration(oscillator: &Oscillator, force: f64, harmonics: Harmonics) -> Vibra
         points: None,
         gauge: Default::default(),
         journal: Default::default(),
+        surveyed: Default::default(),
     }
 }
 
