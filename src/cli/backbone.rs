@@ -125,6 +125,8 @@ struct Found {
     scene_hash: String,
     backbone: Backbone,
     over: Option<Over>,
+    /// Why it ends where it is not for the resonance.
+    broken: Option<CliError>,
 }
 
 /// What varies in place of the force.
@@ -184,6 +186,9 @@ pub fn backbone(arguments: &BackboneArguments, out: &mut Results) -> Result<Exit
             name: state.name(),
             ..found
         });
+        if all.last().is_some_and(|found| found.broken.is_some()) {
+            break;
+        }
     }
     let mut table = typed::Backbone::default();
     for found in &all {
@@ -210,7 +215,10 @@ pub fn backbone(arguments: &BackboneArguments, out: &mut Results) -> Result<Exit
         true => out.json(&json!({ "states": all.iter().map(object).collect::<Vec<_>>() })),
         false => all.iter().for_each(|found| print(found, out)),
     }
-    Ok(Exit::Done)
+    // What was found before an error is not lost with it.
+    all.pop()
+        .and_then(|last| last.broken)
+        .map_or(Ok(Exit::Done), Err)
 }
 
 fn of_scene(arguments: &BackboneArguments, path: &Path) -> Result<Found, CliError> {
@@ -282,16 +290,19 @@ fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Fou
     let (cache, threads) = (cache.as_ref(), arguments.threads);
     let backbone = stages::resonance_of_scenes(inputs_at, cache, levels, threads, &watcher);
     watcher.finish();
-    let backbone = backbone.map_err(|error| match error {
+    let told = |error| match error {
         CliError::OverAt { .. } => error,
         _ => at(&amount(reached.get()), error),
-    })?;
+    };
+    let (backbone, broken) = backbone.map_err(told)?;
+    let broken = broken.map(told);
     let points = backbone.points.iter();
     let values = points.map(|point| Ok(in_si(&amount(point.level))?.0));
     let values = values.collect::<Result<_, CliError>>()?;
     let key = key.to_owned();
     Ok(Found {
         over: Some(Over { key, unit, values }),
+        broken,
         ..found(&first, 0, 0, backbone)
     })
 }
@@ -323,6 +334,7 @@ fn found(inputs: &Inputs, wear_iteration: u64, cycles: u64, backbone: Backbone) 
         scene_hash: stages::identity_of(inputs).scene_hash(),
         backbone,
         over: None,
+        broken: None,
     }
 }
 
@@ -405,6 +417,10 @@ impl Found {
                 "it ends before {}, where no phase resonance was found: {source}",
                 self.level(*level)
             )),
+            BackboneEnd::Broken { level } => Some(match &self.broken {
+                Some(error) => format!("an error ends it: {error}"),
+                None => format!("it ends before {}", self.level(*level)),
+            }),
             BackboneEnd::OtherMode { level } => Some(format!(
                 "it ends before {}: the next phase resonance is that of another mode, more than 5 % away in frequency",
                 self.level(*level)

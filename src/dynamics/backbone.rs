@@ -96,6 +96,11 @@ pub enum BackboneEnd {
         /// The level at which it is found.
         level: f64,
     },
+    /// Before the last level: there is no structure of the next one.
+    Broken {
+        /// The level at which it was wanted.
+        level: f64,
+    },
 }
 
 /// Phase resonances over the level.
@@ -175,20 +180,23 @@ impl Vibration {
             }
             Ok(())
         };
-        Branch::new(driven, scale, Over::Force).along(&targets, levels.count.is_none())
+        let mut branch = Branch::new(driven, scale, Over::Force);
+        let (backbone, _) = branch.along::<DynamicsError>(&targets, levels.count.is_none())?;
+        Ok(backbone)
     }
 }
 
 /// The phase resonance over a parameter, from its value `levels.from` to that of `levels.to`, up or down; `at` makes the structure of a
 /// value. It begins with the strongest phase resonance of the first value in its range and stays on its branch, as [`Vibration::backbone`].
+/// An error of `at` behind the first phase resonance ends the backbone and stands beside it.
 ///
 /// # Errors
-/// Those of `at`; [`DynamicsError::OutOfRange`] for levels that are no range; that of [`HarmonicBalance::phase_resonance`] at the first
+/// Those of `at` before the first phase resonance; [`DynamicsError::OutOfRange`] for levels that are no range; that of [`HarmonicBalance::phase_resonance`] at the first
 /// value if there is none at a later one either. Where the resonance ceases on the way, the backbone ends.
 pub fn resonance_over<E: From<DynamicsError>>(
     levels: Levels,
     mut at: impl FnMut(f64) -> Result<Driven, E>,
-) -> Result<Backbone, E> {
+) -> Result<(Backbone, Option<E>), E> {
     let targets = levels.targets(Over::Parameter)?;
     let mut now = targets[0];
     let driven = at(now)?;

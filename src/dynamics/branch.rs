@@ -93,10 +93,12 @@ impl<S> Branch<S> {
     }
 
     /// Through all targets; with `is_free` every phase resonance that is solved for is a point, and they lie as near as the curve bends.
+    /// An error of `set` behind the first point ends the backbone and stands beside it.
     ///
     /// # Errors
-    /// That of `set`, and that of the solver at the first level if there is no phase resonance at a later one either.
-    pub fn along<E>(&mut self, targets: &[f64], is_free: bool) -> Result<Backbone, E>
+    /// That of `set` before the first point, and that of the solver at the first level if there is no phase resonance at a later one
+    /// either.
+    pub fn along<E>(&mut self, targets: &[f64], is_free: bool) -> Result<(Backbone, Option<E>), E>
     where
         E: From<DynamicsError>,
         S: FnMut(&mut Driven, f64) -> Result<(), E>,
@@ -112,6 +114,7 @@ impl<S> Branch<S> {
         }
         let mut step = LARGEST_STEP;
         let mut end = BackboneEnd::Reached;
+        let mut broken = None;
         'targets: for &target in &targets[1..] {
             while self.is_before(last.point.level, target) {
                 // No crumb is left before a target.
@@ -121,7 +124,14 @@ impl<S> Branch<S> {
                     false => last.point.level * (self.direction * step).exp(),
                 };
                 let distance = (level / last.point.level).ln().abs();
-                let found = self.step(before.as_ref(), &last, level)?;
+                let found = match self.step(before.as_ref(), &last, level) {
+                    Ok(found) => found,
+                    Err(error) => {
+                        end = BackboneEnd::Broken { level };
+                        broken = Some(error);
+                        break 'targets;
+                    }
+                };
                 if let Ok(next) = &found
                     && !self.over.is_leap(&last, next)
                 {
@@ -165,13 +175,14 @@ impl<S> Branch<S> {
                 }
             }
         }
-        Ok(Backbone {
+        let backbone = Backbone {
             points,
             begin,
             end,
             solves: self.solves,
             iterations: self.iterations,
-        })
+        };
+        Ok((backbone, broken))
     }
 
     /// True if a level lies before another on the way.

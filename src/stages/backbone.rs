@@ -42,10 +42,10 @@ pub fn backbone_of_scene(
 }
 
 /// The phase resonance of the unworn joint over a value of its scene: `inputs_at` has the scene of a value. Harmonics are those of the
-/// first value.
+/// first value. An error behind the first resonance ends the curve and stands beside it.
 ///
 /// # Errors
-/// Those of `inputs_at`, [`RunError`] of the stages before the resonance, and [`RunError::Dynamics`] if the first value has none.
+/// Those of `inputs_at` and [`RunError`] of the stages before the resonance, and [`RunError::Dynamics`] if the first value has none.
 ///
 /// # Panics
 /// On a recipe without structure and response.
@@ -55,7 +55,7 @@ pub fn resonance_of_scenes<E: From<RunError>>(
     levels: Levels,
     threads: usize,
     observer: &dyn Observer,
-) -> Result<Backbone, E> {
+) -> Result<(Backbone, Option<E>), E> {
     let mut harmonics: Option<Harmonics> = None;
     let driven = |value: f64| -> Result<Driven, Of<E>> {
         let inputs = inputs_at(value).map_err(Of)?;
@@ -67,7 +67,10 @@ pub fn resonance_of_scenes<E: From<RunError>>(
         harmonics.get_or_insert_with(|| driven.balance.harmonics().clone());
         Ok(driven)
     };
-    resonance_over(levels, driven).map_err(|Of(error)| error)
+    match resonance_over(levels, driven) {
+        Ok((backbone, broken)) => Ok((backbone, broken.map(|Of(error)| error))),
+        Err(Of(error)) => Err(error),
+    }
 }
 
 /// An error of the solver at the first value, or another one.

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use fretwear::dynamics::oscillator::mass_on_springs;
 use fretwear::dynamics::{
     Backbone, BackboneEnd, ContactElement, DynamicsError, ForcedPoint, FrictionLaw, Harmonics,
-    Levels, Load, Oscillator, Settings, Vibration,
+    Levels, Load, Oscillator, Settings, Vibration, resonance_over,
 };
 use fretwear::reference::{Jenkins, JenkinsOscillator};
 
@@ -305,5 +305,36 @@ fn levels_that_are_no_range_are_refused() {
             matches!(error, DynamicsError::OutOfRange { name: found, .. } if found == name),
             "{error}"
         );
+    }
+}
+
+/// Of a parameter, the points before a value whose structure cannot be made stand beside the error.
+#[test]
+fn an_error_at_a_later_value_leaves_the_points_before_it() {
+    const BROKEN: f64 = 400.0;
+    let element = super::element(FrictionLaw::Cone);
+    let at = |damping: f64| -> Result<_, DynamicsError> {
+        if damping > BROKEN {
+            return Err(DynamicsError::OutOfRange {
+                name: "the damping",
+                value: damping,
+                expected: "no more",
+            });
+        }
+        let vibration = vibration(&damped(damping), drive(100.0), 256);
+        let balance = vibration.balance(vec![element.clone()])?;
+        Ok(vibration.with_balance(balance))
+    };
+    let over = |count| resonance_over(levels(100.0, 800.0, count), at);
+    for count in [Some(5), None] {
+        let (backbone, error) = over(count).expect("a resonance at the first value");
+        assert!(backbone.points.len() >= 3, "{:?}", backbone.points);
+        assert!(backbone.points.iter().all(|point| point.level <= BROKEN));
+        let (BackboneEnd::Broken { level }, Some(DynamicsError::OutOfRange { value, .. })) =
+            (&backbone.end, error)
+        else {
+            panic!("{:?}", backbone.end);
+        };
+        assert!(*level > BROKEN && *level == value, "{level}, {value}");
     }
 }
