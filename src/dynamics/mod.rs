@@ -50,6 +50,7 @@
 
 pub mod aft;
 pub mod backbone;
+mod border;
 mod branch;
 mod candidates;
 mod closed_model;
