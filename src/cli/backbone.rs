@@ -1,9 +1,9 @@
 //! `fretwear backbone`: frequency, damping ratio and amplitude over the level of the force, or over a key of the scene.
 
 use std::cell::Cell;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::{fs, io};
 
 use clap::Args;
 use fretwear::dynamics::{Backbone, BackboneEnd, Levels};
@@ -19,7 +19,7 @@ use serde_json::{Value, json};
 use super::arguments::parse_threads;
 use super::run::{cache_folder, parse_source, scene_of_run};
 use super::{CliError, Exit};
-use crate::progress::{Watcher, grouped};
+use crate::progress::{Asked, Watcher, grouped};
 use crate::terminal::Results;
 
 #[derive(Args)]
@@ -101,6 +101,16 @@ impl BackboneArguments {
         for path in outputs {
             if taken.contains(&place(path)) {
                 return Err(CliError::OutputIsTaken { path: path.clone() });
+            }
+            let folder = path
+                .parent()
+                .filter(|parent| !parent.as_os_str().is_empty());
+            if folder.is_some_and(|folder| !folder.is_dir()) {
+                let reason = "there is no such folder";
+                return Err(CliError::Export {
+                    path: path.clone(),
+                    source: io::Error::new(io::ErrorKind::NotFound, reason),
+                });
             }
             taken.push(place(path));
         }
@@ -197,6 +207,11 @@ pub fn backbone(arguments: &BackboneArguments, out: &mut Results) -> Result<Exit
         let over = over.map(|over| (over.key.as_str(), over.values.as_slice()));
         stages::add_backbone(&mut table, &found.name, wear, &found.backbone, over);
     }
+    // What cannot be written is not lost either.
+    match arguments.json {
+        true => out.json(&json!({ "states": all.iter().map(object).collect::<Vec<_>>() })),
+        false => all.iter().for_each(|found| print(found, out)),
+    }
     if let Some(path) = &arguments.output {
         let provenance = Provenance {
             scene_hash: all[0].scene_hash.clone(),
@@ -210,10 +225,6 @@ pub fn backbone(arguments: &BackboneArguments, out: &mut Results) -> Result<Exit
     if let Some(path) = &arguments.svg {
         let svg = fretwear::report::backbone_svg(&table).map_err(CliError::Drawing)?;
         write(path, svg.as_bytes())?;
-    }
-    match arguments.json {
-        true => out.json(&json!({ "states": all.iter().map(object).collect::<Vec<_>>() })),
-        false => all.iter().for_each(|found| print(found, out)),
     }
     // What was found before an error is not lost with it.
     all.pop()
@@ -268,6 +279,8 @@ fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Fou
         return Err(CliError::OverLevels { key, from, to });
     };
     let Amount { number: from, unit } = from.clone();
+    // A value ends before a stop does: what it has cost is not lost.
+    let asked = Asked::listen_once(i32::from(Exit::Stopped.code())).map_err(CliError::Signals)?;
     let reached = Cell::new(from);
     let amount = |number: f64| Amount {
         number,
@@ -275,7 +288,10 @@ fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Fou
     };
     let inputs_at = |number: f64| {
         reached.set(number);
-        inputs_of(&amount(number))
+        match asked.is_asked() {
+            true => Err(CliError::AskedToStop),
+            false => inputs_of(&amount(number)),
+        }
     };
     // The curve takes any number between the ends: a key of integers is refused before anything is computed.
     inputs_at(from * (to / from).powf(BETWEEN))?;

@@ -63,6 +63,8 @@ pub enum CliError {
     },
     #[error("cannot watch for signals: {0}")]
     Signals(std::io::Error),
+    #[error("asked to stop")]
+    AskedToStop,
     #[error("{} has no [structure] of kind \"resonator\" to export", path.display())]
     NothingToExport { path: PathBuf },
     #[error(
@@ -227,6 +229,7 @@ impl CliError {
     pub fn exit(&self) -> Exit {
         match self {
             CliError::Run(error) if error.is_scene() => Exit::Scene,
+            CliError::AskedToStop => Exit::Stopped,
             CliError::NotTheSame { .. } | CliError::RowChanged { .. } => Exit::Damaged,
             CliError::Row { source, .. } | CliError::OverAt { source, .. } => source.exit(),
             CliError::RowFailed { code, .. } => Exit::of_failure(*code),

@@ -79,7 +79,8 @@ pub struct PointResponse {
     pub displacement: Vec<f64>,
     /// Energy per cycle.
     pub energy: Energy,
-    /// Relative error of the amplitude by the length of steps and by what had not settled; none where it is not known, as of the balance.
+    /// Relative error of the amplitude by the length of steps and by what had not settled; none where it is not known, as of the balance;
+    /// 1 where harmonics are known to be too few.
     pub error: Option<f64>,
     /// Elements that had unknowns; none of a motion in time.
     pub active_elements: usize,

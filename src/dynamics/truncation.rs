@@ -65,10 +65,6 @@ impl Truncation {
         let chosen = resonance.candidates.iter().filter(|candidate| {
             [resonance.in_force().omega, resonance.peak.omega].contains(&candidate.response.omega)
         });
-        // A peak where neither a branch nor motions in time could be followed is not known.
-        if !resonance.unseen.is_empty() {
-            self.amplitude = self.amplitude.max(UNKNOWN);
-        }
         let above = resonance.largest_in_time / resonance.peak_amplitude - 1.0;
         self.amplitude = self.amplitude.max(above);
         for candidate in chosen {
@@ -77,6 +73,11 @@ impl Truncation {
                 let above = amplitude / candidate.amplitude - 1.0;
                 self.amplitude = self.amplitude.max(above);
             }
+        }
+        // A peak where neither a branch nor motions in time could be followed, or beside which the search was given up, is not known,
+        // whatever is known of what was found.
+        if !resonance.unseen.is_empty() || resonance.is_cut {
+            self.amplitude = UNKNOWN;
         }
         for error in [
             &mut self.frequency,

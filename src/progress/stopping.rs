@@ -47,6 +47,25 @@ impl Asked {
         Ok(Asked(signalled))
     }
 
+    /// Listens to the first signal; a second ends the process with `exit`.
+    ///
+    /// # Errors
+    /// Those of the operating system.
+    pub fn listen_once(exit: i32) -> io::Result<Asked> {
+        let signalled = Arc::new(AtomicBool::new(false));
+        for signal in [SIGINT, SIGTERM] {
+            // In this order: the first signal finds the flag down.
+            flag::register_conditional_shutdown(signal, exit, signalled.clone())?;
+            flag::register(signal, signalled.clone())?;
+        }
+        Ok(Asked(signalled))
+    }
+
+    /// True once a signal has come.
+    pub fn is_asked(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
     /// True if a signal has come since this was asked last.
     pub fn taken(&self) -> bool {
         self.0.swap(false, Ordering::Relaxed)

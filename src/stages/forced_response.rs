@@ -160,6 +160,12 @@ fn forced_response(
         ));
         let fewer = vibration.balance_of(elements, harmonics.clone());
         points = fewer.and_then(|balance| vibration.forced_response(balance));
+        // What these lack is what the resonance was extended for.
+        for point in points.iter_mut().flatten() {
+            if let (FoundBy::Balance, Some(response)) = (point.found_by, &mut point.response) {
+                response.error = Some(1.0);
+            }
+        }
     }
     let points = points.map_err(|source| failed(reads, source))?;
     if reads.recipe.surface().is_none() {

@@ -84,7 +84,7 @@ keys! {
     RAYLEIGH_STIFFNESS: Quantity = "dynamics.rayleigh.stiffness", Is("0 s"), Quantity(Dimension::TIME, NOT_NEGATIVE, "1 us");
     /// Of which structure the damped modes are.
     DAMPING_BASIS: Choice<DampingBasis> = "dynamics.damping_basis", Is("stuck"), Choice(&[
-        ("stuck", DampingBasis::Stuck, "with all springs of the unworn contact"),
+        ("stuck", DampingBasis::Stuck, "with all springs of the unworn contact; a gap has none"),
         ("free", DampingBasis::Free, "without contact springs"),
     ]);
     /// How friction limits the tangential force T of a contact element under its normal load N [A §2b].
