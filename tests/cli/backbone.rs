@@ -251,6 +251,16 @@ fn a_key_that_cannot_vary_is_refused() {
     }
 }
 
+/// Nothing is computed for a place where nothing can be written.
+#[test]
+fn a_table_in_no_folder_is_refused_at_once() {
+    let bench = bench();
+    let did = bench.fretwear(&["backbone", "slider.toml", "-o", "nowhere/b.parquet"]);
+    assert_eq!(did.code(), 1, "{}", did.stderr());
+    assert!(did.stderr().contains("no such folder"), "{}", did.stderr());
+    assert_eq!(did.stdout(), "");
+}
+
 #[test]
 fn friction_that_bounds_nothing_ends_the_curve_and_is_named() {
     let bench = bench();
