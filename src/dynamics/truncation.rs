@@ -74,9 +74,10 @@ impl Truncation {
                 self.amplitude = self.amplitude.max(above);
             }
         }
-        // A peak where neither a branch nor motions in time could be followed, or beside which the search was given up, is not known,
-        // whatever is known of what was found.
-        if !resonance.unseen.is_empty() || resonance.is_cut {
+        // A peak where neither a branch nor motions in time could be followed is not known, and no limit is known where the search was
+        // given up and what it found may be off by all of itself.
+        let is_lost = resonance.is_cut && self.amplitude >= UNKNOWN;
+        if !resonance.unseen.is_empty() || is_lost {
             self.amplitude = UNKNOWN;
         }
         for error in [
