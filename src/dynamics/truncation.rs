@@ -65,6 +65,10 @@ impl Truncation {
         let chosen = resonance.candidates.iter().filter(|candidate| {
             [resonance.in_force().omega, resonance.peak.omega].contains(&candidate.response.omega)
         });
+        // A peak where neither a branch nor motions in time could be followed is not known.
+        if !resonance.unseen.is_empty() {
+            self.amplitude = self.amplitude.max(UNKNOWN);
+        }
         let above = resonance.largest_in_time / resonance.peak_amplitude - 1.0;
         self.amplitude = self.amplitude.max(above);
         for candidate in chosen {
@@ -73,12 +77,6 @@ impl Truncation {
                 let above = amplitude / candidate.amplitude - 1.0;
                 self.amplitude = self.amplitude.max(above);
             }
-        }
-        // A peak where neither a branch nor motions in time could be followed is not known, and no limit is known where the search was
-        // given up and what it found may be off by all of itself.
-        let is_lost = resonance.is_cut && self.amplitude >= UNKNOWN;
-        if !resonance.unseen.is_empty() || is_lost {
-            self.amplitude = UNKNOWN;
         }
         for error in [
             &mut self.frequency,
