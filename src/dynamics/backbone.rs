@@ -191,8 +191,8 @@ impl Vibration {
 /// An error of `at` behind the first phase resonance ends the backbone and stands beside it.
 ///
 /// # Errors
-/// Those of `at` before the first phase resonance; [`DynamicsError::OutOfRange`] for levels that are no range; that of [`HarmonicBalance::phase_resonance`] at the first
-/// value if there is none at a later one either. Where the resonance ceases on the way, the backbone ends.
+/// Those of `at` before the first phase resonance; [`DynamicsError::OutOfRange`] for levels that are no range; that of
+/// [`HarmonicBalance::phase_resonance`] at the first value if there is none at a later one either. Where the resonance ceases on the way, the backbone ends.
 pub fn resonance_over<E: From<DynamicsError>>(
     levels: Levels,
     mut at: impl FnMut(f64) -> Result<Driven, E>,

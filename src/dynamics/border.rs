@@ -1,7 +1,7 @@
 //! The border of a Newton step whose frequency is free: how the state moves with frequency, and a condition with both.
 
 use super::aft::InterfaceElement;
-use super::krylov::{self, dot};
+use super::krylov::dot;
 use super::newton_step::{
     Change, Condition, Evaluation, Frame, LEAST_GRIP, STEP_TOLERANCE, Solver, State, Term,
 };
@@ -19,7 +19,7 @@ pub(super) struct Slope {
     partial: f64,
     row: Vec<f64>,
     /// −J⁻¹ `residual`, or what the preconditioner makes of it.
-    pub(super) motion: Vec<f64>,
+    motion: Vec<f64>,
     /// Derivative of the condition with frequency, the active unknowns moving by that.
     total: f64,
 }
@@ -63,17 +63,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             out
         };
         let right: Vec<f64> = residual.iter().chain([&left]).map(|r| -r).collect();
-        let mut memory = frame.learned.borrow_mut();
-        let solved = krylov::solve(
-            |v| precondition(&operator(v)),
-            |v| memory.apply(v),
-            &precondition(&right),
-            tolerance,
-        )?;
-        memory.add(solved.learned);
-        let mut unknowns = solved.x;
+        let (mut unknowns, iterations) = frame.solve(operator, precondition, &right, tolerance)?;
         let omega = unknowns.pop().unwrap_or_default() / scale;
-        Ok((Change { unknowns, omega }, solved.iterations))
+        Ok((Change { unknowns, omega }, iterations))
     }
 
     /// How the state moves with frequency, and the condition with both.

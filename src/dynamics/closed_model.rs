@@ -270,34 +270,40 @@ impl Among {
 
     /// Receptances among these ports for one core, `ports × ports`.
     pub(crate) fn receptance(&self, core: &Matrix<Complex64>) -> Matrix<Complex64> {
-        let m = self.ports.len();
+        match &self.parts {
+            Parts::Double(own) => own.receptance(&self.ports, core),
+            Parts::Single(own) => own.double().receptance(&self.ports, core),
+        }
+    }
+}
+
+impl Own<f32> {
+    fn double(&self) -> Own<f64> {
+        let basis = self.basis.as_ref().map(|(_, basis)| basis.double());
+        Own::new(basis, self.residual.as_ref().map(RowMatrix::double))
+    }
+}
+
+impl Own<f64> {
+    fn receptance(&self, ports: &[usize], core: &Matrix<Complex64>) -> Matrix<Complex64> {
+        let m = ports.len();
         let mut out = Matrix::zeros(m, m);
-        let (basis, residual) = match &self.parts {
-            Parts::Double(own) => {
-                let basis = own.basis.as_ref().map(|(_, basis)| basis.clone());
-                (basis, own.residual.clone())
-            }
-            Parts::Single(own) => {
-                let basis = own.basis.as_ref().map(|(_, basis)| basis.double());
-                (basis, own.residual.as_ref().map(RowMatrix::double))
-            }
-        };
-        match basis {
-            Some(basis) => {
+        match &self.basis {
+            Some((_, basis)) => {
                 let mut complex = Matrix::zeros(m, basis.columns());
                 let pairs = complex.values_mut().iter_mut().zip(basis.values());
                 pairs.for_each(|(c, b)| *c = (*b).into());
                 out.add_product_transposed(&complex.times(core), &complex);
             }
             None => {
-                for (i, &a) in self.ports.iter().enumerate() {
-                    for (j, &b) in self.ports.iter().enumerate() {
+                for (i, &a) in ports.iter().enumerate() {
+                    for (j, &b) in ports.iter().enumerate() {
                         out.set(i, j, core.at(a, b));
                     }
                 }
             }
         }
-        if let Some(residual) = residual {
+        if let Some(residual) = &self.residual {
             let sums = out.values_mut().iter_mut();
             sums.zip(residual.values()).for_each(|(h, r)| *h += r);
         }

@@ -113,7 +113,7 @@ pub(super) struct Frame {
     /// The element part of the preconditioner, if there is one by now.
     part: Option<ElementPart>,
     /// What solving with it has learned.
-    pub(super) learned: RefCell<Learned>,
+    learned: RefCell<Learned>,
 }
 
 impl Frame {
@@ -121,6 +121,29 @@ impl Frame {
     pub(super) fn forget(&mut self) {
         self.part = None;
         *self.learned.borrow_mut() = Learned::default();
+    }
+
+    /// Solves `operator(x) = right` with what was learned before, and learns from it; x and the Krylov iterations. All systems of a frame
+    /// have as many unknowns.
+    ///
+    /// It is preconditioned from the left, so that what is left is small as a correction, which is what Newton's method measures: a mean
+    /// displacement that little holds is much of that for next to no residual.
+    pub(super) fn solve(
+        &self,
+        operator: impl Fn(&[f64]) -> Vec<f64>,
+        precondition: impl Fn(&[f64]) -> Vec<f64>,
+        right: &[f64],
+        tolerance: f64,
+    ) -> Result<(Vec<f64>, usize), DynamicsError> {
+        let mut memory = self.learned.borrow_mut();
+        let solved = krylov::solve(
+            |v| precondition(&operator(v)),
+            |v| memory.apply(v),
+            &precondition(right),
+            tolerance,
+        )?;
+        memory.add(solved.learned);
+        Ok((solved.x, solved.iterations))
     }
 }
 
@@ -369,17 +392,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let solved = krylov::solve(operator, precondition, &right, tolerance)?;
             return Ok((solved.x, solved.iterations));
         }
-        // Preconditioned from the left, so that what is left is small as a correction, which is what Newton's method measures: a mean
-        // displacement that little holds is much of that for next to no residual.
-        let mut memory = frame.learned.borrow_mut();
-        let solved = krylov::solve(
-            |v| precondition(&operator(v)),
-            |v| memory.apply(v),
-            &precondition(&right),
-            tolerance,
-        )?;
-        memory.add(solved.learned);
-        Ok((solved.x, solved.iterations))
+        frame.solve(operator, precondition, &right, tolerance)
     }
 }
 

@@ -93,13 +93,13 @@ impl Vibration {
         &self,
         balance: &HarmonicBalance<ContactElement>,
     ) -> Result<Survey, DynamicsError> {
-        if let Some(kept) = self.surveyed.of(balance) {
+        if let Some(kept) = self.kept_survey(balance) {
             return Ok(kept);
         }
         let before = balance.effort.spent();
         let survey = self.survey_anew(balance)?;
         let spent = balance.effort.spent() - before;
-        self.surveyed.keep(balance, &survey, spent);
+        self.keep_survey(balance, &survey, spent);
         Ok(survey)
     }
 

@@ -5,7 +5,8 @@ use std::collections::VecDeque;
 
 use super::contact_element::ContactElement;
 use super::survey::Survey;
-use super::{HarmonicBalance, Harmonics, Settings};
+use super::vibration::Vibration;
+use super::{HarmonicBalance, Harmonics, Load, SecondOrder, Settings};
 
 /// Surveys that are kept: of the harmonics of a scene, of more of them, and one that was made in vain.
 const KEPT: usize = 3;
@@ -18,13 +19,42 @@ pub struct Surveyed {
 
 #[derive(Debug)]
 struct Kept {
-    elements: Vec<ContactElement>,
-    harmonics: Harmonics,
-    settings: Settings,
-    loads: Vec<f64>,
+    of: Inputs,
     survey: Survey,
     /// Units of effort that it took.
     spent: u64,
+}
+
+/// All that a survey follows from.
+#[derive(Debug, PartialEq)]
+struct Inputs {
+    model: SecondOrder,
+    loads: Vec<Load>,
+    inertial_loads: Vec<Load>,
+    load_rows: Vec<f64>,
+    response_port: usize,
+    range: (f64, f64),
+    points: Option<usize>,
+    elements: Vec<ContactElement>,
+    harmonics: Harmonics,
+    settings: Settings,
+}
+
+impl Inputs {
+    fn of(vibration: &Vibration, balance: &HarmonicBalance<ContactElement>) -> Inputs {
+        Inputs {
+            model: vibration.model.clone(),
+            loads: vibration.loads.clone(),
+            inertial_loads: vibration.inertial_loads.clone(),
+            load_rows: balance.load_rows.clone(),
+            response_port: vibration.response_port,
+            range: vibration.range,
+            points: vibration.points,
+            elements: balance.elements().to_vec(),
+            harmonics: balance.harmonics().clone(),
+            settings: balance.settings,
+        }
+    }
 }
 
 impl Clone for Surveyed {
@@ -33,33 +63,27 @@ impl Clone for Surveyed {
     }
 }
 
-impl Surveyed {
-    /// The survey of a balance, which counts as if it were made again: what follows does not depend on who made it.
-    pub(super) fn of(&self, balance: &HarmonicBalance<ContactElement>) -> Option<Survey> {
-        let all = self.kept.borrow();
-        let kept = all.iter().find(|kept| {
-            kept.elements == balance.elements()
-                && kept.harmonics == *balance.harmonics()
-                && kept.settings == balance.settings
-                && kept.loads == balance.load_rows
-        })?;
+impl Vibration {
+    /// The survey of a balance that was made, which counts as if it were made again: what follows does not depend on who made it.
+    pub(super) fn kept_survey(&self, balance: &HarmonicBalance<ContactElement>) -> Option<Survey> {
+        let of = Inputs::of(self, balance);
+        let all = self.surveyed.kept.borrow();
+        let kept = all.iter().find(|kept| kept.of == of)?;
         balance.effort.add_units(kept.spent);
         Some(kept.survey.clone())
     }
 
-    pub(super) fn keep(
+    /// Keeps the survey of a balance, which has taken so many units of effort.
+    pub(super) fn keep_survey(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         survey: &Survey,
         spent: u64,
     ) {
-        let mut all = self.kept.borrow_mut();
+        let mut all = self.surveyed.kept.borrow_mut();
         all.truncate(KEPT - 1);
         all.push_front(Kept {
-            elements: balance.elements().to_vec(),
-            harmonics: balance.harmonics().clone(),
-            settings: balance.settings,
-            loads: balance.load_rows.clone(),
+            of: Inputs::of(self, balance),
             survey: survey.clone(),
             spent,
         });

@@ -418,7 +418,7 @@ impl Run<'_> {
         self.model.steps.set(self.model.steps.get() + 1);
         let mut stages = std::mem::take(&mut self.stages);
         let mut trial = std::mem::take(&mut self.trial);
-        let first = if self.has_first { 1 } else { 0 };
+        let first = usize::from(self.has_first);
         self.has_first = true;
         for k in first..7 {
             trial.copy_from_slice(state);

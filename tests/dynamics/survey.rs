@@ -465,7 +465,10 @@ fn a_survey_that_is_kept_is_the_one_that_is_made_again() {
     let made = rows(&first, 20.0);
     assert_eq!(rows(&first, 20.0), made);
     assert_eq!(rows(&other, 20.0), made);
-    // Of other elements nothing is known.
+    // Of other elements nothing is known, nor over another range.
     assert_ne!(rows(&first, 10.0), made);
     assert_eq!(rows(&first, 10.0), rows(&other, 10.0));
+    let mut narrower = first;
+    narrower.range.1 *= 0.9;
+    assert_ne!(rows(&narrower, 20.0), made);
 }
