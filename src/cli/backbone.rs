@@ -72,8 +72,11 @@ enum State {
 impl State {
     /// `RUN@K`, unless there is a file of that name.
     fn parse(text: &str) -> Result<State, String> {
-        match parse_source(text) {
-            Ok(source) if !Path::new(text).is_file() => Ok(State::Run(source)),
+        match (parse_source(text), Path::new(text)) {
+            (Ok(source), path) if !path.is_file() => Ok(State::Run(source)),
+            (Err(_), path) if path.is_dir() => Err(format!(
+                "a folder: of a run say which iteration is meant, as in {text}@0 (`fretwear status {text}` tells the last)"
+            )),
             _ => Ok(State::Scene(PathBuf::from(text))),
         }
     }

@@ -262,6 +262,13 @@ fn a_table_in_no_folder_is_refused_at_once() {
 }
 
 #[test]
+fn a_folder_without_an_iteration_is_told_to_name_one() {
+    let did = bench().fretwear(&["backbone", "."]);
+    assert_eq!(did.code(), 2, "{}", did.stderr());
+    assert!(did.stderr().contains(".@0"), "{}", did.stderr());
+}
+
+#[test]
 fn friction_that_bounds_nothing_ends_the_curve_and_is_named() {
     let bench = bench();
     let undamped = ["--set", "structure.damping=0 N s/m", "--to", "1 kN"];
