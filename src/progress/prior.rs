@@ -15,6 +15,8 @@ const OF_UNKNOWNS: f64 = 2.0;
 const VIBRATION: (f64, f64) = (4.8, 388.0);
 /// A forced response of the unworn joint over that vibration.
 const RESPONSE: f64 = 2.6;
+/// Points of such a response, where continuation places them.
+const POINTS: f64 = 60.0;
 /// Forced response, and vibration, of the worn joint over that of the unworn one: more of its elements slide.
 pub const WORN: f64 = 2.3;
 /// The vibration at an update of the contact elements grows to that by this power of the part of the run behind it: measured.
@@ -66,7 +68,9 @@ impl Prior {
             let elements = structure.source.contact_elements(structure.contact_ports);
             let first = seconds * elements as f64 / of;
             stages.insert(Stage::DynamicResponse, first);
-            stages.insert(Stage::ForcedResponse, RESPONSE * first);
+            let given = recipe.response.as_ref().and_then(|r| r.points);
+            let points = given.map_or(1.0, |points| points as f64 / POINTS);
+            stages.insert(Stage::ForcedResponse, RESPONSE * points * first);
         }
         Some(Prior {
             stages,
