@@ -35,6 +35,9 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 /// Newton steps without a halved error, after which gradient steps are taken.
 const PATIENCE: usize = 6;
 
+/// Iterations up to which a slip that was followed step by step is taken for that of the shear found: each adds a rounding.
+const FOLLOWED: usize = 50;
+
 /// Conjugate steps without a halved error, after which Newton steps are taken.
 const CONJUGATE_PATIENCE: usize = 20;
 
@@ -150,25 +153,26 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         }
     }
 
-    /// Solves: the gap, of a slip computed anew from the shear found, and the error of the resultants.
+    /// Solves: the gap, of a slip that is exact to rounding, and the error of the resultants.
     pub(super) fn run(
         &mut self,
         start: Option<&Vec<Vec<f64>>>,
     ) -> Result<(Gap, f64), ContactError> {
         self.begin(start)?;
         self.renew_slip();
-        let mut fresh = true;
+        // Whether the slip was just made from the shear, and the iterations until then.
+        let (mut fresh, mut renewed) = (true, self.iterations);
         let (mut best, mut since) = (f64::INFINITY, 0);
         let mut conjugate = true;
         loop {
             self.improve_multipliers();
             let gap = self.gap();
             if gap.error <= self.options.tolerance {
-                if fresh {
+                if fresh || self.iterations - renewed <= FOLLOWED {
                     return Ok((gap, self.resultants.error(&self.shear, &self.limit)));
                 }
                 self.renew_slip();
-                fresh = true;
+                (fresh, renewed) = (true, self.iterations);
                 continue;
             }
             if self.steps >= self.options.max_steps
@@ -206,7 +210,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
                 return Err(self.not_converged(gap.error));
             } else {
                 self.renew_slip();
-                fresh = true;
+                (fresh, renewed) = (true, self.iterations);
             }
         }
     }
@@ -462,7 +466,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         self.turn_and_project() && self.advance(&[0.0; MOTIONS]).is_some()
     }
 
-    /// Takes a part of the step, whose displacement is `image`.
+    /// Takes a part of the step, whose displacement is `image`, and what the operator found last.
     pub(super) fn take_part(&mut self, part: f64) {
         for (q, step) in self.shear.iter_mut().zip(&self.step) {
             *q = plus(*q, part, *step);
@@ -470,6 +474,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         for (s, image) in self.slip.iter_mut().zip(&self.image) {
             *s = plus(*s, -part, *image);
         }
+        self.operator.add(part);
     }
 
     /// Takes the step, or the part of it that minimises F on the chord, and says which. None where F does not fall along it.

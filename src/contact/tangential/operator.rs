@@ -13,6 +13,8 @@ pub(super) struct Operator<'h, const A: usize> {
     /// Zero off the contact between two calls.
     input: ByAxis<Vec<f64>>,
     output: ByAxis<Vec<f64>>,
+    /// What [`Operator::displacement`] was last, and what was added to it since.
+    field: ByAxis<Vec<f64>>,
 }
 
 impl<'h, const A: usize> Operator<'h, A> {
@@ -21,6 +23,7 @@ impl<'h, const A: usize> Operator<'h, A> {
         Operator {
             input: zeros(),
             output: zeros(),
+            field: zeros(),
             half_space,
             cells,
         }
@@ -49,12 +52,7 @@ impl<'h, const A: usize> Operator<'h, A> {
     }
 
     fn gather(&self, target: &mut [Vector<A>]) {
-        for axis in 0..A {
-            let output = &self.output[axis];
-            for (value, &c) in target.iter_mut().zip(&self.cells) {
-                value[axis] = output[c];
-            }
-        }
+        gather(&self.output, &self.cells, target);
     }
 
     /// `target` = K `source`.
@@ -71,8 +69,17 @@ impl<'h, const A: usize> Operator<'h, A> {
         self.gather(values);
     }
 
+    /// Adds a part of what [`Operator::compliance`] found last to [`Operator::displacement`], off the contact too.
+    pub(super) fn add(&mut self, part: f64) {
+        for (field, output) in self.field.iter_mut().zip(&self.output) {
+            for (u, more) in field.iter_mut().zip(output) {
+                *u += part * more;
+            }
+        }
+    }
+
     /// `target` = K (`shear` − `previous`), for a previous shear that may lie anywhere. [`Operator::into_field`]
-    /// has it on every cell.
+    /// has it on every cell, with what was added since.
     pub(super) fn displacement(
         &mut self,
         shear: &[Vector<A>],
@@ -88,16 +95,24 @@ impl<'h, const A: usize> Operator<'h, A> {
             }
         }
         if self.input.iter().flatten().all(|q| *q == 0.0) {
-            self.output.iter_mut().for_each(|u| u.fill(0.0));
+            self.field.iter_mut().for_each(|u| u.fill(0.0));
         } else {
-            compliance(self.half_space, &self.input, &mut self.output);
+            compliance(self.half_space, &self.input, &mut self.field);
         }
         self.input.iter_mut().for_each(|q| q.fill(0.0));
-        self.gather(target);
+        gather(&self.field, &self.cells, target);
     }
 
-    /// The last result, on every cell of the grid.
+    /// The displacement, on every cell of the grid.
     pub(super) fn into_field(self) -> ByAxis<Vec<f64>> {
-        self.output
+        self.field
+    }
+}
+
+fn gather<const A: usize>(field: &ByAxis<Vec<f64>>, cells: &[usize], target: &mut [Vector<A>]) {
+    for (axis, field) in field.iter().enumerate() {
+        for (value, &c) in target.iter_mut().zip(cells) {
+            value[axis] = field[c];
+        }
     }
 }
