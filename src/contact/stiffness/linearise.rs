@@ -125,6 +125,8 @@ pub(super) fn linearise(
         && !coarse.is_empty()
         && cells[0].iter().all(|&c| motion(0, c) == 1.0);
     let mut energy = 0.0;
+    // What the last three iterations have added, of which the start is one.
+    let mut added = [f64::INFINITY; 3];
     if let Some(start) = start {
         for &c in &cells[0] {
             density[0][c] = start[c];
@@ -134,6 +136,7 @@ pub(super) fn linearise(
             half_space.shear_of_x(&density[0], &mut image);
             let factor = work / dot(&density, &image);
             energy = factor * work;
+            added[0] = energy;
             for axis in 0..axes {
                 for &c in &cells[axis] {
                     density[axis][c] *= factor;
@@ -144,8 +147,6 @@ pub(super) fn linearise(
     }
     let (mut source, mut target) = (Vec::new(), Vec::new());
     let mut product = f64::INFINITY;
-    // What the last three iterations have added.
-    let mut added = [f64::INFINITY; 3];
     let mut iterations = 0;
     while (0..axes).any(moves) {
         if !std::mem::take(&mut known) {
