@@ -79,9 +79,11 @@ pub struct PointResponse {
     pub displacement: Vec<f64>,
     /// Energy per cycle.
     pub energy: Energy,
-    /// Relative error of the amplitude by the length of steps and by what had not settled; none where it is not known, as of the balance;
-    /// 1 where harmonics are known to be too few.
+    /// Relative error of the amplitude: of a motion in time by the length of steps and by what had not settled, of the balance by harmonics and
+    /// samples that are too few. None where it is not known, 1 where nothing is.
     pub error: Option<f64>,
+    /// Relative error of the energy of friction by harmonics and samples that are too few; none where it is not known.
+    pub friction_error: Option<f64>,
     /// Elements that had unknowns; none of a motion in time.
     pub active_elements: usize,
     /// Largest modulus of the multipliers by which small disturbances grow over a period; none where it is not known. Of many points it is
@@ -159,6 +161,9 @@ impl Vibration {
                 return Err(error);
             }
             _ => {}
+        }
+        if balance.is_small() {
+            self.estimate_errors(&balance, &solved, &mut points);
         }
         let every = solved.len().div_ceil(MULTIPLIERS).max(1);
         let some: Vec<(usize, Response)> = solved.into_iter().step_by(every).collect();
@@ -321,6 +326,7 @@ impl Vibration {
                 displacement,
                 energy: response.energy,
                 error: None,
+                friction_error: None,
                 active_elements: response.active_elements(),
                 multiplier: None,
             }),
@@ -393,6 +399,7 @@ impl Vibration {
             displacement,
             energy: periodic.energy,
             error: None,
+            friction_error: None,
             active_elements: 0,
             multiplier: periodic.multiplier,
         }

@@ -171,6 +171,7 @@ impl Vibration {
                 viscous,
             },
             error: of(error),
+            friction_error: None,
             active_elements: 0,
             multiplier: of(multiplier),
         });

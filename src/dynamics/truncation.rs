@@ -10,14 +10,14 @@ use super::{DynamicsError, HarmonicBalance, Harmonics, Response, Start};
 
 /// The change from the harmonics of a balance to about twice as many, times this, is taken for their error: at least a third of it
 /// is left out by these, too, as what friction leaves out falls about like the square of the first order that is missing.
-const TAIL: f64 = 2.0;
+pub(super) const TAIL: f64 = 2.0;
 /// Where a response is dear, the correction that is left to that with more harmonics, and counts as if it were made: harmonics that are
 /// few leave out several times as much. Banks that lift off and land again may leave Newton's method no less.
 const ESTIMATED: f64 = 1e-2;
 /// The correction that is left where a response has many unknowns but is not dear; it is small against what harmonics leave out.
 const ROUGHLY: f64 = 1e-5;
 /// Error where no response was found with more harmonics: nothing is known.
-const UNKNOWN: f64 = 1.0;
+pub(super) const UNKNOWN: f64 = 1.0;
 /// The highest order to which harmonics are extended: 340 elements have 64 000 unknowns then.
 const HIGHEST: u32 = 31;
 /// The highest from which all of the range is looked at again with more harmonics, where those do not have the resonance.
@@ -236,6 +236,7 @@ impl Vibration {
         }
         let tolerance = resolved.balance.settings.tolerance;
         resolved.truncation.widen(&resolved.resonance, tolerance);
+        resolved.hold_by_damping();
         Ok(resolved)
     }
 
@@ -325,6 +326,26 @@ impl Resolved<'_> {
             let change = (in_force.energy.friction - friction).abs() / size;
             self.truncation.friction_energy = change.min(UNKNOWN) + OF_TIME;
         }
+    }
+
+    /// Where nothing is known of a figure, what damping lets it be is all that its bar can hold.
+    fn hold_by_damping(&mut self) {
+        let errors = [self.truncation.amplitude, self.truncation.friction_energy];
+        if self.resonance.is_still || errors.iter().all(|error| *error < UNKNOWN) {
+            return;
+        }
+        let Some(bound) = self.vibration.damped_bound() else {
+            return;
+        };
+        let held = |error: f64, most: f64, figure: f64| match error >= UNKNOWN && figure > 0.0 {
+            true => error.max(most / figure - 1.0),
+            false => error,
+        };
+        let [amplitude, friction_energy] = errors;
+        let (peak, in_force) = (self.resonance.peak_amplitude, self.resonance.in_force());
+        let friction = in_force.energy.friction;
+        self.truncation.amplitude = held(amplitude, bound.amplitude, peak);
+        self.truncation.friction_energy = held(friction_energy, bound.friction_energy, friction);
     }
 
     /// By how much the branch of more harmonics is above the peak, anywhere in the range, relative to it: with too few of them another peak

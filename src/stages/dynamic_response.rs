@@ -196,8 +196,12 @@ pub fn start_of(
 pub fn tell_missed(outputs: &mut Outputs, tolerance: Option<f64>, resolved: &Resolved) {
     let error = resolved.truncation.largest();
     if let Some(tolerance) = tolerance.filter(|tolerance| error > *tolerance) {
+        let left = match error < 1.0 {
+            true => format!("leave an error of {error:.1e}"),
+            false => "leave an error that is not known".to_owned(),
+        };
         outputs.notice(format!(
-            "fidelity.harmonic_tolerance = {tolerance}: harmonics up to {} leave an error of {error:.1e}",
+            "fidelity.harmonic_tolerance = {tolerance}: harmonics up to {} {left}",
             resolved.balance.harmonics().highest()
         ));
     }

@@ -247,6 +247,11 @@ fn put(
                 .map(|p| p.response.as_ref().and_then(|r| r.error))
                 .collect(),
         ),
+        error_friction_energy: Some(
+            all.clone()
+                .map(|p| p.response.as_ref().and_then(|r| r.friction_error))
+                .collect(),
+        ),
         largest_multiplier: Some(
             all.map(|p| p.response.as_ref().and_then(|r| r.multiplier))
                 .collect(),

@@ -62,6 +62,8 @@ SMALLEST_ROW = 1e-3
 # it is by three bars of the peak, too.
 NEAR_ENOUGH = 1e-3
 FAR_ROW = 0.02
+# Where a branch is steep a row may be this many bars off.
+BARS = 3.0
 # Failing scenes that are kept of each class.
 KEPT = 5
 
@@ -676,7 +678,7 @@ def judge(scene, result, record):
     if result.row is not None:
         marks.append(result.row["peak_frequency"])
     if result.frf is not None and len(result.frf["frequency"]):
-        marks.append(float(result.frf["frequency"][np.argmax(result.frf["amplitude"])]))
+        marks.append(float(result.frf["frequency"][np.nanargmax(result.frf["amplitude"])]))
     own = Judge(oscillator, scene.response, low, high)
     own.find([mark for mark in marks if mark > 0.0])
     truth = own.truth()
@@ -736,12 +738,17 @@ def peak_against(result, record, truth):
         record["other_frequency"] = abs(row["peak_frequency"] / top.frequency - 1.0)
 
 
+def row_bars(frf, name):
+    """The error bars of the rows, 0 where they have none."""
+    return np.nan_to_num(np.asarray(frf[name], dtype=float)) if name in frf else np.zeros(len(frf["frequency"]))
+
+
 def rows_against(own, result, record):
     frf = result.frf
     size = frf["amplitude"]
     low, high = (1.0 - 1e-9) * math.exp(own.low), (1.0 + 1e-9) * math.exp(own.high)
     inside = (frf["frequency"] >= low) & (frf["frequency"] <= high)
-    tall = np.flatnonzero((size >= SMALLEST_ROW * size.max()) & inside)
+    tall = np.flatnonzero((size >= SMALLEST_ROW * np.nanmax(size)) & inside)
     if len(tall) == 0:
         return
     chosen = sorted({int(tall[n]) for n in np.linspace(0, len(tall) - 1, ROWS - 1).astype(int)} | {int(tall[np.argmax(size[tall])])})
@@ -756,7 +763,8 @@ def rows_against(own, result, record):
         best = min(places, key=lambda place: abs(size[n] / abs(place.amplitude) - 1.0))
         error = abs(size[n] / abs(best.amplitude) - 1.0)
         away = error if error < NEAR_ENOUGH else min(error, own.distance(log, math.log(size[n])))
-        errors.append((error, float(frf["frequency"][n]), float(size[n]), abs(best.amplitude), away))
+        bar = row_bars(frf, "error_amplitude")[n]
+        errors.append((error, float(frf["frequency"][n]), float(size[n]), abs(best.amplitude), away, float(bar)))
         unstable += best.multiplier >= 1.0
     if errors:
         record["rows_median"] = statistics.median(error for error, *_ in errors)
@@ -764,8 +772,11 @@ def rows_against(own, result, record):
         record.update(zip(names, max(errors)))
         # Where a branch is steep, a little frequency is much amplitude.
         off = max(errors, key=lambda error: error[4])
-        record["rows_off"], record["rows_off_row"] = off[4], off[1:4]
-        record["rows_top"] = next((e[0] for e in errors if e[2] == float(size.max())), None)
+        record["rows_off"] = off[4]
+        beyond = max(errors, key=lambda error: error[4] if error[4] > BARS * error[5] else 0.0)
+        if beyond[4] > BARS * beyond[5]:
+            record["rows_beyond"], record["rows_beyond_row"] = beyond[4], [*beyond[1:4], beyond[5]]
+        record["rows_top"] = next((e[0] for e in errors if e[2] == float(np.nanmax(size))), None)
     record["rows_unstable"], record["rows_without"] = int(unstable), without
 
 
@@ -788,11 +799,14 @@ def own_words(scene, result, record):
         if scene.points is not None:
             record["rows_missing"] = scene.points - len(frf["frequency"])
         record["rows_reach"] = [float(frf["frequency"].min() / low - 1.0), float(frf["frequency"].max() / high - 1.0)]
-        record["frf_friction_worst"] = float(np.min(frf["friction_energy"] / np.maximum(np.abs(frf["input_energy"]), 1e-300)))
+        supplied, taken = np.maximum(np.abs(frf["input_energy"]), 1e-300), frf["friction_energy"]
+        record["frf_friction_worst"] = float(np.nanmin(taken / supplied))
+        most = taken + row_bars(frf, "error_friction_energy") * np.abs(taken)
+        record["frf_friction_most"] = float(np.nanmin(most / supplied))
         if row is not None:
             above = frf["amplitude"] / row["peak_amplitude"] - 1.0
-            record["frf_above"] = float(above.max())
-            n = int(np.argmax(above))
+            record["frf_above"] = float(np.nanmax(above))
+            n = int(np.nanargmax(above))
             record["frf_above_frequency"] = float(frf["frequency"][n])
             at_edge = min(abs(frf["frequency"][n] / low - 1.0), abs(frf["frequency"][n] / high - 1.0)) < 1e-6
             record["frf_above_at_edge"] = bool(at_edge)
@@ -841,18 +855,18 @@ def classes(record):
         out["resonance_above"] = line
     if record.get("friction_ratio", 0.0) < -max(record.get("error_friction_energy", 0.0), 1e-9):
         out["friction_negative"] = f"friction_energy is {record['friction_ratio']:.2e} of the input"
-    if record.get("frf_friction_worst", 0.0) < -1e-9:
-        out["frf_friction_negative"] = f"friction_energy in frf is {record['frf_friction_worst']:.2e} of the input"
+    if record.get("frf_friction_most", 0.0) < -1e-9:
+        out["frf_friction_negative"] = f"friction_energy in frf, with its bar, is {record['frf_friction_most']:.2e} of the input"
     if record.get("pair_error", 0.0) > SAME_LOADS + bar or record.get("pair_code", record["code"]) != record["code"]:
         out["pair_differs"] = (
             f"as one load: peak {record.get('pair_peak')} m, exit code {record['pair_code']}; as several: {ours} m, {record['code']}"
         )
-    off = record.get("rows_off", 0.0)
-    if off > FAR_ROW and off > 3.0 * bar:
-        frequency, row, there = record["rows_off_row"]
+    off = record.get("rows_beyond", 0.0)
+    if off > FAR_ROW and off > BARS * bar:
+        frequency, row, there, own = record["rows_beyond_row"]
         out["frf_row"] = (
             f"frf at {frequency:.6f} Hz: {row:.6e} m; time integration {there:.6e} m there, and no motion nearer than {off:.2e} "
-            f"(logarithms of frequency and amplitude), bar of the peak {bar:.2e}"
+            f"(logarithms of frequency and amplitude), bar of the row {own:.2e}, of the peak {bar:.2e}"
         )
     return out
 

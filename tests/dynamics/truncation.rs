@@ -194,3 +194,48 @@ fn a_response_that_is_zero() {
         assert!(errors.amplitude.is_finite() && errors.friction_energy.is_finite());
     }
 }
+
+#[test]
+fn points_of_a_forced_response_know_what_they_leave_out() {
+    let law = FrictionLaw::Box;
+    let oscillator = oscillator(law);
+    let points = |orders: Harmonics| {
+        let vibration = Vibration {
+            points: Some(9),
+            ..vibration(&oscillator, 150.0, orders)
+        };
+        let balance = vibration.balance(vec![oscillator.element.clone()]);
+        vibration
+            .forced_response(balance.expect("a balance"))
+            .expect("a response")
+    };
+    let all = points(Harmonics::up_to(ALL));
+    for orders in [&[0, 1][..], &[0, 1, 3], &[0, 1, 3, 5]] {
+        let few = points(Harmonics::new(orders).expect("harmonics"));
+        let mut slipping = 0;
+        for (few, all) in few.iter().zip(&all) {
+            let [few, truth] = [few, all].map(|point| point.response.as_ref().expect("a response"));
+            let figures = [
+                (few.amplitude, truth.amplitude, few.error),
+                (
+                    few.energy.friction,
+                    truth.energy.friction,
+                    few.friction_error,
+                ),
+            ];
+            for (figure, truth, bar) in figures {
+                let bar = bar.expect("an error that is known");
+                let off = (truth - figure).abs();
+                assert!(
+                    off <= bar * figure.abs() + OWN * truth.abs(),
+                    "{orders:?}: {figure:e} for {truth:e}, bar {bar:e}"
+                );
+            }
+            match few.active_elements {
+                0 => assert_eq!((few.error, few.friction_error), (Some(0.0), Some(0.0))),
+                _ => slipping += 1,
+            }
+        }
+        assert!(slipping > 2, "{slipping} points slip");
+    }
+}

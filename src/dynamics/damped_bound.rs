@@ -1,0 +1,147 @@
+//! The amplitude and the energy of friction that no steady motion exceeds, whatever its contact does: damping takes no more than the loads
+//! supply.
+//!
+//! Contact forces take energy over a period, or none, so that the mean power of the loads covers that of the damping,
+//! Σ v̄ᵀ C v ≤ Σ Re f̄ᵀ v over the harmonics of the velocity v and of the loads f. With y = C^½ v and g = C^-½ f that is the ball
+//! |y − g/2| ≤ |g|/2, and what a port b moves in the first harmonic, a ω = |sᵀ y₁| with s = C^-½ b, is at most
+//! (|sᵀ g₁| + |s| |g|)/2. Of one load on the port itself that is the amplitude F/(c ω) of a resonance. What the damping leaves to friction,
+//! half of Re ḡᵀ y − |y|² on average, is at most |g|²/8, over a period π |g|²/(4 ω).
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use num_complex::Complex64;
+
+use super::{Load, SecondOrder, Vibration};
+use crate::linalg::{RowMatrix, generalised_eigen};
+
+/// Share of the largest damping rate below which a coordinate is not damped.
+const UNDAMPED: f64 = 1e-12;
+/// Share of a port along what is not damped that is rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// What no steady motion in a range exceeds.
+pub(super) struct DampedBound {
+    /// Amplitude of the first harmonic at the response port \[m\].
+    pub amplitude: f64,
+    /// Energy that friction takes in a period \[J\].
+    pub friction_energy: f64,
+}
+
+impl Vibration {
+    /// What no motion with the period of the drive exceeds in the range; none where damping does not limit it, as a load or the response is
+    /// along what is not damped, and of a model with a residual.
+    pub(super) fn damped_bound(&self) -> Option<DampedBound> {
+        let (low, high) = self.range;
+        let damping = DampingRates::of(&self.model)?;
+        let port = damping.scaled(self.response_port)?;
+        let forces = damping.forces(&self.loads, 0)?;
+        let inertial = damping.forces(&self.inertial_loads, 2)?;
+        // What both kinds of loads move is no more than what each moves by itself.
+        let root = size(&forces) / low.sqrt() + size(&inertial) * high.powf(1.5);
+        Some(DampedBound {
+            amplitude: velocity(&port, &forces) / low + velocity(&port, &inertial) * high,
+            friction_energy: PI / 4.0 * root * root,
+        })
+    }
+}
+
+/// C^-½ of forces, by their order.
+type Forces = BTreeMap<u32, Vec<Complex64>>;
+
+/// Coordinates in which the damping is a rate each.
+struct DampingRates<'a> {
+    model: &'a SecondOrder,
+    /// Rates \[1/s\], ascending, and mass-normalised shapes, `coordinates × rates`.
+    rates: Vec<f64>,
+    shapes: RowMatrix,
+}
+
+impl DampingRates<'_> {
+    fn of(model: &SecondOrder) -> Option<DampingRates<'_>> {
+        if model.residual.is_some() {
+            return None;
+        }
+        let (rates, shapes) = generalised_eigen(&model.damping, &model.mass).ok()?;
+        Some(DampingRates {
+            model,
+            rates,
+            shapes,
+        })
+    }
+
+    /// C^-½ of a port; none where a part of it is not damped.
+    fn scaled(&self, port: usize) -> Option<Vec<f64>> {
+        let row = self.model.basis.row(port);
+        let along = |r: usize| -> f64 {
+            let each = row.iter().enumerate();
+            each.map(|(i, b)| b * self.shapes.at(i, r)).sum()
+        };
+        let parts: Vec<f64> = (0..self.rates.len()).map(along).collect();
+        let least = UNDAMPED * self.rates.last()?;
+        let size = norm(parts.iter().copied());
+        let each = parts.into_iter().zip(&self.rates);
+        each.map(|(part, &rate)| match rate > least {
+            true => Some(part / rate.sqrt()),
+            false => (part.abs() <= ROUNDING * size).then_some(0.0),
+        })
+        .collect()
+    }
+
+    /// C^-½ of loads times a power of their order.
+    fn forces(&self, loads: &[Load], power: i32) -> Option<Forces> {
+        let mut forces = Forces::new();
+        for load in loads.iter().filter(|load| load.harmonic > 0) {
+            let sum = forces
+                .entry(load.harmonic)
+                .or_insert_with(|| vec![Complex64::ZERO; self.rates.len()]);
+            let size = f64::from(load.harmonic).powi(power);
+            let force = size * Complex64::new(load.cosine, -load.sine);
+            for (sum, part) in sum.iter_mut().zip(self.scaled(load.port)?) {
+                *sum += force * part;
+            }
+        }
+        Some(forces)
+    }
+}
+
+fn size(forces: &Forces) -> f64 {
+    norm(forces.values().flatten().map(|f| f.norm()))
+}
+
+/// The largest velocity of a port in the first harmonic \[m/s\].
+fn velocity(port: &[f64], forces: &Forces) -> f64 {
+    let along = forces.get(&1).map_or(0.0, |force| {
+        let each = force.iter().zip(port);
+        each.map(|(f, s)| f * s).sum::<Complex64>().norm()
+    });
+    (along + norm(port.iter().copied()) * size(forces)) / 2.0
+}
+
+fn norm(values: impl Iterator<Item = f64>) -> f64 {
+    values.map(|value| value * value).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::oscillator::{Oscillator, mass_on_springs};
+    use super::{DampingRates, size, velocity};
+
+    const DAMPING: [f64; 3] = [2.0, 5.0, 0.0];
+
+    #[test]
+    fn a_resonance_reaches_what_damping_allows() {
+        let model = mass_on_springs([1.0, 3.0, 2.0], DAMPING, [1e4, 2e4, 3e4], 3).unwrap();
+        let damping = DampingRates::of(&model).unwrap();
+        let along_x = damping.forces(&[Oscillator::load(0, 8.0, 0.3)], 0).unwrap();
+        let port = damping.scaled(0).unwrap();
+        // F/c, and the F²/(4 c) that a slider of the same resistance takes on average, twice.
+        assert!((velocity(&port, &along_x) / 4.0 - 1.0).abs() < 1e-12);
+        assert!((size(&along_x).powi(2) / 32.0 - 1.0).abs() < 1e-12);
+        // A second load may be out of phase and supplies what the first does not.
+        let loads = [Oscillator::load(0, 8.0, 0.3), Oscillator::load(1, 6.0, 1.2)];
+        let both = damping.forces(&loads, 0).unwrap();
+        assert!(velocity(&port, &both) > 4.0);
+        assert!(damping.scaled(2).is_none(), "nothing damps the normal");
+    }
+}

@@ -1,0 +1,64 @@
+//! What the harmonics and samples of a balance of few unknowns leave out of the points of its forced response.
+
+use super::contact_element::ContactElement;
+use super::effort::ERRORS;
+use super::forced_response::{ForcedPoint, FoundBy};
+use super::truncation::{TAIL, UNKNOWN};
+use super::vibration::Vibration;
+use super::{HarmonicBalance, Response};
+
+impl Vibration {
+    /// Errors of points, each from the response at its frequency that Newton's method finds from it with about twice the harmonics and
+    /// samples. `solved` are points in which elements slip or open, with their responses: others are linear, and have no such error. The
+    /// largest come first, and what comes after the effort is spent has none that is known.
+    pub(super) fn estimate_errors(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        solved: &[(usize, Response)],
+        points: &mut [ForcedPoint],
+    ) {
+        for point in points.iter_mut() {
+            if let (FoundBy::Balance, Some(response)) = (point.found_by, &mut point.response)
+                && response.active_elements == 0
+            {
+                (response.error, response.friction_error) = (Some(0.0), Some(0.0));
+            }
+        }
+        let harmonics = balance.harmonics();
+        let Ok(finer) = self.finer(balance, harmonics.beyond()) else {
+            return;
+        };
+        finer.effort.allow(ERRORS);
+        let amplitude = |k: usize| points[k].response.as_ref().map_or(0.0, |r| r.amplitude);
+        let mut order: Vec<&(usize, Response)> = solved.iter().collect();
+        order.sort_by(|a, b| amplitude(b.0).total_cmp(&amplitude(a.0)));
+        for (k, response) in order {
+            let Some(point) = &mut points[*k].response else {
+                continue;
+            };
+            if finer.effort.is_spent() {
+                return;
+            }
+            let start = response.start().transferred(harmonics, finer.harmonics());
+            let errors = finer.solve_near(response.omega, &start).and_then(|fine| {
+                let amplitude = finer.amplitude(&fine, self.response_port)?.0;
+                let energy = fine.energy.friction;
+                Ok([
+                    error(point.amplitude, amplitude),
+                    error(point.energy.friction, energy),
+                ])
+            });
+            let [amplitude, friction] = errors.unwrap_or([UNKNOWN; 2]);
+            (point.error, point.friction_error) = (Some(amplitude), Some(friction));
+        }
+    }
+}
+
+/// Error of a figure, relative to it, from that with more harmonics and samples: all of it where it is zero and that is not.
+fn error(figure: f64, finer: f64) -> f64 {
+    match (figure - finer).abs() {
+        0.0 => 0.0,
+        _ if figure == 0.0 => UNKNOWN,
+        change => TAIL * change / figure.abs(),
+    }
+}
