@@ -333,6 +333,7 @@ fn computed(
     }
     let motion = Motion {
         time: (0..samples).map(|k| k as f64 / samples as f64).collect(),
+        by_order: false,
         drive: displacement
             .into_iter()
             .map(Channel::Displacement)

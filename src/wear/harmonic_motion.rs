@@ -81,6 +81,7 @@ impl HarmonicMotion {
                 .collect(),
             own: None,
             time,
+            by_order: false,
         }
     }
 }

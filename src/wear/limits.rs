@@ -1,11 +1,16 @@
 //! Friction limits over a cycle, and which part of a step a cell is in contact where it closes or opens within it.
 
 use super::joint::{FrettingJoint, WearError};
-use super::motion::{Motion, SAME};
+use super::motion::{Motion, SAME, Step};
 use crate::contact::normal::NormalSolution;
+use crate::contact::tangential::Drive;
 
 /// Part of a step before a change of contact where the gaps beside it do not say it: on average it is in the middle.
 const MIDDLE: f64 = 0.5;
+
+/// Part of what friction carries that forces leave, from which on a solve is the more exact, and how exact at most.
+const RESERVE: f64 = 1.0 / 30.0;
+const MOST_EXACT: f64 = 1e-3;
 
 /// Friction limits of the samples of a cycle.
 pub(super) struct FrictionLimits {
@@ -74,12 +79,12 @@ impl FrictionLimits {
         let gap = |sample: usize| &self.gaps[self.of_sample[sample % samples]];
         let [before, from, to] = [k + samples - stride, k, k + stride];
         let [earlier, step, later] =
-            [before, from, to].map(|sample| motion.duration(sample, stride));
+            [before, from, to].map(|sample| motion.load_change(sample, stride));
         let [gap_before, gap_from, gap_to, gap_after] = [before, from, to, to + stride].map(gap);
         let (limit_from, limit_to) = (self.at(from), self.at(to));
-        // Of a gap that is `near` beside the change and was, or will be, `far` a step of this duration away.
-        let open = |near: f32, far: f32, duration: f64| {
-            let (near, rate) = (f64::from(near), f64::from(far - near) / duration);
+        // Of a gap that is `near` beside the change and was, or will be, `far` a step of this length away.
+        let open = |near: f32, far: f32, length: f64| {
+            let (near, rate) = (f64::from(near), f64::from(far - near) / length);
             if rate > 0.0 {
                 (near / rate / step).min(1.0)
             } else {
@@ -103,6 +108,21 @@ impl FrictionLimits {
             })
             .collect()
     }
+}
+
+/// What the tolerance of a step is to be multiplied by, under friction limits at its end \[Pa\]: near what friction carries, a force leaves the
+/// displacement to what little sticks, and an error of the solve is the larger in it. 1 where no force is given.
+pub(super) fn exactness(driven: &Step, limit: &[f64], cell_area: f64) -> f64 {
+    let forces = driven.drive.iter().map(|drive| match drive {
+        Drive::Force(force) => force * force,
+        Drive::Displacement(_) => 0.0,
+    });
+    let force = forces.sum::<f64>().sqrt();
+    if force == 0.0 {
+        return 1.0;
+    }
+    let reserve = 1.0 - force / (limit.iter().sum::<f64>() * cell_area);
+    (reserve / RESERVE).clamp(MOST_EXACT, 1.0)
 }
 
 impl FrettingJoint {

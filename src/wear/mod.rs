@@ -17,6 +17,7 @@ mod loading;
 mod local_load;
 pub mod motion;
 mod own_motion;
+mod pace;
 pub mod sampled;
 mod scheme;
 pub mod semi_implicit;

@@ -14,6 +14,9 @@ pub(super) const SAME: f64 = 1e-12;
 pub struct Motion {
     /// Time of each sample as a part of the period, increasing from 0 and below 1.
     pub time: Vec<f64>,
+    /// Whether the samples are places on a way of which only the order counts, as those of a history, whatever their times; else the motion
+    /// is smooth in time.
+    pub by_order: bool,
     /// What moves the upper body along each axis.
     pub drive: ByAxis<Channel>,
     /// What turns it about z through the grid's centre; none: nothing, without storage. Needs both axes.
@@ -113,6 +116,7 @@ impl Motion {
     pub fn none(load: f64) -> Self {
         Motion {
             time: vec![0.0],
+            by_order: false,
             drive: Vec::new(),
             rotation: None,
             normal_load: vec![load],
@@ -132,6 +136,7 @@ impl Motion {
         let halve = |series: &Vec<f64>| with_middles(series, series[0]);
         Motion {
             time: with_middles(&self.time, 1.0),
+            by_order: self.by_order,
             drive: self.drive.iter().map(|c| c.map(halve)).collect(),
             rotation: self.rotation.as_ref().map(|c| c.map(halve)),
             normal_load: halve(&self.normal_load),
@@ -153,6 +158,7 @@ impl Motion {
         let thin = |series: &Vec<f64>| series.iter().copied().step_by(step).collect();
         Motion {
             time: thin(&self.time),
+            by_order: self.by_order,
             drive: self.drive.iter().map(|channel| channel.map(thin)).collect(),
             rotation: self.rotation.as_ref().map(|channel| channel.map(thin)),
             normal_load: thin(&self.normal_load),
@@ -236,6 +242,7 @@ impl Motion {
         let end = self.end([top, bottom]);
         Motion {
             time: vec![0.0, 0.5],
+            by_order: self.by_order,
             drive: end
                 .iter()
                 .map(|e| Channel::Displacement(vec![*e, -e]))
@@ -338,40 +345,6 @@ impl Motion {
     /// Mean normal load over the cycle \[N\].
     pub fn mean_load(&self) -> f64 {
         self.normal_load.iter().sum::<f64>() / self.samples() as f64
-    }
-
-    /// Duration of the step between two samples that are `stride` apart, as a part of the period.
-    pub(super) fn duration(&self, sample: usize, stride: usize) -> f64 {
-        let k = sample % self.samples();
-        self.time_of(k + stride) - self.time[k]
-    }
-
-    /// The cosine of the angle between the step that follows sample `k` and the one before it, each between samples that are `stride`
-    /// apart: 1 along a line, negative where the motion turns back, 0 where it stands still. Displacements count over the largest of
-    /// their ranges, and so do forces, and a rotation over its own.
-    pub fn ahead(&self, k: usize, stride: usize) -> f64 {
-        let n = self.samples();
-        let widest = |force: bool| {
-            let axes = self.drive.iter().filter(|axis| axis.is_force() == force);
-            axes.map(|axis| extent(axis.values())).fold(0.0, f64::max)
-        };
-        let widths = [widest(false), widest(true)];
-        let axes = self.drive.iter();
-        let sizes = axes.map(|axis| widths[usize::from(axis.is_force())]);
-        let sizes = sizes.chain(self.rotation.iter().map(|r| extent(r.values())));
-        let [mut along, mut before, mut after] = [0.0; 3];
-        for (channel, size) in self.channels().zip(sizes).filter(|(_, size)| *size > 0.0) {
-            let at = |sample: usize| channel.values()[sample % n] / size;
-            let (a, b) = (at(k) - at(k + n - stride), at(k + stride) - at(k));
-            along += a * b;
-            before += a * a;
-            after += b * b;
-        }
-        if before * after > 0.0 {
-            along / (before * after).sqrt()
-        } else {
-            0.0
-        }
     }
 
     /// True if the second half of the cycle, of every `stride`-th sample, is the first with all signs turned, under constant load.
@@ -484,7 +457,7 @@ fn range(series: &[f64]) -> (f64, f64) {
         })
 }
 
-fn extent(series: &[f64]) -> f64 {
+pub(super) fn extent(series: &[f64]) -> f64 {
     let (least, most) = range(series);
     most - least
 }

@@ -1,8 +1,8 @@
 //! A march from sample to sample until the cycle repeats itself.
 //!
 //! A step of second order takes the slip along the shear at its end not as what a cell moves by in the step, Δv, but as its rate there by
-//! the backward difference of two steps: Δv − β Δv', with Δv' of the step before, β = w²/(1 + 2w) and w the ratio of their durations
-//! (BDF2, [Curtiss and Hirschfelder 1952]). That is an offset of the tangential problem, and is so only where a cell slid in the step
+//! the backward difference of two steps: Δv − β Δv', with Δv' of the step before, β = w²/(1 + 2w) and w the ratio of their durations, or
+//! of their ways where only the order of places counts (BDF2, [Curtiss and Hirschfelder 1952]). That is an offset of the tangential problem, and is so only where a cell slid in the step
 //! before as well: a cell that begins to slip has no rate before it. Where the motion bends, β is reduced by the cosine of the bend, which
 //! is of second order where it is smooth, and is zero where it turns back. What a cell dissipates is its |Δv| times the mean of the limits
 //! at both ends.
@@ -15,7 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::cycle::{Instant, Tally, found};
 use super::joint::{FrettingJoint, WearError};
-use super::limits::FrictionLimits;
+use super::limits::{FrictionLimits, exactness};
 use super::motion::Channel;
 use crate::contact::tangential::CellState;
 use crate::grid::ByAxis;
@@ -227,8 +227,7 @@ impl<'a> Sequence<'a> {
         let (joint, stride) = (&mut *self.joint, self.stride);
         let next = k + stride;
         let samples = joint.motion.samples();
-        let before = k + samples - stride;
-        let ratio = joint.motion.duration(k, stride) / joint.motion.duration(before, stride);
+        let ratio = joint.motion.pace(k, stride);
         let (from, to) = (joint.motion.at(k), joint.motion.at(next));
         let limits = [k, next].map(|sample| self.limits.at(sample));
         let mut part_in_contact = vec![1.0; limits[0].len()];
@@ -263,7 +262,8 @@ impl<'a> Sequence<'a> {
         if let Some(offset) = &offset {
             driven.displace(offset.clone());
         }
-        let options = joint.options.tangential_in_sequence();
+        let mut options = joint.options.tangential_in_sequence();
+        options.tolerance *= exactness(&driven, limits[1], joint.patch.grid.cell_area());
         let found_step = joint.driven(
             options,
             limits[1],

@@ -17,6 +17,7 @@ fn motion(share: f64, order: f64) -> Motion {
         normal_load: load.collect(),
         drive: vec![Channel::Displacement(time.iter().map(wave(1.0)).collect())],
         rotation: None,
+        by_order: false,
         own: None,
         time,
     }

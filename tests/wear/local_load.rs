@@ -53,6 +53,7 @@ fn motion(approach: f64, samples: usize) -> Motion {
         )],
         normal_load: vec![LOAD; samples],
         rotation: None,
+        by_order: false,
         own: Some(own),
         time,
     }

@@ -41,6 +41,7 @@ fn a_motion_with_a_mean_or_with_inner_turns_is_not_straight() {
         drive: vec![Channel::Displacement(values.to_vec())],
         rotation: None,
         normal_load: vec![1.0; values.len()],
+        by_order: false,
         own: None,
     };
     assert!(series(&[1.0, 0.0, -1.0, 0.0]).straight().is_some());
@@ -63,6 +64,7 @@ fn sampled(samples: usize, at: impl Fn(f64) -> (f64, f64, f64)) -> Motion {
         ],
         rotation: None,
         normal_load: values.iter().map(|v| v.2).collect(),
+        by_order: false,
         own: None,
         time,
     }

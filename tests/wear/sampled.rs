@@ -156,6 +156,7 @@ fn an_odd_number_of_samples_is_marched_once() {
         ],
         rotation: None,
         normal_load: vec![LOAD; ODD],
+        by_order: false,
         own: None,
     };
     let exact = TAU * FRICTION * LOAD * (reach * reach - onset * onset).sqrt();
@@ -287,6 +288,7 @@ fn an_orbit_of_a_force_is_about_its_middle() {
         drive: vec![force(0.0), force(-FRAC_PI_2)],
         rotation: None,
         normal_load: vec![LOAD; 32],
+        by_order: false,
         own: None,
     };
     let cycle = unworn(&mut joint(motion, March::Stepped)).cycle;
@@ -321,5 +323,49 @@ fn a_cycle_of_few_samples_says_that_it_knows_little() {
             error < bar,
             "{samples} samples: off by {error:e}, bar {bar:e}"
         );
+    }
+}
+
+/// Places of a history on a circle, the distances between neighbours of which are `share` and `2 − share` by turns, reached at `times`.
+fn history(share: f64, time: impl Fn(f64) -> f64) -> Motion {
+    const PLACES: usize = 64;
+    let part = |k: usize| (k as f64 + if k % 2 == 1 { share - 1.0 } else { 0.0 }) / PLACES as f64;
+    let parts: Vec<f64> = (0..PLACES).map(part).collect();
+    let along = |phase: f64| {
+        let values = parts.iter().map(|t| 0.5e-6 * (TAU * t + phase).cos());
+        Channel::Displacement(values.collect())
+    };
+    Motion {
+        time: parts.iter().map(|t| time(*t)).collect(),
+        drive: vec![along(0.0), along(-FRAC_PI_2)],
+        rotation: None,
+        normal_load: vec![LOAD; PLACES],
+        by_order: true,
+        own: None,
+    }
+}
+
+/// Friction knows no time: what a history says of it changes nothing, and uneven places on a way little.
+#[test]
+fn only_the_order_of_places_counts() {
+    let of = |motion| unworn(&mut joint(motion, March::Stepped)).cycle;
+    // Half of the way in a twentieth of the period, and the rest in the last twentieth; and ever slower. Of even times only half of the
+    // cycle would be marched.
+    let hurried = of(history(1.0, |t| match t < 0.5 {
+        true => 0.1 * t,
+        false => 0.9 + 0.1 * (t - 0.5),
+    }));
+    let slowing = of(history(1.0, |t| t * t));
+    assert!(hurried.energy == slowing.energy && hurried.slip_path == slowing.slip_path);
+    let smooth = [(0.5e-6, 0.0), (0.5e-6, -FRAC_PI_2)];
+    let truth = of(Motion::harmonic(&smooth, LOAD, 0.0, 256)).dissipation;
+    for share in [1.0, 0.7, 0.3] {
+        let cycle = of(history(share, |t| t.sqrt()));
+        let error = (cycle.dissipation / truth - 1.0).abs();
+        println!(
+            "{share}: off by {error:.1e}, bar {:.1e}",
+            cycle.relative_error()
+        );
+        assert!(error < cycle.relative_error(), "{share}: off by {error:e}");
     }
 }

@@ -297,6 +297,7 @@ fn history(contact: &Contact, path: &Path, bytes: &[u8]) -> Result<Motion, Histo
     }
     Ok(Motion {
         time: columns.time,
+        by_order: true,
         drive,
         rotation: None,
         normal_load,
