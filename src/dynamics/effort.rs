@@ -20,7 +20,7 @@ pub(super) const AGAIN: u64 = 6_000_000;
 /// Units of all points of a forced response at given frequencies, of a small model.
 pub(super) const POINTS: u64 = 5_000_000;
 /// Units by which the errors of its points are found.
-pub(super) const ERRORS: u64 = 1_000_000;
+pub(super) const ERRORS: u64 = 2_000_000;
 
 /// A count of what is evaluated, with a bound. Clones count together.
 #[derive(Debug, Clone)]

@@ -7,6 +7,11 @@ use super::truncation::{TAIL, UNKNOWN};
 use super::vibration::Vibration;
 use super::{HarmonicBalance, Response};
 
+/// Newton correction of the finer response: an error has two digits.
+const TOLERANCE: f64 = 1e-5;
+/// Newton iterations to it: what takes more is not near.
+const ITERATIONS: usize = 8;
+
 impl Vibration {
     /// Errors of points, each from the response at its frequency that Newton's method finds from it with about twice the harmonics and
     /// samples. `solved` are points in which elements slip or open, with their responses: others are linear, and have no such error. The
@@ -25,9 +30,11 @@ impl Vibration {
             }
         }
         let harmonics = balance.harmonics();
-        let Ok(finer) = self.finer(balance, harmonics.beyond()) else {
+        let Ok(mut finer) = self.finer(balance, harmonics.beyond()) else {
             return;
         };
+        finer.settings.tolerance = finer.settings.tolerance.max(TOLERANCE);
+        finer.settings.most_iterations = ITERATIONS;
         finer.effort.allow(ERRORS);
         let amplitude = |k: usize| points[k].response.as_ref().map_or(0.0, |r| r.amplitude);
         let mut order: Vec<&(usize, Response)> = solved.iter().collect();
@@ -36,18 +43,19 @@ impl Vibration {
             let Some(point) = &mut points[*k].response else {
                 continue;
             };
-            if finer.effort.is_spent() {
-                return;
-            }
             let start = response.start().transferred(harmonics, finer.harmonics());
             let errors = finer.solve_near(response.omega, &start).and_then(|fine| {
                 let amplitude = finer.amplitude(&fine, self.response_port)?.0;
                 let energy = fine.energy.friction;
                 Ok([
-                    error(point.amplitude, amplitude),
-                    error(point.energy.friction, energy),
-                ])
+                    (point.amplitude, amplitude),
+                    (point.energy.friction, energy),
+                ]
+                .map(|(figure, finer)| error(figure, finer)))
             });
+            if finer.effort.is_spent() {
+                return;
+            }
             let [amplitude, friction] = errors.unwrap_or([UNKNOWN; 2]);
             (point.error, point.friction_error) = (Some(amplitude), Some(friction));
         }

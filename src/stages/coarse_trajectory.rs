@@ -117,10 +117,15 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let of = Difference::of(&own, &worn, patch.grid.cell_area(), LOADED);
     let volume = solvers.joint(reads)?.volume(&own.wear);
     if reads.ends && SPREAD * of.field > REMARKABLE * volume {
+        let cells = match of.undecided {
+            0 => String::new(),
+            cells => {
+                format!(" {cells} of them wear less than half or more than twice as deep, and")
+            }
+        };
         outputs.notice(format!(
-            "single cells decide how the joint wears: in steps twice as long, with half of the samples of a stepped cycle, {} of them wear less than half or more than twice \
-             as deep, and the worn depths are known to ±{:.0} % only; fidelity.preset = \"reference\" or a smaller fidelity.wear_tolerance decides",
-            of.undecided,
+            "single cells decide how the joint wears: held against steps twice as long, with half of the samples of a stepped cycle,{cells} \
+             the worn depths are known to ±{:.0} % only; fidelity.preset = \"reference\" or a smaller fidelity.wear_tolerance decides",
             100.0 * SPREAD * of.field / volume
         ));
     }
