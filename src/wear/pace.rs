@@ -2,8 +2,8 @@
 
 use super::motion::{Motion, extent};
 
-/// Ratio of a way to the one before up to which steps of second order are stable, somewhat below 1 + √2 [Grigorieff 1983].
-const LARGEST_PACE: f64 = 2.0;
+/// Ratio of a way to the one before up to which what came before says something of it.
+const LARGEST_PACE: f64 = 6.0;
 
 impl Motion {
     /// Duration of the step between two samples that are `stride` apart, as a part of the period.

@@ -78,6 +78,8 @@ struct Last {
     /// What the cells moved by \[m\].
     moved: ByAxis<Vec<f64>>,
     state: Vec<CellState>,
+    /// Its β.
+    memory: f64,
 }
 
 /// A part of a span.
@@ -232,6 +234,7 @@ impl<'a> Sequence<'a> {
         let limits = [k, next].map(|sample| self.limits.at(sample));
         let mut part_in_contact = vec![1.0; limits[0].len()];
         let mut offset: Option<ByAxis<Vec<f64>>> = None;
+        let mut remembered = 0.0;
         if self.second_order {
             let changes = self.limits.changes(&joint.motion, k, stride);
             for change in &changes {
@@ -243,7 +246,10 @@ impl<'a> Sequence<'a> {
                     1 => 0.0,
                     _ => joint.motion.ahead(k, stride).max(0.0),
                 };
+                // What β takes over of an error twice may not grow: of equal steps that is a ninth.
                 let memory = bend * ratio * ratio / (1.0 + 2.0 * ratio);
+                let memory = memory.min(1.0 / last.memory);
+                remembered = memory;
                 let slid = last.state.iter().map(|state| match state {
                     CellState::Slip => memory,
                     CellState::Stick | CellState::Open => 0.0,
@@ -300,6 +306,7 @@ impl<'a> Sequence<'a> {
         self.last = Some(Last {
             moved,
             state: found_step.state,
+            memory: remembered,
         });
         self.earlier
             .insert(0, std::mem::replace(&mut self.shear, found_step.shear));
