@@ -15,7 +15,8 @@ const ITERATIONS: usize = 8;
 impl Vibration {
     /// Errors of points, each from the response at its frequency that Newton's method finds from it with about twice the harmonics and
     /// samples. `solved` are points in which elements slip or open, with their responses: others are linear, and have no such error. The
-    /// largest come first, and what comes after the effort is spent has none that is known.
+    /// largest come first, and what comes after the effort is spent has none that is known, but that an energy below zero is error as a whole:
+    /// friction gives none.
     pub(super) fn estimate_errors(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -23,10 +24,12 @@ impl Vibration {
         points: &mut [ForcedPoint],
     ) {
         for point in points.iter_mut() {
-            if let (FoundBy::Balance, Some(response)) = (point.found_by, &mut point.response)
-                && response.active_elements == 0
-            {
-                (response.error, response.friction_error) = (Some(0.0), Some(0.0));
+            if let (FoundBy::Balance, Some(response)) = (point.found_by, &mut point.response) {
+                if response.active_elements == 0 {
+                    (response.error, response.friction_error) = (Some(0.0), Some(0.0));
+                } else if response.energy.friction < 0.0 {
+                    response.friction_error = Some(UNKNOWN);
+                }
             }
         }
         let harmonics = balance.harmonics();
@@ -57,16 +60,20 @@ impl Vibration {
                 return;
             }
             let [amplitude, friction] = errors.unwrap_or([UNKNOWN; 2]);
-            (point.error, point.friction_error) = (Some(amplitude), Some(friction));
+            let least = point.friction_error.unwrap_or(0.0);
+            (point.error, point.friction_error) = (Some(amplitude), Some(friction.max(least)));
         }
     }
 }
 
-/// Error of a figure, relative to it, from that with more harmonics and samples: all of it where it is zero and that is not.
+/// Error of a figure, relative to it, from that with more harmonics and samples: all of it where it is zero, or rounding, and that is not.
 fn error(figure: f64, finer: f64) -> f64 {
-    match (figure - finer).abs() {
-        0.0 => 0.0,
-        _ if figure == 0.0 => UNKNOWN,
-        change => TAIL * change / figure.abs(),
+    if figure == finer {
+        return 0.0;
+    }
+    let error = TAIL * (figure - finer).abs() / figure.abs();
+    match error.is_finite() {
+        true => error,
+        false => UNKNOWN,
     }
 }

@@ -337,9 +337,10 @@ impl Resolved<'_> {
         let Some(bound) = self.vibration.damped_bound() else {
             return;
         };
-        let held = |error: f64, most: f64, figure: f64| match error >= UNKNOWN && figure > 0.0 {
-            true => error.max(most / figure - 1.0),
-            false => error,
+        // Of a figure that is rounding no part is known.
+        let held = |error: f64, most: f64, figure: f64| match most / figure - 1.0 {
+            above if error >= UNKNOWN && figure > 0.0 && above.is_finite() => error.max(above),
+            _ => error,
         };
         let [amplitude, friction_energy] = errors;
         let (peak, in_force) = (self.resonance.peak_amplitude, self.resonance.in_force());

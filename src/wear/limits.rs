@@ -8,7 +8,8 @@ use crate::contact::tangential::Drive;
 /// Part of a step before a change of contact where the gaps beside it do not say it: on average it is in the middle.
 const MIDDLE: f64 = 0.5;
 
-/// Part of what friction carries that forces leave, from which on a solve is the more exact, and how exact at most.
+/// Part of what friction carries that forces leave, from which on a solve is the more exact, and how exact at most. Else an orbit that leaves
+/// 3e-3 was 0.3 % off in the energy of a cycle, one that leaves 3e-4 1.4 to 10 %.
 const RESERVE: f64 = 1.0 / 30.0;
 const MOST_EXACT: f64 = 1e-3;
 

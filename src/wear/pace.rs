@@ -2,7 +2,7 @@
 
 use super::motion::{Motion, extent};
 
-/// Ratio of a way to the one before up to which what came before says something of it.
+/// Ratio of a way to the one before at most: after equal steps (β = 1/3) what a step remembers may be 3, which BDF2 has at a ratio of 6.5.
 const LARGEST_PACE: f64 = 6.0;
 
 impl Motion {

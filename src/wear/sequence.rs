@@ -2,10 +2,10 @@
 //!
 //! A step of second order takes the slip along the shear at its end not as what a cell moves by in the step, Δv, but as its rate there by
 //! the backward difference of two steps: Δv − β Δv', with Δv' of the step before, β = w²/(1 + 2w) and w the ratio of their durations, or
-//! of their ways where only the order of places counts (BDF2, [Curtiss and Hirschfelder 1952]). That is an offset of the tangential problem, and is so only where a cell slid in the step
-//! before as well: a cell that begins to slip has no rate before it. Where the motion bends, β is reduced by the cosine of the bend, which
-//! is of second order where it is smooth, and is zero where it turns back. What a cell dissipates is its |Δv| times the mean of the limits
-//! at both ends.
+//! of their ways where only the order of places counts (BDF2, [Curtiss and Hirschfelder 1952]). That is an offset of the tangential
+//! problem, and is so only where a cell slid in the step before as well: a cell that begins to slip has no rate before it. Where the
+//! motion bends, β is reduced by the cosine of the bend, which is of second order where it is smooth, and is zero where it turns back.
+//! What a cell dissipates is its |Δv| times the mean of the limits at both ends.
 //!
 //! A cell that closes within a step is stuck to where it was when it closed, not where it was when the step began: what it moved by until
 //! then is an offset too, with the rate of the step before. Without it the error of a varying load is of first order. It dissipates only

@@ -745,7 +745,7 @@ def row_bars(frf, name):
 
 def rows_against(own, result, record):
     frf = result.frf
-    size = frf["amplitude"]
+    size, bars = frf["amplitude"], row_bars(frf, "error_amplitude")
     low, high = (1.0 - 1e-9) * math.exp(own.low), (1.0 + 1e-9) * math.exp(own.high)
     inside = (frf["frequency"] >= low) & (frf["frequency"] <= high)
     tall = np.flatnonzero((size >= SMALLEST_ROW * np.nanmax(size)) & inside)
@@ -763,8 +763,7 @@ def rows_against(own, result, record):
         best = min(places, key=lambda place: abs(size[n] / abs(place.amplitude) - 1.0))
         error = abs(size[n] / abs(best.amplitude) - 1.0)
         away = error if error < NEAR_ENOUGH else min(error, own.distance(log, math.log(size[n])))
-        bar = row_bars(frf, "error_amplitude")[n]
-        errors.append((error, float(frf["frequency"][n]), float(size[n]), abs(best.amplitude), away, float(bar)))
+        errors.append((error, float(frf["frequency"][n]), float(size[n]), abs(best.amplitude), away, float(bars[n])))
         unstable += best.multiplier >= 1.0
     if errors:
         record["rows_median"] = statistics.median(error for error, *_ in errors)
