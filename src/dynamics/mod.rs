@@ -51,6 +51,7 @@
 pub mod aft;
 pub mod backbone;
 mod border;
+mod bouncing;
 mod branch;
 mod candidates;
 mod closed_model;

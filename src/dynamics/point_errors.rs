@@ -59,7 +59,10 @@ impl Vibration {
             if finer.effort.is_spent() {
                 return;
             }
-            let [amplitude, friction] = errors.unwrap_or([UNKNOWN; 2]);
+            let [mut amplitude, friction] = errors.unwrap_or([UNKNOWN; 2]);
+            if balance.is_still(response, self.response_port) {
+                amplitude = UNKNOWN;
+            }
             let least = point.friction_error.unwrap_or(0.0);
             (point.error, point.friction_error) = (Some(amplitude), Some(friction.max(least)));
         }

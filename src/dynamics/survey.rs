@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 use super::candidates::gives_energy;
 use super::contact_element::ContactElement;
-use super::effort::{BESIDE_BRANCHES, BRANCHES};
+use super::effort::{BESIDE_BRANCHES, BOUNCING, BRANCHES};
 use super::forced_response::FoundBy;
 use super::periodic::{Periodic, Settled};
 use super::time_integration::{Motion, TimeModel};
@@ -14,7 +14,7 @@ use super::vibration::Vibration;
 use super::{ContinuationSettings, DynamicsError, HarmonicBalance, Response, Start};
 
 /// Frequencies at which a motion in time is looked for beside the branches, apart from those in gaps.
-const PROBES: usize = 8;
+pub(super) const PROBES: usize = 8;
 /// Integration steps for a motion in time where no branch is, and beside one: under a second, and a third of it. All multipliers of a forced response
 /// have the first.
 pub(super) const EFFORT: usize = 120_000;
@@ -24,7 +24,7 @@ const STILL: f64 = 1e-9;
 /// Frequencies in each gap.
 pub(super) const IN_GAPS: usize = 5;
 /// Amplitudes that differ by more than this share are those of different responses.
-const OTHER: f64 = 0.02;
+pub(super) const OTHER: f64 = 0.02;
 /// Two responses whose frequency and amplitude differ by less are one.
 pub(super) const SAME: f64 = 1e-6;
 /// Share by which amplitudes of the balance and of the motion in time that it began from differ where they are one response: of few
@@ -54,6 +54,8 @@ pub struct Survey {
     pub missed: Vec<(f64, FoundBy)>,
     /// Whether the search was given up as it had cost enough.
     pub is_cut: bool,
+    /// Whether motions in time are larger than all branches, and their peak was not reached.
+    pub is_below_top: bool,
 }
 
 /// What a probe finds.
@@ -118,6 +120,7 @@ impl Vibration {
             motions: Vec::new(),
             missed: Vec::new(),
             is_cut: balance.effort.is_spent(),
+            is_below_top: false,
         };
         // One that returns over an end of the range ends there.
         for branch in &mut survey.branches {
@@ -151,6 +154,8 @@ impl Vibration {
                 Probed::Known => {}
             }
         }
+        balance.effort.allow(BOUNCING);
+        self.look_for_bouncing(balance, &mut survey)?;
         balance.effort.allow(BESIDE_BRANCHES);
         // No point of the forced response is above all branches.
         for response in balance
@@ -170,8 +175,9 @@ impl Vibration {
         balance.effort.unbound();
         survey.gaps = survey.left_out(self.range);
         self.look_into_gaps(balance, &mut survey);
-        if let Some(top) = self.top_in_time(balance, &survey) {
+        if let Some((top, is_reached)) = self.top_in_time(balance, &survey) {
             survey.motions.push(top);
+            survey.is_below_top = !is_reached;
         }
         survey.missed.retain(|(omega, _)| {
             let mut gaps = survey.gaps.iter();
@@ -217,7 +223,7 @@ impl Vibration {
         let within = gaps.iter().flat_map(|[a, b]| {
             (0..IN_GAPS).map(move |k| TAU * (a + (b - a) * (k as f64 + 0.5) / IN_GAPS as f64))
         });
-        let over = (0..PROBES).map(|k| from * (to / from).powf((k as f64 + 0.5) / PROBES as f64));
+        let over = over((from, to), PROBES);
         let own = self.own_frequencies(balance);
         let own = own.into_iter().filter(|omega| (from..=to).contains(omega));
         within.chain(own).chain(over).collect()
@@ -353,7 +359,7 @@ impl Survey {
     }
 
     /// The amplitudes at a port that the branches have at `omega`, between their points \[m\].
-    fn amplitudes(
+    pub(super) fn amplitudes(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         port: usize,
@@ -384,6 +390,11 @@ impl Survey {
         }
         out
     }
+}
+
+/// Frequencies in the middle of equal parts of a range, in logarithms.
+pub(super) fn over((from, to): (f64, f64), parts: usize) -> impl Iterator<Item = f64> {
+    (0..parts).map(move |k| from * (to / from).powf((k as f64 + 0.5) / parts as f64))
 }
 
 /// Whether two amplitudes are those of one response, but for harmonics left out.

@@ -19,19 +19,19 @@ const LEAST_NEARBY: f64 = 1e-6;
 /// Where else the peak may be in time that the balance has with few harmonics, relative to its frequency and to those of the structure.
 const ASIDE: [f64; 8] = [0.02, -0.02, 0.05, -0.05, 0.1, -0.1, 0.2, -0.2];
 /// Half-power bandwidths between frequencies of a gap at which motions in time are looked for, so that no peak lies between; most
-/// frequencies, and integration steps for all gaps.
+/// frequencies, and integration steps for all gaps, or for all places beside a peak.
 const APART: f64 = 2.0;
 const MOST_IN_GAP: usize = 60;
 const IN_TIME: usize = 200_000;
 
 impl Vibration {
-    /// The peak of the motions in time that are larger than all branches; none without such a motion. It is climbed to in frequency, as
-    /// the balance has no branch there.
+    /// The peak of the motions in time that are larger than all branches, and whether it was reached; none without such a motion. It is
+    /// climbed to in frequency, as the balance has no branch there.
     pub(super) fn top_in_time(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         survey: &Survey,
-    ) -> Option<Periodic> {
+    ) -> Option<(Periodic, bool)> {
         let size = |periodic: &Periodic| self.size(balance, periodic);
         let all = survey.motions.iter();
         let start = all.max_by(|a, b| size(a).total_cmp(&size(b)))?;
@@ -40,17 +40,21 @@ impl Vibration {
         }
         let time = self.in_time(balance)?;
         let next = |omega: f64, top: &Periodic| {
-            let effort = BESIDE.min(CLIMBING.saturating_sub(time.steps()));
-            let settled = time.settle(omega, &top.motion, size(top), balance.harmonics(), effort);
-            match settled {
+            let (start, size, harmonics) = (&top.motion, size(top), balance.harmonics());
+            let effort = || BESIDE.min(CLIMBING.saturating_sub(time.steps()));
+            let near = time.near(omega, start, size, harmonics, effort());
+            if let Ok(Some(near)) = near {
+                return Some(near);
+            }
+            match time.settle(omega, start, size, harmonics, effort()) {
                 Ok(Settled::Periodic(next)) => Some(next),
                 _ => None,
             }
         };
         let steps = [CLIMB, LEAST_CLIMB];
-        let (top, _) = self.climbed(balance, &time, start.clone(), steps, next);
+        let climbed = self.climbed(balance, &time, start.clone(), steps, next);
         balance.effort.add_steps(time.steps());
-        Some(top)
+        Some(climbed)
     }
 
     /// From `top` up to where the amplitude is largest, along the motions that `next` finds at a frequency from one beside it, by steps
@@ -67,26 +71,31 @@ impl Vibration {
         let begun = time.steps();
         let [mut step, least] = steps;
         let mut direction = 1.0;
+        // Whether it is seen what is beside the top.
+        let mut is_seen = true;
         while step > least {
             if time.steps() - begun >= CLIMBING {
                 return (top, false);
             }
             let mut rose = false;
+            is_seen = false;
             for way in [direction, -direction] {
                 let omega = top.omega * (1.0 + way * step);
                 if !(self.range.0..=self.range.1).contains(&omega) {
                     continue;
                 }
-                if let Some(next) = next(omega, &top)
-                    && size(&next) > size(&top)
-                {
+                let Some(next) = next(omega, &top) else {
+                    continue;
+                };
+                is_seen = true;
+                if size(&next) > size(&top) {
                     (top, direction, rose) = (next, way, true);
                     break;
                 }
             }
             step *= if rose { 1.5 } else { 0.4 };
         }
-        (top, true)
+        (top, is_seen)
     }
 
     /// The amplitude of the peak of the motions in time near a response \[m\], stable or not; none where they do not lead to one. Unless
@@ -137,6 +146,8 @@ impl Vibration {
         let own = own.into_iter().map(|omega| (omega, &rest));
         let inside = |omega: f64| (self.range.0..=self.range.1).contains(&omega);
         let places = beside.chain(own).filter(|(omega, _)| inside(*omega));
+        let begun = time.steps();
+        let places = places.take_while(|_| time.steps() - begun < IN_TIME);
         let found = places.filter_map(|(omega, start)| {
             match time.settle(omega, start, amplitude, balance.harmonics(), BESIDE) {
                 Ok(Settled::Periodic(periodic)) => Some(periodic),

@@ -66,7 +66,7 @@ impl Truncation {
             [resonance.in_force().omega, resonance.peak.omega].contains(&candidate.response.omega)
         });
         // A peak where neither a branch nor motions in time could be followed is not known.
-        if !resonance.unseen.is_empty() {
+        if !resonance.unseen.is_empty() || resonance.is_below_top {
             self.amplitude = self.amplitude.max(UNKNOWN);
         }
         let above = resonance.largest_in_time / resonance.peak_amplitude - 1.0;
@@ -330,8 +330,13 @@ impl Resolved<'_> {
 
     /// Where nothing is known of a figure, what damping lets it be is all that its bar can hold.
     fn hold_by_damping(&mut self) {
+        if self.resonance.is_still {
+            // Rounding has no digit that is known.
+            self.truncation.amplitude = self.truncation.amplitude.max(UNKNOWN);
+            return;
+        }
         let errors = [self.truncation.amplitude, self.truncation.friction_energy];
-        if self.resonance.is_still || errors.iter().all(|error| *error < UNKNOWN) {
+        if errors.iter().all(|error| *error < UNKNOWN) {
             return;
         }
         let Some(bound) = self.vibration.damped_bound() else {

@@ -392,6 +392,12 @@ fn tell_candidates(outputs: &mut Outputs, vibration: &Vibration, resonance: &Res
     if resonance.is_in_time() {
         outputs.notice("the peak was found by integration in time, as the harmonic balance has no branch there");
     }
+    if resonance.is_below_top {
+        outputs.notice(format!(
+            "motions in time are larger than all branches, up to {:.6e} m, and what is beside them could not be followed: their peak is not known",
+            resonance.largest_in_time
+        ));
+    }
     if resonance.is_cut {
         outputs.notice("the search for further branches was ended, as it had cost as much as it may; some may be missing");
     }

@@ -64,6 +64,10 @@ NEAR_ENOUGH = 1e-3
 FAR_ROW = 0.02
 # Where a branch is steep a row may be this many bars off.
 BARS = 3.0
+# Factors of a larger force along z that is lowered in so many levels, and periods that are waited at each.
+LARGER = (2.5, 10.0)
+LEVELS = 16
+WAITED = 500
 # Failing scenes that are kept of each class.
 KEPT = 5
 
@@ -456,7 +460,7 @@ class Judge:
     def find(self, marks):
         """The branches; `marks` are frequencies around which to look closely [Hz]."""
         if self.oscillator.oscillates(2):
-            self.follow()
+            self.follow(marks)
         else:
             middle = math.exp(0.5 * (self.low + self.high))
             state = Motion(self.oscillator, middle).at_rest()
@@ -551,8 +555,9 @@ class Judge:
             least = min(least, float(np.sqrt(((line[:-1] + share[:, None] * way - point) ** 2).sum(axis=1)).min()))
         return least
 
-    def follow(self):
-        """The branches of the motion along z: from the lower end, and from what is found by Newton's method from states at random."""
+    def follow(self, marks):
+        """The branches of the motion along z: from the lower end, from what is left of larger loads, and from what is found by Newton's
+        method from states at random."""
         first = self.start(self.low, [0.0, 0.0])
         if first is None:
             _, state, _ = Motion(self.oscillator, math.exp(self.low)).settle([0.0, 0.0], 5000)
@@ -563,6 +568,13 @@ class Judge:
         if last is not None and not self.is_known(last):
             self.curves.append(integration.branch(self.oscillator, last, self.low, self.high, -1.0)[::-1])
         begin = time.monotonic()
+        inside = [math.log(mark) for mark in marks if self.low < math.log(mark) < self.high]
+        for log in inside + list(np.linspace(self.low, self.high, 14)[1:-1]):
+            for factor in LARGER:
+                if time.monotonic() - begin > 10.0 or len(self.curves) > 8:
+                    break
+                self.through(self.lowered(float(log), factor))
+        begin = time.monotonic()
         for log in np.linspace(self.low, self.high, 14)[1:-1]:
             floor = Motion(self.oscillator, math.exp(log)).floor(2)
             sizes = [np.abs(place.state).max() for curve in self.curves for place in curve]
@@ -572,12 +584,38 @@ class Judge:
                     return
                 size = top * 10.0 ** self.draw.uniform(-2.0, 0.5)
                 angle = self.draw.uniform(0.0, TURN)
-                place = self.start(float(log), [size * math.cos(angle), size * math.sin(angle)])
-                if place is None or self.is_known(place):
-                    continue
-                back = integration.branch(self.oscillator, place, self.low, self.high, -1.0)
-                on = integration.branch(self.oscillator, place, self.low, self.high, 1.0)
-                self.curves.append(back[::-1] + on[1:])
+                self.through(self.start(float(log), [size * math.cos(angle), size * math.sin(angle)]))
+
+    def through(self, place):
+        """Adds the branch through a place, if there is one that is not known."""
+        if place is None or self.is_known(place):
+            return
+        back = integration.branch(self.oscillator, place, self.low, self.high, -1.0)
+        on = integration.branch(self.oscillator, place, self.low, self.high, 1.0)
+        self.curves.append(back[::-1] + on[1:])
+
+    def lowered(self, log, factor):
+        """What is left along z where a larger force of the drive is lowered to its own size."""
+        own, state, begin = self.oscillator, None, time.monotonic()
+        for size in np.geomspace(factor, 1.0, LEVELS):
+            if time.monotonic() - begin > 1.0:
+                return None
+            forces = [
+                (axis, order, amplitude * (size if axis == 2 and order > 0 else 1.0), phase)
+                for axis, order, amplitude, phase in own.forces
+            ]
+            motion = Motion(Oscillator(own.mass, own.damping, own.stiffness, own.contact, own.law, forces), math.exp(log))
+            found = False
+            if state is not None:
+                there, _, found = motion.normal_periodic(state)
+            if not found:
+                there = [0.0, 0.0] if state is None else state
+                before = time.monotonic()
+                motion.normal_period(there)
+                each = max(time.monotonic() - before, 1e-6)
+                _, there, _ = motion.settle(there, int(min(WAITED, max(8, 0.3 / each))))
+            state = there
+        return self.start(log, state)
 
     # The peaks
 

@@ -2,6 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use super::changed;
 use fretwear::dynamics::forced_response::FoundBy;
 use fretwear::dynamics::{
     CandidateKind, ContactElement, DynamicsError, FrictionLaw, Harmonics, Load, Oscillator,
@@ -364,6 +365,50 @@ fn an_error_bar_holds_the_peak_in_time() {
     assert!((off..NARROW).contains(&bar), "{bar}, off by {off}");
 }
 
+/// A contact that is pressed together bounces on after a larger load, and while it is open the mass is at its resonance in the plane. From
+/// rest neither a branch nor a motion in time leads there.
+#[test]
+fn an_error_bar_holds_a_motion_that_bounces_on() {
+    // By `tests/dynamics/time_integration.py`: stable, and the highest.
+    const STABLE: f64 = 0.0844;
+    const IN_TIME: f64 = 0.108_660_8;
+    let oscillator = Oscillator {
+        mass: [1.0; 3],
+        damping: [3.31807, 3.72316, 2.42031],
+        stiffness: [139_110.0, 175_150.0, 74_016.7],
+        element: ContactElement {
+            friction_coefficient: 0.567,
+            law: FrictionLaw::Box,
+            ..changed(&element(0.0, 142_347.0, 26_668_900.0), |slider| {
+                slider.gap = 0.005_037_94;
+            })
+        },
+    };
+    let constant = Load {
+        port: 2,
+        harmonic: 0,
+        cosine: 2041.96,
+        sine: 0.0,
+    };
+    let loads = vec![
+        Oscillator::load(0, 287.991, 12.4_f64.to_radians()),
+        Oscillator::load(2, 889.05, 175.0_f64.to_radians()),
+        constant,
+    ];
+    let vibration = vibration(&oscillator, loads, 0, (29.68, 126.654));
+    let elements = vec![oscillator.element.clone()];
+    let resolved = vibration
+        .resolve(elements, None, None)
+        .expect("a resonance");
+    let highest = resolved.resonance.peak_amplitude * (1.0 + resolved.truncation.amplitude);
+    assert!(highest >= IN_TIME, "{highest}");
+    assert!(
+        resolved.resonance.peak_amplitude > 0.1 * STABLE,
+        "{} m, of what stays pressed together",
+        resolved.resonance.peak_amplitude
+    );
+}
+
 /// With three harmonics the resonance of the stiff contact along x is the strongest. In time that of a contact that opens along z is, and
 /// the bar of the peak holds it.
 #[test]
@@ -447,6 +492,11 @@ fn what_nothing_moves_is_still() {
             .resolve(elements, None, None)
             .expect("a resonance");
         assert_eq!(resolved.resonance.is_still, is_still, "along {port}");
+        assert_eq!(
+            resolved.truncation.amplitude >= 1.0,
+            is_still,
+            "along {port}"
+        );
     }
 }
 
