@@ -402,7 +402,7 @@ impl<'a> Drive<'a> {
 #[cfg(test)]
 mod tests {
     use super::super::time_integration::TimeModel;
-    use super::super::{FrictionLaw, Oscillator, Slider};
+    use super::super::{Oscillator, Slider};
     use super::*;
 
     /// Over a period in which the contact opens and closes, the motion from spring to spring is that of the integration in time.
@@ -419,7 +419,7 @@ mod tests {
                 springs: Vec::new(),
                 area: 0.0,
                 friction_coefficient: 0.0,
-                law: FrictionLaw::Cone,
+                law: Default::default(),
                 sliders: vec![Slider {
                     normal_load: 30.0,
                     gap: 0.0,

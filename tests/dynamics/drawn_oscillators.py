@@ -47,6 +47,8 @@ AXES = "xyz"
 LONGEST = 60
 LONGEST_WAIT = 300.0
 SLOW = 5.0
+# What the curves of a scene may take the judge; it has then not seen all of them [s].
+LONGEST_CURVES = 40.0
 # The judge is right to this, beyond what it says of itself.
 JUDGED = 1e-6
 # A peak stands out if it is higher than what is beside it by this.
@@ -434,6 +436,7 @@ class Judge:
         self.low, self.high = math.log(low), math.log(high)
         self.draw = np.random.default_rng(12345)
         self.worst = 0.0
+        self.is_cut = False
         self.curves = []
 
     def measure(self, place, near=None):
@@ -468,11 +471,17 @@ class Judge:
             self.curves = [[Place(float(log), state, 0.0) for log in logs]]
         if self.axis < 2:
             self.curves = [self.with_marks(thinned(curve, 250), marks) for curve in self.curves]
+        begin, measured = time.monotonic(), []
         for curve in self.curves:
-            before = None
+            done = []
             for place in curve:
-                self.measure(place, before)
-                before = place
+                if time.monotonic() - begin > LONGEST_CURVES:
+                    self.is_cut = True
+                    break
+                done.append(self.measure(place, done[-1] if done else None))
+            if len(done) > 1:
+                measured.append(done)
+        self.curves = measured
 
     def with_marks(self, curve, marks):
         """Places next to marks at distances in geometric order, so that narrow peaks are met."""
@@ -721,6 +730,7 @@ def judge(scene, result, record):
     own.find([mark for mark in marks if mark > 0.0])
     truth = own.truth()
     record["branches"] = len(truth.curves)
+    record["judge_cut"] = own.is_cut
     record["edge"] = truth.edge
     record["highest_stable"] = truth.highest_stable
     record["judge_error"], record["judge_unsolved"] = truth.error, truth.unsolved
