@@ -95,6 +95,7 @@ mod time_events;
 pub mod time_integration;
 pub mod time_response;
 pub mod truncation;
+mod two_springs;
 pub mod vibration;
 
 pub use aft::{InterfaceElement, Sampling};

@@ -471,11 +471,11 @@ class Judge:
             self.curves = [[Place(float(log), state, 0.0) for log in logs]]
         if self.axis < 2:
             self.curves = [self.with_marks(thinned(curve, 250), marks) for curve in self.curves]
-        begin, measured = time.monotonic(), []
+        begin, measured = time.thread_time(), []
         for curve in self.curves:
             done = []
             for place in curve:
-                if time.monotonic() - begin > LONGEST_CURVES:
+                if time.thread_time() - begin > LONGEST_CURVES:
                     self.is_cut = True
                     break
                 done.append(self.measure(place, done[-1] if done else None))
@@ -576,20 +576,20 @@ class Judge:
         last = self.start(self.high, [0.0, 0.0])
         if last is not None and not self.is_known(last):
             self.curves.append(integration.branch(self.oscillator, last, self.low, self.high, -1.0)[::-1])
-        begin = time.monotonic()
+        begin = time.thread_time()
         inside = [math.log(mark) for mark in marks if self.low < math.log(mark) < self.high]
         for log in inside + list(np.linspace(self.low, self.high, 14)[1:-1]):
             for factor in LARGER:
-                if time.monotonic() - begin > 10.0 or len(self.curves) > 8:
+                if time.thread_time() - begin > 10.0 or len(self.curves) > 8:
                     break
                 self.through(self.lowered(float(log), factor))
-        begin = time.monotonic()
+        begin = time.thread_time()
         for log in np.linspace(self.low, self.high, 14)[1:-1]:
             floor = Motion(self.oscillator, math.exp(log)).floor(2)
             sizes = [np.abs(place.state).max() for curve in self.curves for place in curve]
             top = max(sizes, default=1e9 * floor)
             for _ in range(8):
-                if time.monotonic() - begin > 10.0 or len(self.curves) > 8:
+                if time.thread_time() - begin > 10.0 or len(self.curves) > 8:
                     return
                 size = top * 10.0 ** self.draw.uniform(-2.0, 0.5)
                 angle = self.draw.uniform(0.0, TURN)
@@ -605,9 +605,9 @@ class Judge:
 
     def lowered(self, log, factor):
         """What is left along z where a larger force of the drive is lowered to its own size."""
-        own, state, begin = self.oscillator, None, time.monotonic()
+        own, state, begin = self.oscillator, None, time.thread_time()
         for size in np.geomspace(factor, 1.0, LEVELS):
-            if time.monotonic() - begin > 1.0:
+            if time.thread_time() - begin > 1.0:
                 return None
             forces = [
                 (axis, order, amplitude * (size if axis == 2 and order > 0 else 1.0), phase)
@@ -619,9 +619,9 @@ class Judge:
                 there, _, found = motion.normal_periodic(state)
             if not found:
                 there = [0.0, 0.0] if state is None else state
-                before = time.monotonic()
+                before = time.thread_time()
                 motion.normal_period(there)
-                each = max(time.monotonic() - before, 1e-6)
+                each = max(time.thread_time() - before, 1e-6)
                 _, there, _ = motion.settle(there, int(min(WAITED, max(8, 0.3 / each))))
             state = there
         return self.start(log, state)
@@ -696,9 +696,9 @@ def thinned(curve, most):
 def settles(oscillator, frequency):
     """What the motion from rest settles to: the name, and how far from closing its period is."""
     motion = Motion(oscillator, frequency)
-    begin = time.monotonic()
+    begin = time.thread_time()
     motion.normal_period([0.0, 0.0])
-    each = max(time.monotonic() - begin, 1e-6)
+    each = max(time.thread_time() - begin, 1e-6)
     name, state, _ = motion.settle([0.0, 0.0], int(min(20000, max(512, 3.0 / each))))
     if name != "period 1":
         return name

@@ -1,0 +1,246 @@
+//! A mass that hangs on one spring while its contact is open and on two while it is closed, under harmonic loads. Between opening and closing
+//! its motion is the steady one of that spring and a decaying one of its natural frequency, so that only the instants of both are to
+//! be found.
+
+use std::cell::Cell;
+use std::f64::consts::TAU;
+
+use num_complex::Complex64;
+
+/// Newton's steps to a periodic motion, and its change over a period, relative to its size.
+const STEPS: usize = 12;
+const PERIODIC: f64 = 1e-10;
+/// Difference by which the map over a period is derived, relative to the size of a motion.
+const DIFFERENCE: f64 = 1e-6;
+/// Steps in the period of what is faster, of the loads and of the mass on its spring, between which opening and closing are looked for, and
+/// steps to the instant of one.
+const LOOKS: f64 = 16.0;
+const CROSSING: usize = 20;
+/// Events in a period at most.
+const MOST_EVENTS: usize = 2_000;
+/// Samples from which the first harmonic of a motion is found.
+const SAMPLES: usize = 256;
+
+/// The mass, its springs and its loads.
+pub(super) struct TwoSprings {
+    pub(super) mass: f64,
+    pub(super) damping: f64,
+    /// Stiffness with the contact open and closed \[N/m\], and the steady force on each \[N\].
+    pub(super) stiffness: [f64; 2],
+    pub(super) steady: [f64; 2],
+    /// Where the contact opens \[m\].
+    pub(super) edge: f64,
+    /// Harmonics of the loads and their complex amplitudes, and of those that grow with the square of their frequency.
+    pub(super) loads: Vec<(u32, Complex64)>,
+    pub(super) inertial_loads: Vec<(u32, Complex64)>,
+}
+
+/// Where the mass is \[m\], and how fast \[m/s\].
+pub(super) type State = [f64; 2];
+
+/// The mass at an angular frequency, under loads so many times as large.
+pub(super) struct Drive<'a> {
+    model: &'a TwoSprings,
+    omega: f64,
+    /// Complex amplitudes of the steady motion, open and closed, by their harmonics.
+    waves: [Vec<(f64, Complex64)>; 2],
+    /// Decay rate and natural angular frequency of what decays, open and closed \[1/s\].
+    decay: f64,
+    natural: [f64; 2],
+    /// Longest step between looks \[s\].
+    look: [f64; 2],
+    evaluations: Cell<usize>,
+}
+
+impl TwoSprings {
+    /// Whether a load moves the mass.
+    pub(super) fn is_loaded(&self) -> bool {
+        !(self.loads.is_empty() && self.inertial_loads.is_empty())
+    }
+
+    /// Whether damping lets it swing on each spring.
+    pub(super) fn swings(&self) -> bool {
+        self.damping.powi(2) < 4.0 * self.mass * self.stiffness[0]
+    }
+}
+
+impl<'a> Drive<'a> {
+    pub(super) fn new(model: &'a TwoSprings, omega: f64, factor: f64) -> Drive<'a> {
+        let TwoSprings { mass, damping, .. } = *model;
+        let inertial = model.inertial_loads.iter();
+        let inertial =
+            inertial.map(|(order, force)| (*order, force * (f64::from(*order) * omega).powi(2)));
+        let loads: Vec<(u32, Complex64)> = model.loads.iter().copied().chain(inertial).collect();
+        let waves = model.stiffness.map(|stiffness| {
+            let waves = loads.iter().map(|(order, force)| {
+                let rate = f64::from(*order) * omega;
+                let impedance = Complex64::new(stiffness - mass * rate * rate, damping * rate);
+                (rate, factor * force / impedance)
+            });
+            waves.collect()
+        });
+        let decay = damping / (2.0 * mass);
+        let natural = model
+            .stiffness
+            .map(|stiffness| (stiffness / mass - decay * decay).sqrt());
+        let fastest = loads.iter().map(|(order, _)| *order).max().unwrap_or(1);
+        let fastest = f64::from(fastest) * omega;
+        Drive {
+            model,
+            omega,
+            waves,
+            decay,
+            natural,
+            look: natural.map(|natural| TAU / (LOOKS * natural.max(fastest))),
+            evaluations: Default::default(),
+        }
+    }
+
+    /// How far the closed contact is pressed at rest, and what the loads move it by at most \[m\].
+    pub(super) fn of_closed(&self) -> [f64; 2] {
+        let (steady, stiffness) = (self.model.steady[1], self.model.stiffness[1]);
+        let moved = self.waves[1].iter().map(|(_, wave)| wave.norm()).sum();
+        [(steady / stiffness - self.model.edge).abs(), moved]
+    }
+
+    /// How often a motion was evaluated so far: what has been spent.
+    pub(super) fn evaluations(&self) -> usize {
+        self.evaluations.get()
+    }
+
+    /// The steady motion of a spring at a time.
+    fn steady(&self, spring: usize, time: f64) -> State {
+        let rest = self.model.steady[spring] / self.model.stiffness[spring];
+        let waves = self.waves[spring].iter();
+        waves.fold([rest, 0.0], |[z, v], (rate, wave)| {
+            let now = wave * Complex64::cis(rate * time);
+            [z + now.re, v - rate * now.im]
+        })
+    }
+
+    /// The state `after` a time at which it was `state`, on a spring throughout.
+    fn on_spring(&self, spring: usize, time: f64, state: State, after: f64) -> State {
+        self.evaluations.set(self.evaluations.get() + 1);
+        let (from, to) = (self.steady(spring, time), self.steady(spring, time + after));
+        let (z, v) = (state[0] - from[0], state[1] - from[1]);
+        let (natural, decay) = (self.natural[spring], self.decay);
+        let (sin, cos) = (natural * after).sin_cos();
+        let left = (-decay * after).exp();
+        let slope = (v + decay * z) / natural;
+        [
+            to[0] + left * (z * cos + slope * sin),
+            to[1] + left * (v * cos - (natural * z + decay * slope) * sin),
+        ]
+    }
+
+    /// The state a period after that at the phase 0.
+    pub(super) fn period(&self, state: State) -> Option<State> {
+        self.over(0.0, TAU / self.omega, state)
+    }
+
+    /// The state `after` a time at which it was `state`; none where events do not come to an end.
+    fn over(&self, mut time: f64, after: f64, mut state: State) -> Option<State> {
+        let (edge, end) = (self.model.edge, time + after);
+        let mut spring = usize::from(state[0] > edge || state[0] == edge && state[1] > 0.0);
+        for _ in 0..MOST_EVENTS {
+            let is_over = |z: f64| match spring {
+                0 => z > edge,
+                _ => z < edge,
+            };
+            loop {
+                let step = self.look[spring].min(end - time);
+                let next = self.on_spring(spring, time, state, step);
+                if !is_over(next[0]) {
+                    (time, state) = (time + step, next);
+                    if time >= end {
+                        return next[0].is_finite().then_some(next);
+                    }
+                    continue;
+                }
+                let after = self.crossing(spring, time, state, [step, next[0]]);
+                state = self.on_spring(spring, time, state, after);
+                (time, spring) = (time + after, 1 - spring);
+                break;
+            }
+            if time >= end {
+                return Some(state);
+            }
+        }
+        None
+    }
+
+    /// When the edge is crossed that is passed in a step of which the length and the end are known: by false position, where the end that
+    /// stays counts half (Illinois).
+    fn crossing(&self, spring: usize, time: f64, state: State, end: [f64; 2]) -> f64 {
+        let edge = self.model.edge;
+        let (mut low, mut high) = ([0.0, state[0] - edge], [end[0], end[1] - edge]);
+        for _ in 0..CROSSING {
+            let middle = match low[1] - high[1] {
+                0.0 => 0.5 * (low[0] + high[0]),
+                rise => low[0] + (high[0] - low[0]) * low[1] / rise,
+            };
+            let there = self.on_spring(spring, time, state, middle)[0] - edge;
+            if there * high[1] > 0.0 {
+                high = [middle, there];
+                low[1] *= 0.5;
+            } else {
+                low = [middle, there];
+                high[1] *= 0.5;
+            }
+            if high[0] - low[0] <= f64::EPSILON * end[0] || there == 0.0 {
+                break;
+            }
+        }
+        high[0]
+    }
+
+    /// The periodic motion near a state, by Newton's method on the map over a period.
+    pub(super) fn periodic(&self, mut state: State) -> Option<State> {
+        let mut image = self.period(state)?;
+        for _ in 0..STEPS {
+            let size = [0, 1].map(|i| state[i].abs().max(image[i].abs()));
+            let size = size[0].max(size[1] / self.natural[1]);
+            let scales = [size, size * self.natural[1]];
+            let apart = |from: State, to: State| {
+                let each = [0, 1].map(|i| ((to[i] - from[i]) / scales[i]).abs());
+                each[0].max(each[1])
+            };
+            let change = apart(state, image);
+            if change <= PERIODIC {
+                return Some(state);
+            }
+            let mut slope = [[0.0; 2]; 2];
+            for column in 0..2 {
+                let mut shifted = state;
+                shifted[column] += DIFFERENCE * scales[column];
+                let moved = self.period(shifted)?;
+                for row in 0..2 {
+                    slope[row][column] = (moved[row] - image[row]) / (DIFFERENCE * scales[column]);
+                }
+            }
+            let [[a, b], [c, d]] = slope;
+            let (a, d) = (a - 1.0, d - 1.0);
+            let (p, q) = (state[0] - image[0], state[1] - image[1]);
+            let determinant = a * d - b * c;
+            let step = [(d * p - b * q) / determinant, (a * q - c * p) / determinant];
+            let closer = [1.0, 0.5, 0.25, 0.125].into_iter().find_map(|length| {
+                let trial = [state[0] + length * step[0], state[1] + length * step[1]];
+                let there = self.period(trial)?;
+                (apart(trial, there) < (1.0 - 0.2 * length) * change).then_some((trial, there))
+            });
+            (state, image) = closer?;
+        }
+        None
+    }
+
+    /// Half range of the first harmonic of the periodic motion from a state \[m\].
+    pub(super) fn first_harmonic(&self, state: State) -> Option<f64> {
+        let step = TAU / self.omega / SAMPLES as f64;
+        let (mut sum, mut now) = (Complex64::ZERO, state);
+        for k in 0..SAMPLES {
+            sum += now[0] * Complex64::cis(-TAU * k as f64 / SAMPLES as f64);
+            now = self.over(k as f64 * step, step, now)?;
+        }
+        Some(2.0 / SAMPLES as f64 * sum.norm())
+    }
+}
