@@ -1,9 +1,11 @@
 //! Bouncing: periodic motions along the normal of a mass that moves there by itself, in and out of contact. No branch over frequency need
-//! lead to them, nor a motion from rest: they are what is left of the bouncing under a larger load when that is lowered again.
+//! lead to them, nor a motion from rest. They are near the motions without load and damping that a load keeps up, and what is left of the
+//! bouncing under a larger load when that is lowered again.
 
 use num_complex::Complex64;
 
 use super::contact_element::ContactElement;
+use super::effort::BOUNCING;
 use super::periodic::Periodic;
 use super::survey::{EFFORT, OTHER, PROBES, Survey, first_harmonic, is_near, over, start_of};
 use super::two_springs::{Drive, State, TwoSprings};
@@ -12,6 +14,8 @@ use super::{DynamicsError, HarmonicBalance, Load, SecondOrder};
 
 /// Direction of the normal among the ports of a contact element.
 const NORMAL: usize = 2;
+/// Speeds at which resonant motions cross the edge of the contact, in parts of the largest that damping allows.
+const PARTS: [f64; 3] = [1.0, 0.7, 0.3];
 /// Least factor of the loads from which they are lowered, what they do to the load of the closed contact there, relative to its rest, and
 /// steps down to their own size.
 const LEAST_FACTOR: f64 = 2.5;
@@ -41,33 +45,59 @@ impl Vibration {
         let Some(bouncer) = self.bouncer(balance) else {
             return Ok(());
         };
-        for omega in over(self.range, PROBES) {
-            if balance.effort.is_spent() {
-                survey.is_cut = true;
-                break;
-            }
-            let (found, evaluations) = lowered(&bouncer, omega);
-            balance.effort.add_steps(evaluations / EVALUATIONS);
-            let Some((state, size)) = found else { continue };
-            let known = survey.amplitudes(balance, NORMAL, omega);
-            if known
-                .iter()
-                .any(|known| (size / known - 1.0).abs() <= OTHER)
-            {
-                continue;
-            }
-            let Some(bouncing) = self.with_all_axes(balance, omega, state, size) else {
-                continue;
-            };
-            let is_it = |rows: &[f64]| is_near(first_harmonic(balance, rows, NORMAL), size);
-            match balance.solve(omega, Some(&start_of(&bouncing))) {
-                Ok(response) if is_it(&response.displacement) => {
-                    let branch = self.branch_through(balance, &response)?;
-                    survey.branches.push(branch);
+        let (seeds, evaluations) = bouncer.resonant(&PARTS);
+        balance.effort.add_steps(evaluations / EVALUATIONS);
+        let (from, to) = self.range;
+        let resonant = seeds
+            .into_iter()
+            .filter(|(omega, _)| (from..=to).contains(omega));
+        let resonant = resonant.map(|(omega, state)| (omega, Some(state)));
+        let others = over(self.range, PROBES).map(|omega| (omega, None));
+        for seeds in [resonant.collect::<Vec<_>>(), others.collect()] {
+            balance.effort.allow(BOUNCING);
+            for (omega, seed) in seeds {
+                if balance.effort.is_spent() {
+                    survey.is_cut = true;
+                    break;
                 }
-                // With few harmonics the balance may have no such response.
-                _ => survey.motions.push(bouncing),
+                let (found, evaluations) = match seed {
+                    Some(state) => near(&bouncer, omega, state),
+                    None => lowered(&bouncer, omega),
+                };
+                balance.effort.add_steps(evaluations / EVALUATIONS);
+                if let Some(bouncing) = found {
+                    self.add_bouncing(balance, survey, omega, bouncing)?;
+                }
             }
+        }
+        Ok(())
+    }
+
+    /// Adds what bounces at an angular frequency, from its state at the phase 0 with a first harmonic of the size that stands beside it, unless a
+    /// branch has it.
+    fn add_bouncing(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        survey: &mut Survey,
+        omega: f64,
+        (state, size): (State, f64),
+    ) -> Result<(), DynamicsError> {
+        let is_known = |known: f64| (size / known - 1.0).abs() <= OTHER;
+        let known = survey.amplitudes(balance, NORMAL, omega);
+        if known.into_iter().any(is_known) {
+            return Ok(());
+        }
+        let Some(bouncing) = self.with_all_axes(balance, omega, state, size) else {
+            return Ok(());
+        };
+        let is_it = |rows: &[f64]| is_near(first_harmonic(balance, rows, NORMAL), size);
+        match balance.solve(omega, Some(&start_of(&bouncing))) {
+            Ok(response) if is_it(&response.displacement) => {
+                let branch = self.branch_through(balance, &response)?;
+                survey.branches.push(branch);
+            }
+            // With few harmonics the balance may have no such response.
+            _ => survey.motions.push(bouncing),
         }
         Ok(())
     }
@@ -150,6 +180,16 @@ fn alone_on_the_normal(model: &SecondOrder) -> Option<usize> {
             .iter()
             .all(|matrix| only(matrix.row(k)) && (0..n).all(|i| i == k || matrix.at(i, k) == 0.0));
     is_alone.then_some(k)
+}
+
+/// The state at the phase 0 of the periodic motion near another, and its first harmonic \[m\], if there is one; and the evaluations that it
+/// took.
+fn near(bouncer: &TwoSprings, omega: f64, state: State) -> (Option<(State, f64)>, usize) {
+    let drive = Drive::new(bouncer, omega, 1.0);
+    let found = drive
+        .periodic(state)
+        .and_then(|state| Some((state, drive.first_harmonic(state)?)));
+    (found, drive.evaluations())
 }
 
 /// The state at the phase 0 of the periodic motion that is left when larger loads are lowered to their own size, and its first harmonic

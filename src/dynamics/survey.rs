@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 use super::candidates::gives_energy;
 use super::contact_element::ContactElement;
-use super::effort::{BESIDE_BRANCHES, BOUNCING, BRANCHES};
+use super::effort::{BESIDE_BRANCHES, BRANCHES};
 use super::forced_response::FoundBy;
 use super::periodic::{Periodic, Settled};
 use super::time_integration::{Motion, TimeModel};
@@ -25,6 +25,8 @@ const STILL: f64 = 1e-9;
 pub(super) const IN_GAPS: usize = 5;
 /// Amplitudes that differ by more than this share are those of different responses.
 pub(super) const OTHER: f64 = 0.02;
+/// Motions in time whose frequencies differ by less are beside one peak.
+const BESIDE_TOP: f64 = 1e-3;
 /// Two responses whose frequency and amplitude differ by less are one.
 pub(super) const SAME: f64 = 1e-6;
 /// Share by which amplitudes of the balance and of the motion in time that it began from differ where they are one response: of few
@@ -154,7 +156,6 @@ impl Vibration {
                 Probed::Known => {}
             }
         }
-        balance.effort.allow(BOUNCING);
         self.look_for_bouncing(balance, &mut survey)?;
         balance.effort.allow(BESIDE_BRANCHES);
         // No point of the forced response is above all branches.
@@ -176,6 +177,9 @@ impl Vibration {
         survey.gaps = survey.left_out(self.range);
         self.look_into_gaps(balance, &mut survey);
         if let Some((top, is_reached)) = self.top_in_time(balance, &survey) {
+            // What it was climbed from is no peak of its own.
+            let is_apart = |motion: &Periodic| (motion.omega / top.omega - 1.0).abs() > BESIDE_TOP;
+            survey.motions.retain(is_apart);
             survey.motions.push(top);
             survey.is_below_top = !is_reached;
         }

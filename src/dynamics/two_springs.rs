@@ -3,7 +3,7 @@
 //! be found.
 
 use std::cell::Cell;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use num_complex::Complex64;
 
@@ -20,8 +20,14 @@ const CROSSING: usize = 20;
 const MOST_EVENTS: usize = 2_000;
 /// Samples from which the first harmonic of a motion is found.
 const SAMPLES: usize = 256;
+/// Speeds between which a resonance is looked for, in parts of that which takes the mass from the rest of the closed contact to its edge, how
+/// many are looked at, and bisections between two of them.
+const SPEEDS: [f64; 2] = [1e-3, 1e6];
+const LOOKED_AT: usize = 36;
+const BISECTIONS: usize = 24;
 
 /// The mass, its springs and its loads.
+#[derive(Clone)]
 pub(super) struct TwoSprings {
     pub(super) mass: f64,
     pub(super) damping: f64,
@@ -62,6 +68,133 @@ impl TwoSprings {
     pub(super) fn swings(&self) -> bool {
         self.damping.powi(2) < 4.0 * self.mass * self.stiffness[0]
     }
+}
+
+/// A motion without loads and damping in which the contact opens and closes once.
+struct Swing {
+    /// Angular frequency \[rad/s\].
+    omega: f64,
+    /// Where it turns back, open \[m\].
+    apex: f64,
+    /// Half range of its first harmonic \[m\], and what the damping takes of it in its period \[J\].
+    first_harmonic: f64,
+    loss: f64,
+}
+
+impl TwoSprings {
+    /// States at the phase 0 that resonate with a harmonic of the loads, with the angular frequencies of the drive: motions without loads and
+    /// damping, of speeds at the edge in `parts` of the largest of which the loads supply what the damping takes, at the two phases at
+    /// which they do. And the evaluations that this took.
+    pub(super) fn resonant(&self, parts: &[f64]) -> (Vec<(f64, State)>, usize) {
+        let mut orders: Vec<u32> = self
+            .loads
+            .iter()
+            .chain(&self.inertial_loads)
+            .map(|load| load.0)
+            .collect();
+        orders.sort_unstable();
+        orders.dedup();
+        let free = TwoSprings {
+            damping: 0.0,
+            loads: Vec::new(),
+            inertial_loads: Vec::new(),
+            ..self.clone()
+        };
+        let evaluations = Cell::new(0);
+        let swing = |speed: f64| self.swing(&free, speed, &evaluations);
+        let mut out = Vec::new();
+        for order in orders {
+            let force = |swing: &Swing| self.force(order, swing.omega / f64::from(order));
+            // Damping takes no more than the loads supply at the best phase.
+            let needed =
+                |swing: &Swing| swing.loss / (PI * force(swing).norm() * swing.first_harmonic);
+            let Some(largest) = largest_speed(self.unit_speed(), |speed| {
+                swing(speed).is_some_and(|swing| needed(&swing) < 1.0)
+            }) else {
+                continue;
+            };
+            for part in parts {
+                let Some(swing) = swing(part * largest) else {
+                    continue;
+                };
+                let behind = needed(&swing).min(1.0).asin();
+                let omega = swing.omega / f64::from(order);
+                let drive = Drive::new(self, omega, 1.0);
+                let period = TAU / omega;
+                for phase in [-behind, behind - PI] {
+                    let at = (phase - force(&swing).arg()) / swing.omega;
+                    let at = at.rem_euclid(period);
+                    let start = drive.over(at, period - at, [swing.apex, 0.0]);
+                    out.extend(start.map(|state| (omega, state)));
+                }
+                evaluations.set(evaluations.get() + drive.evaluations());
+            }
+        }
+        (out, evaluations.get())
+    }
+
+    /// Complex amplitude of the loads of a harmonic of the drive \[N\].
+    fn force(&self, order: u32, omega: f64) -> Complex64 {
+        let rate = f64::from(order) * omega;
+        let of = |loads: &[(u32, Complex64)]| -> Complex64 {
+            let all = loads.iter().filter(|load| load.0 == order);
+            all.map(|load| load.1).sum()
+        };
+        of(&self.loads) + of(&self.inertial_loads) * rate * rate
+    }
+
+    /// The speed with which the mass on its closed contact swings between its rest and the edge \[m/s\].
+    fn unit_speed(&self) -> f64 {
+        let closed = self.stiffness[1];
+        (self.steady[1] / closed - self.edge).abs() * (closed / self.mass).sqrt()
+    }
+
+    /// The motion of the mass without loads and damping (`free`) that crosses the edge at a speed.
+    fn swing(&self, free: &TwoSprings, speed: f64, evaluations: &Cell<usize>) -> Option<Swing> {
+        let natural = self
+            .stiffness
+            .map(|stiffness| (stiffness / self.mass).sqrt());
+        let beyond = [0, 1].map(|spring| self.steady[spring] / self.stiffness[spring] - self.edge);
+        // Out of contact to the left of the edge, in it to the right: each a part of the turn about the rest of its spring.
+        let out = 2.0 / natural[0] * (speed / natural[0]).atan2(beyond[0]);
+        let within = 2.0 / natural[1] * (speed / natural[1]).atan2(-beyond[1]);
+        let period = out + within;
+        let apex = self.edge + beyond[0] - beyond[0].hypot(speed / natural[0]);
+        let drive = Drive::new(free, TAU / period, 1.0);
+        let step = period / SAMPLES as f64;
+        let (mut now, mut wave, mut square) = ([apex, 0.0], 0.0, 0.0);
+        for k in 0..SAMPLES {
+            let phase = TAU * k as f64 / SAMPLES as f64;
+            wave += now[0] * phase.cos();
+            square += now[1] * now[1];
+            now = drive.over(k as f64 * step, step, now)?;
+        }
+        evaluations.set(evaluations.get() + drive.evaluations());
+        Some(Swing {
+            omega: TAU / period,
+            apex,
+            first_harmonic: (2.0 / SAMPLES as f64 * wave).abs(),
+            loss: self.damping * square * step,
+        })
+    }
+}
+
+/// The largest speed that damping allows, in units of one; none where it allows none. Small motions may take more than larger ones, which are
+/// slower.
+fn largest_speed(unit: f64, is_allowed: impl Fn(f64) -> bool) -> Option<f64> {
+    let [least, most] = SPEEDS;
+    let parts = LOOKED_AT as f64;
+    let at = |k: usize| unit * least * (most / least).powf(k as f64 / parts);
+    let largest = (0..LOOKED_AT).rev().find(|k| is_allowed(at(*k)))?;
+    let (mut low, mut high) = (at(largest), at(largest + 1));
+    for _ in 0..BISECTIONS {
+        let middle = (low * high).sqrt();
+        match is_allowed(middle) {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    Some(low)
 }
 
 impl<'a> Drive<'a> {
