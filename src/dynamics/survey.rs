@@ -56,8 +56,8 @@ pub struct Survey {
     pub missed: Vec<(f64, FoundBy)>,
     /// Whether the search was given up as it had cost enough.
     pub is_cut: bool,
-    /// Whether motions in time are larger than all branches, and their peak was not reached.
-    pub is_below_top: bool,
+    /// Whether there are motions beside the branches of which it is not known how large they get.
+    pub has_unfollowed: bool,
 }
 
 /// What a probe finds.
@@ -122,7 +122,7 @@ impl Vibration {
             motions: Vec::new(),
             missed: Vec::new(),
             is_cut: balance.effort.is_spent(),
-            is_below_top: false,
+            has_unfollowed: false,
         };
         // One that returns over an end of the range ends there.
         for branch in &mut survey.branches {
@@ -181,7 +181,7 @@ impl Vibration {
             let is_apart = |motion: &Periodic| (motion.omega / top.omega - 1.0).abs() > BESIDE_TOP;
             survey.motions.retain(is_apart);
             survey.motions.push(top);
-            survey.is_below_top = !is_reached;
+            survey.has_unfollowed |= !is_reached;
         }
         survey.missed.retain(|(omega, _)| {
             let mut gaps = survey.gaps.iter();

@@ -66,7 +66,7 @@ impl Truncation {
             [resonance.in_force().omega, resonance.peak.omega].contains(&candidate.response.omega)
         });
         // A peak where neither a branch nor motions in time could be followed is not known.
-        if !resonance.unseen.is_empty() || resonance.is_below_top {
+        if !resonance.unseen.is_empty() || resonance.has_unfollowed {
             self.amplitude = self.amplitude.max(UNKNOWN);
         }
         let above = resonance.largest_in_time / resonance.peak_amplitude - 1.0;

@@ -86,14 +86,10 @@ impl TwoSprings {
     /// damping, of speeds at the edge in `parts` of the largest of which the loads supply what the damping takes, at the two phases at
     /// which they do. And the evaluations that this took.
     pub(super) fn resonant(&self, parts: &[f64]) -> (Vec<(f64, State)>, usize) {
-        let mut orders: Vec<u32> = self
-            .loads
-            .iter()
-            .chain(&self.inertial_loads)
-            .map(|load| load.0)
-            .collect();
-        orders.sort_unstable();
-        orders.dedup();
+        // What nothing damps may resonate without bound.
+        if self.damping == 0.0 {
+            return (Vec::new(), 0);
+        }
         let free = TwoSprings {
             damping: 0.0,
             loads: Vec::new(),
@@ -103,7 +99,7 @@ impl TwoSprings {
         let evaluations = Cell::new(0);
         let swing = |speed: f64| self.swing(&free, speed, &evaluations);
         let mut out = Vec::new();
-        for order in orders {
+        for order in self.orders() {
             let force = |swing: &Swing| self.force(order, swing.omega / f64::from(order));
             // Damping takes no more than the loads supply at the best phase.
             let needed =
@@ -131,6 +127,15 @@ impl TwoSprings {
             }
         }
         (out, evaluations.get())
+    }
+
+    /// Harmonics of the loads, each once.
+    fn orders(&self) -> Vec<u32> {
+        let all = self.loads.iter().chain(&self.inertial_loads);
+        let mut orders: Vec<u32> = all.map(|load| load.0).collect();
+        orders.sort_unstable();
+        orders.dedup();
+        orders
     }
 
     /// Complex amplitude of the loads of a harmonic of the drive \[N\].
@@ -161,20 +166,15 @@ impl TwoSprings {
         let period = out + within;
         let apex = self.edge + beyond[0] - beyond[0].hypot(speed / natural[0]);
         let drive = Drive::new(free, TAU / period, 1.0);
-        let step = period / SAMPLES as f64;
-        let (mut now, mut wave, mut square) = ([apex, 0.0], 0.0, 0.0);
-        for k in 0..SAMPLES {
-            let phase = TAU * k as f64 / SAMPLES as f64;
-            wave += now[0] * phase.cos();
-            square += now[1] * now[1];
-            now = drive.over(k as f64 * step, step, now)?;
-        }
+        let states = drive.sampled([apex, 0.0])?;
+        let squares = states.iter().map(|state| state[1] * state[1]);
+        let mean_square = squares.sum::<f64>() / SAMPLES as f64;
         evaluations.set(evaluations.get() + drive.evaluations());
         Some(Swing {
             omega: TAU / period,
             apex,
-            first_harmonic: (2.0 / SAMPLES as f64 * wave).abs(),
-            loss: self.damping * square * step,
+            first_harmonic: first_harmonic(&states),
+            loss: self.damping * mean_square * period,
         })
     }
 }
@@ -200,15 +200,12 @@ fn largest_speed(unit: f64, is_allowed: impl Fn(f64) -> bool) -> Option<f64> {
 impl<'a> Drive<'a> {
     pub(super) fn new(model: &'a TwoSprings, omega: f64, factor: f64) -> Drive<'a> {
         let TwoSprings { mass, damping, .. } = *model;
-        let inertial = model.inertial_loads.iter();
-        let inertial =
-            inertial.map(|(order, force)| (*order, force * (f64::from(*order) * omega).powi(2)));
-        let loads: Vec<(u32, Complex64)> = model.loads.iter().copied().chain(inertial).collect();
+        let orders = model.orders();
         let waves = model.stiffness.map(|stiffness| {
-            let waves = loads.iter().map(|(order, force)| {
+            let waves = orders.iter().map(|order| {
                 let rate = f64::from(*order) * omega;
                 let impedance = Complex64::new(stiffness - mass * rate * rate, damping * rate);
-                (rate, factor * force / impedance)
+                (rate, factor * model.force(*order, omega) / impedance)
             });
             waves.collect()
         });
@@ -216,8 +213,7 @@ impl<'a> Drive<'a> {
         let natural = model
             .stiffness
             .map(|stiffness| (stiffness / mass - decay * decay).sqrt());
-        let fastest = loads.iter().map(|(order, _)| *order).max().unwrap_or(1);
-        let fastest = f64::from(fastest) * omega;
+        let fastest = f64::from(orders.last().copied().unwrap_or(1)) * omega;
         Drive {
             model,
             omega,
@@ -251,19 +247,25 @@ impl<'a> Drive<'a> {
         })
     }
 
-    /// The state `after` a time at which it was `state`, on a spring throughout.
-    fn on_spring(&self, spring: usize, time: f64, state: State, after: f64) -> State {
+    /// What a state is apart from the steady motion of a spring at a time.
+    fn apart(&self, spring: usize, time: f64, state: State) -> State {
+        let steady = self.steady(spring, time);
+        [state[0] - steady[0], state[1] - steady[1]]
+    }
+
+    /// The state `after` a time at which it was so far `apart` from the steady motion, on a spring throughout; and how far it is then.
+    fn on_spring(&self, spring: usize, time: f64, [z, v]: State, after: f64) -> [State; 2] {
         self.evaluations.set(self.evaluations.get() + 1);
-        let (from, to) = (self.steady(spring, time), self.steady(spring, time + after));
-        let (z, v) = (state[0] - from[0], state[1] - from[1]);
+        let steady = self.steady(spring, time + after);
         let (natural, decay) = (self.natural[spring], self.decay);
         let (sin, cos) = (natural * after).sin_cos();
         let left = (-decay * after).exp();
         let slope = (v + decay * z) / natural;
-        [
-            to[0] + left * (z * cos + slope * sin),
-            to[1] + left * (v * cos - (natural * z + decay * slope) * sin),
-        ]
+        let apart = [
+            left * (z * cos + slope * sin),
+            left * (v * cos - (natural * z + decay * slope) * sin),
+        ];
+        [[steady[0] + apart[0], steady[1] + apart[1]], apart]
     }
 
     /// The state a period after that at the phase 0.
@@ -280,18 +282,21 @@ impl<'a> Drive<'a> {
                 0 => z > edge,
                 _ => z < edge,
             };
+            let mut apart = self.apart(spring, time, state);
             loop {
                 let step = self.look[spring].min(end - time);
-                let next = self.on_spring(spring, time, state, step);
+                let [next, left] = self.on_spring(spring, time, apart, step);
                 if !is_over(next[0]) {
-                    (time, state) = (time + step, next);
+                    (time, state, apart) = (time + step, next, left);
                     if time >= end {
                         return next[0].is_finite().then_some(next);
                     }
                     continue;
                 }
-                let after = self.crossing(spring, time, state, [step, next[0]]);
-                state = self.on_spring(spring, time, state, after);
+                let there = |after: f64| self.on_spring(spring, time, apart, after)[0];
+                let beyond = |after: f64| there(after)[0] - edge;
+                let after = crossing(beyond, [state[0] - edge, next[0] - edge], step);
+                state = there(after);
                 (time, spring) = (time + after, 1 - spring);
                 break;
             }
@@ -300,31 +305,6 @@ impl<'a> Drive<'a> {
             }
         }
         None
-    }
-
-    /// When the edge is crossed that is passed in a step of which the length and the end are known: by false position, where the end that
-    /// stays counts half (Illinois).
-    fn crossing(&self, spring: usize, time: f64, state: State, end: [f64; 2]) -> f64 {
-        let edge = self.model.edge;
-        let (mut low, mut high) = ([0.0, state[0] - edge], [end[0], end[1] - edge]);
-        for _ in 0..CROSSING {
-            let middle = match low[1] - high[1] {
-                0.0 => 0.5 * (low[0] + high[0]),
-                rise => low[0] + (high[0] - low[0]) * low[1] / rise,
-            };
-            let there = self.on_spring(spring, time, state, middle)[0] - edge;
-            if there * high[1] > 0.0 {
-                high = [middle, there];
-                low[1] *= 0.5;
-            } else {
-                low = [middle, there];
-                high[1] *= 0.5;
-            }
-            if high[0] - low[0] <= f64::EPSILON * end[0] || there == 0.0 {
-                break;
-            }
-        }
-        high[0]
     }
 
     /// The periodic motion near a state, by Newton's method on the map over a period.
@@ -368,12 +348,50 @@ impl<'a> Drive<'a> {
 
     /// Half range of the first harmonic of the periodic motion from a state \[m\].
     pub(super) fn first_harmonic(&self, state: State) -> Option<f64> {
-        let step = TAU / self.omega / SAMPLES as f64;
-        let (mut sum, mut now) = (Complex64::ZERO, state);
-        for k in 0..SAMPLES {
-            sum += now[0] * Complex64::cis(-TAU * k as f64 / SAMPLES as f64);
-            now = self.over(k as f64 * step, step, now)?;
-        }
-        Some(2.0 / SAMPLES as f64 * sum.norm())
+        Some(first_harmonic(&self.sampled(state)?))
     }
+
+    /// The states of the motion from one at the phase 0, over a period.
+    fn sampled(&self, mut state: State) -> Option<Vec<State>> {
+        let step = TAU / self.omega / SAMPLES as f64;
+        let mut states = Vec::with_capacity(SAMPLES);
+        for k in 0..SAMPLES {
+            states.push(state);
+            state = self.over(k as f64 * step, step, state)?;
+        }
+        Some(states)
+    }
+}
+
+/// When a function crosses zero between 0 and `step`, at which it has the values `ends`: by false position, where the end that stays counts half
+/// (Illinois). The instant is not before the crossing.
+fn crossing(function: impl Fn(f64) -> f64, ends: [f64; 2], step: f64) -> f64 {
+    let (mut low, mut high) = ([0.0, ends[0]], [step, ends[1]]);
+    for _ in 0..CROSSING {
+        let middle = match low[1] - high[1] {
+            0.0 => 0.5 * (low[0] + high[0]),
+            rise => low[0] + (high[0] - low[0]) * low[1] / rise,
+        };
+        let there = function(middle);
+        if there * high[1] > 0.0 {
+            high = [middle, there];
+            low[1] *= 0.5;
+        } else {
+            low = [middle, there];
+            high[1] *= 0.5;
+        }
+        if high[0] - low[0] <= f64::EPSILON * step || there == 0.0 {
+            break;
+        }
+    }
+    high[0]
+}
+
+/// Half range of the first harmonic of the displacement over a period \[m\].
+fn first_harmonic(states: &[State]) -> f64 {
+    let waves = states.iter().enumerate().map(|(k, state)| {
+        let phase = TAU * k as f64 / states.len() as f64;
+        state[0] * Complex64::cis(-phase)
+    });
+    2.0 / states.len() as f64 * waves.sum::<Complex64>().norm()
 }

@@ -69,8 +69,8 @@ pub struct Resonance {
     pub largest_in_time: f64,
     /// Whether branches were given up as they had cost enough.
     pub is_cut: bool,
-    /// Whether the peak is that of motions in time, and a higher one of them was not reached.
-    pub is_below_top: bool,
+    /// Whether there are motions beside the branches of which it is not known how large they get.
+    pub has_unfollowed: bool,
 }
 
 impl Resonance {
@@ -275,7 +275,7 @@ impl Vibration {
             is_still: balance.is_still(&peak, self.response_port),
             largest_in_time: 0.0,
             is_cut: false,
-            is_below_top: false,
+            has_unfollowed: false,
             peak,
         })
     }
@@ -331,7 +331,7 @@ impl Vibration {
             candidates,
             largest_in_time: survey.largest_in_time(balance, self.response_port),
             is_cut: survey.is_cut,
-            is_below_top: survey.is_below_top,
+            has_unfollowed: survey.has_unfollowed,
             unseen: survey.unseen,
             gaps: survey.gaps,
             ..self.resonance_of(balance, phase, peak, iterations)?

@@ -194,15 +194,24 @@ pub fn start_of(
 
 /// Says so where harmonics could not be extended until they suffice.
 pub fn tell_missed(outputs: &mut Outputs, tolerance: Option<f64>, resolved: &Resolved) {
-    let error = resolved.truncation.largest();
-    if let Some(tolerance) = tolerance.filter(|tolerance| error > *tolerance) {
-        let left = match error < 1.0 {
-            true => format!("leave an error of {error:.1e}"),
-            false => "leave an error that is not known".to_owned(),
-        };
+    let Some(tolerance) = tolerance else { return };
+    let truncation = &resolved.truncation;
+    let figures = [
+        ("amplitude", truncation.amplitude),
+        ("dissipation", truncation.friction_energy),
+    ];
+    let beyond = figures.iter().filter(|(_, error)| *error > tolerance);
+    let left: Vec<String> = beyond
+        .map(|(figure, error)| match *error < 1.0 {
+            true => format!("an error of {error:.1e} in the {figure}"),
+            false => format!("an error in the {figure} that is not known"),
+        })
+        .collect();
+    if !left.is_empty() {
         outputs.notice(format!(
-            "fidelity.harmonic_tolerance = {tolerance}: harmonics up to {} {left}",
-            resolved.balance.harmonics().highest()
+            "fidelity.harmonic_tolerance = {tolerance}: harmonics up to {} leave {}",
+            resolved.balance.harmonics().highest(),
+            left.join(", and ")
         ));
     }
 }
@@ -389,14 +398,10 @@ fn tell_candidates(outputs: &mut Outputs, vibration: &Vibration, resonance: &Res
         let range = [vibration.range.0, vibration.range.1];
         outputs.notice(no_phase_resonance_between(range.map(|omega| omega / TAU)));
     }
-    if resonance.is_in_time() {
+    if resonance.has_unfollowed {
+        outputs.notice("there are motions beside the branches of the harmonic balance that could not be followed: the peak is not known");
+    } else if resonance.is_in_time() {
         outputs.notice("the peak was found by integration in time, as the harmonic balance has no branch there");
-    }
-    if resonance.is_below_top {
-        outputs.notice(format!(
-            "motions in time are larger than all branches, up to {:.6e} m, and what is beside them could not be followed: their peak is not known",
-            resonance.largest_in_time
-        ));
     }
     if resonance.is_cut {
         outputs.notice("the search for further branches was ended, as it had cost as much as it may; some may be missing");

@@ -750,6 +750,9 @@ def judge(scene, result, record):
             record["opens"], record["sticks"] = figures.opens, figures.stuck
         stable = [place for place in truth.peaks if place.multiplier < 1.0]
         record["true_stable_peak"] = abs(stable[0].amplitude) if stable else None
+    if own.is_cut:
+        record["peak"] = "not all seen"
+        return
     if result.row is not None:
         peak_against(result, record, truth)
     if result.frf is not None:
@@ -969,7 +972,7 @@ def tell(records, out=sys.stdout):
     line("exit code 3 where time integration has period 1", len(periodic), total, f"{len(failed)} in all")
     told = [r for r in records if "peak" in r]
     kinds = collections.Counter(r["peak"] for r in told)
-    for name in ("right", "right, of the stable", "right, unstable", "lower peak", "too low", "too high", "no such peak"):
+    for name in ("right", "right, of the stable", "right, unstable", "lower peak", "too low", "too high", "no such peak", "not all seen"):
         line(f"peak: {name}", kinds.get(name, 0), len(told))
     wrong = [r for r in told if r["peak"] in ("too low", "too high", "lower peak", "no such peak")]
     for limit in (1e-4, 1e-3, 1e-2, 0.1):
