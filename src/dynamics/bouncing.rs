@@ -1,6 +1,6 @@
 //! Bouncing: periodic motions along the normal of a mass that moves there by itself, in and out of contact. No branch over frequency need
-//! lead to them, nor a motion from rest. They are near the motions without load and damping that a load keeps up, and what is left of the
-//! bouncing under a larger load when that is lowered again.
+//! lead to them, nor a motion from rest. They are near the motions without load and damping that a load keeps up, once in its period or several
+//! times, and what is left of the bouncing under a larger load when that is lowered again.
 
 use num_complex::Complex64;
 
@@ -10,7 +10,7 @@ use super::periodic::Periodic;
 use super::survey::{EFFORT, OTHER, PROBES, Survey, first_harmonic, is_near, over, start_of};
 use super::two_springs::{Drive, State, TwoSprings};
 use super::vibration::Vibration;
-use super::{DynamicsError, HarmonicBalance, Load, SecondOrder};
+use super::{DynamicsError, HarmonicBalance, Load, Response, SecondOrder};
 
 /// Direction of the normal among the ports of a contact element.
 const NORMAL: usize = 2;
@@ -45,15 +45,17 @@ impl Vibration {
         let Some(bouncer) = self.bouncer(balance) else {
             return Ok(());
         };
-        let (seeds, evaluations) = bouncer.resonant(&PARTS);
-        balance.effort.add_steps(evaluations / EVALUATIONS);
         let (from, to) = self.range;
-        let resonant = seeds
-            .into_iter()
-            .filter(|(omega, _)| (from..=to).contains(omega));
-        let resonant = resonant.map(|(omega, state)| (omega, Some(state)));
+        let inside = |(seeds, evaluations): (Vec<(f64, State)>, usize)| -> Vec<_> {
+            balance.effort.add_steps(evaluations / EVALUATIONS);
+            let seeds = seeds.into_iter();
+            let seeds = seeds.filter(|(omega, _)| (from..=to).contains(omega));
+            seeds.map(|(omega, state)| (omega, Some(state))).collect()
+        };
+        let resonant = inside(bouncer.resonant(&PARTS));
+        let superharmonic = inside(bouncer.superharmonic());
         let others = over(self.range, PROBES).map(|omega| (omega, None));
-        for seeds in [resonant.collect::<Vec<_>>(), others.collect()] {
+        for seeds in [resonant, superharmonic, others.collect()] {
             balance.effort.allow(BOUNCING);
             for (omega, seed) in seeds {
                 if balance.effort.is_spent() {
@@ -82,18 +84,24 @@ impl Vibration {
         omega: f64,
         (state, size): (State, f64),
     ) -> Result<(), DynamicsError> {
-        let is_known = |known: f64| (size / known - 1.0).abs() <= OTHER;
         let known = survey.amplitudes(balance, NORMAL, omega);
-        if known.into_iter().any(is_known) {
+        let is_known = |size: f64| {
+            known
+                .iter()
+                .any(|known| (size / known - 1.0).abs() <= OTHER)
+        };
+        if is_known(size) {
             return Ok(());
         }
         let Some(bouncing) = self.with_all_axes(balance, omega, state, size) else {
             survey.has_unfollowed = true;
             return Ok(());
         };
-        let is_it = |rows: &[f64]| is_near(first_harmonic(balance, rows, NORMAL), size);
+        let of = |response: &Response| first_harmonic(balance, &response.displacement, NORMAL);
         match balance.solve(omega, Some(&start_of(&bouncing))) {
-            Ok(response) if is_it(&response.displacement) => {
+            // Of few harmonics it may differ from its motion in time.
+            Ok(response) if is_near(of(&response), size) && is_known(of(&response)) => {}
+            Ok(response) if is_near(of(&response), size) => {
                 let branch = self.branch_through(balance, &response)?;
                 survey.branches.push(branch);
             }

@@ -146,18 +146,8 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         now: &Response,
         width: f64,
     ) -> Result<Response, DynamicsError> {
-        let mut path = Continuation::new(balance, settings)?;
+        let mut path = Continuation::onwards(balance, settings, before, now)?;
         path.width = width;
-        let largest = path.sizes(now);
-        let largest = before.map_or(largest.clone(), |before| path.larger(&largest, before));
-        path.state = Progress::Underway(Box::new(Branch {
-            now: now.clone(),
-            past: before.cloned().into_iter().collect(),
-            step: settings.step,
-            largest,
-            points: 1,
-            unphysical: 0,
-        }));
         for response in path {
             let response = response?;
             if response.omega == settings.to {
@@ -170,6 +160,30 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
             from: now.frequency(),
             to: settings.to / turn,
         })
+    }
+
+    /// The branch of [`Self::new`] from `now` on; `before` is an earlier point of it. `now` is none of its points.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub(super) fn onwards(
+        balance: &'a HarmonicBalance<E>,
+        settings: ContinuationSettings,
+        before: Option<&Response>,
+        now: &Response,
+    ) -> Result<Continuation<'a, E>, DynamicsError> {
+        let mut path = Continuation::new(balance, settings)?;
+        let largest = path.sizes(now);
+        let largest = before.map_or(largest.clone(), |before| path.larger(&largest, before));
+        path.state = Progress::Underway(Box::new(Branch {
+            now: now.clone(),
+            past: before.cloned().into_iter().collect(),
+            step: settings.step,
+            largest,
+            points: 1,
+            unphysical: 0,
+        }));
+        Ok(path)
     }
 
     /// The point of the curve, scaled: the pairs, then the frequency.
@@ -417,63 +431,6 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             None => Ok((vec![rest], None)),
             Some(_) => Ok((vec![there, rest], Some(error))),
         }
-    }
-
-    /// The branch through `seed` in both directions, as far as it can be followed between the ends of `settings`, in their order.
-    ///
-    /// # Errors
-    /// [`DynamicsError::OutOfRange`], [`DynamicsError::HarmonicMissing`].
-    pub fn through(
-        &self,
-        seed: &Response,
-        settings: ContinuationSettings,
-    ) -> Result<Vec<Response>, DynamicsError> {
-        let mut points = self.onwards(
-            seed,
-            ContinuationSettings {
-                from: settings.to,
-                to: settings.from,
-                ..settings
-            },
-        )?;
-        points.reverse();
-        points.push(seed.clone());
-        points.extend(self.onwards(seed, settings)?);
-        Ok(points)
-    }
-
-    /// The points after `seed` on its branch, up to its end, to where it stops, or back to `seed`.
-    fn onwards(
-        &self,
-        seed: &Response,
-        settings: ContinuationSettings,
-    ) -> Result<Vec<Response>, DynamicsError> {
-        let mut path = Continuation::new(self, settings)?;
-        let largest = path.sizes(seed);
-        path.state = Progress::Underway(Box::new(Branch {
-            now: seed.clone(),
-            past: VecDeque::new(),
-            step: settings.step,
-            largest: largest.clone(),
-            points: 1,
-            unphysical: 0,
-        }));
-        let origin = path.point(seed, &largest);
-        let close = |response: &Response, path: &Continuation<'_, E>| {
-            distance(&path.point(response, &largest), &origin) < 0.5 * settings.step
-        };
-        let mut points: Vec<Response> = Vec::new();
-        let mut away = false;
-        while let Some(Ok(response)) = path.next() {
-            let is_close = close(&response, &path);
-            // A closed curve has come round.
-            if away && is_close {
-                break;
-            }
-            away |= !is_close;
-            points.push(response);
-        }
-        Ok(points)
     }
 
     /// A branch as far as it can be followed, and why no further. Of one that returns, the part up to where it turns.

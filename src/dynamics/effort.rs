@@ -15,7 +15,7 @@ const ANALYSED: u64 = 20;
 /// Units of the first branches of a survey, and of all that is looked for beside them: a million takes less than a second.
 pub(super) const BRANCHES: u64 = 4_000_000;
 pub(super) const BESIDE_BRANCHES: u64 = 1_000_000;
-/// Units of looking for what bounces beside them, in each of two ways.
+/// Units of looking for what bounces beside them, in each of three ways.
 pub(super) const BOUNCING: u64 = 700_000;
 /// Units that all surveys of a resonance may have cost before another one with more harmonics is begun.
 pub(super) const AGAIN: u64 = 6_000_000;

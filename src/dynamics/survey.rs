@@ -60,6 +60,22 @@ pub struct Survey {
     pub has_unfollowed: bool,
 }
 
+impl Survey {
+    /// Of branches alone, of which nothing else is known yet.
+    pub(super) fn of(branches: Vec<Vec<Response>>) -> Survey {
+        Survey {
+            branches,
+            gaps: Vec::new(),
+            unseen: Vec::new(),
+            stopped: None,
+            motions: Vec::new(),
+            missed: Vec::new(),
+            is_cut: false,
+            has_unfollowed: false,
+        }
+    }
+}
+
 /// What a probe finds.
 enum Probed {
     /// With the motion in time that led to it, where they differ.
@@ -115,14 +131,9 @@ impl Vibration {
         balance.effort.allow(BRANCHES);
         let (branches, stopped) = balance.parts(settings)?;
         let mut survey = Survey {
-            branches,
-            gaps: Vec::new(),
-            unseen: Vec::new(),
             stopped,
-            motions: Vec::new(),
-            missed: Vec::new(),
             is_cut: balance.effort.is_spent(),
-            has_unfollowed: false,
+            ..Survey::of(branches)
         };
         // One that returns over an end of the range ends there.
         for branch in &mut survey.branches {
@@ -176,6 +187,17 @@ impl Vibration {
         balance.effort.unbound();
         survey.gaps = survey.left_out(self.range);
         self.look_into_gaps(balance, &mut survey);
+        // Of a gap that nothing is known of, a row says so: at an end of the range that it reaches to, where no branch begins, or in its middle.
+        for [low, high] in survey.unseen.clone() {
+            let ends = [self.range.0, self.range.1];
+            let end = ends
+                .into_iter()
+                .find(|end| [low, high].contains(&(end / TAU)));
+            let middle = TAU * 0.5 * (low + high);
+            survey
+                .missed
+                .push((end.unwrap_or(middle), FoundBy::Nothing));
+        }
         if let Some((top, is_reached)) = self.top_in_time(balance, &survey) {
             // What it was climbed from is no peak of its own.
             let is_apart = |motion: &Periodic| (motion.omega / top.omega - 1.0).abs() > BESIDE_TOP;
@@ -185,7 +207,7 @@ impl Vibration {
         }
         survey.missed.retain(|(omega, _)| {
             let mut gaps = survey.gaps.iter();
-            gaps.any(|[low, high]| (*low..*high).contains(&(omega / TAU)))
+            gaps.any(|[low, high]| (*low..=*high).contains(&(omega / TAU)))
         });
         Ok(survey)
     }
@@ -285,114 +307,6 @@ impl Vibration {
             // With few harmonics the balance may have no such response.
             _ => Probed::Motion(periodic),
         }
-    }
-}
-
-impl Survey {
-    /// The parts of a range \[rad/s\] that no branch covers \[Hz\].
-    pub(super) fn left_out(&self, (from, to): (f64, f64)) -> Vec<[f64; 2]> {
-        let mut covered: Vec<[f64; 2]> = self
-            .branches
-            .iter()
-            .map(|branch| {
-                let omegas = branch.iter().map(|r| r.omega);
-                let ends = (f64::INFINITY, f64::NEG_INFINITY);
-                let (low, high) = omegas.fold(ends, |(a, b), w| (a.min(w), b.max(w)));
-                [low, high]
-            })
-            .collect();
-        covered.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        let (mut gaps, mut reached) = (Vec::new(), from);
-        for [low, high] in covered {
-            if low > reached * (1.0 + SAME) {
-                gaps.push([reached / TAU, low / TAU]);
-            }
-            reached = reached.max(high);
-        }
-        if reached < to * (1.0 - SAME) {
-            gaps.push([reached / TAU, to / TAU]);
-        }
-        gaps
-    }
-
-    /// How far apart the first harmonics at a port are at both ends of a gap \[Hz\], and the larger of them \[m\]; none where no branch
-    /// ends there.
-    pub(super) fn flanks(
-        &self,
-        balance: &HarmonicBalance<ContactElement>,
-        port: usize,
-        gap: [f64; 2],
-    ) -> Option<[f64; 2]> {
-        let harmonics = balance.harmonics();
-        let slot = harmonics.slot_of(1)?;
-        let [low, high] = gap.map(|frequency| {
-            let at = |response: &&Response| (response.frequency() / frequency - 1.0).abs() <= SAME;
-            let found = self.branches.iter().flatten().find(at)?;
-            let row = &found.displacement[port * harmonics.coefficients()..];
-            Some([row[slot], row[slot + 1]])
-        });
-        let ([a, b], [c, d]) = (low?, high?);
-        Some([(a - c).hypot(b - d), a.hypot(b).max(c.hypot(d))])
-    }
-
-    /// Whether the branches do not move at a port, but for rounding.
-    fn is_still(&self, balance: &HarmonicBalance<ContactElement>, port: usize) -> bool {
-        let all = || self.branches.iter().flatten();
-        all().next().is_some() && all().all(|response| balance.is_still(response, port))
-    }
-
-    /// The largest amplitude at a port, of responses that may be motions \[m\].
-    pub(super) fn largest(&self, balance: &HarmonicBalance<ContactElement>, port: usize) -> f64 {
-        let all = self.branches.iter().flatten();
-        let largest = all
-            .filter(|response| !gives_energy(response))
-            .map(|r| first_harmonic(balance, &r.displacement, port))
-            .fold(0.0, f64::max);
-        if largest > 0.0 { largest } else { USUAL }
-    }
-
-    /// The largest amplitude of a motion in time that no branch has \[m\]; 0 without one.
-    pub(super) fn largest_in_time(
-        &self,
-        balance: &HarmonicBalance<ContactElement>,
-        port: usize,
-    ) -> f64 {
-        let all = self.motions.iter();
-        all.map(|periodic| first_harmonic(balance, &periodic.displacement, port))
-            .fold(0.0, f64::max)
-    }
-
-    /// The amplitudes at a port that the branches have at `omega`, between their points \[m\].
-    pub(super) fn amplitudes(
-        &self,
-        balance: &HarmonicBalance<ContactElement>,
-        port: usize,
-        omega: f64,
-    ) -> Vec<f64> {
-        let of = |r: &Response| first_harmonic(balance, &r.displacement, port);
-        let mut out = Vec::new();
-        for branch in &self.branches {
-            for pair in branch.windows(2) {
-                let (a, b) = (pair[0].omega, pair[1].omega);
-                if (a - omega) * (b - omega) > 0.0 || a == b {
-                    continue;
-                }
-                // On a curved piece the response itself.
-                let near = if (a - omega).abs() < (b - omega).abs() {
-                    &pair[0]
-                } else {
-                    &pair[1]
-                };
-                match balance.solve(omega, Some(&near.start())) {
-                    Ok(response) => out.push(of(&response)),
-                    Err(_) => {
-                        let share = (omega - a) / (b - a);
-                        out.push(of(&pair[0]) * (1.0 - share) + share * of(&pair[1]));
-                    }
-                }
-            }
-        }
-        out
     }
 }
 

@@ -1,10 +1,9 @@
 //! The harmonics that are left out: what they would change, and as many as leave little.
 
-use super::candidates::gives_energy;
 use super::contact_element::ContactElement;
 use super::effort::{AGAIN, BRANCHES};
 use super::newton::FREQUENCY_WEIGHT;
-use super::survey::{SAME, first_harmonic, is_near};
+use super::survey::is_near;
 use super::vibration::{Resonance, Vibration};
 use super::{DynamicsError, HarmonicBalance, Harmonics, Response, Start};
 
@@ -26,13 +25,13 @@ const MOST_SURVEYED: u32 = 15;
 /// than it may, and counts then if it has found more.
 const MOST_EXPECTED: f64 = 4.0;
 /// Share of the input below which a dissipation is faint: what is rounding of the input is no error of it.
-const FAINT: f64 = 1e-6;
+pub(super) const FAINT: f64 = 1e-6;
 /// Error of a peak that is that of a motion in time: what climbing to it leaves.
-const OF_TIME: f64 = 1e-3;
+pub(super) const OF_TIME: f64 = 1e-3;
 /// Error from which, where it can be, a response is held against the motion in time near it.
-const LARGE: f64 = 0.02;
+pub(super) const LARGE: f64 = 0.02;
 /// Share of a peak of which more harmonics know nothing from which the motions in time near it say that it is one.
-const CONFIRMED: f64 = 0.9;
+pub(super) const CONFIRMED: f64 = 0.9;
 /// Highest order of the harmonics with which a response of many is looked for first.
 const FEW: u32 = 3;
 
@@ -98,7 +97,7 @@ pub struct Resolved<'a> {
     pub balance: HarmonicBalance<ContactElement>,
     pub resonance: Resonance,
     pub truncation: Truncation,
-    vibration: &'a Vibration,
+    pub(super) vibration: &'a Vibration,
     /// What looking over the whole range has cost so far.
     spent: u64,
     /// Whether its peak and its errors are still to be found.
@@ -217,7 +216,7 @@ impl Vibration {
             }
         }
         if resolved.balance.is_small() {
-            let mut above = resolved.above_with_more_harmonics();
+            let (mut above, mut is_unseen) = resolved.above_with_more_harmonics();
             while above > LARGE
                 && tolerance.is_some()
                 && resolved.balance.harmonics().highest() < MOST_SURVEYED
@@ -228,11 +227,14 @@ impl Vibration {
                     break;
                 }
                 resolved.estimate();
-                above = resolved.above_with_more_harmonics();
+                (above, is_unseen) = resolved.above_with_more_harmonics();
             }
             resolved.hold_against_time();
             let amplitude = &mut resolved.truncation.amplitude;
             *amplitude = amplitude.max(TAIL * above);
+            if is_unseen {
+                *amplitude = amplitude.max(UNKNOWN);
+            }
         }
         let tolerance = resolved.balance.settings.tolerance;
         resolved.truncation.widen(&resolved.resonance, tolerance);
@@ -295,88 +297,6 @@ impl Resolved<'_> {
                 true
             }
             _ => false,
-        }
-    }
-
-    /// Where more harmonics say that an error is large, or nothing of it, the difference from the motions in time takes its place: of the
-    /// peak from their peak, of the dissipation from theirs at its frequency.
-    fn hold_against_time(&mut self) {
-        let (vibration, balance) = (self.vibration, &self.balance);
-        let resonance = &self.resonance;
-        if resonance.is_in_time() || resonance.is_still {
-            return;
-        }
-        let is_sure = self.truncation.amplitude < UNKNOWN;
-        if self.truncation.amplitude > LARGE
-            && let Some(size) = vibration.peak_in_time(balance, &resonance.peak, is_sure)
-        {
-            let ratio = size / resonance.peak_amplitude;
-            // Where nothing is known, a larger motion says that the peak is elsewhere, and a smaller one that it may be.
-            let is_one = is_sure || (CONFIRMED..=1.0 + LARGE).contains(&ratio);
-            self.truncation.amplitude = match is_one {
-                true => (ratio.recip() - 1.0).abs() + OF_TIME,
-                false => self.truncation.amplitude,
-            };
-        }
-        let in_force = resonance.in_force();
-        if self.truncation.friction_energy > LARGE
-            && let Some([friction, input]) = vibration.energy_in_time(balance, in_force)
-        {
-            let size = friction.abs().max(FAINT * input.abs());
-            let change = (in_force.energy.friction - friction).abs() / size;
-            self.truncation.friction_energy = change.min(UNKNOWN) + OF_TIME;
-        }
-    }
-
-    /// Where nothing is known of a figure, what damping lets it be is all that its bar can hold.
-    fn hold_by_damping(&mut self) {
-        if self.resonance.is_still {
-            // Rounding has no digit that is known.
-            self.truncation.amplitude = self.truncation.amplitude.max(UNKNOWN);
-            return;
-        }
-        let errors = [self.truncation.amplitude, self.truncation.friction_energy];
-        if errors.iter().all(|error| *error < UNKNOWN) {
-            return;
-        }
-        let Some(bound) = self.vibration.damped_bound() else {
-            return;
-        };
-        // Of a figure that is rounding no part is known.
-        let held = |error: f64, most: f64, figure: f64| match most / figure - 1.0 {
-            above if error >= UNKNOWN && figure > 0.0 && above.is_finite() => error.max(above),
-            _ => error,
-        };
-        let [amplitude, friction_energy] = errors;
-        let (peak, in_force) = (self.resonance.peak_amplitude, self.resonance.in_force());
-        let friction = in_force.energy.friction;
-        self.truncation.amplitude = held(amplitude, bound.amplitude, peak);
-        self.truncation.friction_energy = held(friction_energy, bound.friction_energy, friction);
-    }
-
-    /// By how much the branch of more harmonics is above the peak, anywhere in the range, relative to it: with too few of them another peak
-    /// may be the strongest. 0 where it is not, or cannot be followed; rounding of the same peak is none.
-    fn above_with_more_harmonics(&self) -> f64 {
-        let (vibration, resonance) = (self.vibration, &self.resonance);
-        if resonance.is_in_time() || resonance.is_still {
-            return 0.0;
-        }
-        let beyond = self.balance.harmonics().beyond();
-        let Ok(finer) = vibration.finer(&self.balance, beyond) else {
-            return 0.0;
-        };
-        finer.effort.allow(BRANCHES / 4);
-        let Ok((branches, _)) = finer.parts(vibration.along()) else {
-            return 0.0;
-        };
-        let of = |response: &Response| {
-            first_harmonic(&finer, &response.displacement, vibration.response_port)
-        };
-        let moves = branches.iter().flatten().filter(|r| !gives_energy(r));
-        let largest = moves.map(of).fold(0.0, f64::max);
-        match largest / resonance.peak_amplitude - 1.0 {
-            above if above > SAME => above,
-            _ => 0.0,
         }
     }
 

@@ -25,6 +25,12 @@ const SAMPLES: usize = 256;
 const SPEEDS: [f64; 2] = [1e-3, 1e6];
 const LOOKED_AT: usize = 36;
 const BISECTIONS: usize = 24;
+/// How often at most the mass swings in a period of the drive where none of the loads does, and the speeds at which that is looked for: from
+/// the first of these parts of the speed from rest to the edge, by this factor, so many. Each has a frequency of its own, within some 2 % of which
+/// a motion is found from it.
+const MOST_SWINGS: u32 = 3;
+const SWINGING: [f64; 2] = [0.35, 1.15];
+const SWINGINGS: usize = 24;
 
 /// The mass, its springs and its loads.
 #[derive(Clone)]
@@ -74,8 +80,8 @@ impl TwoSprings {
 struct Swing {
     /// Angular frequency \[rad/s\].
     omega: f64,
-    /// Where it turns back, open \[m\].
-    apex: f64,
+    /// Where it turns back, open and closed \[m\].
+    apexes: [f64; 2],
     /// Half range of its first harmonic \[m\], and what the damping takes of it in its period \[J\].
     first_harmonic: f64,
     loss: f64,
@@ -90,12 +96,7 @@ impl TwoSprings {
         if self.damping == 0.0 {
             return (Vec::new(), 0);
         }
-        let free = TwoSprings {
-            damping: 0.0,
-            loads: Vec::new(),
-            inertial_loads: Vec::new(),
-            ..self.clone()
-        };
+        let free = self.free();
         let evaluations = Cell::new(0);
         let swing = |speed: f64| self.swing(&free, speed, &evaluations);
         let mut out = Vec::new();
@@ -120,13 +121,51 @@ impl TwoSprings {
                 for phase in [-behind, behind - PI] {
                     let at = (phase - force(&swing).arg()) / swing.omega;
                     let at = at.rem_euclid(period);
-                    let start = drive.over(at, period - at, [swing.apex, 0.0]);
+                    let start = drive.over(at, period - at, [swing.apexes[0], 0.0]);
                     out.extend(start.map(|state| (omega, state)));
                 }
                 evaluations.set(evaluations.get() + drive.evaluations());
             }
         }
         (out, evaluations.get())
+    }
+
+    /// States at the phase 0 of motions without loads and damping that swing twice or more in a period of the drive, as no load does, with its
+    /// angular frequencies: loads keep them up through the motion that they cause themselves. Left out are speeds at which damping takes more than the
+    /// loads can supply. And the evaluations that this took.
+    pub(super) fn superharmonic(&self) -> (Vec<(f64, State)>, usize) {
+        let free = self.free();
+        let evaluations = Cell::new(0);
+        let orders = self.orders();
+        let mut out = Vec::new();
+        for swings in (2..=MOST_SWINGS).filter(|swings| !orders.contains(swings)) {
+            let [first, factor] = SWINGING;
+            for k in 0..SWINGINGS {
+                let speed = first * factor.powi(k as i32) * self.unit_speed();
+                let Some(swing) = self.swing(&free, speed, &evaluations) else {
+                    continue;
+                };
+                let omega = swing.omega / f64::from(swings);
+                let force = |order: &u32| self.force(*order, omega).norm_sqr();
+                let forces: f64 = orders.iter().map(force).sum();
+                // A harmonic supplies most, less what damping takes of itself, with half of the amplitude that damping lets it have.
+                let supplied = PI * forces / (4.0 * self.damping * omega);
+                if f64::from(swings) * swing.loss <= supplied {
+                    out.extend(swing.apexes.map(|apex| (omega, [apex, 0.0])));
+                }
+            }
+        }
+        (out, evaluations.get())
+    }
+
+    /// The mass without loads that move it, and without damping.
+    fn free(&self) -> TwoSprings {
+        TwoSprings {
+            damping: 0.0,
+            loads: Vec::new(),
+            inertial_loads: Vec::new(),
+            ..self.clone()
+        }
     }
 
     /// Harmonics of the loads, each once.
@@ -164,15 +203,16 @@ impl TwoSprings {
         let out = 2.0 / natural[0] * (speed / natural[0]).atan2(beyond[0]);
         let within = 2.0 / natural[1] * (speed / natural[1]).atan2(-beyond[1]);
         let period = out + within;
-        let apex = self.edge + beyond[0] - beyond[0].hypot(speed / natural[0]);
+        let reach = [0, 1].map(|spring| beyond[spring].hypot(speed / natural[spring]));
+        let apexes = [beyond[0] - reach[0], beyond[1] + reach[1]].map(|apart| self.edge + apart);
         let drive = Drive::new(free, TAU / period, 1.0);
-        let states = drive.sampled([apex, 0.0])?;
+        let states = drive.sampled([apexes[0], 0.0])?;
         let squares = states.iter().map(|state| state[1] * state[1]);
         let mean_square = squares.sum::<f64>() / SAMPLES as f64;
         evaluations.set(evaluations.get() + drive.evaluations());
         Some(Swing {
             omega: TAU / period,
-            apex,
+            apexes,
             first_harmonic: first_harmonic(&states),
             loss: self.damping * mean_square * period,
         })

@@ -261,12 +261,18 @@ impl Vibration {
         peak: Response,
         iterations: usize,
     ) -> Result<Resonance, DynamicsError> {
-        let in_force = phase.as_ref().unwrap_or(&peak);
+        let size = |response: &Response| balance.amplitude(response, self.response_port);
+        let amplitude = size(phase.as_ref().unwrap_or(&peak))?.0;
+        // Each was looked for by itself.
+        let peak = match &phase {
+            Some(phase) if amplitude > size(&peak)?.0 => phase.clone(),
+            _ => peak,
+        };
         Ok(Resonance {
             port: self.response_port,
-            amplitude: balance.amplitude(in_force, self.response_port)?.0,
+            amplitude,
             peak_frequency: peak.frequency(),
-            peak_amplitude: balance.amplitude(&peak, self.response_port)?.0,
+            peak_amplitude: size(&peak)?.0,
             iterations,
             phase,
             candidates: Vec::new(),

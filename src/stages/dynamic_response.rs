@@ -11,10 +11,11 @@ use super::reads::{Outputs, Reads};
 use super::reduced;
 use super::solvers::{Solvers, given, layout};
 use super::stage::{Stage, When};
+use super::told::{tell_candidates, tell_missed, tell_open, tell_reduction};
 use crate::dynamics::cycle::{JointCycle, JointSummary, joint_cycle};
 use crate::dynamics::{
     Candidate, CandidateKind, ContactElement, ElementState, HarmonicBalance, Resolved, Resonance,
-    Response, Start, Vibration,
+    Response, Start,
 };
 use crate::model_update::ElementParameters;
 use crate::recipe::Layout;
@@ -55,15 +56,6 @@ pub const DECLARATION: Declaration = Declaration {
     shared: false,
     compute,
 };
-
-/// Relative difference of two frequencies that are one but for rounding.
-const SAME_FREQUENCY: f64 = 1e-9;
-/// The harmonic of the drive that friction has most of beside the first.
-const FRICTION: u32 = 3;
-/// Error of the reduced structure there from which it is told.
-const MUCH: f64 = 0.02;
-/// Share of the highest peak from which another is as high.
-const TIE: f64 = 0.99;
 
 /// The tables of the response in force: iterations that do not renew it have the same.
 const IN_FORCE: [TableName; 6] = [
@@ -192,57 +184,6 @@ pub fn start_of(
     Ok((harmonics, start))
 }
 
-/// Says so where harmonics could not be extended until they suffice.
-pub fn tell_missed(outputs: &mut Outputs, tolerance: Option<f64>, resolved: &Resolved) {
-    let Some(tolerance) = tolerance else { return };
-    let truncation = &resolved.truncation;
-    let figures = [
-        ("amplitude", truncation.amplitude),
-        ("dissipation", truncation.friction_energy),
-    ];
-    let beyond = figures.iter().filter(|(_, error)| *error > tolerance);
-    let left: Vec<String> = beyond
-        .map(|(figure, error)| match *error < 1.0 {
-            true => format!("an error of {error:.1e} in the {figure}"),
-            false => format!("an error in the {figure} that is not known"),
-        })
-        .collect();
-    if !left.is_empty() {
-        outputs.notice(format!(
-            "fidelity.harmonic_tolerance = {tolerance}: harmonics up to {} leave {}",
-            resolved.balance.harmonics().highest(),
-            left.join(", and ")
-        ));
-    }
-}
-
-/// Says so, once, where the reduced structure may be off at the harmonics that friction has most of.
-fn tell_reduction(
-    reads: &Reads,
-    outputs: &mut Outputs,
-    resolved: &Resolved,
-) -> Result<(), RunError> {
-    let row: Option<typed::Structure> = reads.maybe()?;
-    let Some((row, structure)) = row.zip(reads.recipe.structure.as_ref()) else {
-        return Ok(());
-    };
-    let (Some(error), Some(checked)) = (row.error_receptance, row.checked_frequency) else {
-        return Ok(());
-    };
-    let highest = resolved.balance.harmonics().highest().min(FRICTION);
-    let frequency = f64::from(highest) * resolved.resonance.in_force().frequency();
-    let there = error * (frequency / checked).powi(2);
-    if reads.wear_iteration == 0 && there > MUCH {
-        outputs.notice(format!(
-            "dynamics.modes = {}: the reduced structure's receptance is off that of all freedoms by some {:.1} % of its largest at {frequency:.0} Hz, \
-             harmonic {highest}; keep more modes",
-            structure.modes,
-            100.0 * there
-        ));
-    }
-    Ok(())
-}
-
 /// Adds the tables of a resonance; those of its contact where it has one.
 fn in_force(
     reads: &Reads,
@@ -268,6 +209,9 @@ fn in_force(
         balance.sampling(),
         &layout.centres,
     )?;
+    if has_contact && reads.wear_iteration == 0 {
+        tell_open(outputs, balance.elements(), &cycle);
+    }
     let summary = balance.joint_summary(resonance.in_force());
     outputs.put(&response_table(&reads.recipe, balance, resonance))?;
     outputs.put(&candidate_table(balance, resonance))?;
@@ -379,95 +323,6 @@ fn candidate_table(
         table.chosen.push(chosen == Some(response));
     }
     table
-}
-
-/// Says so where the strongest resonance is no clear one: others are as strong, it is unstable, it lies at an end of the range, or parts
-/// of the range have no branch.
-fn tell_candidates(outputs: &mut Outputs, vibration: &Vibration, resonance: &Resonance) {
-    if resonance.is_still {
-        let rows = &resonance.peak.displacement;
-        let largest = rows.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
-        outputs.notice(format!(
-            "dynamics.response: the structure does not respond there: its amplitude of {:.1e} m is rounding, beside {largest:.1e} m \
-             elsewhere; name a direction along which something moves it",
-            resonance.peak_amplitude
-        ));
-        return;
-    }
-    if resonance.phase.is_none() {
-        let range = [vibration.range.0, vibration.range.1];
-        outputs.notice(no_phase_resonance_between(range.map(|omega| omega / TAU)));
-    }
-    if resonance.has_unfollowed {
-        outputs.notice("there are motions beside the branches of the harmonic balance that could not be followed: the peak is not known");
-    } else if resonance.is_in_time() {
-        outputs.notice("the peak was found by integration in time, as the harmonic balance has no branch there");
-    }
-    if resonance.is_cut {
-        outputs.notice("the search for further branches was ended, as it had cost as much as it may; some may be missing");
-    }
-    for gap in &resonance.gaps {
-        let [low, high] = gap;
-        let known = match resonance.unseen.iter().any(|[a, b]| a < high && low < b) {
-            true => "a peak there is not known",
-            false => "motions in time there are not above the peak",
-        };
-        outputs.notice(format!(
-            "no branch of responses could be followed from {low:.6} to {high:.6} Hz; {known}"
-        ));
-    }
-    let peaks = resonance.candidates.iter();
-    let peaks: Vec<&Candidate> = peaks
-        .filter(|candidate| candidate.kind != CandidateKind::PhaseResonance)
-        .collect();
-    let Some(first) = peaks.first() else {
-        return;
-    };
-    let at = |candidate: &Candidate| {
-        let frequency = candidate.response.frequency();
-        format!("{:.6e} m at {frequency:.6} Hz", candidate.amplitude)
-    };
-    if first.kind == CandidateKind::End {
-        let (low, high) = vibration.range;
-        let is_at = |end: f64| (first.response.omega / end - 1.0).abs() <= SAME_FREQUENCY;
-        let why = match is_at(low) || is_at(high) {
-            true => "an end of it: widen dynamics.frequency if the peak is meant",
-            false => {
-                "the end of a branch that could not be followed further: the peak may be higher"
-            }
-        };
-        outputs.notice(format!(
-            "the largest amplitude of the range, {}, lies at {why}",
-            at(first)
-        ));
-    }
-    if first.is_unstable() {
-        let stable = peaks.iter().find(|peak| !peak.is_unstable());
-        let stable = stable.map_or(String::new(), |peak| {
-            format!("; the largest peak that is not is {}", at(peak))
-        });
-        outputs.notice(format!(
-            "the peak of {} is unstable: a motion does not stay there{stable}",
-            at(first)
-        ));
-    }
-    if let Some(second) = peaks
-        .get(1)
-        .filter(|second| second.amplitude >= TIE * first.amplitude)
-    {
-        outputs.notice(format!(
-            "two peaks are as high as each other: {}, and {}",
-            at(first),
-            at(second)
-        ));
-    }
-}
-
-/// What is said of a range \[Hz\] without a phase resonance.
-pub fn no_phase_resonance_between([from, to]: [f64; 2]) -> String {
-    format!(
-        "dynamics.frequency: no phase resonance between {from:.6} and {to:.6} Hz; the peak stands for it"
-    )
 }
 
 fn cycle_table(cycle: &JointCycle) -> typed::JointCycle {

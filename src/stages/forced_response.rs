@@ -4,13 +4,12 @@ use super::RunError;
 use super::contact_elements::parameters;
 use super::contact_state::{harmonics_of, parameters_of};
 use super::declaration::Declaration;
-use super::dynamic_response::{
-    contact_elements, failed, harmonic_tolerance, start_of, tell_missed,
-};
+use super::dynamic_response::{contact_elements, failed, harmonic_tolerance, start_of};
 use super::reads::{Outputs, Reads};
 use super::reduced;
 use super::solvers::{Solvers, given};
 use super::stage::{Stage, When};
+use super::told::tell_missed;
 use crate::dynamics::forced_response::{ForcedPoint, FoundBy, PointResponse};
 use crate::dynamics::{ContactElement, HarmonicBalance, Harmonics, Resonance, Vibration};
 use crate::model_update::ElementParameters;
@@ -293,8 +292,12 @@ fn tell_left_out(points: &[ForcedPoint], is_in_time: bool, outputs: &mut Outputs
         }
         let last = frequencies.iter().copied().fold(first, f64::max);
         let first = frequencies.iter().copied().fold(first, f64::min);
+        let places = match frequencies.len() {
+            1 => format!("at {first:.6} Hz, is"),
+            _ => format!("between {first:.6} and {last:.6} Hz, are"),
+        };
         outputs.notice(format!(
-            "forced response: {} of {} points, between {first:.6} and {last:.6} Hz, are {what}",
+            "forced response: {} of {} points, {places} {what}",
             frequencies.len(),
             points.len()
         ));

@@ -40,11 +40,11 @@ mod static_contact;
 mod structure;
 mod summary;
 mod surface;
+mod told;
 mod wear;
 
 pub use backbone::{add_backbone, backbone_of_run, backbone_of_scene, resonance_of_scenes};
 pub use declaration::{Declaration, is_in};
-pub use dynamic_response::no_phase_resonance_between;
 pub use error::RunError;
 pub use graph::graph;
 pub use judged::judged;
@@ -56,3 +56,4 @@ pub use run::{Ending, FREE_KEYS, Outcome, RunOptions, Source, identity_of, run};
 pub use run_cost::RunCost;
 pub use run_status::{LastUpdate, RunStatus};
 pub use stage::{Stage, UnknownStage, When};
+pub use told::no_phase_resonance_between;

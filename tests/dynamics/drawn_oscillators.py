@@ -26,6 +26,7 @@ import json
 import math
 import os
 import resource
+import signal
 import statistics
 import subprocess
 import sys
@@ -49,6 +50,8 @@ LONGEST_WAIT = 300.0
 SLOW = 5.0
 # What the curves of a scene may take the judge; it has then not seen all of them [s].
 LONGEST_CURVES = 40.0
+# CPU seconds after which a scene is left as not all seen.
+LONGEST_JUDGED = 90.0
 # The judge is right to this, beyond what it says of itself.
 JUDGED = 1e-6
 # A peak stands out if it is higher than what is beside it by this.
@@ -584,6 +587,13 @@ class Judge:
                     break
                 self.through(self.lowered(float(log), factor))
         begin = time.thread_time()
+        for swings in (1, 2, 3):
+            for log in np.linspace(self.low, self.high, 26)[1:-1]:
+                for state in self.bouncing(float(log), swings):
+                    if time.thread_time() - begin > 5.0 or len(self.curves) > 8:
+                        break
+                    self.through(self.start(float(log), state))
+        begin = time.thread_time()
         for log in np.linspace(self.low, self.high, 14)[1:-1]:
             floor = Motion(self.oscillator, math.exp(log)).floor(2)
             sizes = [np.abs(place.state).max() for curve in self.curves for place in curve]
@@ -594,6 +604,44 @@ class Judge:
                 size = top * 10.0 ** self.draw.uniform(-2.0, 0.5)
                 angle = self.draw.uniform(0.0, TURN)
                 self.through(self.start(float(log), [size * math.cos(angle), size * math.sin(angle)]))
+
+    def bouncing(self, log, swings):
+        """States along z of motions without damping and harmonic forces that swing so many times in a period, at phases of a swing."""
+        mass, spring, contact = self.oscillator.mass[2], self.oscillator.stiffness[2], self.oscillator.contact
+        kn, load, gap, rate = contact.kn, contact.load, contact.gap, TURN * math.exp(log)
+        if spring <= 0.0 or kn <= 0.0:
+            return []
+        steady = sum(amplitude * math.cos(phase) for along, order, amplitude, phase in self.oscillator.forces if along == 2 and order == 0)
+        # About the rest of each spring a turn at its own rate; both meet where the contact opens.
+        edge = gap - load / kn
+        rates = math.sqrt(spring / mass), math.sqrt((spring + kn) / mass)
+        open_rest = (steady + load) / spring - edge
+        closed_rest = (steady + kn * gap) / (spring + kn) - edge
+
+        def halves(speed):
+            return (
+                math.atan2(speed / rates[0], open_rest) / rates[0],
+                math.atan2(speed / rates[1], -closed_rest) / rates[1],
+            )
+
+        wanted = TURN / rate / swings
+        speeds = np.geomspace(1e-3, 1e6, 400) * max(abs(closed_rest) * rates[1], 1e-300)
+        misses = [2.0 * sum(halves(speed)) - wanted for speed in speeds]
+        out = []
+        for n in range(len(speeds) - 1):
+            if misses[n] * misses[n + 1] > 0.0:
+                continue
+            low, high = speeds[n], speeds[n + 1]
+            for _ in range(40):
+                middle = math.sqrt(low * high)
+                low, high = (middle, high) if (2.0 * sum(halves(middle)) - wanted) * misses[n] > 0.0 else (low, middle)
+            out += [
+                [edge + open_rest - math.hypot(open_rest, low / rates[0]), 0.0],
+                [edge + closed_rest + math.hypot(closed_rest, low / rates[1]), 0.0],
+                [edge, low / rate],
+                [edge, -low / rate],
+            ]
+        return out
 
     def through(self, place):
         """Adds the branch through a place, if there is one that is not known."""
@@ -921,6 +969,14 @@ def classes(record):
     return out
 
 
+class TooLong(Exception):
+    """The judge has taken as long as it may."""
+
+
+def too_long(number, frame):
+    raise TooLong
+
+
 def one(program, seed, number, judged=True, sets=()):
     """Draws, runs and judges a scene."""
     scene = drawn(seed, number)
@@ -943,10 +999,16 @@ def one(program, seed, number, judged=True, sets=()):
                 record["pair_peak"] = None if other.row is None else other.row["peak_amplitude"]
     if judged:
         begin = time.process_time()
+        signal.signal(signal.SIGVTALRM, too_long)
+        signal.setitimer(signal.ITIMER_VIRTUAL, LONGEST_JUDGED)
         try:
             judge(scene, result, record)
+        except TooLong:
+            record["judge_cut"], record["peak"] = True, "not all seen"
         except Exception as error:  # The judge is to say so, and the others are to be drawn.
             record["judge_failed"] = f"{type(error).__name__}: {error}"
+        finally:
+            signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
         record["judge_seconds"] = time.process_time() - begin
     record["classes"] = classes(record)
     return record

@@ -4,6 +4,7 @@ mod backbone;
 mod balance;
 mod bank;
 mod brake_reuss;
+mod closed_branches;
 mod condensation;
 mod continuation;
 mod element;

@@ -9,7 +9,7 @@ use fretwear::dynamics::{
     Settings, Slider, Vibration,
 };
 
-fn vibration(
+pub fn vibration(
     oscillator: &Oscillator,
     loads: Vec<Load>,
     response_port: usize,

@@ -25,6 +25,8 @@ const OVER_BODY: [f64; 2] = [0.01, 1e3];
 /// Range of frequency over the first of a bar, by rule of thumb, and over the resonances of an oscillator.
 const FREQUENCY: [f64; 2] = [1e-3, 30.0];
 const OF_OSCILLATOR: [f64; 2] = [0.125, 8.0];
+/// Direction of the normal among those of an oscillator.
+const NORMAL: usize = 2;
 /// Masses of a structure \[kg\].
 const MASS: [f64; 2] = [1e-6, 1e6];
 
@@ -112,7 +114,7 @@ impl Swinging {
         let axis = drive.map(|force| force.port.axis).or(ground)?;
         let [mass, damping, stiffness] = structure.source.oscillator_along(axis)?;
         let given = recipe.elements().and_then(|found| found.stiffness.given());
-        let contact = given.map_or(0.0, |[kn, kt, _]| if axis == 2 { kn } else { kt });
+        let contact = given.map_or(0.0, |[kn, kt, _]| if axis == NORMAL { kn } else { kt });
         Some(Swinging {
             mass,
             damping,
@@ -188,12 +190,19 @@ fn forces(
     let Some((_, limit)) = limit(recipe).filter(|(_, limit)| *limit > 0.0) else {
         return Vec::new();
     };
-    let harmonic = response.forces.iter().filter(|f| f.harmonic > 0);
-    let ground = response.base.and_then(|base| {
+    // A mass that moves along the normal by itself loads no friction.
+    let rubs = |axis: usize| swinging.is_none() || axis != NORMAL;
+    let harmonic = response.forces.iter();
+    let harmonic = harmonic.filter(|force| force.harmonic > 0 && rubs(force.port.axis));
+    let ground = response.base.filter(|base| rubs(base.axis));
+    let ground = ground.and_then(|base| {
         let [mass, _, _] = structure.source.oscillator_along(base.axis)?;
         Some(base.force(mass, response.frequency[1]))
     });
     let force = harmonic.map(|f| f.amplitude.abs()).sum::<f64>() + ground.unwrap_or(0.0);
+    if force == 0.0 && swinging.is_some() {
+        return Vec::new();
+    }
     let figure = Bounded {
         what: "force over what friction holds",
         value: force / limit,

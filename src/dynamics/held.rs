@@ -1,0 +1,132 @@
+//! What the error bars of a resonance of few unknowns are held against: motions in time, the branches of more harmonics, and what damping lets
+//! be.
+
+use std::f64::consts::TAU;
+
+use super::candidates::gives_energy;
+use super::contact_element::ContactElement;
+use super::effort::BRANCHES;
+use super::survey::{IN_GAPS, SAME, Survey, first_harmonic, is_near, over};
+use super::truncation::{CONFIRMED, FAINT, LARGE, OF_TIME, Resolved, UNKNOWN};
+use super::{HarmonicBalance, Response};
+
+impl Resolved<'_> {
+    /// Where more harmonics say that an error is large, or nothing of it, the difference from the motions in time takes its place: of the
+    /// peak from their peak, of the dissipation from theirs at its frequency.
+    pub(super) fn hold_against_time(&mut self) {
+        let (vibration, balance) = (self.vibration, &self.balance);
+        let resonance = &self.resonance;
+        if resonance.is_in_time() || resonance.is_still {
+            return;
+        }
+        let is_sure = self.truncation.amplitude < UNKNOWN;
+        if self.truncation.amplitude > LARGE
+            && let Some(size) = vibration.peak_in_time(balance, &resonance.peak, is_sure)
+        {
+            let ratio = size / resonance.peak_amplitude;
+            // Where nothing is known, a larger motion says that the peak is elsewhere, and a smaller one that it may be.
+            let is_one = is_sure || (CONFIRMED..=1.0 + LARGE).contains(&ratio);
+            self.truncation.amplitude = match is_one {
+                true => (ratio.recip() - 1.0).abs() + OF_TIME,
+                false => self.truncation.amplitude,
+            };
+        }
+        let in_force = resonance.in_force();
+        if self.truncation.friction_energy > LARGE
+            && let Some([friction, input]) = vibration.energy_in_time(balance, in_force)
+        {
+            let size = friction.abs().max(FAINT * input.abs());
+            let change = (in_force.energy.friction - friction).abs() / size;
+            self.truncation.friction_energy = change.min(UNKNOWN) + OF_TIME;
+        }
+    }
+
+    /// Where nothing is known of a figure, what damping lets it be is all that its bar can hold.
+    pub(super) fn hold_by_damping(&mut self) {
+        if self.resonance.is_still {
+            // Rounding has no digit that is known.
+            self.truncation.amplitude = self.truncation.amplitude.max(UNKNOWN);
+            return;
+        }
+        let errors = [self.truncation.amplitude, self.truncation.friction_energy];
+        if errors.iter().all(|error| *error < UNKNOWN) {
+            return;
+        }
+        let Some(bound) = self.vibration.damped_bound() else {
+            return;
+        };
+        // Of a figure that is rounding no part is known.
+        let held = |error: f64, most: f64, figure: f64| match most / figure - 1.0 {
+            above if error >= UNKNOWN && figure > 0.0 && above.is_finite() => error.max(above),
+            _ => error,
+        };
+        let [amplitude, friction_energy] = errors;
+        let (peak, in_force) = (self.resonance.peak_amplitude, self.resonance.in_force());
+        let friction = in_force.energy.friction;
+        self.truncation.amplitude = held(amplitude, bound.amplitude, peak);
+        self.truncation.friction_energy = held(friction_energy, bound.friction_energy, friction);
+    }
+
+    /// By how much the branch of more harmonics, and motions in time where it has gaps in which these harmonics differ from them, are above the peak,
+    /// anywhere in the range, relative to it: with too few of them another peak may be the strongest. 0 where they are not, or cannot be followed;
+    /// rounding of the same peak is none. And whether a peak may be in a gap of which nothing is known.
+    pub(super) fn above_with_more_harmonics(&self) -> (f64, bool) {
+        let (vibration, resonance) = (self.vibration, &self.resonance);
+        if resonance.is_in_time() || resonance.is_still {
+            return (0.0, false);
+        }
+        let beyond = self.balance.harmonics().beyond();
+        let Ok(finer) = vibration.finer(&self.balance, beyond) else {
+            return (0.0, false);
+        };
+        finer.effort.allow(BRANCHES / 4);
+        let Ok((branches, _)) = finer.parts(vibration.along()) else {
+            return (0.0, false);
+        };
+        let of = |response: &Response| {
+            first_harmonic(&finer, &response.displacement, vibration.response_port)
+        };
+        let moves = branches.iter().flatten().filter(|r| !gives_energy(r));
+        let largest = moves.map(of).fold(0.0, f64::max);
+        let begun = branches.into_iter().filter(|branch| !branch.is_empty());
+        let mut survey = Survey::of(begun.collect());
+        if !survey.branches.is_empty() {
+            survey.gaps = survey.left_out(vibration.range);
+            survey.gaps.retain(|gap| !self.is_alike(&finer, *gap));
+            finer.effort.unbound();
+            vibration.look_into_gaps(&finer, &mut survey);
+        }
+        let largest = largest.max(survey.largest_in_time(&finer, vibration.response_port));
+        let above = largest / resonance.peak_amplitude - 1.0;
+        let above = if above > SAME { above } else { 0.0 };
+        (above, !survey.unseen.is_empty())
+    }
+
+    /// Whether a gap \[Hz\] is one of these harmonics too, or more of them have responses near these there all the same; those of a survey that is
+    /// no longer known count as alike.
+    fn is_alike(&self, finer: &HarmonicBalance<ContactElement>, [low, high]: [f64; 2]) -> bool {
+        let (vibration, resonance, balance) = (self.vibration, &self.resonance, &self.balance);
+        let is_own = |[from, to]: &[f64; 2]| *from < high && low < *to;
+        if resonance.gaps.iter().any(is_own) {
+            return true;
+        }
+        let Some(survey) = vibration.kept_survey(balance) else {
+            return true;
+        };
+        let port = vibration.response_port;
+        let mut places = over((TAU * low, TAU * high), IN_GAPS);
+        finer.effort.allow(BRANCHES / 4);
+        places.all(|omega| {
+            let Some(here) = survey.highest_at(balance, port, omega) else {
+                return false;
+            };
+            let start = here.start();
+            let start = start.transferred(balance.harmonics(), finer.harmonics());
+            let size = |balance, response: &Response| {
+                first_harmonic(balance, &response.displacement, port)
+            };
+            let there = finer.solve_near(omega, &start);
+            there.is_ok_and(|there| is_near(size(finer, &there), size(balance, &here)))
+        })
+    }
+}
