@@ -16,6 +16,10 @@ const BETWEEN: usize = 24;
 const MOST_PERIODS: usize = 1200;
 /// Newton's steps of an attempt.
 const STEPS: usize = 8;
+/// Derivatives of the map that most attempts need: where less than their begin is allowed, none is begun.
+const DERIVATIVES: usize = 3;
+/// Steps at which a search is ended within a period, relative to those that it may take: it looks at them between periods.
+const OVER: usize = 2;
 /// Differences of the map, relative to the size of a motion: above what the events leave, far below where the modes change.
 const DIFFERENCE: f64 = 1e-5;
 /// Regularisation of a step, relative to the largest square: a slider that sticks keeps any force.
@@ -76,6 +80,24 @@ impl TimeModel<'_> {
     /// # Errors
     /// [`DynamicsError::NotConverged`] of a motion that runs away.
     pub fn settle(
+        &self,
+        omega: f64,
+        start: &Motion,
+        amplitude: f64,
+        harmonics: &Harmonics,
+        effort: usize,
+    ) -> Result<Settled, DynamicsError> {
+        let begun = self.steps();
+        let within = || self.settle_within(omega, start, amplitude, harmonics, effort);
+        match self.bounded(OVER.saturating_mul(effort), within) {
+            Err(_) if self.steps() - begun >= OVER.saturating_mul(effort) => {
+                Ok(Settled::Unsettled(1.0))
+            }
+            settled => settled,
+        }
+    }
+
+    fn settle_within(
         &self,
         omega: f64,
         start: &Motion,
@@ -167,13 +189,15 @@ impl TimeModel<'_> {
         harmonics: &Harmonics,
         effort: usize,
     ) -> Result<Option<Periodic>, DynamicsError> {
-        let Some(shot) = self.shoot(omega, start, scales, enough, effort)? else {
-            return Ok(None);
-        };
-        match self.shot(omega, shot, scales, harmonics)? {
-            Settled::Periodic(periodic) => Ok(Some(periodic)),
-            _ => Ok(None),
-        }
+        self.bounded(OVER.saturating_mul(effort), || {
+            let Some(shot) = self.shoot(omega, start, scales, enough, effort)? else {
+                return Ok(None);
+            };
+            match self.shot(omega, shot, scales, harmonics)? {
+                Settled::Periodic(periodic) => Ok(Some(periodic)),
+                _ => Ok(None),
+            }
+        })
     }
 
     fn shot(
@@ -249,6 +273,10 @@ impl TimeModel<'_> {
             return Ok(None);
         };
         let mut change = apart(&now, &image, scales);
+        let each = self.steps() - begun;
+        if change > enough && each * ((DERIVATIVES - 1) * (order + 1) + 1) > effort {
+            return Ok(None);
+        }
         let mut slope: Option<Matrix> = None;
         for _ in 0..STEPS {
             if self.steps() - begun > effort {

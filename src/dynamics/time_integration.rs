@@ -89,8 +89,9 @@ pub struct TimeModel<'a> {
     pub(super) sliders: Vec<(usize, &'a Slider)>,
     /// How many times the steps are halved.
     halvings: i32,
-    /// Steps made so far.
+    /// Steps made so far, and how many may be made.
     steps: Cell<usize>,
+    bound: Cell<usize>,
 }
 
 /// Where a motion is: coordinates \[m\], velocities \[m/s\], and the tangential forces x, y of all sliders \[N\], one after the other.
@@ -136,6 +137,7 @@ impl<'a> TimeModel<'a> {
             inertial_loads: &[],
             halvings: 0,
             steps: Cell::new(0),
+            bound: Cell::new(usize::MAX),
             sliders: sliders
                 .flat_map(|(e, element)| element.sliders.iter().map(move |slider| (e, slider)))
                 .collect(),
@@ -158,6 +160,15 @@ impl<'a> TimeModel<'a> {
     /// Steps that were made so far: what has been spent.
     pub fn steps(&self) -> usize {
         self.steps.get()
+    }
+
+    /// What is found while no more than so many steps are made from here: a period that needs more ends as one that takes too many.
+    pub(super) fn bounded<T>(&self, most: usize, find: impl FnOnce() -> T) -> T {
+        let outer = self.bound.get();
+        self.bound.set(outer.min(self.steps().saturating_add(most)));
+        let found = find();
+        self.bound.set(outer);
+        found
     }
 
     pub(super) fn coordinates(&self) -> usize {
@@ -358,6 +369,9 @@ impl Run<'_> {
         for _ in 0..MOST_STEPS {
             if period - time <= shortest {
                 return Ok(());
+            }
+            if self.model.steps.get() >= self.model.bound.get() {
+                break;
             }
             let mut h = step.min(period - time).min(longest);
             let error = self.step(time, state, h);

@@ -811,28 +811,33 @@ def peak_against(result, record, truth):
     row = result.row
     size, bar = row["peak_amplitude"], row["error_peak_amplitude"]
     allowed = bar + JUDGED + truth.error
+
+    def off(amplitude):
+        """How far a true amplitude is from the one told, relative to that, as bars are."""
+        return amplitude / size - 1.0
+
     # The largest amplitude may be at an end of the range, which the run then says.
     highest = max((abs(place.amplitude) for place in truth.peaks), default=0.0)
-    if truth.edge > highest and abs(size / truth.edge - 1.0) <= allowed:
-        record["peak"], record["peak_error"] = "right", size / truth.edge - 1.0
+    if truth.edge > highest and abs(off(truth.edge)) <= allowed:
+        record["peak"], record["peak_error"] = "right", off(truth.edge)
         return
     if not truth.peaks:
         record["peak"] = "no such peak"
         return
-    away = [(abs(size / abs(place.amplitude) - 1.0), place) for place in truth.peaks if abs(place.amplitude) > 0.0]
-    record["peak_error"] = size / abs(truth.peaks[0].amplitude) - 1.0
+    away = [(abs(off(abs(place.amplitude))), place) for place in truth.peaks if abs(place.amplitude) > 0.0]
+    record["peak_error"] = off(abs(truth.peaks[0].amplitude))
     top = truth.peaks[0]
     stable = record["true_stable_peak"]
     if abs(record["peak_error"]) <= allowed:
         record["peak"] = "right" if top.multiplier < 1.0 else "right, unstable"
-    elif stable is not None and abs(size / stable - 1.0) <= allowed:
+    elif stable is not None and abs(off(stable)) <= allowed:
         record["peak"] = "right, of the stable"
-    elif abs(size / max(record["highest_stable"], 1e-300) - 1.0) <= allowed:
+    elif abs(off(record["highest_stable"])) <= allowed:
         record["peak"] = "right, of the stable"
     elif any(error <= allowed for error, _ in away):
         record["peak"] = "lower peak"
     else:
-        record["peak"] = "too low" if record["peak_error"] < 0.0 else "too high"
+        record["peak"] = "too low" if record["peak_error"] > 0.0 else "too high"
         record["peak_beyond"] = abs(record["peak_error"]) / allowed
         record["other_frequency"] = abs(row["peak_frequency"] / top.frequency - 1.0)
 
@@ -930,7 +935,7 @@ def classes(record):
         against = f"time integration {true:.9e} m at {record['true_frequency']:.6f} Hz" if true else "none in time integration"
         out["peak_" + said.replace(" ", "_")] = (
             f"peak {ours:.9e} m at {record['peak_frequency']:.6f} Hz, bar {record['error_peak_amplitude']:.2e}; {against}, "
-            f"relative {record.get('peak_error', math.nan):+.2e}"
+            f"off by {record.get('peak_error', math.nan):+.2e}"
         )
     if record["code"] == 0 and ours is None and record.get("prominence", 0.0) > PROMINENT and true > record.get("edge", 0.0):
         out["peak_missing"] = f"no peak told; time integration has {true:.9e} m at {record['true_frequency']:.6f} Hz"

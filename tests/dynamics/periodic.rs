@@ -55,6 +55,31 @@ fn linear_motion_is_that_of_the_closed_form() {
     assert!((periodic.energy.viscous / viscous - 1.0).abs() < 1e-7);
 }
 
+/// A period of a contact that is ten thousand times as stiff as the structure may take hundreds of thousands of steps: a search ends within it.
+#[test]
+fn a_search_ends_within_a_period() {
+    const EFFORT: usize = 300;
+    let gripped = oscillator(FrictionLaw::Cone);
+    let stiff = Oscillator {
+        element: changed(&gripped.element, |slider| {
+            slider.tangential_stiffness = 1e4 * gripped.stiffness[0];
+        }),
+        ..gripped
+    };
+    let model = stiff.model().expect("an oscillator");
+    let elements = [stiff.element.clone()];
+    let loads = drive(1.0);
+    let time = TimeModel::new(&model, &elements, &loads).expect("an oscillator has no residual");
+    let omega = 0.1 * (stiff.stiffness[0] / stiff.mass[0]).sqrt();
+    let (rest, harmonics) = (time.rest(), Harmonics::up_to(3));
+    let settled = time.settle(omega, &rest, 1e-6, &harmonics, EFFORT);
+    assert!(matches!(settled, Ok(Settled::Unsettled(_))), "{settled:?}");
+    assert_eq!(time.steps(), 2 * EFFORT);
+    let near = time.near(omega, &rest, 1e-6, &harmonics, EFFORT);
+    assert!(!matches!(near, Ok(Some(_))), "{near:?}");
+    assert!(time.steps() <= 4 * EFFORT);
+}
+
 /// Sliding, lifting off and closing a gap, along a line and in orbits: a balance of many harmonics has the amplitude of the motion.
 #[test]
 fn balance_is_the_motion_in_time() {
