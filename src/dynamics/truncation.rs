@@ -17,8 +17,6 @@ const ESTIMATED: f64 = 1e-2;
 const ROUGHLY: f64 = 1e-5;
 /// Error where no response was found with more harmonics: nothing is known.
 pub(super) const UNKNOWN: f64 = 1.0;
-/// Estimate of the error of an amplitude that says no more than that nothing is known: another motion may stand there.
-const GUESS: f64 = 0.5;
 /// The highest order to which harmonics are extended: 340 elements have 64 000 unknowns then.
 const HIGHEST: u32 = 31;
 /// The highest from which all of the range is looked at again with more harmonics, where those do not have the resonance.
@@ -234,7 +232,7 @@ impl Vibration {
             resolved.hold_against_time();
             let amplitude = &mut resolved.truncation.amplitude;
             *amplitude = amplitude.max(TAIL * above);
-            if is_unseen || *amplitude > GUESS {
+            if is_unseen {
                 *amplitude = amplitude.max(UNKNOWN);
             }
         }
