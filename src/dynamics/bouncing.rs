@@ -54,7 +54,10 @@ impl Vibration {
         };
         let resonant = inside(bouncer.resonant(&PARTS));
         let superharmonic = inside(bouncer.superharmonic());
-        let others = over(self.range, PROBES).map(|omega| (omega, None));
+        // A branch that bounces may turn back a little inside of an end of the range.
+        let ends = [from, to].into_iter();
+        let others = over(self.range, PROBES).chain(ends);
+        let others = others.map(|omega| (omega, None));
         for seeds in [resonant, superharmonic, others.collect()] {
             balance.effort.allow(BOUNCING);
             for (omega, seed) in seeds {
