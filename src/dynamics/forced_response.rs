@@ -131,7 +131,7 @@ pub struct ForcedPoint {
 
 impl Vibration {
     /// The response over the range: at its `points`, on the branches on which a sweep upwards arrives
-    /// ([`HarmonicBalance::sweep`]), or as continuation places its points, overhanging parts of the branches included. Points of a large
+    /// ([`HarmonicBalance::sweep`]) and of a small model the largest of its survey where none does, or as continuation places its points, overhanging parts of the branches included. Points of a large
     /// model are solved to 1e-7 of the displacements if not as exactly as the balance says: they are looked at, and nothing goes on
     /// from them.
     ///

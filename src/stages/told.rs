@@ -69,7 +69,7 @@ pub fn tell_reduction(
     Ok(())
 }
 
-/// Says so where the contact never closes.
+/// Says so where the contact never closes in the response in force. Other motions of the range may close it.
 pub fn tell_open(outputs: &mut Outputs, elements: &[ContactElement], cycle: &JointCycle) {
     if cycle.force.iter().any(|force| force[2] != 0.0) {
         return;
@@ -77,11 +77,14 @@ pub fn tell_open(outputs: &mut Outputs, elements: &[ContactElement], cycle: &Joi
     let sliders = elements.iter().flat_map(|element| &element.sliders);
     let closes = sliders.map(|slider| slider.gap - slider.normal_load / slider.normal_stiffness);
     let closes = closes.fold(f64::INFINITY, f64::min);
+    if closes.is_infinite() {
+        return;
+    }
     let reached = cycle.displacement.iter().map(|u| u[2]);
     let reached = reached.fold(f64::NEG_INFINITY, f64::max);
     outputs.notice(format!(
-        "contact.gap, contact.normal_load: the contact is open throughout: it would close at a normal displacement of {closes:.3e} m, and \
-         reaches {reached:.3e} m; a smaller gap, or no constant force that pulls it open"
+        "contact.gap, contact.normal_load: in the motion that was found the contact is open throughout: it would close at a normal displacement \
+         of {closes:.3e} m, and reaches {reached:.3e} m; a smaller gap or more normal load, if it is meant to close"
     ));
 }
 
