@@ -2,7 +2,7 @@
 //! is open from one event to the next. Between events the method of Dormand and Prince of order 5 with an error estimate of order 4
 //! (1980); events are roots of the length of a step.
 //!
-//! Nothing is assumed of the motion, which need not be periodic: it judges the harmonic balance ([`super::periodic`]).
+//! Nothing is assumed of the motion, which need not be periodic: it judges the harmonic balance of module `periodic`.
 
 use std::cell::Cell;
 use std::f64::consts::TAU;
