@@ -26,6 +26,10 @@ const LEVELS: usize = 11;
 const WAITED: usize = 300;
 const WAITING: usize = 150_000;
 const LOWERING: usize = 600_000;
+/// How far beyond the ends of a range it is looked for, as a factor, and the first and least step of frequency from there, relative.
+const BEYOND: f64 = 1.05;
+const ALONG: f64 = 0.01;
+const LEAST_ALONG: f64 = 1e-4;
 /// Share of the contact's stiffness that the spring of an open mass has at least.
 const SOFT: f64 = 1e-9;
 /// Evaluations of a motion that cost as much as a step of the integration in time: measured with loads of two harmonics, 16 to 19.
@@ -46,17 +50,17 @@ impl Vibration {
             return Ok(());
         };
         let (from, to) = self.range;
-        let inside = |(seeds, evaluations): (Vec<(f64, State)>, usize)| -> Vec<_> {
+        // A branch that bounces may turn back a little inside of an end of the range.
+        let (low, high) = (from / BEYOND, to * BEYOND);
+        let seen = |(seeds, evaluations): (Vec<(f64, State)>, usize)| -> Vec<_> {
             balance.effort.add_steps(evaluations / EVALUATIONS);
             let seeds = seeds.into_iter();
-            let seeds = seeds.filter(|(omega, _)| (from..=to).contains(omega));
+            let seeds = seeds.filter(|(omega, _)| (low..=high).contains(omega));
             seeds.map(|(omega, state)| (omega, Some(state))).collect()
         };
-        let resonant = inside(bouncer.resonant(&PARTS));
-        let superharmonic = inside(bouncer.superharmonic());
-        // A branch that bounces may turn back a little inside of an end of the range.
-        let ends = [from, to].into_iter();
-        let others = over(self.range, PROBES).chain(ends);
+        let resonant = seen(bouncer.resonant(&PARTS));
+        let superharmonic = seen(bouncer.superharmonic());
+        let others = over(self.range, PROBES).chain([low, high]);
         let others = others.map(|omega| (omega, None));
         for seeds in [resonant, superharmonic, others.collect()] {
             balance.effort.allow(BOUNCING);
@@ -70,6 +74,13 @@ impl Vibration {
                     None => lowered(&bouncer, omega),
                 };
                 balance.effort.add_steps(evaluations / EVALUATIONS);
+                let inside = omega.clamp(from, to);
+                let (found, evaluations) = match found {
+                    Some((state, _)) if inside != omega => followed(&bouncer, omega, state, inside),
+                    found => (found, 0),
+                };
+                balance.effort.add_steps(evaluations / EVALUATIONS);
+                let omega = inside;
                 if let Some(bouncing) = found {
                     self.add_bouncing(balance, survey, omega, bouncing)?;
                 }
@@ -202,6 +213,32 @@ fn near(bouncer: &TwoSprings, omega: f64, state: State) -> (Option<(State, f64)>
         .periodic(state)
         .and_then(|state| Some((state, drive.first_harmonic(state)?)));
     (found, drive.evaluations())
+}
+
+/// The state at the phase 0 of the periodic motion at the frequency `to` to which that at another leads, and its first harmonic \[m\], if it
+/// reaches so far; and the evaluations that it took.
+fn followed(
+    bouncer: &TwoSprings,
+    mut omega: f64,
+    mut state: State,
+    to: f64,
+) -> (Option<(State, f64)>, usize) {
+    let mut evaluations = 0;
+    let mut step = ALONG;
+    while step >= LEAST_ALONG {
+        let next = match to > omega {
+            true => to.min(omega * (1.0 + step)),
+            false => to.max(omega / (1.0 + step)),
+        };
+        let (found, needed) = near(bouncer, next, state);
+        evaluations += needed;
+        match found {
+            Some(found) if next == to => return (Some(found), evaluations),
+            Some((there, _)) => (omega, state) = (next, there),
+            None => step *= 0.5,
+        }
+    }
+    (None, evaluations)
 }
 
 /// The state at the phase 0 of the periodic motion that is left when larger loads are lowered to their own size, and its first harmonic
