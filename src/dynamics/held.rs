@@ -10,6 +10,9 @@ use super::survey::{IN_GAPS, SAME, Survey, first_harmonic, is_near, over};
 use super::truncation::{CONFIRMED, FAINT, LARGE, OF_TIME, Resolved, UNKNOWN};
 use super::{HarmonicBalance, Response};
 
+/// Share of the peak from which another may be higher with more harmonics.
+const RIVAL: f64 = 0.3;
+
 impl Resolved<'_> {
     /// Where more harmonics say that an error is large, or nothing of it, the difference from the motions in time takes its place: of the
     /// peak from their peak, of the dissipation from theirs at its frequency.
@@ -87,7 +90,23 @@ impl Resolved<'_> {
             first_harmonic(&finer, &response.displacement, vibration.response_port)
         };
         let moves = branches.iter().flatten().filter(|r| !gives_energy(r));
-        let largest = moves.map(of).fold(0.0, f64::max);
+        let mut largest = moves.map(of).fold(0.0, f64::max);
+        let mut is_unseen = false;
+        if finer.effort.is_spent() {
+            // The other peaks at least, as far as they may be higher.
+            let all = resonance.candidates.iter();
+            for candidate in all.filter(|peak| peak.amplitude >= RIVAL * resonance.peak_amplitude) {
+                let start = candidate.response.start();
+                let start = start.transferred(self.balance.harmonics(), finer.harmonics());
+                finer.effort.allow(BRANCHES / 16);
+                match vibration.resonance_near(&finer, None, &start) {
+                    Ok(there) if !gives_energy(&there.peak) => {
+                        largest = largest.max(there.peak_amplitude);
+                    }
+                    _ => is_unseen = true,
+                }
+            }
+        }
         let begun = branches.into_iter().filter(|branch| !branch.is_empty());
         let mut survey = Survey::of(begun.collect());
         if !survey.branches.is_empty() {
@@ -96,10 +115,10 @@ impl Resolved<'_> {
             finer.effort.unbound();
             vibration.look_into_gaps(&finer, &mut survey);
         }
-        let largest = largest.max(survey.largest_in_time(&finer, vibration.response_port));
+        largest = largest.max(survey.largest_in_time(&finer, vibration.response_port));
         let above = largest / resonance.peak_amplitude - 1.0;
         let above = if above > SAME { above } else { 0.0 };
-        (above, !survey.unseen.is_empty())
+        (above, is_unseen || !survey.unseen.is_empty())
     }
 
     /// Whether a gap \[Hz\] is one of these harmonics too, or more of them have responses near these there all the same; those of a survey that is

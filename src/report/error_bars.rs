@@ -25,9 +25,15 @@ pub fn error_bar_of(column: &str) -> Option<&'static str> {
         .map(|(bar, _)| *bar)
 }
 
-/// An error with two digits, in percent.
+/// Below it percents are told by their power of ten.
+const LEAST_DECIMAL: f64 = 1e-4;
+
+/// An error with two digits, in percent; with one if it is very small.
 pub fn percent(error: f64) -> String {
     let percent = 100.0 * error;
+    if percent > 0.0 && percent < LEAST_DECIMAL {
+        return format!("{percent:.0e} %");
+    }
     let decimals = (1 - percent.log10().floor() as i32).clamp(0, 6);
     format!("{percent:.*} %", decimals as usize)
 }

@@ -249,7 +249,7 @@ fn gap(wear: &Wear, step: &typed::WearStep, response: &typed::DynamicResponse) -
 }
 
 /// What friction takes in the elements \[J\]; nothing where that is rounding of what the exciter supplies.
-fn friction(response: &typed::DynamicResponse) -> f64 {
+pub(super) fn friction(response: &typed::DynamicResponse) -> f64 {
     let energy = response.friction_energy;
     match energy.abs() > ROUNDING * response.input_energy.abs() {
         true => energy,

@@ -275,7 +275,7 @@ fn tell_left_out(points: &[ForcedPoint], is_in_time: bool, outputs: &mut Outputs
         ),
         (
             FoundBy::Unphysical,
-            "without a response: friction would give energy in that of the harmonic balance, whose samples or harmonics are too few there",
+            "without a response: the contact would give energy in that of the harmonic balance, whose samples or harmonics are too few there",
         ),
         (FoundBy::Nothing, "not found"),
     ] {

@@ -2,7 +2,7 @@
 
 use super::RunError;
 use super::declaration::Declaration;
-use super::error_bars::{Cells, InForce, PreviousIteration, Sources, error_bars};
+use super::error_bars::{Cells, InForce, PreviousIteration, Sources, error_bars, friction};
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, patch_and_height};
 use super::stage::{Stage, When};
@@ -63,7 +63,7 @@ fn of_vibration_alone(reads: &Reads) -> Result<typed::Summary, RunError> {
             .map(|elements| value(elements).iter().sum())
     };
     Ok(typed::Summary {
-        dissipated_energy: of(|row| row.friction_energy),
+        dissipated_energy: of(friction),
         resonance_frequency: response.as_ref().and_then(|row| row.resonance_frequency),
         peak_frequency: of(|row| row.peak_frequency),
         peak_amplitude: of(|row| row.peak_amplitude),

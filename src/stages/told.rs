@@ -20,7 +20,9 @@ const TIE: f64 = 0.99;
 
 /// Says so where harmonics could not be extended until they suffice.
 pub fn tell_missed(outputs: &mut Outputs, tolerance: Option<f64>, resolved: &Resolved) {
-    let Some(tolerance) = tolerance else { return };
+    let Some(tolerance) = tolerance.filter(|_| !resolved.resonance.is_still) else {
+        return;
+    };
     let truncation = &resolved.truncation;
     let figures = [
         ("amplitude", truncation.amplitude),
@@ -95,11 +97,17 @@ pub fn tell_candidates(outputs: &mut Outputs, vibration: &Vibration, resonance: 
         let rows = &resonance.peak.displacement;
         let largest = rows.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
         outputs.notice(format!(
-            "dynamics.response: the structure does not respond there: its amplitude of {:.1e} m is rounding, beside {largest:.1e} m \
-             elsewhere; name a direction along which something moves it",
-            resonance.peak_amplitude
+            "dynamics.response: the structure does not respond there: its amplitude is 0 but for rounding, beside {largest:.1e} m elsewhere; \
+             name a direction along which something moves it"
         ));
         return;
+    }
+    let damping = &vibration.model.damping;
+    if (0..damping.rows()).all(|k| damping.row(k).iter().all(|entry| *entry == 0.0)) {
+        outputs.notice(
+            "dynamics.damping_ratio: nothing but friction damps the structure: where loads supply more than it takes, no amplitude at a \
+             resonance is the largest; give the damping of the structure",
+        );
     }
     if resonance.phase.is_none() {
         let range = [vibration.range.0, vibration.range.1];

@@ -3,6 +3,7 @@
 mod backbone;
 mod balance;
 mod bank;
+mod bouncing;
 mod brake_reuss;
 mod closed_branches;
 mod condensation;

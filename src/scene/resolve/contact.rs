@@ -232,8 +232,9 @@ fn given(reader: &Reader<'_>) -> Result<Contact> {
             ));
         }
         Some(load) => load,
-        None if gap > 0.0 => 0.0,
-        None => return Err(reader.missing(&LOAD_AT_REST, "")),
+        // One that just touches says so by a gap of 0.
+        None if reader.has(&GAP) => 0.0,
+        None => return Err(reader.missing(&LOAD_AT_REST, "   (or gap = \"20 um\")")),
     };
     if kn == 0.0 && (kt == 0.0 || normal_load == 0.0) {
         return Err(reader.conflict(
