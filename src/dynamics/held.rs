@@ -91,7 +91,6 @@ impl Resolved<'_> {
         };
         let moves = branches.iter().flatten().filter(|r| !gives_energy(r));
         let mut largest = moves.map(of).fold(0.0, f64::max);
-        let mut is_unseen = false;
         if finer.effort.is_spent() {
             // The other peaks at least, as far as they may be higher.
             let all = resonance.candidates.iter();
@@ -99,12 +98,11 @@ impl Resolved<'_> {
                 let start = candidate.response.start();
                 let start = start.transferred(self.balance.harmonics(), finer.harmonics());
                 finer.effort.allow(BRANCHES / 16);
-                match vibration.resonance_near(&finer, None, &start) {
-                    Ok(there) if !gives_energy(&there.peak) => {
-                        largest = largest.max(there.peak_amplitude);
-                    }
-                    _ => is_unseen = true,
-                }
+                let there = finer.solve_near(candidate.response.omega, &start);
+                let near = vibration.resonance_near(&finer, None, &start);
+                let found = there.into_iter().chain(near.map(|near| near.peak));
+                let found = found.filter(|response| !gives_energy(response));
+                largest = found.map(|response| of(&response)).fold(largest, f64::max);
             }
         }
         let begun = branches.into_iter().filter(|branch| !branch.is_empty());
@@ -118,7 +116,7 @@ impl Resolved<'_> {
         largest = largest.max(survey.largest_in_time(&finer, vibration.response_port));
         let above = largest / resonance.peak_amplitude - 1.0;
         let above = if above > SAME { above } else { 0.0 };
-        (above, is_unseen || !survey.unseen.is_empty())
+        (above, !survey.unseen.is_empty())
     }
 
     /// Whether a gap \[Hz\] is one of these harmonics too, or more of them have responses near these there all the same; those of a survey that is

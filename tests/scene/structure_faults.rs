@@ -299,7 +299,7 @@ normal_load = "0 N""#,
     (
         r#"normal_load = "30 kN""#,
         "",
-        r#"case.toml: contact.normal_load is missing; add to [contact]: normal_load = "30 kN""#,
+        r#"case.toml: contact.normal_load is missing; add to [contact]: normal_load = "30 kN"   (or gap = "20 um")"#,
     ),
     (
         r#"normal_load = "30 kN""#,
