@@ -72,7 +72,8 @@ impl Resolved<'_> {
 
     /// By how much the branch of more harmonics, and motions in time where it has gaps in which these harmonics differ from them, are above the peak,
     /// anywhere in the range, relative to it: with too few of them another peak may be the strongest. 0 where they are not, or cannot be followed;
-    /// rounding of the same peak is none. And whether a peak may be in a gap of which nothing is known.
+    /// rounding of the same peak is none. And whether a peak may be in a gap of which nothing is known. Where that branch costs too much to follow, the peaks
+    /// from a share of the highest on are solved with more harmonics, and those that are not found do not count.
     pub(super) fn above_with_more_harmonics(&self) -> (f64, bool) {
         let (vibration, resonance) = (self.vibration, &self.resonance);
         if resonance.is_in_time() || resonance.is_still {
@@ -92,7 +93,7 @@ impl Resolved<'_> {
         let moves = branches.iter().flatten().filter(|r| !gives_energy(r));
         let mut largest = moves.map(of).fold(0.0, f64::max);
         if finer.effort.is_spent() {
-            // The other peaks at least, as far as they may be higher.
+            // The known peaks at least, as far as they may be higher.
             let all = resonance.candidates.iter();
             for candidate in all.filter(|peak| peak.amplitude >= RIVAL * resonance.peak_amplitude) {
                 let start = candidate.response.start();
