@@ -4,6 +4,7 @@
 
 use num_complex::Complex64;
 
+use super::bouncing_path::{Bounce, Path};
 use super::contact_element::ContactElement;
 use super::effort::BOUNCING;
 use super::periodic::Periodic;
@@ -12,10 +13,35 @@ use super::two_springs::{Drive, State, TwoSprings};
 use super::vibration::Vibration;
 use super::{DynamicsError, HarmonicBalance, Load, Response, SecondOrder};
 
+/// Where what bounces is begun from.
+enum Begin {
+    /// The state at the phase 0, at an angular frequency.
+    Near(f64, State),
+    /// The motions without damping at an angular frequency.
+    Undamped(f64),
+    /// What a larger load leaves at an angular frequency.
+    Lowered(f64),
+}
+
+impl Begin {
+    /// The motions that are found from there, and the evaluations that they took.
+    fn found(&self, bouncer: &TwoSprings) -> (Vec<Bounce>, usize) {
+        let (found, evaluations) = match *self {
+            Begin::Near(omega, state) => bouncer.bounce(omega, state),
+            Begin::Undamped(omega) => return bouncer.from_undamped(omega),
+            Begin::Lowered(omega) => lowered(bouncer, omega),
+        };
+        (found.into_iter().collect(), evaluations)
+    }
+}
+
 /// Direction of the normal among the ports of a contact element.
 const NORMAL: usize = 2;
 /// Speeds at which resonant motions cross the edge of the contact, in parts of the largest that damping allows.
 const PARTS: [f64; 3] = [1.0, 0.7, 0.3];
+/// Motions without damping are looked for at frequencies whose ratio is this at most, but at no more than so many: closed paths may be as narrow.
+const UNDAMPED: f64 = 1.03;
+const MOST_UNDAMPED: usize = 40;
 /// Least factor of the loads from which they are lowered, what they do to the load of the closed contact there, relative to its rest, and
 /// steps down to their own size.
 const LEAST_FACTOR: f64 = 2.5;
@@ -26,10 +52,11 @@ const LEVELS: usize = 11;
 const WAITED: usize = 300;
 const WAITING: usize = 150_000;
 const LOWERING: usize = 600_000;
-/// How far beyond the ends of a range it is looked for, as a factor, and the first and least step of frequency from there, relative.
+/// How far beyond the ends of a range motions are begun from, and followed, as factors: a path may turn back a little inside of an end.
 const BEYOND: f64 = 1.05;
-const ALONG: f64 = 0.01;
-const LEAST_ALONG: f64 = 1e-4;
+const AWAY: f64 = 1.3;
+/// Evaluations of a motion that a path may take.
+const FOLLOWING: usize = 800_000;
 /// Share of the contact's stiffness that the spring of an open mass has at least.
 const SOFT: f64 = 1e-9;
 /// Evaluations of a motion that cost as much as a step of the integration in time: measured with loads of two harmonics, 16 to 19.
@@ -50,54 +77,83 @@ impl Vibration {
             return Ok(());
         };
         let (from, to) = self.range;
-        // A branch that bounces may turn back a little inside of an end of the range.
-        let (low, high) = (from / BEYOND, to * BEYOND);
-        let seen = |(seeds, evaluations): (Vec<(f64, State)>, usize)| -> Vec<_> {
-            balance.effort.add_steps(evaluations / EVALUATIONS);
-            let seeds = seeds.into_iter();
-            let seeds = seeds.filter(|(omega, _)| (low..=high).contains(omega));
-            seeds.map(|(omega, state)| (omega, Some(state))).collect()
-        };
-        let resonant = seen(bouncer.resonant(&PARTS));
-        let superharmonic = seen(bouncer.superharmonic());
-        let others = over(self.range, PROBES).chain([low, high]);
-        let others = others.map(|omega| (omega, None));
-        for seeds in [resonant, superharmonic, others.collect()] {
+        let within = (from / AWAY, to * AWAY);
+        let (resonant, evaluations) = bouncer.resonant(&PARTS);
+        balance.effort.add_steps(evaluations / EVALUATIONS);
+        let near = |(omega, _): &(f64, State)| (within.0..=within.1).contains(omega);
+        let resonant = resonant.into_iter().filter(near);
+        let resonant = resonant.map(|(omega, state)| Begin::Near(omega, state));
+        let beyond = (from / BEYOND, to * BEYOND);
+        let parts = ((beyond.1 / beyond.0).ln() / UNDAMPED.ln()).ceil();
+        let parts = (parts as usize).min(MOST_UNDAMPED);
+        let mut undamped: Vec<usize> = (0..=parts).collect();
+        // Far from each other first.
+        undamped.sort_by_key(|k| std::cmp::Reverse(k.trailing_zeros()));
+        let at = |k: usize| beyond.0 * (beyond.1 / beyond.0).powf(k as f64 / parts as f64);
+        let undamped = undamped.into_iter().map(|k| Begin::Undamped(at(k)));
+        let lowered = over(self.range, PROBES).chain([beyond.0, beyond.1]);
+        let ways: [Vec<Begin>; 3] = [
+            resonant.collect(),
+            undamped.collect(),
+            lowered.map(Begin::Lowered).collect(),
+        ];
+        let mut paths: Vec<Path> = Vec::new();
+        for way in ways {
             balance.effort.allow(BOUNCING);
-            for (omega, seed) in seeds {
+            for begin in way {
                 if balance.effort.is_spent() {
                     survey.is_cut = true;
                     break;
                 }
-                let (found, evaluations) = match seed {
-                    Some(state) => near(&bouncer, omega, state),
-                    None => lowered(&bouncer, omega),
-                };
+                let (found, evaluations) = begin.found(&bouncer);
                 balance.effort.add_steps(evaluations / EVALUATIONS);
-                let inside = omega.clamp(from, to);
-                let (found, evaluations) = match found {
-                    Some((state, _)) if inside != omega => followed(&bouncer, omega, state, inside),
-                    found => (found, 0),
-                };
-                balance.effort.add_steps(evaluations / EVALUATIONS);
-                let omega = inside;
-                if let Some(bouncing) = found {
-                    self.add_bouncing(balance, survey, omega, bouncing)?;
+                for motion in found {
+                    self.add_path(balance, survey, &bouncer, &mut paths, &motion)?;
                 }
             }
         }
         Ok(())
     }
 
-    /// Adds what bounces at an angular frequency, from its state at the phase 0 with a first harmonic of the size that stands beside it, unless a
-    /// branch has it.
+    /// Adds what is highest on the path of a motion that bounces, and the motion itself, unless they are known.
+    fn add_path(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        survey: &mut Survey,
+        bouncer: &TwoSprings,
+        paths: &mut Vec<Path>,
+        motion: &Bounce,
+    ) -> Result<(), DynamicsError> {
+        let (from, to) = self.range;
+        if paths.iter().any(|path| path.has(motion)) {
+            return Ok(());
+        }
+        if motion.shape.bounces() {
+            let within = (from / AWAY, to * AWAY);
+            let (path, evaluations) = bouncer.path(motion, within, self.range, FOLLOWING);
+            balance.effort.add_steps(evaluations / EVALUATIONS);
+            if let Some(top) = path.top(self.range) {
+                self.add_bouncing(balance, survey, top)?;
+                // What is highest along the normal need not be along another axis.
+                let is_top = path.is_whole && self.response_port == NORMAL;
+                survey.tops.extend(is_top.then_some(top.omega));
+            }
+            paths.push(path);
+        }
+        if (from..=to).contains(&motion.omega) {
+            self.add_bouncing(balance, survey, motion)?;
+        }
+        Ok(())
+    }
+
+    /// Adds a motion that bounces, unless a branch has it.
     fn add_bouncing(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         survey: &mut Survey,
-        omega: f64,
-        (state, size): (State, f64),
+        motion: &Bounce,
     ) -> Result<(), DynamicsError> {
+        let (omega, size) = (motion.omega, motion.shape.first_harmonic);
         let known = survey.amplitudes(balance, NORMAL, omega);
         let is_known = |size: f64| {
             known
@@ -107,7 +163,7 @@ impl Vibration {
         if is_known(size) {
             return Ok(());
         }
-        let Some(bouncing) = self.with_all_axes(balance, omega, state, size) else {
+        let Some(bouncing) = self.with_all_axes(balance, motion) else {
             survey.has_unfollowed = true;
             return Ok(());
         };
@@ -129,16 +185,16 @@ impl Vibration {
     fn with_all_axes(
         &self,
         balance: &HarmonicBalance<ContactElement>,
-        omega: f64,
-        state: State,
-        size: f64,
+        motion: &Bounce,
     ) -> Option<Periodic> {
+        let size = motion.shape.first_harmonic;
         let time = self.in_time(balance)?;
         let coordinate = alone_on_the_normal(&self.model)?;
         let n = self.model.mass.rows();
         let mut start = time.rest();
-        (start.values[coordinate], start.values[n + coordinate]) = (state[0], state[1]);
-        let near = time.near(omega, &start, size, balance.harmonics(), EFFORT);
+        (start.values[coordinate], start.values[n + coordinate]) =
+            (motion.state[0], motion.state[1]);
+        let near = time.near(motion.omega, &start, size, balance.harmonics(), EFFORT);
         balance.effort.add_steps(time.steps());
         let near = near.ok().flatten()?;
         is_near(first_harmonic(balance, &near.displacement, NORMAL), size).then_some(near)
@@ -205,45 +261,8 @@ fn alone_on_the_normal(model: &SecondOrder) -> Option<usize> {
     is_alone.then_some(k)
 }
 
-/// The state at the phase 0 of the periodic motion near another, and its first harmonic \[m\], if there is one; and the evaluations that it
-/// took.
-fn near(bouncer: &TwoSprings, omega: f64, state: State) -> (Option<(State, f64)>, usize) {
-    let drive = Drive::new(bouncer, omega, 1.0);
-    let found = drive
-        .periodic(state)
-        .and_then(|state| Some((state, drive.first_harmonic(state)?)));
-    (found, drive.evaluations())
-}
-
-/// The state at the phase 0 of the periodic motion at the frequency `to` to which that at another leads, and its first harmonic \[m\], if it
-/// reaches so far; and the evaluations that it took.
-fn followed(
-    bouncer: &TwoSprings,
-    mut omega: f64,
-    mut state: State,
-    to: f64,
-) -> (Option<(State, f64)>, usize) {
-    let mut evaluations = 0;
-    let mut step = ALONG;
-    while step >= LEAST_ALONG {
-        let next = match to > omega {
-            true => to.min(omega * (1.0 + step)),
-            false => to.max(omega / (1.0 + step)),
-        };
-        let (found, needed) = near(bouncer, next, state);
-        evaluations += needed;
-        match found {
-            Some(found) if next == to => return (Some(found), evaluations),
-            Some((there, _)) => (omega, state) = (next, there),
-            None => step *= 0.5,
-        }
-    }
-    (None, evaluations)
-}
-
-/// The state at the phase 0 of the periodic motion that is left when larger loads are lowered to their own size, and its first harmonic
-/// \[m\], if there is one; and the evaluations that it took.
-fn lowered(bouncer: &TwoSprings, omega: f64) -> (Option<(State, f64)>, usize) {
+/// The periodic motion that is left when larger loads are lowered to their own size, if there is one; and the evaluations that it took.
+fn lowered(bouncer: &TwoSprings, omega: f64) -> (Option<Bounce>, usize) {
     let own = Drive::new(bouncer, omega, 1.0);
     let [pressed, moved] = own.of_closed();
     let most = (OPENS * pressed / moved).max(LEAST_FACTOR);
@@ -269,8 +288,11 @@ fn lowered(bouncer: &TwoSprings, omega: f64) -> (Option<(State, f64)>, usize) {
             return (None, evaluations);
         }
     }
-    let size = is_periodic.then(|| own.first_harmonic(state)).flatten();
-    (size.map(|size| (state, size)), evaluations)
+    if !is_periodic {
+        return (None, evaluations);
+    }
+    let (found, needed) = bouncer.bounce(omega, state);
+    (found, evaluations + needed)
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ const ANALYSED: u64 = 20;
 pub(super) const BRANCHES: u64 = 4_000_000;
 pub(super) const BESIDE_BRANCHES: u64 = 1_000_000;
 /// Units of looking for what bounces beside them, in each of three ways.
-pub(super) const BOUNCING: u64 = 700_000;
+pub(super) const BOUNCING: u64 = 1_000_000;
 /// Units that all surveys of a resonance may have cost before another one with more harmonics is begun.
 pub(super) const AGAIN: u64 = 6_000_000;
 /// Units of all points of a forced response at given frequencies, of a small model.

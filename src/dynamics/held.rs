@@ -19,7 +19,14 @@ impl Resolved<'_> {
     pub(super) fn hold_against_time(&mut self) {
         let (vibration, balance) = (self.vibration, &self.balance);
         let resonance = &self.resonance;
-        if resonance.is_in_time() || resonance.is_still {
+        if resonance.is_still {
+            return;
+        }
+        if resonance.is_in_time() {
+            // Harmonics have a part in the phase resonance beside it alone.
+            if self.truncation.amplitude > LARGE {
+                self.truncation.amplitude = OF_TIME;
+            }
             return;
         }
         let is_sure = self.truncation.amplitude < UNKNOWN;

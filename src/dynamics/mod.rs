@@ -52,6 +52,8 @@ pub mod aft;
 pub mod backbone;
 mod border;
 mod bouncing;
+mod bouncing_path;
+mod bouncing_undamped;
 mod branch;
 mod candidates;
 mod closed_model;

@@ -52,6 +52,8 @@ pub struct Survey {
     pub stopped: Option<DynamicsError>,
     /// Motions in time that no branch has.
     pub motions: Vec<Periodic>,
+    /// Angular frequencies of those of them that are known to be the highest on their path in the range.
+    pub tops: Vec<f64>,
     /// Angular frequencies within gaps at which nothing was found, and how that ended.
     pub missed: Vec<(f64, FoundBy)>,
     /// Whether the search was given up as it had cost enough.
@@ -69,6 +71,7 @@ impl Survey {
             unseen: Vec::new(),
             stopped: None,
             motions: Vec::new(),
+            tops: Vec::new(),
             missed: Vec::new(),
             is_cut: false,
             has_unfollowed: false,

@@ -38,6 +38,9 @@ impl Vibration {
         if size(start) <= survey.largest(balance, self.response_port) {
             return None;
         }
+        if survey.tops.contains(&start.omega) {
+            return Some((start.clone(), true));
+        }
         let time = self.in_time(balance)?;
         let next = |omega: f64, top: &Periodic| {
             let (start, size, harmonics) = (&top.motion, size(top), balance.harmonics());

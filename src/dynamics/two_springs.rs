@@ -25,13 +25,6 @@ const SAMPLES: usize = 256;
 const SPEEDS: [f64; 2] = [1e-3, 1e6];
 const LOOKED_AT: usize = 36;
 const BISECTIONS: usize = 24;
-/// How often at most the mass swings in a period of the drive where none of the loads does, and the speeds at which that is looked for: from
-/// the first of these parts of the speed from rest to the edge, by this factor, so many. Each has a frequency of its own, within some 2 % of which
-/// a motion is found from it.
-const MOST_SWINGS: u32 = 3;
-const SWINGING: [f64; 2] = [0.35, 1.15];
-const SWINGINGS: usize = 24;
-
 /// The mass, its springs and its loads.
 #[derive(Clone)]
 pub(super) struct TwoSprings {
@@ -49,6 +42,23 @@ pub(super) struct TwoSprings {
 
 /// Where the mass is \[m\], and how fast \[m/s\].
 pub(super) type State = [f64; 2];
+
+/// How large a periodic motion is.
+#[derive(Clone, Copy)]
+pub(super) struct Shape {
+    /// Half ranges of its first harmonic and of the displacement \[m\].
+    pub(super) first_harmonic: f64,
+    pub(super) half_range: f64,
+    /// How far beyond the edge it goes at least, of both sides, in parts of its half range; below 0 where it stays on one.
+    pub(super) beyond: f64,
+}
+
+impl Shape {
+    /// Whether the contact opens and closes.
+    pub(super) fn bounces(&self) -> bool {
+        self.beyond > 0.0
+    }
+}
 
 /// The mass at an angular frequency, under loads so many times as large.
 pub(super) struct Drive<'a> {
@@ -130,34 +140,6 @@ impl TwoSprings {
         (out, evaluations.get())
     }
 
-    /// States at the phase 0 of motions without loads and damping that swing twice or more in a period of the drive, as no load does, with its
-    /// angular frequencies: loads keep them up through the motion that they cause themselves. Left out are speeds at which damping takes more than the
-    /// loads can supply. And the evaluations that this took.
-    pub(super) fn superharmonic(&self) -> (Vec<(f64, State)>, usize) {
-        let free = self.free();
-        let evaluations = Cell::new(0);
-        let orders = self.orders();
-        let mut out = Vec::new();
-        for swings in (2..=MOST_SWINGS).filter(|swings| !orders.contains(swings)) {
-            let [first, factor] = SWINGING;
-            for k in 0..SWINGINGS {
-                let speed = first * factor.powi(k as i32) * self.unit_speed();
-                let Some(swing) = self.swing(&free, speed, &evaluations) else {
-                    continue;
-                };
-                let omega = swing.omega / f64::from(swings);
-                let force = |order: &u32| self.force(*order, omega).norm_sqr();
-                let forces: f64 = orders.iter().map(force).sum();
-                // A harmonic supplies most, less what damping takes of itself, with half of the amplitude that damping lets it have.
-                let supplied = PI * forces / (4.0 * self.damping * omega);
-                if f64::from(swings) * swing.loss <= supplied {
-                    out.extend(swing.apexes.map(|apex| (omega, [apex, 0.0])));
-                }
-            }
-        }
-        (out, evaluations.get())
-    }
-
     /// The mass without loads that move it, and without damping.
     fn free(&self) -> TwoSprings {
         TwoSprings {
@@ -168,8 +150,23 @@ impl TwoSprings {
         }
     }
 
+    /// What damping takes of a motion in its period \[J\].
+    fn loss(&self, states: &[State], period: f64) -> f64 {
+        let squares = states.iter().map(|state| state[1] * state[1]);
+        self.damping * period * squares.sum::<f64>() / states.len() as f64
+    }
+
+    /// Whether damping takes no more of a motion, in each period of the drive, than the load of an order supplies at the best phase.
+    pub(super) fn may_last(&self, drive: &Drive<'_>, order: u32, state: State) -> bool {
+        let Some(states) = drive.sampled(state) else {
+            return false;
+        };
+        let supplied = PI * f64::from(order) * self.force(order, drive.omega).norm();
+        self.loss(&states, TAU / drive.omega) <= supplied * harmonic(&states, order)
+    }
+
     /// Harmonics of the loads, each once.
-    fn orders(&self) -> Vec<u32> {
+    pub(super) fn orders(&self) -> Vec<u32> {
         let all = self.loads.iter().chain(&self.inertial_loads);
         let mut orders: Vec<u32> = all.map(|load| load.0).collect();
         orders.sort_unstable();
@@ -178,7 +175,7 @@ impl TwoSprings {
     }
 
     /// Complex amplitude of the loads of a harmonic of the drive \[N\].
-    fn force(&self, order: u32, omega: f64) -> Complex64 {
+    pub(super) fn force(&self, order: u32, omega: f64) -> Complex64 {
         let rate = f64::from(order) * omega;
         let of = |loads: &[(u32, Complex64)]| -> Complex64 {
             let all = loads.iter().filter(|load| load.0 == order);
@@ -207,14 +204,12 @@ impl TwoSprings {
         let apexes = [beyond[0] - reach[0], beyond[1] + reach[1]].map(|apart| self.edge + apart);
         let drive = Drive::new(free, TAU / period, 1.0);
         let states = drive.sampled([apexes[0], 0.0])?;
-        let squares = states.iter().map(|state| state[1] * state[1]);
-        let mean_square = squares.sum::<f64>() / SAMPLES as f64;
         evaluations.set(evaluations.get() + drive.evaluations());
         Some(Swing {
             omega: TAU / period,
             apexes,
-            first_harmonic: first_harmonic(&states),
-            loss: self.damping * mean_square * period,
+            first_harmonic: harmonic(&states, 1),
+            loss: self.loss(&states, period),
         })
     }
 }
@@ -314,7 +309,7 @@ impl<'a> Drive<'a> {
     }
 
     /// The state `after` a time at which it was `state`; none where events do not come to an end.
-    fn over(&self, mut time: f64, after: f64, mut state: State) -> Option<State> {
+    pub(super) fn over(&self, mut time: f64, after: f64, mut state: State) -> Option<State> {
         let (edge, end) = (self.model.edge, time + after);
         let mut spring = usize::from(state[0] > edge || state[0] == edge && state[1] > 0.0);
         for _ in 0..MOST_EVENTS {
@@ -386,9 +381,22 @@ impl<'a> Drive<'a> {
         None
     }
 
-    /// Half range of the first harmonic of the periodic motion from a state \[m\].
-    pub(super) fn first_harmonic(&self, state: State) -> Option<f64> {
-        Some(first_harmonic(&self.sampled(state)?))
+    pub(super) fn omega(&self) -> f64 {
+        self.omega
+    }
+
+    /// How large the periodic motion from a state is.
+    pub(super) fn shape(&self, state: State) -> Option<Shape> {
+        let states = self.sampled(state)?;
+        let displacements = states.iter().map(|state| state[0]);
+        let least = displacements.clone().fold(f64::INFINITY, f64::min);
+        let most = displacements.fold(f64::NEG_INFINITY, f64::max);
+        let (half_range, edge) = (0.5 * (most - least), self.model.edge);
+        Some(Shape {
+            first_harmonic: harmonic(&states, 1),
+            half_range,
+            beyond: (edge - least).min(most - edge) / half_range,
+        })
     }
 
     /// The states of the motion from one at the phase 0, over a period.
@@ -427,10 +435,10 @@ fn crossing(function: impl Fn(f64) -> f64, ends: [f64; 2], step: f64) -> f64 {
     high[0]
 }
 
-/// Half range of the first harmonic of the displacement over a period \[m\].
-fn first_harmonic(states: &[State]) -> f64 {
+/// Half range of a harmonic of the displacement over a period \[m\].
+fn harmonic(states: &[State], order: u32) -> f64 {
     let waves = states.iter().enumerate().map(|(k, state)| {
-        let phase = TAU * k as f64 / states.len() as f64;
+        let phase = TAU * f64::from(order) * k as f64 / states.len() as f64;
         state[0] * Complex64::cis(-phase)
     });
     2.0 / states.len() as f64 * waves.sum::<Complex64>().norm()
