@@ -1,6 +1,6 @@
 //! Bouncing: periodic motions along the normal of a mass that moves there by itself, in and out of contact. No branch over frequency need
-//! lead to them, nor a motion from rest. They are near the motions without load and damping that a load keeps up, once in its period or several
-//! times, and what is left of the bouncing under a larger load when that is lowered again.
+//! lead to them, nor a motion from rest. They are near the motions without load and damping that a load keeps up, grow with damping from those without it,
+//! or are what is left of the bouncing under a larger load when that is lowered again. The path of each is followed to where it is highest.
 
 use num_complex::Complex64;
 
@@ -12,28 +12,6 @@ use super::survey::{EFFORT, OTHER, PROBES, Survey, first_harmonic, is_near, over
 use super::two_springs::{Drive, State, TwoSprings};
 use super::vibration::Vibration;
 use super::{DynamicsError, HarmonicBalance, Load, Response, SecondOrder};
-
-/// Where what bounces is begun from.
-enum Begin {
-    /// The state at the phase 0, at an angular frequency.
-    Near(f64, State),
-    /// The motions without damping at an angular frequency.
-    Undamped(f64),
-    /// What a larger load leaves at an angular frequency.
-    Lowered(f64),
-}
-
-impl Begin {
-    /// The motions that are found from there, and the evaluations that they took.
-    fn found(&self, bouncer: &TwoSprings) -> (Vec<Bounce>, usize) {
-        let (found, evaluations) = match *self {
-            Begin::Near(omega, state) => bouncer.bounce(omega, state),
-            Begin::Undamped(omega) => return bouncer.from_undamped(omega),
-            Begin::Lowered(omega) => lowered(bouncer, omega),
-        };
-        (found.into_iter().collect(), evaluations)
-    }
-}
 
 /// Direction of the normal among the ports of a contact element.
 const NORMAL: usize = 2;
@@ -61,6 +39,28 @@ const FOLLOWING: usize = 800_000;
 const SOFT: f64 = 1e-9;
 /// Evaluations of a motion that cost as much as a step of the integration in time: measured with loads of two harmonics, 16 to 19.
 const EVALUATIONS: usize = 18;
+
+/// Where what bounces is begun from.
+enum Begin {
+    /// The state at the phase 0, at an angular frequency.
+    Near(f64, State),
+    /// The motions without damping at an angular frequency.
+    Undamped(f64),
+    /// What a larger load leaves at an angular frequency.
+    Lowered(f64),
+}
+
+impl Begin {
+    /// The motions that are found from there, and the evaluations that they took.
+    fn found(&self, bouncer: &TwoSprings) -> (Vec<Bounce>, usize) {
+        let (found, evaluations) = match *self {
+            Begin::Near(omega, state) => bouncer.bounce(omega, state),
+            Begin::Undamped(omega) => return bouncer.grown_from_undamped(omega),
+            Begin::Lowered(omega) => lowered(bouncer, omega),
+        };
+        (found.into_iter().collect(), evaluations)
+    }
+}
 
 impl Vibration {
     /// Adds to a survey the responses that bounce and that no branch of it leads to; none of a structure whose normal motion depends on

@@ -346,7 +346,7 @@ impl Follower<'_> {
             let step = moved(first, -defect[1] / determinant, cross(across, a));
             let size = norm(step);
             // Where nothing is near, it goes far.
-            if !(size < 1.0) {
+            if size.is_nan() || size >= 1.0 {
                 return None;
             }
             point = moved(point, 1.0, step);

@@ -23,7 +23,7 @@ const LEAST_SHARE: f64 = 1.0 / 32.0;
 impl TwoSprings {
     /// Motions that bounce at an angular frequency, from those that do so without damping under its strongest load alone. And the
     /// evaluations that this took.
-    pub(super) fn from_undamped(&self, omega: f64) -> (Vec<Bounce>, usize) {
+    pub(super) fn grown_from_undamped(&self, omega: f64) -> (Vec<Bounce>, usize) {
         let size = |order: &u32| self.force(*order, omega).norm();
         let orders = self.orders();
         let Some(order) = orders
