@@ -136,7 +136,8 @@ impl Vibration {
                 self.add_bouncing(balance, survey, top)?;
                 // What is highest along the normal need not be along another axis.
                 let is_top = path.is_whole && self.response_port == NORMAL;
-                survey.tops.extend(is_top.then_some(top.omega));
+                let top = [top.omega, top.shape.first_harmonic];
+                survey.tops.extend(is_top.then_some(top));
             }
             paths.push(path);
         }

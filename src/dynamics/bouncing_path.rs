@@ -28,8 +28,10 @@ const CLOSED: f64 = 0.1;
 const GRAZES: f64 = 0.02;
 /// Halvings of the path beside its top.
 const HALVINGS: usize = 8;
-/// First harmonics at one frequency that differ by less are those of one motion.
+/// First harmonics at one frequency that differ by less may be those of one motion, and the way around over it between two points of its path, in
+/// the straight way.
 const SAME: f64 = 0.02;
+const AROUND: f64 = 1.5;
 
 /// A periodic motion that bounces.
 #[derive(Clone)]
@@ -55,15 +57,20 @@ pub(super) struct Path {
 }
 
 impl Path {
-    /// Whether it passes a motion.
+    /// Whether it passes a motion. Under a load of a higher order others of the same size may be a part of a period later.
     pub(super) fn has(&self, motion: &Bounce) -> bool {
         let is_between = |value: f64, a: f64, b: f64, share: f64| {
             a.min(b) <= value * (1.0 + share) && value <= a.max(b) * (1.0 + share)
+        };
+        let distance = |a: &Bounce, b: &Bounce| {
+            let [z, v] = [0, 1].map(|i| a.state[i] - b.state[i]);
+            z.hypot(v / motion.omega)
         };
         self.motions.windows(2).any(|ends| {
             let [a, b] = [&ends[0], &ends[1]];
             is_between(motion.omega, a.omega, b.omega, 0.0)
                 && is_between(motion.size(), a.size(), b.size(), SAME)
+                && distance(a, motion) + distance(motion, b) < AROUND * distance(a, b)
         })
     }
 

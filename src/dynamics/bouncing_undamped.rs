@@ -1,5 +1,5 @@
 //! Bouncing without damping: under one harmonic of the loads such a motion may be the same forwards and backwards in time, so that the mass stands
-//! still where that load is largest and half a period later. All of these motions at a frequency are the zeros of one function of where it stands. Some of
+//! still where that load is largest or least, and half a period later. All of these motions at a frequency are the zeros of one function of where it stands. Some of
 //! them are left as damping and the other loads grow to their own sizes.
 
 use std::f64::consts::TAU;
@@ -32,23 +32,29 @@ impl TwoSprings {
         else {
             return (Vec::new(), 0);
         };
-        let (states, mut evaluations) = self.undamped(omega, order);
-        let mut out = Vec::new();
-        for state in states {
-            let (found, needed) = self.grown(omega, order, state);
+        // Half a period later an even order is as large again, and least in between.
+        let ways: &[f64] = if order % 2 == 0 { &[1.0, -1.0] } else { &[1.0] };
+        let (mut out, mut evaluations) = (Vec::new(), 0);
+        for way in ways {
+            let (states, needed) = self.undamped(omega, order, *way);
             evaluations += needed;
-            out.extend(found.filter(|bounce| bounce.shape.bounces()));
+            for state in states {
+                let (found, needed) = self.grown(omega, order, state);
+                evaluations += needed;
+                out.extend(found.filter(|bounce| bounce.shape.bounces()));
+            }
         }
         (out, evaluations)
     }
 
-    /// States at the phase 0 of the motions that are the same in both directions of time, without damping and under the load of one order alone.
-    fn undamped(&self, omega: f64, order: u32) -> (Vec<State>, usize) {
+    /// States at the phase 0 of the motions that are the same in both directions of time from where the load of an order is largest, or least as the sign
+    /// of `way` says, without damping and under that load alone.
+    fn undamped(&self, omega: f64, order: u32, way: f64) -> (Vec<State>, usize) {
         let force = self.force(order, omega);
         let alone = self.with_share(omega, order, 0.0);
-        // At the phase 0 that load is largest.
+        // That is its phase 0.
         let turned = TwoSprings {
-            loads: vec![(order, force.norm().into())],
+            loads: vec![(order, (way * force.norm()).into())],
             ..alone.clone()
         };
         let drive = Drive::new(&turned, omega, 1.0);
@@ -82,7 +88,7 @@ impl TwoSprings {
         });
         let zeros: Vec<f64> = zeros.collect();
         let own = Drive::new(&alone, omega, 1.0);
-        let at = (-force.arg()).rem_euclid(TAU) / (f64::from(order) * omega);
+        let at = (-(way * force).arg()).rem_euclid(TAU) / (f64::from(order) * omega);
         let states = zeros
             .into_iter()
             .filter_map(|z| own.over(at, period - at, [z, 0.0]))

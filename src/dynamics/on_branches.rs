@@ -70,7 +70,7 @@ impl Survey {
         if largest > 0.0 { largest } else { USUAL }
     }
 
-    /// The largest amplitude of a motion in time that no branch has \[m\]; 0 without one.
+    /// The largest amplitude of a motion in time that no branch has, or that is the highest on its path \[m\]; 0 without one.
     pub(super) fn largest_in_time(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -78,6 +78,7 @@ impl Survey {
     ) -> f64 {
         let all = self.motions.iter();
         all.map(|periodic| first_harmonic(balance, &periodic.displacement, port))
+            .chain(self.tops.iter().map(|[_, amplitude]| *amplitude))
             .fold(0.0, f64::max)
     }
 

@@ -52,8 +52,8 @@ pub struct Survey {
     pub stopped: Option<DynamicsError>,
     /// Motions in time that no branch has.
     pub motions: Vec<Periodic>,
-    /// Angular frequencies of those of them that are known to be the highest on their path in the range.
-    pub tops: Vec<f64>,
+    /// Angular frequencies and amplitudes of motions in time that are the highest in the range on their path, which is known whole.
+    pub tops: Vec<[f64; 2]>,
     /// Angular frequencies within gaps at which nothing was found, and how that ended.
     pub missed: Vec<(f64, FoundBy)>,
     /// Whether the search was given up as it had cost enough.

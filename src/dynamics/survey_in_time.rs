@@ -38,7 +38,7 @@ impl Vibration {
         if size(start) <= survey.largest(balance, self.response_port) {
             return None;
         }
-        if survey.tops.contains(&start.omega) {
+        if survey.tops.iter().any(|[omega, _]| *omega == start.omega) {
             return Some((start.clone(), true));
         }
         let time = self.in_time(balance)?;
