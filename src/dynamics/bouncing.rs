@@ -134,10 +134,11 @@ impl Vibration {
             balance.effort.add_steps(evaluations / EVALUATIONS);
             if let Some(top) = path.top(self.range) {
                 self.add_bouncing(balance, survey, top)?;
-                // What is highest along the normal need not be along another axis.
-                let is_top = path.is_whole && self.response_port == NORMAL;
+                // What is highest along the normal need not be along another axis, and what nothing damps may be larger without bound.
+                let is_top = path.is_whole && self.response_port == NORMAL && bouncer.damping > 0.0;
                 let top = [top.omega, top.shape.first_harmonic];
                 survey.tops.extend(is_top.then_some(top));
+                survey.has_unfollowed |= bouncer.damping == 0.0;
             }
             paths.push(path);
         }
