@@ -2,6 +2,7 @@
 //! Under light damping they turn back within a thousandth of a frequency, or close, so that no step of frequency leads along them.
 
 use super::two_springs::{Drive, Shape, State, TwoSprings};
+use crate::linalg::vectors::{cross, dot, minus, unit};
 
 /// First, least and largest step along a path.
 const STEPS: [f64; 3] = [0.02, 1e-5, 0.2];
@@ -43,6 +44,15 @@ pub(super) struct Bounce {
 }
 
 impl Bounce {
+    /// The motion from a periodic state at the phase 0; none where its events do not come to an end.
+    fn of(drive: &Drive<'_>, state: State) -> Option<Bounce> {
+        Some(Bounce {
+            omega: drive.omega(),
+            state,
+            shape: drive.shape(state)?,
+        })
+    }
+
     fn size(&self) -> f64 {
         self.shape.first_harmonic
     }
@@ -91,7 +101,7 @@ impl TwoSprings {
     pub(super) fn bounce(&self, omega: f64, near: State) -> (Option<Bounce>, usize) {
         let drive = Drive::new(self, omega, 1.0);
         let state = drive.periodic(near);
-        let found = state.and_then(|state| bounce(&drive, state));
+        let found = state.and_then(|state| Bounce::of(&drive, state));
         (found, drive.evaluations())
     }
 
@@ -131,15 +141,6 @@ impl TwoSprings {
         follower.refine(&mut path, range);
         (path, follower.evaluations)
     }
-}
-
-/// The motion from a periodic state at the phase 0.
-fn bounce(drive: &Drive<'_>, state: State) -> Option<Bounce> {
-    Some(Bounce {
-        omega: drive.omega(),
-        state,
-        shape: drive.shape(state)?,
-    })
 }
 
 /// How a path ends.
@@ -206,7 +207,7 @@ impl Follower<'_> {
             let guess = moved(at, step, direction);
             let next = self.corrected(units, guess, direction);
             let next = next.filter(|next| {
-                distance(next.point, guess) < BESIDE * step
+                norm(minus(next.point, guess)) < BESIDE * step
                     && dot(next.along, direction).abs() > STRAIGHT
             });
             let next = next.and_then(|next| Some((self.bounce(units, next.point)?, next)));
@@ -215,10 +216,10 @@ impl Follower<'_> {
                 continue;
             };
             let start = units.point(from);
-            let passed = dot(direction, moved(start, -1.0, at)) / step;
+            let passed = dot(direction, minus(start, at)) / step;
             if out.len() >= BEGUN
                 && (0.0..=1.0).contains(&passed)
-                && distance(start, moved(at, passed * step, direction)) < CLOSED * step
+                && norm(minus(start, moved(at, passed * step, direction))) < CLOSED * step
             {
                 out.push(from.clone());
                 return (out, Some(End::Closed));
@@ -282,7 +283,7 @@ impl Follower<'_> {
             let units = self.units(&three[1]);
             for side in [0, 2] {
                 let [outer, top] = [side, 1].map(|i| units.point(&three[i]));
-                let apart = moved(outer, -1.0, top);
+                let apart = minus(outer, top);
                 let direction = unit(apart);
                 let middle = moved(top, 0.5, apart);
                 let found = self.corrected(units, middle, direction);
@@ -304,7 +305,7 @@ impl Follower<'_> {
     fn bounce(&mut self, units: Units, point: Point) -> Option<Bounce> {
         let (omega, state) = units.state(point);
         let drive = Drive::new(self.model, omega, 1.0);
-        let found = bounce(&drive, state);
+        let found = Bounce::of(&drive, state);
         self.evaluations += drive.evaluations();
         found
     }
@@ -370,16 +371,8 @@ impl Follower<'_> {
     }
 }
 
-fn dot(a: Point, b: Point) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
 fn norm(a: Point) -> f64 {
     dot(a, a).sqrt()
-}
-
-fn unit(a: Point) -> Point {
-    scaled(a, 1.0 / norm(a))
 }
 
 fn scaled(a: Point, factor: f64) -> Point {
@@ -388,15 +381,4 @@ fn scaled(a: Point, factor: f64) -> Point {
 
 fn moved(from: Point, by: f64, along: Point) -> Point {
     std::array::from_fn(|i| from[i] + by * along[i])
-}
-
-fn distance(a: Point, b: Point) -> f64 {
-    norm(moved(a, -1.0, b))
-}
-
-fn cross(a: Point, b: Point) -> Point {
-    std::array::from_fn(|i| {
-        let [j, k] = [(i + 1) % 3, (i + 2) % 3];
-        a[j] * b[k] - a[k] * b[j]
-    })
 }

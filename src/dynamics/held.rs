@@ -15,7 +15,7 @@ const RIVAL: f64 = 0.3;
 
 impl Resolved<'_> {
     /// Where more harmonics say that an error is large, or nothing of it, the difference from the motions in time takes its place: of the
-    /// peak from their peak, of the dissipation from theirs at its frequency.
+    /// peak from their peak, of the dissipation from theirs at its frequency. Of a peak that is the top of a path in time, what the top leaves does.
     pub(super) fn hold_against_time(&mut self) {
         let (vibration, balance) = (self.vibration, &self.balance);
         let resonance = &self.resonance;
@@ -23,8 +23,8 @@ impl Resolved<'_> {
             return;
         }
         if resonance.is_in_time() {
-            // Harmonics have a part in the phase resonance beside it alone.
-            if self.truncation.amplitude > LARGE {
+            // Harmonics have a part in the phase resonance beside it alone, and a path that is not whole may go higher.
+            if resonance.is_top && self.truncation.amplitude > LARGE {
                 self.truncation.amplitude = OF_TIME;
             }
             return;

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use super::candidates::gives_energy;
 use super::contact_element::ContactElement;
 use super::survey::{SAME, Survey, USUAL, first_harmonic};
+use super::truncation::OF_TIME;
 use super::{HarmonicBalance, Response};
 
 impl Survey {
@@ -80,6 +81,12 @@ impl Survey {
         all.map(|periodic| first_harmonic(balance, &periodic.displacement, port))
             .chain(self.tops.iter().map(|[_, amplitude]| *amplitude))
             .fold(0.0, f64::max)
+    }
+
+    /// Whether a motion in time is the highest on its path, which is known whole. Paths end at the same frequencies: those of the range.
+    pub(super) fn is_top(&self, omega: f64, amplitude: f64) -> bool {
+        let mut tops = self.tops.iter();
+        tops.any(|top| top[0] == omega && (amplitude / top[1] - 1.0).abs() <= OF_TIME)
     }
 
     /// The amplitudes at a port that the branches have at `omega`, between their points \[m\].

@@ -38,7 +38,7 @@ impl Vibration {
         if size(start) <= survey.largest(balance, self.response_port) {
             return None;
         }
-        if survey.tops.iter().any(|[omega, _]| *omega == start.omega) {
+        if survey.is_top(start.omega, size(start)) {
             return Some((start.clone(), true));
         }
         let time = self.in_time(balance)?;

@@ -65,8 +65,10 @@ pub struct Resonance {
     pub unseen: Vec<[f64; 2]>,
     /// Whether nothing moves at the response port, but for rounding.
     pub is_still: bool,
-    /// The largest amplitude of a motion in time that no branch has \[m\]; 0 without one.
+    /// The largest amplitude of a motion in time that no branch has, or that is the highest on its path \[m\]; 0 without one.
     pub largest_in_time: f64,
+    /// Whether the peak is a motion in time that is the highest on its path, which is known whole.
+    pub is_top: bool,
     /// Whether branches were given up as they had cost enough.
     pub is_cut: bool,
     /// Whether there are motions beside the branches of which it is not known how large they get.
@@ -280,6 +282,7 @@ impl Vibration {
             unseen: Vec::new(),
             is_still: balance.is_still(&peak, self.response_port),
             largest_in_time: 0.0,
+            is_top: false,
             is_cut: false,
             has_unfollowed: false,
             peak,
@@ -336,6 +339,7 @@ impl Vibration {
         Ok(Resonance {
             candidates,
             largest_in_time: survey.largest_in_time(balance, self.response_port),
+            is_top: survey.is_top(peak.omega, balance.amplitude(&peak, self.response_port)?.0),
             is_cut: survey.is_cut,
             has_unfollowed: survey.has_unfollowed,
             unseen: survey.unseen,

@@ -6,6 +6,7 @@ mod blocks;
 mod dense;
 mod rows;
 mod sparse;
+pub(crate) mod vectors;
 
 pub use blocks::Blocks;
 pub use dense::Matrix;

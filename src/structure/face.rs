@@ -1,7 +1,7 @@
 //! Points on the faces of solids.
 
 use super::solids::Solid;
-use super::vectors::{dot, minus};
+use crate::linalg::vectors::{dot, minus};
 
 /// A face of a solid in space: the nearest point on it, with the weights of the solid's nodes there.
 ///

@@ -53,7 +53,6 @@ pub mod reduction;
 pub mod resonator;
 pub mod solids;
 pub mod superelement;
-mod vectors;
 mod work;
 
 pub use error::StructureError;

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 
 use super::mesh::Mesh;
 use super::solids::FACES;
-use super::vectors::{cross, dot, minus};
 use crate::linalg::Matrix;
+use crate::linalg::vectors::{cross, dot, minus};
 
 /// Faces whose normals have at least this product are one plane: some 18°, above what a distorted mesh has on a curved face.
 const ONE_PLANE: f64 = 0.95;

@@ -100,7 +100,7 @@ fn what_bounces_twice_across_an_end_of_the_range_is_found() {
 /// closed, on a path that turns back near an end of the range.
 #[test]
 fn unstable_bouncing_under_light_damping_is_found() {
-    // By `tests/dynamics/drawn_bouncing.py`, at an end of the range.
+    // By `tests/dynamics/drawn_bouncing.py`, at an end of the range. Twelve harmonics leave 0.5 % of the first.
     const KNOWN: f64 = 0.02;
     struct Case {
         mass: [f64; 3],

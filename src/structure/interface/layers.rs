@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, HashSet};
 
 use super::OFF;
+use crate::linalg::vectors::{dot, minus};
 use crate::structure::contact_array::ContactArray;
-use crate::structure::vectors::{dot, minus};
 
 /// Thickness of the layers of nodes above and below the joint, as most columns of nodes have them; where there are no columns, the distance of
 /// the nearest nodes off the plane.

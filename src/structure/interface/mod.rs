@@ -18,7 +18,7 @@ pub use error::InterfaceError;
 
 use super::contact_array::ContactArray;
 use super::reduction::ContactPorts;
-use super::vectors::{dot, minus};
+use crate::linalg::vectors::{dot, minus};
 use lattice::{Lattice, span, uncovered};
 use layers::layers;
 use plane::Plane;

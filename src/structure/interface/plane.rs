@@ -3,7 +3,7 @@
 use super::lattice::Lattice;
 use super::{InterfaceError, LINE, MM, OFF, SIDES, Side, Wanted};
 use crate::linalg::Matrix;
-use crate::structure::vectors::{cross, dot, mean, minus, unit};
+use crate::linalg::vectors::{cross, dot, mean, minus, unit};
 
 /// The faces may be so far apart along the normal, in the longest distance from the middle of the joint: middle planes of plates are.
 const DISTANT: f64 = 0.5;
