@@ -9,12 +9,13 @@ use super::contact_element::ContactElement;
 use super::effort::BOUNCING;
 use super::periodic::Periodic;
 use super::survey::{EFFORT, OTHER, PROBES, Survey, first_harmonic, is_near, over, start_of};
+use super::time_integration::Motion;
 use super::two_springs::{Drive, State, TwoSprings};
 use super::vibration::Vibration;
 use super::{DynamicsError, HarmonicBalance, Load, Response, SecondOrder};
 
 /// Direction of the normal among the ports of a contact element.
-const NORMAL: usize = 2;
+pub(super) const NORMAL: usize = 2;
 /// Speeds at which resonant motions cross the edge of the contact, in parts of the largest that damping allows.
 const PARTS: [f64; 3] = [1.0, 0.7, 0.3];
 /// Motions without damping are looked for at frequencies whose ratio is this at most, but at no more than so many: closed paths may be as narrow.
@@ -112,6 +113,7 @@ impl Vibration {
                 }
             }
         }
+        self.look_across(balance, survey, &paths);
         Ok(())
     }
 
@@ -165,7 +167,7 @@ impl Vibration {
         if is_known(size) {
             return Ok(());
         }
-        let Some(bouncing) = self.with_all_axes(balance, motion) else {
+        let Some(bouncing) = self.with_all_axes(balance, motion, None) else {
             survey.has_unfollowed = true;
             return Ok(());
         };
@@ -183,17 +185,18 @@ impl Vibration {
         Ok(())
     }
 
-    /// The motion of all coordinates of which the normal one bounces; none where it is not found.
-    fn with_all_axes(
+    /// The motion of all coordinates of which the normal one bounces, the others near those of another motion, or from rest; none where it is not found.
+    pub(super) fn with_all_axes(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         motion: &Bounce,
+        others: Option<&Motion>,
     ) -> Option<Periodic> {
         let size = motion.shape.first_harmonic;
         let time = self.in_time(balance)?;
         let coordinate = alone_on_the_normal(&self.model)?;
         let n = self.model.mass.rows();
-        let mut start = time.rest();
+        let mut start = others.cloned().unwrap_or_else(|| time.rest());
         (start.values[coordinate], start.values[n + coordinate]) =
             (motion.state[0], motion.state[1]);
         let near = time.near(motion.omega, &start, size, balance.harmonics(), EFFORT);

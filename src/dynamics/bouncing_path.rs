@@ -84,6 +84,13 @@ impl Path {
         })
     }
 
+    /// The motions in a range of angular frequencies, in the order of the path.
+    pub(super) fn inside(&self, (from, to): (f64, f64)) -> Vec<&Bounce> {
+        let all = self.motions.iter();
+        all.filter(|motion| (from..=to).contains(&motion.omega))
+            .collect()
+    }
+
     /// The motion of the largest first harmonic in a range of angular frequencies; none where the path is elsewhere.
     pub(super) fn top(&self, range: (f64, f64)) -> Option<&Bounce> {
         self.top_at(range).map(|k| &self.motions[k])

@@ -63,6 +63,13 @@ impl Resolved<'_> {
             return;
         }
         let Some(bound) = self.vibration.damped_bound() else {
+            // Where nothing bounds it, a figure of which nothing is known is below nothing either.
+            for error in [
+                &mut self.truncation.amplitude,
+                &mut self.truncation.friction_energy,
+            ] {
+                *error = error.min(UNKNOWN);
+            }
             return;
         };
         // Of a figure that is rounding no part is known.

@@ -52,6 +52,7 @@ pub mod aft;
 pub mod backbone;
 mod border;
 mod bouncing;
+mod bouncing_across;
 mod bouncing_path;
 mod bouncing_undamped;
 mod branch;

@@ -62,7 +62,7 @@ impl Vibration {
 
     /// From `top` up to where the amplitude is largest, along the motions that `next` finds at a frequency from one beside it, by steps
     /// of frequency from the first of `steps` down to the last; and whether it got there.
-    fn climbed(
+    pub(super) fn climbed(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         time: &TimeModel<'_>,
@@ -256,12 +256,16 @@ impl Vibration {
     }
 
     /// Amplitude of a motion in time at the response point \[m\].
-    fn size(&self, balance: &HarmonicBalance<ContactElement>, periodic: &Periodic) -> f64 {
+    pub(super) fn size(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        periodic: &Periodic,
+    ) -> f64 {
         first_harmonic(balance, &periodic.displacement, self.response_port)
     }
 
     /// The least half-power bandwidth of a coordinate near an angular frequency, relative to it.
-    fn bandwidth(&self, omega: f64) -> f64 {
+    pub(super) fn bandwidth(&self, omega: f64) -> f64 {
         let of = |k: usize| self.model.damping.at(k, k) / (omega * self.model.mass.at(k, k));
         (0..self.model.mass.rows())
             .map(of)

@@ -435,12 +435,14 @@ fn an_error_bar_holds_the_resonance_of_a_mass_that_bounces() {
     assert!((off..KNOWN).contains(&bar), "{peak} m, {bar}, off by {off}");
 }
 
-/// With three harmonics the resonance of the stiff contact along x is the strongest. In time that of a contact that opens along z is, and
-/// the bar of the peak holds it.
+/// With three harmonics the resonance of the stiff contact along x is the strongest. In time that of a contact that opens along z is: it is found on
+/// the path of what bounces there, and the bar of the peak holds it.
 #[test]
-fn an_error_bar_holds_a_stronger_peak_of_more_harmonics() {
+fn a_peak_along_x_of_a_contact_that_opens_along_z_is_found() {
     // By `tests/dynamics/time_integration.py`, at 506.96 Hz.
     const IN_TIME: f64 = 9.237_520_903e-8;
+    // The climb to it ends when it has cost as much as it may, and the bar then says that the peak is not known.
+    const CLIMBED: f64 = 0.005;
     let oscillator = Oscillator {
         mass: [1.17507, 2.95815, 0.937_408],
         damping: [9.65939, 15.7803, 9.15241],
@@ -462,8 +464,8 @@ fn an_error_bar_holds_a_stronger_peak_of_more_harmonics() {
         .expect("a resonance");
     let bar = resolved.truncation.amplitude;
     let off = (resolved.resonance.peak_amplitude / IN_TIME - 1.0).abs();
-    assert!((0.4..0.6).contains(&off), "{off}");
-    assert!((off..1.0).contains(&bar), "{bar}, off by {off}");
+    assert!(off < CLIMBED, "{off}");
+    assert!(bar > off, "{bar}, off by {off}");
 }
 
 /// The branch of a contact without preload, hundreds of times stiffer than the structure, runs into responses in which friction gives energy,

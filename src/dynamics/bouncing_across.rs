@@ -1,0 +1,129 @@
+//! What bounces along the normal lets go of what slides, and takes it along again. Where the response is along another axis, that is largest
+//! anywhere along a path: at a resonance of its own, say, which is as narrow as its damping. So it is followed along the path, and climbed to in
+//! frequency from each place that is higher than those beside it.
+
+use super::HarmonicBalance;
+use super::bouncing::NORMAL;
+use super::bouncing_path::{Bounce, Path};
+use super::contact_element::ContactElement;
+use super::effort::BOUNCING;
+use super::periodic::Periodic;
+use super::survey::{EFFORT, Survey};
+use super::truncation::OF_TIME;
+use super::vibration::Vibration;
+
+/// Places along a path, one after the other.
+const PLACES: usize = 12;
+/// Shares of the highest response that is known from which they are climbed from: where both beside are nearly as large, and where one is smaller by
+/// a factor. Halfway between two places, a resonance is at least twice as far from the next.
+const SMOOTH: f64 = 0.5;
+const STEEP: f64 = 0.1;
+const FALLS: f64 = 1.5;
+/// Units of looking along all paths, and of the climbs.
+const ALONG: u64 = 2 * BOUNCING;
+/// First step of frequency, relative, and the last in half-power bandwidths: then the amplitude is the highest to a thousandth.
+const STEP: f64 = 0.01;
+const LAST: f64 = 0.02;
+
+impl Vibration {
+    /// Adds to a survey the motions on paths of what bounces that are largest along the axis of the response, where that is not the normal and no branch
+    /// has as large a response. Given how a contact is pressed over a period, damped motions along other axes come nearer to each other: each
+    /// motion of a path has one of them.
+    pub(super) fn look_across(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        survey: &mut Survey,
+        paths: &[Path],
+    ) {
+        if self.response_port == NORMAL || paths.is_empty() {
+            return;
+        }
+        let size = |motion: &Periodic| self.size(balance, motion);
+        let known = survey.largest(balance, self.response_port);
+        let mut tops: Vec<Periodic> = Vec::new();
+        let mut is_whole = true;
+        for path in paths {
+            balance.effort.allow(ALONG / paths.len() as u64);
+            let (motions, are_all) = self.along_path(balance, survey, &path.inside(self.range));
+            is_whole &= path.is_whole && are_all;
+            let size = |k: usize| motions.get(k).map_or(0.0, size);
+            for k in 0..motions.len() {
+                let beside = [k.checked_sub(1).map_or(0.0, size), size(k + 1)];
+                let [lower, higher] = [beside[0].min(beside[1]), beside[0].max(beside[1])];
+                let share = if size(k) > FALLS * lower {
+                    STEEP
+                } else {
+                    SMOOTH
+                };
+                if size(k) >= higher.max(share * known) {
+                    tops.push(motions[k].clone());
+                }
+            }
+        }
+        tops.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        balance.effort.allow(ALONG);
+        for top in tops {
+            let (top, is_reached) = self.climbed_across(balance, top);
+            if size(&top) > known * (1.0 + OF_TIME) {
+                survey
+                    .tops
+                    .extend((is_whole && is_reached).then_some([top.omega, size(&top)]));
+                survey.motions.push(top);
+            }
+            if balance.effort.is_spent() {
+                is_whole = false;
+                break;
+            }
+        }
+        survey.has_unfollowed |= !is_whole;
+    }
+
+    /// Motions of all coordinates at places along a path; and whether there is one at each.
+    fn along_path(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        survey: &Survey,
+        path: &[&Bounce],
+    ) -> (Vec<Periodic>, bool) {
+        let mut motions: Vec<Periodic> = Vec::new();
+        let mut are_all = true;
+        for bounce in path.iter().step_by(path.len().div_ceil(PLACES).max(1)) {
+            if balance.effort.is_spent() {
+                are_all = false;
+                break;
+            }
+            // Where it resonates along another axis, a motion from rest is far away.
+            let before = motions.last().map(|before| before.motion.clone());
+            let before = before.or_else(|| {
+                let highest = survey.highest_at(balance, self.response_port, bounce.omega)?;
+                balance.motion(&highest)
+            });
+            let found = self.with_all_axes(balance, bounce, before.as_ref());
+            let found =
+                found.or_else(|| before.and_then(|_| self.with_all_axes(balance, bounce, None)));
+            are_all &= found.is_some();
+            motions.extend(found);
+        }
+        (motions, are_all)
+    }
+
+    /// The top of the motions in time beside one of them, and whether it was reached.
+    fn climbed_across(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        top: Periodic,
+    ) -> (Periodic, bool) {
+        let Some(time) = self.in_time(balance) else {
+            return (top, false);
+        };
+        let next = |omega: f64, top: &Periodic| {
+            let size = self.size(balance, top);
+            let near = time.near(omega, &top.motion, size, balance.harmonics(), EFFORT);
+            near.ok().flatten()
+        };
+        let steps = [STEP, LAST * self.bandwidth(top.omega).min(STEP)];
+        let climbed = self.climbed(balance, &time, top, steps, next);
+        balance.effort.add_steps(time.steps());
+        climbed
+    }
+}
