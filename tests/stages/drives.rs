@@ -176,3 +176,28 @@ fn a_force_beyond_friction_is_refused_by_the_plan() {
     );
     Plan::of(&bench.scene("small.toml", &["motion.force=119 N"])).expect("held");
 }
+
+/// A moment that friction would not hold, were all of the load on the outermost cell, is refused before anything is computed.
+#[test]
+fn a_moment_beyond_friction_is_refused_by_the_plan() {
+    const SHORTER: f64 = 3e-3;
+    const CELLS: [f64; 2] = [26.0, 22.0];
+    // The friction force, on the middle of the cell in the corner.
+    let half = |length: f64, cells: f64| 0.5 * length * (1.0 - 1.0 / cells);
+    let corner = half(LENGTH, CELLS[0]).hypot(half(SHORTER, CELLS[1]));
+    let most = FRICTION * corner;
+    let bench = Bench::new();
+    let plan = |moment: f64| {
+        Plan::of(&bench.scene(
+            "small.toml",
+            &[
+                "motion.amplitude=0 um",
+                &format!("motion.moment=\"{moment:e} N m\""),
+            ],
+        ))
+    };
+    let error = plan(1.001 * most).expect_err("refused").to_string();
+    assert!(error.contains("`motion.moment` reaches"), "{error}");
+    assert!(error.contains("N m or N mm"), "{error}");
+    plan(0.999 * most).expect("held");
+}

@@ -153,6 +153,20 @@ pub enum PlanError {
         /// Friction coefficient times it \[N\].
         limit: f64,
     },
+    /// A moment about z that friction cannot hold.
+    #[error(
+        "`motion.moment` reaches {moment:.6e} N m under a normal load of {load:.6e} N, where friction carries less than {limit:.6e} N m, were all of the load on the outermost cell, {reach:.4} mm from the joint's centre: the joint would turn away; make the moment smaller, see whether its unit is N m or N mm, or give `motion.rotation`"
+    )]
+    TurnsAway {
+        /// The moment \[N m\].
+        moment: f64,
+        /// The normal load at that instant \[N\].
+        load: f64,
+        /// The outermost cell's distance \[mm\].
+        reach: f64,
+        /// Friction coefficient times the load times that \[N m\].
+        limit: f64,
+    },
     /// Moments that no pressure has.
     #[error(
         "`contact.moment` = {moment:?} N m moves the resultant of {load:.6e} N to {arm:.4?} mm from the joint's centre, and the joint reaches {reach:.4?} mm: make the moment smaller or the load larger, or see whether its unit is N m or N mm"

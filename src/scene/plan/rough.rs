@@ -396,6 +396,7 @@ fn check(
     check_moment(rough.contact, patch, least.min(rough.contact.normal_load))?;
     if let Some(friction) = rough.contact.friction_coefficient {
         check_force(motion, friction)?;
+        check_torsion(motion, patch, friction)?;
     }
     if let Some(cap) = rough.contact.pressure_cap {
         let area = patch.area();
@@ -500,11 +501,7 @@ fn check_moment(contact: &Contact, patch: &Patch, load: f64) -> Result<(), PlanE
     let Some([about_x, about_y]) = given else {
         return Ok(());
     };
-    let grid = patch.grid;
-    let kept = (0..grid.len()).filter(|&cell| patch.kept[cell]);
-    let reach = kept.fold([0.0f64; 2], |[x, y], cell| {
-        let (i, j) = grid.cell(cell);
-        let centre = grid.centre(i, j);
+    let reach = centres(patch).fold([0.0f64; 2], |[x, y], centre| {
         [x.max(centre.0.abs()), y.max(centre.1.abs())]
     });
     let arm = [-about_y / load, about_x / load];
@@ -533,6 +530,41 @@ fn check_force(motion: &Motion, friction_coefficient: f64) -> Result<(), PlanErr
         }
     }
     Ok(())
+}
+
+/// A moment about z stays below what friction carries at every instant, were all of the load on the outermost cell.
+fn check_torsion(
+    motion: &Motion,
+    patch: &Patch,
+    friction_coefficient: f64,
+) -> Result<(), PlanError> {
+    let given = motion.rotation.as_ref().filter(|turn| turn.is_force());
+    let Some(moments) = given.map(Channel::values) else {
+        return Ok(());
+    };
+    let reach = centres(patch).fold(0.0, |reach: f64, (x, y)| reach.max(x.hypot(y)));
+    for (&moment, &load) in moments.iter().zip(&motion.normal_load) {
+        let limit = friction_coefficient * load * reach;
+        if moment.abs() >= limit && moment != 0.0 {
+            return Err(PlanError::TurnsAway {
+                moment: moment.abs(),
+                load,
+                reach: 1e3 * reach,
+                limit,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Where the cells of a joint are \[m\].
+fn centres(patch: &Patch) -> impl Iterator<Item = (f64, f64)> {
+    let grid = patch.grid;
+    let kept = (0..grid.len()).filter(|&cell| patch.kept[cell]);
+    kept.map(move |cell| {
+        let (i, j) = grid.cell(cell);
+        grid.centre(i, j)
+    })
 }
 
 fn march(cycle: Option<March>, motion: &Motion) -> Result<March, PlanError> {
