@@ -21,9 +21,9 @@ const STEEP: f64 = 0.1;
 const FALLS: f64 = 1.5;
 /// Units of looking along all paths, and of the climbs.
 const ALONG: u64 = 2 * BOUNCING;
-/// First step of frequency, relative, and the last in half-power bandwidths: then the amplitude is the highest to a thousandth.
-const STEP: f64 = 0.01;
-const LAST: f64 = 0.02;
+/// First step of frequency, relative, and the last in half-power bandwidths: the amplitude is the highest to a thousandth then.
+const STEP: f64 = 0.005;
+const LAST: f64 = 0.04;
 
 impl Vibration {
     /// Adds to a survey the motions on paths of what bounces that are largest along the axis of the response, where that is not the normal and no branch
@@ -63,16 +63,17 @@ impl Vibration {
         tops.sort_by(|a, b| size(b).total_cmp(&size(a)));
         balance.effort.allow(ALONG);
         for top in tops {
-            let (top, is_reached) = self.climbed_across(balance, top);
-            if size(&top) > known * (1.0 + OF_TIME) {
-                survey
-                    .tops
-                    .extend((is_whole && is_reached).then_some([top.omega, size(&top)]));
-                survey.motions.push(top);
-            }
             if balance.effort.is_spent() {
                 is_whole = false;
                 break;
+            }
+            let (top, is_reached) = self.climbed_across(balance, top);
+            is_whole &= is_reached || size(&top) < SMOOTH * known;
+            if size(&top) > known * (1.0 + OF_TIME) {
+                survey
+                    .tops
+                    .extend(is_whole.then_some([top.omega, size(&top)]));
+                survey.motions.push(top);
             }
         }
         survey.has_unfollowed |= !is_whole;
@@ -121,7 +122,7 @@ impl Vibration {
             let near = time.near(omega, &top.motion, size, balance.harmonics(), EFFORT);
             near.ok().flatten()
         };
-        let steps = [STEP, LAST * self.bandwidth(top.omega).min(STEP)];
+        let steps = [STEP, (LAST * self.bandwidth(top.omega)).min(0.5 * STEP)];
         let climbed = self.climbed(balance, &time, top, steps, next);
         balance.effort.add_steps(time.steps());
         climbed
