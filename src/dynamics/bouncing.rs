@@ -192,7 +192,8 @@ impl Vibration {
         motion: &Bounce,
         others: Option<&Motion>,
     ) -> Option<Periodic> {
-        let size = motion.shape.first_harmonic;
+        // Under loads of even orders alone it has no first harmonic.
+        let size = motion.shape.half_range;
         let time = self.in_time(balance)?;
         let coordinate = alone_on_the_normal(&self.model)?;
         let n = self.model.mass.rows();
@@ -202,7 +203,9 @@ impl Vibration {
         let near = time.near(motion.omega, &start, size, balance.harmonics(), EFFORT);
         balance.effort.add_steps(time.steps());
         let near = near.ok().flatten()?;
-        is_near(first_harmonic(balance, &near.displacement, NORMAL), size).then_some(near)
+        let [z, v] = [coordinate, n + coordinate].map(|k| near.motion.values[k]);
+        let apart = (z - motion.state[0]).hypot((v - motion.state[1]) / motion.omega);
+        (apart <= OTHER * size).then_some(near)
     }
 
     /// The mass on its normal; none where the normal motion depends on others, its contact is not one spring, no load moves it, or damping

@@ -29,7 +29,7 @@ const CLOSED: f64 = 0.1;
 const GRAZES: f64 = 0.02;
 /// Halvings of the path beside its top.
 const HALVINGS: usize = 8;
-/// First harmonics at one frequency that differ by less may be those of one motion, and the way around over it between two points of its path, in
+/// Half ranges at one frequency that differ by less may be those of one motion, and the way around over it between two points of its path, in
 /// the straight way.
 const SAME: f64 = 0.02;
 const AROUND: f64 = 1.5;
@@ -76,10 +76,11 @@ impl Path {
             let [z, v] = [0, 1].map(|i| a.state[i] - b.state[i]);
             z.hypot(v / motion.omega)
         };
+        let extent = |bounce: &Bounce| bounce.shape.half_range;
         self.motions.windows(2).any(|ends| {
             let [a, b] = [&ends[0], &ends[1]];
             is_between(motion.omega, a.omega, b.omega, 0.0)
-                && is_between(motion.size(), a.size(), b.size(), SAME)
+                && is_between(extent(motion), extent(a), extent(b), SAME)
                 && distance(a, motion) + distance(motion, b) < AROUND * distance(a, b)
         })
     }

@@ -25,7 +25,7 @@ impl Resolved<'_> {
         if resonance.is_in_time() {
             // Harmonics have a part in the phase resonance beside it alone, and a path that is not whole may go higher.
             if resonance.is_top && self.truncation.amplitude > LARGE {
-                self.truncation.amplitude = OF_TIME;
+                self.truncation.amplitude = self.left_in_time();
             }
             return;
         }

@@ -10,8 +10,6 @@ use crate::recipe::{Inputs, Keep, Recipe};
 use crate::structure::Work;
 use crate::wear::cycle::March;
 
-/// Bytes of what a run has beside its iterations, most of them what its tables are.
-const BESIDE: f64 = 1.8e5;
 /// Operations to reduce a structure, and to solve its vibration, up to which they are rehearsed.
 const REDUCTION: f64 = 1.5e10;
 const VIBRATION: f64 = 1e11;
@@ -172,9 +170,9 @@ pub(super) fn told(cost: &mut Cost, recipe: &Recipe, found: &Found, alone: bool)
         found.bytes
     };
     let disk = Range {
-        expected: bytes.expected * kept(recipe, steps.expected) + BESIDE,
-        least: bytes.least * kept(recipe, iterations.least) + BESIDE,
-        most: bytes.most * kept(recipe, iterations.most) + BESIDE,
+        expected: bytes.expected * kept(recipe, steps.expected),
+        least: bytes.least * kept(recipe, iterations.least),
+        most: bytes.most * kept(recipe, iterations.most),
     };
     // Each stage with its part of what was rehearsed.
     let rehearsed = &found.course.iterations;

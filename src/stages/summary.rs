@@ -29,6 +29,7 @@ pub const DECLARATION: Declaration = Declaration {
         TableName::ModelUpdate,
         TableName::ContactElement,
         TableName::DynamicResponse,
+        TableName::Frf,
     ],
     before: &[
         TableName::Summary,
@@ -57,6 +58,7 @@ fn of_vibration_alone(reads: &Reads) -> Result<typed::Summary, RunError> {
     let response = reads.maybe::<typed::DynamicResponse>()?;
     let elements = reads.maybe::<typed::ContactElement>()?;
     let of = |value: fn(&typed::DynamicResponse) -> f64| response.as_ref().map(value);
+    let forced = reads.maybe::<typed::Frf>()?;
     let total = |value: fn(&typed::ContactElement) -> &Vec<f64>| {
         elements
             .as_ref()
@@ -70,11 +72,23 @@ fn of_vibration_alone(reads: &Reads) -> Result<typed::Summary, RunError> {
         peak_multiplier: response.as_ref().and_then(|row| row.peak_multiplier),
         error_dissipated_energy: of(|row| row.error_friction_energy),
         error_resonance_frequency: of(|row| row.error_resonance_frequency),
-        error_peak_amplitude: of(|row| row.error_peak_amplitude),
+        error_peak_amplitude: response
+            .as_ref()
+            .map(|row| error_of_peak(row, forced.as_ref())),
         kn: total(|elements| &elements.kn),
         kt: total(|elements| &elements.kt),
         ..typed::Summary::default()
     })
+}
+
+/// The error of a peak, which holds the largest amplitude of its forced response.
+fn error_of_peak(response: &typed::DynamicResponse, forced: Option<&typed::Frf>) -> f64 {
+    let rows = forced.iter().flat_map(|frf| frf.amplitude.iter().flatten());
+    let largest = rows.copied().fold(0.0, f64::max);
+    match largest / response.peak_amplitude - 1.0 {
+        above if above.is_finite() => response.error_peak_amplitude.max(above),
+        _ => response.error_peak_amplitude,
+    }
 }
 
 fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Summary, RunError> {
