@@ -9,8 +9,8 @@ use crate::tables::typed::{self, Summary};
 use crate::wear::coarse::SPREAD;
 use crate::wear::error_bar::{self, VolumeError};
 
-/// Relative error of what is 0 and should perhaps not be.
-const ALL: f64 = 1.0;
+/// Relative error of a figure of which nothing is known, as of what is 0 and should perhaps not be.
+pub(super) const ALL: f64 = 1.0;
 
 /// The response in force.
 pub struct InForce {

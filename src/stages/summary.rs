@@ -2,7 +2,7 @@
 
 use super::RunError;
 use super::declaration::Declaration;
-use super::error_bars::{Cells, InForce, PreviousIteration, Sources, error_bars, friction};
+use super::error_bars::{ALL, Cells, InForce, PreviousIteration, Sources, error_bars, friction};
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, patch_and_height};
 use super::stage::{Stage, When};
@@ -81,13 +81,20 @@ fn of_vibration_alone(reads: &Reads) -> Result<typed::Summary, RunError> {
     })
 }
 
-/// The error of a peak, which holds the largest amplitude of its forced response.
+/// The error of a peak, which holds the largest amplitude of its forced response. One of a peak that is not known stays as it is: its size says what
+/// damping allows, or that nothing does.
 fn error_of_peak(response: &typed::DynamicResponse, forced: Option<&typed::Frf>) -> f64 {
+    let error = response.error_peak_amplitude;
+    if error >= ALL {
+        return error;
+    }
     let rows = forced.iter().flat_map(|frf| frf.amplitude.iter().flatten());
     let largest = rows.copied().fold(0.0, f64::max);
-    match largest / response.peak_amplitude - 1.0 {
-        above if above.is_finite() => response.error_peak_amplitude.max(above),
-        _ => response.error_peak_amplitude,
+    let above = largest / response.peak_amplitude - 1.0;
+    if above.is_finite() {
+        error.max(above)
+    } else {
+        error
     }
 }
 
@@ -176,4 +183,31 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
         error_bars(wear, &sources, &mut summary);
     }
     Ok(summary)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_error_of_a_peak_holds_the_rows_of_its_forced_response() {
+        let forced = typed::Frf {
+            amplitude: vec![Some(1.0), None, Some(2.5)],
+            ..typed::Frf::default()
+        };
+        let error = |peak_amplitude, error_peak_amplitude| {
+            let response = typed::DynamicResponse {
+                peak_amplitude,
+                error_peak_amplitude,
+                ..typed::DynamicResponse::default()
+            };
+            error_of_peak(&response, Some(&forced))
+        };
+        assert_eq!(error(2.0, 0.01), 0.25);
+        assert_eq!(error(3.0, 0.01), 0.01);
+        // Nothing bounds what is not known.
+        assert_eq!(error(2.0, 1.0), 1.0);
+        assert_eq!(error(0.5, 1.0), 1.0);
+        assert_eq!(error(0.0, 0.01), 0.01);
+    }
 }
