@@ -7,7 +7,7 @@ use num_complex::Complex64;
 use super::bouncing_path::{Bounce, Path};
 use super::contact_element::ContactElement;
 use super::effort::BOUNCING;
-use super::periodic::Periodic;
+use super::periodic::{Asked, Periodic};
 use super::survey::{EFFORT, OTHER, PROBES, Survey, first_harmonic, is_near, over, start_of};
 use super::time_integration::Motion;
 use super::two_springs::{Drive, State, TwoSprings};
@@ -36,6 +36,8 @@ const BEYOND: f64 = 1.05;
 const AWAY: f64 = 1.3;
 /// Evaluations of a motion that a path may take.
 const FOLLOWING: usize = 800_000;
+/// Units of all that begins in one way.
+const PATHS: u64 = 4 * BOUNCING;
 /// Share of the contact's stiffness that the spring of an open mass has at least.
 const SOFT: f64 = 1e-9;
 /// Evaluations of a motion that cost as much as a step of the integration in time: measured with loads of two harmonics, 16 to 19.
@@ -88,9 +90,12 @@ impl Vibration {
         let parts = ((beyond.1 / beyond.0).ln() / UNDAMPED.ln()).ceil();
         let parts = (parts as usize).min(MOST_UNDAMPED);
         let mut undamped: Vec<usize> = (0..=parts).collect();
-        // Far from each other first.
-        undamped.sort_by_key(|k| std::cmp::Reverse(k.trailing_zeros()));
         let at = |k: usize| beyond.0 * (beyond.1 / beyond.0).powf(k as f64 / parts as f64);
+        // Those of the range, far from each other, first.
+        undamped.sort_by_key(|k| {
+            let is_beyond = !(from..=to).contains(&at(*k));
+            (is_beyond, std::cmp::Reverse(k.trailing_zeros()))
+        });
         let undamped = undamped.into_iter().map(|k| Begin::Undamped(at(k)));
         let lowered = over(self.range, PROBES).chain([beyond.0, beyond.1]);
         let ways: [Vec<Begin>; 3] = [
@@ -101,6 +106,7 @@ impl Vibration {
         let mut paths: Vec<Path> = Vec::new();
         for way in ways {
             balance.effort.allow(BOUNCING);
+            let begun = balance.effort.spent();
             for begin in way {
                 if balance.effort.is_spent() {
                     survey.is_cut = true;
@@ -109,6 +115,10 @@ impl Vibration {
                 let (found, evaluations) = begin.found(&bouncer);
                 balance.effort.add_steps(evaluations / EVALUATIONS);
                 for motion in found {
+                    if balance.effort.spent() - begun > PATHS {
+                        survey.has_unfollowed = true;
+                        break;
+                    }
                     self.add_path(balance, survey, &bouncer, &mut paths, &motion)?;
                 }
             }
@@ -167,7 +177,7 @@ impl Vibration {
         if is_known(size) {
             return Ok(());
         }
-        let Some(bouncing) = self.with_all_axes(balance, motion, None) else {
+        let Some(bouncing) = self.with_all_axes(balance, motion, None, Asked::Stability) else {
             survey.has_unfollowed = true;
             return Ok(());
         };
@@ -191,6 +201,7 @@ impl Vibration {
         balance: &HarmonicBalance<ContactElement>,
         motion: &Bounce,
         others: Option<&Motion>,
+        asked: Asked,
     ) -> Option<Periodic> {
         // Under loads of even orders alone it has no first harmonic.
         let size = motion.shape.half_range;
@@ -200,7 +211,10 @@ impl Vibration {
         let mut start = others.cloned().unwrap_or_else(|| time.rest());
         (start.values[coordinate], start.values[n + coordinate]) =
             (motion.state[0], motion.state[1]);
-        let near = time.near(motion.omega, &start, size, balance.harmonics(), EFFORT);
+        let sizes = self.coordinate_sizes(balance, motion.omega, (coordinate, size));
+        let scales = time.scales_by(motion.omega, &sizes);
+        let harmonics = balance.harmonics();
+        let near = time.near_by(motion.omega, &start, &scales, harmonics, asked, EFFORT);
         balance.effort.add_steps(time.steps());
         let near = near.ok().flatten()?;
         let [z, v] = [coordinate, n + coordinate].map(|k| near.motion.values[k]);
@@ -252,7 +266,7 @@ impl Vibration {
 }
 
 /// The coordinate that the normal displacement of the first contact element is, where no other coordinate depends on it or shares in it.
-fn alone_on_the_normal(model: &SecondOrder) -> Option<usize> {
+pub(super) fn alone_on_the_normal(model: &SecondOrder) -> Option<usize> {
     if model.residual.is_some() || model.contact_dofs <= NORMAL {
         return None;
     }

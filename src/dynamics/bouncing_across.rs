@@ -3,11 +3,11 @@
 //! frequency from each place that is higher than those beside it.
 
 use super::HarmonicBalance;
-use super::bouncing::NORMAL;
+use super::bouncing::{NORMAL, alone_on_the_normal};
 use super::bouncing_path::{Bounce, Path};
 use super::contact_element::ContactElement;
 use super::effort::BOUNCING;
-use super::periodic::Periodic;
+use super::periodic::{Asked, Periodic};
 use super::survey::{EFFORT, Survey};
 use super::truncation::OF_TIME;
 use super::vibration::Vibration;
@@ -99,9 +99,9 @@ impl Vibration {
                 let highest = survey.highest_at(balance, self.response_port, bounce.omega)?;
                 balance.motion(&highest)
             });
-            let found = self.with_all_axes(balance, bounce, before.as_ref());
-            let found =
-                found.or_else(|| before.and_then(|_| self.with_all_axes(balance, bounce, None)));
+            let from = |others| self.with_all_axes(balance, bounce, others, Asked::Motion);
+            let found = from(before.as_ref());
+            let found = found.or_else(|| before.as_ref().and_then(|_| from(None)));
             are_all &= found.is_some();
             motions.extend(found);
         }
@@ -117,14 +117,29 @@ impl Vibration {
         let Some(time) = self.in_time(balance) else {
             return (top, false);
         };
-        let next = |omega: f64, top: &Periodic| {
-            let size = self.size(balance, top);
-            let near = time.near(omega, &top.motion, size, balance.harmonics(), EFFORT);
+        let Some(coordinate) = alone_on_the_normal(&self.model) else {
+            return (top, false);
+        };
+        let harmonics = balance.harmonics();
+        let n = harmonics.coefficients();
+        let along = |top: &Periodic| -> f64 {
+            let row = &top.displacement[NORMAL * n..][..n];
+            row[1..].chunks(2).map(|pair| pair[0].hypot(pair[1])).sum()
+        };
+        let near = |omega: f64, top: &Periodic, asked: Asked| {
+            let sizes = self.coordinate_sizes(balance, omega, (coordinate, along(top)));
+            let scales = time.scales_by(omega, &sizes);
+            let near = time.near_by(omega, &top.motion, &scales, harmonics, asked, EFFORT);
             near.ok().flatten()
         };
+        let next = |omega: f64, top: &Periodic| near(omega, top, Asked::Motion);
         let steps = [STEP, (LAST * self.bandwidth(top.omega)).min(0.5 * STEP)];
-        let climbed = self.climbed(balance, &time, top, steps, next);
+        let (top, is_reached) = self.climbed(balance, &time, top, steps, next);
+        let found = near(top.omega, &top, Asked::Stability);
         balance.effort.add_steps(time.steps());
-        climbed
+        match found {
+            Some(found) => (found, is_reached),
+            None => (top, false),
+        }
     }
 }

@@ -128,12 +128,14 @@ impl TwoSprings {
             most,
             evaluations: 0,
         };
-        let (mut motions, end) = follower.along(through, -1.0);
+        // Towards the range first, where it begins below.
+        let way = if through.omega < range.0 { 1.0 } else { -1.0 };
+        let (mut motions, end) = follower.along(through, way);
         motions.reverse();
         motions.push(through.clone());
         let mut is_whole = end.is_some();
         if end != Some(End::Closed) {
-            let (onwards, end) = follower.along(through, 1.0);
+            let (onwards, end) = follower.along(through, -way);
             motions.extend(onwards);
             is_whole &= end.is_some();
         }

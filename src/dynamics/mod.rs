@@ -60,6 +60,7 @@ mod candidates;
 mod closed_model;
 pub mod contact_element;
 pub mod continuation;
+mod coordinate_sizes;
 pub mod cycle;
 mod damped_bound;
 mod effort;

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use super::time_integration::{Measured, Motion, TimeModel};
 use super::{DynamicsError, Energy, Harmonics};
-use crate::linalg::{RowMatrix as Matrix, eigenvalues};
+use crate::linalg::{RowMatrix as Matrix, add_scaled, eigenvalues};
 
 /// Change of a motion over a period, relative to its size, at which it is periodic.
 const PERIODIC: f64 = 1e-8;
@@ -16,6 +16,8 @@ const BETWEEN: usize = 24;
 const MOST_PERIODS: usize = 1200;
 /// Newton's steps of an attempt.
 const STEPS: usize = 8;
+/// Share of a change over a period that a step leaves after which its derivative is carried on.
+const LEADS_ON: f64 = 0.3;
 /// Derivatives of the map that most attempts need: where less than their begin is allowed, none is begun.
 const DERIVATIVES: usize = 3;
 /// Steps at which a search is ended within a period, relative to those that it may take: it looks at them between periods.
@@ -51,14 +53,23 @@ pub struct Periodic {
     pub multiplier: Option<f64>,
 }
 
+/// What is asked of Newton's method on the map over a period.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Asked {
+    /// The motion, as cheaply as it can be had: derivatives are carried from one step to the next (Broyden 1965) while they lead on.
+    Motion,
+    /// And its stability.
+    Stability,
+}
+
 /// What Newton's method on the map over a period has led to.
 struct Shot {
     motion: Motion,
     /// Over a period, relative to its size.
     change: f64,
-    /// Largest modulus of the multipliers.
-    multiplier: f64,
-    /// The step that Newton's method would make next.
+    /// Largest modulus of the multipliers, where stability was asked for.
+    multiplier: Option<f64>,
+    /// The step that Newton's method would make next, where stability was asked for.
     distance: Option<f64>,
 }
 
@@ -129,8 +140,11 @@ impl TimeModel<'_> {
                 return self.measured(omega, now, &scales, harmonics, change);
             }
             if period % BETWEEN == 0
-                && let Some(shot) = self.shoot(omega, &now, &scales, PERIODIC, effort)?
-                && shot.multiplier <= UNSTABLE
+                && let Some(shot) =
+                    self.shoot(omega, &now, &scales, PERIODIC, Asked::Stability, effort)?
+                && shot
+                    .multiplier
+                    .is_some_and(|multiplier| multiplier <= UNSTABLE)
             {
                 return self.shot(omega, shot, &scales, harmonics);
             }
@@ -161,7 +175,23 @@ impl TimeModel<'_> {
         effort: usize,
     ) -> Result<Option<Periodic>, DynamicsError> {
         let scales = self.scales(omega, amplitude);
-        self.near_within(NEARLY, omega, start, &scales, harmonics, effort)
+        self.near_by(omega, start, &scales, harmonics, Asked::Stability, effort)
+    }
+
+    /// As [`Self::near`], with the sizes that errors are measured by.
+    ///
+    /// # Errors
+    /// As [`Self::settle`].
+    pub(super) fn near_by(
+        &self,
+        omega: f64,
+        start: &Motion,
+        scales: &[f64],
+        harmonics: &Harmonics,
+        asked: Asked,
+        effort: usize,
+    ) -> Result<Option<Periodic>, DynamicsError> {
+        self.near_within(NEARLY, omega, start, scales, harmonics, asked, effort)
     }
 
     /// As [`Self::near`], to a change over a period as small as that of a motion that has settled.
@@ -177,9 +207,11 @@ impl TimeModel<'_> {
         effort: usize,
     ) -> Result<Option<Periodic>, DynamicsError> {
         let scales = self.scales(omega, amplitude);
-        self.near_within(PERIODIC, omega, start, &scales, harmonics, effort)
+        let asked = Asked::Stability;
+        self.near_within(PERIODIC, omega, start, &scales, harmonics, asked, effort)
     }
 
+    #[allow(clippy::too_many_arguments)]
     fn near_within(
         &self,
         enough: f64,
@@ -187,10 +219,11 @@ impl TimeModel<'_> {
         start: &Motion,
         scales: &[f64],
         harmonics: &Harmonics,
+        asked: Asked,
         effort: usize,
     ) -> Result<Option<Periodic>, DynamicsError> {
         self.bounded(OVER.saturating_mul(effort), || {
-            let Some(shot) = self.shoot(omega, start, scales, enough, effort)? else {
+            let Some(shot) = self.shoot(omega, start, scales, enough, asked, effort)? else {
                 return Ok(None);
             };
             match self.shot(omega, shot, scales, harmonics)? {
@@ -215,7 +248,7 @@ impl TimeModel<'_> {
         } = shot;
         let mut settled = self.measured(omega, motion, scales, harmonics, change)?;
         if let Settled::Periodic(periodic) = &mut settled {
-            (periodic.multiplier, periodic.distance) = (Some(multiplier), distance);
+            (periodic.multiplier, periodic.distance) = (multiplier, distance);
         }
         Ok(settled)
     }
@@ -259,6 +292,7 @@ impl TimeModel<'_> {
         start: &Motion,
         scales: &[f64],
         enough: f64,
+        asked: Asked,
         effort: usize,
     ) -> Result<Option<Shot>, DynamicsError> {
         let begun = self.steps();
@@ -268,36 +302,47 @@ impl TimeModel<'_> {
             self.period(omega, &mut next, scales, None)?;
             Ok(next)
         };
+        // Of a motion and where it is after a period.
+        let defect = |now: &Motion, image: &Motion| -> Vec<f64> {
+            let each = |i: usize| (image.values[i] - now.values[i]) / scales[i];
+            (0..order).map(each).collect()
+        };
+        let is_quick = asked == Asked::Motion;
         let mut now = start.clone();
         let Ok(mut image) = map(&now) else {
             return Ok(None);
         };
         let mut change = apart(&now, &image, scales);
         let each = self.steps() - begun;
-        if change > enough && each * ((DERIVATIVES - 1) * (order + 1) + 1) > effort {
+        let derivatives = if is_quick { 1 } else { DERIVATIVES - 1 };
+        if change > enough && each * (derivatives * (order + 1) + 1) > effort {
             return Ok(None);
         }
+        // The derivative of the defect there; and where it was carried there.
         let mut slope: Option<Matrix> = None;
+        let mut carried: Option<Matrix> = None;
         for _ in 0..STEPS {
             if self.steps() - begun > effort {
                 return Ok(None);
             }
-            let monodromy = self.monodromy(omega, &now, &image, scales)?;
-            let mut system = monodromy.clone();
-            for i in 0..order {
-                system.set(i, i, system.at(i, i) - 1.0);
+            if is_quick && change <= enough {
+                break;
             }
-            slope = Some(monodromy);
+            let is_carried = carried.is_some();
+            let system = match carried.take() {
+                Some(system) => system,
+                None => self.defect_slope(omega, &now, &image, scales)?,
+            };
+            slope = Some(system.clone());
             if change <= enough {
                 break;
             }
-            let right: Vec<f64> = (0..order)
-                .map(|i| (now.values[i] - image.values[i]) / scales[i])
-                .collect();
+            let before = defect(&now, &image);
+            let right: Vec<f64> = before.iter().map(|d| -d).collect();
             let Some(step) = least_squares(&system, &right) else {
                 return Ok(None);
             };
-            let mut taken = false;
+            let mut taken = None;
             for length in [1.0, 0.5, 0.25, 0.125] {
                 let mut trial = now.clone();
                 for i in 0..order {
@@ -306,40 +351,59 @@ impl TimeModel<'_> {
                 let Ok(there) = map(&trial) else { continue };
                 let left = apart(&trial, &there, scales);
                 if left < (1.0 - 0.2 * length) * change {
-                    (now, image, change, taken) = (trial, there, left, true);
+                    taken = Some((length, left / change));
+                    (now, image, change) = (trial, there, left);
+                    break;
+                }
+                if is_carried {
                     break;
                 }
             }
-            if !taken {
-                return Ok(None);
+            match taken {
+                Some((length, share)) if is_quick && share <= LEADS_ON => {
+                    let step: Vec<f64> = step.iter().map(|s| length * s).collect();
+                    let rise = defect(&now, &image);
+                    let rise: Vec<f64> = rise.iter().zip(&before).map(|(a, b)| a - b).collect();
+                    carried = Some(carried_on(system, &step, &rise));
+                }
+                // A fresh derivative may lead on from there.
+                None if is_carried => {}
+                None => return Ok(None),
+                Some(_) => {}
             }
         }
         if change > enough {
             return Ok(None);
         }
-        let Some(slope) = slope else {
+        if is_quick {
+            return Ok(Some(Shot {
+                motion: now,
+                change,
+                multiplier: None,
+                distance: None,
+            }));
+        }
+        let Some(system) = slope else {
             return Ok(None);
         };
-        let multipliers = eigenvalues(&slope).map_err(DynamicsError::of_matrix("monodromy"))?;
-        let multiplier = multipliers.iter().map(|m| m.norm()).fold(0.0, f64::max);
-        let mut system = slope;
+        let mut map = system.clone();
         for i in 0..order {
-            system.set(i, i, system.at(i, i) - 1.0);
+            map.set(i, i, map.at(i, i) + 1.0);
         }
-        let left: Vec<f64> = (0..order)
-            .map(|i| (now.values[i] - image.values[i]) / scales[i])
-            .collect();
+        let multipliers = eigenvalues(&map).map_err(DynamicsError::of_matrix("monodromy"))?;
+        let multiplier = multipliers.iter().map(|m| m.norm()).fold(0.0, f64::max);
+        let left: Vec<f64> = defect(&now, &image).iter().map(|d| -d).collect();
         let step = least_squares(&system, &left);
         Ok(Some(Shot {
             motion: now,
             change,
-            multiplier,
+            multiplier: Some(multiplier),
             distance: step.map(|step| largest(step.iter().map(|s| s.abs()))),
         }))
     }
 
-    /// The derivative of the map over a period, by differences, in parts of `scales`.
-    fn monodromy(
+    /// The derivative of the map over a period less that of no change, by differences, in parts of `scales`.
+    fn defect_slope(
         &self,
         omega: f64,
         at: &Motion,
@@ -354,11 +418,22 @@ impl TimeModel<'_> {
             self.period(omega, &mut shifted, scales, None)?;
             for row in 0..order {
                 let change = (shifted.values[row] - image.values[row]) / scales[row];
-                slope.set(row, column, change / DIFFERENCE);
+                let unchanged = if row == column { 1.0 } else { 0.0 };
+                slope.set(row, column, change / DIFFERENCE - unchanged);
             }
         }
         Ok(slope)
     }
+}
+
+/// A derivative after a step over which the function rises by `rise`: the nearest one that agrees with that.
+fn carried_on(mut slope: Matrix, step: &[f64], rise: &[f64]) -> Matrix {
+    let square: f64 = step.iter().map(|s| s * s).sum();
+    let told = slope.apply(step);
+    for (row, (rise, told)) in rise.iter().zip(told).enumerate() {
+        add_scaled(slope.row_mut(row), (rise - told) / square, step);
+    }
+    slope
 }
 
 /// The least step that solves a system in the sense of least squares.
@@ -398,5 +473,59 @@ impl Periodic {
     /// Frequency of its fundamental \[Hz\].
     pub fn frequency(&self) -> f64 {
         self.omega / TAU
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{ContactElement, FrictionLaw, Harmonics, Load, Oscillator, Slider};
+    use super::*;
+
+    /// An orbit that slips, without a derivative at every step: the motion is the one that Newton's method leads to, in fewer steps. Errors are
+    /// measured by each coordinate, of which one moves ten thousand times as far as another.
+    #[test]
+    fn a_motion_without_its_stability_is_the_same_and_costs_less() {
+        const OMEGA: f64 = 200.0;
+        const SIZES: [f64; 3] = [1e-2, 1e-3, 1e-6];
+        // What Newton's method may leave of the change over a period, over what a period forgets of it.
+        const SAME: f64 = 100.0 * NEARLY;
+        let oscillator = Oscillator {
+            mass: [1.0, 1.3, 0.5],
+            damping: [4.0, 6.0, 3.0],
+            stiffness: [4e4, 6e4, 4e4],
+            element: ContactElement {
+                springs: Vec::new(),
+                area: 0.0,
+                friction_coefficient: 0.4,
+                law: FrictionLaw::Cone,
+                sliders: vec![Slider {
+                    normal_load: 10.0,
+                    gap: 0.0,
+                    tangential_stiffness: 3e4,
+                    normal_stiffness: 9e5,
+                }],
+            },
+        };
+        let loads: Vec<Load> = vec![
+            Oscillator::load(0, 20.0, 0.0),
+            Oscillator::load(1, 4.0, 1.0),
+            Oscillator::load(2, 1.0, 0.4),
+        ];
+        let model = oscillator.model().expect("an oscillator");
+        let elements = [oscillator.element];
+        let time = TimeModel::new(&model, &elements, &loads).expect("in time");
+        let scales = time.scales_by(OMEGA, &SIZES);
+        let harmonics = Harmonics::up_to(3);
+        let [quick, whole] = [Asked::Motion, Asked::Stability].map(|asked| {
+            let begun = time.steps();
+            let found = time.near_by(OMEGA, &time.rest(), &scales, &harmonics, asked, 1_000_000);
+            let found = found.expect("in time").expect("a periodic motion");
+            (found, time.steps() - begun)
+        });
+        let off = apart(&quick.0.motion, &whole.0.motion, &scales);
+        assert!(off < SAME, "{off}");
+        assert!(quick.0.multiplier.is_none() && whole.0.multiplier.is_some());
+        assert!(whole.0.energy.friction > 0.0);
+        assert!(quick.1 < whole.1, "{} and {} steps", quick.1, whole.1);
     }
 }

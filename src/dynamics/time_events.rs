@@ -28,7 +28,8 @@ impl Run<'_> {
             );
             let (u, du) = model.at(3 * e, state);
             let (load, rise) = (slider.bilateral_load(u[2]), slider.normal_stiffness * du[2]);
-            let size = slider.normal_load + slider.normal_stiffness * self.scales[0];
+            let [normal, speed] = self.of_sliders[k];
+            let size = slider.normal_load + slider.normal_stiffness * normal;
             let sign = if self.modes[k][0] == Mode::Open {
                 -1.0
             } else {
@@ -66,11 +67,7 @@ impl Run<'_> {
                         Some(mu * rise - kt * part),
                         self.scales[first + 2 * k],
                     ),
-                    _ => (
-                        kt * part - mu * rise,
-                        None,
-                        kt * self.scales[model.coordinates()],
-                    ),
+                    _ => (kt * part - mu * rise, None, kt * speed),
                 };
                 out.push(Event {
                     slider: k,

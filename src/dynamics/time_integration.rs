@@ -184,17 +184,38 @@ impl<'a> TimeModel<'a> {
 
     /// Sizes that errors of a motion of an `amplitude` \[m\] are measured by, as a motion has them.
     pub fn scales(&self, omega: f64, amplitude: f64) -> Vec<f64> {
-        let n = self.coordinates();
-        let amplitude = amplitude.max(f64::MIN_POSITIVE.sqrt());
-        let mut scales = vec![amplitude; n];
-        scales.extend(vec![omega * amplitude; n]);
+        self.scales_by(omega, &vec![amplitude; self.coordinates()])
+    }
+
+    /// As [`Self::scales`], of a motion with an amplitude along each coordinate.
+    pub(super) fn scales_by(&self, omega: f64, amplitudes: &[f64]) -> Vec<f64> {
+        let least = f64::MIN_POSITIVE.sqrt();
+        let amplitudes: Vec<f64> = amplitudes.iter().map(|a| a.max(least)).collect();
+        let mut scales = amplitudes.clone();
+        scales.extend(amplitudes.iter().map(|a| omega * a));
         for (element, slider) in &self.sliders {
             let friction = self.elements[*element].friction_coefficient;
-            let load = slider.normal_load + slider.normal_stiffness * amplitude;
-            let force = (slider.tangential_stiffness * amplitude).min(friction * load);
-            scales.extend([force.max(f64::MIN_POSITIVE.sqrt()); 2]);
+            let [across, normal] = self.contact_scales(*element, &amplitudes);
+            let load = slider.normal_load + slider.normal_stiffness * normal;
+            let force = (slider.tangential_stiffness * across).min(friction * load);
+            scales.extend([force.max(least); 2]);
         }
         scales
+    }
+
+    /// Scales of an element in its plane and along its normal, of those of the coordinates: the largest of those that it follows.
+    pub(super) fn contact_scales(&self, element: usize, scales: &[f64]) -> [f64; 2] {
+        let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
+        [0..2, 2..3].map(|directions| {
+            let rows = directions.map(|d| self.model.basis.row(3 * element + d));
+            let pairs = rows.flat_map(|row| row.iter().zip(scales));
+            let followed = largest(&mut pairs.filter(|(b, _)| **b != 0.0).map(|(_, s)| *s));
+            // What follows nothing does not move.
+            match followed > 0.0 {
+                true => followed,
+                false => largest(&mut scales.iter().copied()),
+            }
+        })
     }
 
     /// Moves by one period from the phase 0 of the loads; with `harmonics` it is measured.
@@ -209,16 +230,23 @@ impl<'a> TimeModel<'a> {
         harmonics: Option<&Harmonics>,
     ) -> Result<Option<Measured>, DynamicsError> {
         let measured = harmonics.map_or(0, |h| 3 + self.model.basis.rows() * h.coefficients());
+        let n = self.coordinates();
+        let of_slider = |(element, _): &(usize, &Slider)| {
+            let [_, normal] = self.contact_scales(*element, &scales[..n]);
+            let [speed, _] = self.contact_scales(*element, &scales[n..2 * n]);
+            [normal, speed]
+        };
         let mut run = Run {
             model: self,
             omega,
             scales,
+            of_sliders: self.sliders.iter().map(of_slider).collect(),
             harmonics,
             modes: Vec::new(),
             stages: vec![vec![0.0; motion.values.len() + measured]; 7],
             trial: vec![0.0; motion.values.len() + measured],
             has_first: false,
-            force: vec![0.0; self.coordinates()],
+            force: vec![0.0; n],
         };
         let mut state = motion.values.clone();
         state.resize(motion.values.len() + measured, 0.0);
@@ -340,6 +368,8 @@ pub(super) struct Run<'a> {
     pub(super) model: &'a TimeModel<'a>,
     omega: f64,
     pub(super) scales: &'a [f64],
+    /// Of each slider, the scales of its normal displacement \[m\] and of its speed in the plane \[m/s\].
+    pub(super) of_sliders: Vec<[f64; 2]>,
     harmonics: Option<&'a Harmonics>,
     pub(super) modes: Vec<[Mode; 2]>,
     stages: Vec<Vec<f64>>,

@@ -205,6 +205,7 @@ impl Vibration {
                 extended = false;
                 continue;
             }
+            let resonance = resolved.resonance.extended(resonance);
             (resolved.resonance, resolved.balance, extended) = (resonance, balance, true);
         }
         // With more harmonics another resonance may be the strongest.

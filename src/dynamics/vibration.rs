@@ -87,6 +87,18 @@ impl Resonance {
         peaks.find(|candidate| candidate.response == self.peak)
     }
 
+    /// One with more harmonics that was found from this one alone: what the range has beside it, and in time, stays as it is known here.
+    pub(super) fn extended(&self, more: Resonance) -> Resonance {
+        Resonance {
+            gaps: self.gaps.clone(),
+            unseen: self.unseen.clone(),
+            largest_in_time: self.largest_in_time,
+            is_cut: self.is_cut,
+            has_unfollowed: self.has_unfollowed,
+            ..more
+        }
+    }
+
     /// Whether the peak is that of a motion in time, which the balance does not have.
     pub fn is_in_time(&self) -> bool {
         let candidate = self.peak_candidate();
