@@ -6,13 +6,13 @@ use faer::linalg::cholesky::llt::factor::LltError;
 use faer::linalg::evd::{
     ComputeEigenvectors, SelfAdjointEvdParams, self_adjoint_evd, self_adjoint_evd_scratch,
 };
-use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
 use faer::{Accum, Auto, MatMut, MatRef, Par, Side};
 
 use super::LinalgError;
+use super::registers::{cleared, multiply};
 
 /// A dense matrix, column by column: entry (i, j) is at `j * rows + i`.
 #[derive(Debug, Clone, PartialEq)]
@@ -130,13 +130,12 @@ impl Matrix {
     /// `selfᵀ * other`.
     pub fn transpose_times(&self, other: &Matrix) -> Matrix {
         let mut product = Matrix::zeros(self.columns, other.columns);
-        matmul(
+        multiply(
             product.view_mut(),
             Accum::Replace,
             self.view().transpose(),
             other.view(),
             1.0,
-            Par::Seq,
         );
         product
     }
@@ -144,27 +143,19 @@ impl Matrix {
     /// `self * otherᵀ`.
     pub fn times_transpose(&self, other: &Matrix) -> Matrix {
         let mut product = Matrix::zeros(self.rows, other.rows);
-        matmul(
+        multiply(
             product.view_mut(),
             Accum::Replace,
             self.view(),
             other.view().transpose(),
             1.0,
-            Par::Seq,
         );
         product
     }
 
     /// `self += factor * a * b`.
     pub fn add_product(&mut self, factor: f64, a: &Matrix, b: &Matrix) {
-        matmul(
-            self.view_mut(),
-            Accum::Add,
-            a.view(),
-            b.view(),
-            factor,
-            Par::Seq,
-        );
+        multiply(self.view_mut(), Accum::Add, a.view(), b.view(), factor);
     }
 
     /// `self += factor * other`.
@@ -184,14 +175,16 @@ impl Matrix {
         let scratch = self_adjoint_evd_scratch::<f64>(size, vectors_too, Par::Seq, params.into());
         let mut values = Diag::zeros(size);
         let mut vectors = Matrix::zeros(size, size);
-        self_adjoint_evd(
-            self.view(),
-            values.as_mut(),
-            Some(vectors.view_mut()),
-            Par::Seq,
-            MemStack::new(&mut MemBuffer::new(scratch)),
-            params.into(),
-        )
+        cleared(|| {
+            self_adjoint_evd(
+                self.view(),
+                values.as_mut(),
+                Some(vectors.view_mut()),
+                Par::Seq,
+                MemStack::new(&mut MemBuffer::new(scratch)),
+                params.into(),
+            )
+        })
         .map_err(|_| LinalgError::NoEigenvalues { size })?;
         let values: Vec<f64> = (0..size).map(|i| values[i]).collect();
         if values.iter().any(|v| !v.is_finite()) {
@@ -203,7 +196,7 @@ impl Matrix {
     /// The lower triangular L of a symmetric positive definite matrix L Lᵀ; its lower triangle is read.
     pub fn cholesky(&self) -> Result<Matrix, LinalgError> {
         let size = self.rows;
-        let factor = self.view().llt(Side::Lower).map_err(|error| {
+        let factor = cleared(|| self.view().llt(Side::Lower)).map_err(|error| {
             let LltError::NonPositivePivot { index } = error;
             LinalgError::NotPositiveDefinite { size, row: index }
         })?;
@@ -215,17 +208,21 @@ impl Matrix {
 
     /// Overwrites `right` with L⁻¹ `right`, `self` being lower triangular.
     pub fn solve_lower(&self, right: &mut Matrix) {
-        solve_lower_triangular_in_place(self.view(), right.view_mut(), Par::Seq);
+        cleared(|| solve_lower_triangular_in_place(self.view(), right.view_mut(), Par::Seq));
     }
 
     /// Overwrites `right` with L⁻ᵀ `right`, `self` being lower triangular.
     pub fn solve_lower_transposed(&self, right: &mut Matrix) {
-        solve_upper_triangular_in_place(self.view().transpose(), right.view_mut(), Par::Seq);
+        cleared(|| {
+            solve_upper_triangular_in_place(self.view().transpose(), right.view_mut(), Par::Seq)
+        });
     }
 
     /// Overwrites `left` with `left` L⁻ᵀ, `self` being lower triangular: columns whose Gram matrix is L Lᵀ become orthonormal.
     pub fn solve_upper_right(&self, left: &mut Matrix) {
         // X Lᵀ = A is L Xᵀ = Aᵀ.
-        solve_lower_triangular_in_place(self.view(), left.view_mut().transpose_mut(), Par::Seq);
+        cleared(|| {
+            solve_lower_triangular_in_place(self.view(), left.view_mut().transpose_mut(), Par::Seq)
+        });
     }
 }

@@ -4,6 +4,7 @@
 
 mod blocks;
 mod dense;
+mod registers;
 mod rows;
 mod sparse;
 pub(crate) mod vectors;

@@ -7,13 +7,13 @@ use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratc
 use faer::linalg::lu::partial_pivoting::solve::{
     solve_transpose_in_place_scratch, solve_transpose_in_place_with_conj,
 };
-use faer::linalg::matmul::matmul;
 use faer::perm::PermRef;
 use faer::traits::ComplexField;
 use faer::{Accum, Conj, MatMut, MatRef, Par};
 use num_complex::Complex64;
 use pulp::Arch;
 
+use super::registers::{cleared, multiply};
 use super::{LinalgError, Matrix};
 
 /// Pivots below this share of the largest entry are taken to be rounding of zero.
@@ -71,7 +71,7 @@ pub fn add_product_of_rows(
     let a = MatRef::from_row_major_slice(a, rows, inner);
     let b = MatRef::from_row_major_slice_with_stride(b, inner, columns, stride);
     let target = MatMut::from_row_major_slice_mut(out, rows, columns);
-    matmul(target, Accum::Add, a, b, 1.0, Par::Seq);
+    multiply(target, Accum::Add, a, b, 1.0);
 }
 
 /// A dense matrix, row by row: entry (i, j) is at `i * columns + j`. For what is read or gathered by rows.
@@ -233,33 +233,19 @@ impl<T: Scalar> RowMatrix<T> {
     /// `self += a * b`.
     pub fn add_product(&mut self, a: &RowMatrix<T>, b: &RowMatrix<T>) {
         let add = Accum::Add;
-        matmul(self.view_mut(), add, a.view(), b.view(), T::ONE, Par::Seq);
+        multiply(self.view_mut(), add, a.view(), b.view(), T::ONE);
     }
 
     /// `self += aᵀ * b`.
     pub fn add_transposed_product(&mut self, a: &RowMatrix<T>, b: &RowMatrix<T>) {
         let (target, add) = (self.view_mut(), Accum::Add);
-        matmul(
-            target,
-            add,
-            a.view().transpose(),
-            b.view(),
-            T::ONE,
-            Par::Seq,
-        );
+        multiply(target, add, a.view().transpose(), b.view(), T::ONE);
     }
 
     /// `self += a * bᵀ`.
     pub fn add_product_transposed(&mut self, a: &RowMatrix<T>, b: &RowMatrix<T>) {
         let (target, add) = (self.view_mut(), Accum::Add);
-        matmul(
-            target,
-            add,
-            a.view(),
-            b.view().transpose(),
-            T::ONE,
-            Par::Seq,
-        );
+        multiply(target, add, a.view(), b.view().transpose(), T::ONE);
     }
 
     /// The product with a vector.
@@ -292,14 +278,16 @@ impl<T: Scalar> RowMatrix<T> {
         let scratch =
             lu_in_place_scratch::<usize, T>(size, size, Par::Seq, faer::prelude::default());
         // Rows are the columns of the transpose: that is what is factorized, in place.
-        lu_in_place(
-            MatMut::from_column_major_slice_mut(&mut self.values, size, size),
-            &mut order,
-            &mut place,
-            Par::Seq,
-            MemStack::new(&mut MemBuffer::new(scratch)),
-            faer::prelude::default(),
-        );
+        cleared(|| {
+            lu_in_place(
+                MatMut::from_column_major_slice_mut(&mut self.values, size, size),
+                &mut order,
+                &mut place,
+                Par::Seq,
+                MemStack::new(&mut MemBuffer::new(scratch)),
+                faer::prelude::default(),
+            )
+        });
         for pivot in 0..size {
             let found = self.at(pivot, pivot).magnitude();
             if !found.is_finite() || !largest.is_finite() || found <= SINGULAR * largest {
@@ -347,15 +335,17 @@ impl<T: Scalar> Factors<T> {
         let size = self.lu.rows;
         let lu = MatRef::from_column_major_slice(&self.lu.values, size, size);
         let scratch = solve_transpose_in_place_scratch::<usize, T>(size, right.ncols(), Par::Seq);
-        solve_transpose_in_place_with_conj(
-            lu,
-            lu,
-            PermRef::new_checked(&self.order, &self.place, size),
-            Conj::No,
-            right,
-            Par::Seq,
-            MemStack::new(&mut MemBuffer::new(scratch)),
-        );
+        cleared(|| {
+            solve_transpose_in_place_with_conj(
+                lu,
+                lu,
+                PermRef::new_checked(&self.order, &self.place, size),
+                Conj::No,
+                right,
+                Par::Seq,
+                MemStack::new(&mut MemBuffer::new(scratch)),
+            )
+        });
     }
 
     /// Replaces `right` by the solution.
@@ -420,5 +410,5 @@ pub fn eigenvalues(matrix: &RowMatrix) -> Result<Vec<Complex64>, LinalgError> {
         return Err(lost());
     }
     let view = MatRef::from_row_major_slice(&matrix.values, size, matrix.columns);
-    view.eigenvalues().map_err(|_| lost())
+    cleared(|| view.eigenvalues()).map_err(|_| lost())
 }

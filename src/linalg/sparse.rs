@@ -12,6 +12,7 @@ use faer::sparse::linalg::{SupernodalThreshold, amd};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, Par, Side};
 
+use super::registers::cleared;
 use super::{LinalgError, Matrix};
 
 /// A sparse symmetric matrix: its lower triangle with the diagonal, by columns, row numbers ascending in each.
@@ -213,8 +214,8 @@ impl SparseCholesky {
         let mut memory = MemBuffer::new(
             symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default()),
         );
-        symbolic
-            .factorize_numeric_llt(
+        let factorized = cleared(|| {
+            symbolic.factorize_numeric_llt(
                 &mut values,
                 matrix.view(),
                 Side::Lower,
@@ -223,12 +224,13 @@ impl SparseCholesky {
                 MemStack::new(&mut memory),
                 Default::default(),
             )
-            .map_err(|error| match error {
-                LltError::NonPositivePivot { index } => LinalgError::NotPositiveDefinite {
-                    size,
-                    row: order[index.min(size - 1)],
-                },
-            })?;
+        });
+        factorized.map_err(|error| match error {
+            LltError::NonPositivePivot { index } => LinalgError::NotPositiveDefinite {
+                size,
+                row: order[index.min(size - 1)],
+            },
+        })?;
         Ok(SparseCholesky {
             symbolic,
             values,
@@ -247,12 +249,15 @@ impl SparseCholesky {
             .symbolic
             .solve_in_place_scratch::<f64>(right.columns(), Par::Seq);
         let mut memory = MemBuffer::new(scratch);
-        LltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(
-            Conj::No,
-            right.view_mut(),
-            Par::Seq,
-            MemStack::new(&mut memory),
-        );
+        let factor = LltRef::new(&self.symbolic, &self.values);
+        cleared(|| {
+            factor.solve_in_place_with_conj(
+                Conj::No,
+                right.view_mut(),
+                Par::Seq,
+                MemStack::new(&mut memory),
+            )
+        });
     }
 
     /// The rows eliminated last, in their order of elimination.
@@ -312,17 +317,19 @@ impl SparseIndefinite {
         let mut memory = MemBuffer::new(
             symbolic.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Default::default()),
         );
-        symbolic.factorize_numeric_intranode_lblt(
-            &mut values,
-            &mut off_diagonal,
-            &mut forward,
-            &mut inverse,
-            matrix.view(),
-            Side::Lower,
-            Par::Seq,
-            MemStack::new(&mut memory),
-            Default::default(),
-        );
+        cleared(|| {
+            symbolic.factorize_numeric_intranode_lblt(
+                &mut values,
+                &mut off_diagonal,
+                &mut forward,
+                &mut inverse,
+                matrix.view(),
+                Side::Lower,
+                Par::Seq,
+                MemStack::new(&mut memory),
+                Default::default(),
+            )
+        });
         Ok(SparseIndefinite {
             symbolic,
             values,
@@ -338,17 +345,19 @@ impl SparseIndefinite {
             .symbolic
             .solve_in_place_scratch::<f64>(right.columns(), Par::Seq);
         let mut memory = MemBuffer::new(scratch);
-        IntranodeLbltRef::new(
+        let factor = IntranodeLbltRef::new(
             &self.symbolic,
             &self.values,
             &self.off_diagonal,
             PermRef::new_checked(&self.forward, &self.inverse, self.forward.len()),
-        )
-        .solve_in_place_with_conj(
-            Conj::No,
-            right.view_mut(),
-            Par::Seq,
-            MemStack::new(&mut memory),
         );
+        cleared(|| {
+            factor.solve_in_place_with_conj(
+                Conj::No,
+                right.view_mut(),
+                Par::Seq,
+                MemStack::new(&mut memory),
+            )
+        });
     }
 }
