@@ -478,7 +478,7 @@ impl Periodic {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{ContactElement, FrictionLaw, Harmonics, Load, Oscillator, Slider};
+    use super::super::{ContactElement, Harmonics, Load, Oscillator, Slider};
     use super::*;
 
     /// An orbit that slips, without a derivative at every step: the motion is the one that Newton's method leads to, in fewer steps. Errors are
@@ -497,7 +497,7 @@ mod tests {
                 springs: Vec::new(),
                 area: 0.0,
                 friction_coefficient: 0.4,
-                law: FrictionLaw::Cone,
+                law: Default::default(),
                 sliders: vec![Slider {
                     normal_load: 10.0,
                     gap: 0.0,
