@@ -115,6 +115,9 @@ impl Vibration {
                 let (found, evaluations) = begin.found(&bouncer);
                 balance.effort.add_steps(evaluations / EVALUATIONS);
                 for motion in found {
+                    if paths.iter().any(|path| path.has(&motion)) {
+                        continue;
+                    }
                     if balance.effort.spent() - begun > PATHS {
                         survey.has_unfollowed = true;
                         break;
@@ -127,7 +130,7 @@ impl Vibration {
         Ok(())
     }
 
-    /// Adds what is highest on the path of a motion that bounces, and the motion itself, unless they are known.
+    /// Adds what is highest on the path of a motion that bounces, and the motion itself. The motion is on none of the `paths` so far.
     fn add_path(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -137,9 +140,6 @@ impl Vibration {
         motion: &Bounce,
     ) -> Result<(), DynamicsError> {
         let (from, to) = self.range;
-        if paths.iter().any(|path| path.has(motion)) {
-            return Ok(());
-        }
         if motion.shape.bounces() {
             let within = (from / AWAY, to * AWAY);
             let (path, evaluations) = bouncer.path(motion, within, self.range, FOLLOWING);

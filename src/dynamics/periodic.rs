@@ -49,7 +49,7 @@ pub struct Periodic {
     /// How far from the periodic motion it is, relative to its size, by a step of Newton's method; none where that was not made.
     pub distance: Option<f64>,
     /// Largest modulus of the multipliers by which small disturbances grow over a period, but for those of forces that stick; none where
-    /// the motion was reached by waiting, and is stable by that.
+    /// the motion was reached by waiting, and is stable by that, or where that was not asked for.
     pub multiplier: Option<f64>,
 }
 
