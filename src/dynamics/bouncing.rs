@@ -119,14 +119,14 @@ impl Vibration {
                         continue;
                     }
                     if balance.effort.spent() - begun > PATHS {
-                        survey.has_unfollowed = true;
+                        survey.leave(self.reach_within(balance, self.range));
                         break;
                     }
                     self.add_path(balance, survey, &bouncer, &mut paths, &motion)?;
                 }
             }
         }
-        self.look_across(balance, survey, &paths);
+        self.look_across(balance, survey, &bouncer, &paths);
         Ok(())
     }
 
@@ -145,17 +145,24 @@ impl Vibration {
             let (path, evaluations) = bouncer.path(motion, within, self.range, FOLLOWING);
             balance.effort.add_steps(evaluations / EVALUATIONS);
             if let Some(top) = path.top(self.range) {
-                self.add_bouncing(balance, survey, top)?;
+                self.add_bouncing(balance, survey, bouncer, top)?;
                 // What is highest along the normal need not be along another axis, and what nothing damps may be larger without bound.
                 let is_top = path.is_whole && self.response_port == NORMAL && bouncer.damping > 0.0;
                 let top = [top.omega, top.shape.first_harmonic];
                 survey.tops.extend(is_top.then_some(top));
-                survey.has_unfollowed |= bouncer.damping == 0.0;
+                if bouncer.damping == 0.0 {
+                    survey.leave(self.reach_within(balance, self.range));
+                }
+            }
+            // Along the normal the highest motion of the part that was followed stands for the rest: of hundreds of drawn oscillators none had a
+            // higher one.
+            if !path.is_whole && self.response_port != NORMAL {
+                survey.leave(self.reach_within(balance, self.range));
             }
             paths.push(path);
         }
         if (from..=to).contains(&motion.omega) {
-            self.add_bouncing(balance, survey, motion)?;
+            self.add_bouncing(balance, survey, bouncer, motion)?;
         }
         Ok(())
     }
@@ -165,6 +172,7 @@ impl Vibration {
         &self,
         balance: &HarmonicBalance<ContactElement>,
         survey: &mut Survey,
+        bouncer: &TwoSprings,
         motion: &Bounce,
     ) -> Result<(), DynamicsError> {
         let (omega, size) = (motion.omega, motion.shape.first_harmonic);
@@ -178,7 +186,7 @@ impl Vibration {
             return Ok(());
         }
         let Some(bouncing) = self.with_all_axes(balance, motion, None, Asked::Stability) else {
-            survey.has_unfollowed = true;
+            survey.leave(self.reach_of(balance, bouncer, motion));
             return Ok(());
         };
         let of = |response: &Response| first_harmonic(balance, &response.displacement, NORMAL);
@@ -224,7 +232,7 @@ impl Vibration {
 
     /// The mass on its normal; none where the normal motion depends on others, its contact is not one spring, no load moves it, or damping
     /// lets nothing swing.
-    fn bouncer(&self, balance: &HarmonicBalance<ContactElement>) -> Option<TwoSprings> {
+    pub(super) fn bouncer(&self, balance: &HarmonicBalance<ContactElement>) -> Option<TwoSprings> {
         let k = alone_on_the_normal(&self.model)?;
         let [element] = balance.elements() else {
             return None;

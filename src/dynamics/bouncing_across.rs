@@ -10,6 +10,7 @@ use super::effort::BOUNCING;
 use super::periodic::{Asked, Periodic};
 use super::survey::{EFFORT, Survey};
 use super::truncation::OF_TIME;
+use super::two_springs::TwoSprings;
 use super::vibration::Vibration;
 
 /// Places along a path, one after the other.
@@ -28,47 +29,71 @@ const LAST: f64 = 0.04;
 impl Vibration {
     /// Adds to a survey the motions on paths of what bounces that are largest along the axis of the response, where that is not the normal and no branch
     /// has as large a response. Given how a contact is pressed over a period, damped motions along other axes come nearer to each other: each
-    /// motion of a path has one of them.
+    /// motion of a path has one of them. Where none can be as large as what is known, none is looked for.
     pub(super) fn look_across(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         survey: &mut Survey,
+        bouncer: &TwoSprings,
         paths: &[Path],
     ) {
         if self.response_port == NORMAL || paths.is_empty() {
             return;
         }
         let size = |motion: &Periodic| self.size(balance, motion);
-        let known = survey.largest(balance, self.response_port);
-        let mut tops: Vec<Periodic> = Vec::new();
+        let known = survey.highest(balance, self.response_port);
+        let mut tops: Vec<(Periodic, f64)> = Vec::new();
         let mut is_whole = true;
         for path in paths {
+            is_whole &= path.is_whole;
             balance.effort.allow(ALONG / paths.len() as u64);
-            let (motions, are_all) = self.along_path(balance, survey, &path.inside(self.range));
-            is_whole &= path.is_whole && are_all;
-            let size = |k: usize| motions.get(k).map_or(0.0, size);
-            for k in 0..motions.len() {
-                let beside = [k.checked_sub(1).map_or(0.0, size), size(k + 1)];
-                let [lower, higher] = [beside[0].min(beside[1]), beside[0].max(beside[1])];
-                let share = if size(k) > FALLS * lower {
-                    STEEP
-                } else {
-                    SMOOTH
-                };
-                if size(k) >= higher.max(share * known) {
-                    tops.push(motions[k].clone());
+            let inside = path.inside(self.range);
+            let reaches = self.reaches(balance, bouncer, &inside);
+            let all: Vec<(&Bounce, f64)> = inside.into_iter().zip(reaches).collect();
+            let is_above = |(_, reach): &(&Bounce, f64)| *reach > known;
+            let above = all.iter().filter(|place| is_above(place)).count();
+            for part in all.chunk_by(|a, b| is_above(a) == is_above(b)) {
+                if !is_above(&part[0]) {
+                    continue;
+                }
+                let reach = part
+                    .iter()
+                    .fold(0.0_f64, |most, (_, reach)| most.max(*reach));
+                let places = part.iter().step_by(above.div_ceil(PLACES));
+                let (motions, are_all) =
+                    self.along_path(balance, survey, places.map(|(motion, _)| *motion));
+                if !are_all {
+                    is_whole = false;
+                    survey.leave(reach);
+                }
+                let size = |k: usize| motions.get(k).map_or(0.0, size);
+                for k in 0..motions.len() {
+                    let beside = [k.checked_sub(1).map_or(0.0, size), size(k + 1)];
+                    let [lower, higher] = [beside[0].min(beside[1]), beside[0].max(beside[1])];
+                    let share = if size(k) > FALLS * lower {
+                        STEEP
+                    } else {
+                        SMOOTH
+                    };
+                    if size(k) >= higher.max(share * known) {
+                        tops.push((motions[k].clone(), reach));
+                    }
                 }
             }
         }
-        tops.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        tops.sort_by(|a, b| size(&b.0).total_cmp(&size(&a.0)));
         balance.effort.allow(ALONG);
-        for top in tops {
+        for (top, reach) in tops {
             if balance.effort.is_spent() {
                 is_whole = false;
-                break;
+                survey.leave(reach);
+                continue;
             }
             let (top, is_reached) = self.climbed_across(balance, top);
-            is_whole &= is_reached || size(&top) < SMOOTH * known;
+            if !is_reached && size(&top) >= SMOOTH * known {
+                is_whole = false;
+                survey.leave(reach);
+            }
             if size(&top) > known * (1.0 + OF_TIME) {
                 survey
                     .tops
@@ -76,19 +101,45 @@ impl Vibration {
                 survey.motions.push(top);
             }
         }
-        survey.has_unfollowed |= !is_whole;
     }
 
-    /// Motions of all coordinates at places along a path; and whether there is one at each.
-    fn along_path(
+    /// What motions along a path have at most at the response port \[m\], each with the way to those beside it, on which the structure may resonate
+    /// without contact.
+    fn reaches(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        bouncer: &TwoSprings,
+        path: &[&Bounce],
+    ) -> Vec<f64> {
+        let own = self.own_frequencies(balance);
+        let load = |motion: &Bounce| bouncer.mean_load(&motion.shape);
+        let mut reaches: Vec<f64> = path
+            .iter()
+            .map(|motion| self.reach_at(balance, motion.omega, load(motion)))
+            .collect();
+        for (k, ends) in path.windows(2).enumerate() {
+            let [a, b] = [ends[0], ends[1]];
+            let within = a.omega.min(b.omega)..a.omega.max(b.omega);
+            for omega in own.iter().filter(|omega| within.contains(omega)) {
+                let reach = self.reach_at(balance, *omega, load(a).max(load(b)));
+                for end in &mut reaches[k..=k + 1] {
+                    *end = end.max(reach);
+                }
+            }
+        }
+        reaches
+    }
+
+    /// Motions of all coordinates at places along a path; and whether one was found at each.
+    fn along_path<'a>(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         survey: &Survey,
-        path: &[&Bounce],
+        places: impl Iterator<Item = &'a Bounce>,
     ) -> (Vec<Periodic>, bool) {
         let mut motions: Vec<Periodic> = Vec::new();
         let mut are_all = true;
-        for bounce in path.iter().step_by(path.len().div_ceil(PLACES).max(1)) {
+        for bounce in places {
             if balance.effort.is_spent() {
                 are_all = false;
                 break;

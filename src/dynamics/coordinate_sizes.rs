@@ -6,7 +6,6 @@ use num_complex::Complex64;
 use super::contact_element::ContactElement;
 use super::vibration::Vibration;
 use super::{HarmonicBalance, Load};
-use crate::linalg::RowMatrix;
 
 /// Least size of a coordinate across the normal, in parts of the largest: friction moves what no load does.
 const LEAST: f64 = 1e-3;
@@ -43,11 +42,7 @@ impl Vibration {
                 loads.iter().map(grown)
             });
             for (load, rate, factor) in loads {
-                let mut system = RowMatrix::zeros(n, n);
-                for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
-                    let real = stiffness.at(i, j) - rate * rate * model.mass.at(i, j);
-                    system.set(i, j, Complex64::new(real, rate * model.damping.at(i, j)));
-                }
+                let system = model.dynamic_stiffness(&stiffness, rate);
                 let force = factor * load.cosine.hypot(load.sine);
                 let port = model.basis.row(load.port).iter();
                 let mut moved: Vec<Complex64> = port.map(|b| (force * b).into()).collect();

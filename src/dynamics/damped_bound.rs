@@ -7,6 +7,11 @@
 //! (|sᵀ g₁| + |s| |g|)/2. Of one load on the port itself that is the amplitude F/(c ω) of a resonance. What the damping leaves to friction,
 //! half of Re ḡᵀ y − |y|² on average, is at most |g|²/8, over a period π |g|²/(4 ω).
 
+//!
+//! That holds for each set of coordinates by itself that no energy leaves: a contact without adhesion gives none of what it takes along its
+//! normal to the motion in its plane, and its friction takes as much or more there, however the normal load varies meanwhile. Only the loads
+//! in the plane supply what moves there.
+
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
@@ -20,29 +25,86 @@ const UNDAMPED: f64 = 1e-12;
 /// Share of a port along what is not damped that is rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// What no steady motion in a range exceeds.
+/// What no steady motion exceeds, by the loads and by those of them that grow with the square of their frequency.
 pub(super) struct DampedBound {
-    /// Amplitude of the first harmonic at the response port \[m\].
-    pub amplitude: f64,
-    /// Energy that friction takes in a period \[J\].
-    pub friction_energy: f64,
+    /// Velocity of the response port in the first harmonic \[m/s\], and the same over ω² \[m s\].
+    velocity: [f64; 2],
+    /// Sizes of C^-½ of the loads that friction takes energy of.
+    forces: [f64; 2],
+}
+
+impl DampedBound {
+    /// Amplitude of the first harmonic at the response port \[m\] anywhere in a range of angular frequencies.
+    pub(super) fn amplitude(&self, (low, high): (f64, f64)) -> f64 {
+        // What both kinds of loads move is no more than what each moves by itself.
+        self.velocity[0] / low + self.velocity[1] * high
+    }
+
+    /// Energy that friction takes in a period \[J\] anywhere in a range of angular frequencies.
+    pub(super) fn friction_energy(&self, (low, high): (f64, f64)) -> f64 {
+        let root = self.forces[0] / low.sqrt() + self.forces[1] * high.powf(1.5);
+        PI / 4.0 * root * root
+    }
 }
 
 impl Vibration {
-    /// What no motion with the period of the drive exceeds in the range; none where damping does not limit it, as a load or the response is
+    /// What no motion with the period of the drive exceeds; none where damping does not limit it, as a load or the response is
     /// along what is not damped, and of a model with a residual.
     pub(super) fn damped_bound(&self) -> Option<DampedBound> {
-        let (low, high) = self.range;
         let damping = DampingRates::of(&self.model)?;
         let port = damping.scaled(self.response_port)?;
-        let forces = damping.forces(&self.loads, 0)?;
-        let inertial = damping.forces(&self.inertial_loads, 2)?;
-        // What both kinds of loads move is no more than what each moves by itself.
-        let root = size(&forces) / low.sqrt() + size(&inertial) * high.powf(1.5);
+        let tangential = (0..self.model.contact_dofs).filter(|port| port % 3 < 2);
+        let [response, friction] = [
+            self.model.sharing(&[self.response_port]),
+            self.model.sharing(&tangential.collect::<Vec<usize>>()),
+        ];
+        let of = |set: &[bool]| -> Option<[Forces; 2]> {
+            Some([
+                damping.forces(&self.loads, 0, set)?,
+                damping.forces(&self.inertial_loads, 2, set)?,
+            ])
+        };
         Some(DampedBound {
-            amplitude: velocity(&port, &forces) / low + velocity(&port, &inertial) * high,
-            friction_energy: PI / 4.0 * root * root,
+            velocity: of(&response)?.map(|forces| velocity(&port, &forces)),
+            forces: of(&friction)?.map(|forces| size(&forces)),
         })
+    }
+}
+
+impl SecondOrder {
+    /// Whether each coordinate may exchange energy with what some ports move: over mass, damping or stiffness, along one normal or in one
+    /// plane of a contact.
+    fn sharing(&self, ports: &[usize]) -> Vec<bool> {
+        let n = self.mass.rows();
+        let moves = |port: usize, k: usize| self.basis.at(port, k) != 0.0;
+        // Ports that take part in one exchange each.
+        let exchanges = (0..self.contact_dofs / 3).flat_map(|e| {
+            let first = 3 * e;
+            [vec![first, first + 1], vec![first + 2]]
+        });
+        let exchanges: Vec<Vec<usize>> = exchanges.collect();
+        let mut shares: Vec<bool> = (0..n)
+            .map(|k| ports.iter().any(|port| moves(*port, k)))
+            .collect();
+        loop {
+            let reached = |k: usize| {
+                let matrices = [&self.mass, &self.damping, &self.stiffness];
+                let by_matrix = |i: usize| {
+                    let linked = |m: &RowMatrix| m.at(i, k) != 0.0 || m.at(k, i) != 0.0;
+                    shares[i] && matrices.into_iter().any(linked)
+                };
+                let by_contact = |ports: &Vec<usize>| {
+                    let touches = |k: usize| ports.iter().any(|port| moves(*port, k));
+                    touches(k) && (0..n).any(|i| shares[i] && touches(i))
+                };
+                shares[k] || (0..n).any(by_matrix) || exchanges.iter().any(by_contact)
+            };
+            let more: Vec<bool> = (0..n).map(reached).collect();
+            if more == shares {
+                return shares;
+            }
+            shares = more;
+        }
     }
 }
 
@@ -88,10 +150,14 @@ impl DampingRates<'_> {
         .collect()
     }
 
-    /// C^-½ of loads times a power of their order.
-    fn forces(&self, loads: &[Load], power: i32) -> Option<Forces> {
+    /// C^-½ of the loads that move coordinates of a set, times a power of their order.
+    fn forces(&self, loads: &[Load], power: i32, set: &[bool]) -> Option<Forces> {
         let mut forces = Forces::new();
-        for load in loads.iter().filter(|load| load.harmonic > 0) {
+        let moves = |load: &Load| {
+            let mut row = self.model.basis.row(load.port).iter().zip(set);
+            load.harmonic > 0 && row.any(|(share, is_in)| *is_in && *share != 0.0)
+        };
+        for load in loads.iter().filter(|load| moves(load)) {
             let sum = forces
                 .entry(load.harmonic)
                 .or_insert_with(|| vec![Complex64::ZERO; self.rates.len()]);
@@ -125,7 +191,7 @@ fn norm(values: impl Iterator<Item = f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::oscillator::{Oscillator, mass_on_springs};
-    use super::{DampingRates, size, velocity};
+    use super::{DampingRates, Load, size, velocity};
 
     const DAMPING: [f64; 3] = [2.0, 5.0, 0.0];
 
@@ -133,15 +199,21 @@ mod tests {
     fn a_resonance_reaches_what_damping_allows() {
         let model = mass_on_springs([1.0, 3.0, 2.0], DAMPING, [1e4, 2e4, 3e4], 3).unwrap();
         let damping = DampingRates::of(&model).unwrap();
-        let along_x = damping.forces(&[Oscillator::load(0, 8.0, 0.3)], 0).unwrap();
+        let plane = model.sharing(&[0]);
+        assert_eq!(plane, [true, true, false]);
+        let of = |loads: &[Load]| damping.forces(loads, 0, &plane).unwrap();
+        let along_x = of(&[Oscillator::load(0, 8.0, 0.3)]);
         let port = damping.scaled(0).unwrap();
         // F/c, and the F²/(4 c) that a slider of the same resistance takes on average, twice.
         assert!((velocity(&port, &along_x) / 4.0 - 1.0).abs() < 1e-12);
         assert!((size(&along_x).powi(2) / 32.0 - 1.0).abs() < 1e-12);
         // A second load may be out of phase and supplies what the first does not.
-        let loads = [Oscillator::load(0, 8.0, 0.3), Oscillator::load(1, 6.0, 1.2)];
-        let both = damping.forces(&loads, 0).unwrap();
+        let mut loads = vec![Oscillator::load(0, 8.0, 0.3), Oscillator::load(1, 6.0, 1.2)];
+        let both = of(&loads);
         assert!(velocity(&port, &both) > 4.0);
+        // One along the normal supplies nothing in the plane.
+        loads.push(Oscillator::load(2, 100.0, 0.0));
+        assert_eq!(of(&loads), both);
         assert!(damping.scaled(2).is_none(), "nothing damps the normal");
     }
 }

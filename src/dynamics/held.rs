@@ -3,9 +3,11 @@
 
 use std::f64::consts::TAU;
 
+use super::bouncing::NORMAL;
 use super::candidates::gives_energy;
 use super::contact_element::ContactElement;
 use super::effort::BRANCHES;
+use super::reach::Unseen;
 use super::survey::{IN_GAPS, SAME, Survey, first_harmonic, is_near, over};
 use super::truncation::{CONFIRMED, FAINT, LARGE, OF_TIME, Resolved, UNKNOWN};
 use super::{HarmonicBalance, Response};
@@ -23,8 +25,10 @@ impl Resolved<'_> {
             return;
         }
         if resonance.is_in_time() {
-            // Harmonics have a part in the phase resonance beside it alone, and a path that is not whole may go higher.
-            if resonance.is_top && self.truncation.amplitude > LARGE {
+            // Harmonics have a part in the phase resonance beside it alone. A path that is not whole may go higher; how high the motions of other
+            // axes are along it then is known apart.
+            let is_highest = resonance.is_top || vibration.response_port != NORMAL;
+            if is_highest && self.truncation.amplitude > LARGE {
                 self.truncation.amplitude = self.left_in_time();
             }
             return;
@@ -34,8 +38,10 @@ impl Resolved<'_> {
             && let Some(size) = vibration.peak_in_time(balance, &resonance.peak, is_sure)
         {
             let ratio = size / resonance.peak_amplitude;
-            // Where nothing is known, a larger motion says that the peak is elsewhere, and a smaller one that it may be.
-            let is_one = is_sure || (CONFIRMED..=1.0 + LARGE).contains(&ratio);
+            // Where nothing is known, a larger motion says that the peak is elsewhere, and a smaller one that it may be, unless that is the
+            // highest of all that is known in time.
+            let is_highest = (size / resonance.largest_in_time - 1.0).abs() <= OF_TIME;
+            let is_one = is_sure || is_highest || (CONFIRMED..=1.0 + LARGE).contains(&ratio);
             self.truncation.amplitude = match is_one {
                 true => (ratio.recip() - 1.0).abs() + OF_TIME,
                 false => self.truncation.amplitude,
@@ -77,29 +83,31 @@ impl Resolved<'_> {
             above if error >= UNKNOWN && figure > 0.0 && above.is_finite() => error.max(above),
             _ => error,
         };
+        let range = self.vibration.range;
+        let [most, most_friction] = [bound.amplitude(range), bound.friction_energy(range)];
         let [amplitude, friction_energy] = errors;
         let (peak, in_force) = (self.resonance.peak_amplitude, self.resonance.in_force());
         let friction = in_force.energy.friction;
-        self.truncation.amplitude = held(amplitude, bound.amplitude, peak);
-        self.truncation.friction_energy = held(friction_energy, bound.friction_energy, friction);
+        self.truncation.amplitude = held(amplitude, most, peak);
+        self.truncation.friction_energy = held(friction_energy, most_friction, friction);
     }
 
     /// By how much the branch of more harmonics, and motions in time where it has gaps in which these harmonics differ from them, are above the peak,
     /// anywhere in the range, relative to it: with too few of them another peak may be the strongest. 0 where they are not, or cannot be followed;
-    /// rounding of the same peak is none. And whether a peak may be in a gap of which nothing is known. Where that branch costs too much to follow, the peaks
+    /// rounding of the same peak is none. And the amplitude that a peak has at most in a gap of which nothing is known \[m\], 0 without one. Where that branch costs too much to follow, the peaks
     /// from a share of the highest on are solved with more harmonics, and those that are not found do not count.
-    pub(super) fn above_with_more_harmonics(&self) -> (f64, bool) {
+    pub(super) fn above_with_more_harmonics(&self) -> (f64, f64) {
         let (vibration, resonance) = (self.vibration, &self.resonance);
         if resonance.is_in_time() || resonance.is_still {
-            return (0.0, false);
+            return (0.0, 0.0);
         }
         let beyond = self.balance.harmonics().beyond();
         let Ok(finer) = vibration.finer(&self.balance, beyond) else {
-            return (0.0, false);
+            return (0.0, 0.0);
         };
         finer.effort.allow(BRANCHES / 4);
         let Ok((branches, _)) = finer.parts(vibration.along()) else {
-            return (0.0, false);
+            return (0.0, 0.0);
         };
         let of = |response: &Response| {
             first_harmonic(&finer, &response.displacement, vibration.response_port)
@@ -131,7 +139,10 @@ impl Resolved<'_> {
         largest = largest.max(survey.largest_in_time(&finer, vibration.response_port));
         let above = largest / resonance.peak_amplitude - 1.0;
         let above = if above > SAME { above } else { 0.0 };
-        (above, !survey.unseen.is_empty())
+        (
+            above,
+            Unseen::reach(&vibration.unseen(&finer, &survey.unseen)),
+        )
     }
 
     /// Whether a gap \[Hz\] is one of these harmonics too, or more of them have responses near these there all the same; those of a survey that is

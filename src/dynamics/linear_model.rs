@@ -104,6 +104,17 @@ impl SecondOrder {
         self
     }
 
+    /// K + iω C − ω² M with the `stiffness` K, which may be that with contact springs \[N/m\].
+    pub(super) fn dynamic_stiffness(&self, stiffness: &Matrix, omega: f64) -> Matrix<Complex64> {
+        let n = self.mass.rows();
+        let mut out = Matrix::zeros(n, n);
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let real = stiffness.at(i, j) - omega * omega * self.mass.at(i, j);
+            out.set(i, j, Complex64::new(real, omega * self.damping.at(i, j)));
+        }
+        out
+    }
+
     fn check(&self, springs: &[f64]) -> Result<(), DynamicsError> {
         let n = self.mass.rows();
         let ports = self.basis.rows();

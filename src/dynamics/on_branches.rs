@@ -61,14 +61,18 @@ impl Survey {
         all().next().is_some() && all().all(|response| balance.is_still(response, port))
     }
 
-    /// The largest amplitude at a port, of responses that may be motions \[m\].
-    pub(super) fn largest(&self, balance: &HarmonicBalance<ContactElement>, port: usize) -> f64 {
+    /// The largest amplitude at a port, of responses that may be motions \[m\]; 0 without any.
+    pub(super) fn highest(&self, balance: &HarmonicBalance<ContactElement>, port: usize) -> f64 {
         let all = self.branches.iter().flatten();
-        let largest = all
-            .filter(|response| !gives_energy(response))
+        all.filter(|response| !gives_energy(response))
             .map(|r| first_harmonic(balance, &r.displacement, port))
-            .fold(0.0, f64::max);
-        if largest > 0.0 { largest } else { USUAL }
+            .fold(0.0, f64::max)
+    }
+
+    /// [`Self::highest`], or a usual size where that is 0.
+    pub(super) fn largest(&self, balance: &HarmonicBalance<ContactElement>, port: usize) -> f64 {
+        let highest = self.highest(balance, port);
+        if highest > 0.0 { highest } else { USUAL }
     }
 
     /// The largest amplitude of a motion in time that no branch has, or that is the highest on its path \[m\]; 0 without one.

@@ -58,8 +58,9 @@ pub struct Survey {
     pub missed: Vec<(f64, FoundBy)>,
     /// Whether the search was given up as it had cost enough.
     pub is_cut: bool,
-    /// Whether there are motions beside the branches of which it is not known how large they get.
-    pub has_unfollowed: bool,
+    /// Amplitude at the response port that no motion exceeds of those beside the branches that could not be followed \[m\]: 0 without any, infinite where nothing
+    /// bounds it.
+    pub unfollowed: f64,
 }
 
 impl Survey {
@@ -74,8 +75,13 @@ impl Survey {
             tops: Vec::new(),
             missed: Vec::new(),
             is_cut: false,
-            has_unfollowed: false,
+            unfollowed: 0.0,
         }
+    }
+
+    /// Says that there are motions that could not be followed, up to an amplitude \[m\].
+    pub(super) fn leave(&mut self, reach: f64) {
+        self.unfollowed = self.unfollowed.max(reach);
     }
 }
 
@@ -206,7 +212,9 @@ impl Vibration {
             let is_apart = |motion: &Periodic| (motion.omega / top.omega - 1.0).abs() > BESIDE_TOP;
             survey.motions.retain(is_apart);
             survey.motions.push(top);
-            survey.has_unfollowed |= !is_reached;
+            if !is_reached {
+                survey.leave(self.reach_within(balance, self.range));
+            }
         }
         survey.missed.retain(|(omega, _)| {
             let mut gaps = survey.gaps.iter();

@@ -4,6 +4,7 @@ use super::bouncing::NORMAL;
 use super::contact_element::ContactElement;
 use super::effort::{AGAIN, BRANCHES};
 use super::newton::FREQUENCY_WEIGHT;
+use super::reach::Unseen;
 use super::survey::is_near;
 use super::vibration::{Resonance, Vibration};
 use super::{DynamicsError, HarmonicBalance, Harmonics, Response, Start};
@@ -67,10 +68,6 @@ impl Truncation {
         let chosen = resonance.candidates.iter().filter(|candidate| {
             [resonance.in_force().omega, resonance.peak.omega].contains(&candidate.response.omega)
         });
-        // A peak where neither a branch nor motions in time could be followed is not known.
-        if !resonance.unseen.is_empty() || resonance.has_unfollowed {
-            self.amplitude = self.amplitude.max(UNKNOWN);
-        }
         let above = resonance.largest_in_time / resonance.peak_amplitude - 1.0;
         self.amplitude = self.amplitude.max(above);
         for candidate in chosen {
@@ -87,6 +84,17 @@ impl Truncation {
         ] {
             *error += left;
         }
+    }
+
+    /// Makes the bar of a peak hold what motions may have that could not be followed, up to an amplitude \[m\].
+    fn leave(&mut self, reach: f64, resonance: &Resonance) {
+        let above = reach / resonance.peak_amplitude - 1.0;
+        let above = match above.is_finite() && !resonance.is_still {
+            true => above,
+            false if reach > 0.0 => UNKNOWN,
+            false => 0.0,
+        };
+        self.amplitude = self.amplitude.max(above);
     }
 
     /// The larger of the errors of amplitude and dissipation, to which harmonics are extended.
@@ -219,8 +227,10 @@ impl Vibration {
                 }
             }
         }
+        let mut unseen = 0.0;
         if resolved.balance.is_small() {
-            let (mut above, mut is_unseen) = resolved.above_with_more_harmonics();
+            let mut above;
+            (above, unseen) = resolved.above_with_more_harmonics();
             while above > LARGE
                 && tolerance.is_some()
                 && resolved.balance.harmonics().highest() < MOST_SURVEYED
@@ -231,18 +241,17 @@ impl Vibration {
                     break;
                 }
                 resolved.estimate();
-                (above, is_unseen) = resolved.above_with_more_harmonics();
+                (above, unseen) = resolved.above_with_more_harmonics();
             }
             resolved.hold_against_time();
             let amplitude = &mut resolved.truncation.amplitude;
             *amplitude = amplitude.max(TAIL * above);
-            if is_unseen {
-                *amplitude = amplitude.max(UNKNOWN);
-            }
         }
+        resolved.hold_by_damping();
+        let unfollowed = resolved.unfollowed().max(unseen);
+        resolved.truncation.leave(unfollowed, &resolved.resonance);
         let tolerance = resolved.balance.settings.tolerance;
         resolved.truncation.widen(&resolved.resonance, tolerance);
-        resolved.hold_by_damping();
         Ok(resolved)
     }
 
@@ -267,6 +276,12 @@ impl Vibration {
 }
 
 impl Resolved<'_> {
+    /// Amplitude that no motion exceeds of those that could not be followed, in gaps or beside the branches \[m\].
+    fn unfollowed(&self) -> f64 {
+        let in_gaps = Unseen::reach(&self.resonance.unseen);
+        in_gaps.max(self.resonance.unfollowed)
+    }
+
     /// With the peak and the errors, where they have not been found yet.
     ///
     /// # Errors

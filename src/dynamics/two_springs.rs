@@ -49,6 +49,8 @@ pub(super) struct Shape {
     /// Half ranges of its first harmonic and of the displacement \[m\].
     pub(super) first_harmonic: f64,
     pub(super) half_range: f64,
+    /// Mean displacement \[m\].
+    pub(super) mean: f64,
     /// How far beyond the edge it goes at least, of both sides, in parts of its half range; below 0 where it stays on one.
     pub(super) beyond: f64,
 }
@@ -138,6 +140,23 @@ impl TwoSprings {
             }
         }
         (out, evaluations.get())
+    }
+
+    /// Mean of the normal load over a motion \[N\]: what the spring of the open mass leaves of the steady force.
+    pub(super) fn mean_load(&self, shape: &Shape) -> f64 {
+        self.steady[0] - self.stiffness[0] * shape.mean
+    }
+
+    /// What the mean of the normal load does not exceed in any motion with the period of the drive \[N\]. Damping takes no more than the loads supply,
+    /// which bounds the speed, and so how far the mean of a motion is from the edge that it touches. One that stays closed has less.
+    pub(super) fn most_mean_load(&self, omega: f64) -> f64 {
+        let squares = self
+            .orders()
+            .into_iter()
+            .map(|order| self.force(order, omega).norm_sqr());
+        let speed = (0.5 * squares.sum::<f64>()).sqrt() / self.damping;
+        let range = PI * speed / omega;
+        (self.steady[0] - self.stiffness[0] * (self.edge - range)).max(0.0)
     }
 
     /// The mass without loads that move it, and without damping.
@@ -389,12 +408,14 @@ impl<'a> Drive<'a> {
     pub(super) fn shape(&self, state: State) -> Option<Shape> {
         let states = self.sampled(state)?;
         let displacements = states.iter().map(|state| state[0]);
+        let mean = displacements.clone().sum::<f64>() / states.len() as f64;
         let least = displacements.clone().fold(f64::INFINITY, f64::min);
         let most = displacements.fold(f64::NEG_INFINITY, f64::max);
         let (half_range, edge) = (0.5 * (most - least), self.model.edge);
         Some(Shape {
             first_harmonic: harmonic(&states, 1),
             half_range,
+            mean,
             beyond: (edge - least).min(most - edge) / half_range,
         })
     }

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use super::candidates::{Candidate, CandidateKind};
 use super::contact_element::ContactElement;
 use super::effort::{BESIDE_BRANCHES, BRANCHES};
+use super::reach::Unseen;
 use super::survey::Survey;
 use super::surveyed::Surveyed;
 use super::{
@@ -62,7 +63,7 @@ pub struct Resonance {
     /// Frequencies that no branch covers, from and to \[Hz\]; none where branches were not followed.
     pub gaps: Vec<[f64; 2]>,
     /// Those of them of which motions in time do not tell either how large responses are.
-    pub unseen: Vec<[f64; 2]>,
+    pub unseen: Vec<Unseen>,
     /// Whether nothing moves at the response port, but for rounding.
     pub is_still: bool,
     /// The largest amplitude of a motion in time that no branch has, or that is the highest on its path \[m\]; 0 without one.
@@ -71,8 +72,9 @@ pub struct Resonance {
     pub is_top: bool,
     /// Whether branches were given up as they had cost enough.
     pub is_cut: bool,
-    /// Whether there are motions beside the branches of which it is not known how large they get.
-    pub has_unfollowed: bool,
+    /// Amplitude that no motion exceeds of those beside the branches that could not be followed \[m\]: 0 without any, infinite where nothing bounds
+    /// it.
+    pub unfollowed: f64,
 }
 
 impl Resonance {
@@ -94,7 +96,7 @@ impl Resonance {
             unseen: self.unseen.clone(),
             largest_in_time: self.largest_in_time,
             is_cut: self.is_cut,
-            has_unfollowed: self.has_unfollowed,
+            unfollowed: self.unfollowed,
             ..more
         }
     }
@@ -296,7 +298,7 @@ impl Vibration {
             largest_in_time: 0.0,
             is_top: false,
             is_cut: false,
-            has_unfollowed: false,
+            unfollowed: 0.0,
             peak,
         })
     }
@@ -353,8 +355,8 @@ impl Vibration {
             largest_in_time: survey.largest_in_time(balance, self.response_port),
             is_top: survey.is_top(peak.omega, balance.amplitude(&peak, self.response_port)?.0),
             is_cut: survey.is_cut,
-            has_unfollowed: survey.has_unfollowed,
-            unseen: survey.unseen,
+            unfollowed: survey.unfollowed,
+            unseen: self.unseen(balance, &survey.unseen),
             gaps: survey.gaps,
             ..self.resonance_of(balance, phase, peak, iterations)?
         })

@@ -113,8 +113,16 @@ pub fn tell_candidates(outputs: &mut Outputs, vibration: &Vibration, resonance: 
         let range = [vibration.range.0, vibration.range.1];
         outputs.notice(no_phase_resonance_between(range.map(|omega| omega / TAU)));
     }
-    if resonance.has_unfollowed {
-        outputs.notice("there are motions beside the branches of the harmonic balance that could not be followed: the peak is not known");
+    let above = |reach: f64| match reach {
+        reach if reach <= resonance.peak_amplitude => "are not above the peak".to_owned(),
+        reach if reach.is_finite() => format!("may reach {reach:.3e} m"),
+        _ => "may be of any size: the peak is not known".to_owned(),
+    };
+    if resonance.unfollowed > resonance.peak_amplitude {
+        outputs.notice(format!(
+            "there are motions beside the branches of the harmonic balance that could not be followed: they {}",
+            above(resonance.unfollowed)
+        ));
     } else if resonance.is_in_time() {
         outputs.notice("the peak was found by integration in time, as the harmonic balance has no branch there");
     }
@@ -123,12 +131,11 @@ pub fn tell_candidates(outputs: &mut Outputs, vibration: &Vibration, resonance: 
     }
     for gap in &resonance.gaps {
         let [low, high] = gap;
-        let known = match resonance.unseen.iter().any(|[a, b]| a < high && low < b) {
-            true => "a peak there is not known",
-            false => "motions in time there are not above the peak",
-        };
+        let unseen = resonance.unseen.iter();
+        let unseen = unseen.filter(|part| part.ends[0] < *high && *low < part.ends[1]);
+        let known = above(unseen.fold(0.0, |most, part| most.max(part.reach)));
         outputs.notice(format!(
-            "no branch of responses could be followed from {low:.6} to {high:.6} Hz; {known}"
+            "no branch of responses could be followed from {low:.6} to {high:.6} Hz; motions there {known}"
         ));
     }
     let peaks = resonance.candidates.iter();
