@@ -34,7 +34,15 @@ impl Resolved<'_> {
             return;
         }
         let is_sure = self.truncation.amplitude < UNKNOWN;
-        if self.truncation.amplitude > LARGE
+        let in_time = resonance.largest_in_time;
+        // The paths of what bounces by itself are found in closed form: the highest motion of all of them, if it is near the peak, is what the
+        // branch of few harmonics stands for.
+        let stands_for_it = vibration.response_port == NORMAL
+            && is_near(in_time, resonance.peak_amplitude)
+            && vibration.bouncer(balance).is_some();
+        if self.truncation.amplitude > LARGE && stands_for_it {
+            self.truncation.amplitude = (in_time / resonance.peak_amplitude - 1.0).abs() + OF_TIME;
+        } else if self.truncation.amplitude > LARGE
             && let Some(size) = vibration.peak_in_time(balance, &resonance.peak, is_sure)
         {
             let ratio = size / resonance.peak_amplitude;
