@@ -6,7 +6,6 @@
 //! |y − g/2| ≤ |g|/2, and what a port b moves in the first harmonic, a ω = |sᵀ y₁| with s = C^-½ b, is at most
 //! (|sᵀ g₁| + |s| |g|)/2. Of one load on the port itself that is the amplitude F/(c ω) of a resonance. What the damping leaves to friction,
 //! half of Re ḡᵀ y − |y|² on average, is at most |g|²/8, over a period π |g|²/(4 ω).
-
 //!
 //! That holds for each set of coordinates by itself that no energy leaves: a contact without adhesion gives none of what it takes along its
 //! normal to the motion in its plane, and its friction takes as much or more there, however the normal load varies meanwhile. Only the loads

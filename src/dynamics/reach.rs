@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use num_complex::Complex64;
 
-use super::bouncing::NORMAL;
+use super::bouncing::{NORMAL, alone_on_the_normal};
 use super::bouncing_path::Bounce;
 use super::contact_element::ContactElement;
 use super::two_springs::TwoSprings;
@@ -51,10 +51,7 @@ impl Vibration {
         balance: &HarmonicBalance<ContactElement>,
         (from, to): (f64, f64),
     ) -> f64 {
-        let Some(bouncer) = self
-            .bouncer(balance)
-            .filter(|_| self.response_port != NORMAL)
-        else {
+        let Some(bouncer) = self.bouncer(balance).filter(|_| self.is_across()) else {
             return self.damped_within((from, to));
         };
         let own = self.own_frequencies(balance);
@@ -73,6 +70,12 @@ impl Vibration {
             damped.min(ends[0].max(ends[1]))
         };
         (0..PARTS).map(within).fold(0.0, f64::max)
+    }
+
+    /// Whether nothing that the response port moves is along the normal of the first contact element, whose force moves that alone.
+    fn is_across(&self) -> bool {
+        let normal = alone_on_the_normal(&self.model);
+        normal.is_some_and(|k| self.model.basis.at(self.response_port, k) == 0.0)
     }
 
     fn damped_within(&self, range: (f64, f64)) -> f64 {
@@ -105,7 +108,7 @@ impl Vibration {
     ) -> f64 {
         let damped = self.damped_within((omega, omega));
         match balance.elements() {
-            [element] => {
+            [element] if self.is_across() => {
                 let friction = 2.0 * element.friction_coefficient * mean_load;
                 damped.min(self.moved_at(omega, friction))
             }
@@ -113,8 +116,8 @@ impl Vibration {
         }
     }
 
-    /// Amplitude of the first harmonic at the response port \[m\] that the loads have at most together with a force in the plane of the first contact
-    /// element whose first harmonic is `tangential` \[N\] at most.
+    /// Amplitude of the first harmonic at the response port \[m\] that the loads have at most together with forces along both axes of the plane of the
+    /// first contact element whose first harmonics are `tangential` \[N\] at most, each.
     fn moved_at(&self, omega: f64, tangential: f64) -> f64 {
         let model = &self.model;
         let system = model.dynamic_stiffness(&model.stiffness, omega);
@@ -135,7 +138,7 @@ impl Vibration {
             each.sum()
         };
         let by_loads = moved(&self.loads) + moved(&self.inertial_loads) * omega * omega;
-        let by_friction = receptance(0).norm().hypot(receptance(1).norm()) * tangential;
+        let by_friction = (receptance(0).norm() + receptance(1).norm()) * tangential;
         by_loads.norm() + by_friction
     }
 }

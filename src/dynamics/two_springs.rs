@@ -150,6 +150,9 @@ impl TwoSprings {
     /// What the mean of the normal load does not exceed in any motion with the period of the drive \[N\]. Damping takes no more than the loads supply,
     /// which bounds the speed, and so how far the mean of a motion is from the edge that it touches. One that stays closed has less.
     pub(super) fn most_mean_load(&self, omega: f64) -> f64 {
+        if self.damping == 0.0 {
+            return f64::INFINITY;
+        }
         let squares = self
             .orders()
             .into_iter()
