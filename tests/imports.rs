@@ -568,6 +568,7 @@ fn each_kind_is_matched_in_one_file() {
                 "dynamics/slider.rs",
                 "dynamics/time_events.rs",
                 "dynamics/time_integration.rs",
+                "dynamics/time_steps.rs",
                 "scene/keys/dynamics.rs",
             ],
         ),

@@ -36,12 +36,11 @@ const BEYOND: f64 = 1.05;
 const AWAY: f64 = 1.3;
 /// Evaluations of a motion that a path may take.
 const FOLLOWING: usize = 800_000;
-/// Units of all that begins in one way.
-const PATHS: u64 = 4 * BOUNCING;
+/// Evaluations of all that is begun in one way, and of the paths from there on: a million takes a quarter of a second.
+const BEGINNING: usize = 3_600_000;
+const PATHS: usize = 4 * BEGINNING;
 /// Share of the contact's stiffness that the spring of an open mass has at least.
 const SOFT: f64 = 1e-9;
-/// Evaluations of a motion that cost as much as a step of the integration in time: measured with loads of two harmonics, 16 to 19.
-const EVALUATIONS: usize = 18;
 
 /// Where what bounces is begun from.
 enum Begin {
@@ -65,24 +64,67 @@ impl Begin {
     }
 }
 
-impl Vibration {
-    /// Adds to a survey the responses that bounce and that no branch of it leads to; none of a structure whose normal motion depends on
-    /// others.
-    ///
-    /// # Errors
-    /// Those of [`Self::branch_through`].
-    pub(super) fn look_for_bouncing(
-        &self,
-        balance: &HarmonicBalance<ContactElement>,
-        survey: &mut Survey,
-    ) -> Result<(), DynamicsError> {
-        let Some(bouncer) = self.bouncer(balance) else {
-            return Ok(());
+/// All that was found to bounce over a range, by itself: as no harmonics have a part in it, it is looked for once.
+#[derive(Debug)]
+pub(super) struct Bouncing {
+    /// What bounces, and angular frequencies over which it was looked for.
+    pub(super) of: TwoSprings,
+    pub(super) range: (f64, f64),
+    /// Motions, each with the number of its path; none where the contact stays closed or open.
+    motions: Vec<(Bounce, Option<usize>)>,
+    paths: Vec<Path>,
+    /// Whether what is begun from had cost enough, and whether what was found had, before its path was followed.
+    is_cut: bool,
+    is_left: bool,
+}
+
+impl TwoSprings {
+    /// What bounces over a range of angular frequencies.
+    pub(super) fn bouncing(&self, range: (f64, f64)) -> Bouncing {
+        let within = (range.0 / AWAY, range.1 * AWAY);
+        let mut out = Bouncing {
+            of: self.clone(),
+            range,
+            motions: Vec::new(),
+            paths: Vec::new(),
+            is_cut: false,
+            is_left: false,
         };
-        let (from, to) = self.range;
+        for way in self.begins(range) {
+            let mut evaluations = 0;
+            for begin in way {
+                if evaluations > BEGINNING {
+                    out.is_cut = true;
+                    break;
+                }
+                let (found, needed) = begin.found(self);
+                evaluations += needed;
+                for motion in found {
+                    if out.paths.iter().any(|path| path.has(&motion)) {
+                        continue;
+                    }
+                    if evaluations > PATHS {
+                        out.is_left = true;
+                        break;
+                    }
+                    let number = motion.shape.bounces().then(|| {
+                        let (path, needed) = self.path(&motion, within, range, FOLLOWING);
+                        evaluations += needed;
+                        out.paths.push(path);
+                        out.paths.len() - 1
+                    });
+                    out.motions.push((motion, number));
+                }
+            }
+        }
+        out
+    }
+
+    /// What motions are begun from, in three ways.
+    fn begins(&self, range: (f64, f64)) -> [Vec<Begin>; 3] {
+        let (from, to) = range;
         let within = (from / AWAY, to * AWAY);
-        let (resonant, evaluations) = bouncer.resonant(&PARTS);
-        balance.effort.add_steps(evaluations / EVALUATIONS);
+        let resonant = self.resonant(&PARTS);
         let near = |(omega, _): &(f64, State)| (within.0..=within.1).contains(omega);
         let resonant = resonant.into_iter().filter(near);
         let resonant = resonant.map(|(omega, state)| Begin::Near(omega, state));
@@ -97,72 +139,72 @@ impl Vibration {
             (is_beyond, std::cmp::Reverse(k.trailing_zeros()))
         });
         let undamped = undamped.into_iter().map(|k| Begin::Undamped(at(k)));
-        let lowered = over(self.range, PROBES).chain([beyond.0, beyond.1]);
-        let ways: [Vec<Begin>; 3] = [
+        let lowered = over(range, PROBES).chain([beyond.0, beyond.1]);
+        [
             resonant.collect(),
             undamped.collect(),
             lowered.map(Begin::Lowered).collect(),
-        ];
-        let mut paths: Vec<Path> = Vec::new();
-        for way in ways {
-            balance.effort.allow(BOUNCING);
-            let begun = balance.effort.spent();
-            for begin in way {
-                if balance.effort.is_spent() {
-                    survey.is_cut = true;
-                    break;
-                }
-                let (found, evaluations) = begin.found(&bouncer);
-                balance.effort.add_steps(evaluations / EVALUATIONS);
-                for motion in found {
-                    if paths.iter().any(|path| path.has(&motion)) {
-                        continue;
-                    }
-                    if balance.effort.spent() - begun > PATHS {
-                        survey.leave(self.reach_within(balance, self.range));
-                        break;
-                    }
-                    self.add_path(balance, survey, &bouncer, &mut paths, &motion)?;
-                }
+        ]
+    }
+}
+
+impl Vibration {
+    /// Adds to a survey the responses that bounce and that no branch of it leads to; none of a structure whose normal motion depends on
+    /// others.
+    ///
+    /// # Errors
+    /// Those of [`Self::branch_through`].
+    pub(super) fn look_for_bouncing(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        survey: &mut Survey,
+    ) -> Result<(), DynamicsError> {
+        let Some(bouncer) = self.bouncer(balance) else {
+            return Ok(());
+        };
+        let known = self.surveyed.bouncing(&bouncer, self.range);
+        survey.is_cut |= known.is_cut;
+        if known.is_left {
+            survey.leave(self.reach_within(balance, self.range));
+        }
+        balance.effort.allow(BOUNCING);
+        for (motion, number) in &known.motions {
+            if balance.effort.is_spent() {
+                survey.is_cut = true;
+                break;
+            }
+            if let Some(number) = number {
+                self.add_path(balance, survey, &bouncer, &known.paths[*number])?;
+            }
+            if (self.range.0..=self.range.1).contains(&motion.omega) {
+                self.add_bouncing(balance, survey, &bouncer, motion)?;
             }
         }
-        self.look_across(balance, survey, &bouncer, &paths);
+        self.look_across(balance, survey, &bouncer, &known.paths);
         Ok(())
     }
 
-    /// Adds what is highest on the path of a motion that bounces, and the motion itself. The motion is on none of the `paths` so far.
+    /// Adds what is highest on a path of motions that bounce.
     fn add_path(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         survey: &mut Survey,
         bouncer: &TwoSprings,
-        paths: &mut Vec<Path>,
-        motion: &Bounce,
+        path: &Path,
     ) -> Result<(), DynamicsError> {
-        let (from, to) = self.range;
-        if motion.shape.bounces() {
-            let within = (from / AWAY, to * AWAY);
-            let (path, evaluations) = bouncer.path(motion, within, self.range, FOLLOWING);
-            balance.effort.add_steps(evaluations / EVALUATIONS);
-            if let Some(top) = path.top(self.range) {
-                self.add_bouncing(balance, survey, bouncer, top)?;
-                // What is highest along the normal need not be along another axis, and what nothing damps may be larger without bound.
-                let is_top = path.is_whole && self.response_port == NORMAL && bouncer.damping > 0.0;
-                let top = [top.omega, top.shape.first_harmonic];
-                survey.tops.extend(is_top.then_some(top));
-                if bouncer.damping == 0.0 {
-                    survey.leave(self.reach_within(balance, self.range));
-                }
-            }
-            // Along the normal the highest motion of the part that was followed stands for the rest: of hundreds of drawn oscillators none had a
-            // higher one.
-            if !path.is_whole && self.response_port != NORMAL {
-                survey.leave(self.reach_within(balance, self.range));
-            }
-            paths.push(path);
+        let is_along = self.response_port == NORMAL;
+        if let Some(top) = path.top(self.range) {
+            self.add_bouncing(balance, survey, bouncer, top)?;
+            // What is highest along the normal need not be along another axis, and what nothing damps may be larger without bound.
+            let is_top = path.is_whole && is_along && bouncer.damping > 0.0;
+            let top = [top.omega, top.shape.first_harmonic];
+            survey.tops.extend(is_top.then_some(top));
         }
-        if (from..=to).contains(&motion.omega) {
-            self.add_bouncing(balance, survey, bouncer, motion)?;
+        // Along the normal the highest motion of the part that was followed stands for the rest: of hundreds of drawn oscillators none had a
+        // higher one.
+        let is_undamped = bouncer.damping == 0.0 && path.top(self.range).is_some();
+        if is_undamped || !path.is_whole && !is_along {
+            survey.leave(self.reach_within(balance, self.range));
         }
         Ok(())
     }
@@ -222,7 +264,8 @@ impl Vibration {
         let sizes = self.coordinate_sizes(balance, motion.omega, (coordinate, size));
         let scales = time.scales_by(motion.omega, &sizes);
         let harmonics = balance.harmonics();
-        let near = time.near_by(motion.omega, &start, &scales, harmonics, asked, EFFORT);
+        let effort = EFFORT.min(balance.effort.steps_left());
+        let near = time.near_by(motion.omega, &start, &scales, harmonics, asked, effort);
         balance.effort.add_steps(time.steps());
         let near = near.ok().flatten()?;
         let [z, v] = [coordinate, n + coordinate].map(|k| near.motion.values[k]);

@@ -6,7 +6,7 @@ use super::HarmonicBalance;
 use super::bouncing::{NORMAL, alone_on_the_normal};
 use super::bouncing_path::{Bounce, Path};
 use super::contact_element::ContactElement;
-use super::effort::BOUNCING;
+use super::effort::{ALONG, LEAST_ALONG};
 use super::periodic::{Asked, Periodic};
 use super::survey::{EFFORT, Survey};
 use super::truncation::OF_TIME;
@@ -20,8 +20,6 @@ const PLACES: usize = 12;
 const SMOOTH: f64 = 0.5;
 const STEEP: f64 = 0.1;
 const FALLS: f64 = 1.5;
-/// Units of looking along all paths, and of the climbs.
-const ALONG: u64 = 2 * BOUNCING;
 /// First step of frequency, relative, and the last in half-power bandwidths: the amplitude is the highest to a thousandth then.
 const STEP: f64 = 0.005;
 const LAST: f64 = 0.04;
@@ -44,9 +42,12 @@ impl Vibration {
         let known = survey.highest(balance, self.response_port);
         let mut tops: Vec<(Periodic, f64)> = Vec::new();
         let mut is_whole = true;
+        let begun = balance.effort.spent();
+        let share = (ALONG / paths.len() as u64).max(LEAST_ALONG);
         for path in paths {
             is_whole &= path.is_whole;
-            balance.effort.allow(ALONG / paths.len() as u64);
+            let left = ALONG.saturating_sub(balance.effort.spent() - begun);
+            balance.effort.allow(share.min(left));
             let inside = path.inside(self.range);
             let reaches = self.reaches(balance, bouncer, &inside);
             let all: Vec<(&Bounce, f64)> = inside.into_iter().zip(reaches).collect();
@@ -112,16 +113,17 @@ impl Vibration {
         path: &[&Bounce],
     ) -> Vec<f64> {
         let own = self.own_frequencies(balance);
+        let damped = self.damped_bound();
         let load = |motion: &Bounce| bouncer.mean_load(&motion.shape);
         let mut reaches: Vec<f64> = path
             .iter()
-            .map(|motion| self.reach_at(balance, motion.omega, load(motion)))
+            .map(|motion| self.reach_at(balance, &damped, motion.omega, load(motion)))
             .collect();
         for (k, ends) in path.windows(2).enumerate() {
             let [a, b] = [ends[0], ends[1]];
             let within = a.omega.min(b.omega)..a.omega.max(b.omega);
             for omega in own.iter().filter(|omega| within.contains(omega)) {
-                let reach = self.reach_at(balance, *omega, load(a).max(load(b)));
+                let reach = self.reach_at(balance, &damped, *omega, load(a).max(load(b)));
                 for end in &mut reaches[k..=k + 1] {
                     *end = end.max(reach);
                 }
@@ -180,7 +182,8 @@ impl Vibration {
         let near = |omega: f64, top: &Periodic, asked: Asked| {
             let sizes = self.coordinate_sizes(balance, omega, (coordinate, along(top)));
             let scales = time.scales_by(omega, &sizes);
-            let near = time.near_by(omega, &top.motion, &scales, harmonics, asked, EFFORT);
+            let effort = EFFORT.min(balance.effort.steps_left());
+            let near = time.near_by(omega, &top.motion, &scales, harmonics, asked, effort);
             near.ok().flatten()
         };
         let next = |omega: f64, top: &Periodic| near(omega, top, Asked::Motion);

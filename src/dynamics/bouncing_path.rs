@@ -35,7 +35,7 @@ const SAME: f64 = 0.02;
 const AROUND: f64 = 1.5;
 
 /// A periodic motion that bounces.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub(super) struct Bounce {
     /// Angular frequency of the drive \[rad/s\], and the state at the phase 0.
     pub(super) omega: f64,
@@ -59,6 +59,7 @@ impl Bounce {
 }
 
 /// Periodic motions along a path.
+#[derive(Debug)]
 pub(super) struct Path {
     /// In its order.
     motions: Vec<Bounce>,

@@ -13,14 +13,23 @@ const CYCLE: u64 = 10;
 const MARCHED: u64 = 48;
 const ANALYSED: u64 = 20;
 /// Units of the first branches of a survey, and of all that is looked for beside them: a million takes less than a second.
-pub(super) const BRANCHES: u64 = 4_000_000;
+pub(super) const BRANCHES: u64 = 3_500_000;
 pub(super) const BESIDE_BRANCHES: u64 = 1_000_000;
-/// Units of looking for what bounces beside them, in each of three ways.
+/// Units of following branches with more harmonics, and of one response with them.
+pub(super) const FINER: u64 = 1_000_000;
+pub(super) const NEAR_FINER: u64 = FINER / 4;
+/// Units of finding what bounces as responses of all coordinates, of looking along its paths for what is highest along other axes, and of climbing
+/// to that; and of looking along one path at least.
 pub(super) const BOUNCING: u64 = 1_000_000;
-/// Units that all surveys of a resonance may have cost before another one with more harmonics is begun.
-pub(super) const AGAIN: u64 = 6_000_000;
+pub(super) const ALONG: u64 = 2_000_000;
+pub(super) const LEAST_ALONG: u64 = ALONG / 4;
+/// Units that all surveys of a resonance may have cost before another one with more harmonics is begun, and with that.
+pub(super) const AGAIN: u64 = 3_500_000;
+pub(super) const SURVEYS: u64 = 7_000_000;
+/// Units of a survey with other harmonics than those of the resonance.
+pub(super) const SURVEY: u64 = 4_000_000;
 /// Units of all points of a forced response at given frequencies, of a small model.
-pub(super) const POINTS: u64 = 5_000_000;
+pub(super) const POINTS: u64 = 3_000_000;
 /// Units by which the errors of its points are found.
 pub(super) const ERRORS: u64 = 2_000_000;
 
@@ -29,6 +38,7 @@ pub(super) const ERRORS: u64 = 2_000_000;
 pub(super) struct Effort {
     spent: Arc<AtomicU64>,
     bound: Arc<AtomicU64>,
+    most: Arc<AtomicU64>,
 }
 
 impl Default for Effort {
@@ -36,20 +46,28 @@ impl Default for Effort {
         Effort {
             spent: Arc::default(),
             bound: Arc::new(AtomicU64::new(u64::MAX)),
+            most: Arc::new(AtomicU64::new(u64::MAX)),
         }
     }
 }
 
 impl Effort {
-    /// So many units may be spent from now on.
+    /// So many units may be spent from now on, of those that may be at all.
     pub(super) fn allow(&self, units: u64) {
-        let bound = self.spent().saturating_add(units);
+        let most = self.most.load(Ordering::Relaxed);
+        let bound = self.spent().saturating_add(units).min(most);
         self.bound.store(bound, Ordering::Relaxed);
     }
 
-    /// There is no bound from now on.
+    /// There is no bound from now on but that of all.
     pub(super) fn unbound(&self) {
-        self.bound.store(u64::MAX, Ordering::Relaxed);
+        self.allow(u64::MAX);
+    }
+
+    /// No more than so many units may be spent from now on, whatever is allowed.
+    pub(super) fn limit(&self, units: u64) {
+        let most = self.spent().saturating_add(units);
+        self.most.store(most, Ordering::Relaxed);
     }
 
     /// An element was evaluated with so many coefficients along each direction, over the cycles until its friction closed.
@@ -77,6 +95,15 @@ impl Effort {
 
     pub(super) fn spent(&self) -> u64 {
         self.spent.load(Ordering::Relaxed)
+    }
+
+    /// Steps in time that are left of what is allowed.
+    pub(super) fn steps_left(&self) -> usize {
+        let left = self
+            .bound
+            .load(Ordering::Relaxed)
+            .saturating_sub(self.spent());
+        usize::try_from(left / STEP).unwrap_or(usize::MAX)
     }
 
     /// Whether all that is allowed is spent.

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::candidates::gives_energy;
 use super::contact_element::ContactElement;
 use super::cycle::half_range;
-use super::effort::POINTS;
+use super::effort::{POINTS, SURVEY};
 use super::periodic::{Periodic, Settled};
 use super::survey::{EFFORT, first_harmonic, is_near, start_of};
 use super::time_integration::Motion;
@@ -20,9 +20,9 @@ const DEAR_TOLERANCE: f64 = 1e-5;
 const DEAR_STEP: f64 = 1.0 / 12.0;
 /// Points at most whose stability is found.
 const MULTIPLIERS: usize = 60;
-/// Integration steps for all points at which the balance of a small model has no response: some seconds. Each may take its share of what
+/// Integration steps for all points at which the balance of a small model has no response: some two seconds. Each may take its share of what
 /// is left.
-const IN_TIME: usize = 500_000;
+const IN_TIME: usize = 300_000;
 /// Instants at which the range of a displacement over a cycle is looked for.
 const INSTANTS: usize = 512;
 
@@ -235,7 +235,10 @@ impl Vibration {
         &self,
         balance: &HarmonicBalance<ContactElement>,
     ) -> Result<(Points, Option<DynamicsError>), DynamicsError> {
-        let survey = self.survey(balance)?;
+        balance.effort.limit(SURVEY);
+        let survey = self.survey(balance);
+        balance.effort.limit(u64::MAX);
+        let survey = survey?;
         let mut found = Points::default();
         for (number, branch) in survey.branches.iter().enumerate() {
             self.add_branch(balance, branch, number, &mut found)?;

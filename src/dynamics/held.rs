@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use super::bouncing::NORMAL;
 use super::candidates::gives_energy;
 use super::contact_element::ContactElement;
-use super::effort::BRANCHES;
+use super::effort::{FINER, NEAR_FINER};
 use super::reach::Unseen;
 use super::survey::{IN_GAPS, SAME, Survey, first_harmonic, is_near, over};
 use super::truncation::{CONFIRMED, FAINT, LARGE, OF_TIME, Resolved, UNKNOWN};
@@ -113,7 +113,7 @@ impl Resolved<'_> {
         let Ok(finer) = vibration.finer(&self.balance, beyond) else {
             return (0.0, 0.0);
         };
-        finer.effort.allow(BRANCHES / 4);
+        finer.effort.allow(FINER);
         let Ok((branches, _)) = finer.parts(vibration.along()) else {
             return (0.0, 0.0);
         };
@@ -128,7 +128,7 @@ impl Resolved<'_> {
             for candidate in all.filter(|peak| peak.amplitude >= RIVAL * resonance.peak_amplitude) {
                 let start = candidate.response.start();
                 let start = start.transferred(self.balance.harmonics(), finer.harmonics());
-                finer.effort.allow(BRANCHES / 16);
+                finer.effort.allow(NEAR_FINER);
                 let there = finer.solve_near(candidate.response.omega, &start);
                 let near = vibration.resonance_near(&finer, None, &start);
                 let found = there.into_iter().chain(near.map(|near| near.peak));
@@ -166,7 +166,7 @@ impl Resolved<'_> {
         };
         let port = vibration.response_port;
         let mut places = over((TAU * low, TAU * high), IN_GAPS);
-        finer.effort.allow(BRANCHES / 4);
+        finer.effort.allow(FINER);
         places.all(|omega| {
             let Some(here) = survey.highest_at(balance, port, omega) else {
                 return false;

@@ -102,6 +102,7 @@ mod through;
 mod time_events;
 pub mod time_integration;
 pub mod time_response;
+mod time_steps;
 pub mod truncation;
 mod two_springs;
 pub mod vibration;

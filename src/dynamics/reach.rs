@@ -7,6 +7,7 @@ use num_complex::Complex64;
 use super::bouncing::{NORMAL, alone_on_the_normal};
 use super::bouncing_path::Bounce;
 use super::contact_element::ContactElement;
+use super::damped_bound::DampedBound;
 use super::two_springs::TwoSprings;
 use super::vibration::Vibration;
 use super::{HarmonicBalance, Load};
@@ -51,23 +52,24 @@ impl Vibration {
         balance: &HarmonicBalance<ContactElement>,
         (from, to): (f64, f64),
     ) -> f64 {
+        let damped = self.damped_bound();
         let Some(bouncer) = self.bouncer(balance).filter(|_| self.is_across()) else {
-            return self.damped_within((from, to));
+            return amplitude(&damped, (from, to));
         };
         let own = self.own_frequencies(balance);
         let at = |k: usize| from * (to / from).powf(k as f64 / PARTS as f64);
         let within = |k: usize| {
             let (low, high) = (at(k), at(k + 1));
-            let damped = self.damped_within((low, high));
+            let by_damping = amplitude(&damped, (low, high));
             // The structure without contact may resonate there.
             if own.iter().any(|omega| (low..=high).contains(omega)) {
-                return damped;
+                return by_damping;
             }
             let load = bouncer
                 .most_mean_load(low)
                 .max(bouncer.most_mean_load(high));
-            let ends = [low, high].map(|omega| self.reach_at(balance, omega, load));
-            damped.min(ends[0].max(ends[1]))
+            let ends = [low, high].map(|omega| self.reach_at(balance, &damped, omega, load));
+            by_damping.min(ends[0].max(ends[1]))
         };
         (0..PARTS).map(within).fold(0.0, f64::max)
     }
@@ -76,11 +78,6 @@ impl Vibration {
     fn is_across(&self) -> bool {
         let normal = alone_on_the_normal(&self.model);
         normal.is_some_and(|k| self.model.basis.at(self.response_port, k) == 0.0)
-    }
-
-    fn damped_within(&self, range: (f64, f64)) -> f64 {
-        let bound = self.damped_bound();
-        bound.map_or(f64::INFINITY, |bound| bound.amplitude(range))
     }
 
     /// What a motion has at most at the response port whose normal part is known \[m\]; along the normal that is its own.
@@ -92,21 +89,25 @@ impl Vibration {
     ) -> f64 {
         match self.response_port {
             NORMAL => motion.shape.first_harmonic,
-            _ => self.reach_at(balance, motion.omega, bouncer.mean_load(&motion.shape)),
+            _ => {
+                let load = bouncer.mean_load(&motion.shape);
+                self.reach_at(balance, &self.damped_bound(), motion.omega, load)
+            }
         }
     }
 
-    /// What no motion exceeds at a response port that is not along the normal \[m\] at an angular frequency: neither what damping allows nor what the
-    /// loads and friction move there, the normal load being known by its mean \[N\].
+    /// What no motion exceeds at a response port that is not along the normal \[m\] at an angular frequency: neither what damping allows
+    /// (`damped`, [`Vibration::damped_bound`]) nor what the loads and friction move there, the normal load being known by its mean \[N\].
     ///
     /// The first harmonic of friction is at most twice the mean of its size, and that is at most µ times the mean normal load.
     pub(super) fn reach_at(
         &self,
         balance: &HarmonicBalance<ContactElement>,
+        damped: &Option<DampedBound>,
         omega: f64,
         mean_load: f64,
     ) -> f64 {
-        let damped = self.damped_within((omega, omega));
+        let damped = amplitude(damped, (omega, omega));
         match balance.elements() {
             [element] if self.is_across() => {
                 let friction = 2.0 * element.friction_coefficient * mean_load;
@@ -141,6 +142,12 @@ impl Vibration {
         let by_friction = (receptance(0).norm() + receptance(1).norm()) * tangential;
         by_loads.norm() + by_friction
     }
+}
+
+/// What damping allows in a range of angular frequencies \[m\]; infinite where it bounds nothing.
+fn amplitude(damped: &Option<DampedBound>, range: (f64, f64)) -> f64 {
+    let bound = damped.as_ref();
+    bound.map_or(f64::INFINITY, |bound| bound.amplitude(range))
 }
 
 #[cfg(test)]
@@ -218,7 +225,7 @@ mod tests {
             let size = vibration.size(&balance, &motion);
             let mean = motion.displacement[NORMAL * n];
             let load = PRELOAD - STIFFNESS[2] * mean;
-            let known = vibration.reach_at(&balance, omega, load);
+            let known = vibration.reach_at(&balance, &vibration.damped_bound(), omega, load);
             let all = vibration.reach_within(&balance, (omega, omega));
             assert!(size <= known * (1.0 + SETTLED), "{omega}: {size} {known}");
             assert!(known <= all * (1.0 + SETTLED), "{omega}: {known} {all}");

@@ -2,9 +2,12 @@
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
+use std::rc::Rc;
 
+use super::bouncing::Bouncing;
 use super::contact_element::ContactElement;
 use super::survey::Survey;
+use super::two_springs::TwoSprings;
 use super::vibration::Vibration;
 use super::{HarmonicBalance, Harmonics, Load, SecondOrder, Settings};
 
@@ -15,6 +18,18 @@ const KEPT: usize = 3;
 #[derive(Debug, Default)]
 pub struct Surveyed {
     kept: RefCell<VecDeque<Kept>>,
+    bouncing: RefCell<Option<Rc<Bouncing>>>,
+}
+
+impl Surveyed {
+    /// What bounces over a range of angular frequencies: what was found last time, if it was the same.
+    pub(super) fn bouncing(&self, bouncer: &TwoSprings, range: (f64, f64)) -> Rc<Bouncing> {
+        let mut kept = self.bouncing.borrow_mut();
+        match &*kept {
+            Some(found) if found.of == *bouncer && found.range == range => found.clone(),
+            _ => kept.insert(Rc::new(bouncer.bouncing(range))).clone(),
+        }
+    }
 }
 
 #[derive(Debug)]

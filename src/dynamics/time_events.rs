@@ -1,7 +1,8 @@
 //! Where a slider that is integrated in time changes what it does: roots of the length of a step.
 
 use super::slider::{FrictionLaw, magnitude};
-use super::time_integration::{Mode, ROUNDING, Run, along, direction};
+use super::time_integration::{Mode, ROUNDING, along, direction};
+use super::time_steps::Run;
 
 /// A function that is positive as long as a mode lasts, with its slope if that is known.
 pub(super) struct Event {

@@ -1,73 +1,17 @@
 //! The motion of a structure in time: its equations of motion with the sliders of its contact elements, each of which sticks, slips or
-//! is open from one event to the next. Between events the method of Dormand and Prince of order 5 with an error estimate of order 4
-//! (1980); events are roots of the length of a step.
+//! is open from one event to the next. Steps are made in `time_steps.rs`; events are found in `time_events.rs`.
 //!
 //! Nothing is assumed of the motion, which need not be periodic: it judges the harmonic balance of module `periodic`.
 
 use std::cell::Cell;
-use std::f64::consts::TAU;
 
-use super::series::basis;
 use super::slider::{FrictionLaw, Slider, magnitude};
+use super::time_steps::Run;
 use super::{ContactElement, DynamicsError, Harmonics, Load, SecondOrder};
 use crate::linalg::RowMatrix as Matrix;
 
-/// Error of a step relative to the size of the motion.
-const TOLERANCE: f64 = 1e-10;
-/// Factor of the error of a step of half the length: the estimate is of order 5 in it.
-const ORDER_FACTOR: f64 = 1.0 / 32.0;
-/// The longest step, in parts of a period: a shorter contact is found by where the load is least within a step.
-const LONGEST: f64 = 1.0 / 40.0;
-/// Part of that where there are springs beside the sliders.
-const OF_SPRINGS: f64 = 1.0 / 8.0;
-/// The shortest, in parts of a period: an event that follows another within it is taken with it.
-const SHORTEST: f64 = 1e-11;
-/// Steps in a period at most.
-const MOST_STEPS: usize = 400_000;
 /// Share of the scale of an event's function that is rounding of zero.
 pub(super) const ROUNDING: f64 = 1e-12;
-
-/// Nodes, weights of the stages, of the step and of its error (Dormand and Prince 1980, table 2).
-const NODES: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
-const STAGES: [[f64; 6]; 7] = [
-    [0.0; 6],
-    [0.2, 0.0, 0.0, 0.0, 0.0, 0.0],
-    [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0],
-    [44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0, 0.0, 0.0, 0.0],
-    [
-        19372.0 / 6561.0,
-        -25360.0 / 2187.0,
-        64448.0 / 6561.0,
-        -212.0 / 729.0,
-        0.0,
-        0.0,
-    ],
-    [
-        9017.0 / 3168.0,
-        -355.0 / 33.0,
-        46732.0 / 5247.0,
-        49.0 / 176.0,
-        -5103.0 / 18656.0,
-        0.0,
-    ],
-    [
-        35.0 / 384.0,
-        0.0,
-        500.0 / 1113.0,
-        125.0 / 192.0,
-        -2187.0 / 6784.0,
-        11.0 / 84.0,
-    ],
-];
-const ERROR: [f64; 7] = [
-    71.0 / 57600.0,
-    0.0,
-    -71.0 / 16695.0,
-    71.0 / 1920.0,
-    -17253.0 / 339200.0,
-    22.0 / 525.0,
-    -1.0 / 40.0,
-];
 
 /// What a slider does; under [`FrictionLaw::Box`] along each axis apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,19 +23,19 @@ pub(super) enum Mode {
 
 /// A structure with contact elements under harmonic loads, in time.
 pub struct TimeModel<'a> {
-    model: &'a SecondOrder,
-    inverse_mass: Matrix,
+    pub(super) model: &'a SecondOrder,
+    pub(super) inverse_mass: Matrix,
     pub(super) elements: &'a [ContactElement],
-    loads: &'a [Load],
+    pub(super) loads: &'a [Load],
     /// Loads that grow with the square of their frequency.
-    inertial_loads: &'a [Load],
+    pub(super) inertial_loads: &'a [Load],
     /// Sliders with their elements.
     pub(super) sliders: Vec<(usize, &'a Slider)>,
     /// How many times the steps are halved.
-    halvings: i32,
+    pub(super) halvings: i32,
     /// Steps made so far, and how many may be made.
-    steps: Cell<usize>,
-    bound: Cell<usize>,
+    pub(super) steps: Cell<usize>,
+    pub(super) bound: Cell<usize>,
 }
 
 /// Where a motion is: coordinates \[m\], velocities \[m/s\], and the tangential forces x, y of all sliders \[N\], one after the other.
@@ -230,28 +174,10 @@ impl<'a> TimeModel<'a> {
         harmonics: Option<&Harmonics>,
     ) -> Result<Option<Measured>, DynamicsError> {
         let measured = harmonics.map_or(0, |h| 3 + self.model.basis.rows() * h.coefficients());
-        let n = self.coordinates();
-        let of_slider = |(element, _): &(usize, &Slider)| {
-            let [_, normal] = self.contact_scales(*element, &scales[..n]);
-            let [speed, _] = self.contact_scales(*element, &scales[n..2 * n]);
-            [normal, speed]
-        };
-        let mut run = Run {
-            model: self,
-            omega,
-            scales,
-            of_sliders: self.sliders.iter().map(of_slider).collect(),
-            harmonics,
-            modes: Vec::new(),
-            stages: vec![vec![0.0; motion.values.len() + measured]; 7],
-            trial: vec![0.0; motion.values.len() + measured],
-            has_first: false,
-            force: vec![0.0; n],
-        };
         let mut state = motion.values.clone();
         state.resize(motion.values.len() + measured, 0.0);
-        run.modes = self.modes(&mut state);
-        run.march(&mut state)?;
+        let modes = self.modes(&mut state);
+        Run::new(self, omega, scales, harmonics, modes, state.len()).march(&mut state)?;
         let rest = state.split_off(motion.values.len());
         motion.values = state;
         Ok(harmonics.map(|_| {
@@ -361,264 +287,4 @@ pub(super) fn along(force: [f64; 2], speed: [f64; 3]) -> [f64; 2] {
     of(force)
         .or_else(|| of([speed[0], speed[1]]))
         .unwrap_or([0.0; 2])
-}
-
-/// A period that is being integrated.
-pub(super) struct Run<'a> {
-    pub(super) model: &'a TimeModel<'a>,
-    omega: f64,
-    pub(super) scales: &'a [f64],
-    /// Of each slider, the scales of its normal displacement \[m\] and of its speed in the plane \[m/s\].
-    pub(super) of_sliders: Vec<[f64; 2]>,
-    harmonics: Option<&'a Harmonics>,
-    pub(super) modes: Vec<[Mode; 2]>,
-    stages: Vec<Vec<f64>>,
-    pub(super) trial: Vec<f64>,
-    /// Whether the first stage has the rates of the state from which a step is made: it has them after a step that is taken again with
-    /// another length.
-    has_first: bool,
-    /// Forces on the coordinates, to work in.
-    force: Vec<f64>,
-}
-
-impl Run<'_> {
-    fn march(&mut self, state: &mut Vec<f64>) -> Result<(), DynamicsError> {
-        let period = TAU / self.omega;
-        // No event marks where a stop touches.
-        let mut springs = self.model.elements.iter().map(|e| e.springs.is_empty());
-        let part = if springs.all(|none| none) {
-            1.0
-        } else {
-            OF_SPRINGS
-        };
-        let longest = part * LONGEST * period * 0.5_f64.powi(self.model.halvings);
-        let shortest = SHORTEST * period;
-        let (mut time, mut step) = (0.0, longest);
-        // Events that follow each other without a step between them are passed over together.
-        let mut at_once = 0;
-        for _ in 0..MOST_STEPS {
-            if period - time <= shortest {
-                return Ok(());
-            }
-            if self.model.steps.get() >= self.model.bound.get() {
-                break;
-            }
-            let mut h = step.min(period - time).min(longest);
-            let error = self.step(time, state, h);
-            if !error.is_finite() {
-                break;
-            }
-            let factor = (0.9 * error.max(1e-10).powf(-0.2)).clamp(0.2, 4.0);
-            if error > 1.0 && h > shortest {
-                step = (h * factor.min(0.9)).max(shortest);
-                continue;
-            }
-            step = h * factor;
-            let before = self.events(state);
-            let mut end = self.trial.clone();
-            // Where a load is least within the step, it may be less than nothing.
-            if let Some(dip) = self.dip(&before, &self.events(&end), h) {
-                h = dip;
-                self.step(time, state, h);
-                end.copy_from_slice(&self.trial);
-            }
-            let fired = self.first_event(time, state, &before, h, &mut end, at_once < 4);
-            let Some((at, mut which)) = fired else {
-                (time, *state, at_once) = (time + h, end, 0);
-                // The last stage of a step is the first of the next, unless forces are brought back to their limits.
-                let slips = self.modes.iter().flatten().any(|mode| *mode == Mode::Slip);
-                self.has_first = !slips;
-                match slips {
-                    true => self.hold(state),
-                    false => self.stages.swap(0, 6),
-                }
-                continue;
-            };
-            self.has_first = false;
-            time += at;
-            *state = end;
-            at_once = if at <= shortest { at_once + 1 } else { 0 };
-            // All events of that instant.
-            which.sort_unstable();
-            which.dedup();
-            for (slider, axis, is_normal) in which {
-                self.switch(slider, axis, is_normal, state);
-            }
-            step = step.min(longest).max(1e-4 * period);
-        }
-        Err(DynamicsError::NotConverged {
-            frequency: self.omega / TAU,
-            load_factor: 1.0,
-            iterations: MOST_STEPS,
-            correction: f64::INFINITY,
-            tolerance: TOLERANCE,
-            active: self.model.elements.len(),
-            elements: self.model.elements.len(),
-        })
-    }
-
-    /// The state after a step in `trial`, and its error relative to what is allowed.
-    pub(super) fn step(&mut self, time: f64, state: &[f64], h: f64) -> f64 {
-        self.model.steps.set(self.model.steps.get() + 1);
-        let mut stages = std::mem::take(&mut self.stages);
-        let mut trial = std::mem::take(&mut self.trial);
-        let first = usize::from(self.has_first);
-        self.has_first = true;
-        for k in first..7 {
-            trial.copy_from_slice(state);
-            for (weight, stage) in STAGES[k].iter().zip(&stages).take(k) {
-                if *weight != 0.0 {
-                    for (y, dy) in trial.iter_mut().zip(stage) {
-                        *y += h * weight * dy;
-                    }
-                }
-            }
-            self.rates(time + NODES[k] * h, &trial, &mut stages[k]);
-        }
-        let tolerance = TOLERANCE * ORDER_FACTOR.powi(self.model.halvings);
-        let mut worst = 0.0_f64;
-        for (i, scale) in self.scales.iter().enumerate() {
-            let error: f64 = (0..7).map(|k| ERROR[k] * stages[k][i]).sum::<f64>() * h;
-            let ratio = error.abs() / (tolerance * scale);
-            worst = if ratio.is_nan() {
-                f64::NAN
-            } else {
-                worst.max(ratio)
-            };
-            if worst.is_nan() {
-                break;
-            }
-        }
-        (self.stages, self.trial) = (stages, trial);
-        worst
-    }
-
-    /// Time derivative of a state, whose sliders keep their modes.
-    fn rates(&mut self, time: f64, state: &[f64], out: &mut [f64]) {
-        let model = self.model;
-        let n = model.coordinates();
-        let first = 2 * n;
-        let theta = self.omega * time;
-        let mut force = std::mem::take(&mut self.force);
-        force.fill(0.0);
-        let mut input = 0.0;
-        let constant = model.loads.iter().map(|load| (load, 1.0));
-        let inertial = model.inertial_loads.iter();
-        let inertial = inertial.map(|load| {
-            let rate = f64::from(load.harmonic) * self.omega;
-            (load, rate * rate)
-        });
-        let mut wave = (0, (0.0, 1.0));
-        for (load, size) in constant.chain(inertial) {
-            if load.harmonic != wave.0 {
-                let angle = f64::from(load.harmonic) * theta;
-                wave = (load.harmonic, angle.sin_cos());
-            }
-            let (sin, cos) = wave.1;
-            let value = size * (load.cosine * cos + load.sine * sin);
-            let row = model.model.basis.row(load.port);
-            for (a, b) in row.iter().enumerate() {
-                force[a] += b * value;
-                input += value * b * state[n + a];
-            }
-        }
-        let mut friction_loss = 0.0;
-        for (k, (e, slider)) in model.sliders.iter().enumerate() {
-            let element = &model.elements[*e];
-            let (u, du) = model.at(3 * e, state);
-            let kt = slider.gripping_stiffness(element.friction_coefficient);
-            let tangential = [state[first + 2 * k], state[first + 2 * k + 1]];
-            let load = slider.bilateral_load(u[2]);
-            let is_closed = self.modes[k][0] != Mode::Open;
-            let normal = if is_closed { load } else { 0.0 };
-            let rise = slider.normal_stiffness * du[2];
-            let rate = self.friction_rate(k, element, kt, tangential, du, rise);
-            out[first + 2 * k..][..2].copy_from_slice(&rate);
-            if kt > 0.0 {
-                for d in 0..2 {
-                    friction_loss += tangential[d] * (du[d] - rate[d] / kt);
-                }
-            }
-            let on = [tangential[0], tangential[1], normal - slider.normal_load];
-            for (d, on) in on.iter().enumerate() {
-                let row = model.model.basis.row(3 * e + d);
-                for (force, b) in force.iter_mut().zip(row) {
-                    *force -= b * on;
-                }
-            }
-        }
-        for (e, element) in model.elements.iter().enumerate() {
-            if element.springs.is_empty() {
-                continue;
-            }
-            let (u, _) = model.at(3 * e, state);
-            for spring in &element.springs {
-                let d = spring.direction();
-                let [on, _] = spring.force(u[d]);
-                let row = model.model.basis.row(3 * e + d);
-                for (force, b) in force.iter_mut().zip(row) {
-                    *force -= b * on;
-                }
-            }
-        }
-        let (q, v) = (&state[..n], &state[n..2 * n]);
-        let mut viscous = 0.0;
-        for a in 0..n {
-            let elastic = product(model.model.stiffness.row(a), q);
-            let damping = product(model.model.damping.row(a), v);
-            viscous += v[a] * damping;
-            force[a] -= elastic + damping;
-        }
-        for a in 0..n {
-            out[a] = v[a];
-            out[n + a] = product(model.inverse_mass.row(a), &force);
-        }
-        self.force = force;
-        if let Some(harmonics) = self.harmonics {
-            let rest = &mut out[self.scales.len()..];
-            let scale = self.omega / TAU;
-            rest[..3].copy_from_slice(&[input, friction_loss, viscous]);
-            let basis = basis(harmonics, theta);
-            let count = basis.len();
-            for port in 0..model.model.basis.rows() {
-                let u = product(model.model.basis.row(port), q);
-                for (c, b) in basis.iter().enumerate() {
-                    let weight = if c == 0 { 1.0 } else { 2.0 };
-                    rest[3 + port * count + c] = weight * scale * u * b;
-                }
-            }
-        }
-    }
-
-    fn friction_rate(
-        &self,
-        k: usize,
-        element: &ContactElement,
-        kt: f64,
-        force: [f64; 2],
-        du: [f64; 3],
-        rise: f64,
-    ) -> [f64; 2] {
-        let modes = self.modes[k];
-        if modes[0] == Mode::Open || kt == 0.0 {
-            return [0.0; 2];
-        }
-        let mu = element.friction_coefficient;
-        match element.law {
-            FrictionLaw::Box => [0, 1].map(|d| match modes[d] {
-                Mode::Slip => direction(force[d], du[d]) * mu * rise,
-                _ => kt * du[d],
-            }),
-            FrictionLaw::Cone if modes[0] == Mode::Slip => {
-                let along = along(force, du);
-                let part = along[0] * du[0] + along[1] * du[1];
-                [0, 1].map(|d| kt * (du[d] - part * along[d]) + mu * rise * along[d])
-            }
-            FrictionLaw::Cone => [kt * du[0], kt * du[1]],
-        }
-    }
-}
-
-fn product(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

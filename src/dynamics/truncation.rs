@@ -2,7 +2,7 @@
 
 use super::bouncing::NORMAL;
 use super::contact_element::ContactElement;
-use super::effort::{AGAIN, BRANCHES};
+use super::effort::{AGAIN, BRANCHES, FINER, SURVEYS};
 use super::newton::FREQUENCY_WEIGHT;
 use super::reach::Unseen;
 use super::survey::is_near;
@@ -303,7 +303,9 @@ impl Resolved<'_> {
         if self.spent > AGAIN {
             return false;
         }
+        balance.effort.limit(SURVEYS - self.spent);
         let found = self.vibration.resonance(&balance, None);
+        balance.effort.limit(u64::MAX);
         self.spent += balance.effort.spent();
         match found {
             Ok(resonance)
@@ -358,7 +360,7 @@ impl Resolved<'_> {
                 finer.settings.tolerance = finer.settings.tolerance.max(enough);
             }
             if is_small {
-                finer.effort.allow(BRANCHES / 4);
+                finer.effort.allow(FINER);
             }
             let to_finer = |response: &Response| {
                 let start = response.start();

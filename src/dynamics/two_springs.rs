@@ -26,7 +26,7 @@ const SPEEDS: [f64; 2] = [1e-3, 1e6];
 const LOOKED_AT: usize = 36;
 const BISECTIONS: usize = 24;
 /// The mass, its springs and its loads.
-#[derive(Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct TwoSprings {
     pub(super) mass: f64,
     pub(super) damping: f64,
@@ -44,7 +44,7 @@ pub(super) struct TwoSprings {
 pub(super) type State = [f64; 2];
 
 /// How large a periodic motion is.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Shape {
     /// Half ranges of its first harmonic and of the displacement \[m\].
     pub(super) first_harmonic: f64,
@@ -102,15 +102,14 @@ struct Swing {
 impl TwoSprings {
     /// States at the phase 0 that resonate with a harmonic of the loads, with the angular frequencies of the drive: motions without loads and
     /// damping, of speeds at the edge in `parts` of the largest of which the loads supply what the damping takes, at the two phases at
-    /// which they do. And the evaluations that this took.
-    pub(super) fn resonant(&self, parts: &[f64]) -> (Vec<(f64, State)>, usize) {
+    /// which they do.
+    pub(super) fn resonant(&self, parts: &[f64]) -> Vec<(f64, State)> {
         // What nothing damps may resonate without bound.
         if self.damping == 0.0 {
-            return (Vec::new(), 0);
+            return Vec::new();
         }
         let free = self.free();
-        let evaluations = Cell::new(0);
-        let swing = |speed: f64| self.swing(&free, speed, &evaluations);
+        let swing = |speed: f64| self.swing(&free, speed);
         let mut out = Vec::new();
         for order in self.orders() {
             let force = |swing: &Swing| self.force(order, swing.omega / f64::from(order));
@@ -136,10 +135,9 @@ impl TwoSprings {
                     let start = drive.over(at, period - at, [swing.apexes[0], 0.0]);
                     out.extend(start.map(|state| (omega, state)));
                 }
-                evaluations.set(evaluations.get() + drive.evaluations());
             }
         }
-        (out, evaluations.get())
+        out
     }
 
     /// Mean of the normal load over a motion \[N\]: what the spring of the open mass leaves of the steady force.
@@ -213,7 +211,7 @@ impl TwoSprings {
     }
 
     /// The motion of the mass without loads and damping (`free`) that crosses the edge at a speed.
-    fn swing(&self, free: &TwoSprings, speed: f64, evaluations: &Cell<usize>) -> Option<Swing> {
+    fn swing(&self, free: &TwoSprings, speed: f64) -> Option<Swing> {
         let natural = self
             .stiffness
             .map(|stiffness| (stiffness / self.mass).sqrt());
@@ -226,7 +224,6 @@ impl TwoSprings {
         let apexes = [beyond[0] - reach[0], beyond[1] + reach[1]].map(|apart| self.edge + apart);
         let drive = Drive::new(free, TAU / period, 1.0);
         let states = drive.sampled([apexes[0], 0.0])?;
-        evaluations.set(evaluations.get() + drive.evaluations());
         Some(Swing {
             omega: TAU / period,
             apexes,

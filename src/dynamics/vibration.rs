@@ -315,7 +315,7 @@ impl Vibration {
         let is_phase = |c: &Candidate| c.kind == CandidateKind::PhaseResonance;
         let mut missing = None;
         if !candidates.iter().any(is_phase) {
-            balance.effort.allow(match survey.branches.is_empty() {
+            balance.effort.allow(match candidates.is_empty() {
                 // The only other way.
                 true => BRANCHES,
                 false => BESIDE_BRANCHES,
