@@ -168,11 +168,8 @@ impl Vibration {
             survey.leave(self.reach_within(balance, self.range));
         }
         balance.effort.allow(BOUNCING);
+        // What comes after all is spent is left as high as it may be.
         for (motion, number) in &known.motions {
-            if balance.effort.is_spent() {
-                survey.is_cut = true;
-                break;
-            }
             if let Some(number) = number {
                 self.add_path(balance, survey, &bouncer, &known.paths[*number])?;
             }
@@ -180,6 +177,7 @@ impl Vibration {
                 self.add_bouncing(balance, survey, &bouncer, motion)?;
             }
         }
+        survey.is_cut |= balance.effort.is_spent();
         self.look_across(balance, survey, &bouncer, &known.paths);
         Ok(())
     }
@@ -193,7 +191,8 @@ impl Vibration {
         path: &Path,
     ) -> Result<(), DynamicsError> {
         let is_along = self.response_port == NORMAL;
-        if let Some(top) = path.top(self.range) {
+        let top = path.top(self.range);
+        if let Some(top) = top {
             self.add_bouncing(balance, survey, bouncer, top)?;
             // What is highest along the normal need not be along another axis, and what nothing damps may be larger without bound.
             let is_top = path.is_whole && is_along && bouncer.damping > 0.0;
@@ -202,7 +201,7 @@ impl Vibration {
         }
         // Along the normal the highest motion of the part that was followed stands for the rest: of hundreds of drawn oscillators none had a
         // higher one.
-        let is_undamped = bouncer.damping == 0.0 && path.top(self.range).is_some();
+        let is_undamped = bouncer.damping == 0.0 && top.is_some();
         if is_undamped || !path.is_whole && !is_along {
             survey.leave(self.reach_within(balance, self.range));
         }

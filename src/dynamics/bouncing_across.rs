@@ -91,7 +91,8 @@ impl Vibration {
                 continue;
             }
             let (top, is_reached) = self.climbed_across(balance, top);
-            if !is_reached && size(&top) >= SMOOTH * known {
+            let is_cut = balance.effort.steps_left() < EFFORT;
+            if !is_reached && (is_cut || size(&top) >= SMOOTH * known) {
                 is_whole = false;
                 survey.leave(reach);
             }
@@ -182,7 +183,8 @@ impl Vibration {
         let near = |omega: f64, top: &Periodic, asked: Asked| {
             let sizes = self.coordinate_sizes(balance, omega, (coordinate, along(top)));
             let scales = time.scales_by(omega, &sizes);
-            let effort = EFFORT.min(balance.effort.steps_left());
+            let left = balance.effort.steps_left().saturating_sub(time.steps());
+            let effort = EFFORT.min(left);
             let near = time.near_by(omega, &top.motion, &scales, harmonics, asked, effort);
             near.ok().flatten()
         };

@@ -12,7 +12,10 @@ const CYCLE: u64 = 10;
 /// Samples that are marched over, or whose force and derivatives by so many coefficients are analysed, at the cost of a unit.
 const MARCHED: u64 = 48;
 const ANALYSED: u64 = 20;
-/// Units of the first branches of a survey, and of all that is looked for beside them: a million takes less than a second.
+/// Units of a survey but for what it looks for in gaps, and of one with more harmonics than are asked for; of its first branches, and of all that is
+/// looked for beside them: a million takes less than a second.
+pub(super) const SURVEY: u64 = 9_000_000;
+pub(super) const FINER_SURVEY: u64 = 5_000_000;
 pub(super) const BRANCHES: u64 = 3_500_000;
 pub(super) const BESIDE_BRANCHES: u64 = 1_000_000;
 /// Units of following branches with more harmonics, and of one response with them.
@@ -23,11 +26,8 @@ pub(super) const NEAR_FINER: u64 = FINER / 4;
 pub(super) const BOUNCING: u64 = 1_000_000;
 pub(super) const ALONG: u64 = 2_000_000;
 pub(super) const LEAST_ALONG: u64 = ALONG / 4;
-/// Units that all surveys of a resonance may have cost before another one with more harmonics is begun, and with that.
+/// Units that all surveys of a resonance may have cost before another one with more harmonics is begun.
 pub(super) const AGAIN: u64 = 3_500_000;
-pub(super) const SURVEYS: u64 = 7_000_000;
-/// Units of a survey with other harmonics than those of the resonance.
-pub(super) const SURVEY: u64 = 4_000_000;
 /// Units of all points of a forced response at given frequencies, of a small model.
 pub(super) const POINTS: u64 = 3_000_000;
 /// Units by which the errors of its points are found.
@@ -59,15 +59,17 @@ impl Effort {
         self.bound.store(bound, Ordering::Relaxed);
     }
 
-    /// There is no bound from now on but that of all.
-    pub(super) fn unbound(&self) {
-        self.allow(u64::MAX);
-    }
-
-    /// No more than so many units may be spent from now on, whatever is allowed.
+    /// No more than so many units may be spent from now on, whatever is allowed, until there is no bound.
     pub(super) fn limit(&self, units: u64) {
         let most = self.spent().saturating_add(units);
         self.most.store(most, Ordering::Relaxed);
+        self.bound.store(most, Ordering::Relaxed);
+    }
+
+    /// There is no bound from now on.
+    pub(super) fn unbound(&self) {
+        self.most.store(u64::MAX, Ordering::Relaxed);
+        self.bound.store(u64::MAX, Ordering::Relaxed);
     }
 
     /// An element was evaluated with so many coefficients along each direction, over the cycles until its friction closed.

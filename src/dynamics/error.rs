@@ -111,6 +111,14 @@ pub enum DynamicsError {
         /// All elements.
         elements: usize,
     },
+    /// A search that has cost as much as it may.
+    #[error(
+        "the search for steady states was ended at {frequency:.6} Hz, as it had cost as much as it may; more is found where dynamics.frequency is narrower"
+    )]
+    Spent {
+        /// Frequency \[Hz\].
+        frequency: f64,
+    },
     /// An element whose friction force does not come back to itself over a cycle.
     #[error(
         "contact element {element} has no steady cycle yet: after {cycles} cycles its friction force changes by {change:.3e} of the joint's largest from one to the next, {tolerance:.1e} asked; other samples per cycle or another load avoid the standstill"
@@ -187,6 +195,7 @@ impl DynamicsError {
         matches!(
             self,
             DynamicsError::NotConverged { .. }
+                | DynamicsError::Spent { .. }
                 | DynamicsError::Krylov { .. }
                 | DynamicsError::NoResonance { .. }
                 | DynamicsError::Overloaded { .. }

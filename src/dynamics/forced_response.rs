@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::candidates::gives_energy;
 use super::contact_element::ContactElement;
 use super::cycle::half_range;
-use super::effort::{POINTS, SURVEY};
+use super::effort::POINTS;
 use super::periodic::{Periodic, Settled};
 use super::survey::{EFFORT, first_harmonic, is_near, start_of};
 use super::time_integration::Motion;
@@ -235,10 +235,7 @@ impl Vibration {
         &self,
         balance: &HarmonicBalance<ContactElement>,
     ) -> Result<(Points, Option<DynamicsError>), DynamicsError> {
-        balance.effort.limit(SURVEY);
-        let survey = self.survey(balance);
-        balance.effort.limit(u64::MAX);
-        let survey = survey?;
+        let survey = self.survey(balance)?;
         let mut found = Points::default();
         for (number, branch) in survey.branches.iter().enumerate() {
             self.add_branch(balance, branch, number, &mut found)?;

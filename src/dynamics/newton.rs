@@ -58,6 +58,12 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         tolerance: f64,
     ) -> Result<Response, DynamicsError> {
         let first_omega = state.omega;
+        // A single evaluation of many samples is no little where hundreds of searches end here.
+        if self.effort.is_spent() {
+            return Err(DynamicsError::Spent {
+                frequency: state.omega / (2.0 * std::f64::consts::PI),
+            });
+        }
         let mut grip = MOST_GRIP;
         let mut at = self.evaluate(&state, factor, condition, Some(grip))?;
         let mut frame: Option<Frame> = None;

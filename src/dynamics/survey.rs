@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 use super::candidates::gives_energy;
 use super::contact_element::ContactElement;
-use super::effort::{BESIDE_BRANCHES, BRANCHES};
+use super::effort::{BESIDE_BRANCHES, BRANCHES, FINER_SURVEY, SURVEY};
 use super::forced_response::FoundBy;
 use super::periodic::{Periodic, Settled};
 use super::time_integration::{Motion, TimeModel};
@@ -126,7 +126,13 @@ impl Vibration {
             return Ok(kept);
         }
         let before = balance.effort.spent();
-        let survey = self.survey_anew(balance)?;
+        let is_finer = balance.harmonics().highest() > self.harmonics.highest();
+        balance
+            .effort
+            .limit(if is_finer { FINER_SURVEY } else { SURVEY });
+        let survey = self.survey_anew(balance);
+        balance.effort.unbound();
+        let survey = survey?;
         let spent = balance.effort.spent() - before;
         self.keep_survey(balance, &survey, spent);
         Ok(survey)

@@ -1,8 +1,8 @@
-//! Surveys that were made, for the next stage that wants one of the same balance.
+//! Surveys that were made, and what was found to bounce, for the next stage that wants one of the same balance.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
-use std::rc::Rc;
+use std::sync::Arc;
 
 use super::bouncing::Bouncing;
 use super::contact_element::ContactElement;
@@ -18,16 +18,16 @@ const KEPT: usize = 3;
 #[derive(Debug, Default)]
 pub struct Surveyed {
     kept: RefCell<VecDeque<Kept>>,
-    bouncing: RefCell<Option<Rc<Bouncing>>>,
+    bouncing: RefCell<Option<Arc<Bouncing>>>,
 }
 
 impl Surveyed {
     /// What bounces over a range of angular frequencies: what was found last time, if it was the same.
-    pub(super) fn bouncing(&self, bouncer: &TwoSprings, range: (f64, f64)) -> Rc<Bouncing> {
+    pub(super) fn bouncing(&self, bouncer: &TwoSprings, range: (f64, f64)) -> Arc<Bouncing> {
         let mut kept = self.bouncing.borrow_mut();
         match &*kept {
             Some(found) if found.of == *bouncer && found.range == range => found.clone(),
-            _ => kept.insert(Rc::new(bouncer.bouncing(range))).clone(),
+            _ => kept.insert(Arc::new(bouncer.bouncing(range))).clone(),
         }
     }
 }
@@ -82,10 +82,13 @@ impl Vibration {
     /// The survey of a balance that was made, which counts as if it were made again: what follows does not depend on who made it.
     pub(super) fn kept_survey(&self, balance: &HarmonicBalance<ContactElement>) -> Option<Survey> {
         let of = Inputs::of(self, balance);
-        let all = self.surveyed.kept.borrow();
-        let kept = all.iter().find(|kept| kept.of == of)?;
+        let mut all = self.surveyed.kept.borrow_mut();
+        let place = all.iter().position(|kept| kept.of == of)?;
+        let kept = all.remove(place)?;
         balance.effort.add_units(kept.spent);
-        Some(kept.survey.clone())
+        let survey = kept.survey.clone();
+        all.push_front(kept);
+        Some(survey)
     }
 
     /// Keeps the survey of a balance, which has taken so many units of effort.

@@ -2,7 +2,7 @@
 
 use super::bouncing::NORMAL;
 use super::contact_element::ContactElement;
-use super::effort::{AGAIN, BRANCHES, FINER, SURVEYS};
+use super::effort::{AGAIN, BRANCHES, FINER};
 use super::newton::FREQUENCY_WEIGHT;
 use super::reach::Unseen;
 use super::survey::is_near;
@@ -23,8 +23,8 @@ pub(super) const UNKNOWN: f64 = 1.0;
 const HIGHEST: u32 = 31;
 /// The highest from which all of the range is looked at again with more harmonics, where those do not have the resonance.
 const MOST_SURVEYED: u32 = 15;
-/// A search with more harmonics is begun if it is expected to cost up to so many times what one may: it is ended where it costs more
-/// than it may, and counts then if it has found more.
+/// A search with more harmonics is begun if it is expected to cost up to so many times what the first branches of one may: it is ended where it
+/// costs more than a survey may, and counts then if it has found more.
 const MOST_EXPECTED: f64 = 4.0;
 /// Share of the input below which a dissipation is faint: what is rounding of the input is no error of it.
 pub(super) const FAINT: f64 = 1e-6;
@@ -303,9 +303,7 @@ impl Resolved<'_> {
         if self.spent > AGAIN {
             return false;
         }
-        balance.effort.limit(SURVEYS - self.spent);
         let found = self.vibration.resonance(&balance, None);
-        balance.effort.limit(u64::MAX);
         self.spent += balance.effort.spent();
         match found {
             Ok(resonance)
