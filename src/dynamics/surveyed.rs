@@ -52,6 +52,8 @@ struct Inputs {
     points: Option<usize>,
     elements: Vec<ContactElement>,
     harmonics: Harmonics,
+    /// Those of the vibration: a survey with more of them may cost less.
+    asked: Harmonics,
     settings: Settings,
 }
 
@@ -67,6 +69,7 @@ impl Inputs {
             points: vibration.points,
             elements: balance.elements().to_vec(),
             harmonics: balance.harmonics().clone(),
+            asked: vibration.harmonics.clone(),
             settings: balance.settings,
         }
     }
