@@ -4,7 +4,7 @@
 
 use super::march::Slope;
 use super::{DynamicsError, Harmonics};
-use crate::linalg::add_product_of_rows;
+use crate::linalg::{add_product_of_rows, add_scaled};
 
 /// An element of the interface: what force it has at given displacements over a cycle.
 ///
@@ -60,8 +60,8 @@ pub trait InterfaceElement {
         None
     }
 
-    /// Forces \[N\] over the steady cycle, and their derivative if asked for, in arrays of any content; `scratch` is there to work
-    /// in.
+    /// Forces \[N\] over the steady cycle, in an array of any content, and their derivative if asked for, which is zero before; `scratch` is
+    /// there to work in.
     fn sample(
         &self,
         displacement: &[[f64; 3]],
@@ -108,30 +108,58 @@ impl Closure {
     }
 }
 
-/// Derivatives of the sampled forces with respect to the coefficients of displacement.
+/// Derivatives of the sampled forces with respect to the coefficients of displacement, as what each part of them is: a stiffness throughout
+/// the cycle, a stiffness at one sample, or a change that lasts from a sample to the end of the cycle.
 pub struct Derivative<'a> {
     /// Coefficients per direction.
     pub coefficients: usize,
     /// Basis functions, `samples × coefficients`.
     pub basis: &'a [f64],
-    /// ∂ force\[d\] at sample j / ∂ coefficient c of direction e, at `((j * 3 + d) * 3 + e) * coefficients + c`.
-    pub values: &'a mut [f64],
+    parts: &'a mut Parts,
+}
+
+/// The parts of a derivative.
+#[derive(Debug, Clone, Default)]
+struct Parts {
+    /// Stiffness of each direction throughout the cycle.
+    stiffness: [f64; 3],
+    /// Samples, directions and stiffnesses at one sample alone.
+    at: Vec<(usize, usize, f64)>,
+    /// Samples from which on there is a change, in the order in which they were asked for.
+    from: Vec<usize>,
+    /// Of each sample, its place in `from` and one more, or 0.
+    place: Vec<usize>,
+    /// The changes of the tangential forces, x then y, each by `3 × coefficients`.
+    lasting: Vec<f64>,
 }
 
 impl Derivative<'_> {
-    /// The basis functions at sample `j`.
-    pub fn basis_at(&self, j: usize) -> &[f64] {
-        &self.basis[j * self.coefficients..][..self.coefficients]
+    /// Adds a stiffness \[N/m\] throughout the cycle.
+    pub fn add_stiffness(&mut self, direction: usize, stiffness: f64) {
+        self.parts.stiffness[direction] += stiffness;
     }
 
-    /// The derivatives of force `d` at sample `j`, `3 × coefficients`.
-    pub fn row_mut(&mut self, j: usize, d: usize) -> &mut [f64] {
-        &mut self.values[(j * 3 + d) * 3 * self.coefficients..][..3 * self.coefficients]
+    /// Adds a stiffness \[N/m\] at sample `j` alone.
+    pub fn add_stiffness_at(&mut self, j: usize, direction: usize, stiffness: f64) {
+        self.parts.at.push((j, direction, stiffness));
     }
 
-    /// The derivatives of both tangential forces at sample `j`, one row after the other.
-    pub(super) fn tangential_mut(&mut self, j: usize) -> &mut [f64] {
-        &mut self.values[j * 9 * self.coefficients..][..6 * self.coefficients]
+    /// What the derivatives of both tangential forces change by at sample `j` and keep to the end of the cycle: the row of x, then that
+    /// of y, `3 × coefficients` each.
+    pub fn lasting_from(&mut self, j: usize) -> &mut [f64] {
+        let width = 6 * self.coefficients;
+        let Parts {
+            from,
+            place,
+            lasting,
+            ..
+        } = &mut *self.parts;
+        if place[j] == 0 {
+            from.push(j);
+            place[j] = from.len();
+            lasting.resize(from.len() * width, 0.0);
+        }
+        &mut lasting[(place[j] - 1) * width..][..width]
     }
 }
 
@@ -142,8 +170,10 @@ pub struct Sampling {
     samples: usize,
     /// `samples × coefficients`.
     basis: Vec<f64>,
-    /// The inverse of `basis` in the sense of least squares, `coefficients × samples`.
-    analysis: Vec<f64>,
+    /// Its transpose, `coefficients × samples`.
+    waves: Vec<f64>,
+    /// Coefficients of a force that is one from a sample to the last, and nothing before, `samples × coefficients`.
+    tails: Vec<f64>,
     /// Whether samples are taken only where there is no closed form.
     by_events: bool,
 }
@@ -166,7 +196,9 @@ pub struct Scratch {
 pub struct Workspace {
     displacement: Vec<[f64; 3]>,
     force: Vec<[f64; 3]>,
-    derivative: Vec<f64>,
+    parts: Parts,
+    /// Weights of the changes that last, `coefficients × changes`.
+    weights: Vec<f64>,
     scratch: Scratch,
 }
 
@@ -190,18 +222,22 @@ impl Sampling {
             let theta = 2.0 * std::f64::consts::PI * j as f64 / samples as f64;
             basis.extend(harmonics.basis(theta));
         }
-        let mut analysis = vec![0.0; n * samples];
-        for j in 0..samples {
+        let mut waves = vec![0.0; n * samples];
+        let mut tails = vec![0.0; samples * n];
+        let mut tail = vec![0.0; n];
+        for j in (0..samples).rev() {
             for c in 0..n {
-                let weight = if c == 0 { 1.0 } else { 2.0 };
-                analysis[c * samples + j] = weight / samples as f64 * basis[j * n + c];
+                waves[c * samples + j] = basis[j * n + c];
+                tail[c] += weight(c) / samples as f64 * basis[j * n + c];
             }
+            tails[j * n..][..n].copy_from_slice(&tail);
         }
         Ok(Sampling {
             harmonics,
             samples,
             basis,
-            analysis,
+            waves,
+            tails,
             by_events: false,
         })
     }
@@ -244,11 +280,10 @@ impl Sampling {
 
     fn synthesise_into(&self, coefficients: &[f64], out: &mut [[f64; 3]]) {
         let n = self.harmonics.coefficients();
-        for (out, basis) in out.iter_mut().zip(self.basis.chunks_exact(n)) {
-            for d in 0..3 {
-                let row = &coefficients[d * n..][..n];
-                out[d] = row.iter().zip(basis).map(|(a, b)| a * b).sum();
-            }
+        let mut rows = vec![0.0; 3 * self.samples];
+        add_product_of_rows(&mut rows, coefficients, &self.waves, [3, n], self.samples);
+        for (j, out) in out.iter_mut().enumerate() {
+            *out = [0, 1, 2].map(|d| rows[d * self.samples + j]);
         }
     }
 
@@ -262,11 +297,12 @@ impl Sampling {
 
     fn analyse_into(&self, samples: &[[f64; 3]], out: &mut [f64]) {
         let n = self.harmonics.coefficients();
-        for d in 0..3 {
-            for c in 0..n {
-                let weights = &self.analysis[c * self.samples..][..self.samples];
-                out[d * n + c] = weights.iter().zip(samples).map(|(w, s)| w * s[d]).sum();
-            }
+        let along = |d: usize| samples.iter().map(move |sample| sample[d]);
+        let rows: Vec<f64> = (0..3).flat_map(along).collect();
+        out.fill(0.0);
+        add_product_of_rows(out, &rows, &self.basis, [3, self.samples], n);
+        for (i, out) in out.iter_mut().enumerate() {
+            *out *= weight(i % n) / self.samples as f64;
         }
     }
 
@@ -275,7 +311,8 @@ impl Sampling {
         Workspace {
             displacement: vec![[0.0; 3]; self.samples],
             force: vec![[0.0; 3]; self.samples],
-            derivative: Vec::new(),
+            parts: Parts::default(),
+            weights: Vec::new(),
             scratch: Scratch::default(),
         }
     }
@@ -321,12 +358,10 @@ impl Sampling {
             self.analyse_into(&work.force, force);
             return closure;
         };
-        // Made where it is wanted: a force without derivatives, or without samples, needs none of it.
-        work.derivative.resize(self.samples * 9 * n, 0.0);
         let mut derivative = Derivative {
             coefficients: n,
             basis: &self.basis,
-            values: &mut work.derivative,
+            parts: work.parts.cleared(self.samples),
         };
         let closure = element.sample(
             &work.displacement,
@@ -335,15 +370,59 @@ impl Sampling {
             &mut work.scratch,
         );
         self.analyse_into(&work.force, force);
-        jacobian.fill(0.0);
-        let width = 3 * n;
-        for d in 0..3 {
-            // The derivatives of one direction lie between those of the others.
-            let own = &work.derivative[d * width..];
-            let rows = &mut jacobian[d * n * width..][..n * width];
-            let size = [n, self.samples];
-            add_product_of_rows(rows, &self.analysis, own, size, 3 * width);
-        }
+        self.analyse_parts(&work.parts, &mut work.weights, jacobian);
         closure
     }
+
+    /// The Jacobian of the coefficients whose derivative has these parts; `weights` are there to work in.
+    fn analyse_parts(&self, parts: &Parts, weights: &mut Vec<f64>, jacobian: &mut [f64]) {
+        let n = self.harmonics.coefficients();
+        let width = 3 * n;
+        jacobian.fill(0.0);
+        for (i, row) in jacobian.chunks_exact_mut(width).enumerate() {
+            row[i] = parts.stiffness[i / n];
+        }
+        for &(j, d, stiffness) in &parts.at {
+            let basis = &self.basis[j * n..][..n];
+            let rows = &mut jacobian[d * n * width..][..n * width];
+            for (c, row) in rows.chunks_exact_mut(width).enumerate() {
+                let factor = stiffness * weight(c) / self.samples as f64 * basis[c];
+                add_scaled(&mut row[d * n..][..n], factor, basis);
+            }
+        }
+        let count = parts.from.len();
+        weights.clear();
+        weights.resize(n * count, 0.0);
+        for (k, j) in parts.from.iter().enumerate() {
+            for (c, tail) in self.tails[j * n..][..n].iter().enumerate() {
+                weights[c * count + k] = *tail;
+            }
+        }
+        if count > 0 {
+            for d in 0..2 {
+                // The rows of one direction lie between those of the other.
+                let own = &parts.lasting[d * width..];
+                let rows = &mut jacobian[d * n * width..][..n * width];
+                add_product_of_rows(rows, weights, own, [n, count], 2 * width);
+            }
+        }
+    }
+}
+
+impl Parts {
+    /// Those of a derivative that is zero, over so many samples.
+    fn cleared(&mut self, samples: usize) -> &mut Parts {
+        self.stiffness = [0.0; 3];
+        self.at.clear();
+        self.from.clear();
+        self.lasting.clear();
+        self.place.clear();
+        self.place.resize(samples, 0);
+        self
+    }
+}
+
+/// Factor by which a coefficient is more than the mean of force times basis function.
+fn weight(coefficient: usize) -> f64 {
+    if coefficient == 0 { 1.0 } else { 2.0 }
 }

@@ -310,9 +310,6 @@ impl InterfaceElement for ContactElement {
         mut derivative: Option<&mut Derivative<'_>>,
         scratch: &mut Scratch,
     ) -> Closure {
-        if let Some(derivative) = derivative.as_deref_mut() {
-            derivative.values.fill(0.0);
-        }
         self.normal_forces(displacement, force, derivative.as_deref_mut());
         let mut closure = Closure::EXACT;
         let (mut stuck, mut gripping) = (0.0, 0.0);
@@ -333,7 +330,9 @@ impl InterfaceElement for ContactElement {
             }
         }
         if let Some(derivative) = derivative {
-            complete(derivative, stuck + gripping);
+            for direction in [0, 1] {
+                derivative.add_stiffness(direction, stuck + gripping);
+            }
         }
         if stuck > 0.0 {
             for (force, u) in force.iter_mut().zip(displacement) {
@@ -353,6 +352,7 @@ impl ContactElement {
         force: &mut [[f64; 3]],
         mut derivative: Option<&mut Derivative<'_>>,
     ) {
+        let mut usual = None;
         for (j, (u, force)) in displacement.iter().zip(force).enumerate() {
             let (mut change, mut stiffness) = (0.0, 0.0);
             for slider in &self.sliders {
@@ -364,31 +364,15 @@ impl ContactElement {
             }
             *force = [0.0, 0.0, change];
             if let Some(derivative) = derivative.as_deref_mut() {
-                let n = derivative.coefficients;
-                for c in 0..n {
-                    let slope = stiffness * derivative.basis_at(j)[c];
-                    derivative.row_mut(j, 2)[2 * n + c] = slope;
+                // Most loads are never lost: one stiffness for all of the cycle.
+                let usual = *usual.get_or_insert_with(|| {
+                    derivative.add_stiffness(2, stiffness);
+                    stiffness
+                });
+                if stiffness != usual {
+                    derivative.add_stiffness_at(j, 2, stiffness - usual);
                 }
             }
-        }
-    }
-}
-
-/// Makes the derivatives of the tangential forces from their changes beyond those of sticking ([`March::run`]) and those of sticking
-/// with the stiffness `kt`.
-fn complete(derivative: &mut Derivative<'_>, kt: f64) {
-    let n = derivative.coefficients;
-    let basis = derivative.basis;
-    let mut offset = vec![0.0; 6 * n];
-    for (j, basis) in basis.chunks_exact(n).enumerate() {
-        let row = derivative.tangential_mut(j);
-        for (value, sum) in row.iter_mut().zip(&mut offset) {
-            *sum += *value;
-            *value = *sum;
-        }
-        // ∂ force x / ∂ u_x, then ∂ force y / ∂ u_y.
-        for first in [0, 4 * n] {
-            add_scaled(&mut row[first..][..n], kt, basis);
         }
     }
 }

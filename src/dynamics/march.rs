@@ -5,7 +5,7 @@
 
 use super::aft::{Closure, Derivative, Scratch};
 use super::slider::{self, Dual, FrictionLaw, INPUTS, MEMORY, Number, Slider, Step};
-use crate::linalg::add_scaled;
+use crate::linalg::{add_scaled, vectorised};
 
 /// Cycles marched one after the other, at most. The memory of most motions is gone after one; a slider that slips by much less than it
 /// stretches forgets a force across its motion over hundreds, and from here on its steady cycle is looked for.
@@ -60,8 +60,8 @@ struct Steady {
 struct Lap {
     /// Force at its end.
     end: [f64; 2],
-    /// Largest force.
-    largest: f64,
+    /// Square of the largest force.
+    largest_square: f64,
     /// Whether it neither slipped nor opened.
     stuck: bool,
 }
@@ -173,7 +173,7 @@ impl March<'_> {
                 let jump = map.map(|row| row[0] * change[0] + row[1] * change[1]);
                 // Where slip is about to end, the whole way leads to where there is none: any force is steady there, but it is not
                 // the one that the march leads to, unless they are the same to rounding.
-                let is_there = slider::magnitude(jump) <= THERE * lap.largest;
+                let is_there = slider::magnitude(jump) <= THERE * lap.largest();
                 [1.0, 0.5, 0.25].into_iter().find_map(|share| {
                     let guess = [before[0] + share * jump[0], before[1] + share * jump[1]];
                     // A cycle brings the force back to the curve along which it drifts: only then is its change that of the drift.
@@ -273,16 +273,16 @@ impl March<'_> {
     fn lap_after(&self, before: Lap, from: [f64; 3], force: &mut [[f64; 2]]) -> Lap {
         let (law, kt, mu) = (self.law, self.slider.tangential_stiffness, self.friction);
         let mut lap = Lap::new(before.end);
-        let same = SAME * before.largest;
+        let same = SAME * before.largest();
         for (j, force) in force.iter_mut().enumerate() {
             let (delta, loads) = self.inputs(j, from);
             let (next, step) = slider::step(law, kt, mu, lap.end, delta, loads);
             lap.advance(next, step);
             let apart = [next[0] - force[0], next[1] - force[1]];
-            if slider::magnitude(apart) <= same {
+            if slider::square(apart) <= same * same {
                 return Lap {
                     end: before.end,
-                    largest: before.largest,
+                    largest_square: before.largest_square,
                     stuck: lap.stuck && before.stuck,
                 };
             }
@@ -313,6 +313,20 @@ impl March<'_> {
 
     /// A lap that tells the derivatives of each step with respect to its first `K` inputs.
     fn lap_with<const K: usize>(
+        &self,
+        start: [f64; 2],
+        from: [f64; 3],
+        force: &mut [[f64; 2]],
+        tell: impl FnMut(Slope<K>),
+    ) -> Lap {
+        vectorised(
+            #[inline(always)]
+            || self.lap_telling(start, from, force, tell),
+        )
+    }
+
+    #[inline(always)]
+    fn lap_telling<const K: usize>(
         &self,
         start: [f64; 2],
         from: [f64; 3],
@@ -361,6 +375,20 @@ impl March<'_> {
         derivative: &mut Derivative<'_>,
         store: bool,
     ) {
+        vectorised(
+            #[inline(always)]
+            || self.carry(scratch, follows, derivative, store),
+        );
+    }
+
+    #[inline(always)]
+    fn carry(
+        &self,
+        scratch: &mut Scratch,
+        follows: bool,
+        derivative: &mut Derivative<'_>,
+        store: bool,
+    ) {
         let n = derivative.coefficients;
         let (width, basis) = (3 * n, derivative.basis);
         let (kt, kn) = (
@@ -373,8 +401,8 @@ impl March<'_> {
             next,
             ..
         } = scratch;
-        if store {
-            add_scaled(derivative.tangential_mut(0), 1.0, offset);
+        if store && offset.iter().any(|value| *value != 0.0) {
+            add_scaled(derivative.lasting_from(0), 1.0, offset);
         }
         next.clear();
         next.resize(2 * width, 0.0);
@@ -408,7 +436,7 @@ impl March<'_> {
                 }
             }
             if store {
-                let sums = derivative.tangential_mut(j).iter_mut();
+                let sums = derivative.lasting_from(j).iter_mut();
                 for (sum, (next, offset)) in sums.zip(next.iter().zip(&*offset)) {
                     *sum += next - offset;
                 }
@@ -420,7 +448,7 @@ impl March<'_> {
 
 /// Adds what an `offset` at the start of a steady cycle adds to its derivative, see [`March::propagate`].
 fn remember(slopes: &[Slope], offset: &[f64], derivative: &mut Derivative<'_>) {
-    add_scaled(derivative.tangential_mut(0), 1.0, offset);
+    add_scaled(derivative.lasting_from(0), 1.0, offset);
     let (first, second) = offset.split_at(3 * derivative.coefficients);
     let mut before = UNCHANGED;
     for (j, slope) in slopes.iter().enumerate() {
@@ -432,7 +460,7 @@ fn remember(slopes: &[Slope], offset: &[f64], derivative: &mut Derivative<'_>) {
         if is_forgotten {
             after = [[0.0; 2]; 2];
         }
-        let rows = derivative.tangential_mut(j).chunks_exact_mut(first.len());
+        let rows = derivative.lasting_from(j).chunks_exact_mut(first.len());
         for (sums, (after, before)) in rows.zip(after.iter().zip(before)) {
             let change = [after[0] - before[0], after[1] - before[1]];
             for (sum, (a, b)) in sums.iter_mut().zip(first.iter().zip(second)) {
@@ -481,15 +509,16 @@ fn unforgotten(a: [[f64; 2]; 2], least: f64) -> Option<[[f64; 2]; 2]> {
 impl Lap {
     /// How well a lap from the force `start` closes.
     fn closure(&self, cycles: usize, start: [f64; 2]) -> Closure {
+        let largest = self.largest();
         let change = slider::magnitude([self.end[0] - start[0], self.end[1] - start[1]]);
         Closure {
             cycles,
-            change: if self.stuck || self.largest == 0.0 {
+            change: if self.stuck || largest == 0.0 {
                 0.0
             } else {
-                change / self.largest
+                change / largest
             },
-            largest: self.largest,
+            largest,
             samples: 0,
         }
     }
@@ -497,14 +526,19 @@ impl Lap {
     fn new(start: [f64; 2]) -> Lap {
         Lap {
             end: start,
-            largest: 0.0,
+            largest_square: 0.0,
             stuck: true,
         }
     }
 
+    /// Largest force.
+    fn largest(&self) -> f64 {
+        self.largest_square.sqrt()
+    }
+
     fn advance(&mut self, next: [f64; 2], step: Step) {
         self.end = next;
-        self.largest = self.largest.max(slider::magnitude(next));
+        self.largest_square = self.largest_square.max(slider::square(next));
         self.stuck &= step == Step::Stick;
     }
 }

@@ -41,13 +41,12 @@ impl<'a> Nodes<'a> {
 
     /// Basis functions at an instant, as [`Harmonics::basis`] has them.
     pub(super) fn basis(&self, theta: f64) -> Vec<f64> {
-        basis(self.harmonics, theta)
+        basis(self.harmonics, Turns::of(theta))
     }
 }
 
 /// Basis functions at an instant, as [`Harmonics::basis`] has them but for rounding.
-pub(super) fn basis(harmonics: &Harmonics, theta: f64) -> Vec<f64> {
-    let mut turns = Turns::of(theta);
+pub(super) fn basis(harmonics: &Harmonics, mut turns: Turns) -> Vec<f64> {
     let mut row = Vec::with_capacity(harmonics.coefficients());
     row.push(1.0);
     for &order in &harmonics.orders()[1..] {
@@ -318,14 +317,15 @@ impl Piece<'_> {
 }
 
 /// Cosine and sine of ascending multiples of an angle, each from those before: the library's functions would take most of the time.
-struct Turns {
+#[derive(Clone, Copy)]
+pub(super) struct Turns {
     one: [f64; 2],
     now: [f64; 2],
     multiple: usize,
 }
 
 impl Turns {
-    fn of(angle: f64) -> Turns {
+    pub(super) fn of(angle: f64) -> Turns {
         let (sin, cos) = angle.sin_cos();
         Turns {
             one: [cos, sin],
@@ -335,7 +335,7 @@ impl Turns {
     }
 
     /// Those of a multiple that is not below the one before.
-    fn to(&mut self, multiple: usize) -> [f64; 2] {
+    pub(super) fn to(&mut self, multiple: usize) -> [f64; 2] {
         while self.multiple < multiple {
             let ([c, s], [cos, sin]) = (self.now, self.one);
             self.now = [c * cos - s * sin, s * cos + c * sin];

@@ -20,7 +20,7 @@ impl FrictionLaw {
     /// True if friction of this limit \[N\] holds the tangential force.
     pub(super) fn holds(self, force: [f64; 2], limit: f64) -> bool {
         match self {
-            FrictionLaw::Cone => magnitude(force) <= limit,
+            FrictionLaw::Cone => square(force) <= limit * limit && limit >= 0.0,
             FrictionLaw::Box => force.iter().all(|t| t.abs() <= limit),
         }
     }
@@ -156,6 +156,7 @@ impl<const K: usize> Dual<K> {
         Dual { value, slope }
     }
 
+    #[inline(always)]
     fn chain(self, value: f64, derivative: f64) -> Self {
         Dual {
             value,
@@ -166,6 +167,7 @@ impl<const K: usize> Dual<K> {
 
 impl<const K: usize> Add for Dual<K> {
     type Output = Self;
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         Dual {
             value: self.value + other.value,
@@ -176,6 +178,7 @@ impl<const K: usize> Add for Dual<K> {
 
 impl<const K: usize> Sub for Dual<K> {
     type Output = Self;
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         Dual {
             value: self.value - other.value,
@@ -188,6 +191,7 @@ impl<const K: usize> Sub for Dual<K> {
 #[allow(clippy::suspicious_arithmetic_impl)]
 impl<const K: usize> Mul for Dual<K> {
     type Output = Self;
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
         Dual {
             value: self.value * other.value,
@@ -201,6 +205,7 @@ impl<const K: usize> Mul for Dual<K> {
 #[allow(clippy::suspicious_arithmetic_impl)]
 impl<const K: usize> Div for Dual<K> {
     type Output = Self;
+    #[inline(always)]
     fn div(self, other: Self) -> Self {
         let (value, share) = (self.value / other.value, other.value.recip());
         Dual {
@@ -212,6 +217,7 @@ impl<const K: usize> Div for Dual<K> {
 
 impl<const K: usize> Neg for Dual<K> {
     type Output = Self;
+    #[inline(always)]
     fn neg(self) -> Self {
         self.chain(-self.value, -1.0)
     }
@@ -251,6 +257,7 @@ pub(super) enum Step {
 /// Tangential force after a step.
 ///
 /// `force` \[N\] before, `delta` \[m\], normal loads `before` and `after` \[N\] (negative: how far from closing, times k_n).
+#[inline(always)]
 pub(super) fn step<T: Number>(
     law: FrictionLaw,
     stiffness: f64,
@@ -318,14 +325,20 @@ pub(super) fn held(
 }
 
 /// Length of a vector of forces; these are far from the ends of the range that `hypot` takes care of.
-pub(super) fn magnitude([x, y]: [f64; 2]) -> f64 {
-    (x * x + y * y).sqrt()
+pub(super) fn magnitude(force: [f64; 2]) -> f64 {
+    square(force).sqrt()
+}
+
+/// The square of that length, for comparisons: a root would be most of a step that sticks.
+pub(super) fn square([x, y]: [f64; 2]) -> f64 {
+    x * x + y * y
 }
 
 /// The force on the circle of the limit after a step that leaves it.
 ///
 /// It leaves at the share s of the step, where |T| is the limit of that moment; from there the angle φ between force and motion
 /// obeys φ′ = −(k_t |u̇|/µN) sin φ, so tan(φ/2) decays exponentially.
+#[inline(always)]
 fn slip<T: Number>(start: [T; 2], pull: [T; 2], trial: [T; 2], [before, limit]: [T; 2]) -> [T; 2] {
     let radial = || {
         let size = (trial[0] * trial[0] + trial[1] * trial[1]).sqrt();

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use super::series::basis;
+use super::series::{Turns, basis};
 use super::slider::{FrictionLaw, Slider};
 use super::time_integration::{Mode, TimeModel, along, direction};
 use super::{ContactElement, DynamicsError, Harmonics};
@@ -78,6 +78,8 @@ pub(super) struct Run<'a> {
     has_first: bool,
     /// Forces on the coordinates, to work in.
     force: Vec<f64>,
+    /// The angle at which rates were last asked for, and its cosine and sine: the last two stages of a step share one.
+    turned: (f64, Turns),
 }
 
 impl<'a> Run<'a> {
@@ -107,6 +109,7 @@ impl<'a> Run<'a> {
             trial: vec![0.0; values],
             has_first: false,
             force: vec![0.0; n],
+            turned: (0.0, Turns::of(0.0)),
         }
     }
 
@@ -236,13 +239,16 @@ impl<'a> Run<'a> {
             let rate = f64::from(load.harmonic) * self.omega;
             (load, rate * rate)
         });
-        let mut wave = (0, (0.0, 1.0));
+        if theta != self.turned.0 {
+            self.turned = (theta, Turns::of(theta));
+        }
+        let turns = self.turned.1;
+        let mut wave = (0, [1.0, 0.0]);
         for (load, size) in constant.chain(inertial) {
             if load.harmonic != wave.0 {
-                let angle = f64::from(load.harmonic) * theta;
-                wave = (load.harmonic, angle.sin_cos());
+                wave = (load.harmonic, { turns }.to(load.harmonic as usize));
             }
-            let (sin, cos) = wave.1;
+            let [cos, sin] = wave.1;
             let value = size * (load.cosine * cos + load.sine * sin);
             let row = model.model.basis.row(load.port);
             for (a, b) in row.iter().enumerate() {
@@ -306,7 +312,7 @@ impl<'a> Run<'a> {
             let rest = &mut out[self.scales.len()..];
             let scale = self.omega / TAU;
             rest[..3].copy_from_slice(&[input, friction_loss, viscous]);
-            let basis = basis(harmonics, theta);
+            let basis = basis(harmonics, turns);
             let count = basis.len();
             for port in 0..model.model.basis.rows() {
                 let u = product(model.model.basis.row(port), q);

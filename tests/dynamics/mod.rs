@@ -116,12 +116,8 @@ impl InterfaceElement for CubicSpring {
             *f = [self.0 * u[0].powi(3), 0.0, 0.0];
         }
         if let Some(derivative) = derivative {
-            derivative.values.fill(0.0);
             for (j, u) in displacement.iter().enumerate() {
-                for c in 0..derivative.coefficients {
-                    let slope = 3.0 * self.0 * u[0].powi(2) * derivative.basis_at(j)[c];
-                    derivative.row_mut(j, 0)[c] = slope;
-                }
+                derivative.add_stiffness_at(j, 0, 3.0 * self.0 * u[0].powi(2));
             }
         }
         Closure::EXACT
