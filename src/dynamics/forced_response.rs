@@ -195,7 +195,7 @@ impl Vibration {
             && let Ok(survey) = self.survey(balance)
         {
             // What a sweep does not arrive at may be on a branch of the survey.
-            balance.effort.allow(POINTS);
+            balance.effort.allow(POINTS / 2);
             for (response, &omega) in responses.iter_mut().zip(omegas) {
                 if response.is_err()
                     && let Some(found) = survey.highest_at(balance, self.response_port, omega)
