@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::aft::Closure;
 
 // By what each takes, in 0.17 microseconds of a common processor; fitted to parts of searches of oscillators of every kind.
-/// Units of an evaluation of an element, whatever it is.
+/// Units of an evaluation of a balance, whatever its elements.
 const EVALUATION: u64 = 100;
 /// Units of a step of the integration in time.
 const STEP: u64 = 7;
@@ -19,17 +19,17 @@ const ANALYSED: u64 = 12;
 const SOLVED: u64 = 40;
 /// Units of a survey but for what it looks for in gaps, and of one with more harmonics than are asked for; of its first branches, and of all that is
 /// looked for beside them: a million takes a fifth of a second.
-pub(super) const SURVEY: u64 = 10_000_000;
-pub(super) const FINER_SURVEY: u64 = 5_500_000;
+pub(super) const SURVEY: u64 = 12_500_000;
+pub(super) const FINER_SURVEY: u64 = 6_500_000;
 pub(super) const BRANCHES: u64 = 4_000_000;
-pub(super) const BESIDE_BRANCHES: u64 = 1_200_000;
+pub(super) const BESIDE_BRANCHES: u64 = 1_400_000;
 /// Units of following branches with more harmonics, and of one response with them.
 pub(super) const FINER: u64 = 1_200_000;
 pub(super) const NEAR_FINER: u64 = FINER / 4;
 /// Units of finding what bounces as responses of all coordinates, of looking along its paths for what is highest along other axes, and of climbing
 /// to that; and of looking along one path at least.
-pub(super) const BOUNCING: u64 = 1_200_000;
-pub(super) const ALONG: u64 = 2_400_000;
+pub(super) const BOUNCING: u64 = 1_400_000;
+pub(super) const ALONG: u64 = 2_800_000;
 pub(super) const LEAST_ALONG: u64 = ALONG / 4;
 /// Units that all surveys of a resonance may have cost before another one with more harmonics is begun.
 pub(super) const AGAIN: u64 = 4_000_000;
@@ -77,15 +77,20 @@ impl Effort {
         self.bound.store(u64::MAX, Ordering::Relaxed);
     }
 
+    /// A balance was evaluated, beside its elements.
+    pub(super) fn add_evaluation(&self) {
+        self.add(EVALUATION);
+    }
+
     /// An element was evaluated with so many coefficients along each direction, over the cycles until its friction closed.
     pub(super) fn add_element(&self, closure: &Closure, coefficients: usize) {
         let [cycles, samples] = [closure.cycles, closure.samples].map(|count| count as u64);
         let n = coefficients as u64;
         self.add(match samples {
-            0 => EVALUATION + n * n + CYCLE * cycles,
+            0 => n * n + CYCLE * cycles,
             _ => {
                 let sampled = samples * cycles / MARCHED + samples * n / ANALYSED;
-                EVALUATION + sampled + n.pow(3) / SOLVED
+                sampled + n.pow(3) / SOLVED
             }
         });
     }

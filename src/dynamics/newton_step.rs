@@ -187,6 +187,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let elements: Vec<usize> = (0..self.elements.len())
             .filter(|e| state.active[*e])
             .collect();
+        self.effort.add_evaluation();
         let mut work = self.sampling.workspace();
         let mut ports: Vec<usize> = elements.iter().flat_map(|e| 3 * e..3 * e + 3).collect();
         let mut forces = vec![0.0; elements.len() * width];

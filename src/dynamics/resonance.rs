@@ -13,8 +13,8 @@ const SCAN: usize = 400;
 const BESIDE: [f64; 5] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2];
 /// Points of the search among nonlinear responses, when all else failed.
 const NONLINEAR_SCAN: usize = 60;
-/// What the search over the range may cost where raising the load found no resonance: in units, a quarter of a minute, and in parts of what
-/// raising the load did.
+/// What the search over the range may cost where raising the load found no resonance: in units, and in parts of what raising the load
+/// did.
 const SCAN_UNITS: u64 = 15_000_000;
 const SCAN_SHARE: u64 = 4;
 /// Halvings of an interval that has a resonance.

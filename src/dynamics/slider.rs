@@ -5,6 +5,9 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+/// Square of a force over that of the limit at which it is held: one that a step left on the limit is above it by rounding.
+const ON_LIMIT: f64 = 1.0 + 4.0 * f64::EPSILON;
+
 /// How friction limits the two tangential forces of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -20,7 +23,7 @@ impl FrictionLaw {
     /// True if friction of this limit \[N\] holds the tangential force.
     pub(super) fn holds(self, force: [f64; 2], limit: f64) -> bool {
         match self {
-            FrictionLaw::Cone => square(force) <= limit * limit && limit >= 0.0,
+            FrictionLaw::Cone => square(force) <= ON_LIMIT * limit * limit,
             FrictionLaw::Box => force.iter().all(|t| t.abs() <= limit),
         }
     }

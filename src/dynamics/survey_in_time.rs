@@ -12,7 +12,7 @@ use super::{DynamicsError, HarmonicBalance, Response};
 /// First and least step of frequency to the peak of motions in time, relative, and integration steps for it.
 const CLIMB: f64 = 0.02;
 const LEAST_CLIMB: f64 = 1e-5;
-const CLIMBING: usize = 160_000;
+const CLIMBING: usize = 240_000;
 /// First and least step from a response of the balance to the peak of the motions in time near it, relative.
 const NEARBY: f64 = 1e-3;
 const LEAST_NEARBY: f64 = 1e-6;
@@ -22,7 +22,7 @@ const ASIDE: [f64; 8] = [0.02, -0.02, 0.05, -0.05, 0.1, -0.1, 0.2, -0.2];
 /// frequencies, and integration steps for all gaps, or for all places beside a peak.
 const APART: f64 = 2.0;
 const MOST_IN_GAP: usize = 60;
-const IN_TIME: usize = 150_000;
+const IN_TIME: usize = 200_000;
 
 impl Vibration {
     /// The peak of the motions in time that are larger than all branches, and whether it was reached; none without such a motion. It is
