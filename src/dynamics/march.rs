@@ -367,7 +367,7 @@ impl March<'_> {
     ///
     /// The offset is the derivative of the forces, x then y, less that of a slider that sticks from u = 0 on: k_t times the basis
     /// functions, which its element adds. It changes only where the slider slips or opens. With `store` its changes are added
-    /// to `derivative` at the samples where they happen, the first with the offset at the start.
+    /// to `derivative` from the samples on where they happen, the first with the offset at the start.
     fn propagate(
         &self,
         scratch: &mut Scratch,
