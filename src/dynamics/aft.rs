@@ -109,7 +109,8 @@ impl Closure {
 }
 
 /// Derivatives of the sampled forces with respect to the coefficients of displacement, as what each part of them is: a stiffness throughout
-/// the cycle, a stiffness at one sample, or a change that lasts from a sample to the end of the cycle.
+/// the cycle, a stiffness at one sample, or a change that lasts from a sample to the end of the cycle. Forces along the normal have no memory:
+/// changes that last are those of tangential forces.
 pub struct Derivative<'a> {
     /// Coefficients per direction.
     pub coefficients: usize,
@@ -228,7 +229,7 @@ impl Sampling {
         for j in (0..samples).rev() {
             for c in 0..n {
                 waves[c * samples + j] = basis[j * n + c];
-                tail[c] += weight(c) / samples as f64 * basis[j * n + c];
+                tail[c] += Harmonics::weight(c) / samples as f64 * basis[j * n + c];
             }
             tails[j * n..][..n].copy_from_slice(&tail);
         }
@@ -302,7 +303,7 @@ impl Sampling {
         out.fill(0.0);
         add_product_of_rows(out, &rows, &self.basis, [3, self.samples], n);
         for (i, out) in out.iter_mut().enumerate() {
-            *out *= weight(i % n) / self.samples as f64;
+            *out *= Harmonics::weight(i % n) / self.samples as f64;
         }
     }
 
@@ -386,7 +387,7 @@ impl Sampling {
             let basis = &self.basis[j * n..][..n];
             let rows = &mut jacobian[d * n * width..][..n * width];
             for (c, row) in rows.chunks_exact_mut(width).enumerate() {
-                let factor = stiffness * weight(c) / self.samples as f64 * basis[c];
+                let factor = stiffness * Harmonics::weight(c) / self.samples as f64 * basis[c];
                 add_scaled(&mut row[d * n..][..n], factor, basis);
             }
         }
@@ -420,9 +421,4 @@ impl Parts {
         self.place.resize(samples, 0);
         self
     }
-}
-
-/// Factor by which a coefficient is more than the mean of force times basis function.
-fn weight(coefficient: usize) -> f64 {
-    if coefficient == 0 { 1.0 } else { 2.0 }
 }

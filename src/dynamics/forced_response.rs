@@ -20,7 +20,7 @@ const DEAR_TOLERANCE: f64 = 1e-5;
 const DEAR_STEP: f64 = 1.0 / 12.0;
 /// Points at most whose stability is found.
 const MULTIPLIERS: usize = 60;
-/// Integration steps for all points at which the balance of a small model has no response: some half a second. Each may take its share of what
+/// Integration steps for all points at which the balance of a small model has no response: some third of a second. Each may take its share of what
 /// is left.
 const IN_TIME: usize = 300_000;
 /// Instants at which the range of a displacement over a cycle is looked for.

@@ -102,6 +102,11 @@ impl Harmonics {
         out
     }
 
+    /// Factor by which a coefficient is more than the mean of a signal times its basis function.
+    pub(super) fn weight(coefficient: usize) -> f64 {
+        if coefficient == 0 { 1.0 } else { 2.0 }
+    }
+
     /// Values of the basis functions at the phase `theta` = ωt: `[1, cos k₁θ, sin k₁θ, …]`, length [`Self::coefficients`].
     pub fn basis(&self, theta: f64) -> Vec<f64> {
         let mut row = vec![1.0];

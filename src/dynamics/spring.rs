@@ -74,7 +74,7 @@ impl Spring {
             let at: f64 = displacement.iter().zip(&basis).map(|(a, b)| a * b).sum();
             let [value, derivative] = self.force(at);
             for c in 0..n {
-                let weight = if c == 0 { 1.0 } else { 2.0 } / samples as f64 * basis[c];
+                let weight = Harmonics::weight(c) / samples as f64 * basis[c];
                 force[c] += weight * value;
                 add_scaled(&mut slope[c * n..][..n], weight * derivative, &basis);
             }

@@ -15,7 +15,7 @@ use super::{ContinuationSettings, DynamicsError, HarmonicBalance, Response, Star
 
 /// Frequencies at which a motion in time is looked for beside the branches, apart from those in gaps.
 pub(super) const PROBES: usize = 8;
-/// Integration steps for a motion in time where no branch is, and beside one: under a second, and a third of it. All multipliers of a forced response
+/// Integration steps for a motion in time where no branch is, and beside one: some seventh of a second, and a quarter of it. All multipliers of a forced response
 /// have the first.
 pub(super) const EFFORT: usize = 120_000;
 pub(super) const BESIDE: usize = 30_000;

@@ -317,8 +317,7 @@ impl<'a> Run<'a> {
             for port in 0..model.model.basis.rows() {
                 let u = product(model.model.basis.row(port), q);
                 for (c, b) in basis.iter().enumerate() {
-                    let weight = if c == 0 { 1.0 } else { 2.0 };
-                    rest[3 + port * count + c] = weight * scale * u * b;
+                    rest[3 + port * count + c] = Harmonics::weight(c) * scale * u * b;
                 }
             }
         }
