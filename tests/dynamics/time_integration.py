@@ -51,6 +51,8 @@ MOST_SEGMENTS = 4000
 RUN_AWAY = 1e21
 # Harmonics whose amplitudes are told.
 ORDERS = 8
+# A Newton iteration that leaves the frequency it began at by more than this factor, as a logarithm, has lost its branch.
+LARGEST_LEAP = 1.0
 
 # One direction: mass and damping in the units of the angle, springs, and the forces by harmonics.
 Axis = namedtuple("Axis", "m c k orders cosine sine")
@@ -1246,6 +1248,9 @@ def corrected(oscillator, guess, scale, normal):
         except np.linalg.LinAlgError:
             return None
         y = y + change * scale
+        # Far below the range a period has steps without end.
+        if abs(y[2] - guess[2]) > LARGEST_LEAP:
+            return None
         size = np.abs(change).max()
         if size <= 1e-10 or (size <= 1e-7 and size > 0.3 * before):
             _, slopes, product = period_map(oscillator, y)
