@@ -80,9 +80,10 @@ fn doubles(inputs: &Inputs) -> [f64; 2] {
         let begun = held + cycle_result + 2.0 + 3.0 + 2.0;
         // What its two stages add to that: bases, compliances, rates, pressures, gaps and wear.
         let stages = cycle_result + 2.0 + 1.0 + 2.0 + 3.0 + 1.0 + NORMAL_SOLVE;
-        // The coarse trajectory makes such a step from a state of its own, beside the table that holds it and that of the contact.
+        // The coarse trajectory makes such a step from a state of its own and from an earlier one of the run, beside the table that holds both and
+        // that of the contact.
         let coarse = match recipe.structure {
-            None => 3.0 * (cycle_result + 3.0),
+            None => 5.0 * (cycle_result + 3.0),
             Some(_) => 0.0,
         };
         begun + stages.max(cycle) + coarse

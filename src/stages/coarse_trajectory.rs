@@ -10,7 +10,7 @@ use super::summary::LOADED;
 use crate::grid::Patch;
 use crate::recipe::Part;
 use crate::tables::{TableName, typed};
-use crate::wear::coarse::{self, Difference, SPREAD};
+use crate::wear::coarse::{self, Difference, Own, SPREAD};
 use crate::wear::joint::WornState;
 
 /// The wear of the run once more by coarser steps, and what that differs by: one step for two of the run, and one at its end. In between the
@@ -50,10 +50,10 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let mut outputs = Outputs::default();
     let patch = solvers.joint(reads)?.patch.clone();
     let before = reads.maybe_before::<typed::CoarseField>()?;
-    let Some(field) = before else {
-        // Both begin alike; so does what goes on from a run without a coarse trajectory.
+    let Some(field) = before.filter(|field| field.own_wear_depth.is_some()) else {
+        // Both begin alike; so does what goes on from a run without a coarse trajectory, or with one of an earlier kind.
         let own = own(reads, &patch)?;
-        outputs.put(&field_of(&patch, &own))?;
+        outputs.put(&field_of(&patch, &own, &own))?;
         let none = contact_of(&reads.recipe).stiffness.then_some(0.0);
         let alike = typed::CoarseStep {
             difference_kn: none,
@@ -76,18 +76,22 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         })?;
         return Ok(outputs);
     }
-    let from = state_of(reads, &patch, field, &last)?;
+    let [from, begin] = states_of(reads, &patch, field, &last)?;
+    let own = own(reads, &patch)?;
     let contact: typed::StaticContact = reads.table()?;
     let_move(reads, solvers, contact.normal_load, None)?;
     let Some(wear) = &reads.recipe.wear else {
         unreachable!("a run with a coarse trajectory wears");
     };
     let law = wear.law();
+    let along = Own {
+        begin: &begin,
+        end: &own.wear,
+    };
     let (worn, fft_pairs) = solvers.work(reads, None, |joint| {
-        Ok(coarse::advance(joint, &from, law, pending as u64))
+        Ok(coarse::advance(joint, &from, along, law, pending as u64))
     })?;
-    drop(from);
-    let own = own(reads, &patch)?;
+    drop([from, begin]);
     let worn = match worn {
         Ok(worn) => worn,
         Err(error) => {
@@ -95,7 +99,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
             outputs.notice(format!(
                 "the coarse trajectory begins anew, and error bars know nothing of what wear has made of earlier errors: {error}"
             ));
-            outputs.put(&field_of(&patch, &own))?;
+            outputs.put(&field_of(&patch, &own, &own))?;
             outputs.put(&begun(&own, typed::CoarseStep { fft_pairs, ..last }))?;
             return Ok(outputs);
         }
@@ -129,7 +133,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
             100.0 * SPREAD * of.field / volume
         ));
     }
-    outputs.put(&field_of(&patch, &worn))?;
+    outputs.put(&field_of(&patch, &worn, &own))?;
     outputs.put(&typed::CoarseStep {
         n_cycles: pending,
         pending_n_cycles: 0,
@@ -171,45 +175,63 @@ fn own(reads: &Reads, patch: &Patch) -> Result<WornState, RunError> {
     )?)
 }
 
-/// The state that the coarse trajectory is in.
-fn state_of(
+/// The state that the coarse trajectory is in, and that of the run's own at the same cycles.
+fn states_of(
     reads: &Reads,
     patch: &Patch,
     field: typed::CoarseField,
     step: &typed::CoarseStep,
-) -> Result<WornState, RunError> {
-    let typed::CoarseField { i, j, .. } = field;
-    let wear = typed::WearField {
-        i: i.clone(),
-        j: j.clone(),
-        wear_depth: field.wear_depth,
-    };
-    let fields = typed::ContactField {
+) -> Result<[WornState; 2], RunError> {
+    let typed::CoarseField {
         i,
         j,
-        // No step asks for it.
-        gap: vec![0.0; field.pressure.len()],
-        pressure: field.pressure,
-        shear_x: Some(field.shear_x),
-        shear_y: field.shear_y,
-        slip_path: Some(field.slip_path),
-        dissipation: Some(field.dissipation),
-    };
+        shear_x,
+        shear_y,
+        ..
+    } = field;
     let cycle = typed::FrettingCycle {
         dissipated_energy: step.dissipated_energy,
         error_tangential: step.error_tangential,
         ..typed::FrettingCycle::default()
     };
-    Ok(worn_state(
-        &reads.recipe,
-        patch,
-        Some(wear),
-        &fields,
-        &cycle,
-    )?)
+    let state = |wear_depth: Vec<f64>, pressure: Vec<f64>, slip_path, dissipation| {
+        let wear = typed::WearField {
+            i: i.clone(),
+            j: j.clone(),
+            wear_depth,
+        };
+        let fields = typed::ContactField {
+            i: i.clone(),
+            j: j.clone(),
+            // No step asks for it.
+            gap: vec![0.0; pressure.len()],
+            pressure,
+            // The cycles of both are marched from there.
+            shear_x: Some(shear_x.clone()),
+            shear_y: shear_y.clone(),
+            slip_path,
+            dissipation,
+        };
+        worn_state(&reads.recipe, patch, Some(wear), &fields, &cycle)
+    };
+    let there = |values: Option<Vec<f64>>| values.unwrap_or_default();
+    Ok([
+        state(
+            field.wear_depth,
+            field.pressure,
+            Some(field.slip_path),
+            Some(field.dissipation),
+        )?,
+        state(
+            there(field.own_wear_depth),
+            there(field.own_pressure),
+            field.own_slip_path,
+            field.own_dissipation,
+        )?,
+    ])
 }
 
-fn field_of(patch: &Patch, state: &WornState) -> typed::CoarseField {
+fn field_of(patch: &Patch, state: &WornState, own: &WornState) -> typed::CoarseField {
     let (i, j) = patch.indices();
     let cycle = &state.cycle;
     let mut shear = cycle.shear.iter().map(|shear| patch.gather(shear));
@@ -222,5 +244,9 @@ fn field_of(patch: &Patch, state: &WornState) -> typed::CoarseField {
         shear_y: shear.next(),
         slip_path: patch.gather(&cycle.slip_path),
         dissipation: patch.gather(&cycle.energy),
+        own_wear_depth: Some(patch.gather(&own.wear)),
+        own_pressure: Some(patch.gather(&own.pressure)),
+        own_slip_path: Some(patch.gather(&own.cycle.slip_path)),
+        own_dissipation: Some(patch.gather(&own.cycle.energy)),
     }
 }

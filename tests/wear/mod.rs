@@ -122,21 +122,26 @@ pub fn after(joint: &mut FrettingJoint, step: Step) -> WornState {
     }
 }
 
-/// Wears the joint by equal implicit steps, without error control.
+/// Wears the unworn joint by equal implicit steps, without error control: its state, and the errors that the steps estimate.
 pub fn wear_by_equal_steps(joint: &mut FrettingJoint, cycles: u64, steps: u64) -> (WornState, f64) {
     let mut state = unworn(joint);
     let mut error = 0.0;
     for _ in 0..steps {
-        let limits = Limits {
-            tolerance: f64::INFINITY,
-            depth_step: None,
-            remaining: u64::MAX,
-        };
-        let step = advance(joint, &state, LAW, (cycles / steps) as f64, limits).expect("wear step");
+        let step = step_of(joint, &state, cycles / steps);
         error += step.error;
         state = after(joint, step);
     }
     (state, error)
+}
+
+/// An implicit step, whatever its error.
+pub fn step_of(joint: &mut FrettingJoint, state: &WornState, cycles: u64) -> Step {
+    let limits = Limits {
+        tolerance: f64::INFINITY,
+        depth_step: None,
+        remaining: u64::MAX,
+    };
+    advance(joint, state, LAW, cycles as f64, limits).expect("wear step")
 }
 
 /// Largest of |a − b| over the largest of |b|.
