@@ -21,6 +21,8 @@ const KINK: f64 = 32.0;
 const EASY: usize = 4;
 /// Newton iterations up to which the step grows where some of them keep a Jacobian.
 const EASY_CHORDS: usize = 7;
+/// Distance of two responses at one frequency, relative to their largest coefficient, from which on they are not the same.
+const DIFFERENT: f64 = 1e-3;
 /// Points in a row at which friction gives energy, after which a branch ends: where it gives what dampers take, the amplitude grows along
 /// the branch without bound.
 const UNPHYSICAL: usize = 50;
@@ -407,7 +409,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 
     /// The branch over the range of `settings`, or, where it cannot be followed throughout, its parts from both ends and why the first
-    /// goes no further. All points are in the order from the one end to the other.
+    /// goes no further. All points are in the order from the one end to the other. Where the branch from the other end goes all the way, but
+    /// arrives at another response than the first part begins with, that part comes second.
     ///
     /// # Errors
     /// [`DynamicsError::OutOfRange`], [`DynamicsError::HarmonicMissing`].
@@ -428,7 +431,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let (mut rest, stopped) = self.part(back)?;
         rest.reverse();
         match stopped {
-            None => Ok((vec![rest], None)),
+            // Where the range begins, the part from there may be another branch, which turns back.
+            None => match (there.first(), rest.first()) {
+                (Some(a), Some(b)) if differ(a, b) => Ok((vec![rest, there], None)),
+                _ => Ok((vec![rest], None)),
+            },
             Some(_) => Ok((vec![there, rest], Some(error))),
         }
     }
@@ -464,6 +471,13 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         };
         Ok((points, Some(error)))
     }
+}
+
+/// Whether two responses at one frequency are not the same.
+fn differ(a: &Response, b: &Response) -> bool {
+    let [a, b] = [a, b].map(|response| &response.displacement);
+    let size = a.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+    distance(a, b) > DIFFERENT * size
 }
 
 fn distance(a: &[f64], b: &[f64]) -> f64 {

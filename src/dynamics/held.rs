@@ -15,6 +15,10 @@ use super::{HarmonicBalance, Response};
 /// Share of the peak from which another may be higher with more harmonics.
 const RIVAL: f64 = 0.3;
 
+/// Share of its frequency beside a peak without damping at which an amplitude is still at least half of it. Of a peak that is narrower its height
+/// is where the search happened to stop.
+const NARROWEST: f64 = 1e-5;
+
 impl Resolved<'_> {
     /// Where more harmonics say that an error is large, or nothing of it, the difference from the motions in time takes its place: of the
     /// peak from their peak, of the dissipation from theirs at its frequency. Of a peak that is the top of a path in time, what the top leaves does.
@@ -72,11 +76,17 @@ impl Resolved<'_> {
             self.truncation.amplitude = self.truncation.amplitude.max(UNKNOWN);
             return;
         }
+        let damped = self.vibration.damped_bound();
+        if damped.is_none() && self.is_without_top() {
+            self.truncation.amplitude = UNKNOWN;
+            self.truncation.friction_energy = UNKNOWN;
+            return;
+        }
         let errors = [self.truncation.amplitude, self.truncation.friction_energy];
         if errors.iter().all(|error| *error < UNKNOWN) {
             return;
         }
-        let Some(bound) = self.vibration.damped_bound() else {
+        let Some(bound) = damped else {
             // Where nothing bounds it, a figure of which nothing is known is below nothing either.
             for error in [
                 &mut self.truncation.amplitude,
@@ -98,6 +108,21 @@ impl Resolved<'_> {
         let friction = in_force.energy.friction;
         self.truncation.amplitude = held(amplitude, most, peak);
         self.truncation.friction_energy = held(friction_energy, most_friction, friction);
+    }
+
+    /// Whether the amplitude falls to less than half of the peak next to it on both sides: where loads supply more than friction takes, and nothing else
+    /// damps, it grows up to the resonance without bound.
+    fn is_without_top(&self) -> bool {
+        let (vibration, peak) = (self.vibration, &self.resonance.peak);
+        let start = peak.start();
+        [1.0 - NARROWEST, 1.0 + NARROWEST].iter().all(|side| {
+            let beside = self.balance.solve(side * peak.omega, Some(&start));
+            beside.is_ok_and(|response| {
+                let port = vibration.response_port;
+                let size = first_harmonic(&self.balance, &response.displacement, port);
+                size < 0.5 * self.resonance.peak_amplitude
+            })
+        })
     }
 
     /// By how much the branch of more harmonics, and motions in time where it has gaps in which these harmonics differ from them, are above the peak,

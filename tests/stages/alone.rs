@@ -1,6 +1,6 @@
 //! Vibrations without a rough contact: oscillators with and without a friction contact, and the resonator on given springs.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
 
 use fretwear::reference::Jenkins;
@@ -158,6 +158,63 @@ fn a_linear_oscillator() {
     // Once more, it is done.
     let (outcome, seen) = Start::new(bench.scene("alone.toml", &[]), &root).done();
     assert_eq!((outcome.ending, seen.stages.take()), (Ending::Done, vec![]));
+}
+
+/// Of a softening spring the branch from the upper end of the range goes all the way to the lower one, at an amplitude beyond the top of the
+/// spring's force. The motion that rests at small loads is another branch, which turns back within the range.
+#[test]
+fn a_softening_oscillator_has_both_branches() {
+    /// What the third harmonic changes.
+    const BEYOND_ONE_HARMONIC: f64 = 0.05;
+    let (stiffness, cubic, from) = (1e7, -1e16, 160.0);
+    let bench = Bench::new();
+    let text = OSCILLATOR.replace("points = 23", "");
+    let sets = [
+        "structure.stiffness=\"10 N/um\"",
+        "structure.cubic_stiffness=[\"-1e16 N/m^3\", \"0 N/m^3\", \"0 N/m^3\"]",
+        "dynamics.harmonics=[0, 1, 3]",
+    ];
+    let root = run(&bench, &text, &sets);
+    let omega = TAU * from;
+    // Of one harmonic F² = (k − m ω² + ¾ k₃ a²)² a² + (c ω a)².
+    let force = |a: f64| {
+        let elastic = stiffness - MASS * omega * omega + 0.75 * cubic * a * a;
+        a * elastic.hypot(DAMPING * omega)
+    };
+    let (mut low, mut high) = (0.0, 1.5e-5);
+    assert!(force(high) > FORCE, "the load is below the top");
+    while high - low > 1e-18 {
+        let middle = 0.5 * (low + high);
+        match force(middle) < FORCE {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    let frf = frf(&root);
+    let at_rest = rows(&frf).find(|[frequency, amplitude, _]| {
+        (frequency / from - 1.0).abs() < 1e-9 && (amplitude / low - 1.0).abs() < BEYOND_ONE_HARMONIC
+    });
+    assert!(at_rest.is_some(), "no row of {low:e} m at {from} Hz");
+    assert!(
+        rows(&frf).any(|[_, amplitude, _]| amplitude > 2.0 * low),
+        "the other branch is there too"
+    );
+}
+
+/// Friction takes no more than 4 µN a of a motion, a load supplies up to π F a: above 4 µN/π nothing bounds the resonance of an oscillator that
+/// nothing else damps.
+#[test]
+fn a_peak_without_a_top_is_not_known() {
+    let bench = Bench::new();
+    let most = 4.0 / PI * LIMIT;
+    let bar = |part: f64| {
+        let force = format!("dynamics.force.amplitude=\"{} N\"", part * most);
+        let sets = ["structure.damping=\"0 N s/m\"", &force];
+        let root = run(&bench, &slider(), &sets);
+        summary(&root, 0, "error_peak_amplitude")
+    };
+    assert!(bar(0.9) < 0.5, "below it friction bounds the peak");
+    assert!(bar(1.1) >= 1.0, "above it nothing does");
 }
 
 #[test]
