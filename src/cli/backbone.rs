@@ -188,17 +188,21 @@ pub fn backbone(arguments: &BackboneArguments, out: &mut Results) -> Result<Exit
         return Err(CliError::OverASet { key, set });
     }
     arguments.check_outputs()?;
-    let mut all = Vec::new();
+    let mut all: Vec<Found> = Vec::new();
     for state in &arguments.states {
         let found = match (state, &arguments.over) {
-            (State::Scene(path), Some(key)) => over_key(arguments, path, key)?,
-            (State::Scene(path), None) => of_scene(arguments, path)?,
-            (State::Run(source), _) => of_run(arguments, source)?,
+            (State::Scene(path), Some(key)) => over_key(arguments, path, key),
+            (State::Scene(path), None) => of_scene(arguments, path),
+            (State::Run(source), _) => of_run(arguments, source),
         };
-        all.push(Found {
-            name: state.name(),
-            ..found
-        });
+        match (found, all.last_mut()) {
+            (Ok(found), _) => all.push(Found {
+                name: state.name(),
+                ..found
+            }),
+            (Err(error), Some(Found { broken, .. })) => *broken = Some(error),
+            (Err(error), None) => return Err(error),
+        }
         if all.last().is_some_and(|found| found.broken.is_some()) {
             break;
         }
