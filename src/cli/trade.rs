@@ -195,7 +195,7 @@ fn several(arguments: &TradeArguments, out: &mut Results) -> Result<Exit, CliErr
             "outside_bars": bars,
         }));
     } else {
-        write!(out, "{}", trade::markdown_of_scenes(&name, &trades));
+        write!(out, "{}", trade::plain_of_scenes(&name, &trades));
     }
     end(arguments, Some(&folder), failures)
 }
@@ -313,7 +313,7 @@ fn print(
             "left_out": left_out,
         }));
     } else {
-        write!(out, "{}", trade::markdown(trade, &found, left_out));
+        write!(out, "{}", trade::plain(trade, &found, left_out));
     }
     Ok(())
 }

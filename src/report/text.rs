@@ -20,6 +20,11 @@ pub fn visible(text: &str) -> String {
     shown
 }
 
+/// Text on one line of a terminal.
+pub fn one_line(text: &str) -> String {
+    visible(text).replace('\n', " ")
+}
+
 /// Text on one line of Markdown, where it begins no tag, link, picture or code. A cell wants [`cell`] besides.
 pub fn markdown(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());

@@ -23,8 +23,10 @@ pub use figures::{
     COUNT, FIELD, FIGURES, Figure, Values, WearField, deviation, field_error, noise,
 };
 pub use findings::{Buy, Convergence, Findings, Kept, Saving, Step, findings};
-pub use page::{html, markdown};
-pub use scenes::{InBar, Miss, Tally, html_of_scenes, markdown_of_scenes, misses, tallies};
+pub use page::{html, markdown, plain};
+pub use scenes::{
+    InBar, Miss, Tally, html_of_scenes, markdown_of_scenes, misses, plain_of_scenes, tallies,
+};
 
 use figures::{Measured, errors, measure, work_of_pair};
 

@@ -113,6 +113,11 @@ pub fn markdown(trade: &Trade, found: &Findings, left_out: &[(String, String)]) 
     page(trade, found, left_out, text::markdown).markdown()
 }
 
+/// The trade as a terminal shows it: set as by [`markdown`], with all names as they are.
+pub fn plain(trade: &Trade, found: &Findings, left_out: &[(String, String)]) -> String {
+    page(trade, found, left_out, text::one_line).markdown()
+}
+
 /// The trade as one HTML file that needs no other, with the chart `svg` in it. `left_out` is what was not tried, and why.
 pub fn html(trade: &Trade, found: &Findings, left_out: &[(String, String)], svg: &str) -> String {
     // The page escapes all of its text.

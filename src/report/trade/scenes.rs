@@ -202,6 +202,11 @@ pub fn markdown_of_scenes(name: &str, trades: &[Trade]) -> String {
     page(name, trades, text::markdown).markdown()
 }
 
+/// The scenes as a terminal shows them, see [`super::plain`].
+pub fn plain_of_scenes(name: &str, trades: &[Trade]) -> String {
+    page(name, trades, text::one_line).markdown()
+}
+
 /// The scenes as one HTML file that needs no other, with the chart `svg` in it.
 pub fn html_of_scenes(name: &str, trades: &[Trade], svg: &str) -> String {
     page(name, trades, str::to_owned).html(svg)

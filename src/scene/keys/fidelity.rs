@@ -28,7 +28,7 @@ keys! {
         ("balanced", Preset::Balanced, "within 1 % of reference"),
         ("reference", Preset::Reference, "as exact as is practical"),
     ]);
-    /// Relative error of the worn volume that the other keys are chosen for, in place of a preset. It bounds the error bar.
+    /// Relative error of the worn volume that wear steps and solves are chosen for, in place of a preset. What wear makes of it where single cells decide is beyond it, and in the error bar.
     ASKED: Quantity = "fidelity.tolerance", Absent, tolerance("0.01");
     /// How a cycle is marched. Without it the plan decides.
     CYCLE: Choice<March> = "fidelity.cycle", ByPreset(["stepped", "none", "none", "none"]), Choice(&[
