@@ -7,8 +7,8 @@
 //!
 //! Both schemes are of second order, so that a coarse step errs to the same side as the run's own: with the errors that it has, a cell on the
 //! verge would go the way that it goes in the run, and both would be wrong alike. So each coarse step is made from the run's own state
-//! too; what it leads to beyond the run's own is its error, which is taken away [`OPPOSITE`] times. Where steps are
-//! short the exact solution then lies between the run's own and the coarse trajectory.
+//! too; what it leads to beyond the run's own is its error, which is taken away 2½ times. Where steps are short the exact solution then lies
+//! between the run's own and the coarse trajectory.
 
 use super::WearLaw;
 use super::cycle::March;
