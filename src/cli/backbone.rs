@@ -189,21 +189,22 @@ pub fn backbone(arguments: &BackboneArguments, out: &mut Results) -> Result<Exit
     }
     arguments.check_outputs()?;
     let mut all: Vec<Found> = Vec::new();
+    let mut failed = None;
     for state in &arguments.states {
         let found = match (state, &arguments.over) {
             (State::Scene(path), Some(key)) => over_key(arguments, path, key),
             (State::Scene(path), None) => of_scene(arguments, path),
             (State::Run(source), _) => of_run(arguments, source),
         };
-        match (found, all.last_mut()) {
-            (Ok(found), _) => all.push(Found {
+        match found {
+            Ok(found) => all.push(Found {
                 name: state.name(),
                 ..found
             }),
-            (Err(error), Some(Found { broken, .. })) => *broken = Some(error),
-            (Err(error), None) => return Err(error),
+            Err(error) if all.is_empty() => return Err(error),
+            Err(error) => failed = Some(error),
         }
-        if all.last().is_some_and(|found| found.broken.is_some()) {
+        if failed.is_some() || all.last().is_some_and(|found| found.broken.is_some()) {
             break;
         }
     }
@@ -234,9 +235,8 @@ pub fn backbone(arguments: &BackboneArguments, out: &mut Results) -> Result<Exit
         write(path, svg.as_bytes())?;
     }
     // What was found before an error is not lost with it.
-    all.pop()
-        .and_then(|last| last.broken)
-        .map_or(Ok(Exit::Done), Err)
+    let failed = failed.or_else(|| all.pop()?.broken);
+    failed.map_or(Ok(Exit::Done), Err)
 }
 
 fn of_scene(arguments: &BackboneArguments, path: &Path) -> Result<Found, CliError> {

@@ -77,7 +77,7 @@ impl Resolved<'_> {
             return;
         }
         let damped = self.vibration.damped_bound();
-        if damped.is_none() && self.is_without_top() {
+        if self.balance.is_small() && damped.is_none() && self.is_without_top() {
             self.truncation.amplitude = UNKNOWN;
             self.truncation.friction_energy = UNKNOWN;
             return;

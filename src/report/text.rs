@@ -28,9 +28,8 @@ pub fn one_line(text: &str) -> String {
 /// Text on one line of Markdown, where it begins no tag, link, picture or code. A cell wants [`cell`] besides.
 pub fn markdown(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
-    for c in visible(text).chars() {
+    for c in one_line(text).chars() {
         match c {
-            '\n' => plain.push(' '),
             '\\' | '`' | '<' | '[' => plain.extend(['\\', c]),
             c => plain.push(c),
         }

@@ -1,7 +1,7 @@
 //! The coarse trajectory beside the run's own.
 
 use super::RunError;
-use super::contact_state::{contact_of, let_move, worn_state};
+use super::contact_state::{contact_of, let_move, there, worn_state};
 use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
@@ -214,7 +214,8 @@ fn states_of(
         };
         worn_state(&reads.recipe, patch, Some(wear), &fields, &cycle)
     };
-    let there = |values: Option<Vec<f64>>| values.unwrap_or_default();
+    let own =
+        |values: Option<Vec<f64>>, column| there(TableName::CoarseField, &values, column).cloned();
     Ok([
         state(
             field.wear_depth,
@@ -223,8 +224,8 @@ fn states_of(
             Some(field.dissipation),
         )?,
         state(
-            there(field.own_wear_depth),
-            there(field.own_pressure),
+            own(field.own_wear_depth, "own_wear_depth")?,
+            own(field.own_pressure, "own_pressure")?,
             field.own_slip_path,
             field.own_dissipation,
         )?,

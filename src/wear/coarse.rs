@@ -72,7 +72,13 @@ fn step(
     };
     let cells = step.wear.iter_mut().zip(&state.wear);
     for ((wear, before), (coarse, own)) in cells.zip(along_own.iter().zip(own.end)) {
-        *wear = (*wear - OPPOSITE * (coarse - own)).max(*before);
+        let opposite = *wear - OPPOSITE * (coarse - own);
+        // What is no number is left for the contact to refuse.
+        *wear = if opposite < *before {
+            *before
+        } else {
+            opposite
+        };
     }
     let contact = joint.static_contact(&step.wear, Some(&step.contact.pressure))?;
     let cycle = joint.cycle(&step.wear, &contact, Some(&step.shear))?;

@@ -139,7 +139,7 @@ impl Scheme {
 }
 
 /// Times that a single cycle may wear more than a step is to. Far beyond that a step may still look accurate: what wears at once has no rate. At
-/// some 40 times a torsion wore twice as much as in many cycles that wear as much together, with a bar of 9 %.
+/// 62 times a torsion wore three times as much as in many cycles that wear as much together, with a bar of 9 %.
 const LARGEST_CYCLE: f64 = 10.0;
 
 /// Refuses a cycle that wears far more than a step of `proposal` cycles, a part of one.

@@ -251,6 +251,18 @@ fn a_key_that_cannot_vary_is_refused() {
     }
 }
 
+/// What was found is not lost with a scene that cannot be read.
+#[test]
+fn a_second_scene_that_is_not_there_leaves_the_first() {
+    let bench = bench();
+    let both = ["backbone", "slider.toml", "missing.toml", "-o", "b.parquet"];
+    let did = bench.fretwear(&both);
+    assert_eq!(did.code(), 2, "{}", did.stderr());
+    assert!(did.stderr().contains("missing.toml"), "{}", did.stderr());
+    assert!(did.stdout().contains("slider.toml"), "{}", did.stdout());
+    assert!(!written(&bench, "b.parquet").force.is_empty());
+}
+
 /// Nothing is computed for a place where nothing can be written.
 #[test]
 fn a_table_in_no_folder_is_refused_at_once() {

@@ -3,7 +3,8 @@
 use fretwear::recipe::MotionKind;
 use fretwear::report::trade::{
     Cost, FIELD, Row, Trade, Values, WearField, chart, chart_of_scenes, field_error, findings,
-    html, html_of_scenes, markdown, markdown_of_scenes, misses, noise, pareto, table, tallies,
+    html, html_of_scenes, markdown, markdown_of_scenes, misses, noise, pareto, plain, table,
+    tallies,
 };
 use fretwear::scene::variants::{KnobKind, Variant};
 
@@ -528,6 +529,11 @@ fn foreign_text_is_only_text() {
     let shown = "\\<script>|\\`!\\[x](y)\\\\u{1b}\\[2J\\\\u{202e}";
     assert_eq!(text.matches(shown).count(), 3, "{text}");
     assert!(!text.contains("\n| not a row"), "{text}");
+    let text = plain(&trade, &found, &left_out);
+    let shown = "<script>|`![x](y)\\u{1b}[2J\\u{202e}";
+    assert_eq!(text.matches(shown).count(), 3, "{text}");
+    assert!(!text.contains("\n| not a row"), "{text}");
+    let text = markdown(&trade, &found, &left_out);
     let svg = chart(&trade);
     let page = html(&trade, &found, &left_out, &svg);
     for text in [&text, &svg, &page] {
