@@ -157,6 +157,18 @@ pub enum DynamicsError {
         /// End of the range \[Hz\].
         to: f64,
     },
+    /// A resonance that is gone with new contact elements, where the range has another one.
+    #[error(
+        "the phase resonance that was followed, last at {before:.6} Hz, is lost with these contact elements: the displacement is nowhere near it 90° behind \
+         the force any more. What dynamics.frequency has besides is another resonance, at {found:.6} Hz. Take the worn state on with `--from` and \
+         another drive, response or range of dynamics.frequency"
+    )]
+    Lost {
+        /// Frequency of the resonance before \[Hz\].
+        before: f64,
+        /// Frequency of the one that was found \[Hz\].
+        found: f64,
+    },
     /// A load at which the phase resonance ends: beyond, the joint slides as a whole and is none of the structure any more, or another resonance
     /// takes over that no rising load leads to.
     #[error(
@@ -198,6 +210,7 @@ impl DynamicsError {
                 | DynamicsError::Spent { .. }
                 | DynamicsError::Krylov { .. }
                 | DynamicsError::NoResonance { .. }
+                | DynamicsError::Lost { .. }
                 | DynamicsError::Overloaded { .. }
                 | DynamicsError::StepTooSmall { .. }
         )

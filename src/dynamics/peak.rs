@@ -183,7 +183,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 
     /// Whether a whole branch costs little: its unknowns are few.
-    pub(super) fn is_small(&self) -> bool {
+    pub fn is_small(&self) -> bool {
         self.elements.len() * self.width() <= self.settings.dense_unknowns
     }
 

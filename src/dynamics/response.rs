@@ -1,5 +1,7 @@
 //! A converged steady response: what it consists of, and how it is put together and checked.
 
+use std::f64::consts::TAU;
+
 use super::aft::InterfaceElement;
 use super::closed_model::ClosedModel;
 use super::newton_step::{Evaluation, State};
@@ -60,6 +62,10 @@ pub struct Response {
     pub energy: Energy,
 }
 
+/// Factor between the frequencies of two resonances from which they are not the same: contact elements that wear on by a step change one by
+/// some per cent, also where a joint that slid sticks after it.
+const ANOTHER: f64 = 1.25;
+
 /// Where to start from: a response as far as another one needs it, to be kept and made again from stored numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Start {
@@ -79,6 +85,21 @@ impl Start {
             displacement: of.transfer(&self.displacement, to),
             ..self.clone()
         }
+    }
+
+    /// Whether a response is that of the same resonance, of which this is the start: not one of another frequency.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Lost`] if it is not.
+    pub fn require_same_resonance(&self, found: &Response) -> Result<(), DynamicsError> {
+        let ratio = found.omega / self.omega;
+        if ratio.max(1.0 / ratio) > ANOTHER {
+            return Err(DynamicsError::Lost {
+                before: self.omega / TAU,
+                found: found.frequency(),
+            });
+        }
+        Ok(())
     }
 }
 

@@ -6,7 +6,9 @@ use super::RunError;
 use super::contact_state::{
     ElementMotion, Fields, let_move, let_move_between_ends, on_axes, reach_of, solution_of, wear_of,
 };
-use super::dynamic_response::{contact_elements, failed, harmonic_tolerance, response_table};
+use super::dynamic_response::{
+    contact_elements, failed, harmonic_tolerance, resolved_in_force, response_table,
+};
 use super::reads::Reads;
 use super::solvers::{Solvers, layout};
 use crate::contact::normal::{NormalOptions, NormalSolution};
@@ -154,7 +156,7 @@ fn resolved_again<'a>(
     let harmonics = last.resolved.balance.harmonics().clone();
     let start = last.resolved.resonance.in_force().start();
     let tolerance = harmonic_tolerance(&reads.recipe);
-    match vibration.resolve_in_force(elements, Some((&harmonics, &start)), tolerance) {
+    match resolved_in_force(vibration, elements, Some((&harmonics, &start)), tolerance) {
         Ok(resolved) => Ok(Some(Agreed {
             resolved,
             parameters,

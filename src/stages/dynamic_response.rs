@@ -11,11 +11,11 @@ use super::reads::{Outputs, Reads};
 use super::reduced;
 use super::solvers::{Solvers, given, layout};
 use super::stage::{Stage, When};
-use super::told::{tell_candidates, tell_missed, tell_open, tell_reduction};
+use super::told::{tell_candidates, tell_leap, tell_missed, tell_open, tell_reduction};
 use crate::dynamics::cycle::{JointCycle, JointSummary, joint_cycle};
 use crate::dynamics::{
-    Candidate, CandidateKind, ContactElement, ElementState, HarmonicBalance, Resolved, Resonance,
-    Response, Start,
+    Candidate, CandidateKind, ContactElement, DynamicsError, ElementState, HarmonicBalance,
+    Harmonics, Resolved, Resonance, Response, Start, Vibration,
 };
 use crate::model_update::ElementParameters;
 use crate::recipe::Layout;
@@ -96,7 +96,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let vibration = solvers.vibration(reads)?;
     let elements = contact_elements(reads, &parameters);
     let tolerance = harmonic_tolerance(&reads.recipe);
-    let resolved = vibration.resolve_in_force(elements, start, tolerance);
+    let resolved = resolved_in_force(&vibration, elements, start, tolerance);
     let resolved = resolved.map_err(|source| failed(reads, source))?;
     let begin = Agreed {
         resolved,
@@ -112,11 +112,28 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     tell_missed(&mut outputs, tolerance, &resolved);
     tell_candidates(&mut outputs, &vibration, &resolved.resonance);
     tell_reduction(reads, &mut outputs, &resolved)?;
+    if let Some((_, row)) = &before {
+        tell_leap(reads, &mut outputs, row, &resolved.resonance);
+    }
     in_force(reads, &resolved, &parameters, &mut outputs)?;
     if let Some(sliders) = slider_table(&parameters) {
         outputs.put(&sliders)?;
     }
     Ok(outputs)
+}
+
+/// The response to other elements, of the resonance that `start` is at. Of a model of few unknowns it is the strongest, whatever was before.
+pub fn resolved_in_force<'a>(
+    vibration: &'a Vibration,
+    elements: Vec<ContactElement>,
+    start: Option<(&Harmonics, &Start)>,
+    tolerance: Option<f64>,
+) -> Result<Resolved<'a>, DynamicsError> {
+    let resolved = vibration.resolve_in_force(elements, start, tolerance)?;
+    if let Some((_, start)) = start.filter(|_| !resolved.balance.is_small()) {
+        start.require_same_resonance(resolved.resonance.in_force())?;
+    }
+    Ok(resolved)
 }
 
 /// The response of a structure without a rough contact, if it has a phase resonance.
@@ -163,7 +180,7 @@ pub fn harmonic_tolerance(recipe: &Recipe) -> Option<f64> {
 }
 
 /// The error of a run without a steady vibration.
-pub fn failed(reads: &Reads, source: crate::dynamics::DynamicsError) -> RunError {
+pub fn failed(reads: &Reads, source: DynamicsError) -> RunError {
     RunError::Dynamics {
         wear_iteration: reads.wear_iteration,
         source,
@@ -174,7 +191,7 @@ pub fn failed(reads: &Reads, source: crate::dynamics::DynamicsError) -> RunError
 pub fn start_of(
     response: &typed::Response,
     row: &typed::DynamicResponse,
-) -> Result<(crate::dynamics::Harmonics, Start), RunError> {
+) -> Result<(Harmonics, Start), RunError> {
     let (harmonics, displacement) = harmonics_of(response)?;
     let start = Start {
         omega: row.resonance_frequency.unwrap_or(row.peak_frequency) * TAU,

@@ -106,7 +106,14 @@ fn worn(
             Ok((balance, resonance))
         }),
     };
-    found.map_err(|source| failed(reads, source))
+    let (balance, resonance) = found.map_err(|source| failed(reads, source))?;
+    if let (false, Err(lost)) = (
+        balance.is_small(),
+        start.require_same_resonance(resonance.in_force()),
+    ) {
+        outputs.notice(format!("the worn joint: {lost}"));
+    }
+    Ok((balance, resonance))
 }
 
 fn row(resonance: &Resonance) -> typed::WornResponse {

@@ -15,6 +15,8 @@ const SAME_FREQUENCY: f64 = 1e-9;
 const FRICTION: u32 = 3;
 /// Error of the reduced structure there from which it is told.
 const MUCH: f64 = 0.02;
+/// Factor between the amplitudes before and after an update from which it is told: updates are due at changes of some per cent.
+const LEAP: f64 = 1.25;
 /// Share of the highest peak from which another is as high.
 const TIE: f64 = 0.99;
 
@@ -69,6 +71,26 @@ pub fn tell_reduction(
         ));
     }
     Ok(())
+}
+
+/// Says so where the response to the contact elements of an update is far from that `before` it: there may be two, or updates are too far apart.
+pub fn tell_leap(
+    reads: &Reads,
+    outputs: &mut Outputs,
+    before: &typed::DynamicResponse,
+    now: &Resonance,
+) {
+    let (Some(amplitude), false) = (before.resonance_amplitude, now.is_still) else {
+        return;
+    };
+    let change = now.amplitude / amplitude;
+    if change.max(1.0 / change) > LEAP {
+        outputs.notice(format!(
+            "iteration {}: with the contact elements of this update the amplitude at resonance goes from {amplitude:.3e} to {:.3e} m; where a smaller \
+             update.stiffness_change does not make smaller steps of it there are two steady responses, and no error bar holds which of them is taken",
+            reads.wear_iteration, now.amplitude
+        ));
+    }
 }
 
 /// Says so where the contact never closes in the response in force. Other motions of the range may close it.

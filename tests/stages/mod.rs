@@ -17,6 +17,7 @@ mod keys;
 mod kill;
 mod kinds;
 mod laws;
+mod lost_resonance;
 mod matrices;
 mod modes;
 mod orbits;
