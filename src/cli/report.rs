@@ -87,7 +87,14 @@ fn write_change(out: &mut Results, [unworn, worn]: &[Summary; 2], own: Option<&[
             }
             (title, _) => (title, [before, after]),
         };
-        let after = with_bar(after, (figure.bar)(worn).unwrap_or(0.0), unit);
+        let absolute = match figure.title {
+            "friction of a cycle" => worn.error_dissipated_energy_absolute,
+            _ => None,
+        };
+        let after = match absolute.filter(|limit| after == 0.0 && *limit > 0.0) {
+            Some(limit) => format!("below {}", in_unit(limit, unit)),
+            None => with_bar(after, (figure.bar)(worn).unwrap_or(0.0), unit),
+        };
         writeln!(out, "  {title:<22} {:>14}   {after}", in_unit(before, unit));
     }
     if !driving.is_empty() {

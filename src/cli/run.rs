@@ -28,8 +28,17 @@ pub fn parse_source(text: &str) -> Result<Source, String> {
     })
 }
 
-pub fn run(arguments: RunArguments, out: &mut Results) -> Result<Exit, CliError> {
-    let (scene, root) = scene_and_root(&arguments)?;
+pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliError> {
+    let (mut scene, root) = scene_and_root(&arguments)?;
+    let begun = accuracy_of_run(&scene, &root);
+    if !begun.is_empty() {
+        say(&format!(
+            "note: {}, as the run began: this version has other defaults",
+            begun.join(", ")
+        ));
+        arguments.sets.extend(begun);
+        (scene, _) = scene_and_root(&arguments)?;
+    }
     let stopping = Stopping::listen(
         arguments.execution.max_wall,
         i32::from(Exit::Stopped.code()),
@@ -145,6 +154,18 @@ fn scene_and_root(arguments: &RunArguments) -> Result<(Scene, PathBuf), CliError
         (None, None) => Path::new("runs").join(&scene.name),
     };
     Ok((scene, root))
+}
+
+/// What a run goes on with where its scene does not give it; nothing of a folder that cannot be read as a run, which is judged as it is opened.
+fn accuracy_of_run(scene: &Scene, root: &Path) -> Vec<String> {
+    let Ok(reader) = RunReader::open(Arc::new(RealFileSystem), root) else {
+        return Vec::new();
+    };
+    let text = reader.scene_toml();
+    text.map_or_else(
+        |_| Vec::new(),
+        |text| scene.accuracy_begun_with(&text, &reader.record().scene),
+    )
 }
 
 /// The scene that a run goes on with: its user may have edited `scene.toml`, or lost it.

@@ -187,8 +187,20 @@ fn course(
     let unit = study.unit(column, units);
     let values = run.column(column)?;
     let ends = [*values.first()?, *values.last()?];
-    let finite = ends.iter().all(|v| v.is_finite());
-    finite.then(|| change(&format!("the {name}"), ends, unit, bar(run, column), times))
+    if ends.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    let name = format!("the {name}");
+    Some(match zero_below(run, column).filter(|_| ends[1] == 0.0) {
+        Some(limit) => below(&name, ends[0], limit, unit),
+        None => change(&name, ends, unit, bar(run, column), times),
+    })
+}
+
+/// What a figure that has come to zero is below, by its absolute error bar; none where it has none.
+fn zero_below(run: &Of, column: &str) -> Option<f64> {
+    let limit = run.column(&format!("error_{column}_absolute"))?;
+    limit.last().copied().filter(|limit| *limit > 0.0)
 }
 
 /// What a quantity was and is.

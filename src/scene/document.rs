@@ -20,6 +20,9 @@ const LONGEST_SCENE: u64 = 16 << 20;
 /// Names in the key of a `--set`: as many as TOML allows, since what is laid over a tree is gone through name below name.
 const DEEPEST_KEY: usize = 80;
 
+/// A number from which on it is told by its power of ten, as other languages do.
+const LARGEST_SHOWN: f64 = 1e21;
+
 /// A section or a value, and where it was written.
 #[derive(Debug, Clone)]
 pub struct Node {
@@ -90,6 +93,8 @@ impl Node {
                     .collect();
                 format!("{{ {} }}", entries.join(", "))
             }
+            // All the digits of such a number hide the rest of a message.
+            Value::Float(number) if number.abs() >= LARGEST_SHOWN => format!("{number:e}"),
             value => value.to_string(),
         }
     }

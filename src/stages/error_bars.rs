@@ -215,6 +215,15 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
             0.0,
         ),
         error_dissipated_energy: Some(of_energy),
+        error_dissipated_energy_absolute: energy(summary).map(|now| match before {
+            // In parts of nothing no bar says anything; what the iteration before may have had does.
+            Some(before) if now == 0.0 => {
+                let earlier = before.summary.error_dissipated_energy_absolute;
+                let earlier = earlier.unwrap_or(0.0);
+                earlier.max(energy(&before.summary).unwrap_or(0.0))
+            }
+            _ => of_energy * now,
+        }),
         error_resonance_frequency: of_vibration[0],
         error_peak_amplitude: of_vibration[1],
         error_harmonics: in_force.map(|_| relative(bar.harmonics)),

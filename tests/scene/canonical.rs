@@ -15,7 +15,7 @@ boundary = "free"
 [wear]
 cycles = 1e7
 coefficient = "2e-15 m^3/(N m)"
-tolerance = 15e-3
+tolerance = 10e-3
 [motion]
 amplitude = "0.005 mm"
 phase = ["-0 deg", "0 rad"]

@@ -5,7 +5,8 @@ use std::fs;
 use std::path::Path;
 
 use fretwear::scene::{
-    Contact, Motion, Resonator, Scene, Stiffness, Structure, Surface, Transverse, Update, load,
+    Contact, Motion, Resonator, Scene, Stiffness, Structure, Surface, Transverse, Update, Wear,
+    load,
 };
 
 use super::Sections;
@@ -70,7 +71,12 @@ fn the_published_case() {
     let prescribed = shipped("prescribed_fretting.toml");
     assert_eq!(scene.surface, prescribed.surface);
     assert_eq!(scene.material, prescribed.material);
-    assert_eq!(scene.wear, prescribed.wear);
+    // The response is known no better than its wear steps.
+    let of_response = |wear: Wear| Wear {
+        tolerance: 0.015,
+        ..wear
+    };
+    assert_eq!(scene.wear, prescribed.wear.map(of_response));
     let of_no_structure = Contact {
         stiffness: Stiffness::Total,
         ..scene.the_contact().clone()

@@ -48,6 +48,14 @@ const IN_SET: &[(&[&str], &str)] = &[
         r#"--set motion.amplitude=["1 um", "1 um"]: motion.amplitude = ["1 um", "1 um"]: contact.transverse = "absent" leaves no motion along y; give "0 um" for y, or transverse = "fixed""#,
     ),
     (
+        &[r#"motion.amplitude=["0 um", "30 mm"]"#],
+        r#"--set motion.amplitude=["0 um", "30 mm"]: motion.amplitude = ["0 um", "30 mm"]: must be less than the 30.0000 mm that the joint is long along y, or its faces leave each other"#,
+    ),
+    (
+        &["wear.cycles=1e300"],
+        "--set wear.cycles=1e300: wear.cycles = 1e300: must be an integer of 1 to 9007199254740992",
+    ),
+    (
         &["motion.history=a", "motion.amplitude=1 um"],
         r#"--set motion.amplitude=1 um: motion.amplitude = "1 um": motion.history gives the whole cycle already; give one or the other"#,
     ),

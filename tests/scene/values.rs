@@ -4,7 +4,9 @@ use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
 use fretwear::recipe::HeightsFile;
-use fretwear::scene::{Boundary, Detrend, Fill, Keep, Motion, Preset, Scheme, Surface, Transverse};
+use fretwear::scene::{
+    Boundary, Detrend, Fill, Keep, Motion, Preset, Scheme, Surface, Transverse, load,
+};
 use fretwear::wear::cycle::March;
 
 use super::{Folder, Sections, absolute, case, case_with, edited};
@@ -54,7 +56,7 @@ fn a_case_with_its_defaults() {
     assert_eq!(wear.coefficient, 2e-15);
     assert_eq!((wear.cycles, wear.volume), (Some(10_000_000), None));
     assert_eq!((wear.scheme, wear.depth_step), (Scheme::Implicit, None));
-    assert_eq!(wear.tolerance, 0.015);
+    assert_eq!(wear.tolerance, 0.01);
     assert_eq!(scene.fidelity.preset, Preset::Balanced);
     assert_eq!(scene.fidelity.cycle, None);
     assert_eq!(scene.fidelity.steps_per_cycle, 64);
@@ -203,8 +205,8 @@ fn motions() {
 #[test]
 fn presets_set_the_tolerances() {
     let expected = [
-        ("fast", [1e-5, 1e-3, 1e-2, 0.05], 32),
-        ("balanced", [1e-6, 1e-3, 1e-3, 0.015], 64),
+        ("fast", [1e-5, 1e-3, 1e-2, 0.03], 32),
+        ("balanced", [1e-6, 1e-3, 1e-3, 0.01], 64),
         ("reference", [1e-8, 1e-6, 1e-5, 1e-3], 128),
     ];
     for (preset, tolerances, steps) in expected {
@@ -225,6 +227,30 @@ fn presets_set_the_tolerances() {
         assert_eq!(fidelity.steps_per_cycle, steps, "{preset}");
         assert!(fidelity.cycle_extrapolation);
     }
+}
+
+#[test]
+fn balanced_steps_a_history_more_finely_than_an_orbit() {
+    let steps = |preset: &str| {
+        let preset = format!("fidelity.preset={preset}");
+        let scene = case_with(&[&preset, "motion={history=\"cycle.parquet\"}"]);
+        scene.fidelity.steps_per_cycle
+    };
+    assert_eq!(["fast", "balanced", "reference"].map(steps), [32, 128, 128]);
+}
+
+#[test]
+fn wear_steps_are_as_exact_as_the_vibration_that_drives_them() {
+    let lap_joint = Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines/lap_joint.toml");
+    let tolerance = |preset: &str| {
+        let preset = format!("fidelity.preset={preset}");
+        let scene = load(&lap_joint, &[preset]).expect("a scene");
+        scene.wear.expect("a [wear] section").tolerance
+    };
+    assert_eq!(
+        ["fast", "balanced", "reference"].map(tolerance),
+        [0.05, 0.015, 1e-3]
+    );
 }
 
 #[test]

@@ -123,7 +123,7 @@ fn knobs_are_those_of_the_scene() {
     assert_eq!(of(&fretting, "cycle"), ["superposition", "stepped"]);
     assert_eq!(
         of(&fretting, "wear_tolerance"),
-        ["1.5e-1", "4.5e-2", "4.5e-3", "1.5e-3"]
+        ["1e-1", "3e-2", "3e-3", "1e-3"]
     );
     assert_eq!(of(&fretting, "tolerance"), ["5e-2", "1e-2", "2e-3"]);
     let orbit = [

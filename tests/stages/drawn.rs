@@ -68,3 +68,30 @@ fn the_bar_holds_what_a_cell_on_the_verge_decides_otherwise() {
     assert!(of_truth < KNOWN, "short steps know it to {of_truth:e}");
     assert!(error < bar, "off by {error:e}, bar {bar:e}");
 }
+
+/// A joint whose wear dies out: its cycle dissipates nothing in the end by long steps, and by short ones this \[J\].
+const DEAD: (&str, f64) = ("force_7115", 4.26e-12);
+/// Part of the energy of the unworn joint that is next to nothing.
+const NEXT_TO_NOTHING: f64 = 0.1;
+
+#[test]
+fn of_wear_that_has_died_out_the_energy_is_known_in_joules() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/drawn/cases");
+    let (case, truth) = DEAD;
+    let bench = Bench::new();
+    let root = bench.path(case);
+    let scene = scene::load(&folder.join(format!("{case}.toml")), &[]).expect("a scene");
+    Start::new(scene, &root).done();
+    let end = latest(&root);
+    let unworn = summary(&root, 0, "dissipated_energy");
+    let figure = |column: &str| summary(&root, end, column);
+    let (energy, bar) = (
+        figure("dissipated_energy"),
+        figure("error_dissipated_energy_absolute"),
+    );
+    assert_eq!(energy, 0.0);
+    assert!(
+        truth <= bar && bar < NEXT_TO_NOTHING * unworn,
+        "{bar:e} of {unworn:e} J"
+    );
+}

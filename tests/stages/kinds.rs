@@ -82,7 +82,7 @@ const CYCLE_SUMMARY: [&str; 4] = [
     "tangential_iterations",
     "error_tangential",
 ];
-const WEAR_SUMMARY: [&str; 14] = [
+const WEAR_SUMMARY: [&str; 15] = [
     "cycles",
     "n_cycles",
     "wear_volume",
@@ -97,6 +97,7 @@ const WEAR_SUMMARY: [&str; 14] = [
     "error_kn",
     "error_kt",
     "error_dissipated_energy",
+    "error_dissipated_energy_absolute",
 ];
 
 #[test]

@@ -38,7 +38,7 @@ keys! {
     ]);
     // An orbit and a load that varies are solved to within some 1 % of dissipation with 32 steps and 0.3 % with 64, when extrapolated;
     // the published 32 are not.
-    /// Time steps of a stepped cycle. A history of fewer rows is stepped between them too, one of more at all of them.
+    /// Time steps of a stepped cycle; of a history twice as many in balanced. A history of fewer rows is stepped between them too, one of more at all of them.
     STEPS_PER_CYCLE: Even = "fidelity.steps_per_cycle", ByPreset(["32", "32", "64", "128"]), Even(SMALLEST_STEPS, LARGEST_STEPS, "64");
     /// Relative error of a normal contact solve.
     NORMAL_TOLERANCE: Quantity = "fidelity.normal_tolerance", ByPreset(["1e-6", "1e-5", "1e-6", "1e-8"]), tolerance("1e-4");
@@ -51,8 +51,8 @@ keys! {
     /// Steps in which the load rises on bodies of different materials with friction, which slip under it.
     LOAD_STEPS: Integer<usize> = "fidelity.load_steps", ByPreset(["16", "8", "16", "64"]), integer(1, LARGEST_STEPS, "16");
     // The explicit scheme of the paper has no tolerance; the value serves a scene that asks for the implicit one.
-    /// Relative error that a wear step may make; the same as wear.tolerance.
-    WEAR_TOLERANCE: Quantity = "fidelity.wear_tolerance", ByPreset(["0.01", "0.05", "0.015", "1e-3"]), tolerance("0.01");
+    /// Relative error that a wear step may make; the same as wear.tolerance. Where the joint vibrates fast has 0.05 and balanced 0.015: the response is known no better.
+    WEAR_TOLERANCE: Quantity = "fidelity.wear_tolerance", ByPreset(["0.01", "0.03", "0.01", "1e-3"]), tolerance("0.01");
     // The friction law is integrated exactly between them, along straight lines: the error of the force falls with the square of
     // their number, and 64 leave less than a thousandth of amplitude.
     /// Samples of a vibration cycle at which the contact elements are evaluated: more than twice the highest harmonic. An oscillator
@@ -63,4 +63,21 @@ keys! {
     AFT_EVENTS: Boolean = "fidelity.aft_events", Rule("true of an oscillator, false of other structures"), Boolean;
     /// Relative error by harmonics left out, up to which they are extended. Not with dynamics.harmonics, which says which there are.
     HARMONIC_TOLERANCE: Quantity = "fidelity.harmonic_tolerance", ByPreset(["none", "0.025", "0.005", "2e-3"]), tolerance("0.005");
+}
+
+/// Steps of a history where they are not those of an orbit: it turns more often.
+pub const fn steps_of_history(preset: Preset) -> Option<usize> {
+    match preset {
+        Preset::Balanced => Some(128),
+        Preset::Paper | Preset::Fast | Preset::Reference => None,
+    }
+}
+
+/// [`WEAR_TOLERANCE`] where the joint vibrates, if it is another one: the response is known to some per cent, and dear at every step.
+pub const fn wear_tolerance_with_response(preset: Preset) -> Option<f64> {
+    match preset {
+        Preset::Fast => Some(0.05),
+        Preset::Balanced => Some(0.015),
+        Preset::Paper | Preset::Reference => None,
+    }
 }

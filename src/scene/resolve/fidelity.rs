@@ -1,7 +1,7 @@
 //! `[fidelity]`: how exactly things are computed.
 
 use super::Result;
-use crate::scene::keys::{dynamics::HARMONICS, fidelity::*};
+use crate::scene::keys::{cycles::HISTORY, dynamics::HARMONICS, fidelity::*};
 use crate::scene::reader::Reader;
 use crate::scene::{Dynamics, Fidelity, Structure};
 
@@ -28,7 +28,10 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
     let preset = reader.value(&PRESET)?;
     let cycle = reader.get_or(&CYCLE, None, preset)?;
     let target = reader.get(&ASKED)?;
-    let steps_per_cycle = reader.value_or(&STEPS_PER_CYCLE, target.map(steps_for), preset)?;
+    let is_history = reader.get(&HISTORY)?.is_some();
+    let of_preset = steps_of_history(preset).filter(|_| is_history);
+    let steps = target.map(steps_for).or(of_preset);
+    let steps_per_cycle = reader.value_or(&STEPS_PER_CYCLE, steps, preset)?;
     if target.is_some() && reader.has(&PRESET) {
         return Err(reader.conflict(
             &ASKED,
@@ -63,6 +66,9 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
 /// The error that a wear step may make, where `[wear]` does not say.
 pub(super) fn wear_tolerance(reader: &Reader<'_>, fidelity: &Fidelity) -> Result<f64> {
     let steps = fidelity.tolerance.map(|error| OF_STEPS * error);
+    let of_preset =
+        wear_tolerance_with_response(fidelity.preset).filter(|_| reader.has("dynamics"));
+    let steps = steps.or(of_preset);
     reader.value_or(&WEAR_TOLERANCE, steps, fidelity.preset)
 }
 

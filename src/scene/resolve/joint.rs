@@ -2,7 +2,7 @@
 
 use super::{All, Body, Result};
 use crate::material::Elastic;
-use crate::scene::keys::{Key, Quantity, contact, joint::*, lines};
+use crate::scene::keys::{Key, Quantity, contact, cycles::MOTION_AMPLITUDE, joint::*, lines};
 use crate::scene::reader::Reader;
 use crate::scene::{Bodies, Hole, Joint, Motion, Resonator, Scene, SceneError, Solid};
 
@@ -187,14 +187,26 @@ pub(super) fn check_patch(reader: &Reader<'_>, scene: &Scene) -> Result<()> {
     if patch.cells() == 0 {
         return Err(reader.out_of_range(&GRID, "finer: no cell has its centre outside the hole"));
     }
-    let amplitude = match scene.motion {
+    let (way, varying) = match scene.motion {
         Some(Motion::Harmonic {
+            amplitude,
             normal_load_amplitude,
             ..
-        }) => normal_load_amplitude,
-        _ => 0.0,
+        }) => (amplitude, normal_load_amplitude),
+        _ => ([0.0; 2], 0.0),
     };
-    let mean = (rough.contact.normal_load + amplitude) / patch.area();
+    let size = patch.grid.size();
+    if let Some(axis) = [0, 1].into_iter().find(|&k| way[k] >= size[k]) {
+        return Err(reader.out_of_range(
+            &MOTION_AMPLITUDE,
+            format!(
+                "less than the {:.4} mm that the joint is long along {}, or its faces leave each other",
+                size[axis] * 1e3,
+                ["x", "y"][axis]
+            ),
+        ));
+    }
+    let mean = (rough.contact.normal_load + varying) / patch.area();
     if rough.contact.pressure_cap.is_some_and(|cap| cap <= mean) {
         return Err(reader.out_of_range(
             &contact::PRESSURE_CAP,
