@@ -30,14 +30,12 @@ pub fn parse_source(text: &str) -> Result<Source, String> {
 
 pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliError> {
     let (mut scene, root) = scene_and_root(&arguments)?;
-    let begun = accuracy_of_run(&scene, &root);
-    if !begun.is_empty() {
-        say(&format!(
-            "note: {}, as the run began: this version has other defaults",
-            begun.join(", ")
-        ));
-        arguments.sets.extend(begun);
-        (scene, _) = scene_and_root(&arguments)?;
+    if let Some(path) = &arguments.scene {
+        let begun = accuracy_of_run(&scene, &root);
+        if !begun.is_empty() {
+            arguments.sets.extend(begun);
+            scene = scene::load(path, &arguments.sets)?;
+        }
     }
     let stopping = Stopping::listen(
         arguments.execution.max_wall,
@@ -156,16 +154,20 @@ fn scene_and_root(arguments: &RunArguments) -> Result<(Scene, PathBuf), CliError
     Ok((scene, root))
 }
 
-/// What a run goes on with where its scene does not give it; nothing of a folder that cannot be read as a run, which is judged as it is opened.
+/// What a run goes on with where its scene does not give it, which is told; nothing of a folder that cannot be read as a run, which is judged as it
+/// is opened.
 fn accuracy_of_run(scene: &Scene, root: &Path) -> Vec<String> {
     let Ok(reader) = RunReader::open(Arc::new(RealFileSystem), root) else {
         return Vec::new();
     };
-    let text = reader.scene_toml();
-    text.map_or_else(
-        |_| Vec::new(),
-        |text| scene.accuracy_begun_with(&text, &reader.record().scene),
-    )
+    let begun = scene.accuracy_begun_with(&reader.record().scene);
+    if !begun.is_empty() {
+        let (begun, root) = (begun.join(", "), root.display());
+        say(&format!(
+            "note: {begun}, as {root} began: the scene does not give it"
+        ));
+    }
+    begun
 }
 
 /// The scene that a run goes on with: its user may have edited `scene.toml`, or lost it.
@@ -174,7 +176,14 @@ pub fn scene_of_run(run: &Path, sets: &[String]) -> Result<Option<Scene>, CliErr
     let Some(found) = SceneOfRun::read(Arc::new(RealFileSystem), run)? else {
         return Ok(None);
     };
-    match scene::load_kept(&path, &found.text, sets) {
+    let scene = scene::load_kept(&path, &found.text, sets).and_then(|scene| {
+        let begun = accuracy_of_run(&scene, run);
+        if begun.is_empty() {
+            return Ok(scene);
+        }
+        scene::load_kept(&path, &found.text, &[sets, &begun].concat())
+    });
+    match scene {
         Ok(scene) => Ok(Some(scene)),
         Err(source) if found.edited => Err(CliError::EditedScene { path, source }),
         Err(error) => Err(error.into()),

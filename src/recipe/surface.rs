@@ -231,7 +231,7 @@ impl Heights {
                 let spectrum = Spectrum::SelfAffine {
                     hurst: *hurst,
                     rolloff_wavelength: *rolloff_wavelength,
-                    cutoff_wavelength: cutoff_wavelength.unwrap_or(0.0),
+                    cutoff_wavelength: *cutoff_wavelength,
                 };
                 (rq, spectrum, seed)
             }

@@ -167,9 +167,13 @@ pub fn own_resonances(run: &Of) -> Result<Option<[Resonance; 2]>, ReportError> {
             amplitude,
         }))
     };
+    // A joint that has lost its resonance has none in the end.
     let (Some(first), Some(last)) = (states.first(), states.last()) else {
         return Ok(None);
     };
+    if first == last && run.column("cycles").is_some_and(|cycles| cycles.len() > 1) {
+        return Ok(None);
+    }
     Ok(read(*first)?
         .zip(read(*last)?)
         .map(|(first, last)| [first, last]))

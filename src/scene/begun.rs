@@ -1,35 +1,35 @@
 //! The accuracy that a run began with, where its scene does not say: defaults may differ from one version to the next.
 
 use serde_json::Value;
-use toml::Table;
 
 use super::Scene;
 use super::keys::fidelity::{ASKED, PRESET};
 use crate::json::{as_read, differences};
 
 impl Scene {
-    /// Keys of accuracy that this scene does not give and that were others as a run began, as `key=value`; `text` is the document of the run, and `begun`
-    /// what that led to, in canonical form. None where another preset or error is asked for now, which change many at once, on purpose.
-    pub fn accuracy_begun_with(&self, text: &str, begun: &Value) -> Vec<String> {
-        let Ok(before) = text.parse::<Table>() else {
-            return Vec::new();
-        };
-        let given = |document: &Table, key: &str| {
-            let (section, name) = key.split_once('.')?;
-            document.get(section)?.get(name).cloned()
-        };
-        let now = self.document();
+    /// Keys of accuracy that this scene does not give and that were others as a run began, as `key=value`; `begun` is what its scene led to then, in
+    /// canonical form. None where another preset or error is asked for now, which change many at once, on purpose.
+    pub fn accuracy_begun_with(&self, begun: &Value) -> Vec<String> {
+        let changes = differences(begun, &as_read(&self.canonical()));
         let together = [PRESET.name, ASKED.name];
-        if together.map(|key| given(&before, key)) != together.map(|key| given(now, key)) {
+        if changes
+            .iter()
+            .any(|change| together.contains(&&*change.key))
+        {
             return Vec::new();
         }
-        let changes = differences(begun, &as_read(&self.canonical()));
+        let is_given = |key: &str| {
+            let section = key.split_once('.').and_then(|(section, name)| {
+                let section = self.document().get(section)?;
+                section.get(name)
+            });
+            section.is_some()
+        };
         let numbers = changes.into_iter().filter_map(|change| {
             let is_of_accuracy =
                 change.key.starts_with("fidelity.") || change.key == "wear.tolerance";
-            let is_given = given(now, &change.key).is_some();
             let number = change.before.filter(Value::is_number)?;
-            (is_of_accuracy && !is_given).then(|| format!("{}={number}", change.key))
+            (is_of_accuracy && !is_given(&change.key)).then(|| format!("{}={number}", change.key))
         });
         numbers.collect()
     }

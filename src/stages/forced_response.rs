@@ -64,9 +64,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
                 true => parameters_of(&reads.table()?, reads.maybe()?),
                 false => parameters(reads, solvers, &reads.table()?, &reads.table()?)?.0,
             };
-            let (balance, resonance) = worn(reads, &vibration, &parameters, &mut outputs)?;
-            outputs.put(&row(&resonance))?;
-            balance
+            worn(reads, &vibration, &parameters, &mut outputs)?
         }
         None => {
             let elements = contact_elements(reads, &given(reads));
@@ -83,13 +81,13 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     Ok(outputs)
 }
 
-/// The worn joint with its resonance, from the response in force.
+/// The worn joint, and its resonance, from the response in force, as a table: of a resonance that is lost there is none.
 fn worn(
     reads: &Reads,
     vibration: &Vibration,
     parameters: &ElementParameters,
     outputs: &mut Outputs,
-) -> Result<(HarmonicBalance<ContactElement>, Resonance), RunError> {
+) -> Result<HarmonicBalance<ContactElement>, RunError> {
     let (harmonics, start) = start_of(&reads.table()?, &reads.table()?)?;
     let elements = contact_elements(reads, parameters);
     let tolerance = harmonic_tolerance(&reads.recipe);
@@ -107,13 +105,12 @@ fn worn(
         }),
     };
     let (balance, resonance) = found.map_err(|source| failed(reads, source))?;
-    if let (false, Err(lost)) = (
-        balance.is_small(),
-        start.require_same_resonance(resonance.in_force()),
-    ) {
-        outputs.notice(format!("the worn joint: {lost}"));
+    let same = start.require_same_resonance(resonance.in_force());
+    match same {
+        Err(lost) if !balance.is_small() => outputs.notice(format!("the worn joint: {lost}")),
+        _ => outputs.put(&row(&resonance))?,
     }
-    Ok((balance, resonance))
+    Ok(balance)
 }
 
 fn row(resonance: &Resonance) -> typed::WornResponse {

@@ -66,8 +66,8 @@ pub enum Spectrum {
         hurst: f64,
         /// Wavelength above which the spectrum is flat \[m\].
         rolloff_wavelength: f64,
-        /// Shortest wavelength \[m\].
-        cutoff_wavelength: f64,
+        /// Shortest wavelength \[m\]; none: down to the grid.
+        cutoff_wavelength: Option<f64>,
     },
 }
 
@@ -280,7 +280,7 @@ impl Spectrum {
             } => {
                 let k = kx.hypot(ky);
                 let rolloff = 2.0 * PI / rolloff_wavelength;
-                if k > 2.0 * PI / cutoff_wavelength {
+                if cutoff_wavelength.is_some_and(|cutoff| k > 2.0 * PI / cutoff) {
                     0.0
                 } else {
                     (k / rolloff).max(1.0).powf(-2.0 - 2.0 * hurst)
@@ -300,10 +300,14 @@ impl Spectrum {
                 rolloff_wavelength,
                 cutoff_wavelength,
                 ..
-            } => [
-                ("half the cut-off wavelength", [0.5 * cutoff_wavelength; 2]),
-                ("the roll-off wavelength", [rolloff_wavelength; 2]),
-            ],
+            } => {
+                // Without a cut-off the grid is what cuts.
+                let shortest = cutoff_wavelength.unwrap_or(f64::INFINITY);
+                [
+                    ("half the cut-off wavelength", [0.5 * shortest; 2]),
+                    ("the roll-off wavelength", [rolloff_wavelength; 2]),
+                ]
+            }
         }
     }
 }
@@ -354,9 +358,11 @@ fn check(surface: &RandomSurface) -> Result<(), SurfaceError> {
                     expected: "above 0 and at most 1",
                 });
             }
-            positive("cutoff_wavelength", cutoff_wavelength)?;
+            if let Some(cutoff) = cutoff_wavelength {
+                positive("cutoff_wavelength", cutoff)?;
+            }
             positive("rolloff_wavelength", rolloff_wavelength)?;
-            if rolloff_wavelength < cutoff_wavelength {
+            if cutoff_wavelength.is_some_and(|cutoff| rolloff_wavelength < cutoff) {
                 return Err(SurfaceError::OutOfRange {
                     name: "rolloff_wavelength",
                     value: rolloff_wavelength,

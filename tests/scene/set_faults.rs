@@ -49,7 +49,7 @@ const IN_SET: &[(&[&str], &str)] = &[
     ),
     (
         &[r#"motion.amplitude=["0 um", "30 mm"]"#],
-        r#"--set motion.amplitude=["0 um", "30 mm"]: motion.amplitude = ["0 um", "30 mm"]: must be less than the 30.0000 mm that the joint is long along y, or its faces leave each other"#,
+        r#"--set motion.amplitude=["0 um", "30 mm"]: motion.amplitude = ["0 um", "30 mm"]: must be less than the 30.0000 mm that the joint is long along y: slip is taken to be small"#,
     ),
     (
         &["wear.cycles=1e300"],

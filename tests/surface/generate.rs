@@ -37,7 +37,7 @@ fn all_spectra(seed: u64) -> [RandomSurface; 3] {
         of(Spectrum::SelfAffine {
             hurst: 0.8,
             rolloff_wavelength: 1e-3,
-            cutoff_wavelength: 0.3e-3,
+            cutoff_wavelength: Some(0.3e-3),
         }),
     ]
 }
@@ -236,7 +236,7 @@ fn the_self_affine_spectrum_has_its_slope_plateau_and_cut() {
         spectrum: Spectrum::SelfAffine {
             hurst: 0.7,
             rolloff_wavelength: 1e-3,
-            cutoff_wavelength: 0.12e-3,
+            cutoff_wavelength: Some(0.12e-3),
         },
         seed: 9,
     };

@@ -200,7 +200,7 @@ pub(super) fn check_patch(reader: &Reader<'_>, scene: &Scene) -> Result<()> {
         return Err(reader.out_of_range(
             &MOTION_AMPLITUDE,
             format!(
-                "less than the {:.4} mm that the joint is long along {}, or its faces leave each other",
+                "less than the {:.4} mm that the joint is long along {}: slip is taken to be small",
                 size[axis] * 1e3,
                 ["x", "y"][axis]
             ),
