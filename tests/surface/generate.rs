@@ -370,3 +370,30 @@ fn doubtful_lengths_are_warned_of_and_senseless_ones_refused() {
         Err(SurfaceError::TooFewCells { kept: 1, .. })
     ));
 }
+
+#[test]
+fn a_self_affine_surface_without_a_cut_off_is_rough_down_to_the_grid() {
+    let patch = Patch::full(joint([192, 160]));
+    let surface = |cutoff_wavelength| RandomSurface {
+        rq: RQ,
+        spectrum: Spectrum::SelfAffine {
+            hurst: 0.7,
+            rolloff_wavelength: 1e-3,
+            cutoff_wavelength,
+        },
+        seed: 9,
+    };
+    let cut = 0.12e-3;
+    let beyond = |cutoff_wavelength| {
+        let heights = random(&patch, &surface(cutoff_wavelength)).unwrap().heights;
+        let rings = power_spectral_density(&patch, &heights).unwrap();
+        let largest = |from: f64| {
+            let shorter = rings.iter().filter(|ring| ring.wave_number > from);
+            shorter.fold(0.0, |m: f64, ring| m.max(ring.density))
+        };
+        largest(1.05 * 2.0 * PI / cut) / largest(0.0)
+    };
+    assert!(beyond(Some(cut)) < 1e-20);
+    let without = beyond(None);
+    assert!(1e-8 < without && without < 1e-1, "{without:e}");
+}
