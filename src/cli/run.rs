@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use fretwear::report::{continuation, word};
-use fretwear::scene::{self, Plan, Scene};
+use fretwear::scene::{self, Plan, Scene, SceneError};
 use fretwear::stages::{self, Ending, RunOptions, Source};
 use fretwear::store::{Cache, RealFileSystem, RunReader, SceneOfRun, StoreError};
 
@@ -31,11 +31,9 @@ pub fn parse_source(text: &str) -> Result<Source, String> {
 pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliError> {
     let (mut scene, root) = scene_and_root(&arguments)?;
     if let Some(path) = &arguments.scene {
-        let begun = accuracy_of_run(&scene, &root);
-        if !begun.is_empty() {
-            arguments.sets.extend(begun);
-            scene = scene::load(path, &arguments.sets)?;
-        }
+        (scene, arguments.sets) = going_on(scene, &root, &arguments.sets, |sets| {
+            scene::load(path, sets)
+        });
     }
     let stopping = Stopping::listen(
         arguments.execution.max_wall,
@@ -154,20 +152,33 @@ fn scene_and_root(arguments: &RunArguments) -> Result<(Scene, PathBuf), CliError
     Ok((scene, root))
 }
 
-/// What a run goes on with where its scene does not give it, which is told; nothing of a folder that cannot be read as a run, which is judged as it
-/// is opened.
-fn accuracy_of_run(scene: &Scene, root: &Path) -> Vec<String> {
-    let Ok(reader) = RunReader::open(Arc::new(RealFileSystem), root) else {
-        return Vec::new();
-    };
-    let begun = scene.accuracy_begun_with(&reader.record().scene);
-    if !begun.is_empty() {
-        let (begun, root) = (begun.join(", "), root.display());
-        say(&format!(
-            "note: {begun}, as {root} began: the scene does not give it"
-        ));
+/// A scene, and its `sets`, with the accuracy that its run began with where it does not give that, which is told. The scene stays as it is for a folder
+/// that cannot be read as a run, and where `load` finds that it does not go with that accuracy: both are judged as the run is opened.
+fn going_on(
+    scene: Scene,
+    root: &Path,
+    sets: &[String],
+    load: impl Fn(&[String]) -> Result<Scene, SceneError>,
+) -> (Scene, Vec<String>) {
+    let reader = RunReader::open(Arc::new(RealFileSystem), root);
+    let begun = reader.map_or_else(
+        |_| Vec::new(),
+        |reader| scene.accuracy_begun_with(&reader.record().scene),
+    );
+    if begun.is_empty() {
+        return (scene, sets.to_vec());
     }
-    begun
+    let all = [sets, &begun].concat();
+    match load(&all) {
+        Ok(as_begun) => {
+            let (begun, root) = (begun.join(", "), root.display());
+            say(&format!(
+                "note: {begun}, as {root} began: the scene does not give it"
+            ));
+            (as_begun, all)
+        }
+        Err(_) => (scene, sets.to_vec()),
+    }
 }
 
 /// The scene that a run goes on with: its user may have edited `scene.toml`, or lost it.
@@ -176,15 +187,9 @@ pub fn scene_of_run(run: &Path, sets: &[String]) -> Result<Option<Scene>, CliErr
     let Some(found) = SceneOfRun::read(Arc::new(RealFileSystem), run)? else {
         return Ok(None);
     };
-    let scene = scene::load_kept(&path, &found.text, sets).and_then(|scene| {
-        let begun = accuracy_of_run(&scene, run);
-        if begun.is_empty() {
-            return Ok(scene);
-        }
-        scene::load_kept(&path, &found.text, &[sets, &begun].concat())
-    });
-    match scene {
-        Ok(scene) => Ok(Some(scene)),
+    let load = |sets: &[String]| scene::load_kept(&path, &found.text, sets);
+    match load(sets) {
+        Ok(scene) => Ok(Some(going_on(scene, run, sets, load).0)),
         Err(source) if found.edited => Err(CliError::EditedScene { path, source }),
         Err(error) => Err(error.into()),
     }

@@ -3,7 +3,8 @@
 use serde_json::Value;
 
 use super::Scene;
-use super::keys::fidelity::{ASKED, PRESET};
+use super::keys::cycles::WEAR_STEP_TOLERANCE;
+use super::keys::fidelity::{ASKED, PRESET, WEAR_TOLERANCE};
 use crate::json::{as_read, differences};
 
 impl Scene {
@@ -19,17 +20,15 @@ impl Scene {
             return Vec::new();
         }
         let is_given = |key: &str| {
-            let section = key.split_once('.').and_then(|(section, name)| {
-                let section = self.document().get(section)?;
-                section.get(name)
-            });
-            section.is_some()
+            let is_wear = key == WEAR_STEP_TOLERANCE.name;
+            let also = is_wear.then(|| self.given(WEAR_TOLERANCE.name)).flatten();
+            self.given(key).or(also).is_some()
         };
         let numbers = changes.into_iter().filter_map(|change| {
-            let is_of_accuracy =
-                change.key.starts_with("fidelity.") || change.key == "wear.tolerance";
+            let key = &change.key;
+            let is_of_accuracy = key.starts_with("fidelity.") || key == WEAR_STEP_TOLERANCE.name;
             let number = change.before.filter(Value::is_number)?;
-            (is_of_accuracy && !is_given(&change.key)).then(|| format!("{}={number}", change.key))
+            (is_of_accuracy && !is_given(key)).then(|| format!("{key}={number}"))
         });
         numbers.collect()
     }

@@ -399,6 +399,12 @@ impl Scene {
         &self.document
     }
 
+    /// What the document gives of a key of a section, as in `wear.tolerance`; none of one that has its default.
+    fn given(&self, key: &str) -> Option<&toml::Value> {
+        let (section, name) = key.split_once('.')?;
+        self.document.get(section)?.get(name)
+    }
+
     /// [`Scene::document`] as TOML.
     pub fn to_toml(&self) -> String {
         self.document.to_string()

@@ -132,3 +132,30 @@ fn a_run_says_when_and_by_what_it_was_begun() {
         None => assert!(!record.contains("program_commit"), "{record}"),
     }
 }
+
+#[test]
+fn a_run_keeps_the_accuracy_that_it_began_with() {
+    let bench = Bench::new();
+    let (given, open) = ("tolerance = 1e-3\n", "");
+    assert!(SMALL.contains(given));
+    bench.write("open.toml", SMALL.replace(given, open));
+    let run = ["run", "open.toml", "--run", "a", "--set"];
+    let with = |more: &[&str]| bench.fretwear(&[&run[..], more].concat());
+    let began = with(&["wear.cycles=1000", "--set", "wear.tolerance=0.02"]);
+    assert_eq!(began.code(), 0, "{}", began.stderr());
+    let told = "note: wear.tolerance=0.02, as a began: the scene does not give it";
+    // Once more by its scene, and once the run keeps the key itself.
+    for cycles in ["wear.cycles=1100", "wear.cycles=1200"] {
+        let gone_on = with(&[cycles]);
+        assert_eq!(gone_on.code(), 0, "{}", gone_on.stderr());
+        assert!(gone_on.stderr().contains(told), "{}", gone_on.stderr());
+    }
+    assert!(text(&bench, "a/scene.toml").contains("tolerance = 0.02"));
+    // What a scene gives is another scene, by either name of the key.
+    for given in ["wear.tolerance=0.03", "fidelity.wear_tolerance=0.03"] {
+        let refused = with(&[given]);
+        assert_eq!(refused.code(), 4, "{}", refused.stderr());
+        let named = "`wear.tolerance` was 0.02, is 0.03";
+        assert!(refused.stderr().contains(named), "{}", refused.stderr());
+    }
+}

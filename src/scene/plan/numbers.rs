@@ -10,10 +10,6 @@ use crate::scene::keys::{cycles::*, fidelity::*};
 /// is asked for, or from the preset. How a cycle is marched has its reason in the cycle.
 pub(super) fn reasons(scene: &Scene, recipe: &Recipe) -> Reasons {
     let fidelity = &scene.fidelity;
-    let given = |name: &str| {
-        let (section, key) = name.split_once('.')?;
-        scene.document().get(section)?.get(key)
-    };
     let load_steps = recipe.contact().and_then(|c| c.coupling.load_steps());
     let (cycle, wear) = (recipe.cycle().is_some(), recipe.wear.is_some());
     let sheared = cycle || load_steps.is_some();
@@ -34,7 +30,7 @@ pub(super) fn reasons(scene: &Scene, recipe: &Recipe) -> Reasons {
     ];
     let mut why = Reasons::default();
     for (keys, _, by_error) in numbers.into_iter().filter(|number| number.1) {
-        let own = keys.iter().find(|name| given(name).is_some());
+        let own = keys.iter().find(|name| scene.given(name).is_some());
         let reason = match (own, fidelity.tolerance.filter(|_| by_error)) {
             (Some(own), _) => format!("{own} is given"),
             (None, Some(error)) => format!("fidelity.tolerance = {error}"),
