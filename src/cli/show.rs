@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use fretwear::scene::{self, Plan};
-use fretwear::stages;
+use fretwear::stages::{self, ReducedTables};
 use fretwear::store::{RealFileSystem, RunReader};
 use fretwear::validate;
 use serde_json::json;
@@ -91,7 +91,11 @@ fn said_once(warnings: &mut Vec<String>, more: Vec<String>) {
 
 /// Prints what verifies and what does not.
 pub fn verify(root: &Path, out: &mut Results) -> Result<Exit, CliError> {
-    let report = RunReader::open(Arc::new(RealFileSystem), root)?.verify()?;
+    let run = RunReader::open(Arc::new(RealFileSystem), root)?;
+    let mut report = run.verify()?;
+    if report.once.iter().all(|once| once.damage.is_none()) {
+        report.metadata.extend(ReducedTables::damage(&run)?);
+    }
     for commit in &report.commits {
         let damage: Vec<String> = commit
             .damage

@@ -169,6 +169,14 @@ impl Recipe {
         self.joint()?.surface.as_ref()
     }
 
+    /// Limit of a rough joint in a structure that comes from files: pressures do not follow its own flexibility.
+    pub fn pressing_notice(&self) -> Option<&'static str> {
+        let structure = self.structure.as_ref()?;
+        (structure.source.import().is_some() && self.surface().is_some()).then_some(
+            "the preload is distributed over the joint as by a rigid punch, not by the bodies of structure.file; loads and wear may be far from where they are, and no error bar covers this",
+        )
+    }
+
     /// The rough contact of the joint.
     pub fn contact(&self) -> Option<&Contact> {
         self.joint()?.contact.as_ref()

@@ -2,10 +2,12 @@
 
 use super::RunError;
 use super::reads::Reads;
+use super::structure::AXES;
 use crate::linalg::Matrix;
-use crate::store::RunReader;
+use crate::recipe::Recipe;
+use crate::store::{Damage, DamageKind, RunReader, StoreError};
 use crate::structure::reduction::{Ports, Reduced};
-use crate::tables::{TableName, TypedTable, typed};
+use crate::tables::{TableName, Tables, TypedTable, typed};
 
 /// The tables of a reduced structure.
 pub const TABLES: [TableName; 5] = [
@@ -44,7 +46,7 @@ impl ReducedTables {
     /// The tables of a run; none where it has no structure in finite elements.
     ///
     /// # Errors
-    /// [`RunError`] for a table that cannot be read.
+    /// [`RunError`] for a table that cannot be read, and [`StoreError::Damaged`] for tables that do not fit to each other.
     pub fn of(run: &RunReader) -> Result<Option<ReducedTables>, RunError> {
         fn read<T: TypedTable>(run: &RunReader, table: TableName) -> Result<Option<T>, RunError> {
             let table = run.read_once(table)?;
@@ -60,13 +62,144 @@ impl ReducedTables {
         let (Some(structure), Some(port), Some(mode), Some(residual)) = found else {
             return Ok(None);
         };
-        Ok(Some(ReducedTables {
+        let tables = ReducedTables {
             structure,
             port,
             mode,
             residual,
             damping: read(run, damping)?,
-        }))
+        };
+        match tables.check() {
+            Ok(()) => Ok(Some(tables)),
+            Err(reason) => Err(RunError::Store(StoreError::Damaged(Damage {
+                path: run.path().join("once").join(TABLES[1].file_name()),
+                kind: DamageKind::Unreadable { reason },
+            }))),
+        }
+    }
+
+    /// The damage where the tables of a run do not fit to each other.
+    ///
+    /// # Errors
+    /// [`RunError`] for a table that cannot be read.
+    pub fn damage(run: &RunReader) -> Result<Option<Damage>, RunError> {
+        match ReducedTables::of(run) {
+            Ok(_) => Ok(None),
+            Err(RunError::Store(StoreError::Damaged(damage))) => Ok(Some(damage)),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Checks that tables which were stored are those of one structure, with the points that a recipe has; other tables pass.
+    ///
+    /// # Errors
+    /// A sentence that says what does not fit.
+    pub fn check_stored(stored: &Tables, recipe: &Recipe) -> Result<(), String> {
+        fn read<T: TypedTable>(stored: &Tables) -> Result<Option<T>, String> {
+            let table = stored.get(&T::TABLE).map(T::of).transpose();
+            table.map_err(|error| error.to_string())
+        }
+        let found = (read(stored)?, read(stored)?, read(stored)?, read(stored)?);
+        let (Some(structure), Some(port), Some(mode), Some(residual)) = found else {
+            return Ok(());
+        };
+        let tables = ReducedTables {
+            structure,
+            port,
+            mode,
+            residual,
+            damping: read(stored)?,
+        };
+        tables.check()?;
+        let points = recipe.structure.as_ref().zip(recipe.response.as_ref());
+        let points = points
+            .map(|(structure, response)| structure.points(response, recipe.elements().is_some()));
+        for point in points.into_iter().flatten() {
+            if !tables.port.point.contains(&point.at) {
+                return Err(format!("structure_port has no point {}", point.at));
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that the tables describe one structure: three ports for each contact element and point, every mode at every port, and
+    /// triangles of matrices with as many rows.
+    ///
+    /// # Errors
+    /// A sentence that says what does not fit.
+    fn check(&self) -> Result<(), String> {
+        let ReducedTables {
+            structure,
+            port,
+            mode,
+            residual,
+            damping,
+        } = self;
+        let count = port.port.len();
+        let contacts = usize::try_from(structure.contact_elements).ok();
+        let contacts = contacts.and_then(|elements| elements.checked_mul(3));
+        let Some(contacts) = contacts.filter(|contacts| *contacts <= count) else {
+            return Err(format!(
+                "structure has {} contact elements, structure_port has {count} rows",
+                structure.contact_elements
+            ));
+        };
+        let is_port = |p: usize| {
+            let is_contact = p < contacts;
+            let element = if is_contact { (p / 3) as i32 } else { -1 };
+            port.port[p] == p as i32
+                && port.element[p] == element
+                && port.axis[p] == AXES[p % 3]
+                && port.point[p].is_empty() == is_contact
+                && port.point[p] == port.point[p - p % 3]
+        };
+        if count == 0 || count % 3 != 0 || !(0..count).all(is_port) {
+            return Err(
+                "structure_port does not have three ports for each contact element and point"
+                    .to_owned(),
+            );
+        }
+        let is_mode = |k: usize| {
+            mode.mode[k] == (k / count) as i32
+                && mode.port[k] == (k % count) as i32
+                && mode.frequency[k] == mode.frequency[k - k % count]
+                && mode.frequency[k] >= 0.0
+        };
+        let rigid_first = |pair: &[f64]| pair[0] == 0.0 || pair[1] > 0.0;
+        let rows = mode.mode.len();
+        if rows % count != 0
+            || !(0..rows).all(is_mode)
+            || !mode.frequency.windows(2).all(rigid_first)
+        {
+            return Err(format!(
+                "structure_mode does not have all modes, rigid ones first, at the {count} ports"
+            ));
+        }
+        let is_triangle = |row: &[i32], column: &[i32], size: usize| {
+            let places = (0..size).flat_map(|row| (0..=row).map(move |column| [row, column]));
+            let found = row.iter().zip(column).map(|(row, column)| [*row, *column]);
+            places.map(|place| place.map(|k| k as i32)).eq(found)
+        };
+        if !is_triangle(&residual.row, &residual.column, count) {
+            return Err(format!("structure_residual does not have {count} rows"));
+        }
+        let modes = rows / count;
+        if let Some(damping) = damping
+            && !is_triangle(&damping.row, &damping.column, modes)
+        {
+            return Err(format!("structure_damping does not have {modes} rows"));
+        }
+        let own = [
+            &mode.frequency,
+            &mode.shape,
+            &residual.residual,
+            &residual.residual_slope,
+        ];
+        let all = own.into_iter().chain(damping.iter().map(|d| &d.damping));
+        match all.flatten().all(|value| value.is_finite()) {
+            true => Ok(()),
+            false => Err("a number of the structure is not finite".to_owned()),
+        }
     }
 
     /// The reduced structure.

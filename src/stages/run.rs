@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::RunError;
 use super::list::stages_of;
 use super::observer::{Observer, Progress};
+use super::reduced::ReducedTables;
 use super::run_cost::RunCost;
 use super::runner::Runner;
 use super::stage::{Stage, When};
@@ -76,6 +77,8 @@ pub struct Outcome {
     pub ending: Ending,
     /// The last committed iteration.
     pub wear_iteration: Option<u64>,
+    /// The hash of its commit, as this process holds it.
+    pub commit: Option<String>,
     /// Its summary.
     pub summary: Option<Table>,
     /// The summaries of the unworn joint and of the last iteration, where there was wear in between.
@@ -119,7 +122,11 @@ fn pass_through(
     // Damage to what is computed once a run is repaired by computing it again, also in a run that is done.
     let whole = options.until.is_none() && store.reader().is_once_sound()?;
     if whole && is_done(store, inputs, observer)? {
-        return Ok(Ending::Done);
+        let once = store.reader().verify_once()?;
+        let is_sound = once.iter().all(|report| report.damage.is_none());
+        if is_sound && ReducedTables::damage(store.reader())?.is_none() {
+            return Ok(Ending::Done);
+        }
     }
     let mut runner = Runner::new(inputs, options.threads, observer);
     for stage in stages_of(&inputs.recipe).filter(|stage| stage.when == When::Once) {
@@ -222,6 +229,9 @@ fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunEr
         )?,
     };
     observer.opened(&opening);
+    if let Some(notice) = inputs.recipe.pressing_notice() {
+        observer.notice(notice);
+    }
     if inputs.recipe.wear.is_some() {
         committed(&store, inputs, observer)?;
     }
@@ -279,6 +289,8 @@ fn outcome(store: &mut RunStore, inputs: &Inputs, ending: Ending) -> Result<Outc
     let summary = wear_iteration
         .map(|k| store.read(k, TableName::Summary))
         .transpose()?;
+    let commit = wear_iteration.map(|k| store.reader().commit_of(k));
+    let commit = commit.transpose()?.map(|commit| commit.hash.clone());
     let history = store.reader().history()?;
     let (mut change, mut own) = (None, None);
     if let Some(last) = wear_iteration.filter(|last| *last > 0) {
@@ -290,6 +302,7 @@ fn outcome(store: &mut RunStore, inputs: &Inputs, ending: Ending) -> Result<Outc
     Ok(Outcome {
         ending,
         wear_iteration,
+        commit,
         summary,
         change,
         own,

@@ -12,12 +12,13 @@ use super::list::{STAGES, stages_of};
 use super::moment::{Due, Moment};
 use super::observer::Observer;
 use super::reads::Reads;
+use super::reduced::ReducedTables;
 use super::run::identity_of;
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use crate::journal::INTERVAL;
 use crate::recipe::{Inputs, Part, Recipe, Structure};
-use crate::store::{Cache, Kept, RunReader, RunStore, StageKey, StoreError};
+use crate::store::{Cache, Kept, Recompute, RunReader, RunStore, StageKey, StoreError};
 use crate::tables::{Provenance, Table, TableName, Tables, TypedTable, typed};
 
 /// The stages that bring an inherited wear into balance under another scene: its own load, friction and motion.
@@ -27,6 +28,14 @@ const OF_BALANCE: [Stage; 4] = [
     Stage::DynamicResponse,
     Stage::FrettingCycle,
 ];
+
+/// Tables that runs share.
+enum Shared {
+    /// The cache has them.
+    Found(Tables),
+    /// They are to be computed, and then stored in the cache unless it failed already.
+    Not { to_be_shared: bool },
+}
 
 /// Passes through the stages of a run.
 pub struct Runner<'a> {
@@ -153,7 +162,7 @@ impl<'a> Runner<'a> {
         let cache = cache.filter(|_| stage.shared);
         // What it costs counts for the iteration that is committed next.
         let mut draft = store.draft(store.next())?;
-        let tables = match own(store, &names, &key)? {
+        let tables = match self.own(store, &names, &key)? {
             Some(tables) => {
                 if let Kept::Valid(mut kept) = draft.get(&key)? {
                     self.adopt(&mut kept)?;
@@ -162,20 +171,22 @@ impl<'a> Runner<'a> {
             }
             None => {
                 let tables = match self.shared(cache, &names, &key) {
-                    Some(tables) => tables,
-                    None => {
+                    Shared::Found(tables) => tables,
+                    Shared::Not { to_be_shared } => {
                         let before = self.timing.stage.len();
                         let none = Tables::new();
                         let tables = self.compute(stage, 0, Due::default(), &none, &none)?;
                         let cost = Tables::from([(TableName::Timing, self.cost_since(before)?)]);
                         draft.put(&key, &cost, &[TableName::Timing])?;
+                        if to_be_shared {
+                            self.share(cache, store.provenance(), &key, &tables);
+                        }
                         tables
                     }
                 };
                 for (name, table) in &tables {
                     store.put_once(*name, &key, table)?;
                 }
-                self.share(cache, store.provenance(), &key, &tables);
                 tables
             }
         };
@@ -196,14 +207,16 @@ impl<'a> Runner<'a> {
             let names: Vec<TableName> = stage.writes_in(recipe).collect();
             let cache = cache.filter(|_| stage.shared);
             let tables = match self.shared(cache, &names, &key) {
-                Some(tables) => tables,
-                None => {
+                Shared::Found(tables) => tables,
+                Shared::Not { to_be_shared } => {
                     let tables = self.compute(stage, 0, Due::default(), &none, &none)?;
                     let provenance = Provenance {
                         scene_hash: identity_of(self.inputs).scene_hash(),
                         program_version: env!("CARGO_PKG_VERSION").to_owned(),
                     };
-                    self.share(cache, &provenance, &key, &tables);
+                    if to_be_shared {
+                        self.share(cache, &provenance, &key, &tables);
+                    }
                     tables
                 }
             };
@@ -481,24 +494,72 @@ impl<'a> Runner<'a> {
         Ok(tables)
     }
 
-    /// No run fails for its cache: it computes what it cannot find, and says so.
-    fn shared(&self, cache: Option<&Cache>, names: &[TableName], key: &StageKey) -> Option<Tables> {
-        let cache = cache?;
-        match cache.get(names, key) {
-            Ok(Some(tables)) => {
+    /// The tables of a run under a key, if all of them are there and fit to each other.
+    fn own(
+        &self,
+        store: &RunStore,
+        names: &[TableName],
+        key: &StageKey,
+    ) -> Result<Option<Tables>, RunError> {
+        let mut found = Tables::new();
+        for &name in names {
+            match store.once(name, key)? {
+                Kept::Valid(table) => found.insert(name, table),
+                Kept::Stale(_) => return Ok(None),
+            };
+        }
+        match ReducedTables::check_stored(&found, self.recipe()) {
+            Ok(()) => Ok(Some(found)),
+            Err(reason) => {
                 self.observer.notice(&format!(
-                    "the reduced structure is there already, in {}",
-                    cache.root().display()
+                    "the structure of the run is computed again: {reason}"
                 ));
-                Some(names.iter().copied().zip(tables).collect())
-            }
-            Ok(None) => None,
-            Err(error) => {
-                self.observer
-                    .notice(&format!("the cache of structures cannot be read: {error}"));
-                None
+                Ok(None)
             }
         }
+    }
+
+    /// No run fails for its cache: it computes what it cannot find, and says so.
+    fn shared(&self, cache: Option<&Cache>, names: &[TableName], key: &StageKey) -> Shared {
+        let Some(cache) = cache else {
+            return Shared::Not {
+                to_be_shared: false,
+            };
+        };
+        let again = match cache.get(names, key) {
+            Ok(Kept::Valid(tables)) => {
+                let tables: Tables = names.iter().copied().zip(tables).collect();
+                match ReducedTables::check_stored(&tables, self.recipe()) {
+                    Ok(()) => {
+                        self.observer.notice(&format!(
+                            "the reduced structure is there already, in {}",
+                            cache.root().display()
+                        ));
+                        return Shared::Found(tables);
+                    }
+                    Err(reason) => Some(reason),
+                }
+            }
+            Ok(Kept::Stale(Recompute::NotThere)) => None,
+            Ok(Kept::Stale(why)) => Some(why.to_string()),
+            Err(error @ StoreError::Table { .. }) => Some(error.to_string()),
+            Err(error) => {
+                self.observer.notice(&format!(
+                    "the cache of structures, {}, cannot be read: {error}",
+                    cache.root().display()
+                ));
+                return Shared::Not {
+                    to_be_shared: false,
+                };
+            }
+        };
+        if let Some(reason) = again {
+            self.observer.notice(&format!(
+                "the reduced structure in {} is computed again and replaced: {reason}",
+                cache.root().display()
+            ));
+        }
+        Shared::Not { to_be_shared: true }
     }
 
     fn share(
@@ -511,29 +572,14 @@ impl<'a> Runner<'a> {
         let Some(cache) = cache else {
             return;
         };
-        let names: Vec<TableName> = tables.keys().copied().collect();
-        if matches!(cache.get(&names, key), Ok(Some(_))) {
-            return;
-        }
         let named: Vec<(TableName, &Table)> = tables.iter().map(|(n, t)| (*n, t)).collect();
         if let Err(error) = cache.put(key, &named, provenance) {
             self.observer.notice(&format!(
-                "the structure is not shared with other runs: {error}"
+                "the reduced structure is not stored in the cache {}: {error}",
+                cache.root().display()
             ));
         }
     }
-}
-
-/// The tables of a run under a key, if all of them are there.
-fn own(store: &RunStore, names: &[TableName], key: &StageKey) -> Result<Option<Tables>, RunError> {
-    let mut found = Tables::new();
-    for &name in names {
-        match store.once(name, key)? {
-            Kept::Valid(table) => found.insert(name, table),
-            Kept::Stale(_) => return Ok(None),
-        };
-    }
-    Ok(Some(found))
 }
 
 /// True if the tables that a stage has left are all that a run of this recipe has of it. What else there may be depends on what is due,

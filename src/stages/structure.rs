@@ -11,7 +11,7 @@ use crate::structure::outline::Outline;
 use crate::structure::reduction::{Checked, Reduced};
 use crate::tables::{TableName, typed};
 
-const AXES: [&str; 3] = ["x", "y", "z"];
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// The tables of a structure: those of the reduced one, and its outline, which no stage reads.
 const TABLES: [TableName; 7] = {

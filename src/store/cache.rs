@@ -30,7 +30,7 @@ impl Cache {
         &self.root
     }
 
-    /// The tables of a result, if all of them are there under this key and verify.
+    /// The tables of a result, if all of them are there under this key and verify; otherwise why not.
     ///
     /// # Errors
     /// [`StoreError::Io`] if one is there and cannot be read, [`StoreError::Table`] if it holds another table.
@@ -38,17 +38,17 @@ impl Cache {
         &self,
         tables: &[TableName],
         key: &StageKey,
-    ) -> Result<Option<Vec<Table>>, StoreError> {
+    ) -> Result<Kept<Vec<Table>>, StoreError> {
         let folder = self.root.join(key.hash());
         let mut found = Vec::with_capacity(tables.len());
         for &table in tables {
             let key_path = folder.join(format!("{table}.json"));
-            match read_keyed(&self.files, &folder, &key_path, table, key, Seal::IfThere)?.0 {
+            match read_keyed(&self.files, &folder, &key_path, table, key, Seal::Required)?.0 {
                 Kept::Valid(values) => found.push(values),
-                Kept::Stale(_) => return Ok(None),
+                Kept::Stale(why) => return Ok(Kept::Stale(why)),
             }
         }
-        Ok(Some(found))
+        Ok(Kept::Valid(found))
     }
 
     /// Adds a result, in place of one that does not verify.

@@ -85,6 +85,7 @@ pub struct Draft {
     keys: PathBuf,
     provenance: Provenance,
     wear_iteration: u64,
+    cells: Cells,
     entries: BTreeMap<TableName, TableEntry>,
 }
 
@@ -94,6 +95,7 @@ impl Draft {
         layout: &Layout,
         provenance: &Provenance,
         wear_iteration: u64,
+        cells: Cells,
     ) -> Result<Draft, StoreError> {
         let folder = layout.draft(wear_iteration);
         let keys = layout.draft_keys(wear_iteration);
@@ -105,6 +107,7 @@ impl Draft {
             keys,
             provenance: provenance.clone(),
             wear_iteration,
+            cells,
             entries: BTreeMap::new(),
         })
     }
@@ -148,7 +151,12 @@ impl Draft {
         for (table, entry) in &entries {
             let path = self.folder.join(&entry.file);
             match read_file(&self.files, path.clone(), *table, entry)? {
-                Ok(values) if describes(entry, &values) => tables.insert(*table, values),
+                Ok(values) if describes(entry, &values) => {
+                    if let Err(damage) = check_cells(self.cells, &path, &values) {
+                        return damaged(damage);
+                    }
+                    tables.insert(*table, values)
+                }
                 Ok(_) => {
                     let reason = "its key file gives other rows or columns".to_owned();
                     let kind = DamageKind::Unreadable { reason };
@@ -330,6 +338,33 @@ fn read_file(
             path,
             source: Box::new(source),
         })
+}
+
+/// Cells of the joint along x and y; none in a run without cells.
+pub(super) type Cells = Option<[i64; 2]>;
+
+/// Checks that every cell of a table is in the grid of the joint.
+pub(super) fn check_cells(cells: Cells, path: &Path, table: &Table) -> Result<(), Damage> {
+    let Some(cells) = cells else {
+        return Ok(());
+    };
+    for (name, count) in ["i", "j"].into_iter().zip(cells) {
+        let Ok(values) = table.i32(name) else {
+            continue;
+        };
+        let is_outside = |value: &&i32| !(0..count).contains(&i64::from(**value));
+        if let Some(value) = values.iter().find(is_outside) {
+            let reason = format!(
+                "a cell has {name} = {value}, and joint.grid has 0 to {}",
+                count - 1
+            );
+            return Err(Damage {
+                path: path.to_owned(),
+                kind: DamageKind::Unreadable { reason },
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Removes from staging what belongs to no draft of `next`, or does not verify. Returns the stages that are left and what was removed.

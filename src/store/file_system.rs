@@ -113,7 +113,7 @@ pub struct LockHolder {
 const TRIES: usize = 5;
 const BETWEEN_TRIES: Duration = Duration::from_millis(20);
 
-/// A lock file holds the number of a process, and nothing longer.
+/// A lock file holds the number of a process, or as many zero bytes after a power cut, since it is not synced.
 const LONGEST_HOLDER: u64 = 20;
 
 impl RealFileSystem {
@@ -310,7 +310,8 @@ fn lock_once(path: &Path) -> io::Result<Option<LockAttempt>> {
     (&mut file)
         .take(LONGEST_HOLDER + 1)
         .read_to_end(&mut content)?;
-    if content.len() as u64 > LONGEST_HOLDER || !content.iter().all(u8::is_ascii_digit) {
+    let is_lock = |byte: &u8| byte.is_ascii_digit() || *byte == 0;
+    if content.len() as u64 > LONGEST_HOLDER || !content.iter().all(is_lock) {
         let text =
             "it holds more than the number of a process, so that it is no lock of a run; remove it";
         return Err(io::Error::new(io::ErrorKind::InvalidData, text));

@@ -190,7 +190,7 @@ impl History {
     }
 
     /// Hash of the commit of an iteration.
-    pub(super) fn commit_of(&self, wear_iteration: u64) -> Option<&str> {
+    pub fn commit_of(&self, wear_iteration: u64) -> Option<&str> {
         let link = self.links.get(wear_iteration as usize)?;
         Some(&link.commit)
     }

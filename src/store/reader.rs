@@ -1,9 +1,9 @@
 //! A run as a reader sees it.
 
-use super::chain::{self, CommitReport, VerifyReport};
+use super::chain::{self, CommitReport, OnceReport, VerifyReport};
 use super::commit::Commit;
-use super::draft::{KeyedEntry, read_entry};
-use super::error::{Damage, StoreError};
+use super::draft::{Cells, KeyedEntry, check_cells, read_entry};
+use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::{FileSystem, LockHolder, RealFileSystem};
 use super::files::{Files, Layout};
 use super::history::{History, is_in_history};
@@ -220,7 +220,17 @@ impl RunReader {
                 table: table.as_str().to_owned(),
                 known: commit.names(),
             })?;
-        read_entry(&self.files, &folder, table, entry)?.map_err(StoreError::Damaged)
+        let values =
+            read_entry(&self.files, &folder, table, entry)?.map_err(StoreError::Damaged)?;
+        let path = folder.join(table.file_name());
+        check_cells(self.cells(), &path, &values).map_err(StoreError::Damaged)?;
+        Ok(values)
+    }
+
+    /// Cells of the joint by the scene of the run.
+    pub(super) fn cells(&self) -> Cells {
+        let grid = self.record.scene.pointer("/joint/grid")?;
+        Some([grid.get(0)?.as_i64()?, grid.get(1)?.as_i64()?])
     }
 
     /// A table of an iteration as its type. Errors as for [`RunReader::read`].
@@ -311,9 +321,11 @@ impl RunReader {
         }
         let keyed: KeyedEntry = read_sealed(&self.files, &key_path, self.record.seal())?
             .map_err(StoreError::Damaged)?;
-        read_entry(&self.files, &folder, table, &keyed.entry)?
-            .map(Some)
-            .map_err(StoreError::Damaged)
+        let values =
+            read_entry(&self.files, &folder, table, &keyed.entry)?.map_err(StoreError::Damaged)?;
+        let path = folder.join(table.file_name());
+        check_cells(self.cells(), &path, &values).map_err(StoreError::Damaged)?;
+        Ok(Some(values))
     }
 
     /// True if every table of `once/` verifies.
@@ -323,6 +335,28 @@ impl RunReader {
     pub fn is_once_sound(&self) -> Result<bool, StoreError> {
         let reports = chain::check_once(&self.files, &self.layout, &self.record)?;
         Ok(reports.iter().all(|report| report.damage.is_none()))
+    }
+
+    /// Verifies every table of `once/`, and that it can be read.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`] if one that is there cannot be read.
+    pub fn verify_once(&self) -> Result<Vec<OnceReport>, StoreError> {
+        let mut reports = chain::check_once(&self.files, &self.layout, &self.record)?;
+        for report in reports.iter_mut().filter(|report| report.damage.is_none()) {
+            report.damage = match self.read_once(report.table) {
+                Ok(_) => None,
+                Err(StoreError::Damaged(damage)) => Some(damage),
+                Err(StoreError::Table { path, source }) => Some(Damage {
+                    path,
+                    kind: DamageKind::Unreadable {
+                        reason: source.to_string(),
+                    },
+                }),
+                Err(error) => return Err(error),
+            };
+        }
+        Ok(reports)
     }
 
     /// What opening the run found of each iteration.
@@ -344,7 +378,7 @@ impl RunReader {
         metadata.extend(past.damage(&self.layout, &chain));
         Ok(VerifyReport {
             metadata,
-            once: chain::check_once(&self.files, &self.layout, &record)?,
+            once: self.verify_once()?,
             commits: chain.reports,
             pruned: past.past.pruned.keys().copied().collect(),
         })

@@ -3,7 +3,9 @@
 use super::chain::VerifyReport;
 use super::commit::Commit;
 use super::date;
-use super::draft::{Draft, Kept, KeyedEntry, clean_staging, encode, read_keyed};
+use super::draft::{
+    Draft, Kept, KeyedEntry, Recompute, check_cells, clean_staging, encode, read_keyed,
+};
 use super::error::StoreError;
 use super::file_system::{FileSystem, LockGuard};
 use super::files::{COMMIT_FILE, Files, Layout};
@@ -158,7 +160,13 @@ impl RunStore {
         let folder = self.layout().once();
         let key_path = folder.join(format!("{table}.json"));
         let seal = self.reader.record.seal();
-        Ok(read_keyed(self.files(), &folder, &key_path, table, key, seal)?.0)
+        let kept = read_keyed(self.files(), &folder, &key_path, table, key, seal)?.0;
+        if let Kept::Valid(values) = &kept
+            && let Err(damage) = check_cells(self.reader.cells(), &key_path, values)
+        {
+            return Ok(Kept::Stale(Recompute::Damaged(damage)));
+        }
+        Ok(kept)
     }
 
     /// Writes a table that is computed once a run, in place of one that is there.
@@ -201,6 +209,7 @@ impl RunStore {
             self.layout(),
             &self.provenance,
             wear_iteration,
+            self.reader.cells(),
         )
     }
 

@@ -3,8 +3,11 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use fretwear::stages::Stage;
+use fretwear::store::{Cache, Kept, RealFileSystem, StageKey};
+use fretwear::tables::{Provenance, Table, TableName, TypedTable, typed};
 
 use super::Start;
 use crate::support::{Bench, Did, assert_same, content, flip, verified};
@@ -247,4 +250,103 @@ fn within_a_process_too() {
             .any(|n| n.starts_with("the reduced structure is there already")),
         "{notices:?}"
     );
+}
+
+/// Tables with right hashes that are not those of one structure, or have no point that the scene needs.
+#[test]
+fn tables_that_do_not_fit_to_each_other_are_computed_again() {
+    let bench = Bench::new();
+    begin(&bench, "whole", "cache", &[]);
+    let expected = content(&bench.path("whole"));
+    let entries = fs::read_dir(bench.path("cache")).expect("a folder");
+    let mut entries = entries.map(|entry| entry.expect("an entry").path());
+    let entry = entries.find(|path| path.is_dir()).expect("an entry");
+    let keyed = fs::read(entry.join("structure.json")).expect("a file");
+    let keyed: serde_json::Value = serde_json::from_slice(&keyed).expect("JSON");
+    let key: StageKey = serde_json::from_value(keyed["key"].clone()).expect("a key");
+    let cache = Cache::new(Arc::new(RealFileSystem), &bench.path("cache"));
+    let names = TABLES.map(|name| TableName::from_name(name).expect("a table"));
+    let Kept::Valid(whole) = cache.get(&names, &key).expect("readable") else {
+        panic!("it was put");
+    };
+    let provenance = Provenance {
+        scene_hash: String::new(),
+        program_version: String::new(),
+    };
+    let port = typed::StructurePort::of(&whole[1]).expect("ports");
+    let mode = typed::StructureMode::of(&whole[2]).expect("modes");
+    let residual = typed::StructureResidual::of(&whole[3]).expect("a residual");
+    let count = port.port.len();
+    let mut forged: Vec<(usize, Table)> = Vec::new();
+    let mut add = |k: usize, table: Result<Table, _>| forged.push((k, table.expect("a table")));
+    let renamed = port.point.iter().map(|point| match point.as_str() {
+        "far_wall" => "elsewhere".to_owned(),
+        point => point.to_owned(),
+    });
+    add(
+        1,
+        typed::StructurePort {
+            point: renamed.collect(),
+            ..port.clone()
+        }
+        .to_table(),
+    );
+    let mut other = port.clone();
+    other.point[count - 1] = "x".to_owned();
+    add(1, other.to_table());
+    let mut other = port.clone();
+    other.element[0] = 3;
+    add(1, other.to_table());
+    let mut other = mode.clone();
+    let last = other.frequency.len() - 1;
+    other.frequency[last] = f64::NAN;
+    add(2, other.to_table());
+    let mut other = residual.clone();
+    other.row[4] = i32::MAX;
+    add(3, other.to_table());
+    for (place, table) in forged {
+        let mut tables = whole.clone();
+        tables[place] = table;
+        let named: Vec<_> = names.into_iter().zip(&tables).collect();
+        cache.put(&key, &named, &provenance).expect("put");
+        let files = ["parquet", "json"].map(|ending| format!("{}.{ending}", TABLES[place]));
+        for file in &files {
+            fs::copy(entry.join(file), bench.path(file)).expect("copied");
+        }
+        let run = bench.path("a");
+        let did = begin(&bench, "a", "cache", &[]);
+        assert!(computed(&did), "{}", did.stdout());
+        let said = did.stderr();
+        assert!(
+            said.contains("in cache is computed again and replaced"),
+            "{said}"
+        );
+        assert_same(&content(&run), &expected, "computed again");
+        assert!(!computed(&begin(&bench, "b", "cache", &[])));
+        // The same in the folder of a run.
+        for file in &files {
+            fs::copy(bench.path(file), run.join("once").join(file)).expect("copied");
+        }
+        let renamed = bench.fretwear(&["verify", "a"]).code();
+        if place != 1 || !said.contains("no point far_wall") {
+            assert_eq!(renamed, 4);
+            let export = bench.fretwear(&["export", "a", "--reduced", "r"]);
+            assert_eq!(export.code(), 4, "{}", export.stderr());
+        }
+        begin(&bench, "a", "", &["wear.cycles=2"]);
+        verified(&run);
+        for folder in ["a", "b"] {
+            fs::remove_dir_all(bench.path(folder)).expect("removed");
+        }
+    }
+}
+
+#[test]
+fn a_cache_that_cannot_be_written_is_reported_once_by_name() {
+    let bench = Bench::new();
+    bench.write("cache", "a file");
+    let did = begin(&bench, "a", "cache", &[]);
+    let lines: Vec<String> = did.stderr().lines().map(str::to_owned).collect();
+    let of_cache = lines.iter().filter(|line| line.contains("cache"));
+    assert_eq!(of_cache.count(), 1, "{lines:?}");
 }

@@ -3,7 +3,7 @@
 use super::{StageKey, quick, surface, wear_field};
 use crate::support::faulty::{Fault, FaultyFileSystem};
 use crate::support::flip;
-use fretwear::store::{Cache, FileSystem};
+use fretwear::store::{Cache, FileSystem, Kept};
 use fretwear::tables::{Provenance, Table, TableName};
 use serde_json::json;
 use std::fs;
@@ -37,6 +37,14 @@ fn left(root: &Path) -> usize {
     names.filter(|name| name != "lock").count()
 }
 
+/// The tables of a result; none where they are to be computed.
+fn found(cache: &Cache, tables: &[TableName], key: &StageKey) -> Option<Vec<Table>> {
+    match cache.get(tables, key).expect("readable") {
+        Kept::Valid(tables) => Some(tables),
+        Kept::Stale(_) => None,
+    }
+}
+
 fn cache(root: &Path) -> Cache {
     Cache::new(quick(), root)
 }
@@ -45,17 +53,17 @@ fn cache(root: &Path) -> Cache {
 fn what_is_put_is_found_under_its_key_alone() {
     let folder = tempfile::tempdir().expect("a folder");
     let cache = cache(&folder.path().join("below/cache"));
-    assert_eq!(cache.get(&TABLES, &key(1.0)).expect("readable"), None);
+    assert_eq!(found(&cache, &TABLES, &key(1.0)), None);
     put(&cache, 1.0).expect("put");
     put(&cache, 2.0).expect("put");
     for rq in [1.0, 2.0] {
-        let found = cache.get(&TABLES, &key(rq)).expect("readable");
-        assert_eq!(found, Some(tables(rq)));
+        let read = found(&cache, &TABLES, &key(rq));
+        assert_eq!(read, Some(tables(rq)));
     }
-    assert_eq!(cache.get(&TABLES, &key(3.0)).expect("readable"), None);
+    assert_eq!(found(&cache, &TABLES, &key(3.0)), None);
     // A result without one of the tables asked for is none.
     let more = [TableName::Surface, TableName::Cycle];
-    assert_eq!(cache.get(&more, &key(1.0)).expect("readable"), None);
+    assert_eq!(found(&cache, &more, &key(1.0)), None);
 }
 
 #[test]
@@ -76,16 +84,16 @@ fn a_flipped_bit_or_a_lost_file_is_a_miss_and_is_replaced() {
             } else {
                 flip(&path);
             }
-            let found = cache.get(&TABLES, &key(1.0)).expect("readable");
-            assert_eq!(found, None, "{}", path.display());
+            let read = found(&cache, &TABLES, &key(1.0));
+            assert_eq!(read, None, "{}", path.display());
             put(&cache, 1.0).expect("put");
-            let found = cache.get(&TABLES, &key(1.0)).expect("readable");
-            assert_eq!(found, Some(tables(1.0)));
+            let read = found(&cache, &TABLES, &key(1.0));
+            assert_eq!(read, Some(tables(1.0)));
         }
     }
     // An entry under the name of another key is not believed.
     fs::rename(&entry, folder.path().join(key(2.0).hash())).expect("renamed");
-    assert_eq!(cache.get(&TABLES, &key(2.0)).expect("readable"), None);
+    assert_eq!(found(&cache, &TABLES, &key(2.0)), None);
 }
 
 /// After a fault at any call there is the whole result or none, the next one adds it, and nothing of the failed one is left.
@@ -117,15 +125,11 @@ fn a_fault_at_any_call() {
                 let result = put(&Cache::new(through, folder.path()), 1.0);
                 assert!(result.is_err(), "{at} went unnoticed");
                 failing.settle();
-                let found = cache(folder.path())
-                    .get(&TABLES, &key(1.0))
-                    .expect("readable");
-                assert!(found.is_none() || found == Some(tables(1.0)), "{at}");
+                let read = found(&cache(folder.path()), &TABLES, &key(1.0));
+                assert!(read.is_none() || read == Some(tables(1.0)), "{at}");
                 put(&cache(folder.path()), 1.0).unwrap_or_else(|error| panic!("{at}: {error}"));
-                let found = cache(folder.path())
-                    .get(&TABLES, &key(1.0))
-                    .expect("readable");
-                assert_eq!(found, Some(tables(1.0)), "{at}");
+                let read = found(&cache(folder.path()), &TABLES, &key(1.0));
+                assert_eq!(read, Some(tables(1.0)), "{at}");
                 assert_eq!(left(folder.path()), 1, "{at}: something is left over");
             }
         }
@@ -142,4 +146,22 @@ fn no_room_is_said_before_anything_is_written() {
         "{error}"
     );
     assert_eq!(left(folder.path()), 0, "a draft is left over");
+}
+
+/// An entry without a seal is computed again: anybody may have written it by hand.
+#[test]
+fn an_entry_without_a_seal_is_a_miss_that_says_why() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let cache = cache(folder.path());
+    put(&cache, 1.0).expect("put");
+    let path = folder.path().join(key(1.0).hash()).join("surface.json");
+    let text = fs::read_to_string(&path).expect("a file");
+    let (before, _) = text.rsplit_once(",\n  \"seal\"").expect("a seal");
+    fs::write(&path, format!("{before}\n}}\n")).expect("written");
+    match cache.get(&TABLES, &key(1.0)).expect("readable") {
+        Kept::Stale(why) => assert!(why.to_string().contains("surface.json"), "{why}"),
+        Kept::Valid(_) => panic!("it has no seal"),
+    }
+    put(&cache, 1.0).expect("put");
+    assert_eq!(found(&cache, &TABLES, &key(1.0)), Some(tables(1.0)));
 }

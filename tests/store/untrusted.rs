@@ -305,6 +305,83 @@ fn a_file_that_is_no_lock_is_left_alone() {
     }
 }
 
+/// A lock is not synced: after a power cut it may have its length and zeros.
+#[test]
+fn zeros_and_digits_are_a_lock() {
+    for (content, is_lock) in [
+        (&b"\0\0\0\0\0"[..], true),
+        (b"12\0\0\0", true),
+        (&[0; 20], true),
+        (&[0; 21], false),
+        (b"12\0x", false),
+    ] {
+        let trap = Trap::new();
+        let lock = trap.root().join("lock");
+        fs::write(&lock, content).expect("written");
+        assert_eq!(start(&trap.root()).is_ok(), is_lock, "{content:?}");
+        let now = fs::read(&lock).expect("a file");
+        assert_eq!(now == content, !is_lock, "{content:?}");
+    }
+}
+
+/// Cells that the grid of the scene does not have, in tables with right hashes.
+#[test]
+fn cells_outside_of_the_grid_are_damage() {
+    let mut scene = scene(1000, 5e-6);
+    scene["joint"] = json!({ "grid": [NX, NY] });
+    for (cell, is_sound) in [
+        ([NX - 1, 0], true),
+        ([NX, 0], false),
+        ([0, NY], false),
+        ([-1, 2], false),
+    ] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let identity = identity_of(scene.clone());
+        let (mut store, _) =
+            RunStore::create_or_open(quick(), folder.path(), &identity).expect("a run");
+        let field = Table::builder(TableName::WearField)
+            .column("i", vec![cell[0]])
+            .column("j", vec![cell[1]])
+            .column("wear_depth", vec![1e-9])
+            .build()
+            .expect("a field");
+        let key = StageKey::new("wear", &[TableName::WearField], &json!({}), &[]);
+        store
+            .put_once(TableName::Surface, &key, &surface_of(cell))
+            .expect("put");
+        let mut draft = store.draft(0).expect("a draft");
+        draft
+            .put(&key, &Tables::from([(TableName::WearField, field)]), &[])
+            .expect("put");
+        let again = draft.get(&key).expect("readable");
+        assert_eq!(matches!(again, Kept::Valid(_)), is_sound, "{cell:?}");
+        store.commit(draft).expect("committed");
+        let kept = store.once(TableName::Surface, &key).expect("readable");
+        assert_eq!(matches!(kept, Kept::Valid(_)), is_sound, "{cell:?}");
+        let read = store.read(0, TableName::WearField);
+        assert_eq!(read.is_ok(), is_sound, "{cell:?}");
+        if let Err(error) = read {
+            assert!(error.is_damage_or_mismatch(), "{error}");
+            assert!(error.to_string().contains("joint.grid has 0 to"), "{error}");
+        }
+        assert_eq!(
+            store.verify().expect("readable").is_sound(),
+            is_sound,
+            "{cell:?}"
+        );
+    }
+}
+
+fn surface_of([i, j]: [i32; 2]) -> Table {
+    Table::builder(TableName::Surface)
+        .column("i", vec![i])
+        .column("j", vec![j])
+        .column("height", vec![0.0])
+        .column("kept", vec![true])
+        .build()
+        .expect("a surface")
+}
+
 /// Iterations are counted by their folders, not by the number of the highest.
 #[test]
 fn a_stray_folder_of_any_number_costs_nothing() {

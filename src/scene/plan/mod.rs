@@ -218,7 +218,9 @@ impl Plan {
         let measured = self.inputs.measured.iter();
         let measured = measured.flat_map(|found| found.notices.iter().map(ToString::to_string));
         let imported = self.inputs.imported.iter();
-        measured.chain(imported.flat_map(|found| found.notes.clone()))
+        let notes = imported.flat_map(|found| found.notes.clone());
+        let pressing = self.inputs.recipe.pressing_notice().map(str::to_owned);
+        measured.chain(notes).chain(pressing)
     }
 }
 
