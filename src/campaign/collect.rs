@@ -10,7 +10,7 @@ use std::thread;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::error::CampaignError;
+use super::error::{CampaignError, is_unread};
 use super::folder::{COLLECTED, Folder, LONGEST_TABLE};
 use super::table::Campaign;
 use crate::store::{DamageKind, History};
@@ -34,7 +34,7 @@ const LONGEST_HISTORY: u64 = 1 << 30;
 const AT_ONCE: usize = 64;
 
 /// What a collection did.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Default)]
 pub struct Collected {
     /// Runs that were collected now.
     pub runs: usize,
@@ -44,6 +44,8 @@ pub struct Collected {
     pub shards: Vec<PathBuf>,
     /// Histories that are not as they were written, each with what is wrong.
     pub damaged: Vec<(PathBuf, String)>,
+    /// Why histories could not be read, which says nothing of their content.
+    pub unread: Vec<CampaignError>,
 }
 
 /// What stands in the metadata of a shard.
@@ -88,6 +90,10 @@ fn runs_of(
         return Err(unreadable(shard, "it is no shard of a campaign"));
     };
     let rows = campaign.rows.len();
+    let ascends = |pair: &[[usize; 2]]| pair[0][1] < pair[1][0];
+    if !entry.runs.windows(2).all(ascends) {
+        return Err(unreadable(shard, "its ranges of rows overlap"));
+    }
     let is_known = entry
         .runs
         .iter()
@@ -175,21 +181,24 @@ impl Gathered {
     }
 }
 
-/// A history, or what is wrong with it.
-type Read = Result<History, String>;
-
-fn history(folder: &Folder, path: &Path, content_key: &str) -> Read {
-    // A link, a folder, a file that may not be read: the others are collected all the same.
-    let bytes = folder
-        .read(path, LONGEST_HISTORY)
-        .map_err(|error| match error {
-            CampaignError::Io { source, .. } => format!("it cannot be read ({source})"),
-            error => error.to_string(),
-        })?;
-    let history = History::of_bytes(&bytes).map_err(|damage: DamageKind| damage.to_string())?;
+fn history(folder: &Folder, path: &Path, content_key: &str) -> Result<History, CampaignError> {
+    let damaged = |reason: String| CampaignError::Damaged {
+        path: path.to_owned(),
+        reason,
+    };
+    let bytes = match folder.read(path, LONGEST_HISTORY) {
+        Err(CampaignError::Io { source, .. }) if !is_unread(&source) => {
+            return Err(damaged(format!("it cannot be read ({source})")));
+        }
+        bytes => bytes?,
+    };
+    let history =
+        History::of_bytes(&bytes).map_err(|damage: DamageKind| damaged(damage.to_string()))?;
     match History::row_in(&bytes) {
-        Some(row) if row != content_key => Err("it is the history of another row".to_owned()),
-        _ if history.is_empty() => Err("it has no iteration".to_owned()),
+        Some(row) if row != content_key => {
+            Err(damaged("it is the history of another row".to_owned()))
+        }
+        _ if history.is_empty() => Err(damaged("it has no iteration".to_owned())),
         _ => Ok(history),
     }
 }
@@ -200,7 +209,7 @@ fn histories(
     campaign: &Campaign,
     ended: &[(usize, PathBuf)],
     threads: usize,
-) -> Vec<Read> {
+) -> Vec<Result<History, CampaignError>> {
     let part = ended.len().div_ceil(threads).max(1);
     thread::scope(|scope| {
         let parts = ended.chunks(part).map(|part| {
@@ -228,8 +237,12 @@ impl Folder {
     pub fn collected(&self, campaign: &Campaign) -> Result<BTreeSet<usize>, CampaignError> {
         let mut found = BTreeSet::new();
         for shard in shards(self)? {
-            let bytes = self.read(&shard, LONGEST_TABLE);
-            let bytes = bytes.map_err(|error| unreadable(&shard, error))?;
+            let bytes = match self.read(&shard, LONGEST_TABLE) {
+                Err(CampaignError::Io { source, .. }) if !is_unread(&source) => {
+                    return Err(unreadable(&shard, source));
+                }
+                bytes => bytes?,
+            };
             for run in runs_of(&bytes, &shard, campaign)?
                 .into_iter()
                 .flat_map(|[first, last]| first..=last)
@@ -263,11 +276,13 @@ impl Folder {
         let threads = thread::available_parallelism().map_or(1, usize::from);
         let mut gathered = Gathered::default();
         for group in ended.chunks(AT_ONCE * threads) {
-            for ((index, path), read) in group.iter().zip(histories(self, campaign, group, threads))
-            {
+            for ((index, _), read) in group.iter().zip(histories(self, campaign, group, threads)) {
                 match read {
                     Ok(history) => gathered.add(*index, &history),
-                    Err(reason) => collected.damaged.push((path.clone(), reason)),
+                    Err(CampaignError::Damaged { path, reason }) => {
+                        collected.damaged.push((path, reason));
+                    }
+                    Err(error) => collected.unread.push(error),
                 }
             }
             if gathered.index.len() >= ROWS_OF_A_SHARD {

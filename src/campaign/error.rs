@@ -10,7 +10,7 @@ use crate::tables::TableError;
 #[derive(Debug, thiserror::Error)]
 pub enum CampaignError {
     /// The file system refused.
-    #[error("cannot {action} {}: {source}", path.display())]
+    #[error("cannot {action} {}: {source}{}", path.display(), advice(source))]
     Io {
         /// What was asked of it.
         action: &'static str,
@@ -46,6 +46,17 @@ pub enum CampaignError {
         path: PathBuf,
         /// What, and what would be right.
         what: String,
+    },
+    /// A link, or a file, where a campaign has one of its folders.
+    #[error(
+        "{} is not a folder but {found}: rows could be written or removed outside of the campaign; link the whole campaign folder, or use --scratch",
+        path.display()
+    )]
+    NotAFolder {
+        /// Where.
+        path: PathBuf,
+        /// What stands there.
+        found: &'static str,
     },
     /// A folder that holds something else.
     #[error(
@@ -156,6 +167,30 @@ fn kept(keep: KeepRuns) -> &'static str {
     }
 }
 
+/// True where the system could not read a file that is there. That says nothing of its content, so it is not damage.
+pub(super) fn is_unread(source: &io::Error) -> bool {
+    source.raw_os_error().is_some() && source.kind() != io::ErrorKind::NotFound
+}
+
+/// Advice where the same call may succeed later.
+fn advice(source: &io::Error) -> &'static str {
+    #[cfg(unix)]
+    if let Some(number) = source.raw_os_error()
+        && [
+            libc::EMFILE,
+            libc::ENFILE,
+            libc::EINTR,
+            libc::ENOMEM,
+            libc::ESTALE,
+            libc::EIO,
+        ]
+        .contains(&number)
+    {
+        return "; try again";
+    }
+    ""
+}
+
 fn process(pid: Option<u32>) -> String {
     pid.map_or("another process".to_owned(), |pid| format!("process {pid}"))
 }
@@ -182,6 +217,7 @@ impl CampaignError {
                 | CampaignError::Changed { .. }
                 | CampaignError::KeepChanged { .. }
                 | CampaignError::Newer { .. }
+                | CampaignError::NotAFolder { .. }
                 | CampaignError::Damaged { .. }
         )
     }

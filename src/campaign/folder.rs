@@ -7,8 +7,9 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::error::CampaignError;
+use super::rows::{ENDED, FAILED, LOCKS, RUNS};
 use super::table::Campaign;
-use crate::store::{FileSystem, LockAttempt, LockGuard};
+use crate::store::{EntryKind, FileSystem, LockAttempt, LockGuard};
 
 /// Version of the layout.
 const FORMAT: u32 = 2;
@@ -133,6 +134,25 @@ impl Folder {
         }
     }
 
+    /// Rejects links in place of the folders whose content the program writes and removes. The campaign folder itself and the folder of a
+    /// single run may be links.
+    pub(super) fn check_folders(&self) -> Result<(), CampaignError> {
+        for name in [RUNS, ENDED, COLLECTED, FAILED, LOCKS] {
+            let path = self.root.join(name);
+            let found = match self.files.metadata(&path).map_err(io("look at", &path))? {
+                None => continue,
+                Some(found) => match found.kind {
+                    EntryKind::Folder => continue,
+                    EntryKind::Link => "a link",
+                    EntryKind::File => "a file",
+                    EntryKind::Other => "a pipe, a socket or a device",
+                },
+            };
+            return Err(CampaignError::NotAFolder { path, found });
+        }
+        Ok(())
+    }
+
     /// Nobody else plans or collects as long as the guard is held.
     pub(super) fn lock(&self) -> Result<Box<dyn LockGuard>, CampaignError> {
         let path = self.root.join("lock");
@@ -239,8 +259,10 @@ impl Folder {
     /// What the folder holds.
     ///
     /// # Errors
-    /// [`CampaignError::NoCampaign`], [`CampaignError::NotACampaign`], [`CampaignError::Damaged`], [`CampaignError::Io`].
+    /// [`CampaignError::NoCampaign`], [`CampaignError::NotACampaign`], [`CampaignError::NotAFolder`], [`CampaignError::Damaged`],
+    /// [`CampaignError::Io`].
     pub fn open(&self) -> Result<(About, Campaign), CampaignError> {
+        self.check_folders()?;
         match (self.about()?, self.table()?) {
             (Some(about), Some(campaign)) if about.is_of(&campaign) => Ok((about, campaign)),
             (Some(about), Some(campaign)) => Err(CampaignError::Damaged {
@@ -280,6 +302,7 @@ impl Folder {
     /// # Errors
     /// As for [`Folder::open`].
     pub fn check(&self) -> Result<(), CampaignError> {
+        self.check_folders()?;
         match self.about() {
             Ok(Some(_)) => Ok(()),
             Ok(None) => self.other()?.map_or(Ok(()), Err),

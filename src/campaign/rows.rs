@@ -6,19 +6,27 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::error::CampaignError;
+use super::error::{CampaignError, is_unread};
 use super::folder::{DRAFT, Folder, KeepRuns, io};
-use crate::store::{EntryKind, LockAttempt, LockGuard, LockHolder, RealFileSystem, date};
+use crate::json::hash;
+use crate::store::{
+    EntryKind, FileSystem, LockAttempt, LockGuard, LockHolder, RealFileSystem, date,
+};
 
 /// Bytes of a reason at most.
 const LONGEST_FAILURE: u64 = 1 << 20;
 /// Digits of an index in names; a longer one has more.
 const DIGITS: usize = 6;
 
-const RUNS: &str = "runs";
-const ENDED: &str = "ended";
-const FAILED: &str = "failed";
-const LOCKS: &str = "locks";
+pub(super) const RUNS: &str = "runs";
+pub(super) const ENDED: &str = "ended";
+pub(super) const FAILED: &str = "failed";
+pub(super) const LOCKS: &str = "locks";
+
+/// The record of a run and its copy. Whose run a folder holds is read from them, so that they are removed last.
+const RECORDS: [&str; 2] = ["run.copy.json", "run.json"];
+/// Bytes of a record at most.
+const LONGEST_RECORD: u64 = 64 << 20;
 
 /// What became of a row, by what there is of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -226,51 +234,38 @@ impl Folder {
         }
     }
 
-    /// Keeps the history of a run that has ended, and removes its folder if that is all that is kept.
+    /// Keeps the history of a run that has ended.
     ///
     /// # Errors
     /// [`CampaignError::Io`].
-    pub fn end(&self, index: usize, history: &[u8], keep: KeepRuns) -> Result<(), CampaignError> {
+    pub fn end(&self, index: usize, history: &[u8]) -> Result<(), CampaignError> {
         self.replace(&self.ended(index), history)?;
-        self.tidy(index, keep)
+        self.forget(index)
     }
 
-    /// Removes what a row that has ended does not keep, where an earlier start was killed in between; not while another process holds the
-    /// row, nor in a folder that may only be read.
-    pub fn tidy_ended(&self, index: usize, keep: KeepRuns) {
-        let run = match keep {
-            KeepRuns::All => None,
-            KeepRuns::History => Some(self.run(index)),
-        };
-        let mut draft = self.ended(index).into_os_string();
-        draft.push(DRAFT);
-        let draft = PathBuf::from(draft);
-        let left = [self.failed(index), self.claimed(index), draft.clone()].map(Some);
-        let left = left.into_iter().chain([run]);
-        let is_left = |path: PathBuf| matches!(self.files.metadata(&path), Ok(Some(_)));
-        if left.flatten().any(is_left)
+    /// Removes what a row that has ended does not keep, where an earlier start was killed in between: drafts, the reason of a failure, and
+    /// `run`, the folder of its run, if there is one that is not kept. Nothing is removed while another process holds the row.
+    pub fn tidy_ended(&self, index: usize, content_key: &str, run: Option<&Path>) {
+        let drafts = [self.ended(index), self.failed(index)].map(|path| {
+            let mut draft = path.into_os_string();
+            draft.push(DRAFT);
+            PathBuf::from(draft)
+        });
+        let own = [self.failed(index), self.claimed(index)];
+        let left = drafts.iter().chain(&own).map(PathBuf::as_path).chain(run);
+        let is_left = |path: &Path| matches!(self.files.metadata(path), Ok(Some(_)));
+        if left.into_iter().any(is_left)
             && let Ok(LockAttempt::Taken(claim)) = self.claim(index)
         {
-            // What stays does no harm: the row has ended.
-            drop(self.files.remove_file(&draft));
-            drop(self.tidy(index, keep));
-            drop(self.release(index, claim));
-        }
-    }
-
-    /// Removes what a row that has ended does not keep.
-    ///
-    /// # Errors
-    /// [`CampaignError::Io`].
-    pub fn tidy(&self, index: usize, keep: KeepRuns) -> Result<(), CampaignError> {
-        self.forget(index)?;
-        let run = self.run(index);
-        let found = self.files.metadata(&run).map_err(io("look at", &run))?;
-        match found {
-            Some(found) if keep == KeepRuns::History && found.kind == EntryKind::Folder => {
-                self.files.remove_dir_all(&run).map_err(io("remove", &run))
+            // A file that stays does no harm: the row has ended.
+            for draft in &drafts {
+                drop(self.files.remove_file(draft));
             }
-            _ => Ok(()),
+            drop(self.forget(index));
+            if let Some(run) = run {
+                drop(remove_run(self.files.as_ref(), run, content_key));
+            }
+            drop(self.release(index, claim));
         }
     }
 
@@ -296,6 +291,57 @@ impl Folder {
         }
         Ok(failures)
     }
+}
+
+/// Removes the folder of a run whose scene has the hash `content_key`, under the lock of that run; also one that has no record any more, as
+/// a removal that was killed leaves it. The folder of another run stays, as does a link, and a run that another process writes.
+///
+/// # Errors
+/// [`CampaignError::Io`].
+pub fn remove_run(
+    files: &dyn FileSystem,
+    run: &Path,
+    content_key: &str,
+) -> Result<(), CampaignError> {
+    let found = files.metadata(run).map_err(io("look at", run))?;
+    if !found.is_some_and(|found| found.kind == EntryKind::Folder) {
+        return Ok(());
+    }
+    let lock = run.join("lock");
+    let LockAttempt::Taken(_guard) = files.try_lock(&lock).map_err(io("lock", &lock))? else {
+        return Ok(());
+    };
+    for name in RECORDS {
+        let path = run.join(name);
+        let bytes = match files.read(&path, LONGEST_RECORD) {
+            Err(error) if is_unread(&error) => return Err(io("read", &path)(error)),
+            bytes => bytes.unwrap_or_default(),
+        };
+        let record: Option<serde_json::Value> = serde_json::from_slice(&bytes).ok();
+        let scene = record.as_ref().and_then(|record| record.get("scene"));
+        if scene.is_some_and(|scene| hash(scene) != content_key) {
+            return Ok(());
+        }
+    }
+    let is_last = |name: &str| RECORDS.contains(&name) || name == "lock";
+    for entry in files.list(run).map_err(io("list", run))? {
+        let path = run.join(&entry.name);
+        let removed = match entry.kind {
+            _ if is_last(&entry.name) => Ok(()),
+            EntryKind::Folder => files.remove_dir_all(&path),
+            _ => files.remove_file(&path),
+        };
+        removed.map_err(io("remove", &path))?;
+    }
+    for name in RECORDS {
+        match files.remove_file(&run.join(name)) {
+            Err(error) if error.kind() != ErrorKind::NotFound => {
+                return Err(io("remove", &run.join(name))(error));
+            }
+            _ => (),
+        }
+    }
+    files.remove_dir_all(run).map_err(io("remove", run))
 }
 
 /// The rows that `N` or `A-B` names.

@@ -238,6 +238,9 @@ impl Campaign {
             .into_iter()
             .filter(|n| columns.contains_key(n))
             .collect();
+        if index.is_empty() {
+            return Err("it has no row".to_owned());
+        }
         let mut rows = Vec::with_capacity(index.len());
         for k in 0..index.len() {
             let sets = settings[k].as_deref().map(serde_json::from_str);
@@ -259,12 +262,19 @@ impl Campaign {
                 Nullable::Text(values) => values[k].clone().map(Resolved::Text),
                 Nullable::I32(_) | Nullable::Bool(_) => None,
             };
+            let values: Vec<Resolved> = keys
+                .iter()
+                .map(|key| value(key).unwrap_or(Resolved::Absent))
+                .collect();
+            let numbers = keys.iter().zip(values.iter().map(Resolved::number));
+            for (key, number) in numbers {
+                if let Some(number) = number.filter(|number| !number.is_finite()) {
+                    return Err(format!("{key} of row {k} is {number}, which no scene has"));
+                }
+            }
             rows.push(Planned {
                 settings,
-                values: keys
-                    .iter()
-                    .map(|key| value(key).unwrap_or(Resolved::Absent))
-                    .collect(),
+                values,
                 content_key,
                 group,
                 seconds: seconds[k],

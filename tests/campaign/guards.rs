@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-use fretwear::campaign::{Folder, KeepRuns, State};
+use fretwear::campaign::{Folder, State, remove_run};
 use fretwear::store::{LockAttempt, RealFileSystem};
 
 use super::rows::{fails, status};
@@ -43,9 +43,8 @@ fn a_row_is_computed_by_one_alone() {
                 let part = run.join("part");
                 fs::write(&part, b"half").expect("nobody else writes there");
                 assert_eq!(fs::read(&part).expect("it is there"), b"half");
-                folder
-                    .end(index, b"whole", KeepRuns::History)
-                    .expect("ended");
+                folder.end(index, b"whole").expect("ended");
+                remove_run(&RealFileSystem, &run, "").expect("removed");
             }
             folder.release(index, claim).expect("released");
         }

@@ -2,6 +2,8 @@
 
 mod collected;
 mod definition;
+#[cfg(unix)]
+mod foreign;
 mod guards;
 #[cfg(feature = "polars")]
 mod report;

@@ -5,7 +5,7 @@ use std::process::Child;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use fretwear::campaign::{CampaignError, Folder, KeepRuns, State};
+use fretwear::campaign::{CampaignError, Folder, State};
 use fretwear::store::{FileSystem, LockAttempt, RealFileSystem};
 use fretwear::tables::{Nullable, nullable_from_parquet};
 use serde_json::Value;
@@ -454,8 +454,7 @@ fn what_ends_is_there_whole_or_not_at_all() {
     let folder = tempfile::tempdir().expect("a folder");
     let root = folder.path().join("c");
     let history = b"the bytes of a history";
-    let end =
-        |files: Arc<FaultyFileSystem>| Folder::at(files, &root).end(7, history, KeepRuns::All);
+    let end = |files: Arc<FaultyFileSystem>| Folder::at(files, &root).end(7, history);
     let sound = Arc::new(FaultyFileSystem::sound());
     end(sound.clone()).expect("ended");
     let calls = sound.calls(Fault::Error);
@@ -474,7 +473,7 @@ fn what_ends_is_there_whole_or_not_at_all() {
             }
         }
         // The next start ends it.
-        real.end(7, history, KeepRuns::All).expect("ended");
+        real.end(7, history).expect("ended");
         assert_eq!(real.state(7).expect("looked at"), State::Done);
     }
 }

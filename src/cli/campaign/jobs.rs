@@ -47,7 +47,7 @@ pub fn run(
     for &index in rows {
         match states[index] {
             State::Done => {
-                folder.tidy_ended(index, about.keep);
+                super::run::tidy(arguments, folder, about, campaign, index);
                 tally.before += 1;
             }
             _ => waiting.push_back(index),

@@ -1,12 +1,17 @@
 //! `fretwear campaign run`.
 
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use fretwear::campaign::{About, Campaign, CampaignError, Failure, Folder, KeepRuns, State};
+use fretwear::campaign::{
+    About, Campaign, CampaignError, Failure, Folder, KeepRuns, State, remove_run,
+};
 use fretwear::recipe::Durability;
-use fretwear::stages::{self, Ending, RunError, RunOptions};
+use fretwear::stages::{self, Ending, Outcome, RunError, RunOptions};
 use fretwear::store::{
-    Cache, FileSystem, LockAttempt, RealFileSystem, RunReader, StoreError, UnsyncedFileSystem,
+    Cache, FileSystem, History, LockAttempt, RealFileSystem, RunReader, StoreError,
+    UnsyncedFileSystem,
 };
 use serde_json::json;
 
@@ -136,7 +141,7 @@ fn alone(
     campaign: &Campaign,
     index: usize,
 ) -> Result<Ended, CliError> {
-    if let Some(ended) = ended_before(arguments, folder, about, index)? {
+    if let Some(ended) = ended_before(arguments, folder, about, campaign, index)? {
         return Ok(ended);
     }
     #[cfg(target_os = "linux")]
@@ -178,7 +183,7 @@ fn one_by_one(
             tally.left = rows.len() - place;
             break;
         }
-        let ended = match ended_before(arguments, folder, about, index)? {
+        let ended = match ended_before(arguments, folder, about, campaign, index)? {
             Some(ended) => ended,
             None => row(arguments, folder, about, campaign, index, &stopping, true)?,
         };
@@ -205,16 +210,52 @@ fn one_by_one(
     Ok(tally)
 }
 
+/// Where a row is computed.
+fn place_of(
+    arguments: &RunArguments,
+    folder: &Folder,
+    campaign: &Campaign,
+    index: usize,
+) -> PathBuf {
+    match &arguments.scratch {
+        None => folder.run(index),
+        Some(scratch) => {
+            let key = campaign.rows[index].content_key.chars().take(16);
+            scratch.join(format!("{index:06}-{}", key.collect::<String>()))
+        }
+    }
+}
+
+/// Removes what a row that has ended does not keep.
+pub fn tidy(
+    arguments: &RunArguments,
+    folder: &Folder,
+    about: &About,
+    campaign: &Campaign,
+    index: usize,
+) {
+    let key = &campaign.rows[index].content_key;
+    let kept = about.keep == KeepRuns::All;
+    let own = (!kept).then(|| folder.run(index));
+    folder.tidy_ended(index, key, own.as_deref());
+    if arguments.scratch.is_some() {
+        let scratch = place_of(arguments, folder, campaign, index);
+        // A folder that stays does no harm: the row has ended.
+        drop(remove_run(&RealFileSystem, &scratch, key));
+    }
+}
+
 /// What became of a row that needs no computing, if it is one.
 fn ended_before(
     arguments: &RunArguments,
     folder: &Folder,
     about: &About,
+    campaign: &Campaign,
     index: usize,
 ) -> Result<Option<Ended>, CliError> {
     Ok(match folder.state(index)? {
         State::Done => {
-            folder.tidy_ended(index, about.keep);
+            tidy(arguments, folder, about, campaign, index);
             Some(Ended::Before)
         }
         State::Failed => {
@@ -308,13 +349,7 @@ fn compute(
     if (about.keep, durability) == (KeepRuns::History, Durability::End) {
         files = Arc::new(UnsyncedFileSystem(files));
     }
-    let root = match &arguments.scratch {
-        None => folder.run(index),
-        Some(scratch) => {
-            let key: String = planned.content_key.chars().take(16).collect();
-            scratch.join(format!("{index:06}-{key}"))
-        }
-    };
+    let root = place_of(arguments, folder, campaign, index);
     let watcher = Watcher::new(&plan.inputs.recipe, &root, quiet);
     let watcher = watcher.stopped_by(stopping, "the same command");
     let options = RunOptions {
@@ -329,20 +364,45 @@ fn compute(
     };
     let result = stages::run(&options, &watcher);
     watcher.finish();
-    if result?.ending == Ending::Stopped {
+    let outcome = result?;
+    if outcome.ending == Ending::Stopped {
         return Ok(Ended::Stopped);
     }
-    let history = RunReader::open(files, &root)?.history()?;
+    let Some(history) = own_history(files, &root, &outcome)? else {
+        return Ok(Ended::InUse);
+    };
     let bytes = history
         .to_bytes_of(Some(&planned.content_key))
         .map_err(|source| CampaignError::Table {
             path: root.clone(),
             source: Box::new(source),
         })?;
-    folder.end(index, &bytes, about.keep)?;
-    if arguments.scratch.is_some() {
-        // Whoever gives scratch takes it away; what is left there serves no other row.
-        drop(RealFileSystem.remove_dir_all(&root));
+    folder.end(index, &bytes)?;
+    if about.keep == KeepRuns::History {
+        // A folder that stays does no harm: the row has ended, and the next start removes it.
+        drop(remove_run(&RealFileSystem, &root, &planned.content_key));
     }
     Ok(Ended::Done)
+}
+
+/// The history in a run folder, if it is that of the run which this process has ended: it has all rows up to the last iteration, and the same
+/// commit there. Where locks have no effect, another process may have written or removed the folder; then there is none.
+fn own_history(
+    files: Arc<dyn FileSystem>,
+    root: &Path,
+    outcome: &Outcome,
+) -> Result<Option<History>, CliError> {
+    let history = RunReader::open(files, root).and_then(|run| run.history());
+    let history = match history {
+        Ok(history) => history,
+        Err(StoreError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => {
+            return Ok(None);
+        }
+        Err(error @ StoreError::Io { .. }) => return Err(RunError::from(error).into()),
+        Err(_) => return Ok(None),
+    };
+    let last = outcome.wear_iteration.unwrap_or(0);
+    let is_own =
+        history.len() as u64 == last + 1 && history.commit_of(last) == outcome.commit.as_deref();
+    Ok(is_own.then_some(history))
 }

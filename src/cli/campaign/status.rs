@@ -130,6 +130,7 @@ pub fn collect(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cl
             "collected": collected.all,
             "rows": campaign.rows.len(),
             "shards": shards,
+            "unread": collected.unread.iter().map(ToString::to_string).collect::<Vec<_>>(),
             "damaged": collected.damaged.iter().map(|(path, reason)| json!({
                 "path": path.display().to_string(),
                 "reason": reason,
@@ -172,8 +173,14 @@ pub fn collect(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cl
             path.display()
         ));
     }
-    Ok(match collected.damaged.is_empty() {
-        true => Exit::Done,
-        false => Exit::Damaged,
-    })
+    for error in &collected.unread {
+        say(&error.to_string());
+    }
+    Ok(
+        match (collected.damaged.is_empty(), collected.unread.is_empty()) {
+            (true, true) => Exit::Done,
+            (true, false) => Exit::Failure,
+            (false, _) => Exit::Damaged,
+        },
+    )
 }
