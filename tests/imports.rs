@@ -187,7 +187,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("wear/", &["grid", "contact", "wear"]),
     (
         "campaign/",
-        &["campaign", "files", "store", "tables", "units"],
+        &["campaign", "files", "json", "store", "tables", "units"],
     ),
     ("published/", &["campaign", "published", "store"]),
     ("tables/", &["tables"]),

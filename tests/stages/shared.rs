@@ -156,13 +156,8 @@ fn a_cache_that_cannot_be_used_is_no_failure() {
     };
     // A file is in the way of the folder, or of the entry.
     let did = begin(&bench, "a", "resonator.toml/cache", &[]);
-    let said = "note: the structure is not shared with other runs: ";
-    let unread = "note: the cache of structures cannot be read: ";
-    assert!(
-        did.stderr().contains(said) || did.stderr().contains(unread),
-        "{}",
-        did.stderr()
-    );
+    let unread = "note: the cache of structures, resonator.toml/cache, cannot be read: ";
+    assert!(did.stderr().contains(unread), "{}", did.stderr());
     assert_same(&content(&bench.path("a")), &expected, "a");
     begin(&bench, "b", "cache", &[]);
     for entry in fs::read_dir(bench.path("cache")).expect("a folder") {
@@ -298,8 +293,7 @@ fn tables_that_do_not_fit_to_each_other_are_computed_again() {
     other.element[0] = 3;
     add(1, other.to_table());
     let mut other = mode.clone();
-    let last = other.frequency.len() - 1;
-    other.frequency[last] = f64::NAN;
+    other.frequency[count + 1] += 1.0;
     add(2, other.to_table());
     let mut other = residual.clone();
     other.row[4] = i32::MAX;
