@@ -55,6 +55,7 @@ RUNS = {
     "lap_joint_update05": ([*LAP_JOINT, LAST], [[]]),
     # Unfinished: the draft of its second iteration has the wear field and the pressure.
     "lap_joint_update20": (LAP_JOINT, [FIRST, WITHIN]),
+    "lap_of_bars": (["joint.grid=[20, 18]", "dynamics.harmonics=[0, 1, 2, 3]", "dynamics.points=3", "wear.cycles=300_000"], [[]]),
     "measured_surface": (["joint.grid=[16, 12]", "output.keep={ every = 50, last = 1 }"], [[]]),
     "oscillator": (["dynamics.points=9", "dynamics.harmonics=[0, 1, 3]", "fidelity.aft_samples=64"], [[]]),
     "prescribed_fretting": (FRETTING, [[]]),
@@ -65,8 +66,8 @@ RUNS = {
 }
 # Runs that keep the reduced structure, the largest table there is; for the others it is computed again.
 WITH_STRUCTURE = {"lap_joint"}
-# The file that a scene names, in `scene.toml` as an absolute path.
-MAP = "data/ground_face.x3p"
+# The files that scenes name, in `scene.toml` as absolute paths.
+FILES = ["data/ground_face.x3p", "data/lap_of_bars.inp"]
 
 
 def number(value):
@@ -85,7 +86,9 @@ def make(program, name, sets, starts, folder):
     # No hash covers the path of a file, only its content.
     scene = run / "scene.toml"
     text = scene.read_text(encoding="utf-8")
-    scene.write_text(text.replace(f"{folder}/pipelines/../{MAP}", f"../../../{Path(MAP).name}"), encoding="utf-8")
+    for file in FILES:
+        text = text.replace(f"{folder}/pipelines/../{file}", f"../../../{Path(file).name}")
+    scene.write_text(text, encoding="utf-8")
     return run
 
 
@@ -116,8 +119,9 @@ def main():
         # As the scenes see it, links and all.
         folder = Path(temporary).resolve()
         shutil.copytree(REPOSITORY / "pipelines", folder / "pipelines")
-        (folder / MAP).parent.mkdir()
-        shutil.copy(REPOSITORY / MAP, folder / MAP)
+        (folder / "data").mkdir()
+        for file in FILES:
+            shutil.copy(REPOSITORY / file, folder / file)
         expected = {"commit": commit, "runs": {}}
         # A run that others begin from comes before them.
         for name, (sets, starts) in RUNS.items():

@@ -11,7 +11,7 @@ mod stability;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use fretwear::recipe::{Heights, Recipe, Surface};
+use fretwear::recipe::{Heights, Recipe, StructureSource, Surface};
 use fretwear::scene::{self, Plan};
 use serde_json::Value;
 
@@ -82,6 +82,12 @@ fn a_recipe_is_read_back_as_it_was() {
         ) && let (Heights::File(file), Heights::File(own)) = (heights, &own.heights)
         {
             file.path.clone_from(&own.path);
+        }
+        if let (Some(structure), Some(own)) = (&mut read.structure, &recipe.structure)
+            && let (StructureSource::Matrices(import), StructureSource::Matrices(own)) =
+                (&mut structure.source, &own.source)
+        {
+            import.files.clone_from(&own.files);
         }
         assert_eq!(read, recipe, "{name}");
     }

@@ -33,7 +33,7 @@ fn every_shipped_scene_loads_and_has_a_title() {
             count += 1;
         }
     }
-    assert!(count >= 15, "{count} scenes");
+    assert!(count >= 16, "{count} scenes");
 }
 
 #[test]

@@ -164,7 +164,12 @@ const FURTHER: f64 = 1.5;
 #[test]
 fn an_old_run_goes_on() {
     let bench = Bench::new().sharing();
-    let map = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/ground_face.x3p");
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
+    // A file is named from the folder of the scene, which is elsewhere now.
+    let files = [
+        ("surface", "file", "path", "ground_face.x3p"),
+        ("structure", "mesh", "file", "lap_of_bars.inp"),
+    ];
     for old in old_runs() {
         let name = &old.name;
         let root = bench.path(name);
@@ -172,12 +177,14 @@ fn an_old_run_goes_on() {
         let before = latest(&root);
         let scene = reader(&root).record().scene.clone();
         let mut command = vec!["run".to_owned(), "--run".to_owned(), name.clone()];
-        if scene["surface"]["kind"] == "file" {
-            // A file is named from the folder of the scene, which is elsewhere now.
-            command.extend([
-                "--set".to_owned(),
-                format!("surface.path={}", map.display()),
-            ]);
+        for (section, kind, key, file) in files {
+            if scene[section]["kind"] == kind {
+                let path = data.join(file);
+                command.extend([
+                    "--set".to_owned(),
+                    format!("{section}.{key}={}", path.display()),
+                ]);
+            }
         }
         bench.done(&command);
         verified(&root);
