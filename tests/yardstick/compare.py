@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass
 import numpy as np
 import pyarrow as pa
 
-# Seconds differ from run to run; transform pairs and cost by stage stand beside them.
-SPENT = {"timing", "timing_fft_pairs", "cost"}
+# Seconds differ from run to run; transform pairs and cost by stage stand beside them. Notices are words and no results.
+SPENT = {"timing", "timing_fft_pairs", "cost", "seconds", "cpu_seconds", "noise", "notices", "warnings"}
 # Tables of seconds.
 UNCOMPARED = {"timing"}
 # The table of what `--json` prints.
@@ -136,9 +136,9 @@ def compare_runs(findings, name, old, new):
     """Every table of two runs, each as its folder gives it."""
     if old is None or new is None:
         if old is not new:
-            findings.say(name, f"the run is there with the {'new' if old is None else 'old'} program alone")
+            findings.say(name, f"the folder is there with the {'new' if old is None else 'old'} program alone")
         return
-    there = [{key for key in run.tables() if key[1] not in UNCOMPARED} for run in (old, new)]
+    there = [{key for key in run.tables() if key[1].rpartition("/")[2] not in UNCOMPARED} for run in (old, new)]
     iterations = [{k for k, _ in tables if k is not None} for tables in there]
     for which, only in (("old", iterations[0] - iterations[1]), ("new", iterations[1] - iterations[0])):
         if only:
@@ -154,20 +154,23 @@ def compare_runs(findings, name, old, new):
 
 
 def flatten(value, prefix=""):
-    """Nested objects as one, by dotted keys."""
-    if not isinstance(value, dict):
+    """Nested objects and lists as one object, by dotted keys, without what was spent."""
+    if isinstance(value, list):
+        value = {str(index): inner for index, inner in enumerate(value)}
+    if not isinstance(value, dict) or not value:
         return {prefix: value}
     flat = {}
     for key, inner in value.items():
-        flat |= flatten(inner, f"{prefix}.{key}" if prefix else key)
+        if key not in SPENT:
+            flat |= flatten(inner, f"{prefix}.{key}" if prefix else key)
     return flat
 
 
 def compare_printed(findings, where, old, new):
     """Two texts of `--json`."""
     try:
-        rows = [flatten({k: v for k, v in json.loads(text).items() if k not in SPENT}) for text in (old, new)]
-    except (json.JSONDecodeError, AttributeError):
+        rows = [flatten(json.loads(text)) for text in (old, new)]
+    except json.JSONDecodeError:
         if old != new:
             findings.say(where, f"printed {old.strip()[:200]!r} and {new.strip()[:200]!r}")
         return

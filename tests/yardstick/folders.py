@@ -1,4 +1,4 @@
-"""Run folders as tables, whatever their layout.
+"""Folders as tables, whatever their layout: of runs, campaigns, trades, backbones and comparisons.
 
 A comparison asks a folder for the tables there are and for one of them, by the wear iteration it belongs to and its name. How a
 format lays them out is the business of one class. A format that gathers, say, the one-row tables of all iterations in one
@@ -8,6 +8,7 @@ FORMATS; nothing else changes.
 
 import json
 
+import pyarrow.csv
 import pyarrow.parquet as pq
 
 # The iteration of a table that is written once a run.
@@ -40,6 +41,22 @@ class WithReference(FolderPerIteration):
 
     def tables(self):
         return super().tables() - self.ADDED
+
+
+class TablesBelow(FolderPerIteration):
+    """Every Parquet and CSV file below a folder, by its path in the folder."""
+
+    # How columns of seconds begin, and those of a history that are about files.
+    UNCOMPARED = ("seconds", "cpu_seconds", "expected_seconds", "timing_", "commit", "bytes")
+
+    def __init__(self, root):
+        paths = [path for path in root.rglob("*") if path.suffix in (".parquet", ".csv")]
+        self.files = {(ONCE, path.relative_to(root).as_posix().removesuffix(".parquet")): path for path in paths}
+
+    def read(self, iteration, name):
+        path = self.files[iteration, name]
+        table = pyarrow.csv.read_csv(path) if path.suffix == ".csv" else super().read(iteration, name)
+        return table.drop_columns([column for column in table.column_names if column.startswith(self.UNCOMPARED)])
 
 
 # By the `format` of run.json.

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatch
 from pathlib import Path
 
+import structures
+
 REPOSITORY = Path(__file__).resolve().parents[2]
 # Another one is another yardstick: drawn numbers change, kinds do not.
 SEED = 2019
@@ -39,6 +41,7 @@ SHRINK = [
     ),
     ("prescribed_fretting*", ["joint.grid=[96, 96]", "wear.cycles=2_000_000"]),
     ("measured_surface", ["joint.grid=[64, 48]", "wear.cycles=300_000"]),
+    ("lap_of_bars", ["joint.grid=[60, 45]", "dynamics.harmonics=[0, 1, 2, 3]", "dynamics.points=3", "wear.cycles=300_000"]),
     ("resonator_springs", [*COARSE, *VIBRATION]),
     ("hertz_fretting", ["joint.grid=[80, 60]"]),
     ("static_contact", ["joint.grid=[128, 128]"]),
@@ -54,15 +57,18 @@ class Case:
     files: dict = field(default_factory=dict)
     # Of the repository, by their paths in it.
     copied: tuple = ()
+    # Folders besides those of runs, all of whose tables are compared.
+    folders: tuple = ()
 
     def prepare(self, folder):
-        folder.mkdir(parents=True)
+        for name in ("", *self.folders):
+            (folder / name).mkdir(parents=True)
         for path in self.copied:
             source, target = REPOSITORY / path, folder / path
             target.parent.mkdir(parents=True, exist_ok=True)
             (shutil.copytree if source.is_dir() else shutil.copy)(source, target)
         for name, content in self.files.items():
-            (folder / name).write_text(content, encoding="utf-8")
+            (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
 
 
 def run(scene, *more, run="a", sets=()):
@@ -79,7 +85,7 @@ def shipped(full):
         yield Case(
             f"pipelines/{path.stem}",
             [run(f"pipelines/{path.name}", sets=sets)],
-            copied=("pipelines", "data/ground_face.x3p"),
+            copied=("pipelines", "data/ground_face.x3p", "data/lap_of_bars.inp"),
         )
 
 
@@ -201,6 +207,36 @@ class Draw(random.Random):
             "wear.cycles": 200_000,
             "wear.tolerance": 0.05,
             "update.stiffness_change": 0.01,
+            "fidelity.aft_samples": 32,
+            "output.curves_every": 0,
+        }
+
+    def bars(self, structure, tip):
+        """Two bars (structures.py) whose bending wears their joint in some iterations."""
+        return {
+            "title": "Drawn bars",
+            "joint.size": ["12 mm", "15 mm"],
+            "joint.grid": [24, 20],
+            "material.youngs_modulus": "210 GPa",
+            "material.poisson_ratio": 0.3,
+            "surface.kind": "gaussian",
+            "surface.rq": f"{self.between(0.3, 0.6)} um",
+            "surface.correlation_length": ["1.5 mm", "2 mm"],
+            "surface.seed": self.randint(1, 1000),
+            "contact.friction_coefficient": self.between(0.4, 0.7),
+            "contact.normal_load": f"{self.between(2.0, 3.0)} kN",
+            **{f"structure.{key}": value for key, value in structure.items()},
+            "structure.unit": {"length": "mm", "mass": "t", "time": "s"},
+            "dynamics.force": {"amplitude": f"{self.between(1.0, 1.5)} N", "at": tip, "direction": "z"},
+            "dynamics.harmonics": [0, 1, 2, 3],
+            "dynamics.modes": 6,
+            "dynamics.damping_ratio": 0.01,
+            "dynamics.frequency": ["1 kHz", "4 kHz"],
+            "dynamics.points": 3,
+            "wear.coefficient": "2e5 um^3/J",
+            "wear.cycles": 200_000,
+            "wear.tolerance": 0.05,
+            "update.iterations": 2,
             "fidelity.aft_samples": 32,
             "output.curves_every": 0,
         }
@@ -408,7 +444,75 @@ def drawn():
     }
     yield Case("map", [run("scene.toml")], {"scene.toml": text(keys), "heights.csv": draw.heights()})
 
+    for name in structures.KINDS:
+        yield Case(name, [run("scene.toml")], brought(name))
     yield from several_starts()
+    yield from of_many_runs()
+
+
+def brought(name):
+    """The files of a structure that a user brings."""
+    files, keys, tip = structures.KINDS[name]
+    return {"scene.toml": text(Draw(name).bars(keys, tip)), **files()}
+
+
+CAMPAIGN = """\
+scene = "scene.toml"
+keep = "history"
+[grid]
+contact.friction_coefficient = [0.4, 0.6]
+[random]
+n = 2
+seed = 7
+surface.seed = { distribution = "integers", low = 1, high = 1000 }
+wear.coefficient = { distribution = "log_normal", median = "2e3 um^3/J", factor = 1.3 }
+"""
+
+
+def of_many_runs():
+    """Commands that make several runs, or read them."""
+    scene = {"scene.toml": text(Draw("many").rough())}
+
+    def campaign(command, *more):
+        return ["campaign", command, *more, "--dir", "campaign"]
+
+    yield Case(
+        "campaign",
+        [
+            campaign("plan", "campaign.toml", "--no-rehearsal", "--json"),
+            campaign("run", "--quiet", "--json"),
+            campaign("status", "--json"),
+            campaign("collect", "--json"),
+            campaign("report"),
+        ],
+        {**scene, "campaign.toml": CAMPAIGN},
+        folders=("campaign",),
+    )
+    knobs = ["--knob", "preset", "--knob", "wear_tolerance"]
+    yield Case("trade", [["trade", "scene.toml", *knobs, "--dir", "trade", "--quiet", "--json"]], scene, folders=("trade",))
+    worn = ["runs/a@0", "runs/a@2", "--levels", "4"]
+    load = ["scene.toml", "--over", "contact.normal_load", "--from", "3 kN", "--to", "2 kN", "--levels", "3"]
+    yield Case(
+        "backbone",
+        [
+            run("scene.toml"),
+            ["backbone", *worn, "-o", "backbone/worn.parquet", "--quiet", "--json"],
+            ["backbone", *load, "-o", "backbone/load.parquet", "--quiet", "--json"],
+        ],
+        brought("mesh"),
+        folders=("backbone",),
+    )
+    yield Case(
+        "compare",
+        [
+            run("scene.toml"),
+            run("scene.toml", run="b", sets=["contact.friction_coefficient=0.5"]),
+            ["compare", "runs/a", "runs/b", "--csv", "table/last.csv"],
+            ["compare", "runs/a", "runs/b", "--all", "--parquet", "table/all.parquet"],
+        ],
+        scene,
+        folders=("table",),
+    )
 
 
 def several_starts():

@@ -4,14 +4,16 @@ import json
 import shutil
 import tempfile
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.csv
 import pyarrow.parquet as pq
 
 from compare import NEW_TABLE, Finding, Findings, compare_column, compare_runs, compare_starts
-from folders import open_run
+from folders import TablesBelow, open_run
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 # A run with several iterations, and tables of one row and of many.
@@ -92,7 +94,20 @@ FOLDERS = [
     (lambda root: shutil.rmtree(root / f"iterations/wear_iteration={ITERATION}"), f"iterations [{ITERATION}] with the old"),
     (remove_table, f"cycle, iteration {ITERATION}: the table is there with the old"),
     (lambda root: (root / "once/surface.parquet").unlink(), "surface: the table is there with the old"),
-    (lambda root: (root / "run.json").unlink(), "the run is there with the old"),
+    (lambda root: (root / "run.json").unlink(), "the folder is there with the old"),
+]
+
+# Tables of folders that are no run's, by their paths there: of a campaign, a trade, backbones, a comparison.
+OTHERS = ["campaign", "collected/shard-00000", "ended/000001", "trade", "fast/iterations/wear_iteration=1/summary", "worn", "last.csv"]
+OTHER = pa.table({"state": ["a", "b"], "kn": [2.5, 3.5], "cpu_seconds": [0.1, 0.2], "timing_seconds_wear": [0.3, 0.4]})
+# What is done to one of them, and what must be found of it, if anything.
+CHANGES = [
+    (lambda table: table, None),
+    (flipped("kn", 1, LAST_BIT), ".kn: 1 values"),
+    (put("state", 0, "c"), ".state: 1 values"),
+    (flipped("cpu_seconds", 1, SIGN_BIT), None),
+    (flipped("timing_seconds_wear", 1, SIGN_BIT), None),
+    (lambda table: None, ": the table is there with the old"),
 ]
 
 ROW = {"kn": 2.5e9, "cycles": 1000, "updated": False, "ku": None, "timing": {"wear": 0.1}}
@@ -103,6 +118,8 @@ STARTS = [
     (Said(0, json.dumps(ROW), ""), Said(0, json.dumps(ROW | {"updated": True}), ""), "printed False and True"),
     (Said(0, json.dumps(ROW), ""), Said(0, json.dumps(ROW | {"ku": 3.0}), ""), "printed None and 3.0"),
     (Said(0, json.dumps(ROW), ""), Said(0, json.dumps(ROW | {"kt": 1.0}), ""), "by the new program alone"),
+    (Said(0, json.dumps({"rows": [ROW, ROW]}), ""), Said(0, json.dumps({"rows": [ROW, ROW | {"kn": 3.0}]}), ""), "rows.1.kn: 1 values"),
+    (Said(0, json.dumps(ROW | {"notices": ["a"]}), ""), Said(0, json.dumps(ROW | {"notices": ["b", "c"]}), ""), None),
     (Said(2, "", "error: a"), Said(2, "", "error: a"), None),
     (Said(2, "", "error: a"), Said(2, "", "error: b"), "said 'error: a' and 'error: b'"),
     (Said(2, "", "error: a"), Said(3, "", "error: a"), "exit code 2 and 3"),
@@ -118,6 +135,15 @@ def compared(doctor):
         doctor(copy)
         compare_runs(findings, "a", open_run(RUN), open_run(copy))
     return findings
+
+
+def with_table(root, name, table):
+    """A folder with this table, or without any."""
+    path = root / (name if name.endswith(".csv") else f"{name}.parquet")
+    path.parent.mkdir(parents=True)
+    if table is not None:
+        (pyarrow.csv.write_csv if path.suffix == ".csv" else pq.write_table)(table, path)
+    return TablesBelow(root)
 
 
 def check(found, parts):
@@ -136,6 +162,12 @@ def main():
         # What lacks a table may lack others too.
         found = compared(doctor).found
         assert any(part in finding.line() for finding in found), f"{[f.line() for f in found]} found for {part!r}"
+    for name, (change, part) in product(OTHERS, CHANGES):
+        findings = Findings()
+        with tempfile.TemporaryDirectory() as folder:
+            old, new = (with_table(Path(folder) / which, name, table) for which, table in (("old", OTHER), ("new", change(OTHER))))
+            compare_runs(findings, "a", old, new)
+        check(findings.found, [] if part is None else [f"a/{name}{part}"])
     for old, new, part in STARTS:
         findings = Findings()
         compare_starts(findings, "start 1", old, new)
@@ -160,5 +192,5 @@ def main():
     assert not last_bit.is_allowed({"kt": 1.0}) and not last_bit.is_allowed({"kn": 1e-17})
     assert not sign.is_allowed({"kn": 1e-3}) and abs(sign.of_largest - 2.0) < 1e-15
     assert not rows.is_allowed({"*": 1.0, "a/contact_field, iteration 1": 1.0})
-    print(f"{len(TABLES) + len(FOLDERS) + len(STARTS)} doctored pairs are told apart")
+    print(f"{len(TABLES) + len(FOLDERS) + len(OTHERS) * len(CHANGES) + len(STARTS)} doctored pairs are told apart")
     return 0

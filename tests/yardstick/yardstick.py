@@ -4,9 +4,10 @@
     python tests/yardstick/yardstick.py OLD NEW [--full] [--case NAME] [--allow COLUMN=REL] [--new-table TABLE] [--json] [FOLDER]
     python tests/yardstick/yardstick.py --self-test
 
-OLD and NEW are two fretwear programs. Both run every scene of `pipelines/`, made small unless `--full` is given, and drawn scenes
-of every kind (scenes.py). Compared are every table of every run but the timings: the iterations there are, the tables of each,
-columns and their order, rows, and values bit by bit; what `--json` prints but for times and cost; exit codes; and what a start
+OLD and NEW are two fretwear programs. Both run every scene of `pipelines/`, made small unless `--full` is given, drawn scenes of
+every kind, structures as matrices and meshes, a campaign, a trade, a backbone and a comparison (scenes.py). Compared are every
+table of every run, campaign, trade, backbone and comparison but the timings: the iterations there are, the tables of each, columns
+and their order, rows, and values bit by bit; what `--json` prints but for times, cost and notices; exit codes; and what a start
 says that does not end well. Each program must also find its own runs sound (`verify`). Exit code 0 if all is equal, or within
 what is allowed.
 
@@ -14,9 +15,9 @@ what is allowed.
 part of the largest magnitude that it has in the same table; relative to itself, a field that passes through zero would never do.
 `--new-table TABLE` lets the new program write a table that the old one does not know.
 
-How a run folder lays out its tables is known to folders.py alone. Wants pyarrow and numpy. Runs go into FOLDER and stay there;
-without it they are removed. `--self-test` doctors one of the runs in data/old_runs in every way that must be found, and needs no
-program.
+How a folder lays out its tables is known to folders.py alone. Wants pyarrow and numpy. Runs go into FOLDER and stay there;
+without it they are removed. `--self-test` doctors one of the runs in data/old_runs and other folders in every way that must be found, and
+needs no program.
 """
 
 import argparse
@@ -32,7 +33,7 @@ from pathlib import Path
 
 import scenes
 from compare import Findings, compare_runs, compare_starts
-from folders import open_run
+from folders import TablesBelow, open_run
 
 # A start that takes longer hangs [s]; the longest of `--full` takes minutes.
 LONGEST = 7200.0
@@ -85,7 +86,7 @@ class Side:
             verified = self.start(folder, ["verify", f"runs/{name}"])
             # Its words are about files, which are no results.
             did.append((f"verify {name}", Did(verified.code, "", verified.error if verified.code else "")))
-        return did, runs, seconds
+        return did, runs | {name: TablesBelow(folder / name) for name in case.folders}, seconds
 
 
 def compare_case(case, sides, keep):
