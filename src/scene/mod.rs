@@ -211,6 +211,9 @@ pub struct Dynamics {
     pub modes: usize,
     /// Modal damping ratio.
     pub damping_ratio: f64,
+    /// The scene gives that ratio; it is no default.
+    #[serde(skip)]
+    pub has_damping_ratio: bool,
     /// Damping by mass and stiffness beside it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rayleigh: Option<Rayleigh>,

@@ -157,15 +157,9 @@ pub fn fixed(matrices: &Matrices, text: &str) -> Result<(Vec<bool>, Vec<String>)
 }
 
 fn unknown(matrices: &Matrices, item: &str) -> FixedError {
-    let mut names: Vec<&str> = matrices.sets.keys().map(String::as_str).collect();
-    names.sort_unstable();
     FixedError::Unknown {
         text: item.to_owned(),
-        known: if names.is_empty() {
-            "there are none".to_owned()
-        } else {
-            names.join(", ")
-        },
+        known: matrices.known_sets("there are none"),
     }
 }
 

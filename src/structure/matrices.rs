@@ -219,6 +219,10 @@ pub struct Matrices {
     pub sets: HashMap<String, Vec<i64>>,
     /// Positions of nodes, where a deck says them.
     pub positions: HashMap<i64, [f64; 3]>,
+    /// Nodes whose displacements are not along the global axes, after the axes that they have.
+    pub local_axes: Vec<(String, Vec<i64>)>,
+    /// What was not read of the files and beside them, with the reason.
+    pub unread: Vec<String>,
     /// Edges of the bodies by their nodes, as [`outline::lines`](super::outline::lines) finds them, where a deck has elements.
     pub outline: Vec<Vec<i64>>,
     /// What the user should know of how the files were read.
@@ -235,6 +239,23 @@ impl Matrices {
             Role::Mass => self.mass.as_ref(),
             Role::Damping => self.damping.as_ref(),
         }
+    }
+
+    /// Names of the sets, or `none`, and what was not read.
+    pub(super) fn known_sets(&self, none: &str) -> String {
+        let mut known: Vec<&str> = self.sets.keys().map(String::as_str).collect();
+        known.sort_unstable();
+        let known = match known.is_empty() {
+            true => none.to_owned(),
+            false => known.join(", "),
+        };
+        known + &self.told_unread()
+    }
+
+    /// What was not read, to end a message on what is missing.
+    pub(super) fn told_unread(&self) -> String {
+        let each = self.unread.iter().map(|reason| format!("; {reason}"));
+        each.collect()
     }
 
     /// Where each of the rows that `place` numbers is, in the unit of length of the files; none unless that is known of all.

@@ -91,6 +91,7 @@ fn a_rough_joint_in_a_structure_with_its_defaults() {
         harmonics: vec![0, 1, 2, 3],
         modes: 30,
         damping_ratio: 0.002,
+        has_damping_ratio: false,
         rayleigh: None,
         damping_basis: DampingBasis::Stuck,
         friction_law: FrictionLaw::Cone,

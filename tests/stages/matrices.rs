@@ -1,9 +1,15 @@
 //! Runs of a structure that comes from the files of another program.
 
 use std::fs;
+use std::path::Path;
 
+use fretwear::linalg::Matrix;
+use fretwear::structure::matrices::Triplets;
+use fretwear::structure::matrix_files::npz;
+use fretwear::structure::readers;
 use fretwear::tables::TableName;
 
+use super::decks::TwoBodies;
 use crate::support::{Bench, assert_same, content, latest, summary, table, verified};
 
 const SHORT: &str = "wear.cycles=200_000";
@@ -195,4 +201,115 @@ fn mistakes_in_the_files_of_a_structure_are_named() {
         &["dynamics.base", "oscillator"],
     );
     has(told(&["structure.layer=0 mm"]), &["structure.layer"]);
+}
+
+/// Two blocks of 20 x 30 mm that touch, of matrices with nodes and pairs beside them.
+const BLOCKS: &str = r#"
+[joint]
+size = ["20 mm", "30 mm"]
+[material]
+youngs_modulus = "210 GPa"
+poisson_ratio = 0.3
+[contact]
+normal_load = "1 kN"
+friction_coefficient = 0.4
+kn = "400 N/um"
+kt = "300 N/um"
+[structure]
+kind = "matrices"
+file = "all.npz"
+nodes = "nodes.csv"
+unit = { length = "mm", mass = "t", time = "s" }
+interface = "pairs.csv"
+[dynamics]
+force = { amplitude = "0.2 N", at = "1018", direction = "x" }
+frequency = ["3 kHz", "20 kHz"]
+harmonics = [0, 1, 3]
+"#;
+
+/// The files of [`BLOCKS`]: their matrices in one file, and each in its own.
+fn blocks(bench: &Bench) {
+    let bodies = TwoBodies {
+        edge: [10.0, 10.0, 5.0],
+        counts: [2, 3, 1],
+        shift: [0.0, 0.0, 5.0],
+    };
+    let deck = bodies.deck(&[("CLAMP", |body, [_, _, z]| body == 0 && z == 0.0)]);
+    let path = Path::new("blocks.inp");
+    let read = readers::parse(path, deck.as_bytes(), None).expect("a deck");
+    let dofs = read.dofs.as_ref().expect("freedoms");
+    let dense = |matrix: &Triplets| {
+        let mut full = Matrix::zeros(read.size, read.size);
+        for &(i, j, value) in &matrix.entries {
+            full[(i as usize, j as usize)] += value;
+            if i != j {
+                full[(j as usize, i as usize)] += value;
+            }
+        }
+        full
+    };
+    let [stiffness, mass] = [&read.stiffness, &read.mass].map(|m| dense(m.as_ref().expect("both")));
+    let scaled = |factor| Matrix::from_fn(read.size, read.size, |i, j| factor * mass[(i, j)]);
+    let (damping, none) = (scaled(40.0), scaled(0.0));
+    let write = |name: &str, matrices: &[(&str, &Matrix)]| {
+        let file = fs::File::create(bench.path(name)).expect("a file");
+        npz(matrices, file).expect("written");
+    };
+    write(
+        "all.npz",
+        &[("K", &stiffness), ("M", &mass), ("C", &damping)],
+    );
+    write("none.npz", &[("K", &stiffness), ("M", &mass), ("C", &none)]);
+    for (name, matrix) in [("K", &stiffness), ("M", &mass), ("C", &damping)] {
+        write(&format!("{name}.npz"), &[(name, matrix)]);
+    }
+    let mut nodes = String::from("node,x,y,z\n");
+    for dof in dofs.iter().filter(|dof| dof.direction == 1) {
+        let [x, y, z] = read.positions[&dof.node];
+        nodes += &format!("{},{x},{y},{z}\n", dof.node);
+    }
+    bench.write("nodes.csv", nodes);
+    let pairs = (1..=12).map(|n| format!("{},{}\n", 1000 + n, 12 + n));
+    bench.write(
+        "pairs.csv",
+        "upper_node,lower_node\n".to_owned() + &pairs.collect::<String>(),
+    );
+    bench.write("blocks.toml", BLOCKS);
+}
+
+/// A damping matrix in the one file is not added to by a ratio that nobody gave.
+#[test]
+fn damping_in_the_file_wants_a_ratio_beside_it() {
+    let bench = Bench::new();
+    blocks(&bench);
+    let check = |sets: &[&str]| {
+        let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        let did = bench.fretwear(&[&["check", "blocks.toml"], &sets[..]].concat());
+        (did.code(), did.stdout() + &did.stderr())
+    };
+    let (code, said) = check(&[]);
+    assert_eq!(code, 2, "{said}");
+    for part in [
+        "structure.file",
+        "damping matrix",
+        "dynamics.damping_ratio is missing",
+        "give 0",
+    ] {
+        assert!(said.contains(part), "{said}");
+    }
+    for sets in [
+        &["dynamics.damping_ratio=0"][..],
+        &["dynamics.damping_ratio=0.002"],
+        &["structure.file=none.npz"],
+    ] {
+        let (code, said) = check(sets);
+        assert_eq!(code, 0, "{sets:?}: {said}");
+    }
+    let own = BLOCKS.replace(
+        "file = \"all.npz\"",
+        "stiffness = \"K.npz\"\nmass = \"M.npz\"\ndamping = \"C.npz\"",
+    );
+    bench.write("blocks.toml", own);
+    let (code, said) = check(&[]);
+    assert_eq!(code, 0, "{said}");
 }

@@ -29,6 +29,8 @@ fn matrices(size: usize, stiffness: Vec<(u32, u32, f64)>, mass: Vec<(u32, u32, f
         positions: HashMap::new(),
         notes: Vec::new(),
         outline: Vec::new(),
+        local_axes: Vec::new(),
+        unread: Vec::new(),
         formats: Vec::new(),
     }
 }

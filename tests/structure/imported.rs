@@ -8,7 +8,7 @@ use fretwear::material::{Elastic, Material};
 use fretwear::structure::assembly::System;
 use fretwear::structure::element::Formulation;
 use fretwear::structure::imported::{Facing, ImportError, Imported, Options, UnitSystem};
-use fretwear::structure::inspection::{inner_told, mass_by_direction, suspicions};
+use fretwear::structure::inspection::{fixed, inner_told, mass_by_direction, suspicions};
 use fretwear::structure::interface::{InterfaceError, Wanted};
 use fretwear::structure::matrices::{Dof, Matrices, Triplets};
 use fretwear::structure::mesh::Mesh;
@@ -106,6 +106,8 @@ fn matrices(blocks: &Blocks, unit: UnitSystem, turn: [[f64; 3]; 3]) -> Matrices 
             .collect(),
         notes: Vec::new(),
         outline: Vec::new(),
+        local_axes: Vec::new(),
+        unread: Vec::new(),
         formats: Vec::new(),
     }
 }
@@ -479,6 +481,8 @@ fn resonator_from_matrices_is_the_resonator() {
             .collect(),
         notes: Vec::new(),
         outline: Vec::new(),
+        local_axes: Vec::new(),
+        unread: Vec::new(),
         formats: Vec::new(),
     };
     let mut pairs: Vec<(i64, i64, Option<f64>)> = (model.contacts.iter())
@@ -814,6 +818,94 @@ fn suspicions_are_told() {
             .expect("a note")
             .contains("inner freedoms")
     );
+}
+
+/// Displacements along axes other than the global ones are rejected at every node that the scene uses, and at no other.
+#[test]
+fn nodes_that_are_used_have_global_axes() {
+    let blocks = blocks();
+    let (foot, pairs) = foot_and_pairs(&blocks);
+    let mut read = matrices(&blocks, UnitSystem::default(), STRAIGHT);
+    let last = blocks.positions.len() as i64;
+    let unused = last - 1;
+    let mut with = |node: i64| {
+        read.local_axes = vec![("axes of its own".to_owned(), vec![unused, node])];
+        let point = last.to_string();
+        import(
+            &read,
+            UnitSystem::default(),
+            &pairs,
+            &[&point],
+            |_, _, _| (),
+        )
+    };
+    for node in [pairs[3].0, pairs[3].1, foot[2], last] {
+        let said = with(node).expect_err("a fault").to_string();
+        let expected = format!(
+            "node {node}, which the joint, a force, the response or structure.fixed uses, has axes of its own; write the matrices along the global axes"
+        );
+        assert_eq!(said, expected);
+    }
+    assert!(with(unused).is_ok());
+}
+
+/// A set or a position may be missing because its file was not read.
+#[test]
+fn what_is_missing_is_told_with_what_was_not_read() {
+    let blocks = blocks();
+    let (_, pairs) = foot_and_pairs(&blocks);
+    let mut read = matrices(&blocks, UnitSystem::default(), STRAIGHT);
+    read.unread = vec!["job.inp beside it is not read: line 3".to_owned()];
+    let told = |read: &Matrices, points: &[&str]| {
+        let found = import(read, UnitSystem::default(), &pairs, points, |_, _, _| ());
+        found.expect_err("a fault").to_string()
+    };
+    let set = told(&read, &["TIP"]);
+    assert!(
+        set.ends_with("the files have none; job.inp beside it is not read: line 3"),
+        "{set}"
+    );
+    let fixed = fixed(&read, "CLAMP").expect_err("no set").to_string();
+    assert!(
+        fixed.ends_with("there are none; job.inp beside it is not read: line 3"),
+        "{fixed}"
+    );
+    read.positions.remove(&pairs[2].0);
+    let position = told(&read, &[]);
+    assert!(
+        position.contains("no position")
+            && position.ends_with("; job.inp beside it is not read: line 3"),
+        "{position}"
+    );
+}
+
+/// A node on springs to the ground, without mass: nothing that moves is joined to it.
+#[test]
+fn a_node_that_no_mass_is_joined_to_is_not_held() {
+    let blocks = blocks();
+    let (_, pairs) = foot_and_pairs(&blocks);
+    let mut read = matrices(&blocks, UnitSystem::default(), STRAIGHT);
+    let (node, first) = (blocks.positions.len() as i64 + 1, read.size as u32);
+    read.size += 3;
+    let dofs = read.dofs.as_mut().expect("freedoms");
+    dofs.extend((1..=3).map(|direction| Dof { node, direction }));
+    read.positions.insert(node, [0.0, 0.0, 0.05]);
+    for matrix in [&mut read.stiffness, &mut read.mass] {
+        matrix.as_mut().expect("a matrix").size += 3;
+    }
+    let stiffness = read.stiffness.as_mut().expect("a stiffness");
+    stiffness
+        .entries
+        .extend((first..first + 3).map(|row| (row, row, 1e6)));
+    let found = import(
+        &read,
+        UnitSystem::default(),
+        &pairs,
+        &[&node.to_string()],
+        |_, _, _| (),
+    );
+    let said = found.expect_err("a fault").to_string();
+    assert!(said.contains("nothing with mass is joined to it"), "{said}");
 }
 
 /// What does not fit is said, with what would.

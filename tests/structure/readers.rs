@@ -517,3 +517,289 @@ fn variants_of_a_full_file_are_refused_with_what_to_do() {
     let error = parse(Path::new("file.full"), &swapped, None).expect_err("another byte order");
     assert!(error.to_string().contains("byte order"), "{error}");
 }
+
+/// Lower triangles of two bodies of two nodes each, by labels: a spring of each body, and its masses.
+const LABELS: [(&str, &str); 2] = [
+    (
+        "job_STIF1.mtx",
+        "11,1, 11,1, 3.0\n12,1, 11,1, -3.0\n12,1, 12,1, 3.0\n21,1, 21,1, 5.0\n22,1, 21,1, -5.0\n22,1, 22,1, 5.0\n",
+    ),
+    (
+        "job_MASS1.mtx",
+        "11,1, 11,1, 0.5\n12,1, 12,1, 0.5\n21,1, 21,1, 0.7\n22,1, 22,1, 0.7\n",
+    ),
+];
+
+/// The same as CalculiX writes it.
+const MATRIX_STORAGE: [(&str, &str); 3] = [
+    (
+        "job.sti",
+        "1 1 3.0\n2 1 -3.0\n2 2 3.0\n3 3 5.0\n4 3 -5.0\n4 4 5.0\n",
+    ),
+    ("job.mas", "1 1 0.5\n2 2 0.5\n3 3 0.7\n4 4 0.7\n"),
+    ("job.dof", "11.1\n12.1\n21.1\n22.1\n"),
+];
+
+const NODES: &str = "*NODE\n11, 0., 0., 0.\n12, 4., 0., 0.\n21, 0., 7., 0.\n22, 4., 7., 0.\n*NSET, NSET=TOP\n21, 22\n";
+
+/// What is read of files in one folder, of which the first `given` are named.
+fn read_files(files: &[(&str, &str)], given: usize) -> Result<Matrices, String> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    for (name, text) in files {
+        std::fs::write(path(name), text).expect("written");
+    }
+    let inputs: Vec<Input> = (files[..given].iter())
+        .map(|(name, _)| Input {
+            path: path(name),
+            role: None,
+        })
+        .collect();
+    read(&inputs, None).map_err(|error| error.to_string())
+}
+
+/// What is read of the matrices by labels, with a deck beside them.
+fn beside(deck: &str) -> Matrices {
+    let [stiffness, mass] = LABELS;
+    read_files(&[stiffness, mass, ("job.inp", deck)], 2).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn comments_of_matrices_may_be_indented() {
+    let [stiffness, mass] = LABELS;
+    let indented = stiffness
+        .1
+        .replace("12,1, 11,1", "  ** a comment\n  12,1, 11,1");
+    let files = [(stiffness.0, indented.as_str()), mass];
+    assert_eq!(read_files(&files, 2), read_files(&LABELS, 2));
+    let [stiffness, mass, list] = MATRIX_STORAGE;
+    let indented = format!("  ** a comment\n{}", stiffness.1);
+    let files = [(stiffness.0, indented.as_str()), mass, list];
+    assert_eq!(read_files(&files, 1), read_files(&MATRIX_STORAGE, 1));
+    let substructure = std::fs::read_to_string(sample("substructure.mtx")).expect("a sample");
+    let indented = substructure.replace("\n*", "\n  *");
+    assert_ne!(indented, substructure);
+    let parsed = |text: &str| parse(Path::new("Z.mtx"), text.as_bytes(), None).expect("matrices");
+    assert_eq!(parsed(&indented), parsed(&substructure));
+}
+
+/// Axes of `*TRANSFORM` count where they are not the global ones, and not for CalculiX, whose matrices are along the global axes.
+#[test]
+fn transformed_nodes_are_known() {
+    let turned = |card: &str| beside(&format!("{NODES}{card}\n")).local_axes;
+    for card in [
+        "*TRANSFORM, NSET=TOP\n0., 1., 0., -1., 0., 0.",
+        "*Transform, nset=top, type=R\n1., 1e-3, 0., 0., 1., 0.",
+        "*TRANSFORM, NSET=TOP\n-1., 0., 0., 0., 1., 0.",
+        "*TRANSFORM, NSET=TOP\n1., 0., 0., 0., 0., 1.",
+        "*TRANSFORM, NSET=TOP, TYPE=C\n0., 0., 0., 0., 0., 1.",
+        "*TRANSFORM, NSET=TOP, TYPE=S\n0., 0., 0., 0., 0., 1.",
+    ] {
+        let found = turned(card);
+        assert_eq!(found.len(), 1, "{card}");
+        assert_eq!(found[0].1, [21, 22], "{card}");
+        assert!(found[0].0.contains("*TRANSFORM (line 9)"), "{}", found[0].0);
+    }
+    // The axis is a direction of any length, the second point lies anywhere on the positive side.
+    for card in [
+        "*TRANSFORM, NSET=TOP, TYPE=R\n2., 0., 0., 0., 3., 0.",
+        "*TRANSFORM, NSET=TOP\n1., 0., 0., -4., 2., 0.",
+    ] {
+        assert_eq!(turned(card), [], "{card}");
+    }
+    // A set that is not read may have any node.
+    let mut any = turned("*TRANSFORM, NSET=LATER\n0., 1., 0., -1., 0., 0.");
+    any[0].1.sort_unstable();
+    assert_eq!(any[0].1, [11, 12, 21, 22]);
+    let deck = format!("{NODES}*TRANSFORM, NSET=TOP\n0., 1., 0., -1., 0., 0.\n");
+    let [stiffness, mass, list] = MATRIX_STORAGE;
+    for files in [
+        &[stiffness, mass, list, ("job.inp", &deck)][..],
+        &[stiffness, mass, ("job.inp", &deck)],
+    ] {
+        let found = read_files(files, 1).expect("matrices");
+        assert_eq!(found.sets["TOP"], [21, 22]);
+        assert_eq!(found.local_axes, []);
+    }
+}
+
+/// Positions in a part are those of the model unless its instance moves or turns it.
+#[test]
+fn positions_in_parts_that_are_moved_are_not_read() {
+    let deck = |lines: &str| {
+        format!(
+            "*PART, NAME=LOWER\n*NODE\n11, 0., 0., 0.\n12, 4., 0., 0.\n*END PART\n*PART, NAME=UPPER\n*NODE\n21, 0., 7., 0.\n22, 4., 7., 0.\n\
+             *END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=L-1, PART=LOWER\n*END INSTANCE\n*INSTANCE, NAME=U-1, PART=Upper\n{lines}*END INSTANCE\n*END ASSEMBLY\n"
+        )
+    };
+    for lines in [
+        "",
+        "0., 0., 0.\n",
+        "0., 0., 0.\n1., 2., 3., 1., 2., 4., 0.\n",
+    ] {
+        let found = beside(&deck(lines));
+        assert_eq!(
+            (found.positions.len(), found.unread.len()),
+            (4, 0),
+            "{lines}"
+        );
+    }
+    for (lines, line) in [
+        ("0., 0., 3.\n", 15),
+        ("0., 0., 0.\n0., 0., 0., 1., 0., 0., 90.\n", 16),
+    ] {
+        let found = beside(&deck(lines));
+        let mut left: Vec<i64> = found.positions.keys().copied().collect();
+        left.sort_unstable();
+        assert_eq!(left, [11, 12], "{lines}");
+        let told = &found.unread[0];
+        for part in ["UPPER", "*INSTANCE", &format!("line {line}")] {
+            assert!(told.contains(part), "{told}");
+        }
+    }
+}
+
+/// A deck beside the matrices that cannot be read is a note; as a file that is named it is an error.
+#[test]
+fn a_deck_beside_that_cannot_be_read_is_noted() {
+    let twice = "*HEADING\n*PART, NAME=L\n*NODE\n11, 0., 0., 0.\n*END PART\n*PART, NAME=U\n*NODE\n11, 0., 7., 0.\n*END PART\n";
+    let found = beside(twice);
+    assert_eq!(found.size, 4);
+    assert_eq!(found.unread.len(), 1);
+    assert_eq!(found.unread, found.notes);
+    for part in [
+        "job.inp beside it is not read",
+        "line 8",
+        "node 11 again",
+        "*PART",
+    ] {
+        assert!(found.unread[0].contains(part), "{}", found.unread[0]);
+    }
+    let [stiffness, mass] = LABELS;
+    let named = read_files(&[("job.inp", twice), stiffness, mass], 3).expect_err("a fault");
+    assert!(named.contains("node 11 again"), "{named}");
+}
+
+/// A set of nodes by elements is none, nor is one that contains it.
+#[test]
+fn sets_of_nodes_by_elements_are_not_empty() {
+    let elements = "*NSET, NSET=ROOTN, ELSET=ROOT\n";
+    let found = beside(&format!("{NODES}{elements}"));
+    assert_eq!(found.sets.keys().collect::<Vec<_>>(), ["TOP"]);
+    assert!(found.unread[0].contains("line 8"), "{}", found.unread[0]);
+    assert!(
+        found.unread[0].contains("ELSET=ROOT"),
+        "{}",
+        found.unread[0]
+    );
+    let within = beside(&format!("{NODES}{elements}*NSET, NSET=MORE\n11, ROOTN\n"));
+    assert!(within.sets.is_empty());
+    assert!(
+        within.unread[0].contains("\"ROOTN\""),
+        "{}",
+        within.unread[0]
+    );
+    let included = beside(&format!("{NODES}*INCLUDE, INPUT=sets.inp\n"));
+    assert!(
+        included.unread[0].contains("*INCLUDE"),
+        "{}",
+        included.unread[0]
+    );
+}
+
+/// Grid points of Nastran whose displacements are along other axes than the basic ones.
+#[test]
+fn grid_points_with_other_axes_are_known() {
+    let turned = |cards: &str| {
+        let text = format!("{cards}\nDMIG,KAAX,0,6,2,0\nDMIG,KAAX,5,1,,5,1,2.\n");
+        let found = parse(Path::new("a.pch"), text.as_bytes(), None);
+        found.unwrap_or_else(|error| panic!("{error}")).local_axes
+    };
+    let nodes = |cards: &str| {
+        turned(cards)
+            .into_iter()
+            .map(|axes| axes.1)
+            .collect::<Vec<_>>()
+    };
+    let none: [Vec<i64>; 0] = [];
+    assert_eq!(nodes("GRID,5,,1.,2.,3.\nGRID,6,,1.,2.,3.,0"), none);
+    // An undefined system, in free, small and large fields.
+    let large = format!(
+        "{:<8}{:>16}{:>16}{:>16}{:>16}\n{:<8}{:>16}{:>16}",
+        "GRID*", 7, 0, 1.5, 2.5, "*", 3.5, 10
+    );
+    let small = format!(
+        "{:<8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}",
+        "GRID", 6, "", 1.5, 2.5, 3.5, 10
+    );
+    let found = turned(&format!(
+        "GRID,5,,1.,2.,3.,10\n{small}\n{large}\nGRID,8,,1.,2.,3.,9"
+    ));
+    assert_eq!(
+        found.iter().map(|axes| axes.1.clone()).collect::<Vec<_>>(),
+        [vec![8], vec![5, 6, 7]]
+    );
+    assert!(found[1].0.contains("CD = 10"), "{}", found[1].0);
+    let grid = "GRID,5,,1.,2.,3.,10";
+    // Parallel to the basic system, its origin elsewhere, and in the axes of another such system.
+    for system in [
+        "CORD2R,10,,1.,2.,3.,1.,2.,9.,+\n+,4.,2.,0.",
+        "CORD2R,10,0,1.,2.,3.,1.,2.,9.\n,4.,2.,0.",
+        "CORD2R,4,,0.,0.,1.,0.,0.,2.\n,1.,0.,1.\nCORD2R,10,4,0.,0.,0.,0.,0.,1.\n,1.,0.,0.",
+        "CORD2R        10       0      0.      0.      0.      0.      0.      1.\n              1.      0.      0.",
+    ] {
+        assert_eq!(nodes(&format!("{system}\n{grid}")), none, "{system}");
+    }
+    for system in [
+        "CORD2R,10,,0.,0.,0.,0.,0.,1.\n,0.,1.,0.",
+        "CORD2R,10,,0.,0.,0.,0.,1.,0.\n,1.,0.,0.",
+        "CORD2R,10,,0.,0.,0.,0.,0.,-1.\n,1.,0.,0.",
+        "CORD2R,10,4,0.,0.,0.,0.,0.,1.\n,1.,0.,0.",
+        "CORD2C,10,,0.,0.,0.,0.,0.,1.\n,1.,0.,0.",
+        "CORD1R,10,1,2,3",
+    ] {
+        assert_eq!(nodes(&format!("{system}\n{grid}")), [vec![5]], "{system}");
+    }
+    assert_eq!(
+        nodes("GRDSET,,,,,,10\nGRID,5,,1.,2.,3.\nGRID,6,,1.,2.,3.,0"),
+        [vec![5]]
+    );
+}
+
+/// Structural damping is a loss factor, and no matrix of viscous damping.
+#[test]
+fn structural_damping_is_never_viscous() {
+    let damping = "11,1, 11,1, 0.2\n12,1, 12,1, 0.2\n";
+    let [stiffness, mass] = LABELS;
+    let with = |name: &str| read_files(&[stiffness, mass, (name, damping)], 3);
+    for name in [
+        "job_DMPS1.mtx",
+        "job_dmps.mtx",
+        "K4AA.mtx",
+        "structural_damping.mtx",
+    ] {
+        let said = with(name).expect_err(name);
+        for part in [name, "structural damping", "dynamics.damping_ratio"] {
+            assert!(said.contains(part), "{said}");
+        }
+    }
+    for name in ["job_DMPV1.mtx", "damping.mtx"] {
+        let found = with(name).expect(name);
+        assert_eq!(found.damping.expect(name).entries.len(), 2, "{name}");
+        assert_eq!(found.notes, [""; 0], "{name}");
+    }
+    let both = [
+        stiffness,
+        mass,
+        ("job_DMPS1.mtx", damping),
+        ("job_DMPV1.mtx", damping),
+    ];
+    let said = read_files(&both, 4).expect_err("structural damping");
+    assert!(said.contains("job_DMPS1.mtx"), "{said}");
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("job_DMPS1.mtx");
+    std::fs::write(&path, damping).expect("written");
+    let role = Some(Role::Damping);
+    let said = read(&[Input { path, role }], None).expect_err("structural damping");
+    assert!(said.to_string().contains("structural damping"), "{said}");
+}

@@ -324,6 +324,10 @@ fn decks_that_are_not_assembled_are_refused() {
         told(sound.replace("198400.,0.3", "198400.,x")),
         &["\"x\"", "a finite number"],
     );
+    has(
+        told("*include, input=two.msh\n*MATERIAL, NAME=STEEL\n".to_owned()),
+        &["*INCLUDE of line 1", "flat"],
+    );
     // Whatever is not known to leave the structure as it is may make another one of it.
     for (card, parts) in [
         (
@@ -345,7 +349,16 @@ fn decks_that_are_not_assembled_are_refused() {
             &["*NONSTRUCTURAL MASS"],
         ),
         ("*DAMPING, ALPHA=3.", &["*DAMPING"]),
+        ("*DAMPING, STRUCTURAL=0.02", &["*DAMPING"]),
         ("*FOOBAR", &["*FOOBAR", "line"]),
+        (
+            "*NSET, NSET=MORE, ELSET=EALL",
+            &["*NSET", "in place of ELSET"],
+        ),
+        (
+            "*ELEMENT, TYPE=CPS4\n8001,1,2,3,4",
+            &["CPS4", "save the volumes of the mesh alone"],
+        ),
         ("*STEP, NLGEOM\n*STATIC", &["NLGEOM", "loaded"]),
         (
             "*STEP\n*END STEP\n*STEP\n*BOUNDARY\nFOOT,1",
@@ -356,6 +369,21 @@ fn decks_that_are_not_assembled_are_refused() {
     ] {
         has(told(format!("{sound}{card}\n")), parts);
     }
+}
+
+/// The first character of a keyword's line that is no blank is its star.
+#[test]
+fn keywords_and_comments_may_be_indented() {
+    let sound = fs::read_to_string(folder().join("tied.inp")).expect("a sample");
+    let read = |text: &str| {
+        let found = readers::parse("deck.inp".as_ref(), text.as_bytes(), None);
+        found.unwrap_or_else(|error| panic!("{error}"))
+    };
+    let indented = sound.replace("\n*", "\n  ** a comment\n\t *");
+    assert_ne!(indented, sound);
+    assert_eq!(read(&indented), read(&sound));
+    let held = sound.replace("*BOUNDARY", "  *BOUNDARY");
+    assert_eq!(read(&held).size, read(&sound).size);
 }
 
 /// What a step holds adds to what the model holds, or with `OP=NEW` takes its place.

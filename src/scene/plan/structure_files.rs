@@ -7,6 +7,7 @@ use crate::files;
 use crate::recipe::Import;
 use crate::scene::Scene;
 use crate::structure::imported::{Facing, ImportError, Imported, Options, name_rows};
+use crate::structure::matrices::Role;
 use crate::structure::node_tables::{self, NodeTableError};
 use crate::structure::readers::{self, Input, ReadError};
 
@@ -29,6 +30,11 @@ pub enum StructureFileError {
         /// What is wrong.
         problem: NodeTableError,
     },
+    /// A damping matrix that no key names, beside a ratio that no key gives.
+    #[error(
+        "structure.file has a damping matrix, and dynamics.damping_ratio is missing: give 0 if the matrix is all damping there is, or the ratio that every mode has beside it"
+    )]
+    NoDampingRatio,
     /// They are not those of the scene's structure.
     #[error("structure: {0}")]
     Import(#[from] ImportError),
@@ -42,7 +48,10 @@ pub fn read(scene: &mut Scene) -> Result<Option<Imported>, InputError> {
     let (Some(joint), Some(import)) = (&scene.joint, import) else {
         return Ok(None);
     };
-    let imported = imported(import, (joint.size, joint.elements), &points)?;
+    let dynamics = scene.dynamics.as_ref();
+    let is_ratio_given = dynamics.is_none_or(|dynamics| dynamics.has_damping_ratio);
+    let joint = (joint.size, joint.elements);
+    let imported = imported(import, joint, &points, is_ratio_given)?;
     import.points = points;
     import.content = Some(hash_of(|update| imported.each_part(update)));
     import.apparent_modulus = Some(imported.apparent_modulus());
@@ -70,6 +79,7 @@ fn imported(
     import: &Import,
     (size, elements): ([f64; 2], Option<[usize; 2]>),
     points: &[String],
+    is_ratio_given: bool,
 ) -> Result<Imported, StructureFileError> {
     let inputs: Vec<Input> = (import.files.matrices.iter())
         .map(|(role, path)| Input {
@@ -78,6 +88,11 @@ fn imported(
         })
         .collect();
     let mut matrices = readers::read(&inputs, import.format.as_deref())?;
+    let is_damped = (matrices.damping.as_ref()).is_some_and(|damping| damping.largest() > 0.0);
+    let is_named = inputs.iter().any(|file| file.role == Some(Role::Damping));
+    if is_damped && !is_named && !is_ratio_given {
+        return Err(StructureFileError::NoDampingRatio);
+    }
     let mut order = Vec::new();
     if let Some(path) = &import.files.nodes {
         let nodes = table("structure.nodes", path, node_tables::positions)?;

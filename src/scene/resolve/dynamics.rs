@@ -102,6 +102,7 @@ pub(super) fn dynamics(
         } else {
             reader.value(&MODES)?
         },
+        has_damping_ratio: reader.has(&DAMPING_RATIO),
         damping_ratio: reader.get(&DAMPING_RATIO)?.unwrap_or(
             if is_oscillator || rayleigh.is_some() || reader.has(&DAMPING) {
                 0.0

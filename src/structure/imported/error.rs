@@ -40,12 +40,17 @@ pub enum ImportError {
     Fixed(#[from] FixedError),
     /// A node of the joint, or of a point, has no position.
     #[error(
-        "node {0} has no position; give structure.nodes, a table of node, x, y and z, or the deck of the model"
+        "node {0} has no position; give structure.nodes, a table of node, x, y and z, or the deck of the model{1}"
     )]
-    NoPosition(i64),
+    NoPosition(i64, String),
+    /// A node that the scene uses has displacements along other axes.
+    #[error(
+        "node {0}, which the joint, a force, the response or structure.fixed uses, has {1}; write the matrices along the global axes"
+    )]
+    LocalAxes(i64, String),
     /// A node of the joint, or of a point, has no row.
     #[error(
-        "node {node} has no displacement along {axis} in the matrices{}", if *.is_held { ": structure.fixed holds it" } else { ": the program has removed it, a tie or an equation of the deck makes it follow others, or there is no such node" }
+        "node {node} has no displacement along {axis} in the matrices{}", if *.is_held { ": structure.fixed holds it" } else { ": the program has removed it, nothing with mass is joined to it, a tie or an equation of the deck makes it follow others, or there is no such node" }
     )]
     NoRow {
         /// The node.

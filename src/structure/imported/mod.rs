@@ -145,9 +145,15 @@ impl Imported {
             None => (vec![false; matrices.size], Vec::new()),
         };
         notes.extend(found);
+        let held_rows = |is_held: &[bool]| -> HashSet<(i64, u32)> {
+            let held = dofs.iter().zip(is_held).filter(|(_, held)| **held);
+            held.map(|(dof, _)| (dof.node, dof.direction)).collect()
+        };
+        let mut used: HashSet<i64> = held_rows(&is_held).into_iter().map(|row| row.0).collect();
         for (row, held) in frequencies::held(matrices).into_iter().enumerate() {
             is_held[row] |= held;
         }
+        let held_rows = held_rows(&is_held);
         let left_out = leave_out_massless(matrices, [stiffness, mass], &mut is_held);
         if left_out > 0 {
             notes.push(format!(
@@ -174,7 +180,8 @@ impl Imported {
         };
         let positions = |node: i64| {
             let found = matrices.positions.get(&node);
-            let found = found.ok_or(ImportError::NoPosition(node))?;
+            let found =
+                found.ok_or_else(|| ImportError::NoPosition(node, matrices.told_unread()))?;
             Ok(found.map(|v| v * unit.length))
         };
         let mut row_of = HashMap::new();
@@ -185,6 +192,15 @@ impl Imported {
         }
         let stiffness_si = scaled(stiffness, unit.mass / (unit.time * unit.time));
         let [mut lower, mut upper] = sides(matrices, options.facing, unit, &positions)?;
+        let points = options.points.iter().map(|name| point(matrices, name));
+        let points = points.collect::<Result<Vec<_>, _>>()?;
+        used.extend(lower.nodes.iter().chain(&upper.nodes));
+        used.extend(points.iter().flat_map(|point| &point.1));
+        for (why, nodes) in &matrices.local_axes {
+            if let Some(node) = nodes.iter().find(|node| used.contains(node)) {
+                return Err(ImportError::LocalAxes(*node, why.clone()));
+            }
+        }
         let mut node_of = vec![0; rows];
         for (&(node, _), &row) in &row_of {
             node_of[row] = node;
@@ -218,11 +234,6 @@ impl Imported {
                 interface.array.absent.len()
             ));
         }
-        let held_rows: HashSet<(i64, u32)> = (dofs.iter().zip(&is_held))
-            .filter(|(_, held)| **held)
-            .map(|(dof, _)| (dof.node, dof.direction))
-            .collect();
-        let points = options.points.iter().map(|name| point(matrices, name));
         let at_joint = |node: &i64| Ok((*node, interface.place(positions(*node)?)));
         let edge = |nodes: &Vec<i64>| nodes.iter().map(at_joint).collect();
         let outline: Result<_, ImportError> = matrices.outline.iter().map(edge).collect();
@@ -245,7 +256,7 @@ impl Imported {
             places: matrices.places(&place),
             sides: [lower, upper],
             is_paired: matches!(options.facing, Facing::Pairs(_)),
-            points: points.collect::<Result<_, _>>()?,
+            points,
             outline,
         };
         imported.check_rows(&held_rows)?;

@@ -103,15 +103,10 @@ pub(super) fn sides(
 }
 
 pub(super) fn no_set(matrices: &Matrices, key: &'static str, name: &str) -> ImportError {
-    let mut known: Vec<&str> = matrices.sets.keys().map(String::as_str).collect();
-    known.sort_unstable();
     ImportError::NoSet {
         key,
         name: name.to_owned(),
-        known: match known.is_empty() {
-            true => "none".to_owned(),
-            false => known.join(", "),
-        },
+        known: matrices.known_sets("none"),
     }
 }
 

@@ -22,6 +22,7 @@ pub(super) fn is_labels(bytes: &[u8]) -> bool {
     let text = text_of(&bytes[..bytes.len().min(ENOUGH)]);
     let first = text
         .lines()
+        .map(str::trim_start)
         .find(|line| !is_comment(line) && !line.starts_with('*'));
     first.is_some_and(|line| {
         let words: Vec<&str> = fields(line).collect();
@@ -35,7 +36,7 @@ pub(super) fn parse_labels(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     let text = text_of(bytes);
     let mut entries: Vec<(Dof, Dof, f64)> = Vec::new();
     let mut digits = Digits::default();
-    for (k, line) in text.lines().enumerate() {
+    for (k, line) in text.lines().map(str::trim_start).enumerate() {
         if is_comment(line) || line.starts_with('*') {
             continue;
         }
@@ -107,7 +108,7 @@ fn is_matrix(line: &str) -> bool {
 }
 
 pub(super) fn is_substructure(bytes: &[u8]) -> bool {
-    text_of(bytes).lines().any(is_matrix)
+    text_of(bytes).lines().map(str::trim_start).any(is_matrix)
 }
 
 /// What is known of the element before its matrices.
@@ -223,7 +224,7 @@ pub(super) fn parse_substructure(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     let mut digits = Digits::default();
     let mut section = In::Other;
     let mut elements = 0;
-    for (k, line) in text.lines().enumerate() {
+    for (k, line) in text.lines().map(str::trim_start).enumerate() {
         let place = || format!("line {}", k + 1);
         if line.starts_with("**") {
             // The comment goes on within the keyword's lines.

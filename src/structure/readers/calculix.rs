@@ -24,7 +24,7 @@ fn first_lines(bytes: &[u8]) -> Vec<String> {
     };
     let content = lines[..whole]
         .iter()
-        .filter(|line| !line.trim().is_empty() && !line.starts_with("**"));
+        .filter(|line| !line.trim().is_empty() && !line.trim_start().starts_with("**"));
     content.take(3).map(|line| (*line).to_owned()).collect()
 }
 
@@ -57,12 +57,15 @@ fn freedom(line: &str) -> Option<Dof> {
     })
 }
 
+/// Whether a file is one of those of a computation by its name.
+pub(super) fn is_own(path: &Path) -> bool {
+    let extension = path.extension().map(|e| e.to_ascii_lowercase());
+    extension.is_some_and(|e| EXTENSIONS.iter().any(|own| e == *own))
+}
+
 /// The file, or all three of a computation that has this one.
 pub(super) fn together(path: &Path) -> Vec<PathBuf> {
-    let extension = path
-        .extension()
-        .map(|e| e.to_string_lossy().to_ascii_lowercase());
-    if !extension.is_some_and(|e| EXTENSIONS.contains(&e.as_str())) {
+    if !is_own(path) {
         return vec![path.to_owned()];
     }
     let mut all = vec![path.to_owned()];
@@ -107,7 +110,7 @@ pub(super) fn parse_coordinates(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     let text = text_of(bytes);
     let mut matrix = Triplets::new(0);
     let mut digits = Digits::default();
-    for (k, line) in text.lines().enumerate() {
+    for (k, line) in text.lines().map(str::trim_start).enumerate() {
         if line.trim().is_empty() || line.starts_with("**") {
             continue;
         }

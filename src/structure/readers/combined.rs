@@ -3,11 +3,12 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-use super::{Named, ReadError, ReadProblem, Source, role_of_name};
+use super::{CALCULIX_LIST, Named, ReadError, ReadProblem, Source, calculix};
+use super::{is_structural_damping, role_of_name};
 use crate::structure::matrices::{Dof, Matrices, Role, Triplets};
 
-/// One structure from what all files have.
-pub(super) fn combined(sources: Vec<Source>) -> Result<Matrices, ReadError> {
+/// One structure from what all files have; `unread` says what was not read beside them.
+pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matrices, ReadError> {
     let mut matrices = Matrices {
         size: 0,
         dofs: None,
@@ -16,10 +17,15 @@ pub(super) fn combined(sources: Vec<Source>) -> Result<Matrices, ReadError> {
         damping: None,
         sets: HashMap::new(),
         positions: HashMap::new(),
+        local_axes: Vec::new(),
+        notes: unread.clone(),
+        unread,
         outline: Vec::new(),
-        notes: Vec::new(),
         formats: Vec::new(),
     };
+    // CalculiX writes its matrices along the global axes in spite of *TRANSFORM.
+    let is_calculix = (sources.iter())
+        .any(|source| source.format == CALCULIX_LIST || calculix::is_own(&source.path));
     let mut found: HashMap<Role, (PathBuf, Named)> = HashMap::new();
     let mut list: Option<(PathBuf, Vec<Dof>)> = None;
     let mut nameless = Vec::new();
@@ -55,6 +61,17 @@ pub(super) fn combined(sources: Vec<Source>) -> Result<Matrices, ReadError> {
         matrices.sets.extend(parsed.sets);
         matrices.positions.extend(parsed.positions);
         matrices.outline.extend(parsed.outline);
+        for (why, nodes) in parsed.local_axes.into_iter().filter(|_| !is_calculix) {
+            let (first, count) = (nodes.iter().min().unwrap_or(&0), nodes.len());
+            let note = format!("node {first}, one of {count}, has {why}: a scene cannot use it");
+            matrices.notes.push(note);
+            matrices.local_axes.push((why, nodes));
+        }
+        for reason in parsed.unread {
+            matrices
+                .unread
+                .push(format!("{}: {reason}", path.display()));
+        }
         if let Some(dofs) = parsed.dofs {
             list = Some((path.clone(), dofs));
         }
@@ -76,7 +93,9 @@ pub(super) fn combined(sources: Vec<Source>) -> Result<Matrices, ReadError> {
         }
     }
     for (path, named) in nameless {
-        let Some(role) = Role::ALL.into_iter().find(|role| !found.contains_key(role)) else {
+        let free = Role::ALL.into_iter().find(|role| !found.contains_key(role));
+        let structural = is_structural_damping(&named.name).then_some(Role::Damping);
+        let Some(role) = free.or(structural) else {
             return Err(ReadError {
                 path,
                 problem: ReadProblem::DoNotFit {
@@ -140,6 +159,13 @@ fn put(
     path: PathBuf,
     named: Named,
 ) -> Result<(), ReadError> {
+    if role == Role::Damping && is_structural_damping(&named.name) {
+        let problem = ReadProblem::Unsupported {
+            found: format!("structural damping, as {} is by its name,", named.name),
+            advice: "convert it to viscous damping under another name, or leave it out and give dynamics.damping_ratio".into(),
+        };
+        return Err(ReadError { path, problem });
+    }
     if let Some((other, first)) = found.get(&role) {
         let problem = ReadProblem::DoNotFit {
             found: format!(

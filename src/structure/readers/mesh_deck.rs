@@ -51,11 +51,11 @@ struct MaterialLines {
     density: Option<f64>,
 }
 
-/// True of a deck that has elements.
+/// True of a deck that has elements, or may have them in an included file.
 pub(super) fn has_mesh(bytes: &[u8]) -> bool {
     text_of(bytes)
         .lines()
-        .any(|line| keyword(line) == "*ELEMENT")
+        .any(|line| matches!(keyword(line).as_str(), "*ELEMENT" | "*INCLUDE"))
 }
 
 fn solid_of(line: &str) -> Option<Solid> {
@@ -85,7 +85,7 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
     // An element of many nodes goes on in the next line, after a comma.
     let mut open: Vec<i64> = Vec::new();
     let mut open_equation = OpenEquation::default();
-    for (k, line) in text.lines().enumerate() {
+    for (k, line) in text.lines().map(str::trim_start).enumerate() {
         if line.trim().is_empty() || line.starts_with("**") {
             continue;
         }
@@ -273,10 +273,16 @@ fn begin(line: &str, material: &mut String, deck: &mut Deck, at: usize) -> Resul
                 ReadProblem::malformed(
                     place(),
                     shown(option(line, "TYPE").unwrap_or("no TYPE")),
-                    format!("solids of the types {}", known.join(", ")),
+                    format!(
+                        "solids of the types {}: save the volumes of the mesh alone",
+                        known.join(", ")
+                    ),
                 )
             })?;
             In::Elements(solid, name("ELSET"))
+        }
+        "*NSET" if option(line, "ELSET").is_some() => {
+            return unsupported("list the nodes of the set in place of ELSET");
         }
         "*ELSET" => In::ElementSet {
             name: needed("ELSET")?,

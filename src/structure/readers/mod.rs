@@ -157,6 +157,8 @@ struct Parsed {
     sets: HashMap<String, Vec<i64>>,
     positions: HashMap<i64, [f64; 3]>,
     outline: Vec<Vec<i64>>,
+    local_axes: Vec<(String, Vec<i64>)>,
+    unread: Vec<String>,
     notes: Vec<String>,
 }
 
@@ -187,7 +189,11 @@ struct Source {
 /// # Errors
 /// [`ReadError`] names the file, what was found, and what would be right.
 pub fn read(inputs: &[Input], word: Option<&str>) -> Result<Matrices, ReadError> {
-    let mut sources = Vec::new();
+    let (mut sources, mut unread) = (Vec::new(), Vec::new());
+    let mut not_read = |error: ReadError| {
+        let path = error.path.display();
+        unread.push(format!("{path} beside it is not read: {}", error.problem));
+    };
     let mut seen = HashSet::new();
     for input in inputs {
         for path in calculix::together(&input.path) {
@@ -204,7 +210,7 @@ pub fn read(inputs: &[Input], word: Option<&str>) -> Result<Matrices, ReadError>
         for path in deck::beside(&input.path) {
             let wanted = !has(|p| !p.positions.is_empty() || !p.sets.is_empty(), &sources);
             if wanted && path.is_file() && seen.insert(path.clone()) {
-                sources.extend(opened(path, None, None, false).ok());
+                sources.extend(opened(path, None, None, false).map_err(&mut not_read));
             }
         }
         for path in nastran_op4::beside(&input.path) {
@@ -213,9 +219,11 @@ pub fn read(inputs: &[Input], word: Option<&str>) -> Result<Matrices, ReadError>
                 &sources,
             );
             if wanted && path.is_file() && seen.insert(path.clone()) {
-                let found = opened(path, None, None, false).ok();
+                let found = opened(path, None, None, false).map_err(&mut not_read);
                 sources.extend(
-                    found.filter(|s| s.parsed.dofs.is_some() && s.parsed.matrices.is_empty()),
+                    found
+                        .ok()
+                        .filter(|s| s.parsed.dofs.is_some() && s.parsed.matrices.is_empty()),
                 );
             }
         }
@@ -232,7 +240,7 @@ pub fn read(inputs: &[Input], word: Option<&str>) -> Result<Matrices, ReadError>
             (source.format, source.parsed) = (MESH, assembled);
         }
     }
-    combined(sources)
+    combined(sources, unread)
 }
 
 /// What a deck of nodes is called.
@@ -285,13 +293,14 @@ pub fn parse(path: &Path, bytes: &[u8], word: Option<&str>) -> Result<Matrices, 
     {
         (format, parsed) = (MESH, mesh);
     }
-    combined(vec![Source {
+    let source = Source {
         path: path.to_owned(),
         role: None,
         format,
         is_given: true,
         parsed,
-    }])
+    };
+    combined(vec![source], Vec::new())
 }
 
 fn parsed(bytes: &[u8], word: Option<&str>) -> Result<(&'static str, Parsed), ReadProblem> {
@@ -347,8 +356,32 @@ fn role_of_name(name: &str) -> Option<Role> {
         "c" | "d" | "cmat" | "baa" | "baax" | "bgg" | "bff" | "bxx" | "b2gg" | "b2pp" => {
             Some(Role::Damping)
         }
+        _ if word.starts_with("dmpv") => Some(Role::Damping),
         _ => None,
     })
+}
+
+/// Whether a matrix is structural damping by its name: a loss factor, as Abaqus' `DMPS1` and Nastran's `K4AA`.
+fn is_structural_damping(name: &str) -> bool {
+    let name = name.to_ascii_lowercase();
+    let mut words = name.split(|c: char| !c.is_ascii_alphanumeric());
+    let is_word = |word: &str| {
+        word.starts_with("dmps")
+            || matches!(word, "k4" | "k4aa" | "k4aax" | "k4gg" | "k4ff" | "k4xx")
+    };
+    (name.contains("structural") && name.contains("damp")) || words.any(is_word)
+}
+
+/// Axes may be off the global ones by this angle: what the digits of a file leave.
+const PARALLEL: f64 = 1e-6;
+
+/// Whether axes are parallel to the global ones, where `axis` is along axis k and `in_plane` in the plane of k and l, on the side of l.
+fn is_global([axis, in_plane]: [[f64; 3]; 2], [k, l]: [usize; 2]) -> bool {
+    let other = 3 - k - l;
+    axis[k] > 0.0
+        && axis[l].hypot(axis[other]) <= PARALLEL * axis[k]
+        && in_plane[l] > 0.0
+        && in_plane[other].abs() <= PARALLEL * in_plane[l]
 }
 
 /// The number of rows that a header announces, before anything of that size is allocated. A row without any entry is none of a

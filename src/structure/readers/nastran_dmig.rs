@@ -1,10 +1,10 @@
 //! Nastran DMIG entries, as punched (`PARAM,EXTOUT,DMIGPCH`) or within a deck: small, large and free fields.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::error::ReadProblem;
-use super::text::{Digits, number, shown, text_of, whole};
-use super::{Named, Parsed, role_of_name};
+use super::text::{Digits, number, numbers, shown, text_of, whole};
+use super::{Named, Parsed, is_global, role_of_name};
 use crate::structure::matrices::{Dof, Triplets};
 
 fn is_entry(line: &str, name: &str) -> bool {
@@ -24,8 +24,8 @@ pub(super) fn is(bytes: &[u8]) -> bool {
 fn fields(line: &str) -> Vec<&str> {
     if line.contains(',') {
         let mut fields: Vec<&str> = line.split(',').skip(1).map(str::trim).collect();
-        // What is left out at the end of a line is blank.
-        fields.resize(fields.len().next_multiple_of(4), "");
+        // What is left out at the end of a line is blank; behind eight fields is the mark of the next line.
+        fields.resize(fields.len().next_multiple_of(4).min(8), "");
         return fields;
     }
     let first = line.get(..8.min(line.len())).unwrap_or("");
@@ -102,6 +102,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     let text = text_of(bytes);
     let mut parsed = Parsed {
         dofs: external(&text)?,
+        local_axes: local_axes(&text)?,
         ..Parsed::default()
     };
     let mut open: Vec<Open> = Vec::new();
@@ -252,6 +253,40 @@ fn dof(node: &str, direction: &str, line: usize) -> Result<Dof, ReadProblem> {
         node: whole(node, "the number of a grid point", place)?,
         direction,
     })
+}
+
+/// Points whose displacements are along the axes of a CD (on `GRID` or `GRDSET`) that is no `CORD2R` parallel to the basic system.
+fn local_axes<'a>(text: &'a str) -> Result<Vec<(String, Vec<i64>)>, ReadProblem> {
+    let mut global = HashSet::from([0]);
+    for entry in entries(text, "CORD2R") {
+        let fields: Vec<&str> = entry.fields.iter().map(|field| field.1).collect();
+        // Two points of the z axis, and one of the plane of x and z.
+        if let Ok([system, of, a, b, c, d, e, f, g, h, i]) = numbers(&fields, String::new)
+            && global.contains(&(of as i64))
+            && is_global([[d - a, e - b, f - c], [g - a, h - b, i - c]], [2, 0])
+        {
+            global.insert(system as i64);
+        }
+    }
+    let axes = |entry: &Entry<'a>| Some(entry.fields.get(5)?.1).filter(|cd| !cd.is_empty());
+    let default = entries(text, "GRDSET").first().and_then(axes);
+    let mut turned: BTreeMap<i64, Vec<i64>> = BTreeMap::new();
+    for entry in entries(text, "GRID") {
+        let place = || format!("line {}", entry.line);
+        let cd = axes(&entry).or(default).unwrap_or("0");
+        let cd = whole(cd, "the number of a coordinate system", place)?;
+        if !global.contains(&cd) {
+            let node = whole(entry.fields[0].1, "the number of a grid point", place)?;
+            turned.entry(cd).or_default().push(node);
+        }
+    }
+    let told = |(cd, nodes)| {
+        let why = format!(
+            "displacements along the axes CD = {cd} of its GRID (no CORD2R {cd} is parallel to the basic axes)"
+        );
+        (why, nodes)
+    };
+    Ok(turned.into_iter().map(told).collect())
 }
 
 /// The freedoms of an external superelement in the order of its matrices: `EXTRN`, pairs of a point and its components.

@@ -92,6 +92,18 @@ pub(super) fn number(text: &str, place: impl Fn() -> String) -> Result<f64, Read
     real(text).ok_or_else(|| ReadProblem::malformed(place(), shown(text), "a finite number"))
 }
 
+/// The first numbers of a line; those that are blank or missing are zero.
+pub(super) fn numbers<const N: usize>(
+    fields: &[&str],
+    place: impl Fn() -> String,
+) -> Result<[f64; N], ReadProblem> {
+    let mut found = [0.0; N];
+    for (value, field) in found.iter_mut().zip(fields).filter(|(_, f)| !f.is_empty()) {
+        *value = number(field, &place)?;
+    }
+    Ok(found)
+}
+
 /// The number that ends a line, of which nothing else may follow; `line` is what the line holds.
 pub(super) fn last_number<'a>(
     mut words: impl Iterator<Item = &'a str>,
