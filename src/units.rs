@@ -133,7 +133,7 @@ const NAMED: [Named; 16] = [
     },
     Named {
         dimension: Dimension::WEAR_COEFFICIENT,
-        name: "a wear coefficient (volume per energy)",
+        name: "a wear coefficient (volume per energy, or per load and slip)",
         number: "2e3",
         units: &["um^3/J"],
     },
@@ -400,6 +400,17 @@ pub fn parse_unit(text: &str, expected: Dimension) -> Result<f64, UnitError> {
         Ok(_) => Err(wrong(UnitProblem::NoWorth)),
         Err(error) => Err(wrong(error.problem)),
     }
+}
+
+/// Whether a force or a pressure is in the unit of a text, as in `"2e-8 mm^3/(N mm)"`: of a wear coefficient that unit does not say
+/// which law it belongs to.
+pub fn has_force(text: &str) -> bool {
+    let is_one = |name: &str| {
+        ["N", "Nm", "Pa", "bar"]
+            .iter()
+            .any(|unit| name.ends_with(unit))
+    };
+    text.split(|c: char| !c.is_alphabetic()).any(is_one)
 }
 
 /// The value of a number without unit: itself for a pure number, an error for everything else.

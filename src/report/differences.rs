@@ -73,7 +73,13 @@ impl Told {
                 None => below.is_empty().then(|| text.clone()),
             }
         });
-        let entries: Vec<String> = entries.collect();
+        // The law says what the coefficient means.
+        let law = match key {
+            "wear.coefficient" => self.as_written("wear.law"),
+            _ => None,
+        };
+        let law = law.map(|law| format!("law {law}"));
+        let entries: Vec<String> = entries.chain(law).collect();
         (!entries.is_empty()).then(|| entries.join(", "))
     }
 

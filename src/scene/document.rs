@@ -197,7 +197,7 @@ impl Node {
         }
     }
 
-    fn text(&self, key: &str) -> Option<&str> {
+    pub fn text(&self, key: &str) -> Option<&str> {
         match &self.get(key)?.content {
             Content::Value(Value::String(text)) => Some(text),
             _ => None,

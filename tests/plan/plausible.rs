@@ -5,7 +5,7 @@ use std::path::Path;
 use fretwear::scene::{Plan, load};
 
 /// Pipeline, what a tired engineer typed, and the key that has to be named. Each is wrong by a thousand.
-const MISTAKES: [(&str, &str, &str); 70] = [
+const MISTAKES: [(&str, &str, &str); 71] = [
     (
         "hertz_fretting",
         "contact.normal_load=\"90 kN\"",
@@ -60,6 +60,11 @@ const MISTAKES: [(&str, &str, &str); 70] = [
         "measured_surface",
         "motion.amplitude=[\"2 nm\", \"0 um\"]",
         "motion.amplitude",
+    ),
+    (
+        "measured_surface",
+        "surface.spacing=[\"16 mm\", \"12 mm\"]",
+        "surface.spacing",
     ),
     (
         "static_contact",
@@ -586,4 +591,84 @@ fn other_motions_and_loads_are_looked_at() {
         said[0].contains("contact.moment") && said[0].contains("reaches"),
         "{said:?}"
     );
+}
+
+/// A map of as many lines as `nx` and values a line as `ny`, rough enough that nothing else is said of it.
+fn map_of(nx: usize, ny: usize) -> String {
+    let height = |i: usize, j: usize| (1.3 * i as f64).sin() + (0.7 * (i * j) as f64).cos();
+    let line = |i: usize| {
+        (0..ny)
+            .map(|j| format!("{:.4}", height(i, j)))
+            .collect::<Vec<_>>()
+    };
+    (0..nx).map(|i| line(i).join(",") + "\n").collect()
+}
+
+/// The lines of the shipped scene of a measured surface that name its file, for [`map_of`].
+const OF_MAP: (&str, &str) = (
+    "path = \"../data/ground_face.x3p\"",
+    "path = \"map.csv\"\nunit = \"um\"",
+);
+
+/// A joint on few points of a map has no roughness of it, whoever says what their spacing is.
+#[test]
+fn few_points_of_a_map_are_warned_of() {
+    let few =
+        "surface.spacing, joint.size: the number of points of the map along a side of the joint is";
+    let said = |spacing: &str, nx: usize, ny: usize| {
+        let line = format!("{}\n{spacing}", OF_MAP.1);
+        let said = said_of_edited(
+            "measured_surface",
+            &[(OF_MAP.0, &line)],
+            Some(&map_of(nx, ny)),
+        );
+        said.into_iter()
+            .filter(|text| text.contains("surface.spacing, joint"))
+            .collect::<Vec<_>>()
+    };
+    // The joint has 4.096 x 2.304 mm.
+    let ten_times = said("spacing = [\"1 mm\", \"1 mm\"]", 12, 8);
+    assert!(
+        ten_times[0].starts_with(&format!("{few} 4.096 × 2.304, and should be at least 4")),
+        "{ten_times:?}"
+    );
+    assert_eq!(ten_times.len(), 1);
+    assert_eq!(
+        said("spacing = [\"1.024 mm\", \"0.576 mm\"]", 12, 8),
+        [""; 0]
+    );
+    let assumed = said("", 3, 5);
+    assert!(
+        assumed[0].starts_with(&format!("{few} 3 × 5")),
+        "{assumed:?}"
+    );
+}
+
+/// A map that states no spacing is taken to cover the joint: cells that are far from square hint at axes that are exchanged.
+#[test]
+fn long_cells_of_a_map_without_spacing_are_warned_of() {
+    let aspect =
+        "surface.spacing, joint.size: the spacing of the map's points along x over that along y is";
+    let said = |spacing: &str, nx: usize, ny: usize| {
+        let line = format!("{}\n{spacing}", OF_MAP.1);
+        let said = said_of_edited(
+            "measured_surface",
+            &[(OF_MAP.0, &line)],
+            Some(&map_of(nx, ny)),
+        );
+        said.into_iter()
+            .filter(|text| text.contains("surface.spacing, joint"))
+            .collect::<Vec<_>>()
+    };
+    // 4.096 over 2.304 mm is 16 over 9.
+    assert_eq!(said("", 32, 18), [""; 0]);
+    assert_eq!(said("", 32, 36), [""; 0], "2 is not warned of");
+    let exchanged = said("", 18, 32);
+    assert!(
+        exchanged[0].starts_with(&format!("{aspect} 3.16, and should be at most 2")),
+        "{exchanged:?}"
+    );
+    let long = said("", 64, 16);
+    assert!(long[0].contains("and should be at least 0.5"), "{long:?}");
+    assert_eq!(said("spacing = [\"64 um\", \"144 um\"]", 64, 16), [""; 0]);
 }

@@ -117,3 +117,21 @@ fn an_older_run_shows_its_scene_with_a_word_of_caution() {
         "{old}"
     );
 }
+
+/// The same number means another wear by another law.
+#[test]
+fn a_wear_law_is_told_with_its_coefficient() {
+    let folder = TempDir::new().unwrap();
+    let given = "coefficient = \"2e3 um^3/J\"\n";
+    assert!(WORN.contains(given));
+    let roots = ["energy", "archard"].map(|law| {
+        let scene = WORN.replace(given, &format!("{given}law = \"{law}\"\n"));
+        begin(&folder, law, &scene, 1)
+    });
+    let runs = roots.map(|root| RunTables::open(&root).unwrap());
+    let html = Report::of(&runs).unwrap().html();
+    let section = between(&html, "<section id=\"differences\">", "</section>");
+    let row =
+        "<td>wear.coefficient</td><td>2e3 um^3/J, law energy</td><td>2e3 um^3/J, law archard</td>";
+    assert!(section.contains(row), "{section}");
+}

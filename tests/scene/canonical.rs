@@ -15,6 +15,7 @@ boundary = "free"
 [wear]
 cycles = 1e7
 coefficient = "2e-15 m^3/(N m)"
+law = "energy"
 tolerance = 10e-3
 [motion]
 amplitude = "0.005 mm"

@@ -366,12 +366,12 @@ moment = "2 N m""#,
     (
         r#"coefficient = "2e3 um^3/J""#,
         r#"coefficient = "2e3 um^3/N m""#,
-        r#"case.toml, line 20: wear.coefficient: "2e3 um^3/N m" multiplies after a division: put the divisor in parentheses, as in "mm^3/(N m)"; a wear coefficient (volume per energy) is wanted, such as "2e3 um^3/J""#,
+        r#"case.toml, line 20: wear.coefficient: "2e3 um^3/N m" multiplies after a division: put the divisor in parentheses, as in "mm^3/(N m)"; a wear coefficient (volume per energy, or per load and slip) is wanted, such as "2e3 um^3/J""#,
     ),
     (
         r#"coefficient = "2e3 um^3/J""#,
         r#"coefficient = "2e3 um^2/J""#,
-        r#"case.toml, line 20: wear.coefficient: "2e3 um^2/J" is a quantity in kg^-1 s^2; a wear coefficient (volume per energy) is wanted, such as "2e3 um^3/J""#,
+        r#"case.toml, line 20: wear.coefficient: "2e3 um^2/J" is a quantity in kg^-1 s^2; a wear coefficient (volume per energy, or per load and slip) is wanted, such as "2e3 um^3/J""#,
     ),
     (
         "cycles = 10_000_000",

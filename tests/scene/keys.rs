@@ -310,6 +310,7 @@ fn rules_are_what_an_absent_key_gives() {
             "fidelity.wear_tolerance=0.02",
             "fidelity.wear_tolerance=0.02",
         ),
+        ("case", "fidelity.preset=fast", "wear.law=energy"),
     ] {
         let [without, with] = [&[under][..], &[under, set]].map(|sets| scenes.load(name, sets));
         let [without, with] =

@@ -12,6 +12,7 @@ mod structure_faults;
 mod values;
 mod variants;
 mod vibration;
+mod wear_law;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -146,6 +146,12 @@ fn text_that_is_no_matrix() {
             "1,2,3,4\n5,6,7\n",
             vec!["line 2", "3 values", "4, as in the first line"],
         ),
+        // Comments and blank lines count, whatever ends a line.
+        (
+            "# a\r\n1,2,3,4\r\n\r\n# b\r\n5,6,7\r\n",
+            vec!["line 5", "3 values"],
+        ),
+        ("# a\n\n1;2;3;4\n# b\n5;6;7\n", vec!["line 5", "3 values"]),
         ("1 2 3 4\n5 6 x 8\n", vec!["line 2, value 3", "\"x\""]),
         // Decimal commas are not guessed at.
         ("1,5;2,5\n", vec!["\"1,5\"", "decimal point"]),
@@ -170,6 +176,143 @@ fn text_that_is_no_matrix() {
     }
     let (message, _) = failure("map.csv", b"1,2\n\xff\xfe\n", &MICROMETRES);
     says(&message, &["byte 5", "UTF-8"]);
+}
+
+/// Points of 4 x 3 as lines of a text, each with what stands behind it.
+fn points(first: usize, behind: &str) -> String {
+    let point = |k: usize| format!("{} {} {}.5 {behind}\n", k / 3 * 10, k % 3 * 5, k);
+    (first..12).map(point).collect()
+}
+
+#[test]
+fn named_columns_that_are_not_x_y_z() {
+    let order = "expected x, y, z in this order and no other column";
+    for (names, found) in [
+        ("y,x,z", "y, x, z"),
+        ("y [um],x [um],z [um]", "y, x, z"),
+        ("x,y,z,quality", "x, y, z, quality"),
+        ("x,y", "x, y"),
+        ("a,b,c,d", "a, b, c, d"),
+        ("x,y,height", "x, y, height"),
+    ] {
+        let columns = names.split(',').count();
+        let row = vec!["1.5"; columns].join(",");
+        let text = format!("# a comment\n{names}\n{row}\n{row}\n");
+        let (message, _) = failure("map.csv", text, &MICROMETRES);
+        says(
+            &message,
+            &[&format!("line 2: found columns named {found};"), order],
+        );
+    }
+    // Three names above another number of columns.
+    let text = format!("x y z\n{}", points(0, "0.9"));
+    let (message, _) = failure("map.txt", text, &MICROMETRES);
+    says(
+        &message,
+        &["line 2: found 4 values; expected 3, as in the first line of names"],
+    );
+}
+
+#[test]
+fn labels_of_a_data_frame() {
+    let heights = "0.5,1.25,-0.5,1.5\n0.25,0.5,1,-1\n0.75,1,0.5,2\n";
+    let rows: String = heights
+        .lines()
+        .zip(0..)
+        .map(|(line, k)| format!("{k},{line}\n"))
+        .collect();
+    for (text, found) in [
+        (format!("0,1,2,3\n{heights}"), "0, 1, 2"),
+        (format!("1,2,3,4\n{heights}"), "1, 2, 3"),
+        (format!("0.0,1.0,2.0,3.0\n{heights}"), "0, 1, 2"),
+        (format!(",0,1,2,3\n{rows}"), "0, 1, 2"),
+        (format!("nan,1,2,3,4\n{rows}"), "1, 2, 3"),
+        (
+            "0,1,2\n0,0,0.5\n0,1,0.25\n1,0,1\n1,1,2\n".to_owned(),
+            "0, 1, 2",
+        ),
+    ] {
+        let (message, _) = failure("map.csv", format!("# frame\n{text}"), &MICROMETRES);
+        says(
+            &message,
+            &[
+                &format!("line 2: found {found}, …, the labels of columns"),
+                "without labels of columns and rows (pandas: header=False, index=False)",
+            ],
+        );
+    }
+}
+
+#[test]
+fn points_with_more_columns_than_three() {
+    for (text, columns) in [
+        (points(0, "0 0 1"), 6),
+        (points(0, "0.9"), 4),
+        // Some were not measured.
+        (points(2, "0.9"), 4),
+    ] {
+        let (message, _) = failure("map.xyz", text, &MICROMETRES);
+        says(
+            &message,
+            &[
+                &format!(
+                    "found {columns} values a row, the first two of which are the positions of 4 x 3 points"
+                ),
+                "a text of three columns x, y, z",
+            ],
+        );
+    }
+    // An array of points is no map either.
+    let values = (0..12).flat_map(|k| [(k / 3 * 10) as f64, (k % 3 * 5) as f64, 0.5]);
+    let data: Vec<u8> = values.flat_map(f64::to_le_bytes).collect();
+    let (message, _) = failure("map.npy", npy("<f8", false, "(12, 3)", &data), &MICROMETRES);
+    says(&message, &["found 3 values a row", "4 x 3 points"]);
+}
+
+#[test]
+fn a_matrix_that_gwyddion_exported() {
+    let header = "# Channel: Topography\n# Width: 100.0 µm\n# Height: 60.0 µm\n# Value units: nm\n";
+    let heights = "0.5\t1.5\t2.5\t3.5\n1.5\t2.5\t3.5\t4.5\n0.5\t1.5\t0.5\t0.5\n";
+    // Its lines are lines of y, whatever the scene says.
+    for header in [header, &header.replace("# Channel: Topography\n", "")] {
+        let (message, _) = failure("map.txt", format!("{header}{heights}"), &MICROMETRES);
+        says(
+            &message,
+            &[
+                "Gwyddion",
+                "Width: 100.0 µm, Height: 60.0 µm, Value units: nm",
+                "each of its lines is one y, and a line of a text matrix is one x here",
+                "export it as XYZ",
+                "numpy.loadtxt(FILE).T",
+                "surface.unit, surface.spacing and joint.size",
+            ],
+        );
+    }
+}
+
+#[test]
+fn a_filler_is_no_height() {
+    for filler in ["1E+38", "-3.402823e38", "1.70141e+38"] {
+        let (message, _) = failure(
+            "map.txt",
+            format!("1 2 3 4\n5 6 {filler} 8\n"),
+            &MICROMETRES,
+        );
+        says(
+            &message,
+            &[
+                &format!("line 2, value 3: found \"{filler}\""),
+                "for a hole nothing or nan",
+            ],
+        );
+    }
+}
+
+#[test]
+fn a_zip_archive_that_is_no_x3p() {
+    let archive = zip(&[("arr_0.npy", b"heights")]);
+    let (message, _) = failure("map.npz", archive, &MICROMETRES);
+    says(&message, &["main.xml", ".npz", "numpy.save"]);
 }
 
 fn small_sur(points: usize) -> Vec<u8> {

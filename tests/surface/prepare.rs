@@ -314,3 +314,32 @@ fn what_cannot_be_prepared() {
         Err(PrepareError::Length { found: 119, .. })
     ));
 }
+
+/// What the joint covers of a map, and the shape of the cells of one that states no spacing.
+#[test]
+fn points_of_the_map_along_the_joint() {
+    let patch = Patch::full(joint([12, 8]));
+    let [lx, ly] = patch.grid.size();
+    let on = |nx: usize, ny: usize, spacing| {
+        let heights = vec![0.0; nx * ny];
+        let map = Topography {
+            nx,
+            ny,
+            spacing,
+            heights,
+        };
+        onto_joint(&map, &patch, AS_IT_IS).unwrap()
+    };
+    // Cropped along x alone, to less than three points.
+    let found = on(12, 8, Some([lx / 2.5, ly / 8.0]));
+    assert!(
+        (found.points[0] - 2.5).abs() < ROUNDING,
+        "{:?}",
+        found.points
+    );
+    assert_eq!((found.points[1], found.assumed_aspect), (8.0, None));
+    let found = on(6, 16, None);
+    assert_eq!(found.points, [6.0, 16.0]);
+    let aspect = (lx / 6.0) / (ly / 16.0);
+    assert!((found.assumed_aspect.unwrap() / aspect - 1.0).abs() < ROUNDING);
+}

@@ -164,12 +164,8 @@ fn text_matrices_with_every_separator() {
             "lines run along x"
         );
     }
-    // Names first, a separator after every value, an empty field for a hole, Windows line ends, a byte order mark.
-    let found = read_file(
-        "e.csv",
-        "\u{feff}a;b;c;d;\r\n1;2;;4;\r\n5;6;7;8;\r\n",
-        &MICROMETRES,
-    );
+    // A separator after every value, an empty field for a hole, Windows line ends, a byte order mark.
+    let found = read_file("e.csv", "\u{feff}1;2;;4;\r\n5;6;7;8;\r\n", &MICROMETRES);
     assert_eq!((found.nx, found.ny, found.holes()), (2, 4, 1));
     assert!(found.heights[2].is_nan() && (found.heights[7] - 8e-6).abs() < ROUNDING);
 }
@@ -220,6 +216,48 @@ fn xyz_tables_in_any_order_with_points_missing() {
     // Without another word the positions are in the unit of the heights.
     let spacing = found.spacing.unwrap();
     assert!((spacing[0] - 1e-6).abs() < ROUNDING && (spacing[1] - 2e-6).abs() < ROUNDING);
+}
+
+/// Heights that look like labels or positions at first, and comments and names that agree with how a text is read.
+#[test]
+fn text_that_only_looks_like_another() {
+    let whole = "0,1,2,3\n7,5,,6\n1,2,3,4\n";
+    let found = read_file("map.csv", whole, &MICROMETRES);
+    assert_eq!((found.nx, found.ny, found.holes()), (3, 4, 1));
+    // Two numbers do not count up.
+    let found = read_file("map.csv", "0,1\n0.5,0.25\n", &MICROMETRES);
+    assert_eq!((found.nx, found.ny), (2, 2));
+    // Neither all pairs of a grid, nor each once.
+    for text in [
+        "0,0,1.5,2\n1,1,0.5,1\n2,2,2.5,3\n",
+        "0,0,1.5,2\n0,1,0.5,1\n0,0,2.5,3\n1,1,1,1\n",
+        "0.1,0.2,0.3,0.2\n0.2,0.2,0.4,0.3\n0.3,0.1,0.2,0.2\n0.5,0.4,0.3,0.1\n",
+    ] {
+        assert_eq!(read_file("map.txt", text, &MICROMETRES).ny, 4, "{text}");
+    }
+    let heights = "0.5 1.5 2.5 3.5\n1.5 2.5 3.5 4.5\n0.5 1.5 0.5 0.5\n";
+    let comments = "# Channel: by hand\n# Width: 4 mm\n";
+    let found = read_file("map.txt", format!("{comments}{heights}"), &MICROMETRES);
+    assert_eq!((found.nx, found.ny), (3, 4));
+
+    for names in [
+        "x,y,z",
+        "X,Y,Z",
+        "x [um],y [um],z [um]",
+        "x (mm), y (mm), z (um)",
+        "\"x\",\"y\",\"z\"",
+        "x_um,y_um,z_um",
+    ] {
+        let text = format!("{names}\n0,0,1\n0,2,3\n3,0,4\n3,2,5\n6,0,1\n6,2,2\n");
+        let found = read_file("map.csv", text, &MICROMETRES);
+        assert_eq!((found.nx, found.ny), (3, 2), "{names}");
+    }
+    let found = read_file(
+        "map.xyz",
+        "x [um] y [um] z [um]\n0 0 1\n0 2 3\n",
+        &MICROMETRES,
+    );
+    assert_eq!((found.nx, found.ny), (1, 2));
 }
 
 #[test]

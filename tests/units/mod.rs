@@ -157,7 +157,7 @@ fn faults() {
         (
             "2 um^3/N m",
             D::WEAR_COEFFICIENT,
-            r#""2 um^3/N m" multiplies after a division: put the divisor in parentheses, as in "mm^3/(N m)"; a wear coefficient (volume per energy) is wanted, such as "2e3 um^3/J""#,
+            r#""2 um^3/N m" multiplies after a division: put the divisor in parentheses, as in "mm^3/(N m)"; a wear coefficient (volume per energy, or per load and slip) is wanted, such as "2e3 um^3/J""#,
         ),
         (
             "5 mm",

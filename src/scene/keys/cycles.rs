@@ -38,8 +38,13 @@ keys! {
     /// One cycle as a table (CSV or Parquet), in place of all other keys of the motion. Columns time (in periods), displacement_x,
     /// and if needed displacement_y and normal_load, in SI.
     HISTORY: FilePath = "motion.history", Absent, FilePath("cycle.parquet");
-    /// Worn volume per dissipated energy [A eq. 2.5].
+    /// Worn volume per dissipated energy alpha [A eq. 2.5], or Archard's k, as law says.
     COEFFICIENT: Quantity = "wear.coefficient", Required, Quantity(Dimension::WEAR_COEFFICIENT, POSITIVE, "2e3 um^3/J");
+    /// The law of the coefficient. By either it counts the volume that both bodies lose together.
+    LAW: Choice<&'static str> = "wear.law", Rule("energy; must be given with a unit of coefficient that has N, Pa or bar"), Choice(&[
+        ("energy", "energy", "alpha, worn volume per energy that friction dissipates"),
+        ("archard", "archard", "Archard's k, worn volume per load and local slip, not stroke: alpha = k/mu with contact.friction_coefficient"),
+    ]);
     /// Number of cycles at which the run ends.
     CYCLES: Integer = "wear.cycles", Rule("none, if volume is given"), integer(1, MOST_CYCLES, "10_000_000");
     /// Worn volume at which the run ends. With cycles too, the first that is reached counts.

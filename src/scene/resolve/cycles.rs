@@ -1,6 +1,7 @@
 //! `[motion]`, `[wear]` and `[update]`: what happens in a cycle, and over many of them.
 
 use super::{All, Body, Result, fidelity};
+use crate::scene::begun::lacks_law;
 use crate::scene::keys::{contact::KN, cycles::*, fidelity::WEAR_TOLERANCE};
 use crate::scene::reader::Reader;
 use crate::scene::{
@@ -152,7 +153,32 @@ fn check_wear(reader: &Reader<'_>, body: Body) -> Result<()> {
     Ok(())
 }
 
-pub(super) fn wear(reader: &Reader<'_>, body: Body, fidelity: &Fidelity) -> Result<Option<Wear>> {
+/// Worn volume per dissipated energy \[m³/J\] of the coefficient that is given. By Archard's law, dV = k N ds, it is α = k/µ, since the
+/// energy is µ N ds.
+fn alpha(reader: &Reader<'_>, contact: Option<&Contact>) -> Result<f64> {
+    let given = reader.required(&COEFFICIENT)?;
+    match reader.get(&LAW)? {
+        Some("archard") => match contact.and_then(|contact| contact.friction_coefficient) {
+            Some(0.0) => Err(reader.conflict(
+                &LAW,
+                "alpha = k/mu, and contact.friction_coefficient is 0: give a friction coefficient greater than zero",
+            )),
+            friction => Ok(given / friction.unwrap_or(1.0)),
+        },
+        None if lacks_law(reader.root) => Err(reader.conflict(
+            &COEFFICIENT,
+            "this unit is that of alpha (volume per dissipated energy) and of Archard's k (volume per load and slip); say which it is: wear.law = \"energy\", or wear.law = \"archard\" (alpha = k/mu)",
+        )),
+        _ => Ok(given),
+    }
+}
+
+pub(super) fn wear(
+    reader: &Reader<'_>,
+    body: Body,
+    fidelity: &Fidelity,
+    contact: Option<&Contact>,
+) -> Result<Option<Wear>> {
     let general = reader.get(&WEAR_TOLERANCE)?;
     if !reader.has("wear") {
         return Ok(None);
@@ -169,7 +195,7 @@ pub(super) fn wear(reader: &Reader<'_>, body: Body, fidelity: &Fidelity) -> Resu
         Ok((None, None)) => Err(reader.missing(&CYCLES, "   (or volume = \"1 mm^3\")")),
         read => read,
     };
-    let (coefficient, (cycles, volume)) = (reader.required(&COEFFICIENT), end).all()?;
+    let (coefficient, (cycles, volume)) = (alpha(reader, contact), end).all()?;
     let is_paper = fidelity.preset == Preset::Paper;
     let scheme = reader.value_or(&SCHEME, None, fidelity.preset)?;
     let depth_step = match (reader.get(&DEPTH_STEP)?, scheme) {

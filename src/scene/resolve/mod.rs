@@ -77,7 +77,8 @@ fn sections(reader: &Reader<'_>, name: String, faults: &mut Faults) -> Option<Sc
         Some(fidelity) => Some(fidelity.clone()),
         None => fidelity::fidelity(&Reader::new(&nothing)).ok(),
     };
-    let wear = beside.and_then(|beside| faults.keep(cycles::wear(reader, body, &beside)));
+    let pressed = contact.as_ref().and_then(Option::as_ref);
+    let wear = beside.and_then(|beside| faults.keep(cycles::wear(reader, body, &beside, pressed)));
     let (joint, contact, material) = (joint?, contact?, material?);
     let structure = structure::structure(reader, body, joint.as_ref(), material, contact.is_some());
     let structure = faults.keep(structure)?;

@@ -65,6 +65,10 @@ pub struct Prepared {
     pub heights: Vec<f64>,
     /// What was done that the user should know.
     pub notices: Vec<Notice>,
+    /// Points of the map along x and y of the joint.
+    pub points: [f64; 2],
+    /// Spacing of the points along x over that along y, where the map states none and is taken to cover the joint.
+    pub assumed_aspect: Option<f64>,
 }
 
 /// Something done to a topography that the user should know. `Display` says it in a sentence.
@@ -130,7 +134,7 @@ pub enum PrepareError {
     },
     /// The measured points do not determine the trend.
     #[error(
-        "{points} measured points do not determine the {terms} terms of detrend = \"{detrend}\"; use a simpler trend"
+        "{points} measured points do not determine the {terms} terms of detrend = \"{detrend}\"; see whether surface.spacing is right, or use a simpler trend"
     )]
     Underdetermined {
         /// The trend, as the scene spells it.
@@ -252,10 +256,13 @@ pub fn onto_joint(
     for (height, &kept) in heights.iter_mut().zip(&patch.kept) {
         *height = if kept { *height - shift } else { 0.0 };
     }
+    let assumed = topography.spacing.is_none();
     Ok(Prepared {
         patch,
         heights,
         notices,
+        points: map.window.map(|[start, end]| end - start),
+        assumed_aspect: assumed.then_some(map.grid.dx / map.grid.dy),
     })
 }
 

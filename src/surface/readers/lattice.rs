@@ -79,6 +79,29 @@ pub(super) fn from_points(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> 
     })
 }
 
+/// More rows than this share of a grid that their first two columns span are points with further columns.
+const OF_POINTS: f64 = 0.75;
+
+/// Rejects the rows of a matrix that are points with further columns: the first two fill a grid, each pair once.
+pub(super) fn reject_points(columns: usize, values: &[f64]) -> Result<(), ReadProblem> {
+    let rows = values.chunks_exact(columns);
+    let points: Vec<[f64; 3]> = rows.map(|row| [row[0], row[1], 0.0]).collect();
+    let is_of_points = |grid: &Topography| {
+        let [nx, ny] = [grid.nx, grid.ny].map(|count| count as f64);
+        nx.min(ny) > 1.0 && points.len() as f64 > OF_POINTS * nx * ny
+    };
+    match from_points(&points).ok().filter(is_of_points) {
+        Some(Topography { nx, ny, .. }) => Err(ReadProblem::Malformed {
+            place: "the columns".into(),
+            found: format!(
+                "{columns} values a row, the first two of which are the positions of {nx} x {ny} points"
+            ),
+            expected: "a matrix of heights, or points as a text of three columns x, y, z".into(),
+        }),
+        None => Ok(()),
+    }
+}
+
 /// Equally spaced grid lines.
 struct Lines {
     first: f64,

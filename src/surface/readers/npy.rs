@@ -5,6 +5,7 @@ use std::io::Read;
 use npyz::{DType, NpyFile, Order, TypeChar};
 
 use super::error::ReadProblem;
+use super::lattice::reject_points;
 use super::{ReadOptions, points, required_unit};
 use crate::surface::topography::Topography;
 
@@ -74,11 +75,15 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
         Order::C => values[index],
         Order::Fortran => values[(index % ny) * nx + index / ny],
     };
+    let heights: Vec<f64> = (0..nx * ny).map(|index| unit * at(index)).collect();
+    if ny > 2 {
+        reject_points(ny, &heights)?;
+    }
     Ok(Topography {
         nx,
         ny,
         spacing: None,
-        heights: (0..nx * ny).map(|index| unit * at(index)).collect(),
+        heights,
     })
 }
 

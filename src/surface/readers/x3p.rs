@@ -139,7 +139,10 @@ impl Description {
         let mut text = String::new();
         archive
             .by_name("main.xml")
-            .map_err(|e| ReadProblem::malformed("the zip archive", e, "a member main.xml"))?
+            .map_err(|e| {
+                let expected = "a member main.xml, as X3P has it; .npz, .plux and .xlsx are zip archives too and are not read: save an array with numpy.save";
+                ReadProblem::malformed("the zip archive", e, expected)
+            })?
             .take(LONGEST_DESCRIPTION)
             .read_to_string(&mut text)
             .map_err(|e| ReadProblem::malformed("main.xml", e, "UTF-8 text"))?;

@@ -11,6 +11,10 @@ use crate::surface::prepare::Prepared;
 const STRAIN: [f64; 2] = [1e-10, 1e-2];
 /// Below that the load is rather that of a weight than of a bolt: 0.1 MPa on steel.
 const OF_BOLTS: f64 = 1e-6;
+/// Fewer points of a map along a side of the joint are no roughness.
+const POINTS: f64 = 4.0;
+/// Spacing of a map's points along x over that along y, where only the joint's sides say what it is.
+const ASPECT: [f64; 2] = [0.5, 2.0];
 /// Root mean square slope of heights: half spaces take slopes as small, and machined faces have some 0.01 to 0.2.
 const SLOPE: f64 = 0.5;
 /// Below that a face is polished as a mirror.
@@ -137,6 +141,35 @@ fn slope_of(measured: &Prepared) -> f64 {
     sums.map(|(sum, count)| (sum / f64::from(count.max(1))).sqrt())
         .into_iter()
         .fold(0.0, f64::max)
+}
+
+/// Too few points of a map on the joint, and cells of a shape that is not likely; nothing of a map that fits.
+pub fn map(map: &Prepared) -> Vec<Bounded> {
+    // Sums of spacings are not exact.
+    let rounded = |value: f64| (value * 1e6).round() / 1e6;
+    let [x, y] = map.points.map(rounded);
+    let mut found = vec![Bounded {
+        what: "number of points of the map along a side of the joint",
+        value: x.min(y),
+        words: format!("{} × {}", short(x), short(y)),
+        bounds: [POINTS, f64::INFINITY],
+        key: "surface.spacing, joint.size",
+        hint: "so few points have no roughness; um or mm?",
+        ..PLAIN
+    }];
+    if let Some(aspect) = map.assumed_aspect.map(rounded) {
+        found.push(Bounded {
+            what: "spacing of the map's points along x over that along y",
+            value: aspect,
+            words: short(aspect),
+            bounds: ASPECT,
+            key: "surface.spacing, joint.size",
+            hint: "the map states no spacing and is taken to cover the joint; are x and y exchanged? give surface.spacing",
+            ..PLAIN
+        });
+    }
+    found.retain(|figure| figure.beyond(figure.bounds).is_some());
+    found
 }
 
 /// What is known of the heights.

@@ -78,6 +78,7 @@ pub(super) fn checks(recipe: &Recipe, motion: &Motion, measured: Option<&Prepare
     let mut found = Vec::new();
     found.extend(body::materials(recipe));
     found.extend(body::dimensions(recipe));
+    found.extend(measured.into_iter().flat_map(face::map));
     if let Some(face) = &face {
         found.extend(face::heights(face, measured.is_some()));
         found.extend(face::pressures(face));

@@ -190,7 +190,7 @@ pub fn wear(recipe: &Recipe, face: Option<&Face>, motion: &Motion) -> Vec<Bounde
             bounds: WEAR,
             unit: ("µm³/J", 1e-18),
             key: "wear.coefficient",
-            hint: "um^3/J, mm^3/J or m^3/J? steels have some 1e3 to 1e5 um^3/J",
+            hint: "um^3/J, mm^3/J or m^3/J? steels have some 1e3 to 1e5 um^3/J; with wear.law = \"archard\" it is k/mu",
             ..PLAIN
         });
     }
