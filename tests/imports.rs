@@ -384,7 +384,10 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
         &["object_store", "futures_util", "tokio"],
         &["published/s3.rs"],
     ),
-    (&["rustix"], &["stages/clock.rs", "cli/campaign/"]),
+    (
+        &["rustix"],
+        &["stages/clock.rs", "cli/campaign/", "progress/stopping.rs"],
+    ),
     (
         &["toml"],
         &["scene/", "tables/", "campaign/", "cli/edit.rs"],
@@ -457,6 +460,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "store/cache.rs",
             "campaign/folder.rs",
             "doctor/disk.rs",
+            "report/output.rs",
         ],
     ),
     // The clock influences no number.

@@ -174,18 +174,10 @@ impl Folder {
         self.files
             .create_dir_all(folder)
             .map_err(io("make the folder", folder))?;
-        // Of a process that was killed: who writes holds the lock of the folder, or that of the row.
-        drop(self.files.remove_file(&draft));
-        let written = self
-            .files
-            .write_new(&draft, bytes)
-            .and_then(|()| self.files.sync_file(&draft))
-            .and_then(|()| self.files.rename(&draft, path));
-        if let Err(source) = written {
-            // Half a draft serves nobody; why it was not finished says more than that it cannot be removed.
-            drop(self.files.remove_file(&draft));
-            return Err(io("write", path)(source));
-        }
+        // Only one process writes it: the one that has the lock of the folder, or of the row.
+        self.files
+            .replace(&draft, path, bytes)
+            .map_err(io("write", path))?;
         self.files
             .sync_dir(folder)
             .map_err(io("sync the folder", folder))

@@ -249,6 +249,9 @@ pub struct RunArguments {
     /// Print all figures of the last summary at the end, not only what wear has changed
     #[arg(long, short, conflicts_with = "json")]
     pub verbose: bool,
+    /// Stop when the process that started this one ends
+    #[arg(long, hide = true)]
+    pub attached: bool,
 }
 
 #[derive(Args)]

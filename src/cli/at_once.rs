@@ -56,8 +56,13 @@ pub fn run_at_once(
                 ));
             }
             let mut child = process::Command::new(&program);
-            child.arg("run").args(&command.arguments).arg("--quiet");
-            child.args(["--threads", &execution.threads.to_string()]);
+            child.arg("run").args(&command.arguments);
+            child.args([
+                "--attached",
+                "--quiet",
+                "--threads",
+                &execution.threads.to_string(),
+            ]);
             if let Some(left) = left {
                 child.args(["--max-wall", &format!("{left:.3} s")]);
             }

@@ -1,14 +1,14 @@
 //! `fretwear backbone`: frequency, damping ratio and amplitude over the level of the force, or over a key of the scene.
 
 use std::cell::Cell;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::{fs, io};
 
 use clap::Args;
 use fretwear::dynamics::{Backbone, BackboneEnd, Levels};
 use fretwear::recipe::{Inputs, Recipe};
-use fretwear::report::word;
+use fretwear::report::{output, word};
 use fretwear::scene::{self, Plan};
 use fretwear::stages::{self, FREE_KEYS, RunError, Source};
 use fretwear::store::{Cache, RealFileSystem, RunReader, StoreError};
@@ -392,7 +392,7 @@ fn levels(arguments: &BackboneArguments, recipe: &Recipe, path: &Path) -> Result
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
-    fs::write(path, bytes).map_err(|source| CliError::Export {
+    output::write(path, bytes).map_err(|source| CliError::Export {
         path: path.to_owned(),
         source,
     })

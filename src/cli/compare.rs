@@ -1,6 +1,6 @@
 //! `fretwear compare`.
 
-use fretwear::report::{self, Cell, Comparison, PassedOver, Rows};
+use fretwear::report::{self, Cell, Comparison, PassedOver, Rows, one_line_name};
 
 use super::arguments::CompareArguments;
 use super::report::readable;
@@ -20,9 +20,9 @@ pub fn compare(arguments: &CompareArguments, out: &mut Results) -> Result<Exit, 
     }
     write_aligned(out, &comparison);
     for damage in comparison.damage() {
-        say(&format!(
+        say(&one_line_name(&format!(
             "damaged: {damage}; the iterations from there on are left out"
-        ));
+        )));
         exit = Exit::Damaged;
     }
     Ok(exit)
@@ -31,7 +31,7 @@ pub fn compare(arguments: &CompareArguments, out: &mut Results) -> Result<Exit, 
 /// Says what is passed over, and how the command ends for it.
 pub fn notices(passed_over: &[PassedOver]) -> Exit {
     for each in passed_over {
-        say(&format!("note: {each}"));
+        say(&one_line_name(&format!("note: {each}")));
     }
     if passed_over.iter().any(PassedOver::is_damage_or_mismatch) {
         Exit::Damaged
@@ -56,7 +56,7 @@ fn write_aligned(out: &mut Results, comparison: &Comparison) {
             Cell::Absent => String::new(),
             Cell::Integer(value) => value.to_string(),
             Cell::Number(value) => readable(value),
-            Cell::Text(text) => text,
+            Cell::Text(text) => one_line_name(&text),
         });
         cells.collect()
     });

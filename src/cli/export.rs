@@ -1,8 +1,9 @@
 //! `fretwear export`: the resonator for other programs, and as the matrices that they write; the reduced structure of a run; a run for ParaView.
 
-use std::io::{self, Write};
+use std::io::{self, Cursor, Write};
 use std::path::Path;
 
+use fretwear::report::output;
 use fretwear::scene::{self, Contact, Scene};
 use fretwear::structure::deck::Deck;
 use fretwear::structure::matrix_files::MatrixFiles;
@@ -105,14 +106,12 @@ pub(super) fn make_folder(folder: &Path) -> Result<(), CliError> {
 pub(super) fn save(
     folder: &Path,
     name: &str,
-    write: impl FnOnce(&mut io::BufWriter<std::fs::File>) -> io::Result<()>,
+    write: impl FnOnce(&mut Cursor<Vec<u8>>) -> io::Result<()>,
 ) -> Result<(), CliError> {
     let path = folder.join(name);
-    let written = std::fs::File::create(&path).and_then(|file| {
-        let mut file = io::BufWriter::new(file);
-        write(&mut file)?;
-        file.flush()
-    });
+    // In memory first: a library that writes hides why a disk refuses it.
+    let mut bytes = Cursor::default();
+    let written = write(&mut bytes).and_then(|()| output::replace(&path, bytes.get_ref()));
     written.map_err(|source| CliError::Export { path, source })
 }
 
@@ -140,15 +139,10 @@ fn write(
     let (kt, kn) = stiffness.unwrap_or_default();
     let springs = vec![[kt * share, kt * share, kn * share]; mesh.contacts.len()];
     let deck = Deck::new(&mesh, &springs, modes)?;
-    let cannot = |source| CliError::Export {
+    output::write(path, deck.to_string().as_bytes()).map_err(|source| CliError::Export {
         path: path.to_owned(),
         source,
-    };
-    let file = std::fs::File::create(path).map_err(cannot)?;
-    let mut file = std::io::BufWriter::new(file);
-    write!(file, "{deck}").map_err(cannot)?;
-    file.into_inner()
-        .map_err(|error| cannot(error.into_error()))?;
+    })?;
     if let Some(out) = frequencies {
         let found = deck.frequencies()?;
         out.json(&json!({

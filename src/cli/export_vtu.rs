@@ -1,5 +1,6 @@
 //! `fretwear export RUN --vtu FOLDER`: the joint and the structure of a run for ParaView.
 
+use std::io::{self, Cursor};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -126,7 +127,7 @@ fn of_table<T: TypedTable>(table: &Table) -> Result<T, CliError> {
 fn save(
     folder: &Path,
     name: &str,
-    write: impl FnOnce(&mut std::io::BufWriter<std::fs::File>) -> Result<(), VtuError>,
+    write: impl FnOnce(&mut Cursor<Vec<u8>>) -> Result<(), VtuError>,
 ) -> Result<(), CliError> {
-    super::export::save(folder, name, |to| write(to).map_err(std::io::Error::other))
+    super::export::save(folder, name, |to| write(to).map_err(io::Error::other))
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use fretwear::recipe::Inputs;
 use fretwear::stages::{self, Ending, RunError, RunOptions};
-use fretwear::store::{Cache, EntryKind, FileSystem, RealFileSystem, RunReader};
+use fretwear::store::{Cache, EntryKind, FileSystem, RealFileSystem, RunReader, StoreError};
 
 use super::arguments::Execution;
 use super::run::cache_folder;
@@ -24,7 +24,7 @@ pub struct Job<'a> {
 pub struct Ran {
     /// Of each run that came to an end, in order, why it failed if it did.
     pub ended: Vec<Option<RunError>>,
-    /// True if it was asked to stop before the end.
+    /// True if it was stopped before the end.
     pub stopped: bool,
 }
 
@@ -51,8 +51,8 @@ pub fn scenes_in(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
 /// How many runs go on.
 const SAME: &str = "the same command";
 
-/// Runs them all. One that fails does not keep the others from running, but for a run that belongs to another scene, is damaged,
-/// or is in use.
+/// Runs them all. One that fails does not keep the others from running, but for a run that belongs to another scene or is damaged. A run
+/// that another process computes stops them, as a signal does.
 pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<Ran, CliError> {
     let stopping = Stopping::listen(execution.max_wall, i32::from(Exit::Stopped.code()));
     let stopping = stopping.map_err(CliError::Signals)?;
@@ -92,6 +92,11 @@ pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<Ran, C
         let failure = match result {
             Ok(outcome) if outcome.ending == Ending::Stopped => return Ok(ran),
             Ok(_) => None,
+            // Another process computes it, maybe one that an earlier start has left.
+            Err(RunError::Store(error @ StoreError::Locked { .. })) => {
+                say(&error.to_string());
+                return Ok(ran);
+            }
             // No property of this scene.
             Err(error @ RunError::Store(_)) => return Err(error.into()),
             Err(error) => {

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use fretwear::report::word;
+use fretwear::report::{one_line_name, word};
 use fretwear::scene::{self, SceneError};
 use fretwear::stages::RunStatus;
 use fretwear::store::{RealFileSystem, RunReader};
@@ -208,12 +208,12 @@ pub fn list(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
         say(&format!("no run in {}", folder.display()));
     }
     for root in roots {
+        let name = one_line_name(&word(&root));
         match line(&root) {
             Ok(found) if as_json => out.json(&found),
             Ok(found) => writeln!(
                 out,
-                "{:<32} {:<8} {:>9}  {}",
-                word(&root),
+                "{name:<32} {:<8} {:>9}  {}",
                 found["state"].as_str().unwrap_or_default(),
                 found["wear_iteration"]
                     .as_u64()
@@ -223,7 +223,7 @@ pub fn list(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
             Err(error) if as_json => {
                 out.json(&json!({ "run": root.display().to_string(), "error": error.to_string() }));
             }
-            Err(error) => writeln!(out, "{:<32} {error}", word(&root)),
+            Err(error) => writeln!(out, "{name:<32} {}", one_line_name(&error.to_string())),
         }
     }
     Ok(Exit::Done)

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use fretwear::report::{Report, RunTables};
+use fretwear::report::{Report, RunTables, one_line_name};
 use fretwear::study::claims;
 
 use super::arguments::ReportArguments;
@@ -33,9 +33,9 @@ pub fn report(arguments: &ReportArguments, out: &mut Results) -> Result<Exit, Cl
     }
     writeln!(out, "{}", page.display());
     for damage in runs.iter().flat_map(RunTables::damage) {
-        say(&format!(
+        say(&one_line_name(&format!(
             "damaged: {damage}; the iterations from there on are left out"
-        ));
+        )));
         exit = Exit::Damaged;
     }
     Ok(exit)

@@ -181,11 +181,9 @@ fn put(folder: &Path, (name, text): Shipped) -> Result<PathBuf, CliError> {
     fs.create_dir_all(folder).map_err(failed(folder))?;
     let path = folder.join(format!("{name}.toml"));
     if fs.metadata(&path).map_err(failed(&path))?.is_none() {
-        // A file that is there is whole.
         let draft = folder.join(format!("{name}.toml.{}", std::process::id()));
-        fs.write_new(&draft, text.as_bytes())
-            .map_err(failed(&draft))?;
-        fs.rename(&draft, &path).map_err(failed(&path))?;
+        fs.replace(&draft, &path, text.as_bytes())
+            .map_err(failed(&path))?;
     }
     Ok(path)
 }

@@ -11,7 +11,7 @@ use fretwear::store::{Cache, RealFileSystem, RunReader, SceneOfRun, StoreError};
 use super::arguments::RunArguments;
 use super::report::Form;
 use super::{CliError, Exit, cost, report};
-use crate::progress::{Stopping, Watcher};
+use crate::progress::{Stopping, Watcher, stop_with_parent};
 use crate::terminal::{Results, note, say};
 
 /// `RUN@N`.
@@ -29,6 +29,9 @@ pub fn parse_source(text: &str) -> Result<Source, String> {
 }
 
 pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliError> {
+    if arguments.attached {
+        stop_with_parent();
+    }
     let (mut scene, root) = scene_and_root(&arguments)?;
     if let Some(path) = &arguments.scene {
         (scene, arguments.sets) = going_on(scene, &root, &arguments.sets, |sets| {

@@ -25,7 +25,7 @@ use crate::terminal::{is_watched, log_into, note, say};
 use pace::{Left, Pace};
 use prior::Prior;
 pub use rows::Rows;
-pub use stopping::{Asked, Stopping};
+pub use stopping::{Asked, Stopping, stop_with_parent};
 
 /// Redraws of the bar between iterations, so that a long stage is seen to be alive.
 const TICK: Duration = Duration::from_millis(200);
@@ -46,6 +46,8 @@ pub struct Watcher {
     /// Degrees of freedom of the structure's mesh.
     unknowns: Option<usize>,
     stopping: Option<Stopping>,
+    /// The index of the row that the run is, and the rows.
+    row: Option<(usize, Rows)>,
     /// What is said of the scene once a run begins.
     checks: Vec<Check>,
     notices: RefCell<Vec<String>>,
@@ -95,6 +97,7 @@ impl Watcher {
             responds_between: !recipe.output.response_at.is_empty(),
             unknowns,
             stopping: None,
+            row: None,
             checks: Vec::new(),
             notices: RefCell::default(),
         }
@@ -118,6 +121,14 @@ impl Watcher {
         stopping.opens(continuation, self.bar.clone());
         Watcher {
             stopping: Some(stopping.clone()),
+            ..self
+        }
+    }
+
+    /// The run is a row of a campaign, which shows the notices of its start.
+    pub fn of_row(self, index: usize, rows: &Rows) -> Self {
+        Watcher {
+            row: Some((index, rows.clone())),
             ..self
         }
     }
@@ -319,7 +330,10 @@ impl Observer for Watcher {
     fn opened(&self, opening: &Opening) {
         log_into(&self.root);
         for notice in opening.notices() {
-            self.say(&format!("note: {notice}"));
+            match &self.row {
+                Some((index, rows)) => rows.notice(&format!("row {index}: note: {notice}")),
+                None => self.say(&format!("note: {notice}")),
+            }
         }
         let root = self.root.display();
         match (opening.created, opening.latest) {

@@ -10,6 +10,7 @@ use crate::terminal::{is_watched, note, say};
 const TICK: Duration = Duration::from_millis(200);
 
 /// The rows of a campaign that are run by this command.
+#[derive(Clone)]
 pub struct Rows {
     bar: Option<ProgressBar>,
     quiet: bool,
@@ -41,6 +42,14 @@ impl Rows {
             }
             None if self.quiet => note(text),
             None => say(text),
+        }
+    }
+
+    /// A row has a notice.
+    pub fn notice(&self, text: &str) {
+        match self.quiet {
+            true => note(text),
+            false => self.say(text),
         }
     }
 

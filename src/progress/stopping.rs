@@ -72,6 +72,16 @@ impl Asked {
     }
 }
 
+/// Asks this process to stop when the process that started it ends.
+pub fn stop_with_parent() {
+    #[cfg(target_os = "linux")]
+    {
+        let signal = rustix::process::Signal::TERM;
+        // Without it, the process computes to its end and nobody waits for it.
+        let _ = rustix::process::set_parent_process_death_signal(Some(signal));
+    }
+}
+
 /// Ends a command that is asked to stop. Dropped, it ends nothing any more.
 #[derive(Clone)]
 pub struct Stopping {

@@ -205,17 +205,9 @@ fn write(files: &dyn FileSystem, path: &Path, bytes: &[u8]) -> Result<(), Publis
             .create_dir_all(folder)
             .map_err(PublishError::io("make the folder", folder))?;
     }
-    // Of a fetch that was killed.
-    drop(files.remove_file(&draft));
-    let written = files
-        .write_new(&draft, bytes)
-        .and_then(|()| files.sync_file(&draft))
-        .and_then(|()| files.rename(&draft, path));
-    written.map_err(|source| {
-        // Half a draft serves nobody.
-        drop(files.remove_file(&draft));
-        PublishError::io("write", path)(source)
-    })
+    files
+        .replace(&draft, path, bytes)
+        .map_err(PublishError::io("write", path))
 }
 
 /// The names of what was written are on the disk, before the file that says they are there.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::ReportError;
 use super::html::{NONE, Section, escaped, table};
-use super::output::replace;
+use super::output;
 use super::plot::{Axis, Chart, Curve, Drawing, Mark, style_of_run, style_sheet};
 use super::quantity::{
     ENERGY, FORCE, FREQUENCY, LENGTH, PRESSURE, SHARE, STIFFNESS, Units, VOLUME, VOLUME_RATE,
@@ -439,14 +439,24 @@ impl CampaignReport<'_> {
         ))
     }
 
-    /// Writes the page, and its tables beside it; the files, the page first. What is there is replaced.
+    /// Writes the page, and its tables beside it: `report.html` in `folder`, or the page that the user names, as [`output::write`] does. A
+    /// device or a pipe has no tables beside it. Returns the files, the page first.
     ///
     /// # Errors
     /// [`ReportError`]
-    pub fn write(&self, page: &Path) -> Result<Vec<PathBuf>, ReportError> {
+    pub fn write(&self, named: Option<&Path>, folder: &Path) -> Result<Vec<PathBuf>, ReportError> {
+        let (page, write): (PathBuf, Write) = match named {
+            Some(page) => (page.to_owned(), output::write),
+            None => (folder.join("report.html"), output::replace),
+        };
+        // The tables go beside the target of a link: `/dev/stdout` may lead to a file.
+        let beside = match (named, page.canonicalize()) {
+            (Some(page), Ok(target)) if page.is_symlink() => target,
+            _ => page.clone(),
+        };
         let mut written = Vec::new();
-        let mut keep = |path: PathBuf, bytes: &[u8]| {
-            let done = replace(&path, bytes);
+        let mut keep = |path: PathBuf, bytes: &[u8], write: Write| {
+            let done = write(&path, bytes);
             done.map_err(|source| ReportError::Io {
                 path: path.clone(),
                 source,
@@ -454,9 +464,12 @@ impl CampaignReport<'_> {
             written.push(path);
             Ok::<(), ReportError>(())
         };
-        keep(page.to_owned(), self.html()?.as_bytes())?;
+        keep(page.clone(), self.html()?.as_bytes(), write)?;
+        if !page.is_file() {
+            return Ok(written);
+        }
         let failed = |source: TableError| ReportError::Table {
-            path: page.to_owned(),
+            path: page.clone(),
             source: Box::new(source),
         };
         let provenance = Provenance {
@@ -467,11 +480,14 @@ impl CampaignReport<'_> {
         for table in self.findings.tables().map_err(failed)? {
             let bytes = to_parquet(&table, &provenance).map_err(failed)?;
             let name = format!("{}.parquet", table.schema().name);
-            keep(page.with_file_name(name), &bytes)?;
+            keep(beside.with_file_name(name), &bytes, output::replace)?;
         }
         Ok(written)
     }
 }
+
+/// How a file is written.
+type Write = fn(&Path, &[u8]) -> std::io::Result<()>;
 
 /// How strongly a key moves a figure, for its order.
 fn strength(sensitivity: &Sensitivity) -> f64 {

@@ -1,11 +1,13 @@
 //! The summaries of several runs as one table.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
 use polars::prelude::*;
 use serde_json::json;
 
 use super::ReportError;
+use super::output;
 use super::passed_over::{PassedOver, open_each};
 use super::run_tables::{damage_of, open};
 use super::scan::{ORDER, RUN, Scan, WEAR_ITERATION};
@@ -31,6 +33,9 @@ const FIGURES: [&str; 13] = [
 
 /// A cost rather than a state: the row of a whole run has the sum over its iterations, pruned ones too.
 const FFT_PAIRS: &str = "fft_pairs";
+
+/// First characters by which a spreadsheet takes a field of CSV for a formula.
+const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 
 /// What the table of a comparison is called in its file.
 const COMPARISON: &str = "comparison";
@@ -288,35 +293,38 @@ impl Comparison {
                     source: Box::new(source),
                 }
             })?;
-        std::fs::write(path, bytes).map_err(|source| ReportError::Io {
+        output::write(path, &bytes).map_err(|source| ReportError::Io {
             path: path.to_owned(),
             source,
         })
     }
 
     /// Writes the table as CSV: names of the columns, then every number in full, SI units, nothing where a run has no such
-    /// figure. A file that is there is replaced.
+    /// figure. A spreadsheet takes no name of a run for a formula: `./` stands before it where it would. A file that is there is replaced.
     ///
     /// # Errors
-    /// [`ReportError::Csv`].
+    /// [`ReportError::Io`].
     pub fn write_csv(&self, path: &Path) -> Result<(), ReportError> {
-        let failed = |source| ReportError::Csv {
+        let written = self.csv().and_then(|bytes| output::write(path, &bytes));
+        written.map_err(|source| ReportError::Io {
             path: path.to_owned(),
             source,
-        };
-        let mut writer = csv::Writer::from_path(path).map_err(failed)?;
-        writer
-            .write_record(self.columns.iter().map(|column| column.name.as_str()))
-            .map_err(failed)?;
+        })
+    }
+
+    fn csv(&self) -> io::Result<Vec<u8>> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        writer.write_record(self.columns.iter().map(|column| column.name.as_str()))?;
         for row in 0..self.height() {
             let cells = self.row(row).into_iter().map(|cell| match cell {
                 Cell::Absent => String::new(),
                 Cell::Integer(value) => value.to_string(),
                 Cell::Number(value) => format!("{value:?}"),
-                Cell::Text(text) => text,
+                Cell::Text(run) if run.starts_with(FORMULA) => format!("./{run}"),
+                Cell::Text(run) => run,
             });
-            writer.write_record(cells).map_err(failed)?;
+            writer.write_record(cells)?;
         }
-        writer.flush().map_err(|source| failed(source.into()))
+        writer.into_inner().map_err(|error| error.into_error())
     }
 }

@@ -81,14 +81,6 @@ pub enum ReportError {
         /// What is wrong with it.
         source: Box<TableError>,
     },
-    /// A CSV file that cannot be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Csv {
-        /// The file.
-        path: PathBuf,
-        /// The error of the format library.
-        source: csv::Error,
-    },
 }
 
 impl ReportError {

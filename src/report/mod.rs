@@ -18,7 +18,7 @@ mod figures;
 mod headline;
 pub(crate) mod html;
 mod known;
-pub(crate) mod output;
+pub mod output;
 #[cfg(feature = "polars")]
 mod page;
 #[cfg(feature = "polars")]
@@ -60,4 +60,4 @@ pub use plot::{Drawing, PlotError};
 pub use run_tables::{RunTables, numbers, scan_runs, texts};
 #[cfg(feature = "polars")]
 pub use scan::{ORDER, RUN, WEAR_ITERATION};
-pub use text::{continuation, is_obeyed, visible, word};
+pub use text::{continuation, is_obeyed, one_line_name, visible, word};

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::figures::{Figure, MAIN, Study, figures};
 use super::headline::{OF_BARS, headlines};
 use super::html::{Section, escaped};
-use super::output::replace;
+use super::output::{self, replace};
 use super::plot::{standalone, style_sheet};
 use super::quantity::{self, CYCLES, shown};
 use super::script::{SCRIPT, policy};
@@ -193,12 +193,12 @@ impl Report {
         }
     }
 
-    /// Writes the page to where its reader wants it, a link or a device too.
+    /// Writes the page to a file that its reader names, as [`output::write`] does.
     ///
     /// # Errors
     /// [`ReportError::Io`]
     pub fn write(&self, path: &Path) -> Result<(), ReportError> {
-        std::fs::write(path, self.html()).map_err(failed(path))
+        output::write(path, self.html().as_bytes()).map_err(failed(path))
     }
 
     /// Writes the page in place of a file that is there. A link under its name is replaced, not followed.

@@ -20,6 +20,11 @@ pub fn visible(text: &str) -> String {
     shown
 }
 
+/// A name as a listing shows it: on one line, with line ends and tabs as `\n` and `\t`.
+pub fn one_line_name(text: &str) -> String {
+    visible(text).replace('\n', "\\n").replace('\t', "\\t")
+}
+
 /// Text on one line of a terminal.
 pub fn one_line(text: &str) -> String {
     visible(text).replace('\n', " ")

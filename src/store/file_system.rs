@@ -96,6 +96,24 @@ pub trait FileSystem: Send + Sync {
     fn free_space(&self, path: &Path) -> io::Result<u64>;
     /// Takes the exclusive lock of a file, created if need be, without waiting.
     fn try_lock(&self, path: &Path) -> io::Result<LockAttempt>;
+
+    /// Replaces a file, or a link, in one step: writes and syncs `draft`, then renames it. After an error the former file is still there. The
+    /// caller syncs the folder.
+    fn replace(&self, draft: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
+        // A process that was killed may have left one.
+        if self.metadata(draft)?.is_some() {
+            self.remove_file(draft)?;
+        }
+        let written = self
+            .write_new(draft, bytes)
+            .and_then(|()| self.sync_file(draft))
+            .and_then(|()| self.rename(draft, path));
+        if written.is_err() {
+            // The first error says more than one of the removal.
+            drop(self.remove_file(draft));
+        }
+        written
+    }
 }
 
 /// The file system of the machine.

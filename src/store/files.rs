@@ -289,10 +289,9 @@ impl Files {
 
     /// Gives a file a new content in one step: a crash leaves the old one or the new one.
     pub fn replace(&self, path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-        let fresh = beside(path);
-        self.remove_file_if_there(&fresh)?;
-        self.write_new(&fresh, bytes)?;
-        self.rename(&fresh, path)?;
+        self.0
+            .replace(&beside(path), path, bytes)
+            .map_err(io_error("write", path))?;
         self.sync_dir(path.parent().unwrap_or(Path::new("")))
     }
 

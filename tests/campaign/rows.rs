@@ -1,6 +1,7 @@
 //! Rows: planned, run, stopped, killed, failed, and run again.
 
 use std::fs;
+use std::path::Path;
 use std::process::Child;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -254,6 +255,51 @@ fn a_signal_to_many_processes_stops_them_all_and_the_same_command_goes_on() {
     );
     bench.done(&run);
     assert_eq!(status(&bench)["done"], 2);
+}
+
+/// A run as another processor has left it.
+fn moved_from_another_processor(run: &Path) {
+    for file in ["run.json", "run.copy.json"] {
+        let path = run.join(file);
+        let text = fs::read_to_string(&path).expect("a record");
+        let (text, _) = text.rsplit_once(",\n  \"seal\": ").expect("a seal");
+        let here = format!("\"architecture\": \"{}\"", std::env::consts::ARCH);
+        assert!(text.contains(&here), "{text}");
+        let text = text.replace(&here, "\"architecture\": \"m68k\"");
+        let seal = blake3::hash(format!("{text}\n}}\n").as_bytes()).to_hex();
+        fs::write(&path, format!("{text},\n  \"seal\": \"{seal}\"\n}}\n")).expect("written");
+    }
+}
+
+/// A run that continues on another processor may end in other bits: rows say so, as runs do.
+#[test]
+fn rows_show_the_notices_of_their_starts() {
+    let bench = planned(GRID);
+    let rows = ["campaign", "run", "--dir", "c"];
+    let begun = |index: usize| {
+        let index_of = index.to_string();
+        let one = ["--index", &index_of, "-q", "--max-wall", "1 us"];
+        assert_eq!(bench.fretwear(&[&rows[..], &one].concat()).code(), 75);
+        moved_from_another_processor(&bench.path(&format!("c/runs/00000{index}")));
+    };
+    let changed = "note: the processor changed from m68k (";
+    begun(0);
+    let said = bench.done(&[&rows[..], &["--index", "0-1"]].concat());
+    let said = said.stderr();
+    assert!(said.contains(&format!("row 0: {changed}")), "{said}");
+    assert!(!said.contains("row 1: note: "), "{said}");
+    let log = fs::read_to_string(bench.path("c/runs/000000/log.txt")).expect("a log");
+    assert!(log.contains(changed), "{log}");
+    begun(2);
+    let said = bench.done(&[&rows[..], &["--index", "2-3", "-q"]].concat());
+    assert_eq!(said.stderr(), "");
+    begun(4);
+    begun(5);
+    let said = bench.done(&[&rows[..], &["--jobs", "2"]].concat()).stderr();
+    for row in [4, 5] {
+        let notice = format!("row {row}: {changed}");
+        assert_eq!(said.matches(&notice).count(), 1, "{said}");
+    }
 }
 
 #[test]

@@ -18,3 +18,4 @@ mod status;
 mod stranger;
 mod terminal;
 mod trade;
+mod written;

@@ -1,6 +1,6 @@
 //! `fretwear new` and `fretwear ls`.
 
-use crate::support::Bench;
+use crate::support::{Bench, copy};
 
 /// Every scene to begin from is one that `plan` takes, with the comments of the one that is shipped.
 #[test]
@@ -112,6 +112,41 @@ fn a_scene_that_is_there_is_not_replaced() {
         "{}",
         unknown.stderr()
     );
+}
+
+/// A folder from a stranger must not look like several.
+#[cfg(unix)]
+#[test]
+fn a_name_of_a_run_stays_on_its_line() {
+    let bench = Bench::new();
+    let short = ["--quiet", "--set", "wear.cycles=100_000"];
+    bench.done(&[&["run", "small.toml", "--run", "runs/a"], &short[..]].concat());
+    let names = ["b\nc   done   #9  all is well", "d\te"];
+    for name in names {
+        copy(&bench.path("runs/a"), &bench.path("runs").join(name));
+    }
+    let damaged = bench.path("runs/d\te");
+    for record in ["run.json", "run.copy.json"] {
+        std::fs::write(damaged.join(record), "{").expect("written");
+    }
+    let listed = bench.done(&["ls"]).stdout();
+    assert_eq!(listed.lines().count(), 3, "{listed}");
+    for name in ["b\\nc   done   #9  all is well", "d\\te"] {
+        assert!(listed.contains(name), "{listed}");
+    }
+    assert!(!listed.contains('\t'), "{listed}");
+    if cfg!(feature = "polars") {
+        let [b, d] = names.map(|name| format!("runs/{name}"));
+        let did = bench.fretwear(&["compare", "runs/a", &b, &d]);
+        let (table, notes) = (did.stdout(), did.stderr());
+        assert_eq!(
+            (table.lines().count(), notes.lines().count()),
+            (4, 1),
+            "{table}{notes}"
+        );
+        assert!(table.contains("runs/b\\nc"), "{table}");
+        assert!(notes.contains("runs/d\\te is passed over"), "{notes}");
+    }
 }
 
 #[test]

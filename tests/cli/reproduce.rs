@@ -2,7 +2,10 @@
 
 use std::fs;
 use std::path::Path;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
+use fretwear::store::{FileSystem, LockAttempt, RealFileSystem};
 use fretwear::tables::{Table, TableName, from_parquet};
 
 use crate::support::{Bench, Did, RESONATOR, content, verified};
@@ -212,4 +215,93 @@ fn scenes_of_a_folder() {
         "{}",
         empty.stderr()
     );
+}
+
+/// As a row of a campaign that another process computes.
+#[test]
+fn a_run_of_another_process_stops_a_study_that_can_go_on() {
+    let bench = Bench::new().sharing();
+    fs::create_dir(bench.path("scenes")).expect("a folder");
+    bench.write("scenes/smooth.toml", RESONATOR);
+    fs::create_dir_all(bench.path("a/smooth")).expect("folders");
+    let lock = RealFileSystem.try_lock(&bench.path("a/smooth/lock"));
+    let lock = lock.expect("a lock");
+    assert!(matches!(lock, LockAttempt::Taken(_)));
+    for jobs in ["1", "2"] {
+        let study = [
+            "reproduce",
+            "--scenes",
+            "scenes",
+            "--dir",
+            "a",
+            "--jobs",
+            jobs,
+        ];
+        let did = bench.fretwear(&study);
+        let said = did.stderr();
+        assert_eq!(did.code(), 75, "{said}");
+        for part in [
+            "a/smooth is being written by process ",
+            "stopped after 0 of 1 scenes; the same command goes on\n",
+        ] {
+            assert!(said.contains(part), "{said}");
+        }
+    }
+    drop(lock);
+    bench.done(&[
+        "reproduce",
+        "--scenes",
+        "scenes",
+        "--dir",
+        "a",
+        "--jobs",
+        "2",
+    ]);
+}
+
+/// What nobody waits for any more computes nothing, and keeps no run from who comes next.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_processes_of_a_study_end_with_it() {
+    let bench = Bench::new();
+    fs::create_dir(bench.path("scenes")).expect("a folder");
+    // Hours, of short iterations.
+    let long = crate::support::SMALL
+        .replace("600_000", "60_000_000_000")
+        .replace("1e-3", "1e-5");
+    for name in ["one", "two"] {
+        bench.write(&format!("scenes/{name}.toml"), &long);
+    }
+    let study = [
+        "reproduce",
+        "--scenes",
+        "scenes",
+        "--dir",
+        "a",
+        "--jobs",
+        "2",
+    ];
+    let mut child = bench.command(&study).spawn().expect("started");
+    let locks = ["one", "two"].map(|name| bench.path("a").join(name).join("lock"));
+    let held = || {
+        let holders = locks
+            .each_ref()
+            .map(|lock| RealFileSystem.lock_holder(lock));
+        holders.map(|holder| holder.expect("readable").is_some())
+    };
+    awaited(&|| held() == [true; 2]);
+    // As `kill -9` does.
+    child.kill().expect("killed");
+    child.wait().expect("ended");
+    awaited(&|| held() == [false; 2]);
+}
+
+/// Waits until something is so.
+fn awaited(what: &dyn Fn() -> bool) {
+    const LONGEST: Duration = Duration::from_secs(30);
+    let begin = Instant::now();
+    while !what() {
+        assert!(begin.elapsed() < LONGEST, "it never came");
+        sleep(Duration::from_millis(5));
+    }
 }

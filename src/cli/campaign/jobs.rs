@@ -109,6 +109,15 @@ pub fn run(
                 Err(error) => Err(error),
             };
             let mut row = running.swap_remove(k);
+            let mut said = String::new();
+            if let Some(stderr) = &mut row.child.stderr {
+                // What it said, as far as it can be had.
+                drop(stderr.read_to_string(&mut said));
+            }
+            let notice = format!("row {}: note: ", row.index);
+            let (notices, said): (Vec<&str>, Vec<&str>) =
+                said.lines().partition(|line| line.starts_with(&notice));
+            notices.iter().for_each(|text| progress.notice(text));
             let code = status.as_ref().ok().and_then(|status| status.code());
             let ended = match code {
                 Some(0) => Ended::Done,
@@ -118,7 +127,7 @@ pub fn run(
                         None => Ended::Stopped,
                     }
                 }
-                code => failed(folder, &mut row, code, &status)?,
+                code => failed(folder, row.index, &said, code, &status)?,
             };
             tally.add(row.index, &ended);
             match &ended {
@@ -146,25 +155,20 @@ pub fn run(
 /// Why a process failed: what it kept, else what it said, or how it ended.
 fn failed(
     folder: &Folder,
-    row: &mut Running,
+    index: usize,
+    said: &[&str],
     code: Option<i32>,
     status: &std::io::Result<std::process::ExitStatus>,
 ) -> Result<Ended, CliError> {
-    let index = row.index;
     if let (Some(1..=4), Some(failure)) = (code, folder.failure(index)?) {
         let reason = failure.message;
         return Ok(Ended::Failed(CliError::RowFailedNow { index, reason }));
-    }
-    let mut said = String::new();
-    if let Some(stderr) = &mut row.child.stderr {
-        // What it said, as far as it can be had.
-        drop(stderr.read_to_string(&mut said));
     }
     let how = match status {
         Ok(status) => format!("its process ended with {status}"),
         Err(error) => format!("its process cannot be waited for: {error}"),
     };
-    let last = said.lines().rfind(|line| !line.trim().is_empty());
+    let last = said.iter().rfind(|line| !line.trim().is_empty());
     let reason = last.map_or(how.clone(), |last| format!("{how}: {last}"));
     // A process that was killed may have been the victim of another.
     drop(folder.fail(index, &Failure::now(reason.clone(), true, 1)));

@@ -74,7 +74,7 @@ pub struct ReportArguments {
     /// Folder of the campaign
     #[arg(long, value_name = "DIR")]
     pub dir: PathBuf,
-    /// Where the page goes; the tables go beside it [default: report.html in the folder]
+    /// Where the page goes; the tables go beside it, unless it is a device or a pipe [default: report.html in the folder]
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Print one JSON object: the rows of the tables

@@ -22,20 +22,16 @@ pub fn report(arguments: &ReportArguments, out: &mut Results) -> Result<Exit, Cl
         campaign: &campaign,
         states: &states,
     };
-    let page = match &arguments.output {
-        Some(page) => page.clone(),
-        None => arguments.dir.join("report.html"),
-    };
-    let written = report.write(&page)?;
+    let written = report.write(arguments.output.as_deref(), &arguments.dir)?;
     if arguments.json {
         let tables = report.findings.tables().map_err(|source| {
-            let path = page.clone();
+            let path = written[0].clone();
             let source = Box::new(source);
             CliError::from(fretwear::campaign::CampaignError::Table { path, source })
         })?;
         let [figures, bands, sensitivities] = tables.map(|table| Value::from(rows(&table)));
         out.json(&json!({
-            "page": page.display().to_string(),
+            "page": written[0].display().to_string(),
             "runs": report.findings.runs.rows.len(),
             "figures": figures,
             "bands": bands,

@@ -18,7 +18,7 @@ use serde_json::json;
 
 use super::super::run::cache_folder;
 use super::{CliError, Exit, RunArguments, content_key, folder, jobs, plan_of};
-use crate::progress::{Rows, Stopping, Watcher};
+use crate::progress::{Rows, Stopping, Watcher, stop_with_parent};
 use crate::terminal::{Results, say};
 
 /// What became of a row.
@@ -155,24 +155,16 @@ fn alone(
     if let Some(ended) = ended_before(arguments, folder, about, campaign, index)? {
         return Ok(ended);
     }
-    #[cfg(target_os = "linux")]
     if arguments.attached {
-        let signal = rustix::process::Signal::TERM;
-        // Where that cannot be had, a row that nobody waits for any more goes on to its end.
-        let _ = rustix::process::set_parent_process_death_signal(Some(signal));
+        stop_with_parent();
     }
     let execution = &arguments.execution;
     let exit = i32::from(arguments.resumable_exit);
     let stopping = Stopping::listen(execution.max_wall, exit).map_err(CliError::Signals)?;
-    row(
-        arguments,
-        folder,
-        about,
-        campaign,
-        index,
-        &stopping,
-        execution.quiet,
-    )
+    // Who started this process shows its notices.
+    let rows = arguments.attached.then(|| Rows::new(1, 0, false));
+    let rows = rows.as_ref();
+    row(arguments, folder, about, campaign, index, &stopping, rows)
 }
 
 fn one_by_one(
@@ -196,7 +188,10 @@ fn one_by_one(
         }
         let ended = match ended_before(arguments, folder, about, campaign, index)? {
             Some(ended) => ended,
-            None => row(arguments, folder, about, campaign, index, &stopping, true)?,
+            None => {
+                let rows = Some(&progress);
+                row(arguments, folder, about, campaign, index, &stopping, rows)?
+            }
         };
         tally.add(index, &ended);
         match &ended {
@@ -285,7 +280,7 @@ fn ended_before(
     })
 }
 
-/// Computes a row, and keeps what became of it.
+/// Computes a row, and keeps what became of it. A row of many shows its notices alone, through `rows`.
 fn row(
     arguments: &RunArguments,
     folder: &Folder,
@@ -293,7 +288,7 @@ fn row(
     campaign: &Campaign,
     index: usize,
     stopping: &Stopping,
-    quiet: bool,
+    rows: Option<&Rows>,
 ) -> Result<Ended, CliError> {
     let claim = match folder.claim(index) {
         Ok(LockAttempt::Taken(claim)) => claim,
@@ -307,7 +302,7 @@ fn row(
             if state == State::Failed {
                 folder.forget(index)?;
             }
-            let computed = compute(arguments, folder, about, campaign, index, stopping, quiet);
+            let computed = compute(arguments, folder, about, campaign, index, stopping, rows);
             computed.or_else(|error| kept(folder, index, error))
         }
     };
@@ -342,7 +337,7 @@ fn compute(
     campaign: &Campaign,
     index: usize,
     stopping: &Stopping,
-    quiet: bool,
+    rows: Option<&Rows>,
 ) -> Result<Ended, CliError> {
     let planned = &campaign.rows[index];
     let mut settings = planned.settings.clone();
@@ -365,8 +360,12 @@ fn compute(
         files = Arc::new(UnsyncedFileSystem(files));
     }
     let root = place_of(arguments, folder, campaign, index);
+    let quiet = arguments.execution.quiet || rows.is_some();
     let watcher = Watcher::new(&plan.inputs.recipe, &root, quiet);
-    let watcher = watcher.stopped_by(stopping, "the same command");
+    let mut watcher = watcher.stopped_by(stopping, "the same command");
+    if let Some(rows) = rows {
+        watcher = watcher.of_row(index, rows);
+    }
     let options = RunOptions {
         inputs: &plan.inputs,
         root: root.clone(),

@@ -6,6 +6,8 @@ use std::fs::File;
 use std::path::PathBuf;
 use tempfile::TempDir;
 
+use crate::support::copy;
+
 fn comparison(folder: &TempDir) -> Comparison {
     let worn = compute(folder, "worn", WORN, None);
     let pressed = compute(folder, "pressed, once", STATIC, None);
@@ -95,6 +97,48 @@ fn csv_holds_the_cells_in_full() {
     assert_eq!(rows, comparison.height());
 }
 
+/// Folders may come from strangers, and a spreadsheet computes what it takes for a formula.
+#[cfg(unix)]
+#[test]
+fn no_name_of_a_run_is_a_formula_in_csv() {
+    let folder = TempDir::new().unwrap();
+    let skewed = STATIC.replace("seed = 7", "seed = 2");
+    let plain = compute(&folder, "plain", &skewed, None);
+    let names = [
+        "=cmd|calc!A0",
+        "+SUM(1)",
+        "-1",
+        "@x",
+        "\tx",
+        "\rx",
+        "a=1",
+        "plain",
+    ];
+    for name in &names[..7] {
+        copy(&plain, &folder.path().join(name));
+    }
+    let did = std::process::Command::new(env!("CARGO_BIN_EXE_fretwear"))
+        .args(["compare", "--csv", "o.csv", "--"])
+        .args(names)
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert_eq!(did.status.code(), Some(0));
+    let mut reader = csv::Reader::from_path(folder.path().join("o.csv")).unwrap();
+    let rows: Vec<_> = reader.records().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), names.len());
+    for (row, name) in rows.iter().zip(names) {
+        let expected = match name {
+            "a=1" | "plain" => name.to_owned(),
+            name => format!("./{name}"),
+        };
+        assert_eq!(row[0], expected);
+        // The numbers are as they were, negative ones too.
+        assert!(row.iter().skip(1).eq(rows[7].iter().skip(1)));
+    }
+    assert!(rows[7].iter().any(|cell| cell.starts_with('-')), "{rows:?}");
+}
+
 #[test]
 fn a_file_that_cannot_be_written_is_named() {
     let folder = TempDir::new().unwrap();
@@ -107,7 +151,7 @@ fn a_file_that_cannot_be_written_is_named() {
     );
     let csv = comparison.write_csv(&path).unwrap_err();
     assert!(
-        matches!(&csv, ReportError::Csv { path: named, .. } if *named == path),
+        matches!(&csv, ReportError::Io { path: named, .. } if *named == path),
         "{csv:?}"
     );
 }
