@@ -62,6 +62,7 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
         matrices.positions.extend(parsed.positions);
         matrices.outline.extend(parsed.outline);
         for (why, nodes) in parsed.local_axes.into_iter().filter(|_| !is_calculix) {
+            let why = format!("{why}, as {} says", path.display());
             let (first, count) = (nodes.iter().min().unwrap_or(&0), nodes.len());
             let note = format!("node {first}, one of {count}, has {why}: a scene cannot use it");
             matrices.notes.push(note);
