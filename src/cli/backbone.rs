@@ -392,10 +392,12 @@ fn levels(arguments: &BackboneArguments, recipe: &Recipe, path: &Path) -> Result
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
-    output::write(path, bytes).map_err(|source| CliError::Export {
-        path: path.to_owned(),
-        source,
-    })
+    output::write(path, bytes)
+        .map(drop)
+        .map_err(|source| CliError::Export {
+            path: path.to_owned(),
+            source,
+        })
 }
 
 impl Found {

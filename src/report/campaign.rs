@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::ReportError;
 use super::html::{NONE, Section, escaped, table};
 use super::output;
+use super::page::failed;
 use super::plot::{Axis, Chart, Curve, Drawing, Mark, style_of_run, style_sheet};
 use super::quantity::{
     ENERGY, FORCE, FREQUENCY, LENGTH, PRESSURE, SHARE, STIFFNESS, Units, VOLUME, VOLUME_RATE,
@@ -445,31 +446,19 @@ impl CampaignReport<'_> {
     /// # Errors
     /// [`ReportError`]
     pub fn write(&self, named: Option<&Path>, folder: &Path) -> Result<Vec<PathBuf>, ReportError> {
-        let (page, write): (PathBuf, Write) = match named {
-            Some(page) => (page.to_owned(), output::write),
-            None => (folder.join("report.html"), output::replace),
+        let page = named.map_or_else(|| folder.join("report.html"), Path::to_owned);
+        let html = self.html()?;
+        let file = match named {
+            Some(page) => output::write(page, html.as_bytes()),
+            None => output::replace(&page, html.as_bytes()).map(|()| Some(page.clone())),
         };
-        // The tables go beside the target of a link: `/dev/stdout` may lead to a file.
-        let beside = match (named, page.canonicalize()) {
-            (Some(page), Ok(target)) if page.is_symlink() => target,
-            _ => page.clone(),
-        };
-        let mut written = Vec::new();
-        let mut keep = |path: PathBuf, bytes: &[u8], write: Write| {
-            let done = write(&path, bytes);
-            done.map_err(|source| ReportError::Io {
-                path: path.clone(),
-                source,
-            })?;
-            written.push(path);
-            Ok::<(), ReportError>(())
-        };
-        keep(page.clone(), self.html()?.as_bytes(), write)?;
-        if !page.is_file() {
+        let file = file.map_err(failed(&page))?;
+        let mut written = vec![page];
+        let Some(file) = file else {
             return Ok(written);
-        }
-        let failed = |source: TableError| ReportError::Table {
-            path: page.clone(),
+        };
+        let unmade = |source: TableError| ReportError::Table {
+            path: file.clone(),
             source: Box::new(source),
         };
         let provenance = Provenance {
@@ -477,17 +466,15 @@ impl CampaignReport<'_> {
             scene_hash: String::new(),
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
         };
-        for table in self.findings.tables().map_err(failed)? {
-            let bytes = to_parquet(&table, &provenance).map_err(failed)?;
-            let name = format!("{}.parquet", table.schema().name);
-            keep(beside.with_file_name(name), &bytes, output::replace)?;
+        for table in self.findings.tables().map_err(unmade)? {
+            let bytes = to_parquet(&table, &provenance).map_err(unmade)?;
+            let path = file.with_file_name(format!("{}.parquet", table.schema().name));
+            output::replace(&path, &bytes).map_err(failed(&path))?;
+            written.push(path);
         }
         Ok(written)
     }
 }
-
-/// How a file is written.
-type Write = fn(&Path, &[u8]) -> std::io::Result<()>;
 
 /// How strongly a key moves a figure, for its order.
 fn strength(sensitivity: &Sensitivity) -> f64 {

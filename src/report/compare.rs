@@ -8,6 +8,7 @@ use serde_json::json;
 
 use super::ReportError;
 use super::output;
+use super::page::failed;
 use super::passed_over::{PassedOver, open_each};
 use super::run_tables::{damage_of, open};
 use super::scan::{ORDER, RUN, Scan, WEAR_ITERATION};
@@ -293,10 +294,8 @@ impl Comparison {
                     source: Box::new(source),
                 }
             })?;
-        output::write(path, &bytes).map_err(|source| ReportError::Io {
-            path: path.to_owned(),
-            source,
-        })
+        let written = output::write(path, &bytes);
+        written.map(drop).map_err(failed(path))
     }
 
     /// Writes the table as CSV: names of the columns, then every number in full, SI units, nothing where a run has no such
@@ -306,10 +305,7 @@ impl Comparison {
     /// [`ReportError::Io`].
     pub fn write_csv(&self, path: &Path) -> Result<(), ReportError> {
         let written = self.csv().and_then(|bytes| output::write(path, &bytes));
-        written.map_err(|source| ReportError::Io {
-            path: path.to_owned(),
-            source,
-        })
+        written.map(drop).map_err(failed(path))
     }
 
     fn csv(&self) -> io::Result<Vec<u8>> {

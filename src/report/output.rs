@@ -4,28 +4,37 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
 #[cfg(unix)]
 use std::os::unix::{fs::FileTypeExt, net::UnixStream};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::store::{FileSystem, RealFileSystem};
 
 /// Writes a file that the user names. A regular file, new or not, is written as by [`replace`]. A link stays, and its target is written. A
-/// device, a pipe or a socket is written directly.
+/// device, a pipe or a socket is written directly. Returns the regular file, if it is one.
 ///
 /// # Errors
 /// Those of the system. A regular file then has its former content.
-pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
+pub fn write(path: &Path, bytes: &[u8]) -> io::Result<Option<PathBuf>> {
     // Opening changes nothing yet. It refuses folders and files that are write-protected.
-    match File::options().write(true).open(path) {
-        Ok(file) if file.metadata()?.is_file() => replace(&fs::canonicalize(path)?, bytes),
-        Ok(mut device) => device.write_all(bytes),
+    let target = match File::options().write(true).open(path) {
+        Ok(mut device) if !device.metadata()?.is_file() => {
+            device.write_all(bytes)?;
+            return Ok(None);
+        }
+        Ok(_) if path.is_symlink() => fs::canonicalize(path)?,
+        Ok(_) => path.to_owned(),
         Err(error) if error.kind() == ErrorKind::NotFound => match fs::read_link(path) {
-            Ok(target) => write(&folder_of(path).join(target), bytes),
-            Err(_) => replace(path, bytes),
+            Ok(target) => return write(&folder_of(path).join(target), bytes),
+            Err(_) => path.to_owned(),
         },
         #[cfg(unix)]
-        Err(_) if is_socket(path) => UnixStream::connect(path)?.write_all(bytes),
-        Err(error) => Err(error),
-    }
+        Err(_) if is_socket(path) => {
+            UnixStream::connect(path)?.write_all(bytes)?;
+            return Ok(None);
+        }
+        Err(error) => return Err(error),
+    };
+    replace(&target, bytes)?;
+    Ok(Some(target))
 }
 
 /// Writes a file whose name the program chooses: beside it, synced, then renamed. A regular file keeps its permissions. A link is replaced,

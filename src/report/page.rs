@@ -198,7 +198,8 @@ impl Report {
     /// # Errors
     /// [`ReportError::Io`]
     pub fn write(&self, path: &Path) -> Result<(), ReportError> {
-        output::write(path, self.html().as_bytes()).map_err(failed(path))
+        let written = output::write(path, self.html().as_bytes());
+        written.map(drop).map_err(failed(path))
     }
 
     /// Writes the page in place of a file that is there. A link under its name is replaced, not followed.
@@ -227,7 +228,7 @@ impl Report {
     }
 }
 
-fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> ReportError {
+pub(super) fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> ReportError {
     let path = path.to_owned();
     move |source| ReportError::Io { path, source }
 }
