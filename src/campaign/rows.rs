@@ -304,7 +304,7 @@ pub fn remove_run(
     content_key: &str,
 ) -> Result<(), CampaignError> {
     let found = files.metadata(run).map_err(io("look at", run))?;
-    if !found.is_some_and(|found| found.kind == EntryKind::Folder) {
+    if found.is_none_or(|found| found.kind != EntryKind::Folder) {
         return Ok(());
     }
     let lock = run.join("lock");
