@@ -55,7 +55,7 @@ pub enum CampaignError {
     NotAFolder {
         /// Where.
         path: PathBuf,
-        /// What stands there.
+        /// The kind of the entry, with its article.
         found: &'static str,
     },
     /// A folder that holds something else.

@@ -1,5 +1,5 @@
-//! What a run began with and its scene does not say: accuracy, whose defaults may differ from one version to the next, and the wear law
-//! of scenes that are older than `wear.law`.
+//! Settings that a run began with and that its scene does not give: the accuracy, whose defaults change between versions, and the wear
+//! law, in scenes older than `wear.law`.
 
 use std::path::Path;
 

@@ -340,7 +340,7 @@ fn read_file(
         })
 }
 
-/// Cells of the joint along x and y; none in a run without cells.
+/// Number of cells along x and y; `None` in a run without a grid.
 pub(super) type Cells = Option<[i64; 2]>;
 
 /// Checks that every cell of a table is in the grid of the joint.

@@ -221,7 +221,7 @@ pub struct Matrices {
     pub positions: HashMap<i64, [f64; 3]>,
     /// Nodes whose displacements are not along the global axes, after the axes that they have.
     pub local_axes: Vec<(String, Vec<i64>)>,
-    /// What was not read of the files and beside them, with the reason.
+    /// Files and parts of files that were not read, each with the reason.
     pub unread: Vec<String>,
     /// Edges of the bodies by their nodes, as [`outline::lines`](super::outline::lines) finds them, where a deck has elements.
     pub outline: Vec<Vec<i64>>,
@@ -252,7 +252,7 @@ impl Matrices {
         known + &self.told_unread()
     }
 
-    /// What was not read, to end a message on what is missing.
+    /// The reasons of `unread`, to end a message on a missing set or position.
     pub(super) fn told_unread(&self) -> String {
         let each = self.unread.iter().map(|reason| format!("; {reason}"));
         each.collect()

@@ -111,7 +111,7 @@ pub fn run(
             let mut row = running.swap_remove(k);
             let mut said = String::new();
             if let Some(stderr) = &mut row.child.stderr {
-                // What it said, as far as it can be had.
+                // A pipe that cannot be read gives an empty text.
                 drop(stderr.read_to_string(&mut said));
             }
             let notice = format!("row {}: note: ", row.index);

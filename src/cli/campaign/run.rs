@@ -89,9 +89,14 @@ pub fn run(arguments: &RunArguments, out: &mut Results) -> Result<Exit, CliError
         .into());
     }
     let rows: Vec<usize> = (first..=end).collect();
+    // Parsing the scene once per row would take minutes of a large campaign.
+    let scene_lacks_law = scene::lacks_wear_law(&about.scene, &[]);
     let lacks_law = |row: &usize| {
         let settings = &campaign.rows[*row].settings;
-        scene::lacks_wear_law(&about.scene, settings)
+        match settings.iter().any(|setting| setting.starts_with("wear")) {
+            true => scene::lacks_wear_law(&about.scene, settings),
+            false => scene_lacks_law,
+        }
     };
     if !arguments.attached && rows.iter().any(lacks_law) {
         let law = scene::LAW_BEGUN_WITH;

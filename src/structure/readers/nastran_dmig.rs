@@ -24,7 +24,7 @@ pub(super) fn is(bytes: &[u8]) -> bool {
 fn fields(line: &str) -> Vec<&str> {
     if line.contains(',') {
         let mut fields: Vec<&str> = line.split(',').skip(1).map(str::trim).collect();
-        // What is left out at the end of a line is blank; behind eight fields is the mark of the next line.
+        // Fields that are missing at the end of a line are blank. The ninth field marks the next line.
         fields.resize(fields.len().next_multiple_of(4).min(8), "");
         return fields;
     }

@@ -11,7 +11,7 @@ use super::lattice::{from_points, reject_points};
 use super::{MOST_POINTS, ReadOptions, required_unit, too_many};
 use crate::surface::topography::Topography;
 
-/// What the comments begin with that Gwyddion writes above a matrix.
+/// First words of the comments that Gwyddion writes above a matrix.
 const GWYDDION: [&str; 4] = ["Channel:", "Width:", "Height:", "Value units:"];
 
 /// No height has so many of any unit: programs write such numbers where nothing was measured.
