@@ -165,6 +165,25 @@ fn the_stated_rust_suffices() {
     assert!(readme.contains(&sentence), "no {sentence:?} in the README");
 }
 
+/// A dependency has the same features for the program and for its tests: else a test build compiles Polars, and this package, again.
+#[test]
+fn a_test_build_shares_the_dependencies_of_the_program() {
+    let packages = |edges: &str| -> BTreeSet<String> {
+        let mut arguments = vec!["tree", "--locked", "--offline", "--prefix=none"];
+        arguments.extend(["--format={p} {f}", "--edges", edges]);
+        let printed = cargo(&arguments);
+        let lines = printed.lines().map(|line| line.trim_end_matches(" (*)"));
+        lines.map(str::to_owned).collect()
+    };
+    let (program, tests) = (packages("normal,build"), packages("normal,build,dev"));
+    let others: Vec<&String> = program.difference(&tests).collect();
+    assert!(
+        others.is_empty(),
+        "of a test build these differ: {others:?}"
+    );
+    assert!(program.len() > 100 && tests.len() > program.len());
+}
+
 /// Some packages are written in C, and the README says so.
 #[test]
 fn a_c_compiler_is_named_if_needed() {
