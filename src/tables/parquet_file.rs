@@ -407,7 +407,8 @@ fn properties(table: &Table, provenance: &Provenance) -> Result<WriterProperties
         serde_json::to_string(&entry).map_err(|error| ParquetError::External(Box::new(error)))?;
     let mut properties = begin_properties(&provenance.program_version, text)?;
     if schema.rows == Some(1) {
-        properties = without_index(properties);
+        // A compressor's memory takes longer than the one value of a column, and its frame more room.
+        properties = without_index(properties).set_compression(Compression::UNCOMPRESSED);
     }
     for (column, _) in table.columns() {
         let path = ColumnPath::from(column.name.as_str());
