@@ -136,7 +136,6 @@ pub enum Command {
     /// The lap joint at four roughnesses, with a hardness limit, and with the dynamic model updated more often, less often, never:
     /// 16 runs in the folder, their scenes in its `scenes`. The same command goes on where it was stopped. Writes claims.md and
     /// claims.parquet, and prints the claims with what was measured.
-    #[cfg(feature = "polars")]
     Reproduce(ReproduceArguments),
     /// Explain a key of a scene: what it means, what it may be, its default, an example
     Explain {
@@ -191,13 +190,11 @@ pub enum Command {
     /// Put the summaries of several runs into one table
     ///
     /// One row a run: its last iteration, with the FFT pairs of all its iterations. Values are in SI units.
-    #[cfg(feature = "polars")]
     Compare(CompareArguments),
     /// Write one HTML page on a run, or on several side by side
     ///
     /// Figures with their numbers, results with error bars, what was computed and why, cost, and the scene: one file that needs no
     /// other. Also of a run that goes on.
-    #[cfg(feature = "polars")]
     Report(ReportArguments),
 }
 
@@ -209,6 +206,21 @@ pub struct SceneArguments {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
 }
+
+/// Arguments of a command that a build without Polars lacks: any.
+#[cfg(not(feature = "polars"))]
+#[derive(Args)]
+pub struct Lacking {
+    #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
+    pub given: Vec<std::ffi::OsString>,
+}
+
+#[cfg(not(feature = "polars"))]
+pub type ReproduceArguments = Lacking;
+#[cfg(not(feature = "polars"))]
+pub type CompareArguments = Lacking;
+#[cfg(not(feature = "polars"))]
+pub type ReportArguments = Lacking;
 
 /// How runs are made.
 #[derive(Args)]

@@ -48,7 +48,6 @@ pub struct BackboneArguments {
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Draw all of them in one picture: frequency and damping ratio over amplitude, amplitude over force
-    #[cfg(feature = "polars")]
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
     /// Threads for the contact solvers' transforms; results do not depend on it
@@ -98,9 +97,7 @@ impl BackboneArguments {
             State::Scene(path) => Some(place(path)),
             State::Run(_) => None,
         }));
-        let outputs = self.output.iter();
-        #[cfg(feature = "polars")]
-        let outputs = outputs.chain(&self.svg);
+        let outputs = self.output.iter().chain(&self.svg);
         for path in outputs {
             if taken.contains(&place(path)) {
                 return Err(CliError::OutputIsTaken { path: path.clone() });
@@ -186,6 +183,10 @@ pub fn backbone(arguments: &BackboneArguments, out: &mut Results) -> Result<Exit
     {
         let (key, set) = (key.clone(), set.clone());
         return Err(CliError::OverASet { key, set });
+    }
+    #[cfg(not(feature = "polars"))]
+    if arguments.svg.is_some() {
+        return Err(CliError::NoPolars);
     }
     arguments.check_outputs()?;
     let mut all: Vec<Found> = Vec::new();

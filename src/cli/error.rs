@@ -175,6 +175,11 @@ pub enum CliError {
         "this program was built without object storage; build it with `cargo build --release --features object_store`"
     )]
     NoObjectStorage,
+    #[cfg(not(feature = "polars"))]
+    #[error(
+        "this program was built without Polars and lacks `compare`, `report`, `reproduce`, `campaign report` and `backbone --svg`; build it with `cargo build --release`"
+    )]
+    NoPolars,
     #[error("row {index} ({settings}){}: {source}", more_rows(*others))]
     Row {
         index: usize,
@@ -241,6 +246,8 @@ impl CliError {
             CliError::Published(error) if error.is_damage_or_mismatch() => Exit::Damaged,
             #[cfg(not(feature = "object_store"))]
             CliError::NoObjectStorage => Exit::Scene,
+            #[cfg(not(feature = "polars"))]
+            CliError::NoPolars => Exit::Scene,
             CliError::Scene(_) | CliError::Input(_) | CliError::Kept(_) => Exit::Scene,
             CliError::Run(error) if error.is_not_converged() => Exit::NotConverged,
             CliError::Run(RunError::Store(error)) if error.is_damage_or_mismatch() => Exit::Damaged,

@@ -155,6 +155,8 @@ fn perform(command: Command, out: &mut Results) -> Result<Exit, CliError> {
         Command::Compare(arguments) => compare::compare(&arguments, out),
         #[cfg(feature = "polars")]
         Command::Report(arguments) => report_command::report(&arguments, out),
+        #[cfg(not(feature = "polars"))]
+        Command::Reproduce(_) | Command::Compare(_) | Command::Report(_) => Err(CliError::NoPolars),
     }
 }
 

@@ -299,3 +299,20 @@ fn help() {
         assert!(help.contains(code), "{help}");
     }
 }
+
+#[cfg(not(feature = "polars"))]
+#[test]
+fn a_program_without_polars_names_the_commands_that_it_lacks() {
+    let bench = Bench::new();
+    let lacking: [&[&str]; 5] = [
+        &["compare", "runs/a", "--all"],
+        &["report", "runs/a", "-o", "page.html"],
+        &["reproduce", "--jobs", "1"],
+        &["campaign", "report", "--dir", "c"],
+        &["backbone", "scene.toml", "--svg", "b.svg"],
+    ];
+    let named = ["`compare`", "`report`", "`reproduce`", "`campaign report`"];
+    for arguments in lacking {
+        fails(&bench, arguments, USAGE, &named);
+    }
+}

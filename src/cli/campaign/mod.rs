@@ -16,6 +16,8 @@ use fretwear::scene::{self, Plan, SceneError};
 use fretwear::store::RealFileSystem;
 
 use super::arguments::Execution;
+#[cfg(not(feature = "polars"))]
+use super::arguments::Lacking as ReportArguments;
 use super::{CliError, Exit};
 use crate::terminal::Results;
 
@@ -39,7 +41,6 @@ pub enum CampaignCommand {
     /// Write one HTML page on the runs that are collected, and tables beside it
     ///
     /// What the runs end in, bands over the cycles, and how each figure depends on each key; which runs failed, and why.
-    #[cfg(feature = "polars")]
     Report(ReportArguments),
 }
 
@@ -123,6 +124,8 @@ pub fn campaign(command: &CampaignCommand, out: &mut Results) -> Result<Exit, Cl
         CampaignCommand::Collect(arguments) => status::collect(&arguments.dir, arguments.json, out),
         #[cfg(feature = "polars")]
         CampaignCommand::Report(arguments) => report::report(arguments, out),
+        #[cfg(not(feature = "polars"))]
+        CampaignCommand::Report(_) => Err(CliError::NoPolars),
     }
 }
 
