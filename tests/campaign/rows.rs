@@ -195,7 +195,7 @@ const LONG: &str = "[grid]\njoint.size = [[\"4 mm\", \"3 mm\"]]\nsurface.seed = 
 fn long() -> Bench {
     let bench = Bench::new();
     let campaign = format!(
-        "scene = \"small.toml\"\n[set]\njoint.grid = [60, 50]\nwear.tolerance = 4e-5\n{LONG}"
+        "scene = \"small.toml\"\n[set]\njoint.grid = [60, 50]\nwear.tolerance = 1e-4\n{LONG}"
     );
     bench.write("case.toml", campaign);
     bench.done(&PLAN);

@@ -279,9 +279,9 @@ fn tables_are_where_their_schemas_say() {
         "--run",
         "b",
         "--set",
-        "output.curves_every=1",
-        "--set",
         "contact.stiffness=sliders",
+        "--set",
+        "wear.cycles=1",
     ]);
     let mut found = BTreeSet::new();
     for run in ["a", "b"] {

@@ -81,6 +81,7 @@ fn rows(table: &Table) -> Vec<String> {
 
 /// The whole study without scenes at hand, in one go and in many: the same runs to the bit, and the same claims.
 #[test]
+#[ignore = "long: a minute"]
 fn the_papers_study_goes_on_where_it_was_stopped() {
     let bench = Bench::new().sharing();
     let did = reproduce(&bench, "direct", &[]);

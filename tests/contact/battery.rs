@@ -177,7 +177,7 @@ fn small_joints() {
 }
 
 #[test]
-#[ignore = "a minute"]
+#[ignore = "long: a minute"]
 fn joints_of_full_size() {
     let (median, worst) = battery(200, 256.0, false);
     assert!(median < 70.0, "{median}");

@@ -492,7 +492,7 @@ fn units_do_not_matter() {
 
 /// `cargo test --release --test main -- --ignored contact::extremes`
 #[test]
-#[ignore = "some seconds and 600 MB"]
+#[ignore = "long: some seconds and 600 MB"]
 fn four_million_cells() {
     let grid = Grid::over([40e-3, 30e-3], [2048, 2048]);
     let patch = Patch::full(grid);

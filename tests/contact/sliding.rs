@@ -578,7 +578,7 @@ fn steps_of_small_joints() {
 }
 
 #[test]
-#[ignore = "some minutes"]
+#[ignore = "long: some minutes"]
 fn steps_of_full_size() {
     let (median, worst) = battery(200, 256.0);
     assert!(median < 120.0, "{median}");
@@ -586,7 +586,7 @@ fn steps_of_full_size() {
 }
 
 #[test]
-#[ignore = "a minute and 1.5 GB"]
+#[ignore = "long: a minute and 1.5 GB"]
 fn four_million_cells() {
     let grid = Grid::over([40e-3, 30e-3], [2048, 2048]);
     let patch = Patch::full(grid);

@@ -256,7 +256,7 @@ fn with_the_bulk_counted_once_two_scales_are_the_blocks_meshed_down_to_the_cells
 
 /// The long form: 40 seconds more.
 #[test]
-#[ignore = "takes a minute; run it by hand with --ignored --nocapture for the table"]
+#[ignore = "long: a minute; with --nocapture it prints its table"]
 fn finer_meshes_come_closer() {
     held_against_the_truth(&[
         ([6, 5], 4, 1.0),

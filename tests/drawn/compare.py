@@ -9,6 +9,8 @@ Scenes have their truth beside them (truth.py). For each scene and preset a row 
     field            L1 of the difference of the wear depths over the worn volume of the truth
     first, last      relative error of the dissipated energy of the first and of the last cycle, with the bar of the last
     pairs, CPU       transform pairs of all iterations; CPU seconds of the whole run
+
+Exit code 1 where a volume is out of its bar, or a run fails.
 """
 
 import argparse
@@ -16,6 +18,7 @@ import json
 import pathlib
 import resource
 import subprocess
+import sys
 import tempfile
 import time
 
@@ -155,7 +158,8 @@ def main():
                 f"{100 * errors.max():.2f} % at most; {sum(row['in_bar'] for row in of)} within the bar; "
                 f"{sum(row['fft_pairs'] for row in of):.0f} pairs, {sum(row['cpu_seconds'] for row in of):.1f} CPU s"
             )
+    return 0 if rows and all(row.get("in_bar") for row in rows) else 1
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -156,7 +156,7 @@ fn a_coarse_resonator_and_its_harmonics() {
 }
 
 #[test]
-#[ignore = "two reductions of the published resonator: a minute"]
+#[ignore = "long: two reductions of the published resonator: a minute"]
 fn the_published_resonator_and_its_harmonics() {
     let off = off(&Resonator::default(), [900.0, 1050.0]);
     assert!(off.resonance.abs() < 0.005, "{} Hz", off.resonance);

@@ -114,6 +114,7 @@ pub fn planned_and_measured(scene: &str, sets: &[&str]) -> (f64, f64) {
 }
 
 #[test]
+#[ignore = "long: half a minute"]
 fn the_planned_memory_is_what_a_run_takes() {
     let pipelines = Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines");
     let bench = Bench::new();

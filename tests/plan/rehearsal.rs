@@ -83,6 +83,7 @@ fn whole(plan: &Value) -> Vec<(u64, bool)> {
 
 /// Kinds of scenes and of motion.
 #[test]
+#[ignore = "long: 15 seconds"]
 fn two_coarser_grids_say_what_a_run_costs() {
     let small = "small.toml".to_owned();
     let torsion = [ROOM, "motion={ rotation = \"0.4 mrad\" }"];
@@ -159,6 +160,7 @@ fn a_vibrating_joint_is_rehearsed_with_its_vibration() {
 
 /// No rehearsal spends more operations of transforms than it may, and an iteration on each of its grids.
 #[test]
+#[ignore = "long: half a minute"]
 fn a_rehearsal_of_each_kind_of_pipeline_ends() {
     const MOST: f64 = 6e10;
     for name in [
@@ -301,6 +303,7 @@ fn both_are_told() {
 
 /// Where the vibration is too large to be rehearsed, the whole time is said as the run itself says it, and not that of its contact alone.
 #[test]
+#[ignore = "long: 10 seconds"]
 fn the_time_of_a_run_is_that_of_its_vibration_too() {
     let bench = Bench::new();
     let scene = format!("{}/pipelines/lap_joint.toml", env!("CARGO_MANIFEST_DIR"));

@@ -27,11 +27,13 @@ const EFFORT: [&str; 6] = [
 ];
 
 #[test]
+#[ignore = "long: 15 seconds"]
 fn the_published_case_goes_on_from_its_checkpoint() {
     goes_on("lap_joint_checkpoint");
 }
 
 #[test]
+#[ignore = "long: 15 seconds"]
 fn the_published_law_goes_on_from_its_checkpoint() {
     goes_on("lap_joint_checkpoint_total");
 }

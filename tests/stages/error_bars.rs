@@ -69,10 +69,9 @@ fn last(root: &std::path::Path, column: &str) -> f64 {
     summary(root, latest(root), column)
 }
 
-#[test]
-fn error_bars_hold_the_truth() {
+fn hold_the_truth(joints: &[&[&str]]) {
     let bench = Bench::new();
-    for (k, joint) in JOINTS.iter().chain(&STEPPED).enumerate() {
+    for (k, joint) in joints.iter().enumerate() {
         let tight = ["fidelity.preset=\"reference\"", "wear.tolerance=3e-4"];
         let truth = worn(&bench, &format!("truth-{k}"), joint, &tight);
         for (preset, tolerance) in [("balanced", 0.01), ("fast", 0.05)] {
@@ -98,9 +97,21 @@ fn error_bars_hold_the_truth() {
     }
 }
 
+#[test]
+fn error_bars_hold_the_truth() {
+    hold_the_truth(&[STEPPED[1]]);
+}
+
+#[test]
+#[ignore = "long: a minute"]
+fn error_bars_of_many_joints_hold_the_truth() {
+    hold_the_truth(&[&JOINTS[..], &STEPPED].concat());
+}
+
 /// Beyond its limit the explicit scheme lets cells of little pressure overshoot, lift off and come back: its contact area is
 /// wrong while its volume is nearly right. The bar of its volume says that something is.
 #[test]
+#[ignore = "long: 20 seconds"]
 fn the_explicit_scheme_makes_a_false_area_and_the_implicit_one_the_right_one() {
     let bench = Bench::new();
     let joint = ["motion.amplitude=\"5 um\""];
@@ -135,8 +146,7 @@ fn the_explicit_scheme_makes_a_false_area_and_the_implicit_one_the_right_one() {
 }
 
 /// The knobs that a tolerance chooses leave an error bar within it, and the truth within that.
-#[test]
-fn a_tolerance_is_kept() {
+fn keep_a_tolerance(joints: &[&[&str]]) {
     let bench = Bench::new();
     bench.write("own.toml", SMALL.replace("tolerance = 1e-3\n", ""));
     let run = |name: &str, sets: &[&str]| {
@@ -145,7 +155,7 @@ fn a_tolerance_is_kept() {
         Start::new(bench.scene("own.toml", &all), &root).done();
         root
     };
-    for (k, joint) in JOINTS.iter().enumerate() {
+    for (k, joint) in joints.iter().enumerate() {
         let tight = [*joint, &["fidelity.tolerance=1e-3"]].concat();
         let truth = run(&format!("truth-{k}"), &tight);
         for tolerance in [0.1, 0.01] {
@@ -160,6 +170,17 @@ fn a_tolerance_is_kept() {
             );
         }
     }
+}
+
+#[test]
+fn a_tolerance_is_kept() {
+    keep_a_tolerance(&JOINTS[..1]);
+}
+
+#[test]
+#[ignore = "long: half a minute"]
+fn a_tolerance_is_kept_by_many_joints() {
+    keep_a_tolerance(&JOINTS);
 }
 
 /// The parts of a vibrating joint's bar add up from one step to the next: each wears under the vibration of the state before it.
@@ -207,6 +228,7 @@ fn what_the_vibration_makes_wrong_adds_up() {
 /// Without `dynamics.harmonics` there are as many as leave out little, in every iteration, and a run that is continued at any stage
 /// has the same.
 #[test]
+#[ignore = "long: a minute"]
 fn harmonics_that_suffice() {
     const ASKED: f64 = 2e-3;
     let bench = Bench::new();

@@ -79,11 +79,10 @@ const SCENES: [(&str, &[&str]); 25] = [
 /// Iterations that any of them may take.
 const ITERATIONS: u64 = 150;
 
-#[test]
-fn wear_at_the_extremes() {
+fn wear_at(scenes: impl Iterator<Item = (&'static str, &'static [&'static str])>) {
     let bench = Bench::new();
     let mut faults = Vec::new();
-    for (k, (name, sets)) in SCENES.into_iter().enumerate() {
+    for (k, (name, sets)) in scenes.enumerate() {
         let root = bench.path(&format!("run-{k}"));
         let all = [&["wear.tolerance=0.02"], sets].concat();
         match Start::new(bench.scene("small.toml", &all), &root).run().0 {
@@ -107,6 +106,17 @@ fn wear_at_the_extremes() {
         }
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn wear_at_some_extremes() {
+    wear_at(SCENES.into_iter().step_by(4));
+}
+
+#[test]
+#[ignore = "long: half a minute"]
+fn wear_at_the_extremes() {
+    wear_at(SCENES.into_iter());
 }
 
 /// Values of a run that are not numbers, or infinite where nothing can be.
@@ -204,6 +214,7 @@ const VIBRATING: [(&str, &[&str]); 7] = [
 /// The loop of vibration and wear comes to its end with either law of the contact elements, and the fine contact takes
 /// no more than the exciter gives, but for the bar that the run states.
 #[test]
+#[ignore = "long: half a minute"]
 fn vibration_at_the_extremes() {
     let bench = Bench::new();
     let mut faults = Vec::new();
@@ -256,6 +267,7 @@ const BALANCE: f64 = 1e-4;
 
 /// A joint that the vibration opens as a whole has no cycle, and is told what would.
 #[test]
+#[ignore = "long: 7 seconds"]
 fn a_vibration_that_opens_the_joint_is_refused() {
     let bench = Bench::new();
     let sets = [

@@ -119,6 +119,7 @@ fn a_killed_run_that_loses_its_bolt_load_ends_in_the_same_bits() {
 
 /// The laws of the contact elements and what they leave of the fine contact outlive iterations.
 #[test]
+#[ignore = "long: 10 seconds"]
 fn a_killed_run_of_many_sliders_ends_in_the_same_bits() {
     let sets = [
         "contact.stiffness=sliders",

@@ -14,6 +14,7 @@ use crate::support::{Bench, latest};
 const BEFORE: [f64; 2] = [400.0, 430.0];
 
 #[test]
+#[ignore = "long: 10 seconds"]
 fn a_run_does_not_go_on_at_another_resonance() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/stages/lost_resonance.toml");
     let bench = Bench::new();

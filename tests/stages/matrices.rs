@@ -44,58 +44,62 @@ fn exported(bench: &Bench) {
 
 #[test]
 fn resonator_read_from_its_matrices_wears_as_itself() {
+    wears_as_itself("contact.stiffness=total", SAME);
+}
+
+#[test]
+#[ignore = "long: vibrations of many sliders"]
+fn resonator_of_many_sliders_read_from_its_matrices_wears_as_itself() {
+    wears_as_itself("contact.stiffness=sliders", OTHER_LAYERS);
+}
+
+fn wears_as_itself(stiffness: &str, tolerance: f64) {
     let bench = Bench::new();
     exported(&bench);
-    for (stiffness, tolerance) in [
-        ("contact.stiffness=total", SAME),
-        ("contact.stiffness=sliders", OTHER_LAYERS),
-    ] {
-        let sets = ["--set", SHORT, "--set", stiffness, "--quiet"];
-        let run = |scene: &str, name: &str, both: &[&str]| {
-            let _ = fs::remove_dir_all(bench.path(name));
-            bench.done(&[&["run", scene, "--run", name], &sets[..], both].concat());
-            bench.path(name)
-        };
-        let (own, read) = (
-            run("resonator.toml", "own", &["--set", BOTH]),
-            run("files/scene.toml", "read", &[]),
-        );
-        verified(&read);
-        assert_eq!(latest(&own), latest(&read));
-        assert!(latest(&own) >= 2, "iterations");
-        for k in 0..=latest(&own) {
-            for column in [
-                "kn",
-                "kt",
-                "resonance_frequency",
-                "peak_amplitude",
-                "dissipated_energy",
-                "wear_volume",
-                "normal_load",
-            ] {
-                let [a, b] = [&own, &read].map(|root| summary(root, k, column));
-                let tolerance = match column {
-                    _ if tolerance == SAME => SAME,
-                    "dissipated_energy" => OTHER_ROUND,
-                    "wear_volume" => OTHER_LAYERS,
-                    _ => SAME_VIBRATION,
-                };
-                assert!(
-                    (a - b).abs() <= tolerance * a.abs(),
-                    "{stiffness}, {column} of {k}: {a:e} {b:e}"
-                );
-            }
+    let sets = ["--set", SHORT, "--set", stiffness, "--quiet"];
+    let run = |scene: &str, name: &str, both: &[&str]| {
+        let _ = fs::remove_dir_all(bench.path(name));
+        bench.done(&[&["run", scene, "--run", name], &sets[..], both].concat());
+        bench.path(name)
+    };
+    let (own, read) = (
+        run("resonator.toml", "own", &["--set", BOTH]),
+        run("files/scene.toml", "read", &[]),
+    );
+    verified(&read);
+    assert_eq!(latest(&own), latest(&read));
+    assert!(latest(&own) >= 2, "iterations");
+    for k in 0..=latest(&own) {
+        for column in [
+            "kn",
+            "kt",
+            "resonance_frequency",
+            "peak_amplitude",
+            "dissipated_energy",
+            "wear_volume",
+            "normal_load",
+        ] {
+            let [a, b] = [&own, &read].map(|root| summary(root, k, column));
+            let tolerance = match column {
+                _ if tolerance == SAME => SAME,
+                "dissipated_energy" => OTHER_ROUND,
+                "wear_volume" => OTHER_LAYERS,
+                _ => SAME_VIBRATION,
+            };
+            assert!(
+                (a - b).abs() <= tolerance * a.abs(),
+                "{stiffness}, {column} of {k}: {a:e} {b:e}"
+            );
         }
-        let elements = |root| table(root, 0, TableName::ContactElement);
-        let columns = |name: &str| {
-            [&own, &read].map(|root| elements(root).f64(name).expect("a column").to_vec())
-        };
-        for name in ["x", "y", "area", "normal_load"] {
-            let [a, b] = columns(name);
-            let size = a.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-            for (a, b) in a.iter().zip(&b) {
-                assert!((a - b).abs() <= tolerance * size, "{name}: {a:e} {b:e}");
-            }
+    }
+    let elements = |root| table(root, 0, TableName::ContactElement);
+    let columns =
+        |name: &str| [&own, &read].map(|root| elements(root).f64(name).expect("a column").to_vec());
+    for name in ["x", "y", "area", "normal_load"] {
+        let [a, b] = columns(name);
+        let size = a.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        for (a, b) in a.iter().zip(&b) {
+            assert!((a - b).abs() <= tolerance * size, "{name}: {a:e} {b:e}");
         }
     }
 }

@@ -64,6 +64,7 @@ fn bars() -> String {
 }
 
 #[test]
+#[ignore = "long: a minute"]
 fn both_scales_dissipate_alike_where_a_joint_twists() {
     let bench = Bench::new();
     fs::write(bench.path("bars.inp"), bars()).expect("a deck");
@@ -108,6 +109,7 @@ fn both_scales_dissipate_alike_where_a_joint_twists() {
 
 /// The edges of both bars, and how they move: what is clamped does not, and the tip goes with the port that stands for it.
 #[test]
+#[ignore = "long: half a minute"]
 fn the_edges_of_a_mesh_are_drawn_in_its_modes() {
     let bench = Bench::new();
     fs::write(bench.path("bars.inp"), bars()).expect("a deck");

@@ -282,6 +282,7 @@ fn the_wear_rate_jumps_at_updates_only() {
 }
 
 #[test]
+#[ignore = "long: half a minute"]
 fn roughness_alone_is_stiffer_than_the_whole() {
     let bench = Bench::new();
     let sets = ["contact.stiffness=roughness", "wear.cycles=100_000"];

@@ -162,6 +162,7 @@ fn the_last_summary_of_an_old_run_is_what_it_was() {
 const FURTHER: f64 = 1.5;
 
 #[test]
+#[ignore = "long: 8 seconds"]
 fn an_old_run_goes_on() {
     let bench = Bench::new().sharing();
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");

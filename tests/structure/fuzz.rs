@@ -163,7 +163,7 @@ const REAL: [&str; 6] = [
 ];
 
 #[test]
-#[ignore = "a hundred thousand mutants of each sample and real file take many minutes"]
+#[ignore = "long: a hundred thousand mutants of each sample and real file take many minutes"]
 fn many_damaged_files_are_read_or_refused() {
     const EACH: usize = 100_000;
     fuzz_samples(EACH);

@@ -97,6 +97,7 @@ fn partly(reduced: &Reduced, omega: f64, residual: bool, slope: bool) -> Matrix 
 }
 
 #[test]
+#[ignore = "long: 15 seconds"]
 fn thirty_modes_and_the_residual_of_the_published_case() {
     let (system, ports) = parts(&Resonator::default());
     let start = std::time::Instant::now();

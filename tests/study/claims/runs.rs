@@ -69,6 +69,7 @@ fn an_explicit_run() {
 
 /// Two roughnesses, and one with a cap, are found to belong together by their scenes.
 #[test]
+#[ignore = "long: 15 seconds"]
 fn vibrating_runs_of_one_study() {
     let bench = Bench::new().sharing();
     let capped = RESONATOR.replace(
