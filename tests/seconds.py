@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measure the seconds of every test, and list the slowest.
+"""Measures the seconds of every test but those of documentation, and lists the slowest.
 
     python3 tests/seconds.py [--threads N] [--ignored] [--slowest N] [--table FILE] [--before FILE] [FILTER ...]
 
@@ -16,6 +16,7 @@ import os
 import subprocess
 import sys
 import time
+import tomllib
 from collections import defaultdict
 from pathlib import Path
 
@@ -24,9 +25,9 @@ ROOT = Path(__file__).resolve().parent.parent
 
 def executables():
     """Builds the tests; returns their programs."""
-    build = ["cargo", "test", "--release", "--no-run", "--message-format=json"]
+    build = ["cargo", "test", "--release", "--no-run", "--message-format=json-render-diagnostics"]
     done = subprocess.run(build, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
-    messages = map(json.loads, done.stdout.splitlines())
+    messages = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
     return [m["executable"] for m in messages if m.get("executable") and m["profile"]["test"]]
 
 
@@ -34,7 +35,8 @@ def run(executable, options):
     """Runs the tests of a program; yields name, seconds and result of each. The test harness gives seconds behind a flag that is
     not stable, and the flag behind a variable, which the build above must not see."""
     command = [executable, "-Z", "unstable-options", "--report-time", "--format", "json", *options]
-    environment = {**os.environ, "RUSTC_BOOTSTRAP": "1"}
+    config = tomllib.loads((ROOT / ".cargo/config.toml").read_text(encoding="utf-8"))
+    environment = {**os.environ, **config["env"], "RUSTC_BOOTSTRAP": "1"}
     with subprocess.Popen(command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, text=True) as tests:
         for line in tests.stdout:
             # Tests that print pass their lines on.
@@ -43,6 +45,9 @@ def run(executable, options):
                 yield event["name"], event.get("exec_time", 0.0), event["event"]
                 if event["event"] == "failed":
                     print(f"{event['name']} failed:\n{event.get('stdout', '')}", file=sys.stderr)
+    # 101 is that of tests that failed.
+    if tests.returncode not in (0, 101):
+        sys.exit(f"{executable} ended early, with {tests.returncode}")
 
 
 def read(path):

@@ -207,7 +207,7 @@ pub struct SceneArguments {
     pub sets: Vec<String>,
 }
 
-/// Arguments of a command that a build without Polars lacks: any.
+/// Accepts any arguments, of a command that needs Polars.
 #[cfg(not(feature = "polars"))]
 #[derive(Args)]
 pub struct Lacking {

@@ -407,7 +407,7 @@ fn properties(table: &Table, provenance: &Provenance) -> Result<WriterProperties
         serde_json::to_string(&entry).map_err(|error| ParquetError::External(Box::new(error)))?;
     let mut properties = begin_properties(&provenance.program_version, text)?;
     if schema.rows == Some(1) {
-        // A compressor's memory takes longer than the one value of a column, and its frame more room.
+        // For one value a column, compression costs more time and room than it saves.
         properties = without_index(properties).set_compression(Compression::UNCOMPRESSED);
     }
     for (column, _) in table.columns() {

@@ -1,4 +1,4 @@
-"""What starting many short runs costs by a campaign and without one, run by hand:
+"""What starting many short runs costs by a campaign and without one:
 
     python tests/campaign/overhead.py target/release/fretwear [RUNS]
 

@@ -1,4 +1,4 @@
-"""A campaign of many finished runs: files, bytes, and the time and memory of plan, status, collect and report. Run by hand:
+"""A campaign of many finished runs: files, bytes, and the time and memory of plan, status, collect and report:
 
     python tests/campaign/synthetic.py target/release/fretwear [ROWS]
 

@@ -10,7 +10,7 @@ Scenes have their truth beside them (truth.py). For each scene and preset a row 
     first, last      relative error of the dissipated energy of the first and of the last cycle, with the bar of the last
     pairs, CPU       transform pairs of all iterations; CPU seconds of the whole run
 
-Exit code 1 where a volume is out of its bar, or a run fails.
+Exits with 1 if a volume is outside its error bar, a run fails, or no scene has a truth.
 """
 
 import argparse

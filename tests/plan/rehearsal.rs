@@ -1,7 +1,7 @@
 //! What a rehearsal says of a run, against what the run has cost.
 //!
 //! The scenes here have a few thousand cells and a handful of asperities. `rehearsed.py` beside this file draws scenes of all kinds of
-//! motion, and is run by hand.
+//! motion, and is run by `.ci/long`.
 
 use std::collections::BTreeSet;
 use std::path::Path;

@@ -4,7 +4,7 @@
 
 For each kind of motion it draws N scenes, plans and runs them, and prints for iterations, FFT pairs and disk the share of scenes
 that are within a factor of 1.5 of the expected number or within the printed range, those of which nothing is said, and the median width of
-the range (most over least). By hand: it takes some minutes. Needs nothing but Python.
+the range (most over least). It takes some minutes. Needs nothing but Python.
 """
 
 import argparse

@@ -88,6 +88,7 @@ fn a_fault_at_any_call_loses_nothing() {
     sweep(&FAULTS, false, 1);
     sweep(&FAULTS, true, 1);
     a_copied_beginning(1);
+    a_changed_free_key(1);
 }
 
 #[test]
@@ -131,6 +132,10 @@ fn a_copied_beginning(stride: usize) {
 
 #[test]
 fn a_changed_free_key_survives_a_fault_at_some_calls() {
+    a_changed_free_key(3);
+}
+
+fn a_changed_free_key(stride: usize) {
     let folder = tempfile::tempdir().expect("a folder");
     let extended = identity_of(scene(5000, 5e-6));
     let begin = |name: &str| {
@@ -142,7 +147,7 @@ fn a_changed_free_key_survives_a_fault_at_some_calls() {
     let fs = Arc::new(FaultyFileSystem::sound());
     drop(RunStore::create_or_open(fs.clone(), &reference, &extended).expect("extended"));
     for fault in FAULTS {
-        for call in (1..=fs.calls(fault)).step_by(3) {
+        for call in (1..=fs.calls(fault)).step_by(stride) {
             let at = format!("{fault:?} at call {call}");
             let root = begin(&format!("{fault:?}-{call}"));
             let failing = Arc::new(FaultyFileSystem::failing(call, fault));
