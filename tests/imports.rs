@@ -567,14 +567,7 @@ fn each_kind_is_matched_in_one_file() {
         (&["Cells::"], &["recipe/surface.rs", "scene/plan/rough.rs"]),
         (
             &["FrictionLaw::"],
-            // What judges the balance in time has its own form of the law: rates and events.
-            &[
-                "dynamics/slider.rs",
-                "dynamics/time_events.rs",
-                "dynamics/time_integration.rs",
-                "dynamics/time_steps.rs",
-                "scene/keys/dynamics.rs",
-            ],
+            &["dynamics/slider.rs", "scene/keys/dynamics.rs"],
         ),
     ];
     for (kinds, places) in KINDS {

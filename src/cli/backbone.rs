@@ -423,6 +423,18 @@ impl Found {
         ))
     }
 
+    /// Where the backbone folds back, in words.
+    fn folds(&self) -> Option<String> {
+        let folds = self.backbone.folds.iter();
+        let folds: Vec<String> = folds.map(|level| self.level(*level)).collect();
+        (!folds.is_empty()).then(|| {
+            format!(
+                "it folds back at {} and leaps: what lies between the branches is not computed",
+                folds.join(", at ")
+            )
+        })
+    }
+
     /// Where the backbone ends before the last level, in words.
     fn end(&self) -> Option<String> {
         match &self.backbone.end {
@@ -516,7 +528,10 @@ fn print(found: &Found, out: &mut Results) {
             100.0 * point.sliding_fraction()
         );
     }
-    for remark in [found.begin(), found.end()].into_iter().flatten() {
+    for remark in [found.begin(), found.folds(), found.end()]
+        .into_iter()
+        .flatten()
+    {
         writeln!(out, "{remark}");
     }
 }
@@ -546,6 +561,7 @@ fn object(found: &Found) -> Value {
         "cycles": found.cycles,
         "over": found.over.as_ref().map(|over| over.key.as_str()),
         "begin": found.begin(),
+        "folds": found.folds(),
         "end": found.end(),
         "solves": backbone.solves,
         "iterations": backbone.iterations,

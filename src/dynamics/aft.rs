@@ -32,20 +32,8 @@ pub trait InterfaceElement {
         false
     }
 
-    /// Coefficients of the force, and their Jacobian if asked for, of three rows of coefficients of displacement, without samples, as
-    /// [`Sampling::evaluate`] has them; none where there is no closed form.
-    fn by_events(
-        &self,
-        _harmonics: &Harmonics,
-        _displacement: &[f64],
-        _force: &mut [f64],
-        _jacobian: Option<&mut [f64]>,
-    ) -> Option<Closure> {
-        None
-    }
-
-    /// Adds to the coefficients of the force, and to their Jacobian if there is one, what has a closed form whatever the motion and is
-    /// neither sampled nor in [`InterfaceElement::by_events`].
+    /// Adds to the coefficients of the force, and to their Jacobian if there is one, what has a closed form and is
+    /// not sampled.
     fn add_exactly(
         &self,
         _harmonics: &Harmonics,
@@ -53,11 +41,6 @@ pub trait InterfaceElement {
         _force: &mut [f64],
         _jacobian: Option<&mut [f64]>,
     ) {
-    }
-
-    /// Whether the force is reference stiffness times displacement at every instant; none where that is not known without samples.
-    fn follows_by_events(&self, _harmonics: &Harmonics, _displacement: &[f64]) -> Option<bool> {
-        None
     }
 
     /// Forces \[N\] over the steady cycle, in an array of any content, and their derivative if asked for, which is zero before; `scratch` is
@@ -175,8 +158,6 @@ pub struct Sampling {
     waves: Vec<f64>,
     /// Coefficients of a force that is one from a sample to the last, and nothing before, `samples × coefficients`.
     tails: Vec<f64>,
-    /// Whether samples are taken only where there is no closed form.
-    by_events: bool,
 }
 
 /// Arrays that the law of an element works in, of any content between its uses.
@@ -239,14 +220,7 @@ impl Sampling {
             basis,
             waves,
             tails,
-            by_events: false,
         })
-    }
-
-    /// Samples only where the law of an element has no closed form: elsewhere the instants at which its state changes are found.
-    pub fn with_events(mut self) -> Sampling {
-        self.by_events = true;
-        self
     }
 
     /// Whether an element whose displacement has these three rows of coefficients follows its reference throughout the cycle.
@@ -255,11 +229,7 @@ impl Sampling {
         element: &E,
         coefficients: &[f64],
     ) -> bool {
-        let exactly = match self.by_events {
-            true => element.follows_by_events(&self.harmonics, coefficients),
-            false => None,
-        };
-        exactly.unwrap_or_else(|| element.follows_reference(&self.synthesise(coefficients)))
+        element.follows_reference(&self.synthesise(coefficients))
     }
 
     /// The harmonics.
@@ -335,23 +305,16 @@ impl Sampling {
         closure
     }
 
-    /// Coefficients of the part of the force that is sampled, or integrated by events in its place, and their Jacobian.
+    /// Coefficients of the part of the force that is sampled, and their Jacobian.
     fn sampled<E: InterfaceElement>(
         &self,
         element: &E,
         displacement: &[f64],
         force: &mut [f64],
-        mut jacobian: Option<&mut [f64]>,
+        jacobian: Option<&mut [f64]>,
         work: &mut Workspace,
     ) -> Closure {
         let n = self.harmonics.coefficients();
-        if self.by_events {
-            let jacobian = jacobian.as_deref_mut();
-            let exact = element.by_events(&self.harmonics, displacement, force, jacobian);
-            if let Some(closure) = exact {
-                return closure;
-            }
-        }
         self.synthesise_into(displacement, &mut work.displacement);
         let Some(jacobian) = jacobian else {
             let closure =

@@ -110,6 +110,8 @@ pub struct Backbone {
     pub points: Vec<BackbonePoint>,
     /// Why there is none at the first level, where the backbone begins behind it.
     pub begin: Option<DynamicsError>,
+    /// Levels at which the branch folds back: beyond each the amplitude leaps to another branch.
+    pub folds: Vec<f64>,
     /// Where and why it ends.
     pub end: BackboneEnd,
     /// Phase resonances that were solved for, those included that are no point.

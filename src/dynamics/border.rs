@@ -24,6 +24,19 @@ pub(super) struct Slope {
     total: f64,
 }
 
+impl Slope {
+    /// The same with another motion.
+    fn with_motion(&self, motion: Vec<f64>) -> Slope {
+        Slope {
+            total: self.partial + dot(&self.row, &motion),
+            residual: self.residual.clone(),
+            partial: self.partial,
+            row: self.row.clone(),
+            motion,
+        }
+    }
+}
+
 impl<E: InterfaceElement> HarmonicBalance<E> {
     /// The step of a bordered system to a relative tolerance, and the Krylov iterations it took: of the unknowns and of the frequency, of
     /// which `scale` makes what counts like an unknown, in one solution. The `slope` is that of the preconditioner, which with it
@@ -63,7 +76,16 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             out
         };
         let right: Vec<f64> = residual.iter().chain([&left]).map(|r| -r).collect();
-        let (mut unknowns, iterations) = frame.solve(operator, precondition, &right, tolerance)?;
+        let (mut unknowns, iterations) =
+            match frame.solve(operator, precondition, &right, tolerance) {
+                Err(error @ DynamicsError::Krylov { .. }) => {
+                    let dense = self.dense_instead(at, frame, error)?;
+                    let exact = slope.with_motion(dense.approximate(&slope.residual));
+                    let direct = dense.approximate(residual);
+                    return Ok((self.completed(Some(&exact), (direct, left)), 0));
+                }
+                solved => solved?,
+            };
         let omega = unknowns.pop().unwrap_or_default() / scale;
         Ok((Change { unknowns, omega }, iterations))
     }
@@ -112,12 +134,13 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let motion = step(&residual)?;
         let partial = self.partial(condition, &by_frequency);
         let row = self.border(at, condition);
+        let total = partial + dot(&row, &motion);
         Ok(Slope {
-            total: partial + dot(&row, &motion),
             residual,
             partial,
             row,
             motion,
+            total,
         })
     }
 

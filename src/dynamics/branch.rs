@@ -108,7 +108,7 @@ impl<S> Branch<S> {
         let mut before: Option<Place> = None;
         // What a step that was too long has led to.
         let mut beyond: Option<Place> = None;
-        let mut points = Vec::new();
+        let (mut points, mut folds) = (Vec::new(), Vec::new());
         if is_free || begin.is_none() {
             points.push(last.point);
         }
@@ -165,6 +165,7 @@ impl<S> Branch<S> {
                         end = end_here;
                         break 'targets;
                     }
+                    folds.push(last.point.level);
                     next.point.branch += 1;
                     step = LARGEST_STEP;
                 }
@@ -178,6 +179,7 @@ impl<S> Branch<S> {
         let backbone = Backbone {
             points,
             begin,
+            folds,
             end,
             solves: self.solves,
             iterations: self.iterations,

@@ -266,16 +266,6 @@ impl InterfaceElement for ContactElement {
         self.sliders.len() > 1
     }
 
-    fn by_events(
-        &self,
-        harmonics: &Harmonics,
-        displacement: &[f64],
-        force: &mut [f64],
-        jacobian: Option<&mut [f64]>,
-    ) -> Option<Closure> {
-        self.closed_form(harmonics, displacement, force, jacobian)
-    }
-
     fn add_exactly(
         &self,
         harmonics: &Harmonics,
@@ -284,7 +274,7 @@ impl InterfaceElement for ContactElement {
         mut jacobian: Option<&mut [f64]>,
     ) {
         let n = harmonics.coefficients();
-        for spring in &self.springs {
+        for spring in self.springs.iter().filter(|spring| !spring.is_sampled()) {
             let d = spring.direction();
             let mut slope = vec![0.0; n * n];
             let row = d * n..(d + 1) * n;
@@ -299,10 +289,6 @@ impl InterfaceElement for ContactElement {
         }
     }
 
-    fn follows_by_events(&self, harmonics: &Harmonics, displacement: &[f64]) -> Option<bool> {
-        self.follows_throughout(harmonics, displacement)
-    }
-
     fn sample(
         &self,
         displacement: &[[f64; 3]],
@@ -311,6 +297,7 @@ impl InterfaceElement for ContactElement {
         scratch: &mut Scratch,
     ) -> Closure {
         self.normal_forces(displacement, force, derivative.as_deref_mut());
+        self.stop_forces(displacement, force, derivative.as_deref_mut());
         let mut closure = Closure::EXACT;
         let (mut stuck, mut gripping) = (0.0, 0.0);
         for slider in &self.sliders {
@@ -371,6 +358,29 @@ impl ContactElement {
                 });
                 if stiffness != usual {
                     derivative.add_stiffness_at(j, 2, stiffness - usual);
+                }
+            }
+        }
+    }
+}
+
+impl ContactElement {
+    /// Adds the forces of the stops.
+    fn stop_forces(
+        &self,
+        displacement: &[[f64; 3]],
+        force: &mut [[f64; 3]],
+        mut derivative: Option<&mut Derivative<'_>>,
+    ) {
+        for stop in self.springs.iter().filter(|spring| spring.is_sampled()) {
+            let d = stop.direction();
+            for (j, (u, force)) in displacement.iter().zip(&mut *force).enumerate() {
+                let [value, stiffness] = stop.force(u[d]);
+                force[d] += value;
+                if let Some(derivative) = derivative.as_deref_mut()
+                    && stiffness > 0.0
+                {
+                    derivative.add_stiffness_at(j, d, stiffness);
                 }
             }
         }

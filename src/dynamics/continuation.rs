@@ -1,14 +1,13 @@
 //! A branch of responses over a range of frequencies, through turning points: pseudo-arclength continuation.
 //!
 //! The curve that is followed is (cosine, sine) of the first harmonic at one port, scaled by the largest amplitude so far, and ω, scaled by
-//! the width of the range; it does not depend on which elements are active. Of a model of few unknowns it has (cosine, sine) of every
-//! harmonic that is loaded at a port too: a resonance along another axis than the response's may bend over and lift the contact off
-//! while the response itself shows nothing of it. Steps go along the secant; where on them a response is foretold is in `predictor.rs`.
+//! the width of the range; it does not depend on which elements are active. It has (cosine, sine) of every harmonic that is loaded at a port
+//! too: a resonance along another axis than the response's may bend over and lift the contact off while the response itself shows nothing of it. Steps go along the secant; where on them a response is foretold is in `predictor.rs`.
 
 use std::collections::VecDeque;
 
 use super::aft::InterfaceElement;
-use super::candidates::gives_energy;
+use super::forced_response::gives_energy;
 use super::newton_step::{Condition, Term};
 use super::predictor::{REMEMBERED, foretold};
 use super::{DynamicsError, HarmonicBalance, Response, Start};
@@ -357,12 +356,9 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
 }
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
-    /// Port and slot of what a branch is followed by: the first harmonic at `port`, and what is loaded beside it where that costs little.
+    /// Port and slot of what a branch is followed by: the first harmonic at `port`, and what is loaded beside it.
     fn watched(&self, port: usize) -> Result<Vec<(usize, usize)>, DynamicsError> {
         let mut watched = vec![(port, self.harmonics().require(1, "continuation")?)];
-        if !self.is_small() {
-            return Ok(watched);
-        }
         let n = self.harmonics().coefficients();
         let inertial = self
             .inertial_rows
@@ -391,7 +387,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// # Errors
     /// That of [`Continuation`] where the parts leave out a frequency.
     pub fn branch(&self, settings: ContinuationSettings) -> Result<Vec<Response>, DynamicsError> {
-        let (mut parts, stopped) = self.parts(settings)?;
+        let (mut parts, stopped) = self.parts(settings, &|_| None)?;
         let Some(error) = stopped else {
             return Ok(parts.swap_remove(0));
         };
@@ -410,7 +406,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 
     /// The branch over the range of `settings`, or, where it cannot be followed throughout, its parts from both ends and why the first
     /// goes no further. All points are in the order from the one end to the other. Where the branch from the other end goes all the way, but
-    /// arrives at another response than the first part begins with, that part comes second.
+    /// arrives at another response than the first part begins with, that part comes second. Where Newton's method does not find the first response
+    /// of a part, `easily` may.
     ///
     /// # Errors
     /// [`DynamicsError::OutOfRange`], [`DynamicsError::HarmonicMissing`].
@@ -418,8 +415,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     pub fn parts(
         &self,
         settings: ContinuationSettings,
+        easily: &dyn Fn(f64) -> Option<Response>,
     ) -> Result<(Vec<Vec<Response>>, Option<DynamicsError>), DynamicsError> {
-        let (there, stopped) = self.part(settings)?;
+        let (there, stopped) = self.part(settings, easily)?;
         let Some(error) = stopped else {
             return Ok((vec![there], None));
         };
@@ -428,7 +426,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             to: settings.from,
             ..settings
         };
-        let (mut rest, stopped) = self.part(back)?;
+        let (mut rest, stopped) = self.part(back, easily)?;
         rest.reverse();
         match stopped {
             // Where the range begins, the part from there may be another branch, which turns back.
@@ -444,9 +442,19 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     fn part(
         &self,
         settings: ContinuationSettings,
+        easily: &dyn Fn(f64) -> Option<Response>,
     ) -> Result<(Vec<Response>, Option<DynamicsError>), DynamicsError> {
-        let mut points: Vec<Response> = Vec::new();
-        for response in Continuation::new(self, settings)? {
+        let first = match self.solve(settings.from, None) {
+            Ok(first) => first,
+            Err(error) => match easily(settings.from) {
+                Some(first) => first,
+                None => return Ok((Vec::new(), Some(error))),
+            },
+        };
+        self.gauge.add_point(first.omega);
+        let path = Continuation::onwards(self, settings, None, &first)?;
+        let mut points = vec![first];
+        for response in path {
             match response {
                 Ok(response) => {
                     self.gauge.add_point(response.omega);

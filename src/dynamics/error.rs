@@ -83,6 +83,16 @@ pub enum DynamicsError {
         /// Frequency of the harmonic \[Hz\].
         frequency: f64,
     },
+    /// A mode within the range of the drive that the reduced structure does not keep.
+    #[error(
+        "a mode at {frequency:.1} Hz or below is within dynamics.frequency, up to {to:.1} Hz, and beyond the modes that are kept: raise dynamics.modes"
+    )]
+    CutOff {
+        /// What bounds its frequency from above \[Hz\].
+        frequency: f64,
+        /// End of the range \[Hz\].
+        to: f64,
+    },
     /// A mean force that nothing holds.
     #[error(
         "the mean force of {force:.6e} N moves the structure as a rigid body, and nothing holds it there: support it, or give the joint a preload or friction"
@@ -135,7 +145,7 @@ pub enum DynamicsError {
     },
     /// The linear system of a Newton step was not solved.
     #[error(
-        "the Krylov solver stopped at a relative residual of {residual:.3e} after {iterations} iterations, {tolerance:.1e} asked"
+        "the Krylov solver stopped at a relative residual of {residual:.3e} after {iterations} iterations, {tolerance:.1e} asked, as contact springs far stiffer than the structure make it; lower contact.kt and contact.kn if they are given, or take fewer contact elements"
     )]
     Krylov {
         /// Iterations spent.

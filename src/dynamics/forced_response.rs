@@ -2,15 +2,13 @@
 
 use std::f64::consts::TAU;
 
-use super::candidates::gives_energy;
 use super::contact_element::ContactElement;
 use super::cycle::half_range;
-use super::effort::POINTS;
-use super::periodic::{Periodic, Settled};
-use super::survey::{EFFORT, first_harmonic, is_near, start_of};
-use super::time_integration::Motion;
-use super::vibration::Vibration;
-use super::{ContinuationSettings, DynamicsError, Energy, HarmonicBalance, Harmonics, Response};
+use super::truncation::{TAIL, UNKNOWN};
+use super::vibration::{ResonanceKind, Vibration};
+use super::{
+    ContinuationSettings, DynamicsError, HarmonicBalance, Harmonics, Resolved, Resonance, Response,
+};
 
 /// Newton correction that a point of a forced response is left with at most; its energies are then in balance to 1e-10.
 const TOLERANCE: f64 = 1e-7;
@@ -18,27 +16,30 @@ const TOLERANCE: f64 = 1e-7;
 const DEAR_TOLERANCE: f64 = 1e-5;
 /// The largest step of their continuation: lines between points of a linear resonance are within 0.2 % of its peak.
 const DEAR_STEP: f64 = 1.0 / 12.0;
-/// Points at most whose stability is found.
-const MULTIPLIERS: usize = 60;
-/// Integration steps for all points at which the balance of a small model has no response: some third of a second. Each may take its share of what
-/// is left.
-const IN_TIME: usize = 300_000;
+/// Newton correction of the finer response that tells the error of a point: an error has two digits.
+const ERROR_TOLERANCE: f64 = 1e-5;
+/// Newton iterations to it: what takes more is not near.
+const ERROR_ITERATIONS: usize = 8;
+/// Evaluations by which errors of points may be found at least, of so many unknowns; of more unknowns they are fewer by the square.
+const ERROR_EVALUATIONS: f64 = 2000.0;
+const FEW_UNKNOWNS: f64 = 45.0;
 /// Instants at which the range of a displacement over a cycle is looked for.
 const INSTANTS: usize = 512;
+/// Relative difference of two frequencies that is rounding.
+const ROUNDING: f64 = 1e-12;
+/// What a peak may be below a point of the forced response: it is searched to an angle of some 5e-3, and amplitudes fall by half the square of it.
+const FLAT: f64 = 2e-5;
+/// Share of the work of the loads and dampers that friction may give and not take: more is no motion, but samples or harmonics that are
+/// too few.
+const GIVEN: f64 = 0.01;
 
 /// How a point of a forced response was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FoundBy {
     /// As a solution of the harmonic balance.
     Balance,
-    /// As a motion in time that repeats after every period of the drive, which the balance did not find.
-    Time,
     /// As a solution of the harmonic balance in which friction gives energy: with these samples or harmonics, and none in truth.
     Unphysical,
-    /// Not: in time the motion repeats after so many periods of the drive.
-    NotPeriodic(usize),
-    /// Not: in time the motion does not settle within what was waited for.
-    NotSettled,
     /// Not, and it is not known whether there is one.
     Nothing,
 }
@@ -48,20 +49,8 @@ impl FoundBy {
     pub fn name(self) -> &'static str {
         match self {
             FoundBy::Balance => "harmonic_balance",
-            FoundBy::Time => "time_integration",
             FoundBy::Unphysical => "unphysical",
-            FoundBy::NotPeriodic(_) => "not_periodic",
-            FoundBy::NotSettled => "not_settled",
             FoundBy::Nothing => "not_found",
-        }
-    }
-
-    /// Periods of the drive after which the motion in time repeats; none where that is not known.
-    pub fn periods(self) -> Option<usize> {
-        match self {
-            FoundBy::Time => Some(1),
-            FoundBy::NotPeriodic(turns) => Some(turns),
-            _ => None,
         }
     }
 }
@@ -77,38 +66,12 @@ pub struct PointResponse {
     pub peak_to_peak: f64,
     /// Coefficients of the displacement at the response port \[m\].
     pub displacement: Vec<f64>,
-    /// Energy per cycle.
-    pub energy: Energy,
-    /// Relative error of the amplitude: of a motion in time by the length of steps and by what had not settled, of the balance by harmonics and
-    /// samples that are too few. None where it is not known, 1 where nothing is.
+    /// Relative error of the amplitude by harmonics and samples that are too few; none where it is not known, 1 where nothing is.
     pub error: Option<f64>,
-    /// Relative error of the energy of friction by harmonics and samples that are too few; none where it is not known.
+    /// That of the energy of friction.
     pub friction_error: Option<f64>,
-    /// Elements that had unknowns; none of a motion in time.
-    pub active_elements: usize,
-    /// Largest modulus of the multipliers by which small disturbances grow over a period; none where it is not known. Of many points it is
-    /// found for some.
-    pub multiplier: Option<f64>,
-}
-
-/// Points of a forced response, and of which of them the balance has responses that slip or open.
-#[derive(Default)]
-struct Points {
-    points: Vec<ForcedPoint>,
-    solved: Vec<(usize, Response)>,
-}
-
-impl Points {
-    fn add(&mut self, point: ForcedPoint, response: Option<Response>) {
-        let active = response.filter(|response| response.active_elements() > 0);
-        self.solved
-            .extend(active.map(|response| (self.points.len(), response)));
-        self.points.push(point);
-    }
-
-    fn append(&mut self, (point, response): (ForcedPoint, Option<Response>)) {
-        self.add(point, response);
-    }
+    /// The response of the whole structure.
+    pub solution: Response,
 }
 
 /// One point of a forced response.
@@ -118,8 +81,7 @@ pub struct ForcedPoint {
     pub frequency: f64,
     /// How it was found.
     pub found_by: FoundBy,
-    /// The correction that Newton's method left, relative to the displacements; of a motion in time its change over a period. Where nothing
-    /// was found, what the last attempt had left.
+    /// The correction that Newton's method left, relative to the displacements; where nothing was found, what the last attempt had left.
     pub residual: f64,
     /// Number of the branch that it is on; none of a point by itself.
     pub branch: Option<usize>,
@@ -129,155 +91,211 @@ pub struct ForcedPoint {
     pub response: Option<PointResponse>,
 }
 
+impl ForcedPoint {
+    /// One at which nothing was found, as attempts ended in `error`.
+    fn missing(omega: f64, error: &DynamicsError) -> ForcedPoint {
+        ForcedPoint {
+            frequency: omega / TAU,
+            found_by: FoundBy::Nothing,
+            residual: match error {
+                // As large as the displacements: nothing is known.
+                DynamicsError::NotConverged { correction, .. } => correction.min(1.0),
+                _ => 1.0,
+            },
+            branch: None,
+            is_fold: false,
+            response: None,
+        }
+    }
+}
+
+/// Contact elements that stay as they are: their resonance and their response over the range.
+pub struct OverRange<'a> {
+    /// The resonance, whose peak is no lower than the points.
+    pub resolved: Resolved<'a>,
+    /// The points, in the harmonics of the resonance; none where these have none.
+    pub points: Option<Vec<ForcedPoint>>,
+}
+
 impl Vibration {
-    /// The response over the range: at its `points`, on the branches on which a sweep upwards arrives
-    /// ([`HarmonicBalance::sweep`]) and of a small model the largest of its survey where none does, or as continuation places its points, overhanging parts of the branches included. Points of a large
-    /// model are solved to 1e-7 of the displacements if not as exactly as the balance says: they are looked at, and nothing goes on
-    /// from them.
+    /// The resonance of contact elements that stay as they are, and the forced response, whose highest point is the peak where there is no phase
+    /// resonance or where it is above the peak beside that. Harmonics are extended as by [`Vibration::resolve`].
     ///
-    /// What the balance does not find is looked for in time, where the structure can be integrated.
+    /// # Errors
+    /// That of the resonance where the forced response has no point.
+    pub fn resolve_over_range(
+        &self,
+        elements: Vec<ContactElement>,
+        tolerance: Option<f64>,
+    ) -> Result<OverRange<'_>, DynamicsError> {
+        let mut known = self.resolve(elements.clone(), None, tolerance);
+        loop {
+            let harmonics = match &known {
+                Ok(resolved) => resolved.balance.harmonics().clone(),
+                Err(_) => self.harmonics.clone(),
+            };
+            let balance = self.balance_of(elements.clone(), harmonics.clone())?;
+            let points = match self.forced_response(&balance) {
+                Ok(mut points) => {
+                    self.estimate_errors(&balance, &mut points);
+                    points
+                }
+                Err(_) => {
+                    return known.map(|resolved| OverRange {
+                        resolved,
+                        points: None,
+                    });
+                }
+            };
+            let Some(highest) = highest(&points) else {
+                return known.map(|resolved| OverRange {
+                    resolved,
+                    points: Some(points),
+                });
+            };
+            let phase = match known {
+                Ok(resolved) => {
+                    let peak = resolved.resonance.peak_amplitude;
+                    if points[highest].amplitude() <= peak * (1.0 + FLAT) {
+                        return Ok(OverRange {
+                            resolved,
+                            points: Some(points),
+                        });
+                    }
+                    resolved.resonance.phase
+                }
+                Err(_) => None,
+            };
+            let resonance = self.highest_of(&balance, &points, highest, phase)?;
+            let resolved = self.extended(balance, resonance, tolerance)?;
+            if *resolved.balance.harmonics() == harmonics {
+                return Ok(OverRange {
+                    resolved,
+                    points: Some(points),
+                });
+            }
+            known = Ok(resolved);
+        }
+    }
+
+    /// The resonance whose peak is the highest point of a forced response, refined where it is no end.
+    fn highest_of(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        points: &[ForcedPoint],
+        highest: usize,
+        phase: Option<Response>,
+    ) -> Result<Resonance, DynamicsError> {
+        let top = &points[highest];
+        let Some(response) = &top.response else {
+            unreachable!("the highest point has a response");
+        };
+        let start = response.solution.start();
+        let is_above = |refined: &Response| {
+            let amplitude = balance.amplitude(refined, self.response_port);
+            amplitude.is_ok_and(|(amplitude, _)| amplitude >= response.amplitude)
+        };
+        let refined = balance.peak(self.response_port, self.range, &start);
+        let refined = refined.ok().filter(is_above);
+        let is_inside = refined.is_some();
+        let peak = match refined {
+            Some(peak) => peak,
+            None => balance
+                .solve_near(response.solution.omega, &start)
+                .unwrap_or_else(|_| response.solution.clone()),
+        };
+        let iterations = phase.as_ref().map_or(0, |phase| phase.iterations) + peak.iterations;
+        let mut resonance = self.resonance_of(balance, phase, peak, iterations)?;
+        (resonance.is_beside, resonance.branch) = (false, top.branch);
+        let beside = [highest.checked_sub(1), Some(highest + 1)];
+        let is_end = beside.into_iter().any(|k| {
+            let other = k.and_then(|k| points.get(k));
+            other.is_none_or(|other| other.branch != top.branch)
+        });
+        if is_end && !is_inside {
+            resonance.peak_kind = ResonanceKind::End;
+        }
+        Ok(resonance)
+    }
+
+    /// The response over the range: at its `points`, on the branches on which a sweep upwards arrives ([`HarmonicBalance::sweep`]), or as continuation
+    /// places its points, overhanging parts of the branches included. Points are solved to 1e-7 of the displacements if not as exactly as the
+    /// balance says: they are looked at, and nothing goes on from them.
+    ///
+    /// What is not found from other points or from the linear response is looked for by way of a vibration with more damping and preload.
     ///
     /// # Errors
     /// Where no point at all was found, that of the first.
     pub fn forced_response(
         &self,
-        mut balance: HarmonicBalance<ContactElement>,
+        balance: &HarmonicBalance<ContactElement>,
     ) -> Result<Vec<ForcedPoint>, DynamicsError> {
-        if !balance.is_small() {
-            let enough = match balance.is_costly {
-                true => DEAR_TOLERANCE,
-                false => TOLERANCE,
-            };
-            balance.settings.tolerance = balance.settings.tolerance.max(enough);
-        }
-        let (found, failure) = match self.omegas() {
-            Some(omegas) => self.at_points(&balance, &omegas)?,
-            None if balance.is_small() => self.of_survey(&balance)?,
-            None => self.of_branch(&balance)?,
+        let enough = match balance.is_costly {
+            true => DEAR_TOLERANCE,
+            false => TOLERANCE,
         };
-        let Points { mut points, solved } = found;
+        let mut roughly = balance.clone();
+        roughly.settings.tolerance = balance.settings.tolerance.max(enough);
+        let found = match self.omegas() {
+            Some(omegas) => self.at_points(&roughly, &omegas),
+            None => self.of_branches(&roughly),
+        };
+        balance.effort.add(roughly.effort.spent());
+        let (points, failure) = found?;
         match failure {
-            Some(error) if points.iter().all(|point| point.response.is_none()) => {
-                return Err(error);
-            }
-            _ => {}
+            Some(error) if points.iter().all(|point| point.response.is_none()) => Err(error),
+            _ => Ok(points),
         }
-        if balance.is_small() {
-            self.estimate_errors(&balance, &solved, &mut points);
-        }
-        let every = solved.len().div_ceil(MULTIPLIERS).max(1);
-        let some: Vec<(usize, Response)> = solved.into_iter().step_by(every).collect();
-        let amplitude = |k: usize| points[k].response.as_ref().map_or(0.0, |r| r.amplitude);
-        let each: Vec<(&Response, f64)> = some.iter().map(|(k, r)| (r, amplitude(*k))).collect();
-        let multipliers = self.multipliers(&balance, &each);
-        for ((k, _), multiplier) in some.iter().zip(multipliers) {
-            if let Some(found) = &mut points[*k].response {
-                found.multiplier = multiplier;
-            }
-        }
-        Ok(points)
     }
 
     fn at_points(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         omegas: &[f64],
-    ) -> Result<(Points, Option<DynamicsError>), DynamicsError> {
+    ) -> Result<(Vec<ForcedPoint>, Option<DynamicsError>), DynamicsError> {
         let mut failure = None;
-        let mut found = Points::default();
-        let mut motion: Option<Motion> = None;
-        if balance.is_small() {
-            balance.effort.allow(POINTS);
-        }
-        let mut responses = balance.sweep(omegas);
-        if balance.is_small()
-            && responses.iter().any(Result::is_err)
-            && let Ok(survey) = self.survey(balance)
-        {
-            // What a sweep does not arrive at may be on a branch of the survey.
-            balance.effort.allow(POINTS / 2);
-            for (response, &omega) in responses.iter_mut().zip(omegas) {
-                if response.is_err()
-                    && let Some(found) = survey.highest_at(balance, self.response_port, omega)
-                {
-                    *response = Ok(found);
-                }
-            }
-        }
-        let mut failed = responses.iter().filter(|r| r.is_err()).count();
-        let mut left = IN_TIME;
-        for (response, &omega) in responses.into_iter().zip(omegas) {
-            match response {
-                Ok(response) => {
-                    motion = balance.motion(&response);
-                    found.add(self.point(balance, &response, None)?, Some(response));
-                }
+        let mut points = Vec::with_capacity(omegas.len());
+        for (response, &omega) in balance.sweep(omegas).into_iter().zip(omegas) {
+            let response = response.or_else(|error| self.by_easing(balance, omega).ok_or(error));
+            points.push(match response {
+                Ok(response) => self.point(balance, &response, None)?,
                 Err(error) => {
-                    let share = EFFORT.min(left / failed);
-                    failed -= 1;
-                    if let Some(response) = self.by_easing(balance, omega) {
-                        found.add(self.point(balance, &response, None)?, Some(response));
-                        continue;
-                    }
-                    let start = motion.as_ref();
-                    let (point, steps) =
-                        self.point_in_time(balance, omega, start, &error, share)?;
-                    left = left.saturating_sub(steps);
-                    found.append(point);
+                    let point = ForcedPoint::missing(omega, &error);
                     failure.get_or_insert(error);
+                    point
                 }
-            }
+            });
         }
-        Ok((found, failure))
+        Ok((points, failure))
     }
 
-    fn of_survey(
+    fn of_branches(
         &self,
         balance: &HarmonicBalance<ContactElement>,
-    ) -> Result<(Points, Option<DynamicsError>), DynamicsError> {
-        let survey = self.survey(balance)?;
-        let mut found = Points::default();
-        for (number, branch) in survey.branches.iter().enumerate() {
-            self.add_branch(balance, branch, number, &mut found)?;
-        }
-        for periodic in &survey.motions {
-            let point = ForcedPoint {
-                frequency: periodic.frequency(),
-                found_by: FoundBy::Time,
-                residual: periodic.change,
-                branch: None,
-                is_fold: false,
-                response: Some(self.of_motion(balance, periodic)),
-            };
-            found.add(point, None);
-        }
-        for &(omega, found_by) in &survey.missed {
-            let point = ForcedPoint {
-                frequency: omega / TAU,
-                found_by,
-                residual: 1.0,
-                branch: None,
-                is_fold: false,
-                response: None,
-            };
-            found.add(point, None);
-        }
-        Ok((found, survey.stopped))
-    }
-
-    fn of_branch(
-        &self,
-        balance: &HarmonicBalance<ContactElement>,
-    ) -> Result<(Points, Option<DynamicsError>), DynamicsError> {
+    ) -> Result<(Vec<ForcedPoint>, Option<DynamicsError>), DynamicsError> {
         let mut settings =
             ContinuationSettings::over(self.range.0, self.range.1, self.response_port);
         if balance.is_costly {
             settings.largest_step = DEAR_STEP;
         }
-        let (branches, failure) = balance.parts(settings)?;
-        let mut found = Points::default();
+        let easily = |omega| self.by_easing(balance, omega);
+        let (branches, failure) = balance.parts(settings, &easily)?;
+        let (from, to) = self.range;
+        let range = from * (1.0 - ROUNDING)..=to * (1.0 + ROUNDING);
+        let mut points = Vec::new();
         for (number, branch) in branches.iter().enumerate() {
-            self.add_branch(balance, branch, number, &mut found)?;
+            for (k, response) in branch.iter().enumerate() {
+                // A branch that returns ends beyond where it began.
+                if !range.contains(&response.omega) {
+                    continue;
+                }
+                let mut point = self.point(balance, response, Some(number))?;
+                if let (Some(before), Some(after)) = (k.checked_sub(1), branch.get(k + 1)) {
+                    let before = response.omega - branch[before].omega;
+                    point.is_fold = before * (after.omega - response.omega) < 0.0;
+                }
+                points.push(point);
+            }
         }
         if let (Some(error), [there, rest]) = (&failure, &branches[..])
             && let (Some(end), Some(start)) = (there.last(), rest.first())
@@ -285,28 +303,12 @@ impl Vibration {
         {
             // What the two parts leave out.
             let omega = 0.5 * (end.omega + start.omega);
-            let (point, _) = self.point_in_time(balance, omega, None, error, EFFORT)?;
-            found.append(point);
+            points.push(match self.by_easing(balance, omega) {
+                Some(response) => self.point(balance, &response, None)?,
+                None => ForcedPoint::missing(omega, error),
+            });
         }
-        Ok((found, failure))
-    }
-
-    fn add_branch(
-        &self,
-        balance: &HarmonicBalance<ContactElement>,
-        branch: &[Response],
-        number: usize,
-        found: &mut Points,
-    ) -> Result<(), DynamicsError> {
-        for (k, response) in branch.iter().enumerate() {
-            let mut point = self.point(balance, response, Some(number))?;
-            if let (Some(before), Some(after)) = (k.checked_sub(1), branch.get(k + 1)) {
-                let before = response.omega - branch[before].omega;
-                point.is_fold = before * (after.omega - response.omega) < 0.0;
-            }
-            found.add(point, Some(response.clone()));
-        }
-        Ok(())
+        Ok((points, failure))
     }
 
     fn point(
@@ -316,112 +318,147 @@ impl Vibration {
         branch: Option<usize>,
     ) -> Result<ForcedPoint, DynamicsError> {
         let (amplitude, phase_lag) = balance.amplitude(response, self.response_port)?;
-        let displacement = self.at_response(balance, &response.displacement);
-        if balance.is_small() && gives_energy(response) {
-            return Ok(ForcedPoint {
-                frequency: response.frequency(),
-                found_by: FoundBy::Unphysical,
-                residual: response.correction,
-                branch,
-                is_fold: false,
-                response: None,
-            });
-        }
+        let n = balance.harmonics().coefficients();
+        let displacement = response.displacement[self.response_port * n..][..n].to_vec();
+        let is_physical = !gives_energy(response);
         Ok(ForcedPoint {
             frequency: response.frequency(),
-            found_by: FoundBy::Balance,
+            found_by: match is_physical {
+                true => FoundBy::Balance,
+                false => FoundBy::Unphysical,
+            },
             residual: response.correction,
             branch,
             is_fold: false,
-            response: Some(PointResponse {
+            response: is_physical.then(|| PointResponse {
                 amplitude,
                 phase_lag,
                 peak_to_peak: peak_to_peak(balance.harmonics(), &displacement),
                 displacement,
-                energy: response.energy,
                 error: None,
                 friction_error: None,
-                active_elements: response.active_elements(),
-                multiplier: None,
+                solution: response.clone(),
             }),
         })
     }
 
-    /// The point at `omega` where the balance ends in `error`, by about as many integration steps as `effort` says, and how many.
-    fn point_in_time(
+    /// Finds the errors of points: what the response at its frequency changes by, doubled, with about twice the harmonics, and with twice the samples.
+    /// Points in which no element slips or opens are linear, and have none. The largest come first; what comes after about the cost of the points
+    /// themselves has none that is known.
+    pub fn estimate_errors(
         &self,
         balance: &HarmonicBalance<ContactElement>,
-        omega: f64,
-        start: Option<&Motion>,
-        error: &DynamicsError,
-        effort: usize,
-    ) -> Result<((ForcedPoint, Option<Response>), usize), DynamicsError> {
-        let left = match error {
-            // As large as the displacements: nothing is known.
-            DynamicsError::NotConverged { correction, .. } => correction.min(1.0),
-            _ => 1.0,
+        points: &mut [ForcedPoint],
+    ) {
+        let harmonics = balance.harmonics();
+        let more = self.finer(balance, harmonics.beyond(), 1);
+        let twice = self.finer(balance, harmonics.clone(), 2);
+        let (Ok(mut more), Ok(mut twice)) = (more, twice) else {
+            return;
         };
-        let mut point = ForcedPoint {
-            frequency: omega / TAU,
-            found_by: FoundBy::Nothing,
-            residual: left,
-            branch: None,
-            is_fold: false,
-            response: None,
-        };
-        let (settled, steps) = match self.settle(balance, omega, start, effort) {
-            Some((settled, steps)) => (Some(settled), steps),
-            None => (None, 0),
-        };
-        match settled {
-            Some(Ok(Settled::Periodic(periodic))) => {
-                if let Ok(response) = balance.solve(omega, Some(&start_of(&periodic))) {
-                    let amplitude =
-                        |rows: &[f64]| first_harmonic(balance, rows, self.response_port);
-                    let (ours, theirs) = (
-                        amplitude(&response.displacement),
-                        amplitude(&periodic.displacement),
-                    );
-                    // Else the balance has led to another response.
-                    if is_near(ours, theirs) {
-                        let point = self.point(balance, &response, None)?;
-                        return Ok(((point, Some(response)), steps));
-                    }
-                }
-                point.found_by = FoundBy::Time;
-                point.residual = periodic.change;
-                point.response = Some(self.of_motion(balance, &periodic));
+        for finer in [&mut more, &mut twice] {
+            finer.settings.tolerance = finer.settings.tolerance.max(ERROR_TOLERANCE);
+            finer.settings.most_iterations = ERROR_ITERATIONS;
+            finer.effort.allow(error_effort(balance, finer));
+        }
+        let found = points
+            .iter_mut()
+            .filter_map(|point| point.response.as_mut());
+        let mut found: Vec<&mut PointResponse> = found.collect();
+        found.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+        for point in found {
+            let coarse = &point.solution;
+            if coarse.active_elements() == 0 {
+                (point.error, point.friction_error) = (Some(0.0), Some(0.0));
+                continue;
             }
-            Some(Ok(Settled::Turns(turns))) => point.found_by = FoundBy::NotPeriodic(turns),
-            Some(Ok(Settled::Unsettled(_))) => point.found_by = FoundBy::NotSettled,
-            Some(Err(_)) | None => {}
+            // What friction would give is error as a whole.
+            let sampled = balance.work_error(coarse);
+            if coarse.energy.friction < 0.0 {
+                point.friction_error = Some(sampled.max(UNKNOWN));
+            }
+            let [by_harmonics, by_samples] =
+                [&more, &twice].map(|finer| self.errors_by(balance, point, finer));
+            if more.effort.is_spent() || twice.effort.is_spent() {
+                continue;
+            }
+            let is_still = balance.is_still(coarse, self.response_port);
+            point.error = Some(match is_still {
+                true => UNKNOWN,
+                false => by_harmonics[0] + by_samples[0],
+            });
+            let friction = (by_harmonics[1] + by_samples[1]).max(sampled);
+            point.friction_error = Some(point.friction_error.unwrap_or(0.0).max(friction));
         }
-        Ok(((point, None), steps))
     }
 
-    pub(super) fn of_motion(
+    /// What amplitude and energy of friction of a point differ by, relative to them, from those of another balance that is solved from it.
+    fn errors_by(
         &self,
         balance: &HarmonicBalance<ContactElement>,
-        periodic: &Periodic,
-    ) -> PointResponse {
-        let displacement = self.at_response(balance, &periodic.displacement);
-        let (amplitude, phase_lag) = balance.amplitude_of(&displacement);
-        PointResponse {
-            amplitude,
-            phase_lag,
-            peak_to_peak: peak_to_peak(balance.harmonics(), &displacement),
-            displacement,
-            energy: periodic.energy,
-            error: None,
-            friction_error: None,
-            active_elements: 0,
-            multiplier: periodic.multiplier,
+        point: &PointResponse,
+        finer: &HarmonicBalance<ContactElement>,
+    ) -> [f64; 2] {
+        let coarse = &point.solution;
+        let start = coarse.start();
+        let start = start.transferred(balance.harmonics(), finer.harmonics());
+        let fine = finer.solve_near(coarse.omega, &start);
+        let figures = fine.and_then(|fine| {
+            let amplitude = finer.amplitude(&fine, self.response_port)?.0;
+            Ok([amplitude, fine.energy.friction])
+        });
+        match figures {
+            Ok([amplitude, friction]) => [
+                error(point.amplitude, amplitude),
+                error(coarse.energy.friction, friction),
+            ],
+            Err(_) => [UNKNOWN; 2],
         }
     }
+}
 
-    fn at_response(&self, balance: &HarmonicBalance<ContactElement>, rows: &[f64]) -> Vec<f64> {
-        let n = balance.harmonics().coefficients();
-        rows[self.response_port * n..][..n].to_vec()
+impl ForcedPoint {
+    /// Half range of the first harmonic \[m\]; 0 where nothing was found.
+    fn amplitude(&self) -> f64 {
+        self.response.as_ref().map_or(0.0, |found| found.amplitude)
+    }
+}
+
+/// Evaluations by which errors of points are found: they may cost as much as the points did, as their equations are solved with the cube of the
+/// unknowns, or as much as so many of a few unknowns.
+fn error_effort(
+    balance: &HarmonicBalance<ContactElement>,
+    finer: &HarmonicBalance<ContactElement>,
+) -> u64 {
+    let [own, finer] = [balance, finer].map(|b| (b.elements().len() * b.width()) as f64);
+    let as_points = balance.effort.spent() as f64 * (own / finer).powi(3);
+    let least = ERROR_EVALUATIONS * (FEW_UNKNOWNS / finer).powi(2).min(1.0);
+    as_points.max(least) as u64
+}
+
+/// Place of the point with the largest amplitude; none where none has a response.
+fn highest(points: &[ForcedPoint]) -> Option<usize> {
+    let found = points.iter().enumerate();
+    let found = found.filter(|(_, point)| point.response.is_some());
+    let highest = found.max_by(|(_, a), (_, b)| a.amplitude().total_cmp(&b.amplitude()));
+    highest.map(|(place, _)| place)
+}
+
+/// Whether friction does work in a response, which it cannot.
+pub(super) fn gives_energy(response: &Response) -> bool {
+    let energy = response.energy;
+    energy.friction < -GIVEN * (energy.input.abs() + energy.viscous)
+}
+
+/// Error of a figure, relative to it, from that with more harmonics or samples: all of it where it is zero, or rounding, and that is not.
+fn error(figure: f64, finer: f64) -> f64 {
+    if figure == finer {
+        return 0.0;
+    }
+    let error = TAIL * (figure - finer).abs() / figure.abs();
+    match error.is_finite() {
+        true => error,
+        false => UNKNOWN,
     }
 }
 

@@ -48,8 +48,6 @@ pub struct Settings {
     pub most_iterations: usize,
     /// Unknowns up to which a Newton step is solved by elimination; beyond, by GMRES if the model has few coordinates.
     pub dense_unknowns: usize,
-    /// Finds the instants at which elements change their state, where their law allows it, rather than sampling them.
-    pub by_events: bool,
     /// Gives every element unknowns, whether it needs them or not: to check the condensation.
     pub all_active: bool,
 }
@@ -88,13 +86,13 @@ impl Default for Settings {
             tolerance: 1e-10,
             most_iterations: 40,
             dense_unknowns: 300,
-            by_events: false,
             all_active: false,
         }
     }
 }
 
 /// A structure, its contact elements and its loads.
+#[derive(Clone)]
 pub struct HarmonicBalance<E> {
     pub(super) model: Rc<ClosedModel>,
     pub(super) reference: Vec<[f64; 3]>,
@@ -201,10 +199,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             is_costly: elements.iter().any(E::is_costly),
             reference: elements.iter().map(E::reference_stiffness).collect(),
             elements,
-            sampling: match settings.by_events {
-                true => Sampling::new(harmonics, settings.samples)?.with_events(),
-                false => Sampling::new(harmonics, settings.samples)?,
-            },
+            sampling: Sampling::new(harmonics, settings.samples)?,
             loads,
             load_ports,
             load_rows,

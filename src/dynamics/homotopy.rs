@@ -75,10 +75,8 @@ impl Vibration {
                 slider.normal_load += share * PRELOAD * force / count;
             }
         }
-        let eased = easier.balance_of(elements, balance.harmonics().clone());
-        Some(HarmonicBalance {
-            effort: balance.effort.clone(),
-            ..eased.ok()?
-        })
+        easier
+            .balance_of(elements, balance.harmonics().clone())
+            .ok()
     }
 }

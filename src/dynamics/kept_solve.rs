@@ -91,7 +91,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         if !reader.0.is_empty() {
             return None;
         }
-        self.effort.add_units(spent);
+        self.effort.add(spent);
         Some(result)
     }
 

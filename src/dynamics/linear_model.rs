@@ -3,6 +3,8 @@
 //! Ports are numbered: first the contact degrees of freedom (x, y, n of every element), then whatever else is driven or looked
 //! at. A port may stand for a combination of nodes (a point between nodes, a resultant).
 
+use std::f64::consts::TAU;
+
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -104,15 +106,22 @@ impl SecondOrder {
         self
     }
 
-    /// K + iω C − ω² M with the `stiffness` K, which may be that with contact springs \[N/m\].
-    pub(super) fn dynamic_stiffness(&self, stiffness: &Matrix, omega: f64) -> Matrix<Complex64> {
+    /// Asks that no pseudo-mode, whose frequency is an upper bound of that of a mode left out, lies up to an angular frequency.
+    ///
+    /// # Errors
+    /// [`DynamicsError::CutOff`].
+    pub fn require_modes_up_to(&self, omega: f64) -> Result<(), DynamicsError> {
         let n = self.mass.rows();
-        let mut out = Matrix::zeros(n, n);
-        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
-            let real = stiffness.at(i, j) - omega * omega * self.mass.at(i, j);
-            out.set(i, j, Complex64::new(real, omega * self.damping.at(i, j)));
+        let squares =
+            (n - self.static_coordinates..n).map(|r| self.stiffness.at(r, r) / self.mass.at(r, r));
+        let lowest = squares.fold(f64::INFINITY, f64::min).sqrt();
+        match lowest <= omega {
+            true => Err(DynamicsError::CutOff {
+                frequency: lowest / TAU,
+                to: omega / TAU,
+            }),
+            false => Ok(()),
         }
-        out
     }
 
     fn check(&self, springs: &[f64]) -> Result<(), DynamicsError> {

@@ -17,6 +17,8 @@ pub(super) const STEP_TOLERANCE: f64 = 1e-4;
 /// forgets its mean, and a motion that friction alone holds would otherwise run away; what something else holds converges hardly
 /// slower.
 pub(super) const LEAST_GRIP: f64 = 1e-6;
+/// Unknowns up to which a step that Krylov iterations do not find is found by elimination: half a gigabyte.
+const MOST_DENSE: usize = 6000;
 /// Share of the largest square that regularises a step whose matrix is singular.
 const REGULARISATION: f64 = 1e-13;
 
@@ -187,7 +189,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let elements: Vec<usize> = (0..self.elements.len())
             .filter(|e| state.active[*e])
             .collect();
-        self.effort.add_evaluation();
+        self.effort.add(1);
         let mut work = self.sampling.workspace();
         let mut ports: Vec<usize> = elements.iter().flat_map(|e| 3 * e..3 * e + 3).collect();
         let mut forces = vec![0.0; elements.len() * width];
@@ -199,7 +201,6 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let mut jacobian = grip.map(|_| Matrix::zeros(width, width));
             let values = jacobian.as_mut().map(Matrix::values_mut);
             let closure = self.sampling.evaluate(law, u, g, values, &mut work);
-            self.effort.add_element(&closure, n);
             contact.push((g.to_vec(), closure));
             for d in 0..3 {
                 let stiffness = self.reference[element][d];
@@ -304,6 +305,10 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 preconditioner: Preconditioner::new(part, harmonics, &at.cores)?,
             });
         }
+        self.dense(at, frame)
+    }
+
+    fn dense(&self, at: &Evaluation, frame: &Frame) -> Result<Solver<'static>, DynamicsError> {
         let matrix = self.jacobian(at, frame);
         let of_matrix = DynamicsError::of_matrix("Jacobian of the harmonic balance");
         match matrix.clone().factorize().map_err(of_matrix) {
@@ -389,11 +394,34 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let right: Vec<f64> = residual.iter().map(|r| -r).collect();
         let operator = |v: &[f64]| self.operate(at, frame, &beyond.apply(v), v);
         let precondition = |v: &[f64]| preconditioner.apply(v);
-        if !self.is_costly {
-            let solved = krylov::solve(operator, precondition, &right, tolerance)?;
-            return Ok((solved.x, solved.iterations));
+        let solved = match self.is_costly {
+            true => frame.solve(operator, precondition, &right, tolerance),
+            false => krylov::solve(operator, precondition, &right, tolerance)
+                .map(|solved| (solved.x, solved.iterations)),
+        };
+        match solved {
+            Err(error @ DynamicsError::Krylov { .. }) => {
+                let solver = self.dense_instead(at, frame, error)?;
+                Ok((solver.approximate(residual), 0))
+            }
+            solved => solved,
         }
-        frame.solve(operator, precondition, &right, tolerance)
+    }
+
+    /// A solver by elimination where Krylov iterations end in `error`, if its matrix fits into memory.
+    ///
+    /// # Errors
+    /// `error` if it does not.
+    pub(super) fn dense_instead(
+        &self,
+        at: &Evaluation,
+        frame: &Frame,
+        error: DynamicsError,
+    ) -> Result<Solver<'static>, DynamicsError> {
+        match at.residual.len() <= MOST_DENSE {
+            true => self.dense(at, frame),
+            false => Err(error),
+        }
     }
 }
 

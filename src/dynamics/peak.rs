@@ -58,8 +58,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         if near.slope == 0.0 || self.is_costly && near.slope.abs() <= flat {
             return Ok(near.response);
         }
-        if flat > 0.0
-            && let Some(peak) = self.peak_by_slopes(&near, port, slot)
+        if let Some(peak) = self.peak_by_slopes(&near, port, slot)
             && (range.0..=range.1).contains(&peak.omega)
         {
             return Ok(peak);
@@ -147,52 +146,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         None
     }
 
-    /// All peaks at `port` on a branch: where the first harmonic is larger than on both sides, refined, and ends of the branch above their
-    /// neighbour. A peak that cannot be refined is the point of the branch.
-    ///
-    /// # Errors
-    /// [`DynamicsError::HarmonicMissing`].
-    pub(super) fn peaks(
-        &self,
-        branch: &[Response],
-        port: usize,
-        range: (f64, f64),
-    ) -> Result<Vec<Response>, DynamicsError> {
-        let slot = self.harmonics().require(1, "peak")?;
-        let size = |response: &Response| self.first_harmonic(response, port, slot)[0];
-        let mut found = Vec::new();
-        for (k, here) in branch.iter().enumerate() {
-            let beside = [k.checked_sub(1), Some(k + 1)];
-            let beside = beside.into_iter().flatten().filter_map(|k| branch.get(k));
-            let (mut higher, mut neighbours) = (true, 0);
-            for other in beside {
-                neighbours += 1;
-                higher &= size(here) >= size(other);
-            }
-            if !higher || size(here) == 0.0 {
-                continue;
-            }
-            let refined = match neighbours {
-                2 => self.peak(port, range, &here.start()).ok(),
-                _ => None,
-            };
-            let higher = refined.filter(|refined| size(refined) >= size(here));
-            found.push(higher.unwrap_or_else(|| here.clone()));
-        }
-        Ok(found)
-    }
-
-    /// Whether a whole branch costs little: its unknowns are few.
-    pub fn is_small(&self) -> bool {
-        self.elements.len() * self.width() <= self.settings.dense_unknowns
-    }
-
-    /// The angle to a peak that ends the search for it \[rad\]; 0 where responses cost little.
+    /// The angle to a peak that ends the search for it \[rad\].
     fn flat(&self) -> f64 {
-        match () {
-            _ if self.is_costly => DEAR,
-            _ if self.is_small() => 0.0,
-            _ => FLAT,
+        match self.is_costly {
+            true => DEAR,
+            false => FLAT,
         }
     }
 
@@ -246,8 +204,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         });
         let start: Start = near.response.start();
         let start = self.start_from(&start, near.response.omega, 1.0)?;
-        let tolerance = if self.flat() > 0.0 { ROUGHLY } else { 0.0 };
-        let response = self.newton_to(tolerance, start, 1.0, &condition)?;
+        let response = self.newton_to(ROUGHLY, start, 1.0, &condition)?;
         let place = self.place(response, port, slot, phase)?;
         let size = |place: &Place| self.first_harmonic(&place.response, port, slot)[0];
         let ratio = size(&place) / size(near);

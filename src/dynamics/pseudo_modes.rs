@@ -12,7 +12,7 @@
 
 use super::DynamicsError;
 use super::linear_model::symmetrise;
-use crate::linalg::{RowMatrix as Matrix, add_scaled, generalised_eigen};
+use crate::linalg::{Factors, RowMatrix as Matrix, add_scaled, generalised_eigen};
 
 /// Vectors of the subspace beyond the pseudo-modes wanted: they bring the poles of the last ones within some percent.
 const GUARDS: usize = 6;
@@ -36,7 +36,7 @@ pub struct PseudoModes {
 /// The subspace begins with the columns of R₁ that a pivoted Cholesky factorisation takes, and is improved by one inverse iteration.
 ///
 /// # Errors
-/// [`DynamicsError::Length`] if the two do not have one size, [`DynamicsError::Matrix`] for a flexibility that is singular.
+/// [`DynamicsError::Length`] if the two do not have one size, [`DynamicsError::Matrix`] for a flexibility that is none.
 pub fn pseudo_modes(
     residual: &Matrix,
     slope: &Matrix,
@@ -68,17 +68,12 @@ pub fn pseudo_modes(
             residual: residual.clone(),
         });
     }
-    let flexibility = residual
-        .clone()
-        .factorize()
-        .map_err(DynamicsError::of_matrix("residual flexibility"))?;
-    let mut vectors = columns_of(slope, &first);
-    flexibility.solve_columns(&mut vectors);
+    let flexibility = Inverse::of(residual)?;
+    let vectors = flexibility.times(columns_of(slope, &first));
     let kept = independent(&gram(&vectors, &slope.times(&vectors)), wanted);
     let vectors = columns_of(&vectors, &kept);
     let moved = slope.times(&vectors);
-    let mut bent = moved.clone();
-    flexibility.solve_columns(&mut bent);
+    let bent = flexibility.times(moved.clone());
     // Within the span of R₁X the residual mass is R₁X(XᵀR₁X)⁻¹XᵀR₁, and its flexibility over mass XᵀR₁R₀⁻¹R₁X.
     let (inverse_squares, turn) = generalised_eigen(&gram(&moved, &bent), &gram(&vectors, &moved))
         .map_err(DynamicsError::of_matrix("residual mass"))?;
@@ -109,6 +104,54 @@ pub fn pseudo_modes(
         shapes,
         residual: left,
     })
+}
+
+/// The inverse of a flexibility; of one that is singular, as the kept modes have all that moves some ports, the inverse of what it has.
+enum Inverse {
+    Whole(Factors),
+    /// Directions, and the inverse of the flexibility along each.
+    Part(Matrix, Vec<f64>),
+}
+
+impl Inverse {
+    fn of(flexibility: &Matrix) -> Result<Inverse, DynamicsError> {
+        let of_matrix = DynamicsError::of_matrix("residual flexibility");
+        match flexibility.clone().factorize().map_err(&of_matrix) {
+            Ok(factors) => Ok(Inverse::Whole(factors)),
+            Err(error) if error.is_singular() => {
+                let unit = Matrix::identity(flexibility.rows());
+                let (values, directions) =
+                    generalised_eigen(flexibility, &unit).map_err(of_matrix)?;
+                let least = NOTHING_LEFT * values.last().copied().unwrap_or(0.0);
+                let inverse = values.iter().map(|value| match *value > least {
+                    true => value.recip(),
+                    false => 0.0,
+                });
+                Ok(Inverse::Part(directions, inverse.collect()))
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    fn times(&self, mut columns: Matrix) -> Matrix {
+        match self {
+            Inverse::Whole(factors) => {
+                factors.solve_columns(&mut columns);
+                columns
+            }
+            Inverse::Part(directions, inverse) => {
+                let mut along = Matrix::zeros(directions.columns(), columns.columns());
+                along.add_transposed_product(directions, &columns);
+                for (r, inverse) in inverse.iter().enumerate() {
+                    along
+                        .row_mut(r)
+                        .iter_mut()
+                        .for_each(|part| *part *= inverse);
+                }
+                directions.times(&along)
+            }
+        }
+    }
 }
 
 /// Up to `most` columns of a symmetric positive semidefinite matrix that span nearly what all do: the pivots of its Cholesky

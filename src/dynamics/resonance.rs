@@ -13,9 +13,9 @@ const SCAN: usize = 400;
 const BESIDE: [f64; 5] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2];
 /// Points of the search among nonlinear responses, when all else failed.
 const NONLINEAR_SCAN: usize = 60;
-/// What the search over the range may cost where raising the load found no resonance: in units, and in parts of what raising the load
-/// did.
-const SCAN_UNITS: u64 = 15_000_000;
+/// Evaluations that the search over the range may take at least where raising the load found no resonance, and in parts of those that raising
+/// it took.
+const SCAN_LEAST: u64 = 2000;
 const SCAN_SHARE: u64 = 4;
 /// Halvings of an interval that has a resonance.
 const BISECTIONS: usize = 40;
@@ -72,12 +72,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 Err(error) => stopped = Some(error),
             }
         }
-        if self.is_small() {
-            return self.scan_resonance(range, &lag);
-        }
         // Where the joint slides as a whole, the branch over the range leads nowhere, and takes long to say so.
         let raised = self.effort.spent() - before;
-        self.effort.allow(SCAN_UNITS.max(SCAN_SHARE * raised));
+        self.effort.allow(SCAN_LEAST.max(SCAN_SHARE * raised));
         let found = self.scan_resonance(range, &lag);
         let is_cut = self.effort.is_spent();
         self.effort.unbound();
@@ -366,19 +363,6 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             }
         }
         (found, failure)
-    }
-
-    /// All phase resonances on a branch.
-    ///
-    /// # Errors
-    /// Without a drive.
-    pub(super) fn phase_resonances(
-        &self,
-        branch: &[Response],
-        range: (f64, f64),
-    ) -> Result<Vec<Response>, DynamicsError> {
-        let branch: Vec<Option<Response>> = branch.iter().cloned().map(Some).collect();
-        Ok(self.crossings(&branch, range, &self.phase_lag()?).0)
     }
 
     /// The phase resonance between a response in phase with the drive and one behind it.

@@ -12,6 +12,9 @@ const UNSUPPORTED: f64 = 1e-7;
 /// Change of a friction force over a cycle, relative to the largest of the joint, up to which it is a steady one.
 const CLOSED: f64 = 1e-6;
 
+/// An amplitude below this share of the largest displacement is what Newton's method and rounding leave: nothing moves there.
+const STILL: f64 = 1e-9;
+
 /// What a cycle does with energy \[J\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Energy {
@@ -144,10 +147,12 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Ok(self.lag(row[slot], row[slot + 1]))
     }
 
-    /// Half-range amplitude \[m\] and phase lag behind the drive of the first harmonic of a row of coefficients; 0 without that harmonic.
-    pub(super) fn amplitude_of(&self, row: &[f64]) -> (f64, f64) {
-        let slot = self.harmonics().slot_of(1);
-        slot.map_or((0.0, 0.0), |slot| self.lag(row[slot], row[slot + 1]))
+    /// Whether a response does not move at a port, but for rounding.
+    pub(super) fn is_still(&self, response: &Response, port: usize) -> bool {
+        let rows = &response.displacement;
+        let largest = rows.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+        self.amplitude(response, port)
+            .is_ok_and(|(amplitude, _)| amplitude <= STILL * largest)
     }
 
     fn lag(&self, a: f64, b: f64) -> (f64, f64) {

@@ -28,11 +28,6 @@ impl FrictionLaw {
         }
     }
 
-    /// Whether it limits x and y independently of each other.
-    pub(super) fn is_by_axes(self) -> bool {
-        self == FrictionLaw::Box
-    }
-
     /// The law in symbols, T the tangential and N the normal force.
     pub fn formula(self) -> &'static str {
         match self {

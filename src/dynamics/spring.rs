@@ -5,9 +5,6 @@ use std::f64::consts::TAU;
 use serde::{Deserialize, Serialize};
 
 use super::Harmonics;
-use super::event_driven::{add_normal, stays_open};
-use super::series::Nodes;
-use super::slider::Slider;
 use crate::linalg::add_scaled;
 
 /// A spring along one direction; its force is positive along the displacement, as that of a slider.
@@ -54,8 +51,8 @@ impl Spring {
         }
     }
 
-    /// Adds the coefficients of its force over a cycle, and their derivatives (row by row), of those of the displacement along it: exactly,
-    /// so that it does no work.
+    /// Adds the coefficients of the force of a cubic spring over a cycle, and their derivatives (row by row), of those of the displacement along it:
+    /// exactly, so that it does no work.
     pub(super) fn add(
         &self,
         harmonics: &Harmonics,
@@ -63,9 +60,6 @@ impl Spring {
         force: &mut [f64],
         slope: &mut [f64],
     ) {
-        if let Some(slider) = self.as_slider() {
-            return add_normal(&slider, &Nodes::of(harmonics), displacement, force, slope);
-        }
         // Products of four harmonics at most: so many samples sum them up exactly.
         let n = harmonics.coefficients();
         let samples = 4 * harmonics.highest() as usize + 1;
@@ -81,25 +75,9 @@ impl Spring {
         }
     }
 
-    /// Whether it has no force throughout a cycle.
-    pub(super) fn is_free(&self, harmonics: &Harmonics, displacement: &[f64]) -> bool {
-        match self.as_slider() {
-            Some(slider) => stays_open(&slider, &Nodes::of(harmonics), displacement),
-            None => displacement.iter().all(|u| *u == 0.0),
-        }
-    }
-
-    /// A stop as what bears pressure beyond its gap.
-    fn as_slider(&self) -> Option<Slider> {
-        match *self {
-            Spring::Stop { stiffness, gap, .. } => Some(Slider {
-                normal_load: 0.0,
-                gap,
-                tangential_stiffness: 0.0,
-                normal_stiffness: stiffness,
-            }),
-            Spring::Cubic { .. } => None,
-        }
+    /// Whether its force has a kink: it is sampled as that of a slider is.
+    pub(super) fn is_sampled(&self) -> bool {
+        matches!(self, Spring::Stop { .. })
     }
 
     /// Name, value and what would be right of a parameter that is out of its range.

@@ -1,13 +1,6 @@
 //! A driven structure whose contact elements change: what the response to them is made from, and its figures.
 
-use std::f64::consts::TAU;
-
-use super::candidates::{Candidate, CandidateKind};
 use super::contact_element::ContactElement;
-use super::effort::{BESIDE_BRANCHES, BRANCHES};
-use super::reach::Unseen;
-use super::survey::Survey;
-use super::surveyed::Surveyed;
 use super::{
     DynamicsError, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Settings, Start,
 };
@@ -37,8 +30,28 @@ pub struct Vibration {
     pub gauge: Gauge,
     /// What an earlier start has solved, and a place for what this one solves.
     pub journal: Journal,
-    /// Surveys that were made.
-    pub surveyed: Surveyed,
+}
+
+/// What a resonance is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ResonanceKind {
+    /// A displacement 90° behind the drive.
+    PhaseResonance,
+    /// A largest first harmonic at the response port.
+    Peak,
+    /// A first harmonic that is largest at an end of the range or of a branch.
+    End,
+}
+
+impl ResonanceKind {
+    /// Its name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            ResonanceKind::PhaseResonance => "phase_resonance",
+            ResonanceKind::Peak => "peak",
+            ResonanceKind::End => "end",
+        }
+    }
 }
 
 /// The resonance of a structure with its contact elements.
@@ -50,31 +63,22 @@ pub struct Resonance {
     pub port: usize,
     /// Half range of the first harmonic at the response port there, at the peak without it \[m\].
     pub amplitude: f64,
-    /// Frequency of the largest first harmonic at the response port (see [`Vibration::resonance`]) \[Hz\].
+    /// Frequency of the largest first harmonic at the response port that was found \[Hz\].
     pub peak_frequency: f64,
     /// That harmonic \[m\].
     pub peak_amplitude: f64,
     /// The response there.
     pub peak: Response,
-    /// Newton iterations of both; of a model of few unknowns, those of all its branches.
+    /// Whether it is a peak, or an end of the range or of a branch.
+    pub peak_kind: ResonanceKind,
+    /// Whether the peak is the one beside the phase resonance.
+    pub is_beside: bool,
+    /// Number of its branch of the forced response; none of a peak that was found apart from that.
+    pub branch: Option<usize>,
+    /// Newton iterations of both.
     pub iterations: usize,
-    /// All peaks and phase resonances that were found, the strongest first; none where only these two were looked for.
-    pub candidates: Vec<Candidate>,
-    /// Frequencies that no branch covers, from and to \[Hz\]; none where branches were not followed.
-    pub gaps: Vec<[f64; 2]>,
-    /// Those of them of which motions in time do not tell either how large responses are.
-    pub unseen: Vec<Unseen>,
     /// Whether nothing moves at the response port, but for rounding.
     pub is_still: bool,
-    /// The largest amplitude of a motion in time that no branch has, or that is the highest on its path \[m\]; 0 without one.
-    pub largest_in_time: f64,
-    /// Whether the peak is a motion in time that is the highest on its path, which is known whole.
-    pub is_top: bool,
-    /// Whether branches were given up as they had cost enough.
-    pub is_cut: bool,
-    /// Amplitude that no motion exceeds of those beside the branches that could not be followed \[m\]: 0 without any, infinite where nothing bounds
-    /// it.
-    pub unfollowed: f64,
 }
 
 impl Resonance {
@@ -82,31 +86,18 @@ impl Resonance {
     pub fn in_force(&self) -> &Response {
         self.phase.as_ref().unwrap_or(&self.peak)
     }
-
-    /// The candidate that is the peak; none where only the two were looked for.
-    pub fn peak_candidate(&self) -> Option<&Candidate> {
-        let mut peaks = self.candidates.iter();
-        peaks.find(|candidate| candidate.response == self.peak)
-    }
-
-    /// One with more harmonics that was found from this one alone: what the range has beside it, and in time, stays as it is known here.
-    pub(super) fn extended(&self, more: Resonance) -> Resonance {
-        Resonance {
-            gaps: self.gaps.clone(),
-            unseen: self.unseen.clone(),
-            largest_in_time: self.largest_in_time,
-            is_cut: self.is_cut,
-            unfollowed: self.unfollowed,
-            ..more
-        }
-    }
-
-    /// Whether the peak is that of a motion in time, which the balance does not have.
-    pub fn is_in_time(&self) -> bool {
-        let candidate = self.peak_candidate();
-        candidate.is_some_and(|candidate| candidate.branch.is_none())
-    }
 }
+
+/// Samples per period of the highest harmonic. The error of a force that slips, opens or touches a stop falls with their square.
+const SAMPLES_PER_PERIOD: usize = 10;
+
+/// Samples of a cycle that resolve harmonics up to the highest.
+pub fn samples_of(highest: u32) -> usize {
+    SAMPLES_PER_PERIOD * highest as usize
+}
+
+/// Relative difference of two frequencies that is rounding.
+const SAME_FREQUENCY: f64 = 1e-9;
 
 impl Vibration {
     /// The structure with these contact elements.
@@ -129,10 +120,7 @@ impl Vibration {
         elements: Vec<ContactElement>,
         harmonics: Harmonics,
     ) -> Result<HarmonicBalance<ContactElement>, DynamicsError> {
-        let mut settings = self.settings;
-        if harmonics.highest() > self.harmonics.highest() {
-            settings.samples = settings.samples.max(4 * harmonics.highest() as usize + 2);
-        }
+        let settings = self.settings_for(&harmonics);
         let loads = self.loads.clone();
         self.driven(HarmonicBalance::new(
             &self.model,
@@ -141,6 +129,15 @@ impl Vibration {
             loads,
             settings,
         )?)
+    }
+
+    /// The settings with the samples that harmonics need which go beyond those of the vibration.
+    fn settings_for(&self, harmonics: &Harmonics) -> Settings {
+        let mut settings = self.settings;
+        if harmonics.highest() > self.harmonics.highest() {
+            settings.samples = settings.samples.max(samples_of(harmonics.highest()));
+        }
+        settings
     }
 
     /// A balance with all loads and who watches.
@@ -156,29 +153,32 @@ impl Vibration {
         })
     }
 
+    /// Whether a response is at an end of the range.
+    pub fn is_at_end(&self, response: &Response) -> bool {
+        let ends = [self.range.0, self.range.1];
+        let is_at = |end: &f64| (response.omega / end - 1.0).abs() <= SAME_FREQUENCY;
+        ends.iter().any(is_at)
+    }
+
     /// The angular frequencies of the forced response; none where continuation places them.
     pub(super) fn omegas(&self) -> Option<Vec<f64>> {
-        self.points.map(|points| self.omegas_or(points))
-    }
-
-    /// The angular frequencies of the forced response, `usual` of them where continuation would place them.
-    pub(super) fn omegas_or(&self, usual: usize) -> Vec<f64> {
         let (from, to) = self.range;
-        let points = self.points.unwrap_or(usual);
-        let last = points.saturating_sub(1).max(1) as f64;
-        let places = (0..points).map(|k| from + (to - from) * k as f64 / last);
-        places.collect()
+        self.points.map(|points| {
+            let last = points.saturating_sub(1).max(1) as f64;
+            let places = (0..points).map(|k| from + (to - from) * k as f64 / last);
+            places.collect()
+        })
     }
 
-    /// The balance that the errors of another are seen by: in more harmonics, with twice the samples that they would have.
+    /// The balance that the errors of another are seen by: in as many harmonics or more, with so many times its samples, or as many as they need.
     pub(super) fn finer(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         harmonics: Harmonics,
+        times: usize,
     ) -> Result<HarmonicBalance<ContactElement>, DynamicsError> {
-        let mut settings = self.settings;
-        let enough = 4 * harmonics.highest() as usize + 2;
-        settings.samples = 2 * settings.samples.max(enough);
+        let mut settings = self.settings_for(&harmonics);
+        settings.samples = settings.samples.max(times * balance.settings.samples);
         let (model, elements) = (balance.model.clone(), balance.elements.clone());
         let loads = self.loads.clone();
         self.driven(HarmonicBalance::of_closed(
@@ -186,8 +186,7 @@ impl Vibration {
         )?)
     }
 
-    /// Phase resonance and peak, from `start` if there is one. Of a model of few unknowns, whose branches cost little, the strongest of
-    /// all in the range; of another the peak is that of the phase resonance.
+    /// Phase resonance, from `start` if there is one, and the peak beside it.
     ///
     /// # Errors
     /// Those of [`HarmonicBalance::phase_resonance`] and [`HarmonicBalance::peak`].
@@ -196,12 +195,6 @@ impl Vibration {
         balance: &HarmonicBalance<ContactElement>,
         start: Option<&Start>,
     ) -> Result<Resonance, DynamicsError> {
-        if balance.is_small() {
-            let survey = self.survey(balance)?;
-            let strongest = self.strongest(balance, start, survey);
-            balance.effort.unbound();
-            return strongest;
-        }
         let phase = balance.phase_resonance(self.range, start)?;
         self.beside(balance, phase)
     }
@@ -289,76 +282,16 @@ impl Vibration {
             amplitude,
             peak_frequency: peak.frequency(),
             peak_amplitude: size(&peak)?.0,
+            peak_kind: match self.is_at_end(&peak) {
+                true => ResonanceKind::End,
+                false => ResonanceKind::Peak,
+            },
+            is_beside: phase.is_some(),
+            branch: None,
             iterations,
             phase,
-            candidates: Vec::new(),
-            gaps: Vec::new(),
-            unseen: Vec::new(),
             is_still: balance.is_still(&peak, self.response_port),
-            largest_in_time: 0.0,
-            is_top: false,
-            is_cut: false,
-            unfollowed: 0.0,
             peak,
-        })
-    }
-
-    /// The strongest of a survey. Where its branches have no phase resonance, one is looked for apart from them.
-    fn strongest(
-        &self,
-        balance: &HarmonicBalance<ContactElement>,
-        start: Option<&Start>,
-        mut survey: Survey,
-    ) -> Result<Resonance, DynamicsError> {
-        balance.effort.allow(BESIDE_BRANCHES);
-        let mut candidates = self.candidates(balance, &survey)?;
-        let is_phase = |c: &Candidate| c.kind == CandidateKind::PhaseResonance;
-        let mut missing = None;
-        if !candidates.iter().any(is_phase) {
-            balance.effort.allow(match candidates.is_empty() {
-                // The only other way.
-                true => BRANCHES,
-                false => BESIDE_BRANCHES,
-            });
-            match balance.phase_resonance(self.range, start) {
-                Ok(phase) => {
-                    let through = self.branch_through(balance, &phase)?;
-                    survey.branches.push(through);
-                    survey.gaps = survey.left_out(self.range);
-                    let gaps = &survey.gaps;
-                    let is_left =
-                        |[low, high]: &[f64; 2]| gaps.iter().any(|[a, b]| a < high && low < b);
-                    survey.unseen.retain(is_left);
-                    candidates = self.candidates(balance, &survey)?;
-                }
-                Err(error) => missing = Some(error),
-            }
-        }
-        // They are sorted.
-        let first = |is_wanted: &dyn Fn(&Candidate) -> bool| {
-            let wanted = candidates.iter().find(|c| is_wanted(c));
-            wanted.map(|candidate| candidate.response.clone())
-        };
-        let phase = first(&is_phase);
-        // A phase resonance stands for a peak that could not be refined to above it.
-        let Some(peak) = first(&|_| true) else {
-            let error = missing.unwrap_or(DynamicsError::NoResonance {
-                what: "peak",
-                from: self.range.0 / TAU,
-                to: self.range.1 / TAU,
-            });
-            return Err(survey.stopped.unwrap_or(error));
-        };
-        let iterations = survey.branches.iter().flatten().map(|r| r.iterations).sum();
-        Ok(Resonance {
-            candidates,
-            largest_in_time: survey.largest_in_time(balance, self.response_port),
-            is_top: survey.is_top(peak.omega, balance.amplitude(&peak, self.response_port)?.0),
-            is_cut: survey.is_cut,
-            unfollowed: survey.unfollowed,
-            unseen: self.unseen(balance, &survey.unseen),
-            gaps: survey.gaps,
-            ..self.resonance_of(balance, phase, peak, iterations)?
         })
     }
 }

@@ -12,8 +12,8 @@ pub(crate) mod vectors;
 pub use blocks::Blocks;
 pub use dense::Matrix;
 pub use rows::{
-    Factors, RowMatrix, Scalar, add_product_of_rows, add_scaled, eigenvalues, generalised_eigen,
-    single, vectorised,
+    Factors, RowMatrix, Scalar, add_product_of_rows, add_scaled, generalised_eigen, single,
+    vectorised,
 };
 pub use sparse::{SparseCholesky, SparseIndefinite, SparseSymmetric, minimum_degree};
 

@@ -398,17 +398,3 @@ pub fn generalised_eigen(
     }
     Ok((values, rows.transposed()))
 }
-
-/// Eigenvalues of a square matrix that need not be symmetric, in no order.
-///
-/// # Errors
-/// [`LinalgError::NoEigenvalues`].
-pub fn eigenvalues(matrix: &RowMatrix) -> Result<Vec<Complex64>, LinalgError> {
-    let size = matrix.rows;
-    let lost = || LinalgError::NoEigenvalues { size };
-    if matrix.values.iter().any(|value| !value.is_finite()) {
-        return Err(lost());
-    }
-    let view = MatRef::from_row_major_slice(&matrix.values, size, matrix.columns);
-    cleared(|| view.eigenvalues()).map_err(|_| lost())
-}

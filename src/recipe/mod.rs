@@ -34,7 +34,7 @@ pub use decision::Decision;
 pub use elements::{ElementStiffness, Elements, Layout};
 pub use inputs::{Identity, Inputs};
 pub use parts::Part;
-pub use response::{Base, BaseMotion, DampingBasis, Force, Method, Port, Response};
+pub use response::{Base, BaseMotion, DampingBasis, Force, Port, Response};
 pub use structure::{Import, ImportFiles, JointSets, Structure, StructureSource};
 pub use surface::{Cells, Heights, HeightsFile, Surface};
 pub use told::told;

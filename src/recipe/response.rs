@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 
 use super::decision::Told;
 use super::{Reasons, Recipe};
-use crate::dynamics::time_response::FREQUENCIES as FREQUENCIES_IN_TIME;
 use crate::dynamics::{Load, Rayleigh};
 
 /// A point of a structure and a direction.
@@ -91,24 +90,6 @@ pub enum DampingBasis {
     Free,
 }
 
-/// How the forced response is computed.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Method {
-    /// As solutions of the harmonic balance.
-    #[default]
-    HarmonicBalance,
-    /// By integration in time until the motion settles.
-    Time,
-}
-
-impl Method {
-    /// Whether it is what a scene has that does not say.
-    pub fn is_usual(&self) -> bool {
-        *self == Method::default()
-    }
-}
-
 /// How a structure is made to vibrate, and what of its response is wanted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Response {
@@ -125,9 +106,6 @@ pub struct Response {
     pub harmonic_tolerance: Option<f64>,
     /// Samples of a vibration cycle at which contact elements are evaluated.
     pub samples: usize,
-    /// Whether the instants at which contact elements change their state are found exactly, where their motion allows it.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub events: bool,
     /// Modal damping ratio.
     pub damping_ratio: f64,
     /// Damping by mass and stiffness beside it; none: there is none.
@@ -139,9 +117,6 @@ pub struct Response {
     pub frequency: [f64; 2],
     /// Equidistant points of the forced response; none: as continuation places them.
     pub points: Option<usize>,
-    /// How the forced response is computed.
-    #[serde(default, skip_serializing_if = "Method::is_usual")]
-    pub method: Method,
     /// The reasons.
     pub why: Reasons,
 }
@@ -191,10 +166,6 @@ impl Response {
             );
         }
         let points = match self.points {
-            _ if self.method == Method::Time => format!(
-                "at {} frequencies, by integration in time",
-                self.points.unwrap_or(FREQUENCIES_IN_TIME)
-            ),
             Some(points) => format!("at {points} frequencies"),
             None => "as continuation places its points".to_owned(),
         };

@@ -460,10 +460,9 @@ impl Structure {
                     ratio: response.damping_ratio,
                     springs,
                 };
-                (
-                    reduced_model(reduced, &numbers, damping)?,
-                    Some(reduced.ports.contact_ports()),
-                )
+                let model = reduced_model(reduced, &numbers, damping)?;
+                model.require_modes_up_to(TAU * response.frequency[1])?;
+                (model, Some(reduced.ports.contact_ports()))
             }
         };
         let model = match response.rayleigh {
@@ -505,14 +504,12 @@ impl Structure {
             harmonics: Harmonics::new(&response.harmonics)?,
             settings: Settings {
                 samples: response.samples,
-                by_events: response.events,
                 ..Settings::default()
             },
             range: (response.frequency[0] * TAU, response.frequency[1] * TAU),
             points: response.points,
             gauge: Gauge::default(),
             journal: Journal::default(),
-            surveyed: Default::default(),
             model,
         })
     }

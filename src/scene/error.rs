@@ -128,6 +128,16 @@ pub enum Problem {
         /// The keys that its section has.
         siblings: Vec<String>,
     },
+    /// A key that scenes once had.
+    #[error("{key} = {value}: there is no such key any more: {instead}")]
+    FormerKey {
+        /// The key.
+        key: String,
+        /// Its value.
+        value: String,
+        /// What to do without it.
+        instead: &'static str,
+    },
     /// A key of another kind of section.
     #[error(
         "{key} = {value} does not belong to {kind_key} = \"{kind}\", whose keys are: {}",
@@ -265,6 +275,7 @@ impl Problem {
             Problem::Quantity { key, source } => (Some(key), Some(&source.text)),
             Problem::PathEncoding { key, value, .. }
             | Problem::UnknownKey { key, value, .. }
+            | Problem::FormerKey { key, value, .. }
             | Problem::OtherKind { key, value, .. }
             | Problem::Type { key, value, .. }
             | Problem::Unit { key, value, .. }

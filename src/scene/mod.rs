@@ -47,8 +47,8 @@ pub use crate::contact::Boundary;
 pub use crate::dynamics::{FrictionLaw, Rayleigh};
 pub use crate::model_update::{Distribution, StiffnessKind as Stiffness};
 pub use crate::recipe::{
-    Base, BaseMotion, Criterion as Update, DampingBasis, Force, Heights as Surface, Keep, Method,
-    Output, Port, StructureSource as Structure, Wear,
+    Base, BaseMotion, Criterion as Update, DampingBasis, Force, Heights as Surface, Keep, Output,
+    Port, StructureSource as Structure, Wear,
 };
 pub use crate::structure::resonator::Resonator;
 pub use crate::surface::prepare::{Detrend, Fill};
@@ -226,9 +226,6 @@ pub struct Dynamics {
     pub frequency: [f64; 2],
     /// Equidistant points of the forced response; none: as continuation places them.
     pub points: Option<usize>,
-    /// How the forced response is computed.
-    #[serde(skip_serializing_if = "Method::is_usual")]
-    pub method: Method,
 }
 
 impl Bodies {
@@ -302,10 +299,6 @@ pub struct Fidelity {
     pub load_steps: Option<usize>,
     /// Samples of a vibration cycle at which contact elements are evaluated.
     pub aft_samples: usize,
-    /// Whether the instants at which contact elements change their state are found exactly, where their motion allows it; none: of an
-    /// oscillator.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub aft_events: Option<bool>,
     /// Relative error by harmonics left out, up to which they are extended; none where the scene says which there are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub harmonic_tolerance: Option<f64>,

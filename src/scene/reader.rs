@@ -292,20 +292,30 @@ impl<'a> Reader<'a> {
                     key: self.called(&key),
                     node: entry,
                 }),
-                None => Err(SceneError::new(
-                    &entry.place,
-                    Problem::UnknownKey {
-                        nearest: keys::nearest_key(&key),
-                        value: entry.shown(),
-                        siblings: keys::children(section)
-                            .into_iter()
-                            .map(str::to_owned)
-                            .collect(),
-                        key,
-                    },
-                )),
+                None => Err(SceneError::new(&entry.place, unknown(section, key, entry))),
             });
         }
         faults.end()
+    }
+}
+
+/// What is wrong with a key that no scene has.
+fn unknown(section: &str, key: String, entry: &Node) -> Problem {
+    let value = entry.shown();
+    match keys::instead_of_former(&key) {
+        Some(instead) => Problem::FormerKey {
+            key,
+            value,
+            instead,
+        },
+        None => Problem::UnknownKey {
+            nearest: keys::nearest_key(&key),
+            value,
+            siblings: keys::children(section)
+                .into_iter()
+                .map(str::to_owned)
+                .collect(),
+            key,
+        },
     }
 }

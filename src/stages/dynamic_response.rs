@@ -11,11 +11,11 @@ use super::reads::{Outputs, Reads};
 use super::reduced;
 use super::solvers::{Solvers, given, layout};
 use super::stage::{Stage, When};
-use super::told::{tell_candidates, tell_leap, tell_missed, tell_open, tell_reduction};
+use super::told::{tell_leap, tell_missed, tell_open, tell_reduction, tell_resonance};
 use crate::dynamics::cycle::{JointCycle, JointSummary, joint_cycle};
 use crate::dynamics::{
-    Candidate, CandidateKind, ContactElement, DynamicsError, ElementState, HarmonicBalance,
-    Harmonics, Resolved, Resonance, Response, Start, Vibration,
+    ContactElement, DynamicsError, ElementState, HarmonicBalance, Harmonics, OverRange, Resolved,
+    Resonance, ResonanceKind, Response, Start, Vibration,
 };
 use crate::model_update::ElementParameters;
 use crate::recipe::Layout;
@@ -110,7 +110,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let resolved = resolved.completed();
     let resolved = resolved.map_err(|source| failed(reads, source))?;
     tell_missed(&mut outputs, tolerance, &resolved);
-    tell_candidates(&mut outputs, &vibration, &resolved.resonance);
+    tell_resonance(&mut outputs, &vibration, &resolved.resonance);
     tell_reduction(reads, &mut outputs, &resolved)?;
     if let Some((_, row)) = &before {
         tell_leap(reads, &mut outputs, row, &resolved.resonance);
@@ -122,7 +122,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     Ok(outputs)
 }
 
-/// The response to other elements, of the resonance that `start` is at. Of a model of few unknowns it is the strongest, whatever was before.
+/// The response to other elements, of the resonance that `start` is at.
 pub fn resolved_in_force<'a>(
     vibration: &'a Vibration,
     elements: Vec<ContactElement>,
@@ -130,23 +130,26 @@ pub fn resolved_in_force<'a>(
     tolerance: Option<f64>,
 ) -> Result<Resolved<'a>, DynamicsError> {
     let resolved = vibration.resolve_in_force(elements, start, tolerance)?;
-    if let Some((_, start)) = start.filter(|_| !resolved.balance.is_small()) {
+    if let Some((_, start)) = start {
         start.require_same_resonance(resolved.resonance.in_force())?;
     }
     Ok(resolved)
 }
 
-/// The response of a structure without a rough contact, if it has a phase resonance.
+/// The response of a structure without a rough contact. Its forced response is known with it, and is kept for the stage that writes it; another
+/// start of the program finds none, and makes it again to the same bits.
 fn alone(reads: &Reads, solvers: &mut Solvers, outputs: &mut Outputs) -> Result<(), RunError> {
     let parameters = given(reads);
     let has_contact = reads.recipe.elements().is_some();
     let vibration = solvers.vibration(reads)?;
     let elements = contact_elements(reads, &parameters);
     let tolerance = harmonic_tolerance(&reads.recipe);
-    match vibration.resolve(elements, None, tolerance) {
-        Ok(resolved) => {
+    match vibration.resolve_over_range(elements, tolerance) {
+        Ok(OverRange { resolved, points }) => {
+            let harmonics = resolved.balance.harmonics().clone();
+            solvers.forced_response = points.map(|points| (harmonics, points));
             tell_missed(outputs, tolerance, &resolved);
-            tell_candidates(outputs, &vibration, &resolved.resonance);
+            tell_resonance(outputs, &vibration, &resolved.resonance);
             in_force(reads, &resolved, &parameters, outputs)
         }
         // The forced response has an answer all the same, or says why it has none.
@@ -231,7 +234,7 @@ fn in_force(
     }
     let summary = balance.joint_summary(resonance.in_force());
     outputs.put(&response_table(&reads.recipe, balance, resonance))?;
-    outputs.put(&candidate_table(balance, resonance))?;
+    outputs.put(&resonance_table(balance, resonance))?;
     outputs.put(&row(&layout, resolved, &cycle, &summary))?;
     if has_contact {
         outputs.put(&cycle_table(&cycle))?;
@@ -269,7 +272,7 @@ fn row(
         resonance_amplitude: resonance.phase.as_ref().map(|_| resonance.amplitude),
         peak_frequency: resonance.peak_frequency,
         peak_amplitude: resonance.peak_amplitude,
-        peak_multiplier: resonance.peak_candidate().and_then(|peak| peak.multiplier),
+        peak_bound: resolved.peak_bound(),
         input_energy: energy.input,
         friction_energy: energy.friction,
         viscous_energy: energy.viscous,
@@ -294,50 +297,38 @@ fn row(
     }
 }
 
-/// The table of peaks and phase resonances.
-fn candidate_table(
+/// The phase resonance and the peak, the stronger first.
+fn resonance_table(
     balance: &HarmonicBalance<ContactElement>,
     resonance: &Resonance,
 ) -> typed::Resonance {
-    let of = |kind, response: &Response, amplitude| Candidate {
-        kind,
-        response: response.clone(),
-        amplitude,
-        branch: None,
-        multiplier: None,
-        amplitude_in_time: None,
-    };
-    let mut own = vec![of(
-        CandidateKind::Peak,
+    let phase = resonance.phase.iter();
+    let phase = phase.map(|phase| {
+        (
+            ResonanceKind::PhaseResonance,
+            phase,
+            resonance.amplitude,
+            None,
+        )
+    });
+    let peak = (
+        resonance.peak_kind,
         &resonance.peak,
         resonance.peak_amplitude,
-    )];
-    let phase = resonance.phase.iter();
-    own.extend(phase.map(|phase| of(CandidateKind::PhaseResonance, phase, resonance.amplitude)));
-    let candidates = match &resonance.candidates[..] {
-        [] => &own[..],
-        candidates => candidates,
-    };
+        resonance.branch,
+    );
     let mut table = typed::Resonance::default();
-    for candidate in candidates {
-        let response = &candidate.response;
-        let is_phase = candidate.kind == CandidateKind::PhaseResonance;
-        let chosen = match is_phase {
-            true => resonance.phase.as_ref(),
-            false => Some(&resonance.peak),
-        };
-        table.kind.push(candidate.kind.name().to_owned());
+    for (kind, response, amplitude, branch) in [peak].into_iter().chain(phase) {
+        table.kind.push(kind.name().to_owned());
         table.frequency.push(response.frequency());
-        table.amplitude.push(candidate.amplitude);
+        table.amplitude.push(amplitude);
         let lag = balance.amplitude(response, resonance.port);
         table.phase_lag.push(lag.map_or(0.0, |(_, lag)| lag));
         table.input_energy.push(response.energy.input);
         table.friction_energy.push(response.energy.friction);
         table.viscous_energy.push(response.energy.viscous);
-        table.largest_multiplier.push(candidate.multiplier);
-        let branch = candidate.branch.map_or(-1, |branch| branch as i64);
-        table.branch.push(branch);
-        table.chosen.push(chosen == Some(response));
+        table.branch.push(branch.map_or(-1, |branch| branch as i64));
+        table.chosen.push(true);
     }
     table
 }

@@ -194,6 +194,7 @@ impl RunError {
                 | RunError::OfAnotherScene { .. }
                 | RunError::Cycle(_)
                 | RunError::Surface(_)
+                | RunError::Vibration(DynamicsError::CutOff { .. })
                 | RunError::Dynamics {
                     source: DynamicsError::Undamped { .. } | DynamicsError::Unsupported { .. },
                     ..

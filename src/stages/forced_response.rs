@@ -11,9 +11,11 @@ use super::solvers::{Solvers, given};
 use super::stage::{Stage, When};
 use super::told::tell_missed;
 use crate::dynamics::forced_response::{ForcedPoint, FoundBy, PointResponse};
-use crate::dynamics::{ContactElement, HarmonicBalance, Harmonics, Resonance, Vibration};
+use crate::dynamics::{
+    ContactElement, DynamicsError, HarmonicBalance, Harmonics, Resonance, Vibration,
+};
 use crate::model_update::ElementParameters;
-use crate::recipe::{Method, Part};
+use crate::recipe::Part;
 use crate::tables::{TableName, typed};
 
 /// The forced response, [A §4d]: of a worn joint with the contact elements that its own fine contact gives, and with their resonance.
@@ -77,7 +79,8 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
             balance.map_err(|source| failed(reads, source))?
         }
     };
-    forced_response(reads, &vibration, balance, &mut outputs)?;
+    let kept = solvers.forced_response.take();
+    forced_response(reads, &vibration, balance, kept, &mut outputs)?;
     Ok(outputs)
 }
 
@@ -107,8 +110,8 @@ fn worn(
     let (balance, resonance) = found.map_err(|source| failed(reads, source))?;
     let same = start.require_same_resonance(resonance.in_force());
     match same {
-        Err(lost) if !balance.is_small() => outputs.notice(format!("the worn joint: {lost}")),
-        _ => outputs.put(&row(&resonance))?,
+        Err(lost) => outputs.notice(format!("the worn joint: {lost}")),
+        Ok(()) => outputs.put(&row(&resonance))?,
     }
     Ok(balance)
 }
@@ -127,29 +130,23 @@ fn row(resonance: &Resonance) -> typed::WornResponse {
     }
 }
 
-/// What a peak may be below a point beside it: it is searched to an angle of some 5e-3, and amplitudes fall by half the square of it.
-const FLAT: f64 = 2e-5;
-
 /// The tables `frf` and `frf_harmonic`.
 fn forced_response(
     reads: &Reads,
     vibration: &Vibration,
     balance: HarmonicBalance<ContactElement>,
+    kept: Option<(Harmonics, Vec<ForcedPoint>)>,
     outputs: &mut Outputs,
 ) -> Result<(), RunError> {
     let mut harmonics = balance.harmonics().clone();
-    let elements = balance.elements().to_vec();
     let force = balance
         .drive()
         .map_or(0.0, |load| load.cosine.hypot(load.sine));
-    if is_in_time(reads) {
-        let points = vibration.forced_response_in_time(&balance);
-        let points = points.map_err(|source| failed(reads, source))?;
-        tell_peak(reads, &points, outputs)?;
-        tell_left_out(&points, true, outputs);
-        return put(&points, force, &harmonics, outputs);
-    }
-    let mut points = vibration.forced_response(balance);
+    let kept = kept.filter(|(of, _)| *of == harmonics);
+    let mut points = match kept {
+        Some((_, points)) => Ok(points),
+        None => points_of(reads, vibration, &balance),
+    };
     let has_branch = match &points {
         Ok(points) => points.iter().any(|p| p.found_by == FoundBy::Balance),
         Err(error) => !error.is_not_converged(),
@@ -161,48 +158,31 @@ fn forced_response(
             "forced response: of harmonics up to {}, as no branch of those of the resonance begins",
             harmonics.highest()
         ));
-        let fewer = vibration.balance_of(elements, harmonics.clone());
-        points = fewer.and_then(|balance| vibration.forced_response(balance));
+        let fewer = vibration.balance_of(balance.elements().to_vec(), harmonics.clone());
+        points = fewer.and_then(|balance| vibration.forced_response(&balance));
         // What these lack is what the resonance was extended for.
         for point in points.iter_mut().flatten() {
-            if let (FoundBy::Balance, Some(response)) = (point.found_by, &mut point.response) {
+            if let Some(response) = &mut point.response {
                 response.error = Some(1.0);
             }
         }
     }
     let points = points.map_err(|source| failed(reads, source))?;
-    if reads.recipe.surface().is_none() {
-        tell_peak(reads, &points, outputs)?;
-    }
-    tell_left_out(&points, false, outputs);
+    tell_left_out(&points, outputs);
     put(&points, force, &harmonics, outputs)
 }
 
-/// Whether the forced response is to be integrated in time.
-fn is_in_time(reads: &Reads) -> bool {
-    let response = reads.recipe.response.as_ref();
-    response.is_some_and(|response| response.method == Method::Time)
-}
-
-/// Holds the peak of the resonance to the largest amplitude of the points.
-fn tell_peak(reads: &Reads, points: &[ForcedPoint], outputs: &mut Outputs) -> Result<(), RunError> {
-    let found = points
-        .iter()
-        .filter_map(|point| Some((point.frequency, point.response.as_ref()?)));
-    let largest = found.max_by(|a, b| a.1.amplitude.total_cmp(&b.1.amplitude));
-    let row = reads.maybe::<typed::DynamicResponse>()?;
-    let (Some((frequency, top)), Some(row)) = (largest, row) else {
-        return Ok(());
-    };
-    let (amplitude, peak) = (top.amplitude, row.peak_amplitude);
-    let bar = row.error_peak_amplitude + top.error.unwrap_or(0.0);
-    if amplitude > peak * (1.0 + bar + FLAT) {
-        outputs.notice(format!(
-            "forced response: the largest amplitude is {amplitude:.6e} m at {frequency:.6} Hz, beyond the peak of {peak:.6e} m and its error of {:.1e}",
-            row.error_peak_amplitude
-        ));
+/// The points, with their errors where the contact elements stay as they are.
+fn points_of(
+    reads: &Reads,
+    vibration: &Vibration,
+    balance: &HarmonicBalance<ContactElement>,
+) -> Result<Vec<ForcedPoint>, DynamicsError> {
+    let mut points = vibration.forced_response(balance)?;
+    if reads.recipe.surface().is_none() {
+        vibration.estimate_errors(balance, &mut points);
     }
-    Ok(())
+    Ok(points)
 }
 
 /// Adds the tables of the points.
@@ -220,15 +200,18 @@ fn put(
             .map(|point| point.response.as_ref().map(value));
         each.collect()
     };
-    let active = |point: &ForcedPoint| point.response.as_ref().map_or(0, |r| r.active_elements);
+    let active = |point: &ForcedPoint| {
+        let response = point.response.as_ref();
+        response.map_or(0, |found| found.solution.active_elements())
+    };
     outputs.put(&typed::Frf {
         force: vec![force; points.len()],
         frequency: all.clone().map(|p| p.frequency).collect(),
         amplitude: of(|r| r.amplitude),
         phase_lag: of(|r| r.phase_lag),
-        input_energy: of(|r| r.energy.input),
-        friction_energy: of(|r| r.energy.friction),
-        viscous_energy: of(|r| r.energy.viscous),
+        input_energy: of(|r| r.solution.energy.input),
+        friction_energy: of(|r| r.solution.energy.friction),
+        viscous_energy: of(|r| r.solution.energy.viscous),
         active_elements: all.clone().map(|p| active(p) as i64).collect(),
         peak_to_peak: Some(of(|r| r.peak_to_peak)),
         converged: Some(all.clone().map(|p| p.response.is_some()).collect()),
@@ -240,60 +223,32 @@ fn put(
                 .collect(),
         ),
         fold: Some(all.clone().map(|p| p.is_fold).collect()),
-        periods: Some(
-            all.clone()
-                .map(|p| p.found_by.periods().map_or(0, |periods| periods as i64))
-                .collect(),
-        ),
         error_amplitude: Some(
             all.clone()
                 .map(|p| p.response.as_ref().and_then(|r| r.error))
                 .collect(),
         ),
         error_friction_energy: Some(
-            all.clone()
-                .map(|p| p.response.as_ref().and_then(|r| r.friction_error))
-                .collect(),
-        ),
-        largest_multiplier: Some(
-            all.map(|p| p.response.as_ref().and_then(|r| r.multiplier))
+            all.map(|p| p.response.as_ref().and_then(|r| r.friction_error))
                 .collect(),
         ),
     })
 }
 
-/// Says where the forced response has no point, or one that the balance did not find.
-fn tell_left_out(points: &[ForcedPoint], is_in_time: bool, outputs: &mut Outputs) {
+/// Says where the forced response has no point.
+fn tell_left_out(points: &[ForcedPoint], outputs: &mut Outputs) {
     for (found_by, what) in [
-        (
-            FoundBy::Time,
-            "found in time alone, as the harmonic balance with these harmonics has no such response",
-        ),
-        (
-            FoundBy::NotPeriodic(0),
-            "without a response of the period of the drive: in time the motion repeats after several of them (column periods)",
-        ),
-        (
-            FoundBy::NotSettled,
-            "without a response: in time the motion does not settle to one, whether there is one or not",
-        ),
         (
             FoundBy::Unphysical,
             "without a response: the contact would give energy in that of the harmonic balance, whose samples or harmonics are too few there",
         ),
         (FoundBy::Nothing, "not found"),
     ] {
-        let some = points
-            .iter()
-            .filter(|point| point.found_by.name() == found_by.name());
+        let some = points.iter().filter(|point| point.found_by == found_by);
         let frequencies: Vec<f64> = some.map(|point| point.frequency).collect();
         let [first, ..] = frequencies[..] else {
             continue;
         };
-        // What was asked for need not be said.
-        if is_in_time && found_by == FoundBy::Time {
-            continue;
-        }
         let last = frequencies.iter().copied().fold(first, f64::max);
         let first = frequencies.iter().copied().fold(first, f64::min);
         let places = match frequencies.len() {

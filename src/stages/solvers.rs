@@ -8,7 +8,7 @@ use super::clock::{Clock, Spent};
 use super::error::NumericsError;
 use super::reads::Reads;
 use super::reduced::reduced_of;
-use crate::dynamics::Vibration;
+use crate::dynamics::{ForcedPoint, Harmonics, Vibration};
 use crate::gauge::Gauge;
 use crate::grid::Patch;
 use crate::journal::Journal;
@@ -41,6 +41,8 @@ pub struct Solvers {
     /// The cycle at the end of the last wear step. The stage that marches the same one takes it from here; another start of the program finds
     /// none and marches it, to the same bits.
     pub end: Option<EndCycle>,
+    /// The forced response of contact elements that stay as they are, and its harmonics, for the stage that writes it.
+    pub forced_response: Option<(Harmonics, Vec<ForcedPoint>)>,
     /// What an earlier start has solved of a stage; the runner opens it.
     pub journal: Journal,
 }
@@ -57,6 +59,7 @@ impl Solvers {
             costs: Vec::new(),
             gauge,
             end: None,
+            forced_response: None,
             journal: Journal::default(),
         }
     }

@@ -69,7 +69,6 @@ fn of_vibration_alone(reads: &Reads) -> Result<typed::Summary, RunError> {
         resonance_frequency: response.as_ref().and_then(|row| row.resonance_frequency),
         peak_frequency: of(|row| row.peak_frequency),
         peak_amplitude: of(|row| row.peak_amplitude),
-        peak_multiplier: response.as_ref().and_then(|row| row.peak_multiplier),
         error_dissipated_energy: of(|row| row.error_friction_energy),
         error_dissipated_energy_absolute: of(|row| row.error_friction_energy * friction(row)),
         error_resonance_frequency: of(|row| row.error_resonance_frequency),

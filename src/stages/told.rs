@@ -6,20 +6,15 @@ use std::f64::consts::TAU;
 use super::RunError;
 use super::reads::{Outputs, Reads};
 use crate::dynamics::cycle::JointCycle;
-use crate::dynamics::{Candidate, CandidateKind, ContactElement, Resolved, Resonance, Vibration};
+use crate::dynamics::{ContactElement, Resolved, Resonance, ResonanceKind, Vibration};
 use crate::tables::typed;
 
-/// Relative difference of two frequencies that are one but for rounding.
-const SAME_FREQUENCY: f64 = 1e-9;
 /// The harmonic of the drive that friction has most of beside the first.
 const FRICTION: u32 = 3;
 /// Error of the reduced structure there from which it is told.
 const MUCH: f64 = 0.02;
 /// Factor between the amplitudes before and after an update from which it is told: updates are due at changes of some per cent.
 const LEAP: f64 = 1.25;
-/// Share of the highest peak from which another is as high.
-const TIE: f64 = 0.99;
-
 /// Says so where harmonics could not be extended until they suffice.
 pub fn tell_missed(outputs: &mut Outputs, tolerance: Option<f64>, resolved: &Resolved) {
     let Some(tolerance) = tolerance.filter(|_| !resolved.resonance.is_still) else {
@@ -39,8 +34,9 @@ pub fn tell_missed(outputs: &mut Outputs, tolerance: Option<f64>, resolved: &Res
         .collect();
     if !left.is_empty() {
         outputs.notice(format!(
-            "fidelity.harmonic_tolerance = {tolerance}: harmonics up to {} leave {}",
+            "fidelity.harmonic_tolerance = {tolerance}: harmonics up to {} and {} samples a cycle leave {}",
             resolved.balance.harmonics().highest(),
+            resolved.balance.sampling().samples(),
             left.join(", and ")
         ));
     }
@@ -112,9 +108,9 @@ pub fn tell_open(outputs: &mut Outputs, elements: &[ContactElement], cycle: &Joi
     ));
 }
 
-/// Says so where the strongest resonance is no clear one: others are as strong, it is unstable, it lies at an end of the range, or parts
-/// of the range have no branch.
-pub fn tell_candidates(outputs: &mut Outputs, vibration: &Vibration, resonance: &Resonance) {
+/// Says so where the resonance is no clear one: nothing responds or damps, there is no phase resonance, or the peak lies at an end of the range or
+/// of a branch.
+pub fn tell_resonance(outputs: &mut Outputs, vibration: &Vibration, resonance: &Resonance) {
     if resonance.is_still {
         let rows = &resonance.peak.displacement;
         let largest = rows.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
@@ -135,74 +131,16 @@ pub fn tell_candidates(outputs: &mut Outputs, vibration: &Vibration, resonance: 
         let range = [vibration.range.0, vibration.range.1];
         outputs.notice(no_phase_resonance_between(range.map(|omega| omega / TAU)));
     }
-    let above = |reach: f64| match reach {
-        reach if reach <= resonance.peak_amplitude => "are not above the peak".to_owned(),
-        reach if reach.is_finite() => format!("may reach {reach:.3e} m"),
-        _ => "may be of any size: the peak is not known".to_owned(),
-    };
-    if resonance.unfollowed > resonance.peak_amplitude {
-        outputs.notice(format!(
-            "there are motions beside the branches of the harmonic balance that could not be followed: they {}",
-            above(resonance.unfollowed)
-        ));
-    } else if resonance.is_in_time() {
-        outputs.notice("the peak was found by integration in time, as the harmonic balance has no branch there");
-    }
-    if resonance.is_cut {
-        outputs.notice("the search for further branches was ended, as it had cost as much as it may; some may be missing");
-    }
-    for gap in &resonance.gaps {
-        let [low, high] = gap;
-        let unseen = resonance.unseen.iter();
-        let unseen = unseen.filter(|part| part.ends[0] < *high && *low < part.ends[1]);
-        let known = above(unseen.fold(0.0, |most, part| most.max(part.reach)));
-        outputs.notice(format!(
-            "no branch of responses could be followed from {low:.6} to {high:.6} Hz; motions there {known}"
-        ));
-    }
-    let peaks = resonance.candidates.iter();
-    let peaks: Vec<&Candidate> = peaks
-        .filter(|candidate| candidate.kind != CandidateKind::PhaseResonance)
-        .collect();
-    let Some(first) = peaks.first() else {
-        return;
-    };
-    let at = |candidate: &Candidate| {
-        let frequency = candidate.response.frequency();
-        format!("{:.6e} m at {frequency:.6} Hz", candidate.amplitude)
-    };
-    if first.kind == CandidateKind::End {
-        let (low, high) = vibration.range;
-        let is_at = |end: f64| (first.response.omega / end - 1.0).abs() <= SAME_FREQUENCY;
-        let why = match is_at(low) || is_at(high) {
+    if resonance.peak_kind == ResonanceKind::End {
+        let why = match vibration.is_at_end(&resonance.peak) {
             true => "an end of it: widen dynamics.frequency if the peak is meant",
             false => {
                 "the end of a branch that could not be followed further: the peak may be higher"
             }
         };
         outputs.notice(format!(
-            "the largest amplitude of the range, {}, lies at {why}",
-            at(first)
-        ));
-    }
-    if first.is_unstable() {
-        let stable = peaks.iter().find(|peak| !peak.is_unstable());
-        let stable = stable.map_or(String::new(), |peak| {
-            format!("; the largest peak that is not is {}", at(peak))
-        });
-        outputs.notice(format!(
-            "the peak of {} is unstable: a motion does not stay there{stable}",
-            at(first)
-        ));
-    }
-    if let Some(second) = peaks
-        .get(1)
-        .filter(|second| second.amplitude >= TIE * first.amplitude)
-    {
-        outputs.notice(format!(
-            "two peaks are as high as each other: {}, and {}",
-            at(first),
-            at(second)
+            "the largest amplitude of the range, {:.6e} m at {:.6} Hz, lies at {why}",
+            resonance.peak_amplitude, resonance.peak_frequency
         ));
     }
 }

@@ -381,12 +381,12 @@ impl RunStore {
     }
 }
 
-/// Columns of a table but for those that are no longer written, and those that earlier versions did not write.
+/// Columns of a table but for those that are no longer written or no longer known, and those that earlier versions did not write.
 fn still_written<'a>(table: &str, columns: &'a [String]) -> Vec<&'a String> {
     let schema = TableName::from_name(table).map(TableName::schema);
     let may_differ = |name: &str| {
         let column = schema.and_then(|schema| schema.column(name));
-        column.is_some_and(|column| column.retired || column.recent)
+        column.is_none_or(|column| column.retired || column.recent)
     };
     let columns = columns.iter();
     columns.filter(|name| !may_differ(name)).collect()

@@ -78,7 +78,6 @@ fn measures(
         points: None,
         gauge: Default::default(),
         journal: Default::default(),
-        surveyed: Default::default(),
         inertial_loads: Vec::new(),
     };
     let backbone = vibration.backbone(vibration.balance(vec![element])?, LEVELS)?;

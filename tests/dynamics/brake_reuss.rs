@@ -156,7 +156,6 @@ impl Bank {
             points: None,
             gauge: Default::default(),
             journal: Default::default(),
-            surveyed: Default::default(),
             inertial_loads: Vec::new(),
         };
         (vibration, element)

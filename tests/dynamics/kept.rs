@@ -21,7 +21,6 @@ fn vibration(oscillator: &Oscillator, points: Option<usize>) -> Vibration {
         points,
         gauge: Default::default(),
         journal: Journal::default(),
-        surveyed: Default::default(),
         inertial_loads: Vec::new(),
     }
 }
@@ -82,22 +81,22 @@ fn an_interrupted_forced_response_goes_on() {
                 ..vibration(&oscillator, points)
             };
             let balance = vibration.balance(vec![oscillator.element.clone()]);
-            let points = vibration.forced_response(balance.expect("a balance"));
+            let points = vibration.forced_response(&balance.expect("a balance"));
             points.expect("points")
         });
     }
 }
 
+/// The errors of points are found with as many evaluations as the points took, those of an earlier start included.
 #[test]
-fn an_interrupted_forced_response_in_time_goes_on() {
+fn an_interrupted_search_ends_at_the_same_place() {
     let oscillator = oscillator(FrictionLaw::Cone);
     goes_on(|journal| {
         let vibration = Vibration {
             journal: journal.clone(),
-            ..vibration(&oscillator, Some(9))
+            ..vibration(&oscillator, None)
         };
-        let balance = vibration.balance(vec![oscillator.element.clone()]);
-        let points = vibration.forced_response_in_time(&balance.expect("a balance"));
-        points.expect("points")
+        let found = vibration.resolve_over_range(vec![oscillator.element.clone()], Some(0.005));
+        found.expect("a resonance").points.expect("points")
     });
 }

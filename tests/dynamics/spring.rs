@@ -1,11 +1,10 @@
-//! Cubic springs and one-sided stops of oscillators against closed forms, differences and integration in time.
+//! Cubic springs and one-sided stops of oscillators against closed forms and differences.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
-use fretwear::dynamics::forced_response::FoundBy;
 use fretwear::dynamics::{
     ContactElement, FrictionLaw, HarmonicBalance, Harmonics, Load, Oscillator, Sampling, Settings,
-    Spring, Vibration,
+    Spring,
 };
 
 /// Undamped first resonance at 159.15 Hz.
@@ -127,19 +126,14 @@ fn jacobians_of_springs_are_their_differences() {
     }
 }
 
-/// Springs store what they take, however few the samples are and wherever a stop touches between them.
+/// A cubic spring stores what it takes, however few the samples are.
 #[test]
-fn springs_do_no_work() {
+fn cubic_springs_do_no_work() {
     /// Rounding of the sums.
     const ROUNDING: f64 = 1e-13;
     let element = ContactElement {
         sliders: Vec::new(),
-        springs: vec![
-            cubic(0, 2e15),
-            stop(0, 4e5, 2e-6),
-            cubic(2, -1e15),
-            stop(1, 4e5, 2e-6),
-        ],
+        springs: vec![cubic(0, 2e15), cubic(2, -1e15)],
         ..super::element(FrictionLaw::Cone)
     };
     let harmonics = Harmonics::up_to(3);
@@ -153,48 +147,28 @@ fn springs_do_no_work() {
     assert!(work.abs() <= ROUNDING * size(&force) * size(&u), "{work:e}");
 }
 
-/// Forced responses with both kinds of springs, by the balance and in time.
+/// The force of a stop on u = a cos ωt has closed forms: with c = arccos(g/a), its mean is k (a sin c − g c)/π, and the amplitude of its first harmonic
+/// k (a c − ½ a sin 2c)/π.
 #[test]
-fn springs_in_time_are_those_of_the_balance() {
-    /// What the harmonics above 15 leave of the first one.
-    const HARMONICS: f64 = 2e-3;
-    let oscillator = oscillator(vec![cubic(0, 1e11), stop(0, 5e5, 1e-4), stop(2, 1e6, 1e-5)]);
-    let loads = vec![
-        Oscillator::load(0, 20.0, 0.0),
-        Oscillator::load(2, 40.0, 0.5),
-    ];
-    let vibration = Vibration {
-        model: oscillator.model().expect("an oscillator"),
-        loads,
-        response_port: 0,
-        harmonics: Harmonics::up_to(15),
-        settings: Settings {
-            samples: 512,
-            ..Settings::default()
-        },
-        range: (TAU * 60.0, TAU * 120.0),
-        points: Some(5),
-        gauge: Default::default(),
-        journal: Default::default(),
-        surveyed: Default::default(),
-        inertial_loads: Vec::new(),
+fn a_sampled_stop_has_its_closed_form() {
+    /// Of what samples leave.
+    const LEFT: f64 = 1e-3;
+    let (k, gap, a) = (4e5, 2e-6, 5e-6);
+    let element = ContactElement {
+        sliders: Vec::new(),
+        springs: vec![stop(1, k, gap)],
+        ..super::element(FrictionLaw::Cone)
     };
-    let of = || {
-        let balance = vibration.balance(vec![oscillator.element.clone()]);
-        balance.expect("a balance")
-    };
-    let ours = vibration.forced_response(of()).expect("points");
-    let theirs = vibration.forced_response_in_time(&of()).expect("points");
-    for (ours, theirs) in ours.iter().zip(&theirs) {
-        assert_eq!(
-            (ours.found_by, theirs.found_by),
-            (FoundBy::Balance, FoundBy::Time)
-        );
-        let amplitude = |point: &fretwear::dynamics::ForcedPoint| {
-            let response = point.response.as_ref();
-            response.expect("a response").amplitude
-        };
-        let apart = (amplitude(ours) / amplitude(theirs) - 1.0).abs();
-        assert!(apart < HARMONICS, "{apart:e} at {} Hz", ours.frequency);
+    let harmonics = Harmonics::up_to(3);
+    let sampling = Sampling::new(harmonics, 64).expect("samples");
+    let (mut u, mut force) = (vec![0.0; 21], vec![0.0; 21]);
+    u[7 + 1] = a;
+    sampling.evaluate(&element, &u, &mut force, None, &mut sampling.workspace());
+    let c = f64::acos(gap / a);
+    let mean = k * (a * c.sin() - gap * c) / PI;
+    let first = k * (a * c - 0.5 * a * (2.0 * c).sin()) / PI;
+    for (found, exact) in [(force[7], mean), (force[7 + 1], first)] {
+        assert!((found / exact - 1.0).abs() < LEFT, "{found} for {exact}");
     }
+    assert!(force[7 + 2].abs() < LEFT * first);
 }

@@ -14,7 +14,7 @@ const RANGE: (f64, f64) = (4000.0, 7500.0);
 /// As good as all: what is left out then is below a thousandth of what is measured.
 const ALL: u32 = 63;
 /// What the truth itself may be off by.
-const OWN: f64 = 1e-6;
+const OWN: f64 = 2e-5;
 
 fn vibration(oscillator: &Oscillator, force: f64, harmonics: Harmonics) -> Vibration {
     let model: SecondOrder = oscillator.model().expect("a right oscillator");
@@ -25,16 +25,13 @@ fn vibration(oscillator: &Oscillator, force: f64, harmonics: Harmonics) -> Vibra
         response_port: 0,
         harmonics,
         settings: Settings {
-            // Only harmonics matter; an oscillator along a line needs no samples.
-            by_events: true,
-            samples: 2 * ALL as usize + 2,
+            samples: 16 * ALL as usize,
             ..Settings::default()
         },
         range: RANGE,
         points: None,
         gauge: Default::default(),
         journal: Default::default(),
-        surveyed: Default::default(),
     }
 }
 
@@ -111,12 +108,14 @@ fn harmonics_are_extended_until_they_suffice() {
     let vibration_of = |harmonics| vibration(&oscillator, 150.0, harmonics);
     let (truth, ..) = resolved(&elements, &vibration_of(Harmonics::up_to(ALL)), None);
     let mut before = 0;
-    for tolerance in [0.1, 1e-3, 1e-5] {
+    for tolerance in [0.1, 1e-3, 2e-4] {
         let begin = vibration_of(Harmonics::up_to(1));
         let (found, errors, highest) = resolved(&elements, &begin, Some(tolerance));
         println!("{tolerance:e}: harmonics 0 to {highest}, {errors:?}");
         assert!(highest >= before, "{highest} after {before}");
-        assert!(errors.amplitude <= tolerance && errors.friction_energy <= tolerance);
+        // Samples are another part of them.
+        let most = tolerance + 2.0 * OWN;
+        assert!(errors.amplitude <= most && errors.friction_energy <= most);
         let [_, amplitude, energy] = off(found, truth);
         assert!(amplitude <= tolerance && energy <= tolerance);
         before = highest;
@@ -155,24 +154,25 @@ fn orders_beyond() {
     assert_eq!(beyond(&many), Harmonics::up_to(108));
 }
 
-/// An element without friction that opens is active, and its energy of friction rounding, of which nothing can be left out.
+/// An element without friction that opens dissipates nothing: what samples make of the work of its normal force is error as a whole.
 #[test]
-fn no_friction_has_no_error() {
+fn no_friction_has_no_energy() {
     let mut opening = oscillator(FrictionLaw::Cone);
     opening.element.friction_coefficient = 0.0;
     opening.element.sliders[0].tangential_stiffness = 0.0;
     opening.element.sliders[0].normal_load = 10.0;
     let mut vibration = vibration(&opening, 100.0, Harmonics::up_to(5));
+    vibration.settings.samples = 64;
     vibration.loads = vec![Oscillator::load(2, 100.0, 0.0)];
     vibration.response_port = 2;
     vibration.range = (3000.0, 9000.0);
-    let (_, errors, _) = resolved(from_ref(&opening.element), &vibration, None);
-    println!("{errors:?}");
+    let ([_, _, work], errors, _) = resolved(from_ref(&opening.element), &vibration, None);
+    println!("{work:e} J, {errors:?}");
     assert!(
         errors.amplitude > 0.0 && errors.amplitude < 0.1,
         "{errors:?}"
     );
-    assert!(errors.friction_energy < 1e-3, "{errors:?}");
+    assert!(work != 0.0 && errors.friction_energy >= 1.0, "{errors:?}");
 }
 
 /// Across the motion nothing moves: 0 over 0 is no error, and never a NaN.
@@ -205,9 +205,10 @@ fn points_of_a_forced_response_know_what_they_leave_out() {
             ..vibration(&oscillator, 150.0, orders)
         };
         let balance = vibration.balance(vec![oscillator.element.clone()]);
-        vibration
-            .forced_response(balance.expect("a balance"))
-            .expect("a response")
+        let balance = balance.expect("a balance");
+        let mut points = vibration.forced_response(&balance).expect("a response");
+        vibration.estimate_errors(&balance, &mut points);
+        points
     };
     let all = points(Harmonics::up_to(ALL));
     for orders in [&[0, 1][..], &[0, 1, 3], &[0, 1, 3, 5]] {
@@ -218,8 +219,8 @@ fn points_of_a_forced_response_know_what_they_leave_out() {
             let figures = [
                 (few.amplitude, truth.amplitude, few.error),
                 (
-                    few.energy.friction,
-                    truth.energy.friction,
+                    few.solution.energy.friction,
+                    truth.solution.energy.friction,
                     few.friction_error,
                 ),
             ];
@@ -231,7 +232,7 @@ fn points_of_a_forced_response_know_what_they_leave_out() {
                     "{orders:?}: {figure:e} for {truth:e}, bar {bar:e}"
                 );
             }
-            match few.active_elements {
+            match few.solution.active_elements() {
                 0 => assert_eq!((few.error, few.friction_error), (Some(0.0), Some(0.0))),
                 _ => slipping += 1,
             }

@@ -4,8 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use fretwear::json::differences;
 use fretwear::scene::{
-    Base, BaseMotion, DampingBasis, Distribution, Dynamics, Force, FrictionLaw, GivenContact,
-    Method, Port, Rayleigh, Resonator, Scene, Stiffness, Structure, Update,
+    Base, BaseMotion, DampingBasis, Distribution, Dynamics, Force, FrictionLaw, GivenContact, Port,
+    Rayleigh, Resonator, Scene, Stiffness, Structure, Update,
 };
 
 use super::{CASE, Folder, OSCILLATOR, ROUGH, SPRINGS, Sections, case_with};
@@ -97,7 +97,6 @@ fn a_rough_joint_in_a_structure_with_its_defaults() {
         friction_law: FrictionLaw::Cone,
         frequency: [900.0, 1050.0],
         points: None,
-        method: Method::HarmonicBalance,
     };
     assert_eq!(dynamics(&scene), &expected);
     assert_eq!(scene.update, Some(Update::StiffnessChange(0.1)));
@@ -550,7 +549,7 @@ fn samples_of_a_cycle_follow_the_preset_and_the_harmonics() {
         let oscillator = of(OSCILLATOR, &[&set]).fidelity.aft_samples;
         assert_eq!(oscillator, 8 * expected);
     }
-    assert_eq!(samples(&["dynamics.harmonics=[0, 1, 50]"]), 202);
+    assert_eq!(samples(&["dynamics.harmonics=[0, 1, 50]"]), 500);
     assert_eq!(samples(&["fidelity.aft_samples=8"]), 8);
 }
 

@@ -6,7 +6,7 @@ use super::value::{
     ANY, Integer, Integers, List, NOT_NEGATIVE, POSITIVE, Quantity, RATIO, integer,
 };
 use super::word::{Choice, Point, Tables};
-use crate::scene::{DampingBasis, FrictionLaw, Method};
+use crate::scene::{DampingBasis, FrictionLaw};
 use crate::units::Dimension;
 
 /// More modes than any band that is swept has: the matrices of a reduced structure are dense, and the highest modes of a mesh are
@@ -95,11 +95,6 @@ keys! {
     /// Band in which the resonance is looked for and the forced response is computed.
     FREQUENCY: List<2> = "dynamics.frequency", Rule("must be given; an oscillator has one from its resonances"),
         List("a list of the lowest and the highest frequency", Quantity(Dimension::FREQUENCY, POSITIVE, r#"["900 Hz", "1050 Hz"]"#), None);
-    /// How the forced response (table frf) is computed. The resonance is that of the harmonic balance in any case, and is held to the largest amplitude in time.
-    METHOD: Choice<Method> = "dynamics.method", Is("harmonic_balance"), Choice(&[
-        ("harmonic_balance", Method::HarmonicBalance, "as a Fourier series of the motion, by Newton's method"),
-        ("time", Method::Time, "by integration in time until the motion repeats, of oscillators: upwards from rest, with an error by steps of half the length; without dynamics.points at 100 frequencies"),
-    ]);
     /// Points of the forced response, at equal distances of frequency.
     POINTS: Integer<usize> = "dynamics.points", Rule("where the curve needs them"), integer(2, MOST_POINTS, "100");
 }

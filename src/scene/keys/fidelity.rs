@@ -1,6 +1,6 @@
 //! `[fidelity]`
 
-use super::Default::{Absent, ByPreset, Is, Rule};
+use super::Default::{Absent, ByPreset, Is};
 use super::keys;
 use super::value::{Even, Integer, Quantity, TOLERANCE, integer};
 use super::word::{Boolean, Choice};
@@ -58,9 +58,6 @@ keys! {
     /// Samples of a vibration cycle at which the contact elements are evaluated: more than twice the highest harmonic. An oscillator
     /// has eight times the default, many harmonics have more.
     AFT_SAMPLES: Even = "fidelity.aft_samples", ByPreset(["32", "32", "64", "512"]), Even(SMALLEST_STEPS, LARGEST_STEPS, "256"), with ["dynamics"];
-    /// Whether contact elements are followed from one change of their state to the next, without samples. This is exact, and
-    /// possible where an element moves along one axis of its plane, or under the law box; other motions are sampled.
-    AFT_EVENTS: Boolean = "fidelity.aft_events", Rule("true of an oscillator, false of other structures"), Boolean;
     /// Relative error by harmonics left out, up to which they are extended. Not with dynamics.harmonics, which says which there are.
     HARMONIC_TOLERANCE: Quantity = "fidelity.harmonic_tolerance", ByPreset(["none", "0.025", "0.005", "2e-3"]), tolerance("0.005");
 }

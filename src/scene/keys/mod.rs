@@ -341,6 +341,24 @@ pub fn children(section: &str) -> Vec<&'static str> {
     names
 }
 
+/// Keys that scenes once had, and what to do without them.
+const FORMER: [(&str, &str); 2] = [
+    (
+        "dynamics.method",
+        "every forced response is computed by harmonic balance; leave it out",
+    ),
+    (
+        "fidelity.aft_events",
+        "contact elements are sampled over the cycle; leave it out, or say with fidelity.aft_samples how often",
+    ),
+];
+
+/// What to do without a key that scenes once had; none of another one.
+pub fn instead_of_former(key: &str) -> Option<&'static str> {
+    let mut former = FORMER.iter();
+    former.find(|entry| entry.0 == key).map(|entry| entry.1)
+}
+
 /// The known key that an unknown one was probably meant to be: in its own section, else of the same name elsewhere, else alike elsewhere.
 pub fn nearest_key(key: &str) -> Option<String> {
     if let Some((_, given)) = ELSEWHERE.iter().find(|entry| entry.0 == key) {

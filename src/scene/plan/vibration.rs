@@ -69,7 +69,6 @@ fn response(scene: &Scene, dynamics: &Dynamics) -> recipe::Response {
         "points",
         "for the unworn joint, at output.response_at and at the end",
     );
-    let is_oscillator = structure.is_some_and(|structure| structure.is_oscillator());
     recipe::Response {
         forces: dynamics.forces.clone(),
         base: dynamics.base,
@@ -77,13 +76,11 @@ fn response(scene: &Scene, dynamics: &Dynamics) -> recipe::Response {
         harmonics: dynamics.harmonics.clone(),
         harmonic_tolerance: scene.fidelity.harmonic_tolerance,
         samples: scene.fidelity.aft_samples,
-        events: scene.fidelity.aft_events.unwrap_or(is_oscillator),
         damping_ratio: dynamics.damping_ratio,
         rayleigh: dynamics.rayleigh,
         damping_basis: dynamics.damping_basis,
         frequency: dynamics.frequency,
         points: dynamics.points,
-        method: dynamics.method,
         why,
     }
 }

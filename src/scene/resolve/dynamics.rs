@@ -7,7 +7,7 @@ use crate::scene::document::Node;
 use crate::scene::keys::dynamics::*;
 use crate::scene::keys::structure::DAMPING;
 use crate::scene::reader::Reader;
-use crate::scene::{Base, BaseMotion, Contact, Dynamics, Force, Method, Port, Rayleigh, Structure};
+use crate::scene::{Base, BaseMotion, Contact, Dynamics, Force, Port, Rayleigh, Structure};
 
 /// Directions of motion of an oscillator, all of which it keeps.
 const OSCILLATOR_MODES: usize = 3;
@@ -81,13 +81,6 @@ pub(super) fn dynamics(
     };
     let harmonics = harmonics(reader, &forces, base)?;
     let rayleigh = rayleigh(reader)?;
-    let method = reader.value(&METHOD)?;
-    if method == Method::Time && !is_oscillator {
-        return Err(reader.conflict(
-            &METHOD,
-            "a reduced structure has modes, a residual flexibility and hundreds of contact elements: integration in time is of oscillators; leave it out",
-        ));
-    }
     if is_oscillator && reader.has(&MODES) {
         return Err(reader.conflict(
             &MODES,
@@ -115,7 +108,6 @@ pub(super) fn dynamics(
         friction_law: reader.value(&FRICTION_LAW)?,
         frequency: frequency(reader, structure, contact, drive.axis)?,
         points: reader.get(&POINTS)?,
-        method,
         forces,
         base,
     })

@@ -1,6 +1,7 @@
 //! `[fidelity]`: how exactly things are computed.
 
 use super::Result;
+use crate::dynamics::vibration::samples_of;
 use crate::scene::keys::{cycles::HISTORY, dynamics::HARMONICS, fidelity::*};
 use crate::scene::reader::Reader;
 use crate::scene::{Dynamics, Fidelity, Structure};
@@ -58,7 +59,6 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
             Some(error) => samples_for(error),
             None => reader.default(&AFT_SAMPLES, preset)?,
         },
-        aft_events: None,
         harmonic_tolerance: None,
     })
 }
@@ -130,8 +130,6 @@ fn with_samples(
     let Some(dynamics) = dynamics else {
         return if reader.has(&AFT_SAMPLES) {
             Err(reader.conflict(&AFT_SAMPLES, WITHOUT_DYNAMICS))
-        } else if reader.has(&AFT_EVENTS) {
-            Err(reader.conflict(&AFT_EVENTS, WITHOUT_DYNAMICS))
         } else {
             Ok(fidelity)
         };
@@ -140,15 +138,11 @@ fn with_samples(
     let reason = format!(": more than twice the highest harmonic, {highest}");
     let is_oscillator = structure.is_some_and(|structure| structure.is_oscillator());
     let times = if is_oscillator { OSCILLATOR_SAMPLES } else { 1 };
-    // What is usual stays out of the scene: older ones do not have it.
-    let aft_events = reader.get(&AFT_EVENTS)?;
-    let aft_events = aft_events.filter(|events| *events != is_oscillator);
     let aft_samples = reader
         .even_from(&AFT_SAMPLES, 2 * highest as u64 + 2, &reason)?
-        .unwrap_or((times * fidelity.aft_samples).max(4 * highest + 2));
+        .unwrap_or((times * fidelity.aft_samples).max(samples_of(highest as u32)));
     Ok(Fidelity {
         aft_samples,
-        aft_events,
         ..fidelity
     })
 }

@@ -1,20 +1,16 @@
-//! The amplitude and the energy of friction that no steady motion exceeds, whatever its contact does: damping takes no more than the loads
-//! supply.
+//! The amplitude that no steady motion exceeds, whatever its contact does: damping takes no more than the loads supply.
 //!
 //! Contact forces take energy over a period, or none, so that the mean power of the loads covers that of the damping,
 //! Σ v̄ᵀ C v ≤ Σ Re f̄ᵀ v over the harmonics of the velocity v and of the loads f. With y = C^½ v and g = C^-½ f that is the ball
 //! |y − g/2| ≤ |g|/2, and what a port b moves in the first harmonic, a ω = |sᵀ y₁| with s = C^-½ b, is at most
-//! (|sᵀ g₁| + |s| |g|)/2. Of one load on the port itself that is the amplitude F/(c ω) of a resonance. What the damping leaves to friction,
-//! half of Re ḡᵀ y − |y|² on average, is at most |g|²/8, over a period π |g|²/(4 ω).
+//! (|sᵀ g₁| + |s| |g|)/2. Of one load on the port itself that is the amplitude F/(c ω) of a resonance.
 //!
 //! That holds for each set of coordinates by itself that no energy leaves: a contact without adhesion gives none of what it takes along its
 //! normal to the motion in its plane, and its friction takes as much or more there, however the normal load varies meanwhile. Only the loads
 //! in the plane supply what moves there.
 
-use std::collections::BTreeMap;
-use std::f64::consts::PI;
-
 use num_complex::Complex64;
+use std::collections::BTreeMap;
 
 use super::{Load, SecondOrder, Vibration};
 use crate::linalg::{RowMatrix, generalised_eigen};
@@ -24,56 +20,26 @@ const UNDAMPED: f64 = 1e-12;
 /// Share of a port along what is not damped that is rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// What no steady motion exceeds, by the loads and by those of them that grow with the square of their frequency.
-pub(super) struct DampedBound {
-    /// Velocity of the response port in the first harmonic \[m/s\], and the same over ω² \[m s\].
-    velocity: [f64; 2],
-    /// Sizes of C^-½ of the loads that friction takes energy of.
-    forces: [f64; 2],
-}
-
-impl DampedBound {
-    /// Amplitude of the first harmonic at the response port \[m\] anywhere in a range of angular frequencies.
-    pub(super) fn amplitude(&self, (low, high): (f64, f64)) -> f64 {
-        // What both kinds of loads move is no more than what each moves by itself.
-        self.velocity[0] / low + self.velocity[1] * high
-    }
-
-    /// Energy that friction takes in a period \[J\] anywhere in a range of angular frequencies.
-    pub(super) fn friction_energy(&self, (low, high): (f64, f64)) -> f64 {
-        let root = self.forces[0] / low.sqrt() + self.forces[1] * high.powf(1.5);
-        PI / 4.0 * root * root
-    }
-}
-
 impl Vibration {
-    /// What no motion with the period of the drive exceeds; none where damping does not limit it, as a load or the response is
-    /// along what is not damped, and of a model with a residual.
-    pub(super) fn damped_bound(&self) -> Option<DampedBound> {
+    /// Amplitude of the first harmonic at the response port \[m\] that no motion with the period of the drive exceeds anywhere in the range; none where
+    /// damping does not limit it, as a load or the response is along what is not damped, and of a model with a residual.
+    pub(super) fn peak_bound(&self) -> Option<f64> {
         let damping = DampingRates::of(&self.model)?;
         let port = damping.scaled(self.response_port)?;
-        let tangential = (0..self.model.contact_dofs).filter(|port| port % 3 < 2);
-        let [response, friction] = [
-            self.model.sharing(&[self.response_port]),
-            self.model.sharing(&tangential.collect::<Vec<usize>>()),
-        ];
-        let of = |set: &[bool]| -> Option<[Forces; 2]> {
-            Some([
-                damping.forces(&self.loads, 0, set)?,
-                damping.forces(&self.inertial_loads, 2, set)?,
-            ])
+        let shares = self.model.sharing(self.response_port);
+        let of = |loads: &[Load], power: i32| -> Option<f64> {
+            Some(velocity(&port, &damping.forces(loads, power, &shares)?))
         };
-        Some(DampedBound {
-            velocity: of(&response)?.map(|forces| velocity(&port, &forces)),
-            forces: of(&friction)?.map(|forces| size(&forces)),
-        })
+        let (low, high) = self.range;
+        // What both kinds of loads move is no more than what each moves by itself; the second grows with the square of frequency.
+        Some(of(&self.loads, 0)? / low + of(&self.inertial_loads, 2)? * high)
     }
 }
 
 impl SecondOrder {
-    /// Whether each coordinate may exchange energy with what some ports move: over mass, damping or stiffness, along one normal or in one
+    /// Whether each coordinate may exchange energy with what a port moves: over mass, damping or stiffness, along one normal or in one
     /// plane of a contact.
-    fn sharing(&self, ports: &[usize]) -> Vec<bool> {
+    fn sharing(&self, port: usize) -> Vec<bool> {
         let n = self.mass.rows();
         let moves = |port: usize, k: usize| self.basis.at(port, k) != 0.0;
         // Ports that take part in one exchange each.
@@ -82,9 +48,7 @@ impl SecondOrder {
             [vec![first, first + 1], vec![first + 2]]
         });
         let exchanges: Vec<Vec<usize>> = exchanges.collect();
-        let mut shares: Vec<bool> = (0..n)
-            .map(|k| ports.iter().any(|port| moves(*port, k)))
-            .collect();
+        let mut shares: Vec<bool> = (0..n).map(|k| moves(port, k)).collect();
         loop {
             let reached = |k: usize| {
                 let matrices = [&self.mass, &self.damping, &self.stiffness];
@@ -190,7 +154,7 @@ fn norm(values: impl Iterator<Item = f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::oscillator::{Oscillator, mass_on_springs};
-    use super::{DampingRates, Load, size, velocity};
+    use super::{DampingRates, Load, velocity};
 
     const DAMPING: [f64; 3] = [2.0, 5.0, 0.0];
 
@@ -198,14 +162,13 @@ mod tests {
     fn a_resonance_reaches_what_damping_allows() {
         let model = mass_on_springs([1.0, 3.0, 2.0], DAMPING, [1e4, 2e4, 3e4], 3).unwrap();
         let damping = DampingRates::of(&model).unwrap();
-        let plane = model.sharing(&[0]);
+        let plane = model.sharing(0);
         assert_eq!(plane, [true, true, false]);
         let of = |loads: &[Load]| damping.forces(loads, 0, &plane).unwrap();
         let along_x = of(&[Oscillator::load(0, 8.0, 0.3)]);
         let port = damping.scaled(0).unwrap();
-        // F/c, and the F²/(4 c) that a slider of the same resistance takes on average, twice.
+        // F/c.
         assert!((velocity(&port, &along_x) / 4.0 - 1.0).abs() < 1e-12);
-        assert!((size(&along_x).powi(2) / 32.0 - 1.0).abs() < 1e-12);
         // A second load may be out of phase and supplies what the first does not.
         let mut loads = vec![Oscillator::load(0, 8.0, 0.3), Oscillator::load(1, 6.0, 1.2)];
         let both = of(&loads);
