@@ -1,7 +1,7 @@
 //! The border of a Newton step whose frequency is free: how the state moves with frequency, and a condition with both.
 
 use super::aft::InterfaceElement;
-use super::krylov::dot;
+use super::krylov::{MOST_ITERATIONS, dot};
 use super::newton_step::{
     Change, Condition, Evaluation, Frame, LEAST_GRIP, STEP_TOLERANCE, Solver, State, Term,
 };
@@ -82,7 +82,10 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                     let dense = self.dense_instead(at, frame, error)?;
                     let exact = slope.with_motion(dense.approximate(&slope.residual));
                     let direct = dense.approximate(residual);
-                    return Ok((self.completed(Some(&exact), (direct, left)), 0));
+                    return Ok((
+                        self.completed(Some(&exact), (direct, left)),
+                        MOST_ITERATIONS,
+                    ));
                 }
                 solved => solved?,
             };

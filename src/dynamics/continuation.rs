@@ -468,9 +468,12 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
         let direction = (settings.to - settings.from).signum();
         let reached = |response: &Response| direction * response.omega;
-        let farthest = points.iter().map(reached).fold(f64::NEG_INFINITY, f64::max);
-        let turn = points.iter().position(|r| reached(r) >= farthest);
-        points.truncate(turn.map_or(0, |turn| turn + 1));
+        let returned = points.last().map(reached) < Some(direction * settings.from);
+        if returned {
+            let farthest = points.iter().map(reached).fold(f64::NEG_INFINITY, f64::max);
+            let turn = points.iter().position(|r| reached(r) >= farthest);
+            points.truncate(turn.map_or(0, |turn| turn + 1));
+        }
         let hertz = 2.0 * std::f64::consts::PI;
         let error = DynamicsError::NoResonance {
             what: "continuous branch",

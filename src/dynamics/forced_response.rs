@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use super::contact_element::ContactElement;
 use super::cycle::half_range;
+use super::effort::Effort;
 use super::truncation::{TAIL, UNKNOWN};
 use super::vibration::{ResonanceKind, Vibration};
 use super::{
@@ -20,9 +21,10 @@ const DEAR_STEP: f64 = 1.0 / 12.0;
 const ERROR_TOLERANCE: f64 = 1e-5;
 /// Newton iterations to it: what takes more is not near.
 const ERROR_ITERATIONS: usize = 8;
-/// Evaluations by which errors of points may be found at least, of so many unknowns; of more unknowns they are fewer by the square.
+/// Evaluations by which errors of points may be found at least, of so many unknowns and samples; of more they are fewer, by the square of the unknowns.
 const ERROR_EVALUATIONS: f64 = 2000.0;
 const FEW_UNKNOWNS: f64 = 45.0;
+const FEW_SAMPLES: f64 = 1024.0;
 /// Instants at which the range of a displacement over a cycle is looked for.
 const INSTANTS: usize = 512;
 /// Relative difference of two frequencies that is rounding.
@@ -147,7 +149,7 @@ impl Vibration {
                     });
                 }
             };
-            let Some(highest) = highest(&points) else {
+            let Some((highest, top)) = highest(&points) else {
                 return known.map(|resolved| OverRange {
                     resolved,
                     points: Some(points),
@@ -156,7 +158,7 @@ impl Vibration {
             let phase = match known {
                 Ok(resolved) => {
                     let peak = resolved.resonance.peak_amplitude;
-                    if points[highest].amplitude() <= peak * (1.0 + FLAT) {
+                    if top.amplitude <= peak * (1.0 + FLAT) {
                         return Ok(OverRange {
                             resolved,
                             points: Some(points),
@@ -166,7 +168,9 @@ impl Vibration {
                 }
                 Err(_) => None,
             };
-            let resonance = self.highest_of(&balance, &points, highest, phase)?;
+            let is_end = is_end(&points, highest);
+            let mut resonance = self.resonance_at(&balance, top, is_end, phase)?;
+            resonance.branch = points[highest].branch;
             let resolved = self.extended(balance, resonance, tolerance)?;
             if *resolved.balance.harmonics() == harmonics {
                 return Ok(OverRange {
@@ -178,41 +182,32 @@ impl Vibration {
         }
     }
 
-    /// The resonance whose peak is the highest point of a forced response, refined where it is no end.
-    fn highest_of(
+    /// The resonance whose peak is the highest point of a forced response, refined unless it is an end.
+    fn resonance_at(
         &self,
         balance: &HarmonicBalance<ContactElement>,
-        points: &[ForcedPoint],
-        highest: usize,
+        top: &PointResponse,
+        is_end: bool,
         phase: Option<Response>,
     ) -> Result<Resonance, DynamicsError> {
-        let top = &points[highest];
-        let Some(response) = &top.response else {
-            unreachable!("the highest point has a response");
-        };
-        let start = response.solution.start();
+        let start = top.solution.start();
         let is_above = |refined: &Response| {
             let amplitude = balance.amplitude(refined, self.response_port);
-            amplitude.is_ok_and(|(amplitude, _)| amplitude >= response.amplitude)
+            amplitude.is_ok_and(|(amplitude, _)| amplitude >= top.amplitude)
         };
         let refined = balance.peak(self.response_port, self.range, &start);
         let refined = refined.ok().filter(is_above);
-        let is_inside = refined.is_some();
+        let is_refined = refined.is_some();
         let peak = match refined {
             Some(peak) => peak,
             None => balance
-                .solve_near(response.solution.omega, &start)
-                .unwrap_or_else(|_| response.solution.clone()),
+                .solve_near(top.solution.omega, &start)
+                .unwrap_or_else(|_| top.solution.clone()),
         };
         let iterations = phase.as_ref().map_or(0, |phase| phase.iterations) + peak.iterations;
         let mut resonance = self.resonance_of(balance, phase, peak, iterations)?;
-        (resonance.is_beside, resonance.branch) = (false, top.branch);
-        let beside = [highest.checked_sub(1), Some(highest + 1)];
-        let is_end = beside.into_iter().any(|k| {
-            let other = k.and_then(|k| points.get(k));
-            other.is_none_or(|other| other.branch != top.branch)
-        });
-        if is_end && !is_inside {
+        resonance.is_beside = false;
+        if is_end && !is_refined {
             resonance.peak_kind = ResonanceKind::End;
         }
         Ok(resonance)
@@ -234,7 +229,10 @@ impl Vibration {
             true => DEAR_TOLERANCE,
             false => TOLERANCE,
         };
-        let mut roughly = balance.clone();
+        let mut roughly = HarmonicBalance {
+            effort: Effort::default(),
+            ..balance.clone()
+        };
         roughly.settings.tolerance = balance.settings.tolerance.max(enough);
         let found = match self.omegas() {
             Some(omegas) => self.at_points(&roughly, &omegas),
@@ -297,12 +295,14 @@ impl Vibration {
                 points.push(point);
             }
         }
-        if let (Some(error), [there, rest]) = (&failure, &branches[..])
-            && let (Some(end), Some(start)) = (there.last(), rest.first())
-            && start.omega > end.omega
-        {
+        if let (Some(error), [there, rest]) = (&failure, &branches[..]) {
             // What the two parts leave out.
-            let omega = 0.5 * (end.omega + start.omega);
+            let end = there.last().map_or(from, |response| response.omega);
+            let start = rest.first().map_or(to, |response| response.omega);
+            if start <= end {
+                return Ok((points, failure));
+            }
+            let omega = 0.5 * (end + start);
             points.push(match self.by_easing(balance, omega) {
                 Some(response) => self.point(balance, &response, None)?,
                 None => ForcedPoint::missing(omega, error),
@@ -377,71 +377,73 @@ impl Vibration {
             if coarse.energy.friction < 0.0 {
                 point.friction_error = Some(sampled.max(UNKNOWN));
             }
+            if more.effort.is_spent() || twice.effort.is_spent() {
+                continue;
+            }
             let [by_harmonics, by_samples] =
                 [&more, &twice].map(|finer| self.errors_by(balance, point, finer));
             if more.effort.is_spent() || twice.effort.is_spent() {
                 continue;
             }
             let is_still = balance.is_still(coarse, self.response_port);
-            point.error = Some(match is_still {
-                true => UNKNOWN,
-                false => by_harmonics[0] + by_samples[0],
-            });
-            let friction = (by_harmonics[1] + by_samples[1]).max(sampled);
+            let [amplitude, friction] = match (by_harmonics, by_samples) {
+                (Some(harmonics), Some(samples)) => [0, 1].map(|k| harmonics[k] + samples[k]),
+                _ => [UNKNOWN; 2],
+            };
+            point.error = Some(if is_still { UNKNOWN } else { amplitude });
+            let friction = friction.max(sampled);
             point.friction_error = Some(point.friction_error.unwrap_or(0.0).max(friction));
         }
     }
 
-    /// What amplitude and energy of friction of a point differ by, relative to them, from those of another balance that is solved from it.
+    /// What amplitude and energy of friction of a point differ by, relative to them, from those of another balance that is solved from it; none where
+    /// that has none near.
     fn errors_by(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         point: &PointResponse,
         finer: &HarmonicBalance<ContactElement>,
-    ) -> [f64; 2] {
+    ) -> Option<[f64; 2]> {
         let coarse = &point.solution;
         let start = coarse.start();
         let start = start.transferred(balance.harmonics(), finer.harmonics());
-        let fine = finer.solve_near(coarse.omega, &start);
-        let figures = fine.and_then(|fine| {
-            let amplitude = finer.amplitude(&fine, self.response_port)?.0;
-            Ok([amplitude, fine.energy.friction])
-        });
-        match figures {
-            Ok([amplitude, friction]) => [
-                error(point.amplitude, amplitude),
-                error(coarse.energy.friction, friction),
-            ],
-            Err(_) => [UNKNOWN; 2],
-        }
+        let fine = finer.solve_near(coarse.omega, &start).ok()?;
+        let amplitude = finer.amplitude(&fine, self.response_port).ok()?.0;
+        Some([
+            error(point.amplitude, amplitude),
+            error(coarse.energy.friction, fine.energy.friction),
+        ])
     }
 }
 
-impl ForcedPoint {
-    /// Half range of the first harmonic \[m\]; 0 where nothing was found.
-    fn amplitude(&self) -> f64 {
-        self.response.as_ref().map_or(0.0, |found| found.amplitude)
-    }
-}
-
-/// Evaluations by which errors of points are found: they may cost as much as the points did, as their equations are solved with the cube of the
-/// unknowns, or as much as so many of a few unknowns.
+/// Evaluations by which errors of points are found: they may cost as much as the points did, where an evaluation goes with the samples and the cube of
+/// the unknowns, or as much as [`ERROR_EVALUATIONS`] of few unknowns.
 fn error_effort(
     balance: &HarmonicBalance<ContactElement>,
     finer: &HarmonicBalance<ContactElement>,
 ) -> u64 {
+    let samples = [balance, finer].map(|b| b.settings.samples as f64);
     let [own, finer] = [balance, finer].map(|b| (b.elements().len() * b.width()) as f64);
-    let as_points = balance.effort.spent() as f64 * (own / finer).powi(3);
-    let least = ERROR_EVALUATIONS * (FEW_UNKNOWNS / finer).powi(2).min(1.0);
+    let as_points = balance.effort.spent() as f64 * (own / finer).powi(3) * samples[0] / samples[1];
+    let few = (FEW_UNKNOWNS / finer).powi(2) * FEW_SAMPLES / samples[1];
+    let least = ERROR_EVALUATIONS * few.min(1.0);
     as_points.max(least) as u64
 }
 
-/// Place of the point with the largest amplitude; none where none has a response.
-fn highest(points: &[ForcedPoint]) -> Option<usize> {
+/// The point with the largest amplitude, and its place; none where none has a response.
+fn highest(points: &[ForcedPoint]) -> Option<(usize, &PointResponse)> {
     let found = points.iter().enumerate();
-    let found = found.filter(|(_, point)| point.response.is_some());
-    let highest = found.max_by(|(_, a), (_, b)| a.amplitude().total_cmp(&b.amplitude()));
-    highest.map(|(place, _)| place)
+    let found = found.filter_map(|(place, point)| Some((place, point.response.as_ref()?)));
+    found.max_by(|(_, a), (_, b)| a.amplitude.total_cmp(&b.amplitude))
+}
+
+/// Whether a point has no other one of its branch beside it on one side.
+fn is_end(points: &[ForcedPoint], place: usize) -> bool {
+    let beside = [place.checked_sub(1), Some(place + 1)];
+    beside.into_iter().any(|k| {
+        let other = k.and_then(|k| points.get(k));
+        other.is_none_or(|other| other.branch != points[place].branch || other.response.is_none())
+    })
 }
 
 /// Whether friction does work in a response, which it cannot.

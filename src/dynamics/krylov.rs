@@ -6,7 +6,7 @@ use super::DynamicsError;
 use crate::linalg::{Matrix, Scalar, add_scaled, single, vectorised};
 
 /// Basis vectors before giving up; the preconditioned operator needs one to four dozen.
-const MOST_ITERATIONS: usize = 150;
+pub(super) const MOST_ITERATIONS: usize = 150;
 
 /// Iterations from which a solution is learned from: fewer cost less than learning.
 const WORTH_LEARNING: usize = 16;

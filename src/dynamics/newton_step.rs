@@ -402,7 +402,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         match solved {
             Err(error @ DynamicsError::Krylov { .. }) => {
                 let solver = self.dense_instead(at, frame, error)?;
-                Ok((solver.approximate(residual), 0))
+                // As many iterations as failed, so that the preconditioner is made anew.
+                Ok((solver.approximate(residual), krylov::MOST_ITERATIONS))
             }
             solved => solved,
         }

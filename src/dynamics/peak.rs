@@ -15,8 +15,6 @@ const LEAST_STEP: f64 = 1e-4;
 const LEFT: f64 = 1.5;
 /// Phase from the start within which the peak is that of the same resonance \[rad\].
 const FARTHEST: f64 = 0.5 * PI;
-/// Width of the bracket that ends the search \[rad\]: the amplitude of a linear peak is then right to 1e-13.
-const WIDTH: f64 = 3e-7;
 /// The angle to the peak of the resonance curve that ends the search where responses cost much, and where each is dear \[rad\]: the
 /// amplitude is right to half its square.
 const FLAT: f64 = 5e-3;
@@ -86,7 +84,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         };
         // Regula falsi with halved weights (Illinois), and bisection now and then: the slope may jump.
         let (mut near_weight, mut far_weight) = (near.slope, far.slope);
-        let narrow = WIDTH.max(flat);
+        let narrow = flat;
         for iteration in 0..60 {
             let width = far.phase - near.phase;
             if width.abs() <= narrow || far.slope == 0.0 {

@@ -2,14 +2,14 @@
 
 use super::contact_element::ContactElement;
 use super::newton::FREQUENCY_WEIGHT;
-use super::vibration::{Resonance, Vibration};
+use super::vibration::{Resonance, ResonanceKind, Vibration};
 use super::{DynamicsError, HarmonicBalance, Harmonics, Response, Start};
 
-/// The change from the harmonics of a balance to about twice as many, times this, is taken for their error: at least a third of it
-/// is left out by these, too, as what friction leaves out falls about like the square of the first order that is missing.
+/// The change from the harmonics of a balance to about twice as many, times this, is taken for their error: these leave out at least a third of it
+/// too, as what friction leaves out falls about like the square of the first missing order.
 pub(super) const TAIL: f64 = 2.0;
-/// Where a response is dear, the correction that is left to that with more harmonics, and counts as if it were made: harmonics that are
-/// few leave out several times as much. Banks that lift off and land again may leave Newton's method no less.
+/// Where a response is dear, the correction that is left to that with more harmonics, and counts as an error: few harmonics leave out several times
+/// as much. Banks that lift off and land again may leave Newton's method no less.
 const ESTIMATED: f64 = 1e-2;
 /// The correction that is left where a response has many unknowns but is not dear; it is small against what harmonics leave out.
 const ROUGHLY: f64 = 1e-5;
@@ -62,7 +62,7 @@ impl Truncation {
             false => self.amplitude,
         };
         Truncation {
-            frequency: self.frequency + left,
+            frequency: self.frequency.min(UNKNOWN) + left,
             amplitude: amplitude.min(UNKNOWN) + left,
             friction_energy: self.friction_energy.min(UNKNOWN) + left,
         }
@@ -155,8 +155,7 @@ impl Vibration {
         };
         while let Some((finer, resonance)) = resolved.estimate() {
             let within = |tolerance| resolved.truncation.largest() <= tolerance;
-            let highest = resolved.balance.harmonics().highest();
-            if tolerance.is_none_or(within) || highest >= HIGHEST {
+            if tolerance.is_none_or(within) || finer.highest() > HIGHEST {
                 break;
             }
             let balance = self.balance_of(resolved.balance.elements().to_vec(), finer)?;
@@ -166,15 +165,17 @@ impl Vibration {
             let Ok(resonance) = self.resonance_near(&balance, phase.as_ref(), &peak) else {
                 break;
             };
-            let Resonance {
-                is_beside, branch, ..
-            } = resolved.resonance;
-            resolved.balance = balance;
+            let before = &resolved.resonance;
+            let is_end = before.peak_kind == ResonanceKind::End;
             resolved.resonance = Resonance {
-                is_beside,
-                branch,
+                is_beside: before.is_beside,
+                peak_kind: match is_end {
+                    true => ResonanceKind::End,
+                    false => resonance.peak_kind,
+                },
                 ..resonance
             };
+            resolved.balance = balance;
         }
         let tolerance = resolved.balance.settings.tolerance;
         let all = resolved.truncation.and(resolved.errors_of_samples());
@@ -185,7 +186,8 @@ impl Vibration {
     /// A start for many harmonics: the phase resonance in the lowest, which is found at a small part of the cost.
     fn start_in_few(&self, balance: &HarmonicBalance<ContactElement>) -> Option<Start> {
         let orders = balance.harmonics().orders();
-        let driven = |order: &u32| self.loads.iter().any(|load| load.harmonic == *order);
+        let loads = || self.loads.iter().chain(&self.inertial_loads);
+        let driven = |order: &u32| loads().any(|load| load.harmonic == *order);
         let few = orders.iter().filter(|o| **o <= FEW || driven(o)).copied();
         let few = Harmonics::new(&few.collect::<Vec<u32>>()).ok()?;
         if few.orders() == orders {

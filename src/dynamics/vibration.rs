@@ -153,10 +153,10 @@ impl Vibration {
         })
     }
 
-    /// Whether a response is at an end of the range.
-    pub fn is_at_end(&self, response: &Response) -> bool {
+    /// Whether an angular frequency is an end of the range.
+    pub fn is_at_end(&self, omega: f64) -> bool {
         let ends = [self.range.0, self.range.1];
-        let is_at = |end: &f64| (response.omega / end - 1.0).abs() <= SAME_FREQUENCY;
+        let is_at = |end: &f64| (omega / end - 1.0).abs() <= SAME_FREQUENCY;
         ends.iter().any(is_at)
     }
 
@@ -170,7 +170,7 @@ impl Vibration {
         })
     }
 
-    /// The balance that the errors of another are seen by: in as many harmonics or more, with so many times its samples, or as many as they need.
+    /// A balance with more harmonics than another, or with so many `times` its samples, to tell the errors of that.
     pub(super) fn finer(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -219,7 +219,8 @@ impl Vibration {
         let port = self.response_port;
         let mut largest = match balance.peak_from(port, self.range, phase.clone()) {
             Ok(peak) => peak,
-            Err(DynamicsError::NoResonance { .. }) => {
+            // It rises to an end of the range, or was not found: of these the largest.
+            Err(_) => {
                 let ends = [self.range.0, self.range.1];
                 let ends = ends.map(|end| balance.solve(end, Some(&phase.start())));
                 let mut largest = phase.clone();
@@ -230,7 +231,6 @@ impl Vibration {
                 }
                 largest
             }
-            Err(error) => return Err(error),
         };
         if balance.amplitude(phase, port)?.0 > balance.amplitude(&largest, port)?.0 {
             largest = phase.clone();
@@ -252,9 +252,7 @@ impl Vibration {
         let phase = phase.map(near).transpose()?;
         let peak = match balance.peak(self.response_port, self.range, peak) {
             // That of an end of the range stays there.
-            Err(DynamicsError::NoResonance { .. })
-                if [self.range.0, self.range.1].contains(&peak.omega) =>
-            {
+            Err(DynamicsError::NoResonance { .. }) if self.is_at_end(peak.omega) => {
                 balance.solve(peak.omega, Some(peak))?
             }
             peak => peak?,
@@ -282,11 +280,11 @@ impl Vibration {
             amplitude,
             peak_frequency: peak.frequency(),
             peak_amplitude: size(&peak)?.0,
-            peak_kind: match self.is_at_end(&peak) {
+            peak_kind: match self.is_at_end(peak.omega) {
                 true => ResonanceKind::End,
                 false => ResonanceKind::Peak,
             },
-            is_beside: phase.is_some(),
+            is_beside: phase.is_some() && !self.is_at_end(peak.omega),
             branch: None,
             iterations,
             phase,

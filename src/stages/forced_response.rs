@@ -163,7 +163,7 @@ fn forced_response(
         // What these lack is what the resonance was extended for.
         for point in points.iter_mut().flatten() {
             if let Some(response) = &mut point.response {
-                response.error = Some(1.0);
+                (response.error, response.friction_error) = (Some(1.0), Some(1.0));
             }
         }
     }

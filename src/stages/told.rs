@@ -132,7 +132,7 @@ pub fn tell_resonance(outputs: &mut Outputs, vibration: &Vibration, resonance: &
         outputs.notice(no_phase_resonance_between(range.map(|omega| omega / TAU)));
     }
     if resonance.peak_kind == ResonanceKind::End {
-        let why = match vibration.is_at_end(&resonance.peak) {
+        let why = match vibration.is_at_end(resonance.peak.omega) {
             true => "an end of it: widen dynamics.frequency if the peak is meant",
             false => {
                 "the end of a branch that could not be followed further: the peak may be higher"

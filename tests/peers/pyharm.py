@@ -210,8 +210,6 @@ frequency = ["{case.frequency[0]} Hz", "{case.frequency[1]} Hz"]
 points = {case.points}
 [fidelity]
 aft_samples = {case.samples}
-# As pyHarm: the comparison is of two programs at the same samples.
-aft_events = false
 """
 
 
