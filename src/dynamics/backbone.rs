@@ -284,8 +284,7 @@ impl HarmonicBalance<ContactElement> {
         let n = harmonics.coefficients();
         // All forces on the structure closed by its reference springs: loads, and contact forces beyond the reference.
         let mut ports = self.load_ports.clone();
-        let mut rows = self.load_rows.clone();
-        rows.iter_mut().for_each(|f| *f *= response.load_factor);
+        let mut rows = self.loads_at(response.omega, response.load_factor);
         let displacement = response.displacement.chunks(n);
         for (dof, (force, u)) in response.force.chunks(n).zip(displacement).enumerate() {
             if response.active[dof / 3] {

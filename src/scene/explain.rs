@@ -155,7 +155,7 @@ pub enum About {
 
 /// A name that no key and no section has.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{name}: there is no such key{}", suggestion(.nearest, .known))]
+#[error("{name}: there is no such key{}", hint(.name, .nearest, .known))]
 pub struct UnknownKey {
     /// The name.
     pub name: String,
@@ -163,6 +163,14 @@ pub struct UnknownKey {
     pub nearest: Option<String>,
     /// Those of its section.
     pub known: Vec<String>,
+}
+
+/// What a key that is none may have been.
+fn hint(name: &str, nearest: &Option<String>, known: &[String]) -> String {
+    match keys::instead_of_former(name) {
+        Some(instead) => format!(" any more: {instead}"),
+        None => suggestion(nearest, known),
+    }
 }
 
 /// What a key or a section is.

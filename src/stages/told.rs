@@ -25,6 +25,15 @@ pub fn tell_missed(outputs: &mut Outputs, tolerance: Option<f64>, resolved: &Res
         ("amplitude", truncation.amplitude),
         ("dissipation", truncation.friction_energy),
     ];
+    // Without friction nothing is dissipated, and no error of it is a fault.
+    let mut elements = resolved.balance.elements().iter();
+    let has_friction = elements
+        .any(|element| element.friction_coefficient > 0.0 && element.tangential_stiffness() > 0.0);
+    let figures = if has_friction {
+        &figures[..]
+    } else {
+        &figures[..1]
+    };
     let beyond = figures.iter().filter(|(_, error)| *error > tolerance);
     let left: Vec<String> = beyond
         .map(|(figure, error)| match *error < 1.0 {
