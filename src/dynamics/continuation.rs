@@ -2,7 +2,8 @@
 //!
 //! The curve that is followed is (cosine, sine) of the first harmonic at one port, scaled by the largest amplitude so far, and ω, scaled by
 //! the width of the range; it does not depend on which elements are active. It has (cosine, sine) of every harmonic that is loaded at a port
-//! too: a resonance along another axis than the response's may bend over and lift the contact off while the response itself shows nothing of it. Steps go along the secant; where on them a response is foretold is in `predictor.rs`.
+//! too: a resonance along another axis may bend over and lift the contact off, of which the response alone shows nothing. Steps go along the secant;
+//! `predictor.rs` foretells the response there.
 
 use std::collections::VecDeque;
 

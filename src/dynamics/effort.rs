@@ -1,4 +1,4 @@
-//! What a search for responses may cost, counted in evaluations of the balance: the same on every machine, whatever its speed.
+//! The limit on the cost of a search, as a number of evaluations of the balance: it ends at the same place on every machine.
 
 use std::cell::Cell;
 

@@ -88,7 +88,7 @@ pub enum DynamicsError {
         "a mode at {frequency:.1} Hz or below is within dynamics.frequency, up to {to:.1} Hz, and beyond the modes that are kept: raise dynamics.modes"
     )]
     CutOff {
-        /// What bounds its frequency from above \[Hz\].
+        /// Upper bound of its frequency \[Hz\].
         frequency: f64,
         /// End of the range \[Hz\].
         to: f64,

@@ -29,7 +29,8 @@ const FEW_SAMPLES: f64 = 1024.0;
 const INSTANTS: usize = 512;
 /// Relative difference of two frequencies that is rounding.
 const ROUNDING: f64 = 1e-12;
-/// What a peak may be below a point of the forced response: it is searched to an angle of some 5e-3, and amplitudes fall by half the square of it.
+/// Share by which a peak may lie below a point of the forced response: its search ends within an angle of some 5e-3 of the top, and the amplitude falls
+/// by half the square of that angle.
 const FLAT: f64 = 2e-5;
 /// Share of the work of the loads and dampers that friction may give and not take: more is no motion, but samples or harmonics that are
 /// too few.
@@ -68,7 +69,7 @@ pub struct PointResponse {
     pub peak_to_peak: f64,
     /// Coefficients of the displacement at the response port \[m\].
     pub displacement: Vec<f64>,
-    /// Relative error of the amplitude by harmonics and samples that are too few; none where it is not known, 1 where nothing is.
+    /// Relative error of the amplitude due to too few harmonics and samples. None where it was not estimated, 1 where no finer response was found.
     pub error: Option<f64>,
     /// That of the energy of friction.
     pub friction_error: Option<f64>,
@@ -115,7 +116,7 @@ impl ForcedPoint {
 pub struct OverRange<'a> {
     /// The resonance, whose peak is no lower than the points.
     pub resolved: Resolved<'a>,
-    /// The points, in the harmonics of the resonance; none where these have none.
+    /// The points, in the harmonics of the resonance. None if no point was found with these harmonics.
     pub points: Option<Vec<ForcedPoint>>,
 }
 
@@ -217,7 +218,7 @@ impl Vibration {
     /// places its points, overhanging parts of the branches included. Points are solved to 1e-7 of the displacements if not as exactly as the
     /// balance says: they are looked at, and nothing goes on from them.
     ///
-    /// What is not found from other points or from the linear response is looked for by way of a vibration with more damping and preload.
+    /// A response that Newton's method reaches neither from another point nor from the linear response is approached from more damping and preload.
     ///
     /// # Errors
     /// Where no point at all was found, that of the first.
@@ -372,7 +373,7 @@ impl Vibration {
                 (point.error, point.friction_error) = (Some(0.0), Some(0.0));
                 continue;
             }
-            // What friction would give is error as a whole.
+            // Friction cannot give energy: all of it is error.
             let sampled = balance.work_error(coarse);
             if coarse.energy.friction < 0.0 {
                 point.friction_error = Some(sampled.max(UNKNOWN));

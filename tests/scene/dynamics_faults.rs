@@ -106,6 +106,12 @@ const OF_DYNAMICS: &[(&str, &str, &str)] = &[
     ),
     (
         "frequency =",
+        r#"method = "time"
+frequency ="#,
+        r#"case.toml, line 20: dynamics.method = "time": there is no such key any more: every forced response is computed by harmonic balance; leave it out"#,
+    ),
+    (
+        "frequency =",
         r#"response = "far_wall"
 frequency ="#,
         r#"case.toml, line 20: dynamics.response = "far_wall": must be a section, [dynamics.response], with keys: at, direction"#,
