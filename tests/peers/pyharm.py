@@ -8,7 +8,7 @@ pyHarm at the same frequencies, harmonics and samples a cycle, from the same sta
 both, or all of them with --all, and by how much all harmonics along all driven axes and the energies of a cycle differ. Scenes and
 runs go into FOLDER, a temporary one without.
 
-Where both programs have the same law they agree to rounding. They differ in two ways, and the cases keep to what both can do:
+Where both programs have the same law they agree to what Newton's method leaves. They differ in two ways, and the cases keep to what both can do:
 
 - pyHarm turns the friction force towards the motion once a sample (an error of first order in the time step), fretwear
   integrates the turning over the step (second order). On the orbit, pyHarm is extrapolated from two numbers of samples. It
@@ -17,7 +17,6 @@ Where both programs have the same law they agree to rounding. They differ in two
   preload, and friction stays. Without preload it has no friction. So lift-off is compared for the normal direction alone, with
   pyHarm's unilateral spring preloaded by a gap below zero and a constant force.
 
-Stops of fretwear are integrated exactly and those of pyHarm are sampled, so that case has many samples and the error that they leave.
 pyHarm has no energies: they are those of its harmonics, and what friction dissipates is what the dampers do not.
 """
 
@@ -52,14 +51,13 @@ SAMPLES = 512
 AXES = "xyz"
 ENERGIES = ("input", "friction", "viscous")
 
-# Both solve the same algebraic equations, fretwear to a relative correction of 1e-10.
-SAME = 1e-8
+# Both solve the same algebraic equations, fretwear to a relative correction of 1e-7.
+SAME = 5e-7
 # Residual at which a solution of pyHarm counts [N]; it says "converged" of a first point whatever it is.
 SOLVED = 1e-8
 # On the orbit: what the extrapolation and fretwear's own samples leave.
 EXTRAPOLATED = 5e-5
-# At a stop: what pyHarm's samples leave at the kink, where it touches.
-SAMPLED_KINK = 2e-6
+# At a stop, which touches for a short part of the cycle.
 KINK_SAMPLES = 4096
 
 
@@ -171,7 +169,6 @@ CASES = [
         damping=(24.0, 24.0, 24.0),
         springs=f'stop_stiffness = ["0 N/m", "{KN} N/m", "0 N/m"]\nstop_gap = ["0 m", "2e-4 m", "0 m"]',
         samples=KINK_SAMPLES,
-        tolerance=SAMPLED_KINK,
         harmonics=list(range(8)),
     ),
 ]
