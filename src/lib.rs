@@ -79,7 +79,6 @@ pub mod json;
 pub mod linalg;
 pub mod material;
 pub mod model_update;
-pub mod published;
 pub mod recipe;
 pub mod reference;
 pub mod rehearsal;

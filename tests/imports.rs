@@ -73,7 +73,7 @@ fn names(code: &str, path: &str) -> bool {
 
 /// The modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
 fn modules(source: &Source) -> Vec<String> {
-    const MODULES: [&str; 32] = [
+    const MODULES: [&str; 31] = [
         "campaign",
         "cli",
         "contact",
@@ -88,7 +88,6 @@ fn modules(source: &Source) -> Vec<String> {
         "material",
         "model_update",
         "progress",
-        "published",
         "recipe",
         "reference",
         "rehearsal",
@@ -189,7 +188,6 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         "campaign/",
         &["campaign", "files", "json", "store", "tables", "units"],
     ),
-    ("published/", &["campaign", "published", "store"]),
     ("tables/", &["tables"]),
     ("store/", &["json", "tables", "store"]),
     (
@@ -373,17 +371,11 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "journal.rs",
             "json.rs",
             "store/",
-            "published/manifest.rs",
             "scene/plan/files.rs",
             "rehearsal/files.rs",
         ],
     ),
     (&["fs4"], &["store/file_system.rs"]),
-    // Nothing else knows a network, or waits asynchronously.
-    (
-        &["object_store", "futures_util", "tokio"],
-        &["published/s3.rs"],
-    ),
     (
         &["rustix"],
         &["stages/clock.rs", "cli/campaign/", "progress/stopping.rs"],
@@ -467,8 +459,6 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
     (
         &["std::time"],
         &[
-            // How long a network may be silent.
-            "published/s3.rs",
             // How often is kept, which no result depends on.
             "journal.rs",
             "cli/",

@@ -12,7 +12,6 @@ mod linalg;
 mod manifest;
 mod model_update;
 mod plan;
-mod published;
 mod quadrature;
 mod reference;
 mod report;

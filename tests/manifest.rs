@@ -20,37 +20,12 @@ fn read(file: &str) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// What the feature `object_store` alone brings.
-const OF_OBJECT_STORAGE: [&str; 3] = ["futures-util", "object_store", "tokio"];
-
-/// The packages of the lock file that the program wants, of all platforms and all features but `object_store`, so that no other build has
-/// another.
+/// The names of all packages in the lock file: those of every platform, and of the tests.
 fn locked() -> BTreeSet<String> {
     let lock: toml::Table = read("Cargo.lock").parse().expect("a lock file");
     let packages = lock["package"].as_array().expect("packages");
-    let mut wanted: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
-    for package in packages {
-        let name = package["name"].as_str().expect("a name");
-        let own = wanted.entry(name).or_default();
-        let dependencies = package.get("dependencies").and_then(|list| list.as_array());
-        // With its version where there are several, which are taken as one.
-        own.extend(dependencies.into_iter().flatten().map(|dependency| {
-            let dependency = dependency.as_str().expect("a name");
-            dependency.split(' ').next().expect("a word")
-        }));
-    }
-    let optional = wanted.get_mut("fretwear").expect("this one");
-    for name in OF_OBJECT_STORAGE {
-        assert!(optional.remove(name), "{name}");
-    }
-    let mut found = BTreeSet::new();
-    let mut open = vec!["fretwear"];
-    while let Some(name) = open.pop() {
-        if found.insert(name.to_owned()) {
-            open.extend(&wanted[name]);
-        }
-    }
-    found
+    let name = |package: &toml::Value| package["name"].as_str().expect("a name").to_owned();
+    packages.iter().map(name).collect()
 }
 
 /// Crates that speak to others over a network, or encrypt what they say.
@@ -99,7 +74,7 @@ const OF_NETWORKS: [&str; 41] = [
 ];
 
 #[test]
-fn nothing_in_a_build_without_object_storage_can_speak_to_a_network() {
+fn nothing_in_a_build_can_speak_to_a_network() {
     let locked = locked();
     let found: Vec<&&str> = OF_NETWORKS
         .iter()
@@ -199,14 +174,11 @@ fn the_citation_has_the_version_of_the_manifest() {
     assert!(read("CITATION.cff").contains(&version));
 }
 
-/// 83 MB, most of it Polars, and 9 more with object storage; what is not stripped, or not optimised, adds tens of them.
+/// 83 MB, most of it Polars; what is not stripped, or not optimised, adds tens of them.
 #[cfg(not(debug_assertions))]
 #[test]
 fn the_program_is_small() {
-    const MOST: u64 = match cfg!(feature = "object_store") {
-        true => 100_000_000,
-        false => 90_000_000,
-    };
+    const MOST: u64 = 90_000_000;
     let program = std::fs::metadata(env!("CARGO_BIN_EXE_fretwear")).expect("the program");
     assert!(program.len() < MOST, "{} bytes", program.len());
 }

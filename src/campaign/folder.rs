@@ -261,7 +261,7 @@ impl Folder {
                 path: self.root.join(TABLE),
                 reason: match campaign.rows.len() < about.rows {
                     true => format!(
-                        "it has {} rows, and {} were planned: to plan or to fetch it was interrupted; do it again",
+                        "it has {} rows, and {} were planned: planning was interrupted; plan the campaign again in this folder",
                         campaign.rows.len(),
                         about.rows
                     ),

@@ -204,19 +204,11 @@ impl Campaign {
         hasher.finalize().to_hex().to_string()
     }
 
-    /// The first row that differs from that of another campaign, of the rows that both have.
-    pub fn first_difference(&self, other: &Campaign) -> Option<usize> {
-        let mut both = self.rows.iter().zip(&other.rows);
-        both.position(|(own, other)| {
-            own.settings != other.settings || own.content_key != other.content_key
-        })
-    }
-
     /// The rows in the bytes of the file.
     ///
     /// # Errors
     /// What is wrong with it, as a sentence.
-    pub fn of_bytes(bytes: &[u8]) -> Result<Campaign, String> {
+    pub(super) fn of_bytes(bytes: &[u8]) -> Result<Campaign, String> {
         let most = MOST_ROWS as i64;
         let found = nullable_from_parquet(bytes, NAME, most).map_err(|e| e.to_string())?;
         let names: Vec<String> = found.iter().map(|(name, _)| name.clone()).collect();

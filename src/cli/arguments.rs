@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use fretwear::units::{self, Dimension};
 
-use super::{backbone, campaign, inspect, new, publish, run};
+use super::{backbone, campaign, inspect, new, run};
 
 /// Fretting wear of rough bolted joints over millions of vibration cycles.
 #[derive(Parser)]
@@ -120,17 +120,6 @@ pub enum Command {
         #[command(subcommand)]
         command: campaign::CampaignCommand,
     },
-    /// Publish a run, or what has ended of a campaign, in object storage (S3), or add to what is published of it
-    ///
-    /// Uploads what is not there yet and overwrites nothing. What is published changes at the end and at once, so that a publication
-    /// that is interrupted can be begun again. Credentials and endpoint come from the AWS_ variables. Needs a program that is built with
-    /// `--features object_store`.
-    Publish(publish::PublishArguments),
-    /// Fetch a run or a campaign that is published in object storage, or what is new of it
-    ///
-    /// Every file is held against its hash. Nothing in the folder is overwritten. Needs a program that is built with
-    /// `--features object_store`.
-    Fetch(publish::FetchArguments),
     /// Run the paper's study, and hold its claims against it
     ///
     /// The lap joint at four roughnesses, with a hardness limit, and with the dynamic model updated more often, less often, never:

@@ -167,14 +167,6 @@ pub enum CliError {
     Drawing(fretwear::report::PlotError),
     #[error(transparent)]
     Campaign(#[from] fretwear::campaign::CampaignError),
-    #[cfg(feature = "object_store")]
-    #[error(transparent)]
-    Published(#[from] fretwear::published::PublishError),
-    #[cfg(not(feature = "object_store"))]
-    #[error(
-        "this program was built without object storage; build it with `cargo build --release --features object_store`"
-    )]
-    NoObjectStorage,
     #[cfg(not(feature = "polars"))]
     #[error(
         "this program was built without Polars and lacks `compare`, `report`, `reproduce`, `campaign report` and `backbone --svg`; build it with `cargo build --release`"
@@ -240,12 +232,6 @@ impl CliError {
             CliError::RowFailed { code, .. } => Exit::of_failure(*code),
             CliError::Campaign(error) if error.is_usage() => Exit::Scene,
             CliError::Campaign(error) if error.is_damage_or_mismatch() => Exit::Damaged,
-            #[cfg(feature = "object_store")]
-            CliError::Published(error) if error.is_usage() => Exit::Scene,
-            #[cfg(feature = "object_store")]
-            CliError::Published(error) if error.is_damage_or_mismatch() => Exit::Damaged,
-            #[cfg(not(feature = "object_store"))]
-            CliError::NoObjectStorage => Exit::Scene,
             #[cfg(not(feature = "polars"))]
             CliError::NoPolars => Exit::Scene,
             CliError::Scene(_) | CliError::Input(_) | CliError::Kept(_) => Exit::Scene,

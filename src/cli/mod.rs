@@ -19,7 +19,6 @@ mod export_vtu;
 mod inspect;
 mod many;
 mod new;
-mod publish;
 mod report;
 #[cfg(feature = "polars")]
 mod report_command;
@@ -133,8 +132,6 @@ fn perform(command: Command, out: &mut Results) -> Result<Exit, CliError> {
         Command::Validate { json } => show::validate(json, out),
         Command::Trade(arguments) => trade::trade(&arguments, out),
         Command::Campaign { command } => campaign::campaign(&command, out),
-        Command::Publish(arguments) => publish::publish(&arguments, out),
-        Command::Fetch(arguments) => publish::fetch(&arguments, out),
         #[cfg(feature = "polars")]
         Command::Reproduce(arguments) => reproduce::reproduce(&arguments, out),
         Command::Explain { key, json } => explain::explain(&key, json, out),
