@@ -92,6 +92,5 @@ pub mod study;
 pub mod surface;
 pub mod tables;
 pub mod units;
-pub mod validate;
 pub mod vtu;
 pub mod wear;

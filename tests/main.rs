@@ -25,5 +25,4 @@ mod support;
 mod surface;
 mod tables;
 mod units;
-mod validate;
 mod wear;

@@ -103,12 +103,6 @@ pub enum Command {
         /// Folder of the run
         run: PathBuf,
     },
-    /// Run the closed forms: error and order of convergence
-    Validate {
-        /// Print one JSON object a row
-        #[arg(long)]
-        json: bool,
-    },
     /// Measure what accuracy costs: run a scene's presets and single knobs, and compare them
     ///
     /// Every variant is a run of its own under the folder, against the preset `reference`. Of several scenes, or a folder of them, the
@@ -150,8 +144,8 @@ pub enum Command {
     },
     /// Check whether this machine can compute runs and keep them
     ///
-    /// Space, commits, locks and tables in the folder; processor, transforms and factors; the cache of structures. Nothing is left
-    /// behind. Ends with 1 if something fails.
+    /// Space, commits, locks and tables in the folder; processor, transforms and factors; contact and vibration against closed forms; the
+    /// cache of structures. Nothing is left behind. Ends with 1 if something fails.
     Doctor {
         /// Where runs go
         #[arg(default_value = "runs")]

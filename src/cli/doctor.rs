@@ -17,6 +17,8 @@ pub fn doctor(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, C
     if as_json {
         out.json(&json!({ "folder": folder, "sound": !failed, "checks": checks }));
     } else {
+        let width = checks.iter().map(|check| check.name.len()).max();
+        let width = width.unwrap_or_default();
         for check in &checks {
             let state = match check.state {
                 State::Ok => "ok",
@@ -27,7 +29,11 @@ pub fn doctor(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, C
                 .advice
                 .as_ref()
                 .map_or_else(String::new, |advice| format!(" – {advice}"));
-            writeln!(out, "{state:<8} {:<15} {}{advice}", check.name, check.found);
+            writeln!(
+                out,
+                "{state:<8} {:<width$} {}{advice}",
+                check.name, check.found
+            );
         }
     }
     Ok(if failed { Exit::Failure } else { Exit::Done })

@@ -118,8 +118,6 @@ pub enum CliError {
         wear_iteration: u64,
         tables: String,
     },
-    #[error("validation: {0}")]
-    Validate(#[from] fretwear::validate::ValidateError),
     #[error(
         "{} has no harmonic force in [dynamics]: nothing vibrates whose backbone could be followed",
         path.display()

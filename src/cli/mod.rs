@@ -129,7 +129,6 @@ fn perform(command: Command, out: &mut Results) -> Result<Exit, CliError> {
         Command::New { path, like, sets } => new::new(&path, like.as_deref(), &sets, out),
         Command::Ls { folder, json } => new::list(&folder, json, out),
         Command::Verify { run } => show::verify(&run, out),
-        Command::Validate { json } => show::validate(json, out),
         Command::Trade(arguments) => trade::trade(&arguments, out),
         Command::Campaign { command } => campaign::campaign(&command, out),
         #[cfg(feature = "polars")]

@@ -1,4 +1,4 @@
-//! The commands that compute nothing of a run: `plan`, `verify`, `validate`.
+//! The commands that compute nothing of a run: `plan` and `verify`.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -6,7 +6,6 @@ use std::sync::Arc;
 use fretwear::scene::{self, Plan};
 use fretwear::stages::{self, ReducedTables};
 use fretwear::store::{RealFileSystem, RunReader};
-use fretwear::validate;
 use serde_json::json;
 
 use super::{CliError, Exit, cost};
@@ -140,35 +139,4 @@ pub fn verify(root: &Path, out: &mut Results) -> Result<Exit, CliError> {
         "{damaged} files do not verify; `run` continues from the last iteration before them"
     );
     Ok(Exit::Damaged)
-}
-
-/// Prints the closed forms against the program, from the coarsest grid of each to the finest.
-pub fn validate(as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
-    let rows = validate::run()?;
-    if !as_json {
-        let head = [
-            "case", "quantity", "grid", "computed", "exact", "error", "order",
-        ];
-        let [case, quantity, grid, computed, exact, error, order] = head;
-        writeln!(
-            out,
-            "{case:<20} {quantity:<32} {grid:>9} {computed:>13} {exact:>13}      {error:>8} {order:>6}"
-        );
-    }
-    for row in &rows {
-        if as_json {
-            out.json(&json!(row));
-            continue;
-        }
-        let grid = format!("{}x{}", row.grid[0], row.grid[1]);
-        let order = row
-            .order
-            .map_or("-".to_owned(), |order| format!("{order:.2}"));
-        writeln!(
-            out,
-            "{:<20} {:<32} {grid:>9} {:>13.6e} {:>13.6e} {:<4} {:>8.1e} {order:>6}",
-            row.case, row.quantity, row.computed, row.exact, row.unit, row.relative_error,
-        );
-    }
-    Ok(Exit::Done)
 }

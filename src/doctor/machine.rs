@@ -25,7 +25,7 @@ const CELLS: usize = 256;
 /// What one thread of a processor with vector instructions reaches \[operations/s\].
 const SLOW: f64 = 2e9;
 
-const REBUILD: &str = "build the program anew, with `cargo test --release`; if it fails again, memory or processor are not sound";
+pub(super) const REBUILD: &str = "build the program anew, with `cargo test --release`; if it fails again, memory or processor are not sound";
 
 pub(super) fn quartile(mut work: impl FnMut()) -> f64 {
     let mut times: Vec<f64> = (0..REPEATS)
@@ -114,7 +114,7 @@ fn transforms() -> Check {
     )
     .number("relative_error", error)
     .number("seconds_of_pair", seconds);
-    judged(check, error)
+    judged(check, error, ROUNDING)
 }
 
 /// Largest error of a convolution against its direct sum, over the largest value.
@@ -156,14 +156,15 @@ fn factors() -> Check {
             )
             .number("residual_lu", lu)
             .number("residual_cholesky", cholesky);
-            judged(check, if lu >= cholesky { lu } else { cholesky })
+            judged(check, if lu >= cholesky { lu } else { cholesky }, ROUNDING)
         }
         Err(error) => Check::failed(NAME, error.to_string(), REBUILD),
     }
 }
 
-fn judged(check: Check, error: f64) -> Check {
-    if error <= ROUNDING {
+/// The check, failed unless the error is at most the tolerance; NaN fails.
+pub(super) fn judged(check: Check, error: f64, tolerance: f64) -> Check {
+    if error <= tolerance {
         check
     } else {
         check.but(State::Failed, REBUILD)

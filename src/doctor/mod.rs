@@ -3,6 +3,7 @@
 //! The checks use what runs use (the store's file system, the solvers' transforms and factors, the tables' Parquet), so that
 //! what fails here would fail there. Nothing is left behind.
 
+pub mod closed_forms;
 mod disk;
 mod machine;
 
@@ -70,11 +71,12 @@ impl Check {
     }
 }
 
-/// Looks at the folder where runs go, at the processor and the numerics, and at the cache of structures (none: it is switched
-/// off). A folder that is not there yet is looked at where it would be created.
+/// Looks at the folder where runs go, at the processor and the numerics, at the solvers against closed forms, and at the cache of
+/// structures (none: it is switched off). A folder that is not there yet is looked at where it would be created.
 pub fn examine(fs: &dyn FileSystem, folder: &Path, cache: Option<&Path>) -> Vec<Check> {
     let mut checks = disk::folder(fs, folder);
     checks.extend(machine::numerics());
+    checks.extend(closed_forms::checks());
     checks.push(disk::cache(fs, cache));
     checks
 }

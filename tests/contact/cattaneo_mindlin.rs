@@ -87,7 +87,7 @@ impl Sphere {
     }
 }
 
-/// Force and energy at a/h = 16: the validation fits errors of 1e-4 and 3e-3 at this width.
+/// Force and energy at a/h = 16: `doctor::orders` finds errors of 1e-4 and 3e-3 at this width.
 const FORCE: f64 = 5e-4;
 const ENERGY: f64 = 1e-2;
 

@@ -1,8 +1,11 @@
 //! `fretwear doctor`: what it finds on this machine, and that it finds what is broken.
 
+mod orders;
+
 use std::fs;
 use std::path::Path;
 
+use fretwear::doctor::closed_forms::{CASES, Measure, RESOLUTION};
 use fretwear::doctor::{Check, State, examine};
 use fretwear::store::{FileSystem, RealFileSystem};
 use serde_json::Value;
@@ -10,7 +13,7 @@ use serde_json::Value;
 use crate::support::Bench;
 use crate::support::faulty::{Fault, FaultyFileSystem};
 
-const NAMES: [&str; 8] = [
+const NAMES: [&str; 20] = [
     "free space",
     "commit",
     "lock",
@@ -18,6 +21,18 @@ const NAMES: [&str; 8] = [
     "processor",
     "transforms",
     "linear algebra",
+    "Hertz: approach",
+    "Hertz: peak pressure",
+    "Hertz: normal stiffness",
+    "circular punch: normal stiffness",
+    "circular punch: stiffness along x",
+    "capped Hertz: plateau radius",
+    "capped Hertz: approach",
+    "Westergaard: mean gap",
+    "Cattaneo-Mindlin: force",
+    "Cattaneo-Mindlin: energy per cycle",
+    "Jenkins oscillator: force",
+    "Jenkins oscillator: angular frequency",
     "cache",
 ];
 
@@ -61,6 +76,32 @@ fn a_sound_machine_passes_and_nothing_is_left_behind() {
     assert!(number("processor", "threads") >= 1.0);
     assert!((0.0..60.0).contains(&number("commit", "seconds")));
     assert_eq!(number("cache", "structures"), 0.0);
+}
+
+#[test]
+fn a_value_beyond_its_tolerance_fails() {
+    let mut checked = 0;
+    for (name, solve) in CASES {
+        let measures = solve(RESOLUTION).unwrap_or_else(|error| panic!("{name}: {error}"));
+        for measure in measures {
+            let Some(tolerance) = measure.tolerance else {
+                assert_eq!(measure.check(), None);
+                continue;
+            };
+            let state_of = |measure: Measure| measure.check().expect("a check").state;
+            let computed = |error: f64| {
+                let computed = (1.0 + error) * measure.exact;
+                state_of(Measure::value(measure.name, computed, measure.exact).within(tolerance))
+            };
+            for error in [1.01 * tolerance, -1.01 * tolerance, -2.0, f64::NAN] {
+                assert_eq!(computed(error), State::Failed, "{}: {error}", measure.name);
+            }
+            assert_eq!(computed(0.99 * tolerance), State::Ok);
+            assert_eq!(state_of(measure), State::Ok);
+            checked += 1;
+        }
+    }
+    assert_eq!(checked, 12);
 }
 
 #[test]
