@@ -1,5 +1,5 @@
 //! What the manifest and the README promise of a build, held against the lock file and the packages themselves; pages that the program
-//! makes, and the links of all pages.
+//! makes, the links of all pages, and the names that no file may have any more.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
@@ -358,4 +358,66 @@ fn the_index_of_the_book_names_every_page() {
         .filter(|page| page != INDEX && !named.contains(page))
         .collect();
     assert!(missing.is_empty(), "{INDEX} does not name {missing:?}");
+}
+
+/// Names that were removed, of commands, features and the like, and what users have in their place. A name counts as a whole word. Whoever
+/// removes something with a name of its own adds a row.
+const REMOVED: [(&str, &str); 5] = [
+    ("object_store", "copy the folder (rsync, rclone)"),
+    ("fretwear publish", "copy the folder (rsync, rclone)"),
+    ("fretwear fetch", "copy the folder (rsync, rclone)"),
+    ("fretwear validate", "fretwear doctor"),
+    ("fretwear::validate", "fretwear::doctor::closed_forms"),
+];
+
+/// This list.
+const OF_REMOVED: &str = "tests/manifest.rs";
+/// Files that may have such names; the other is the history.
+const MAY_HAVE_REMOVED: [&str; 2] = ["CHANGELOG.md", OF_REMOVED];
+
+/// The texts that Git tracks, by their paths; `None` outside of a checkout.
+fn tracked_texts() -> Option<BTreeMap<String, String>> {
+    let mut git = Command::new("git");
+    git.args(["ls-files", "-z"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"));
+    let listed = git.output().ok().filter(|listed| listed.status.success())?;
+    let names = String::from_utf8(listed.stdout).expect("names are texts");
+    let text_of = |name: &str| Some((name.to_owned(), std::fs::read_to_string(path(name)).ok()?));
+    Some(names.split_terminator('\0').filter_map(text_of).collect())
+}
+
+/// The lines of a text that have a removed name: number, name, and what is in its place.
+fn removed_names(text: &str) -> Vec<(usize, &'static str, &'static str)> {
+    let mut found = Vec::new();
+    for (name, instead) in REMOVED {
+        let pattern = format!(r"\b{{start-half}}{}\b{{end-half}}", regex::escape(name));
+        for hit in Regex::new(&pattern).expect("a pattern").find_iter(text) {
+            let line = text[..hit.start()].matches('\n').count() + 1;
+            found.push((line, name, instead));
+        }
+    }
+    found
+}
+
+#[test]
+fn nothing_has_a_name_that_was_removed() {
+    let Some(texts) = tracked_texts() else { return };
+    assert!(texts.len() > 100, "{} texts", texts.len());
+    let mut wrong = Vec::new();
+    for (file, text) in &texts {
+        if !MAY_HAVE_REMOVED.contains(&&**file) {
+            let found = removed_names(text).into_iter();
+            wrong.extend(found.map(|(line, name, instead)| {
+                format!("{file}:{line}: {name} was removed; instead: {instead}")
+            }));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    // The patterns are held against the list itself.
+    let own = removed_names(&texts[OF_REMOVED]);
+    assert!(
+        REMOVED
+            .iter()
+            .all(|row| own.iter().any(|hit| hit.1 == row.0))
+    );
 }
