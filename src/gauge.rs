@@ -45,6 +45,11 @@ impl Gauge {
         self.0.points.fetch_add(1, Ordering::Relaxed);
     }
 
+    /// FFT pairs so far.
+    pub fn pairs(&self) -> u64 {
+        self.0.transforms.load(Ordering::Relaxed) / 2
+    }
+
     /// Points of the forced response so far.
     pub fn points(&self) -> u64 {
         self.0.points.load(Ordering::Relaxed)
@@ -62,7 +67,7 @@ impl Gauge {
         if iterations > 0 {
             return format!("Newton iteration {iterations}");
         }
-        match of(&self.0.transforms) / 2 {
+        match self.pairs() {
             0 => String::new(),
             pairs => format!("{pairs} FFT pairs"),
         }

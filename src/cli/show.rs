@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use fretwear::rehearsal;
 use fretwear::scene::{self, Plan};
 use fretwear::stages::{self, ReducedTables};
 use fretwear::store::{RealFileSystem, RunReader};
@@ -28,13 +29,11 @@ pub fn plan(
     let mut rehearsal = None;
     if as_json {
         if rehearse {
-            let found = cost::rehearsed(&plan);
-            said_once(&mut plan.warnings, found.warnings.clone());
+            let found = rehearsal::rehearse(&plan.inputs, rehearsal::LONGEST);
+            said_once(&mut plan.warnings, found.warnings);
             printed["cost"] = json!(found.cost);
             // Of the machine, where the rest is of the scene.
-            let whole = cost::whole(&plan, &found);
-            printed["seconds"] =
-                json!({ "run": found.seconds, "whole": whole, "rehearsal": found.took });
+            printed["seconds"] = json!({ "run": found.seconds, "rehearsal": found.took });
         }
         printed["warnings"] = json!(plan.warnings);
         printed["notices"] = json!(plan.notices().collect::<Vec<String>>());
@@ -49,7 +48,7 @@ pub fn plan(
         writeln!(out, "    {}", decision.why);
     }
     if rehearse {
-        let found = cost::rehearsed(&plan);
+        let found = rehearsal::rehearse(&plan.inputs, rehearsal::LONGEST);
         said_once(&mut plan.warnings, found.warnings.clone());
         rehearsal = Some(found);
     }
@@ -64,8 +63,8 @@ pub fn plan(
         writeln!(out, "\nwarning: {warning}");
     }
     if let Some(rehearsal) = &rehearsal {
-        writeln!(out, "\nrehearsed cost");
-        cost::write_expected(out, rehearsal, cost::whole(&plan, rehearsal));
+        writeln!(out, "\nexpected cost");
+        cost::write_expected(out, rehearsal);
     }
     Ok(Exit::Done)
 }

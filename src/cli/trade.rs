@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use fretwear::recipe::Counted;
 use fretwear::recipe::MotionKind;
-use fretwear::rehearsal;
 use fretwear::report::trade::{self, Trade, Trial};
 use fretwear::scene::variants::{
     self, BALANCED, Choice, KnobKind, LeftOut, REFERENCE, Variant, Variants,
@@ -280,11 +280,10 @@ fn run_all(
     let ended = jobs.iter().zip(ran.ended);
     let trials = ended.map(|((_, root, job), failure)| {
         // Runs share the structure.
-        let (cold, cached) = rehearsal::memory(&job.plan.inputs);
         let trial = Trial {
             variant: job.variant.clone(),
             root: root.clone(),
-            memory: cached.unwrap_or(cold),
+            memory: Counted::of(&job.plan.inputs).least_memory(),
             failure: failure.as_ref().map(ToString::to_string),
         };
         let of_reference = job.variant.name == REFERENCE;

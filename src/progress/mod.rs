@@ -1,12 +1,9 @@
 //! What a person sees of a run: a bar of cycles in a terminal, one line an iteration elsewhere. All on stderr.
 
-mod pace;
-mod prior;
 mod rows;
 mod stopping;
 
-use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::cell::{Cell, RefCell};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -14,16 +11,13 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use fretwear::gauge::Gauge;
-use fretwear::recipe::{Check, Recipe};
+use fretwear::recipe::{Check, Recipe, Wear};
 use fretwear::report::{told, visible};
-use fretwear::stages::{Observer, Progress, Stage};
-use fretwear::store::{Opening, RealFileSystem, RunReader, StoreError};
-use fretwear::tables::typed;
+use fretwear::stages::{Observer, Pace, Progress, Stage};
+use fretwear::store::{Opening, RealFileSystem, RunReader};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use crate::terminal::{is_watched, log_into, note, say};
-use pace::{Left, Pace};
-use prior::Prior;
 pub use rows::Rows;
 pub use stopping::{Asked, Stopping, stop_with_parent};
 
@@ -35,14 +29,13 @@ pub struct Watcher {
     root: PathBuf,
     quiet: bool,
     bar: Option<ProgressBar>,
-    cycles: Option<u64>,
-    volume: Option<f64>,
+    wear: Option<Wear>,
     pace: RefCell<Pace>,
+    /// The stage that is computed, and since when.
+    stage: Cell<Option<(Stage, Instant)>>,
     gauge: Gauge,
     at: Arc<Mutex<At>>,
     end: Arc<Mutex<Option<End>>>,
-    /// Whether forced responses are computed between the first iteration and the last.
-    responds_between: bool,
     /// Degrees of freedom of the structure's mesh.
     unknowns: Option<usize>,
     stopping: Option<Stopping>,
@@ -55,21 +48,18 @@ pub struct Watcher {
 
 impl Watcher {
     pub fn new(recipe: &Recipe, root: &Path, quiet: bool) -> Self {
-        let wear = recipe.wear.as_ref();
-        let (cycles, volume) = (wear.and_then(|w| w.cycles), wear.and_then(|w| w.volume));
         let (gauge, at) = (Gauge::default(), Arc::new(Mutex::new(At::default())));
         let end = Arc::new(Mutex::new(None));
         if !quiet && !is_watched() {
             beat(gauge.clone(), &at);
         }
-        let unknowns = unknowns_of(recipe);
         let bar = (!quiet && is_watched()).then(|| {
             let bar = ProgressBar::new(1000);
             // Three short lines, which are whole on 80 columns.
             let template =
                 "{spinner} {wide_msg}\n  [{bar:24}] {elapsed_precise}{left}\n  {prefix}{within}";
             let within = within(gauge.clone(), at.clone());
-            let left = left(gauge.clone(), end.clone());
+            let left = left(end.clone());
             bar.set_style(
                 ProgressStyle::with_template(template)
                     .expect("the template is a constant")
@@ -84,18 +74,13 @@ impl Watcher {
             root: root.to_owned(),
             quiet,
             bar,
-            cycles,
-            volume,
-            pace: RefCell::new(Pace::new(
-                Prior::of(recipe, unknowns),
-                recipe.output.curves_every,
-                prior::updates(recipe),
-            )),
+            wear: recipe.wear.clone(),
+            pace: RefCell::new(Pace::new(recipe.wear.as_ref())),
+            stage: Cell::default(),
             gauge,
             at,
             end,
-            responds_between: !recipe.output.response_at.is_empty(),
-            unknowns,
+            unknowns: unknowns_of(recipe),
             stopping: None,
             row: None,
             checks: Vec::new(),
@@ -147,52 +132,32 @@ impl Watcher {
         }
     }
 
-    /// Part of the run that is done: of the cycles, or of the volume, whichever is further.
-    fn part(&self, progress: &Progress) -> f64 {
-        let cycles = self
-            .cycles
-            .map_or(0.0, |all| progress.cycles as f64 / all as f64);
-        let volume = self.volume.map_or(0.0, |all| progress.volume / all);
-        cycles.max(volume).min(1.0)
+    /// Takes the pace of earlier starts from the history of the run.
+    fn take_up(&self) {
+        let reader = RunReader::open(Arc::new(RealFileSystem), &self.root);
+        let history = reader.and_then(|reader| reader.history()).ok();
+        let pace = history.and_then(|history| Pace::of(&history, self.wear.as_ref()).ok());
+        // No result depends on it: a damage is reported where it matters.
+        if let Some(pace) = pace {
+            self.pace.replace(pace);
+        }
     }
 
-    /// Takes up what earlier starts have recorded of the time they took.
-    fn take_up(&self, latest: u64) -> Result<(), StoreError> {
-        let reader = RunReader::open(Arc::new(RealFileSystem), &self.root)?;
-        let mut iterations = Vec::new();
-        for k in reader.iterations().filter(|k| *k <= latest) {
-            let summary: typed::Summary = reader.typed(k)?;
-            let timing: typed::Timing = reader.typed(k)?;
-            let stage_of = |name: &str| {
-                let stage = name.split('.').next();
-                Stage::ALL.into_iter().find(|s| Some(s.name()) == stage)
-            };
-            // A stage and its parts have rows of their own.
-            let mut stages: BTreeMap<Stage, f64> = BTreeMap::new();
-            for (name, seconds) in timing.stage.iter().zip(&timing.seconds) {
-                if let Some(stage) = stage_of(name) {
-                    *stages.entry(stage).or_default() += seconds;
-                }
-            }
-            let part = self.part(&Progress {
-                wear_iteration: k,
-                cycles: summary.cycles.unwrap_or(0) as u64,
-                volume: summary.wear_volume.unwrap_or(0.0),
-                error: 0.0,
-            });
-            iterations.push((stages.into_iter().collect(), part));
+    /// Ends the stage that is computed.
+    fn leave(&self) {
+        if let Some((stage, since)) = self.stage.take() {
+            let seconds = since.elapsed().as_secs_f64();
+            self.pace.borrow_mut().spend(stage.name(), seconds);
         }
-        self.pace.borrow_mut().recorded(&iterations);
-        Ok(())
     }
 
     /// Where the run is, and how long it will take: in one line, or beside the bar.
     fn line(&self, progress: &Progress) -> (String, String) {
         let mut line = format!("iteration {}", progress.wear_iteration);
-        if self.cycles.is_none() && self.volume.is_none() {
+        let Some(wear) = &self.wear else {
             return (line, String::new());
-        }
-        let of = self
+        };
+        let of = wear
             .cycles
             .map_or(String::new(), |all| format!(" of {}", grouped(all)));
         line += &format!(
@@ -202,19 +167,15 @@ impl Watcher {
                 format!("{} mm³", significant(volume))
             })
         );
-        let part = self.part(progress);
-        let mut pace = self.pace.borrow_mut();
-        let mut end = locked(&self.end);
-        *end = None;
-        pace.committed(part, progress.cycles, self.gauge.points());
+        let pace = self.pace.borrow();
         let mut left_of = String::new();
-        if let (Some(left), true) = (pace.left(progress.wear_iteration), part < 1.0) {
-            let rate = pace.rate();
-            let rate = rate.map_or(String::new(), |rate| {
-                format!(", {} cycles/s", grouped(rate as u64))
-            });
-            left_of = format!("{rate}, {}", told_left(&left, 0));
-            *end = Some((left, rate));
+        if let Some(rate) = pace.cycles_per_second() {
+            left_of = format!(", {} cycles/s", grouped(rate as u64));
+        }
+        let seconds = pace.seconds_left().filter(|_| pace.part() < 1.0);
+        *locked(&self.end) = seconds.map(|seconds| (Instant::now(), seconds));
+        if let Some(seconds) = seconds {
+            left_of += &format!(", about {} left", duration(seconds));
         }
         (line, left_of)
     }
@@ -224,12 +185,6 @@ impl Watcher {
 fn unknowns_of(recipe: &Recipe) -> Option<usize> {
     let resonator = recipe.structure.as_ref()?.source.resonator()?;
     Some(3 * resonator.mesh().ok()?.mesh.nodes.len())
-}
-
-/// Seconds of a whole run by what runs take, with the reduction of its structure: what it says before it has done anything. None where
-/// nothing is known.
-pub fn expected_seconds(recipe: &Recipe) -> Option<f64> {
-    Some(Prior::of(recipe, unknowns_of(recipe))?.whole())
 }
 
 /// A stage that takes no time is not told of.
@@ -302,26 +257,19 @@ fn beat(gauge: Gauge, at: &Arc<Mutex<At>>) {
     });
 }
 
-/// When the run will be done, and what it does a second in words: nothing before it has worn.
-type End = (Left, String);
+/// An estimate of the remaining time, and when it was made.
+type End = (Instant, f64);
 
-/// Time to go in words, with as many points of a forced response done.
-fn told_left(left: &Left, points: u64) -> String {
-    let text = duration(left.now(points));
-    match left.rough && !text.starts_with('<') {
-        true => format!("about {text} left"),
-        false => format!("{text} left"),
-    }
-}
-
-/// Time to go, counted down between iterations.
+/// The remaining time, counted down between iterations. Nothing is shown once it is over.
 fn left(
-    gauge: Gauge,
     end: Arc<Mutex<Option<End>>>,
 ) -> impl Fn(&ProgressState, &mut dyn Write) + Clone + Send + Sync {
     move |_, to| {
-        if let Some((left, rate)) = locked(&end).as_ref() {
-            let _ = write!(to, ", {}{rate}", told_left(left, gauge.points()));
+        if let Some((since, seconds)) = *locked(&end) {
+            let seconds = seconds - since.elapsed().as_secs_f64();
+            if seconds > 0.0 {
+                let _ = write!(to, ", about {} left", duration(seconds));
+            }
         }
     }
 }
@@ -346,9 +294,8 @@ impl Observer for Watcher {
                 "continues {root}, of which no iteration is committed yet"
             )),
         }
-        if let (false, Some(latest)) = (opening.created, opening.latest) {
-            // No result depends on it: what cannot be read is told where it matters.
-            let _ = self.take_up(latest);
+        if !opening.created && opening.latest.is_some() {
+            self.take_up();
         }
         if opening.created {
             for line in lines_of(&self.checks) {
@@ -369,10 +316,8 @@ impl Observer for Watcher {
     }
 
     fn stage(&self, stage: Stage, wear_iteration: u64) {
-        let mut pace = self.pace.borrow_mut();
-        if let Some(left) = pace.enters(stage, self.gauge.points(), self.responds_between) {
-            *locked(&self.end) = Some((left, String::new()));
-        }
+        self.leave();
+        self.stage.set(Some((stage, Instant::now())));
         let at = format!("{stage} of iteration {wear_iteration}");
         if let Some(stopping) = &self.stopping {
             stopping.enters(at.clone(), stage.goes_on());
@@ -393,9 +338,14 @@ impl Observer for Watcher {
     }
 
     fn committed(&self, progress: &Progress) {
+        self.leave();
+        let mut pace = self.pace.borrow_mut();
+        pace.commit(progress.cycles, progress.volume);
+        let part = pace.part();
+        drop(pace);
         let (line, left) = self.line(progress);
         if let Some(bar) = &self.bar {
-            bar.set_position((1000.0 * self.part(progress)) as u64);
+            bar.set_position((1000.0 * part) as u64);
             bar.set_message(visible(&line));
             note(&(line + &left));
         } else {

@@ -6,6 +6,7 @@
 
 mod check;
 mod contact;
+mod counted;
 mod cycle;
 mod cycle_fields;
 mod decision;
@@ -27,6 +28,7 @@ pub use crate::structure::contact_array::ContactArray;
 pub use crate::wear::Scheme;
 pub use check::Check;
 pub use contact::{Contact, StructureMesh, YIELDS};
+pub use counted::Counted;
 pub(crate) use cycle::why_computed;
 pub use cycle::{Cycle, CycleError, MotionKind, MotionSource, STRAIGHT_WITH_LAWS};
 pub use cycle_fields::CycleFields;
@@ -156,6 +158,19 @@ pub enum Keep {
         /// Those that updated the model.
         updates: bool,
     },
+}
+
+impl Keep {
+    /// Iterations that are kept of this many states, updates not counted. The unworn state is always kept.
+    pub(crate) fn count(self, states: f64) -> f64 {
+        match self {
+            Keep::All => states,
+            Keep::Some { every, last, .. } => {
+                let regular = every.map_or(1.0, |every| (states / every as f64).ceil());
+                (regular + last as f64).min(states)
+            }
+        }
+    }
 }
 
 impl Recipe {

@@ -28,6 +28,13 @@ impl Wear {
         self.cycles.is_some_and(|end| cycles >= end) || self.volume.is_some_and(|end| volume >= end)
     }
 
+    /// Part of the run that these cycles, or this worn volume \[m³\], are, whichever is further.
+    pub fn part(&self, cycles: u64, volume: f64) -> f64 {
+        let of_cycles = self.cycles.map_or(0.0, |end| cycles as f64 / end as f64);
+        let of_volume = self.volume.map_or(0.0, |end| volume / end);
+        of_cycles.max(of_volume).min(1.0)
+    }
+
     /// The wear law.
     pub fn law(&self) -> WearLaw {
         WearLaw {

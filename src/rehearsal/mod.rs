@@ -1,400 +1,370 @@
-//! What a run will cost, rehearsed where somebody asks for it.
+//! The cost of a run, for a user who plans it.
 //!
-//! How many wear iterations a run takes, and how many transforms each of its solves, no theory says well: both hang on the contact
-//! that is found and on the accuracy that is asked for. They change little with the grid, though, so that runs of the same recipe on
-//! coarser grids say them. [`rehearse`] makes two such runs, in memory, and extrapolates:
+//! Memory, disk per iteration and unknowns are counted from the recipe. The number of wear iterations and of FFT pairs depends on the contact
+//! and on the accuracy, and no formula gives it. [`rehearse`] makes one run of the same recipe on a coarser grid and scales its counts:
 //!
-//! 1. **Grids.** The coarser one has two cells a correlation length (four a contact radius of a sphere), at least 24 cells a side
-//!    and one a contact element; the finer one is as fine as the time allows, up to two thirds of the scene's cells a side. A seed
-//!    is the same surface on every grid, and measured heights are averaged over larger cells, so that both see the very surface of
-//!    the scene. Tolerances, motion, structure and elements are those of the scene. Where there is no room for a coarser grid the
-//!    scene itself is rehearsed, as far as the time allows.
-//! 2. **Time.** A rehearsal spends a counted number of operations, so that it comes to the same each time and anywhere. On one idle
-//!    core of today they take some three seconds; a rehearsal that would take longer than it may is refused, with the reason. A course of
-//!    wear that is not rehearsed to its end goes on as one does that is marched with few samples of the cycle or on the coarser grid,
-//!    else as its last steps did.
-//! 3. **Numbers.** Iterations, and transform pairs of each stage in the unworn iteration and in the mean of the others, go on in the
-//!    logarithm of the cells a side. The range beside an expected number holds chance, and as much again as was extrapolated.
-//! 4. **Seconds** are pairs by the time of a pair on the scene's own plane, measured, times what the rehearsal took for a pair of its own
-//!    plane within a solve. What has no transforms takes as long as in the rehearsal, as structure and elements are those of the
-//!    scene. No number but seconds depends on the machine.
-//! 5. **Counted** are memory, from what is allocated; the size of the factor and the operations to reduce a structure, from its mesh; and the
-//!    unknowns of a vibration.
+//! - The coarse grid has half the scene's cells along each side. The surface is the one of the scene as that grid
+//!   shows it. A scene that is too small for a coarser grid is run itself, and its counts are exact.
+//! - The run ends after a counted number of operations, so that a plan prints the same numbers on every machine. Steps lengthen as wear
+//!   proceeds: the steps that remain are at most as many as the last one fits into the rest.
+//! - Seconds are the seconds of the coarse run, scaled by the operations of its transforms. No other number depends on the machine.
 //!
-//! A structure that is too large to be reduced in the time, and is not in the cache, or a vibration of too many unknowns, is not
-//! rehearsed: the cost says so, and its contact is rehearsed alone, under a straight motion as long as its stiffness bears up to
-//! sliding.
-//!
-//! Nothing that is rehearsed enters a recipe, and a run rehearses nothing.
+//! A structure that comes from a mesh is not rehearsed: its FFT pairs and its time are not known before the run. No number of a
+//! rehearsal enters a recipe.
 
-mod alone;
 mod coarser;
-mod cost;
-mod estimate;
-mod files;
-mod memory;
-mod rehearsed_run;
-mod seconds;
-mod stability;
 
-use std::path::PathBuf;
-use std::sync::mpsc;
-use std::thread;
+use std::cell::Cell;
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::recipe::{Inputs, Recipe};
+use serde::Serialize;
 
-use cost::{Counted, counted_cost, told};
-use estimate::Totals;
-use rehearsed_run::{Bounds, RehearsedRun, course};
+use crate::gauge::Gauge;
+use crate::recipe::{Counted, Inputs, Recipe, StructureSource, Wear};
+use crate::scene::plan::unstable_explicit_step;
+use crate::stages::{self, Ending, Observer, Progress, RunCost, RunOptions, Stage};
+use crate::store::{Opening, RealFileSystem, RunReader, UnsyncedFileSystem};
+use crate::tables::typed::Summary;
 
-pub use cost::{Cost, Grid};
-pub use estimate::Range;
-pub use seconds::Seconds;
-
-/// Operations of transforms that a rehearsal may spend: some three seconds of one core.
-const OPERATIONS: f64 = 3e10;
-/// Operations that an iteration takes beside its pairs, in the time of transforms: some ten milliseconds of tables and small loops.
-const ITERATION: f64 = 1.5e8;
-/// Pairs that an unworn contact takes at least, with its stiffness.
-const LEAST_PAIRS: f64 = 50.0;
-/// Parts of all operations for the coarser grid: of a course that can be marched with few samples too, of one that cannot, and for
-/// that with few samples.
-const COARSER: [f64; 2] = [0.4, 0.6];
-const FEW_SAMPLES: f64 = 0.3;
-/// The finer grid has at most so many of the scene's cells a side: a rehearsal is to cost less than the run.
-const FINEST: f64 = 0.67;
-/// And at least so many times those of the coarser one: less says nothing of how numbers change.
-const APART: f64 = 1.2;
-/// From this part of the scene's cells a side on the coarsest grid is the scene's own.
+/// Cells along a side of the coarse grid over those of the scene.
+const PART: f64 = 0.5;
+/// Fewest and most cells along a side of the coarse grid.
+const FEWEST_CELLS: usize = 24;
+const MOST_CELLS: usize = 150;
+/// Fewest cells per correlation length: on fewer the surface is another one.
+const CELLS_PER_LENGTH: f64 = 2.0;
+/// The scene itself is run if the coarse grid would have more than this part of its cells along a side.
 const NO_ROOM: f64 = 0.8;
-/// Power of the cells a side by which the operations of a run grow: those of a transform, with a logarithm.
-const GROWTH: f64 = 2.3;
-/// By which factor the bytes of a table may be more or fewer than its rows say: they compress otherwise.
-const TABLES: f64 = 1.2;
-/// Part of the time that a rehearsal may take after which nothing is begun.
-const WITHIN: f64 = 0.85;
+/// Power of the cells along a side by which FFT pairs grow, measured on drawn scenes of every kind of motion (`tests/plan/rehearsed.py`).
+const GROWTH: f64 = 1.0 / 3.0;
+/// Largest ratio between actual and scaled counts of iterations and pairs, measured on the same scenes.
+const FACTOR: f64 = 2.0;
+/// Largest ratio between actual and counted disk, for how well tables compress.
+const DISK_FACTOR: f64 = 2.0;
+/// Largest ratio between the times of equal runs.
+const TIME_FACTOR: f64 = 1.3;
+/// Operations of transforms after which the coarse run ends at its next iteration, some three seconds of one core; and operations of an
+/// iteration beside its transforms.
+const OPERATIONS: f64 = 3e10;
+const OPERATIONS_PER_ITERATION: f64 = 1.5e8;
+/// Most unknowns of a structure that is rehearsed.
+const MOST_UNKNOWNS: usize = 2000;
 
-/// What is said of a cycle that is too long for a rehearsal.
-const TOO_MANY_SAMPLES: &str =
-    "a cycle takes longer than a rehearsal, and was rehearsed with few of its samples";
+/// Time after which the coarse run begins no further stage.
+pub const LONGEST: Duration = Duration::from_secs(5);
 
-/// What a rehearsal may use.
-#[derive(Debug, Clone)]
-pub struct Options {
-    /// Where reduced structures are shared between runs; none: nowhere.
-    pub cache: Option<PathBuf>,
-    /// Time after which a rehearsal ends, whatever it has found.
-    pub most: Duration,
+/// An expected number, and the bounds that should contain it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Range {
+    /// The expected number.
+    pub expected: f64,
+    /// The lower bound.
+    pub least: f64,
+    /// The upper bound.
+    pub most: f64,
 }
 
-impl Default for Options {
-    /// No cache, five seconds.
-    fn default() -> Options {
-        Options {
-            cache: None,
-            most: Duration::from_secs(5),
+impl Range {
+    fn map(self, of: impl Fn(f64) -> f64) -> Range {
+        Range {
+            expected: of(self.expected),
+            least: of(self.least),
+            most: of(self.most),
+        }
+    }
+
+    fn widened(self, factor: f64) -> Range {
+        Range {
+            least: self.least / factor,
+            most: self.most * factor,
+            ..self
         }
     }
 }
 
-/// What came of a rehearsal.
+/// Three digits, the same on every machine and more than are right.
+fn digits(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
+
+/// The coarse run.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CoarseRun {
+    /// Cells along x and y; 0 without a rough surface.
+    pub cells: [usize; 2],
+    /// Wear iterations that it computed.
+    pub iterations: u64,
+    /// Whether it reached the end of the scene.
+    pub whole: bool,
+}
+
+/// The cost of a run. No number depends on the machine.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cost {
+    /// The counted part.
+    #[serde(flatten)]
+    pub counted: Counted,
+    /// The run on a coarser grid; none if there was none.
+    pub coarse_run: Option<CoarseRun>,
+    /// Why the numbers below are not known.
+    pub not_known: Option<String>,
+    /// Wear iterations; 0 without wear.
+    pub iterations: Option<Range>,
+    /// FFT pairs of the whole run.
+    pub fft_pairs: Option<Range>,
+    /// The expected pairs by stage, and by part of a stage, as the `timing` table names them.
+    pub fft_pairs_by_stage: BTreeMap<String, f64>,
+    /// Disk of all iterations that are kept \[B\].
+    pub disk: Option<Range>,
+}
+
+/// A cost, and the numbers that depend on the machine.
 #[derive(Debug, Clone)]
 pub struct Rehearsal {
-    /// What the run will cost, but for time.
+    /// The cost of the run.
     pub cost: Cost,
-    /// Time that it will take on this machine, one thread; none if nothing can be said of it.
-    pub seconds: Option<Seconds>,
-    /// What the user should change before it runs.
+    /// Time of the run on this machine with one thread \[s\]; none if it is not known.
+    pub seconds: Option<Range>,
+    /// Faults of the scene that the coarse run shows.
     pub warnings: Vec<String>,
-    /// Time that the rehearsal took \[s\].
+    /// Time of the rehearsal \[s\].
     pub took: f64,
 }
 
-/// Memory of the whole program at its fullest moment, counted, and of a run that finds its structure reduced already, where there is
-/// something to reduce \[B\].
-pub fn memory(inputs: &Inputs) -> (u64, Option<u64>) {
-    memory::peak(inputs, &Counted::of(&inputs.recipe))
-}
-
-/// Rehearses a run. It is over after `options.most`, though what is under way then, which cannot be interrupted, ends by itself at the
-/// next stage.
-pub fn rehearse(inputs: &Inputs, options: &Options) -> Rehearsal {
+/// Estimates the cost of a run from one run on a coarser grid.
+pub fn rehearse(inputs: &Inputs, longest: Duration) -> Rehearsal {
     let begin = Instant::now();
-    let (sender, receiver) = mpsc::channel();
-    let (own, own_options) = (inputs.clone(), options.clone());
-    // Nobody listens any more to one that is late.
-    thread::spawn(move || drop(sender.send(rehearsed(&own, &own_options))));
-    receiver.recv_timeout(options.most).unwrap_or_else(|_| {
-        let mut cost = counted_cost(inputs, &Counted::of(&inputs.recipe));
-        cost.not_rehearsed.push(format!(
-            "a single stage on the coarsest grid takes longer than {:.0} s, the time of a rehearsal",
-            options.most.as_secs_f64()
-        ));
-        Rehearsal {
-            cost,
-            seconds: None,
-            warnings: Vec::new(),
-            took: begin.elapsed().as_secs_f64(),
-        }
-    })
-}
-
-fn rehearsed(inputs: &Inputs, options: &Options) -> Rehearsal {
-    let begin = Instant::now();
-    let counted = Counted::of(&inputs.recipe);
-    let mut rehearsing = Rehearsing {
-        options,
-        // What is under way then still comes to the end of its stage.
-        until: begin + options.most.mul_f64(WITHIN),
-        half: begin + options.most.mul_f64(0.5 * WITHIN),
-        no_reduction: counted.too_large(),
-        left: OPERATIONS,
-        rehearsed: Vec::new(),
-        not_rehearsed: Vec::new(),
+    let mut found = Rehearsal {
+        cost: Cost {
+            counted: Counted::of(inputs),
+            coarse_run: None,
+            not_known: None,
+            iterations: None,
+            fft_pairs: None,
+            fft_pairs_by_stage: BTreeMap::new(),
+            disk: None,
+        },
+        seconds: None,
+        warnings: Vec::new(),
+        took: 0.0,
     };
-    let mut alone = None;
-    let mut found = match counted.too_many() {
-        Some(why) => {
-            rehearsing.not_rehearsed.push(why);
-            None
-        }
-        None => rehearsing.grids(inputs),
+    if let Err(why) = estimate(inputs, longest, &mut found) {
+        found.cost.not_known = Some(why);
+    }
+    found.took = begin.elapsed().as_secs_f64();
+    found
+}
+
+/// Fills in what the coarse run shows.
+///
+/// # Errors
+/// The reason why a number is not known.
+fn estimate(inputs: &Inputs, longest: Duration, found: &mut Rehearsal) -> Result<(), String> {
+    let recipe = &inputs.recipe;
+    let source = recipe.structure.as_ref().map(|structure| &structure.source);
+    let has_mesh = |source: &StructureSource| {
+        source.resonator().is_some() || source.import().is_some_and(|import| import.has_outline)
     };
-    if found.is_none() && counted.contact_elements > 0 && inputs.recipe.surface().is_some() {
-        alone = rehearsing.contact_alone(inputs);
-        found = alone.as_ref().and_then(|alone| rehearsing.grids(alone));
+    if source.is_some_and(has_mesh) {
+        return Err("the structure comes from a mesh".to_owned());
     }
-    let rehearsed = alone.as_ref().unwrap_or(inputs);
-    let mut cost = counted_cost(inputs, &counted);
-    let mut warnings = Vec::new();
-    if let Some(found) = &found {
-        told(&mut cost, &rehearsed.recipe, found, alone.is_some());
-        let of_motion = alone.as_ref().and_then(|_| cost::straight(&inputs.recipe));
-        rehearsing.not_rehearsed.extend(of_motion);
-        warnings.extend(stability::warning(&inputs.recipe, &found.course));
-        let contact = inputs.recipe.contact();
-        let peak = found
-            .course
-            .iterations
-            .first()
-            .map(|first| first.peak_pressure);
-        warnings.extend(
-            contact
-                .zip(peak)
-                .and_then(|(c, peak)| c.remark_on_peak(peak)),
-        );
+    let rows = inputs.imported.as_ref().map_or(0, |imported| imported.rows);
+    let unknowns = found.cost.counted.unknowns.max(rows);
+    if unknowns > MOST_UNKNOWNS {
+        return Err(format!("the structure has {unknowns} unknowns"));
     }
-    cost.rehearsed = rehearsing.rehearsed;
-    cost.not_rehearsed = rehearsing.not_rehearsed;
-    let seconds = found.map(|found| seconds::expected(inputs, &found, &cost));
-    Rehearsal {
-        cost,
-        seconds,
-        warnings,
-        took: begin.elapsed().as_secs_f64(),
-    }
+    let part = coarser::part(recipe);
+    let coarse = match part < 1.0 {
+        true => coarser::on_grid(inputs, part).ok_or("the surface has no coarser grid")?,
+        false => inputs.clone(),
+    };
+    let cells = coarse.recipe.surface().map_or([0; 2], |s| s.grid);
+    let run = run(&coarse, longest).map_err(|error| {
+        let [x, y] = cells;
+        format!("the run on {x} x {y} cells failed: {error}")
+    })?;
+    let run = run.ok_or_else(|| {
+        let seconds = longest.as_secs_f64();
+        format!("the first iteration of the coarse run takes more than {seconds:.0} s")
+    })?;
+    found.cost.coarse_run = Some(CoarseRun {
+        cells,
+        iterations: run.cost.wear_iterations,
+        whole: run.is_whole,
+    });
+    let of = |value: Option<f64>| value.unwrap_or(0.0);
+    let peak = of(run.unworn.max_pressure);
+    let mean = (of(run.worn.normal_load) / of(run.worn.contact_area)).min(peak);
+    let remark = recipe
+        .contact()
+        .and_then(|contact| contact.remark_on_peak(peak));
+    let step = unstable_explicit_step(recipe, peak, mean);
+    found.warnings.extend(step.into_iter().chain(remark));
+
+    let steps = run.steps(recipe.wear.as_ref());
+    let steps = steps.ok_or("the coarse run ended before its first step")?;
+    let factor = if part < 1.0 { FACTOR } else { 1.0 };
+    let total = run.cost.total_pairs();
+    // Passes through the stages, of which the unworn state is one.
+    let passes = |steps: f64| (1.0 + steps) / (1.0 + run.cost.wear_iterations as f64);
+    let growth = part.powf(-GROWTH);
+    let pairs = steps
+        .map(|steps| growth * total * passes(steps))
+        .widened(factor);
+    let steps = steps.widened(factor);
+    let iterations = Range {
+        expected: steps.expected.round(),
+        least: steps.least.floor().max(steps.expected.min(1.0)),
+        most: steps.most.ceil(),
+    };
+    let share = pairs.expected / total.max(1.0);
+    let by_stage = run.cost.fft_pairs.iter();
+    let by_stage = by_stage.map(|(stage, pairs)| (stage.clone(), digits(share * pairs)));
+    // The vibration has the same unknowns on every grid; the contact takes the time of its transforms.
+    let dynamics = [
+        Stage::Structure,
+        Stage::DynamicResponse,
+        Stage::ForcedResponse,
+    ];
+    let is_dynamics = |stage: &str| dynamics.iter().any(|own| stage.starts_with(own.name()));
+    let stages = run.cost.seconds.iter();
+    let vibration = stages
+        .filter(|(stage, _)| is_dynamics(stage))
+        .map(|(_, s)| s);
+    let vibration: f64 = vibration.sum();
+    let per_pair = operations_of_pair(recipe) / operations_of_pair(&coarse.recipe);
+    let contact = (run.cost.total_seconds() - vibration) * per_pair;
+    let seconds = |steps: f64, pairs: f64| {
+        vibration * passes(steps) + contact * if total > 0.0 { pairs / total } else { 1.0 }
+    };
+    let seconds = Range {
+        expected: seconds(iterations.expected, pairs.expected),
+        least: seconds(iterations.least, pairs.least),
+        most: seconds(iterations.most, pairs.most),
+    };
+    found.seconds = Some(seconds.widened(TIME_FACTOR));
+    let per_iteration = found.cost.counted.disk_per_iteration as f64;
+    let disk = iterations.map(|steps| recipe.output.keep.count(1.0 + steps) * per_iteration);
+    found.cost.disk = Some(disk.widened(DISK_FACTOR).map(digits));
+    found.cost.iterations = Some(iterations);
+    found.cost.fft_pairs = Some(if part < 1.0 { pairs.map(digits) } else { pairs });
+    found.cost.fft_pairs_by_stage = by_stage.collect();
+    Ok(())
 }
 
-/// What two grids say of a third.
-struct Found {
-    /// On the grid of the scene.
-    totals: Totals,
-    /// On the finest grid that was rehearsed.
-    finest: Totals,
-    /// The longest course, with its inputs.
-    inputs: Inputs,
-    course: RehearsedRun,
-    /// Bytes of an iteration on the grid of the scene.
-    bytes: Range,
-    /// By which power of a doubt numbers may be off: 0 from the scene itself, 1 from two grids, 2 from one, 3 from few samples on it.
-    doubts: i32,
+/// What a coarse run shows.
+struct Shown {
+    cost: RunCost,
+    is_whole: bool,
+    unworn: Summary,
+    worn: Summary,
+    /// Cycles and worn volume \[m³\] behind the iteration before the last.
+    before: [f64; 2],
 }
 
-struct Rehearsing<'a> {
-    options: &'a Options,
-    until: Instant,
-    /// When a vibration that has not been found leaves the rest of the time to the contact alone.
-    half: Instant,
-    no_reduction: Option<String>,
-    /// Operations that are left.
-    left: f64,
-    rehearsed: Vec<Grid>,
-    not_rehearsed: Vec<String>,
+impl Shown {
+    /// Wear iterations of the whole run; none if a run that was ended made no step.
+    fn steps(&self, wear: Option<&Wear>) -> Option<Range> {
+        let done = self.cost.wear_iterations as f64;
+        let range = |least: f64, most: f64| Range {
+            expected: (least * most).sqrt(),
+            least,
+            most,
+        };
+        let Some(wear) = wear.filter(|_| !self.is_whole) else {
+            return Some(range(done, done));
+        };
+        let rest = |end: f64, last: f64, before: f64| (end - last) / (last - before);
+        let [cycles, volume] = self.before;
+        let worn = [
+            self.worn.cycles.unwrap_or(0) as f64,
+            self.worn.wear_volume.unwrap_or(0.0),
+        ];
+        let by_cycles = wear.cycles.map(|end| rest(end as f64, worn[0], cycles));
+        let by_volume = wear.volume.map(|end| rest(end, worn[1], volume));
+        let rest = [by_cycles, by_volume]
+            .into_iter()
+            .flatten()
+            .reduce(f64::min)?;
+        (done > 0.0 && rest.is_finite()).then(|| range(done, done + rest.max(0.0)))
+    }
 }
 
 /// Operations of a pair on the plane of a recipe: a forward and an inverse transform of real numbers.
 fn operations_of_pair(recipe: &Recipe) -> f64 {
-    let points = recipe.contact().map_or(0.0, |contact| {
+    let points = recipe.contact().map_or(2.0, |contact| {
         contact.plane.iter().map(|n| *n as f64).product()
     });
     5.0 * points * points.max(2.0).log2()
 }
 
-fn spent(recipe: &Recipe, course: &RehearsedRun) -> f64 {
-    let pair = operations_of_pair(recipe);
-    let of = |iteration: &rehearsed_run::Iteration| {
-        ITERATION + pair * iteration.pairs.values().sum::<f64>()
+/// Ends a run after a number of operations.
+struct Budget {
+    gauge: Gauge,
+    pairs: Cell<u64>,
+    until: Instant,
+}
+
+impl Observer for Budget {
+    fn opened(&self, _opening: &Opening) {}
+
+    fn notice(&self, _text: &str) {}
+
+    fn stage(&self, _stage: Stage, _wear_iteration: u64) {}
+
+    fn ends_before(&self, _stage: Stage) -> bool {
+        self.pairs.set(self.pairs.get() + self.gauge.pairs());
+        Instant::now() >= self.until
+    }
+
+    fn gauge(&self) -> Gauge {
+        self.gauge.clone()
+    }
+
+    fn committed(&self, _progress: &Progress) {}
+}
+
+/// Runs inputs in a temporary folder. None if the run commits no iteration in its time.
+fn run(inputs: &Inputs, longest: Duration) -> Result<Option<Shown>, Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let root = folder.path().join("run");
+    let budget = Budget {
+        gauge: Gauge::default(),
+        pairs: Cell::default(),
+        until: Instant::now() + longest,
     };
-    course.iterations.iter().map(of).sum()
-}
-
-impl Rehearsing<'_> {
-    /// A run of inputs within so many operations; none if it did not come to an iteration, and then it is told why.
-    fn run(&mut self, inputs: &Inputs, operations: f64) -> Option<RehearsedRun> {
-        let recipe = &inputs.recipe;
-        let bounds = Bounds {
-            operations: operations.min(self.left),
-            pair: operations_of_pair(recipe),
-            iteration: ITERATION,
-            until: match recipe.structure.is_some() && self.rehearsed.is_empty() {
-                true => self.half,
-                false => self.until,
-            },
-            no_reduction: self.no_reduction.as_deref(),
-            cache: self.options.cache.as_deref(),
-        };
-        let cells = recipe.surface().map_or([0; 2], |surface| surface.grid);
-        let why = match LEAST_PAIRS * bounds.pair > self.left {
-            true => Ok(None),
-            false => course(inputs, &bounds).map(Some),
-        };
-        let why = match why {
-            Ok(Some(course)) if !course.iterations.is_empty() => {
-                let operations = spent(recipe, &course);
-                self.left = (self.left - operations).max(0.0);
-                self.rehearsed.push(Grid {
-                    cells,
-                    iterations: course.iterations.len() - 1,
-                    whole: course.broken_off.is_none(),
-                    operations,
-                });
-                return Some(course);
-            }
-            Ok(Some(course)) => course.broken_off.unwrap_or_default(),
-            Ok(None) => format!(
-                "on {} x {} cells a contact takes longer than what is left of a rehearsal",
-                cells[0], cells[1]
-            ),
-            Err(error) => format!("on {} x {} cells: {error}", cells[0], cells[1]),
-        };
-        if !self.not_rehearsed.contains(&why) {
-            self.not_rehearsed.push(why);
-        }
-        None
-    }
-
-    /// The whole of it on the grid of the scene, from two grids.
-    fn grids(&mut self, inputs: &Inputs) -> Option<Found> {
-        let recipe = &inputs.recipe;
-        let wear = recipe.wear.as_ref();
-        let mut coarsest = coarser::coarsest(inputs);
-        if coarsest > NO_ROOM {
-            coarsest = 1.0;
-        }
-        let coarse = coarser::on_grid(inputs, coarser::counts(recipe, coarsest))?;
-        // A cycle of many samples takes long: one of few says how long, and how wear goes on.
-        let mut few = None;
-        if let Some((sampled, times)) = coarser::with_few_samples(&coarse)
-            && let Some(course) = self.run(&sampled, FEW_SAMPLES * OPERATIONS)
-        {
-            let pair = operations_of_pair(&sampled.recipe);
-            let unworn = pair * course.iterations[0].pairs.values().sum::<f64>();
-            if 2.0 * times * unworn > self.left {
-                self.not_rehearsed.push(TOO_MANY_SAMPLES.to_owned());
-                let of_few = Totals::of(&course, wear, None)?;
-                let totals = of_few.with_samples(times);
-                let bytes = bytes([&course; 2], [coarsest; 2]);
-                return Some(Found {
-                    totals,
-                    finest: totals,
-                    inputs: sampled,
-                    course,
-                    bytes,
-                    doubts: 3,
-                });
-            }
-            few = Some(course);
-        }
-        let part = match coarsest < 1.0 {
-            true => COARSER[usize::from(few.is_none())],
-            false => 1.0,
-        };
-        let first = self.run(&coarse, part * OPERATIONS)?;
-        // Steps go on as those with few samples, pairs do not.
-        let whole = match few.as_ref().filter(|_| first.broken_off.is_some()) {
-            Some(few) => Some((few, false)),
-            None => Some((&first, true)),
-        };
-        let Some(of_first) = Totals::of(&first, wear, whole) else {
-            self.not_rehearsed.extend(first.broken_off.clone());
-            return None;
-        };
-        // As fine as what is left allows.
-        let all = operations_of_pair(&coarse.recipe) * of_first.pairs(of_first.steps.expected)
-            + ITERATION * of_first.steps.expected;
-        let finer = coarsest * (self.left / all).powf(1.0 / GROWTH);
-        let finer = finer.clamp(APART * coarsest, FINEST.max(APART * coarsest));
-        let mut second = None;
-        if coarsest < 1.0 {
-            let fine = coarser::on_grid(inputs, coarser::counts(recipe, finer))?;
-            second = self.run(&fine, self.left).map(|course| (fine, course));
-        }
-        let two = second
-            .and_then(|(fine, second)| Some((Totals::of(&second, wear, whole)?, fine, second)));
-        Some(match two {
-            Some((finest, fine, second)) => {
-                let bytes = bytes([&first, &second], [coarsest, finer]);
-                let longer = second.iterations.len() >= first.iterations.len().div_ceil(2);
-                let (inputs, course) = if longer {
-                    (fine, second)
-                } else {
-                    (coarse, first)
-                };
-                Found {
-                    // The scene's cells over the finer grid's, in steps of that from the coarser one.
-                    totals: finest
-                        .extrapolated(&of_first, (1.0 / finer).ln() / (finer / coarsest).ln()),
-                    finest,
-                    inputs,
-                    course,
-                    bytes,
-                    doubts: 1,
-                }
-            }
-            None => Found {
-                totals: of_first,
-                finest: of_first,
-                bytes: bytes([&first; 2], [coarsest; 2]),
-                inputs: coarse,
-                doubts: match coarsest < 1.0 || first.broken_off.is_some() {
-                    true => 2,
-                    false => 0,
-                },
-                course: first,
-            },
-        })
-    }
-}
-
-/// Bytes of an iteration on the grid of the scene, from courses on grids with these parts of its cells a side: some of the tables have a
-/// row a cell, others do not. Of one grid alone it is not known how many.
-fn bytes(courses: [&RehearsedRun; 2], parts: [f64; 2]) -> Range {
-    let [unworn, finer] = courses.map(|course| course.iterations[0].bytes);
-    let all = courses[0]
-        .iterations
-        .iter()
-        .map(|iteration| iteration.bytes);
-    let mean = all.sum::<f64>() / courses[0].iterations.len() as f64;
-    let cells = -2.0 * parts[0].ln();
-    let by_power = |power: f64| mean * (power * cells).exp();
-    if parts[0] == parts[1] {
-        return Range {
-            expected: by_power(0.5),
-            least: by_power(0.0),
-            most: by_power(1.0),
-        };
-    }
-    let power = (finer / unworn).ln() / (2.0 * (parts[1] / parts[0]).ln());
-    Range::within(by_power(power.clamp(0.0, 1.0)), TABLES)
+    let pair = operations_of_pair(&inputs.recipe);
+    let options = RunOptions {
+        inputs,
+        root: root.clone(),
+        source: None,
+        until: None,
+        threads: 1,
+        cache: None,
+        file_system: Arc::new(UnsyncedFileSystem(Arc::new(RealFileSystem))),
+        stop: &|commits| {
+            let spent =
+                pair * budget.pairs.get() as f64 + OPERATIONS_PER_ITERATION * commits as f64;
+            spent >= OPERATIONS
+        },
+    };
+    let is_whole = stages::run(&options, &budget)?.ending == Ending::Done;
+    let reader = RunReader::open(Arc::new(RealFileSystem), &root)?;
+    let Some(last) = reader.latest() else {
+        return Ok(None);
+    };
+    let before: Summary = reader.typed(last.saturating_sub(1))?;
+    Ok(Some(Shown {
+        cost: RunCost::of(&reader)?,
+        is_whole,
+        unworn: reader.typed(0)?,
+        worn: reader.typed(last)?,
+        before: [
+            before.cycles.unwrap_or(0) as f64,
+            before.wear_volume.unwrap_or(0.0),
+        ],
+    }))
 }

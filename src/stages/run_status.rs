@@ -1,14 +1,12 @@
 //! How far a run is, read from what it has committed and drafted: the same for who computes it and for who only looks.
 
 use super::RunError;
+use super::pace::Pace;
 use super::runner::stages_in;
 use super::stage::Stage;
 use crate::recipe::Recipe;
 use crate::store::{RunReader, StoreError};
 use crate::tables::typed;
-
-/// Wear steps whose pace counts as that of late.
-const OF_LATE: usize = 3;
 
 /// The last renewal of the contact elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,9 +40,9 @@ pub struct RunStatus {
     pub part: f64,
     /// When the contact elements became those of a worn joint, in a run that has them.
     pub last_update: Option<LastUpdate>,
-    /// Cycles a second of computing, over the last steps.
+    /// Cycles per second of computing, over the last steps.
     pub cycles_per_second: Option<f64>,
-    /// Seconds of computing to the end at that pace.
+    /// Seconds of computing to the end; none before a fifth of the run is done.
     pub seconds_left: Option<f64>,
 }
 
@@ -93,20 +91,11 @@ impl RunStatus {
             cycles_per_second: None,
             seconds_left: None,
         };
-        let of_cycles = |cycles: f64| goals.0.map_or(0.0, |goal| cycles / goal as f64);
-        let of_volume = |volume: f64| goals.1.map_or(0.0, |goal| volume / goal);
-        let (cycles, volume) = (cycles.unwrap_or(0) as f64, volume.unwrap_or(0.0));
-        standing.part = if done {
-            1.0
-        } else {
-            of_cycles(cycles).max(of_volume(volume)).min(1.0)
-        };
-        if let Some(pace) = Pace::of(reader)? {
-            standing.cycles_per_second = Some(pace.cycles / pace.seconds);
-            let part = of_cycles(pace.cycles).max(of_volume(pace.volume));
-            if part > 0.0 {
-                standing.seconds_left = Some((1.0 - standing.part) * pace.seconds / part);
-            }
+        let pace = Pace::of(&reader.history()?, wear)?;
+        standing.part = if done { 1.0 } else { pace.part() };
+        if wear.is_some() {
+            standing.cycles_per_second = pace.cycles_per_second();
+            standing.seconds_left = pace.seconds_left();
         }
         Ok(standing)
     }
@@ -131,39 +120,4 @@ fn last_update(reader: &RunReader, latest: u64) -> Result<Option<LastUpdate>, Ru
         cycles: cycles.map(|cycles| cycles as u64),
         updates: row.updates as u64,
     }))
-}
-
-/// What the last wear steps did, and the time that their iterations took.
-struct Pace {
-    cycles: f64,
-    volume: f64,
-    seconds: f64,
-}
-
-impl Pace {
-    /// None before the first step.
-    fn of(reader: &RunReader) -> Result<Option<Pace>, RunError> {
-        let mut pace = Pace {
-            cycles: 0.0,
-            volume: 0.0,
-            seconds: 0.0,
-        };
-        let iterations: Vec<u64> = reader.iterations().filter(|k| *k > 0).collect();
-        for &k in iterations.iter().rev().take(OF_LATE) {
-            let step: typed::WearStep = match reader.typed(k) {
-                Ok(step) => step,
-                Err(StoreError::NoTable { .. }) => return Ok(None),
-                Err(error) => return Err(error.into()),
-            };
-            pace.cycles += step.n_cycles as f64;
-            pace.volume += step.volume;
-            match reader.typed::<typed::Timing>(k) {
-                Ok(timing) => pace.seconds += timing.seconds.iter().sum::<f64>(),
-                // No result depends on it: then there is no pace.
-                Err(StoreError::Damaged(_) | StoreError::NoTable { .. }) => return Ok(None),
-                Err(error) => return Err(error.into()),
-            }
-        }
-        Ok((pace.seconds > 0.0 && pace.cycles > 0.0).then_some(pace))
-    }
 }

@@ -175,6 +175,18 @@ impl History {
         costs
     }
 
+    /// Seconds of an iteration, by stage and by part of a stage.
+    pub fn seconds(&self, wear_iteration: u64) -> BTreeMap<String, f64> {
+        let of = |(name, values): (&String, &Nullable)| {
+            let Nullable::F64(values) = values else {
+                return None;
+            };
+            let seconds = values.get(wear_iteration as usize).copied()??;
+            Some((name.strip_prefix(TIMING[0])?.to_owned(), seconds))
+        };
+        self.columns.iter().filter_map(of).collect()
+    }
+
     /// The iterations that are pruned, with their places in the chain.
     pub(super) fn pruned(&self) -> BTreeMap<u64, Pruned> {
         let links = self.links.iter().enumerate();

@@ -43,6 +43,7 @@ pub mod inspection;
 pub mod interface;
 pub mod matrices;
 pub mod matrix_files;
+mod memory_to_reduce;
 pub mod mesh;
 pub mod modes;
 pub mod node_tables;
@@ -53,7 +54,5 @@ pub mod reduction;
 pub mod resonator;
 pub mod solids;
 pub mod superelement;
-mod work;
 
 pub use error::StructureError;
-pub use work::Work;

@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
 
-use fretwear::rehearsal;
+use fretwear::recipe::Counted;
 use fretwear::scene::{self, Plan};
 
 use crate::support::Bench;
@@ -68,10 +68,10 @@ fn measured(bench: &Bench, arguments: &[String]) -> f64 {
 fn planned(scene: &Path, sets: &[&str], cost: &str) -> f64 {
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
     let scene = scene::load(scene, &sets).expect("a scene");
-    let (cold, cached) = rehearsal::memory(&Plan::of(&scene).expect("a plan").inputs);
+    let counted = Counted::of(&Plan::of(&scene).expect("a plan").inputs);
     match cost {
-        "memory" => cold as f64,
-        _ => cached.expect("a structure") as f64,
+        "memory" => counted.memory as f64,
+        _ => counted.memory_cached.expect("a structure") as f64,
     }
 }
 

@@ -1,4 +1,4 @@
-//! What a rehearsal says of a run, against what the run has cost.
+//! The cost of a run as a rehearsal estimates it, against the cost of the run.
 //!
 //! The scenes here have a few thousand cells and a handful of asperities. `rehearsed.py` beside this file draws scenes of all kinds of
 //! motion, and is run by `.ci/long`.
@@ -7,15 +7,13 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
 
-use fretwear::rehearsal::{self, Options, Rehearsal};
+use fretwear::rehearsal::{self, Rehearsal};
 use fretwear::scene::{self, Plan};
 use serde_json::{Value, json};
 
 use crate::support::Bench;
 
-/// A factor within which a number is as good as known.
-const FACTOR: f64 = 1.5;
-/// Room for two coarser grids on the joint of the bench.
+/// Room for a coarser grid on the joint of the bench.
 const ROOM: &str = "joint.grid=[64, 54]";
 
 fn with_sets<'a>(words: &[&'a str], sets: &[&'a str]) -> Vec<&'a str> {
@@ -23,15 +21,12 @@ fn with_sets<'a>(words: &[&'a str], sets: &[&'a str]) -> Vec<&'a str> {
     words.iter().copied().chain(sets).collect()
 }
 
-/// What a rehearsal says, as `plan --json` prints it. It is bounded by counts: the machine may be busy.
+/// A rehearsal, bounded by counts: the machine may be busy.
 fn rehearsed(bench: &Bench, scene: &str, sets: &[&str]) -> Rehearsal {
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
     let scene = scene::load(&bench.path(scene), &sets).expect("a scene");
-    let options = Options {
-        most: Duration::from_secs(600),
-        ..Options::default()
-    };
-    rehearsal::rehearse(&Plan::of(&scene).expect("a plan").inputs, &options)
+    let longest = Duration::from_secs(600);
+    rehearsal::rehearse(&Plan::of(&scene).expect("a plan").inputs, longest)
 }
 
 fn planned(bench: &Bench, scene: &str, sets: &[&str]) -> Value {
@@ -49,42 +44,29 @@ fn pipeline(name: &str) -> String {
     path.to_str().expect("text").to_owned()
 }
 
-/// The expected number is near the actual one, or the range holds it.
+/// The range contains the actual number.
 fn hold(case: &str, expected: &Value, actual: &Value) {
     let actual = actual.as_f64().expect("a number");
     let of = |name: &str| expected[name].as_f64().expect("a number");
-    let near = actual <= FACTOR * of("expected") && of("expected") <= FACTOR * actual;
     let held = (of("least")..=of("most")).contains(&actual);
-    assert!(near || held, "{case}: {expected} expected, {actual} actual");
+    assert!(held, "{case}: {expected} expected, {actual} actual");
 }
 
 fn hold_all(case: &str, plan: &Value, run: &Value) {
-    hold(
-        &format!("{case}, pairs"),
-        &plan["fft_pairs"],
-        &run["fft_pairs"],
-    );
-    hold(&format!("{case}, disk"), &plan["disk"], &run["disk_bytes"]);
-    hold(
-        &format!("{case}, iterations"),
-        &plan["iterations"],
-        &run["wear_iterations"],
-    );
-}
-
-fn whole(plan: &Value) -> Vec<(u64, bool)> {
-    let grids = plan["rehearsed"].as_array().expect("grids");
-    grids
-        .iter()
-        .map(|grid| (grid["cells"][0].as_u64(), grid["whole"].as_bool()))
-        .map(|(cells, whole)| (cells.expect("cells"), whole.expect("whole or not")))
-        .collect()
+    let names = [
+        ("fft_pairs", "fft_pairs"),
+        ("disk", "disk_bytes"),
+        ("iterations", "wear_iterations"),
+    ];
+    for (planned, spent) in names {
+        hold(&format!("{case}, {planned}"), &plan[planned], &run[spent]);
+    }
 }
 
 /// Kinds of scenes and of motion.
 #[test]
 #[ignore = "long: 15 seconds"]
-fn two_coarser_grids_say_what_a_run_costs() {
+fn a_coarse_run_says_what_a_run_costs() {
     let small = "small.toml".to_owned();
     let torsion = [ROOM, "motion={ rotation = \"0.4 mrad\" }"];
     for (scene, sets) in [
@@ -114,8 +96,8 @@ fn two_coarser_grids_say_what_a_run_costs() {
         let case = format!("{scene} {sets:?}");
         let (plan, run) = (planned(&bench, &scene, &sets), ran(&bench, &scene, &sets));
         hold_all(&case, &plan, &run);
-        let grids = whole(&plan);
-        assert!(grids.len() >= 2, "{case}: {grids:?}");
+        let coarse = &plan["coarse_run"]["cells"][0];
+        assert!(coarse.as_u64() >= Some(24), "{case}: {plan}");
         // The stages that cost pairs are those that the plan names.
         let stages = |pairs: &Value| -> BTreeSet<String> {
             let pairs = pairs.as_object().expect("stages").iter();
@@ -127,13 +109,15 @@ fn two_coarser_grids_say_what_a_run_costs() {
     }
 }
 
-/// Where there is no room for a coarser grid the scene itself is rehearsed, to the pair.
+/// A scene without room for a coarser grid is run itself, and its counts are exact.
 #[test]
-fn a_scene_of_few_cells_is_rehearsed_itself() {
+fn a_scene_of_few_cells_is_run_itself() {
     let bench = Bench::new();
     let plan = planned(&bench, "small.toml", &[]);
     let run = ran(&bench, "small.toml", &[]);
-    assert_eq!(whole(&plan), [(26, true)]);
+    let coarse_run =
+        json!({ "cells": [26, 22], "iterations": run["wear_iterations"], "whole": true });
+    assert_eq!(plan["coarse_run"], coarse_run);
     assert_eq!(
         plan["iterations"]["most"],
         run["wear_iterations"].as_f64().expect("a count")
@@ -146,76 +130,58 @@ fn a_scene_of_few_cells_is_rehearsed_itself() {
     );
 }
 
-/// A vibration is that of all contact elements, also on a coarser grid.
+/// A structure with a mesh is not rehearsed. Its counted numbers are there.
 #[test]
-fn a_vibrating_joint_is_rehearsed_with_its_vibration() {
+fn the_cost_of_a_mesh_is_counted_alone() {
     let bench = Bench::new();
-    let sets = ["joint.grid=[90, 72]"];
-    let plan = planned(&bench, "resonator.toml", &sets);
-    let run = ran(&bench, "resonator.toml", &sets);
-    assert!(plan["vibrations"].as_f64() >= Some(1.0), "{plan}");
-    assert_eq!(plan["not_rehearsed"], json!([]));
-    hold_all("resonator", &plan, &run);
-}
-
-/// No rehearsal spends more operations of transforms than it may, and an iteration on each of its grids.
-#[test]
-#[ignore = "long: half a minute"]
-fn a_rehearsal_of_each_kind_of_pipeline_ends() {
-    const MOST: f64 = 6e10;
-    for name in [
-        "hertz_fretting",
-        "lap_joint",
-        "measured_surface",
-        "oscillator",
-        "prescribed_fretting",
-        "prescribed_fretting_plastic",
-        "resonator_springs",
-        "static_contact",
-    ] {
-        let cost = rehearsed(&Bench::new(), &pipeline(name), &[]).cost;
-        let operations: f64 = cost.rehearsed.iter().map(|grid| grid.operations).sum();
-        assert!(operations < MOST, "{name}: {operations:e}");
-        assert!(cost.memory > 20_000_000, "{name}");
-        // The published structure is too large, and is told to be.
-        let large = ["lap_joint", "resonator_springs"].contains(&name);
-        assert_eq!(cost.not_rehearsed.is_empty(), !large, "{name}: {cost:?}");
-        assert_eq!(cost.disk.is_none(), name == "resonator_springs", "{name}");
-        for grid in &cost.rehearsed {
-            assert!(
-                grid.cells.iter().all(|n| *n >= 24 || *n == 0),
-                "{name}: {grid:?}"
-            );
+    for scene in ["resonator.toml".to_owned(), pipeline("lap_joint")] {
+        let found = rehearsed(&bench, &scene, &[]);
+        let cost = json!(found.cost);
+        assert_eq!(cost["not_known"], "the structure comes from a mesh");
+        assert!(
+            found.seconds.is_none() && cost["coarse_run"].is_null(),
+            "{cost}"
+        );
+        for name in ["fft_pairs", "iterations", "disk"] {
+            assert!(cost[name].is_null(), "{name}: {cost}");
+        }
+        for name in ["memory", "memory_cached", "unknowns", "disk_per_iteration"] {
+            assert!(cost[name].as_f64() > Some(0.0), "{name}: {cost}");
         }
     }
+    let said = bench.done(&["plan", "resonator.toml"]).stdout();
+    assert!(
+        said.contains("time          not known: the structure"),
+        "{said}"
+    );
 }
 
-/// A load that varies makes cycles of many samples, which a rehearsal has no time for on a joint of many asperities.
+/// A cycle of many samples spends the operations of a rehearsal before the end of the scene.
 #[test]
-fn a_course_that_is_broken_off_has_a_range() {
+fn a_coarse_run_that_is_broken_off_has_a_range() {
     let sets = [
         "joint.grid=[110, 100]",
         "surface.correlation_length=0.1 mm",
         "motion.normal_load_amplitude=60 N",
     ];
     let cost = rehearsed(&Bench::new(), "small.toml", &sets).cost;
-    assert!(cost.rehearsed.iter().any(|grid| !grid.whole), "{cost:?}");
+    assert!(!cost.coarse_run.expect("a run").whole, "{cost:?}");
     for range in [cost.iterations, cost.fft_pairs, cost.disk] {
-        let range = range.expect("said");
+        let range = range.expect("a range");
         assert!(range.least < range.expected && range.expected < range.most);
-        assert!(range.most < 30.0 * range.least, "{range:?}");
+        assert!(range.most < 1000.0 * range.least, "{range:?}");
     }
 }
 
-/// What takes longer than a rehearsal may is refused in time, with the reason, and what is counted is said.
+/// A rehearsal begins no stage after its time, and gives the reason.
 #[test]
 fn a_rehearsal_ends_in_time() {
-    let scene = scene::load(Path::new(&pipeline("lap_joint")), &[]).expect("a scene");
-    let most = Duration::from_millis(50);
-    let options = Options { cache: None, most };
-    let found = rehearsal::rehearse(&Plan::of(&scene).expect("a plan").inputs, &options);
-    assert!(found.cost.memory > 100_000_000 && found.cost.disk.is_none());
-    assert_eq!(found.cost.not_rehearsed.len(), 1, "{:?}", found.cost);
+    let scene = scene::load(Path::new(&pipeline("prescribed_fretting")), &[]).expect("a scene");
+    let inputs = Plan::of(&scene).expect("a plan").inputs;
+    let found = rehearsal::rehearse(&inputs, Duration::ZERO);
+    let why = found.cost.not_known.expect("a reason");
+    assert!(why.contains("takes more than 0 s"), "{why}");
+    assert!(found.cost.counted.memory > 30_000_000 && found.cost.disk.is_none());
 }
 
 /// A run is the same whether it was planned or not, and what it keeps of its plan is nothing that was rehearsed.
@@ -240,17 +206,6 @@ fn nothing_that_is_rehearsed_enters_a_recipe() {
         .map(|k| &**k)
         .collect();
     assert!(!keys.contains("cost"), "{keys:?}");
-}
-
-/// Runs of before have a cost in their plan, which nobody reads.
-#[test]
-fn a_plan_with_a_cost_is_read() {
-    let bench = Bench::new();
-    let scene = bench.scene("small.toml", &[]);
-    let recipe = Plan::of(&scene).expect("a plan").inputs.recipe;
-    let plan = json!({ "recipe": recipe, "warnings": [], "cost": { "iterations": 12.0 } });
-    let read = scene::recipe_of_run(&bench.path("run"), Some(&plan), &scene.to_toml());
-    assert_eq!(read.expect("a recipe"), recipe);
 }
 
 /// The truth is that of all starts, whatever the last of them did.
@@ -289,9 +244,9 @@ fn both_are_told() {
     for word in [
         "iterations    about",
         "FFT pairs     about",
-        "disk          about",
+        "disk          ",
         "time          about",
-        "rehearsed     in",
+        "estimated     in",
     ] {
         assert!(planned.contains(word), "{word}: {planned}");
     }
@@ -299,27 +254,4 @@ fn both_are_told() {
         .done(&["plan", "small.toml", "--no-rehearsal"])
         .stdout();
     assert!(!at_once.contains("cost"), "{at_once}");
-}
-
-/// Where the vibration is too large to be rehearsed, the whole time is said as the run itself says it, and not that of its contact alone.
-#[test]
-#[ignore = "long: 10 seconds"]
-fn the_time_of_a_run_is_that_of_its_vibration_too() {
-    let bench = Bench::new();
-    let scene = format!("{}/pipelines/lap_joint.toml", env!("CARGO_MANIFEST_DIR"));
-    let plan = bench.done(&["plan", &scene, "--json"]).json();
-    let seconds = &plan["seconds"];
-    assert!(plan["cost"]["vibrations"].is_null(), "it is rehearsed");
-    let whole = seconds["whole"].as_f64().expect("seconds");
-    let contact = seconds["run"]["contact"].as_f64().unwrap_or(0.0);
-    assert!(whole > contact, "{seconds}");
-    let told = bench.done(&["plan", &scene]).stdout();
-    assert!(
-        told.contains("with the vibration, by what such runs take"),
-        "{told}"
-    );
-    assert!(!told.contains("here, one thread"), "{told}");
-    // What is rehearsed is told by its rehearsal.
-    let small = bench.done(&["plan", "small.toml", "--json"]).json();
-    assert!(small["seconds"]["whole"].is_null());
 }

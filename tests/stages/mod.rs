@@ -21,6 +21,7 @@ mod lost_resonance;
 mod matrices;
 mod modes;
 mod orbits;
+mod pace;
 mod pressed;
 mod resume;
 mod shared;

@@ -7,12 +7,12 @@ use fretwear::campaign::{
     About, Campaign, Definition, Folder, KeyColumn, Planned, Resolved, Setting,
 };
 use fretwear::json::flatten;
+use fretwear::recipe::Counted;
 use fretwear::rehearsal;
 use fretwear::report::word;
 use fretwear::scene::{self, Plan};
 use serde_json::{Value, json};
 
-use super::super::cost;
 use super::{CliError, Exit, PlanArguments, content_key, folder, plan_of};
 use crate::progress::duration;
 use crate::terminal::{Results, say};
@@ -178,16 +178,14 @@ struct Cost {
 
 impl Cost {
     fn of(plan: &Plan, is_rehearsed: bool) -> Cost {
-        let (cold, cached) = rehearsal::memory(&plan.inputs);
         let mut cost = Cost {
             seconds: None,
-            memory: cached.unwrap_or(cold),
+            memory: Counted::of(&plan.inputs).least_memory(),
             disk: None,
         };
         if is_rehearsed {
-            let found = cost::rehearsed(plan);
-            let rehearsed = found.seconds.map(|s| s.contact + s.response.unwrap_or(0.0));
-            cost.seconds = cost::whole(plan, &found).or(rehearsed);
+            let found = rehearsal::rehearse(&plan.inputs, rehearsal::LONGEST);
+            cost.seconds = found.seconds.map(|seconds| seconds.expected);
             cost.disk = found.cost.disk.map(|disk| disk.expected);
         }
         cost
@@ -196,7 +194,7 @@ impl Cost {
     fn words(&self) -> String {
         let seconds = match self.seconds {
             Some(seconds) => format!("about {seconds:.1} s, "),
-            None => "not rehearsed, ".to_owned(),
+            None => "time not known, ".to_owned(),
         };
         let disk = self.disk.map_or(String::new(), |disk| {
             format!(", {:.2} MB of disk", disk / 1e6)

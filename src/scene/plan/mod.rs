@@ -23,7 +23,7 @@ use files::Files;
 use rough::{Contents, motion_of};
 
 pub use files::{HistoryProblem, InputError};
-pub use stability::explicit_step;
+pub use stability::unstable_explicit_step;
 pub use structure_files::StructureFileError;
 
 /// A scene that is well written and cannot be run.

@@ -1,4 +1,4 @@
-//! What the reduction of a resonator takes, counted from its mesh before a number of it is computed.
+//! Memory that the reduction of a resonator needs, counted from its mesh.
 
 use super::StructureError;
 use super::assembly::adjacency;
@@ -13,23 +13,13 @@ const ENTRY: f64 = 16.0;
 /// Vectors of the search for modes: an iteration that finds so many modes to its tolerance looks at some twice as many.
 const VECTORS_A_MODE: f64 = 2.0;
 
-/// Operations and memory of a reduction.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Work {
-    /// Entries of the factor of the stiffness.
-    pub factor_entries: f64,
-    /// Products and sums of two factors, of the flexibilities at the ports, and of the solves for the modes.
-    pub operations: f64,
-    /// Bytes at the fullest moment: stiffness and mass, the sum of both that is factored, its factor, and the rows of the ports.
-    pub memory: f64,
-}
-
 impl Resonator {
-    /// What [`Resonator::reduce`] takes for this number of modes: the pattern of the factor follows from the mesh.
+    /// Peak of memory of [`Resonator::reduce`] for this number of modes \[B\]: stiffness and mass, the sum of both that is factored, its factor,
+    /// and the rows of the ports. The pattern of the factor follows from the mesh.
     ///
     /// # Errors
     /// [`StructureError`] for dimensions that make no mesh.
-    pub fn work(&self, modes: usize) -> Result<Work, StructureError> {
+    pub fn memory_to_reduce(&self, modes: usize) -> Result<f64, StructureError> {
         let meshed = self.mesh()?;
         let count = meshed.mesh.nodes.len();
         let groups: Vec<Vec<usize>> = meshed
@@ -54,31 +44,23 @@ impl Resonator {
         last.dedup();
         let order = nested_dissection(&meshed.mesh.nodes, &starts, &neighbours, &last);
         let below = below_diagonal(&order, &starts, &neighbours);
-        let (mut factor_entries, mut factor) = (0.0, 0.0);
+        let mut factor_entries = 0.0;
         for column in below {
             // The three columns of a node have one another's rows too.
             for own in 1..=3 {
-                let rows = AXES * column as f64 + own as f64;
-                factor_entries += rows;
-                factor += rows * rows;
+                factor_entries += AXES * column as f64 + own as f64;
             }
         }
         let held = AXES * last.len() as f64;
         let ports = AXES * (meshed.contacts.len() + meshed.points.len()) as f64;
-        let at_ports = held * held * ports + held * ports * ports;
         let vectors = VECTORS_A_MODE * modes as f64;
         let size = AXES * count as f64;
-        let solves = vectors * 4.0 * factor_entries + 4.0 * size * vectors * vectors;
         let pairs = neighbours.len() as f64 / 2.0 + count as f64;
         // The mass couples an axis with itself alone.
         let [stiffness, mass] = [9.0, 3.0].map(|coupled| ENTRY * coupled * pairs);
         let flexibility = NUMBER * (held * held + held * ports + 2.0 * ports * ports);
         let basis = NUMBER * size * vectors;
-        Ok(Work {
-            factor_entries,
-            operations: 2.0 * (factor + at_ports) + solves,
-            memory: 2.0 * stiffness + mass + NUMBER * factor_entries + flexibility.max(basis),
-        })
+        Ok(2.0 * stiffness + mass + NUMBER * factor_entries + flexibility.max(basis))
     }
 }
 

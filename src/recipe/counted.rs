@@ -1,12 +1,13 @@
-//! The peak of memory of a run: what is allocated at its fullest moments, field by field.
+//! What is counted of a run: unknowns, disk, and the peak of memory, which is what is allocated at its fullest moments, field by field.
 //!
 //! Every count here is one of the code that allocates: the transforms of [`crate::contact::HalfSpace`], the fields of the solvers,
 //! of a cycle and of a wear step, the matrices of a structure. A test holds the sum to what the operating system measures of a run.
 
-use super::cost::Counted;
+use serde::Serialize;
+
+use super::{Inputs, Recipe};
 use crate::contact::Shear;
 use crate::dynamics::Harmonics;
-use crate::recipe::Inputs;
 use crate::wear::cycle::March;
 
 /// A number \[B\].
@@ -18,17 +19,91 @@ const PROGRAM: f64 = 27.0 * 1024.0 * 1024.0;
 const RESPONSE: f64 = 8.0;
 const MODEL: f64 = 3.0;
 const SETS: f64 = 3.5;
+/// Tables of an iteration that have one row, or one per sample of the cycle \[B\].
+const TABLES: f64 = 40e3;
 /// Fields of one normal solve: the solver's own with its lists of cells, the worn heights, and the gap that it leaves.
 const NORMAL_SOLVE: f64 = 12.0;
 /// Part of the cells in contact, by which the arrays of a tangential solve count: more than a rough joint has.
 const IN_CONTACT: f64 = 0.3;
 
+/// What is counted of a run before it computes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Counted {
+    /// Contact elements of the structure.
+    pub contact_elements: usize,
+    /// Unknowns of the harmonic balance if every contact element were active.
+    pub unknowns: usize,
+    /// Cells of the joint; 0 without a rough surface.
+    pub cells: usize,
+    /// Points of the plane on which fields are transformed.
+    pub plane: [usize; 2],
+    /// Peak of memory of the whole program \[B\].
+    pub memory: u64,
+    /// Peak of memory of a run whose structure is in the cache \[B\]; none if nothing is to be reduced.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub memory_cached: Option<u64>,
+    /// Disk of an iteration that is kept \[B\]. How well its tables compress is known within a factor of two.
+    pub disk_per_iteration: u64,
+}
+
+impl Counted {
+    /// Counts what the inputs of a run need.
+    pub fn of(inputs: &Inputs) -> Counted {
+        let recipe = &inputs.recipe;
+        let elements = contact_elements(recipe);
+        let orders = recipe.response.as_ref().map_or(0, |r| r.harmonics.len());
+        let (memory, memory_cached) = peak(inputs);
+        let mut counted = Counted {
+            contact_elements: elements,
+            unknowns: 3 * elements * (2 * orders).saturating_sub(1),
+            cells: recipe.surface().map_or(0, |surface| surface.kept),
+            plane: recipe.contact().map_or([0; 2], |contact| contact.plane),
+            memory,
+            memory_cached,
+            disk_per_iteration: 0,
+        };
+        counted.disk_per_iteration = disk_per_iteration(inputs, &counted) as u64;
+        counted
+    }
+
+    /// The least memory that a run takes: with the structure in the cache \[B\].
+    pub fn least_memory(&self) -> u64 {
+        self.memory_cached.unwrap_or(self.memory)
+    }
+}
+
+fn contact_elements(recipe: &Recipe) -> usize {
+    recipe.elements().map_or(0, |elements| elements.count)
+}
+
+/// Bytes to reduce the structure; none if it is not to be reduced.
+fn reduction(recipe: &Recipe) -> Option<f64> {
+    let structure = recipe.structure.as_ref()?;
+    let resonator = structure.source.resonator()?;
+    resonator.memory_to_reduce(structure.modes).ok()
+}
+
+/// Bytes of the tables of one iteration, as they compress on a rough joint.
+fn disk_per_iteration(inputs: &Inputs, counted: &Counted) -> f64 {
+    let cells = counted.cells as f64;
+    let axes = inputs
+        .recipe
+        .contact()
+        .map_or(0.0, |contact| match contact.shear {
+            Shear::AlongX => 1.0,
+            Shear::InPlane => 2.0,
+        });
+    // A cell has a gap or a pressure, and in contact its shear, slip and wear.
+    let fields = cells * (1.0 + IN_CONTACT * (axes + 2.0)) + cells * cycle_fields(inputs, axes);
+    DOUBLE * (fields + counted.unknowns as f64) + TABLES
+}
+
 /// Bytes at the fullest moment, of a run that reduces its structure and of one that finds it reduced; the latter where there is
 /// something to reduce.
-pub(super) fn peak(inputs: &Inputs, counted: &Counted) -> (u64, Option<u64>) {
+fn peak(inputs: &Inputs) -> (u64, Option<u64>) {
     let [held, fullest] = doubles(inputs).map(|doubles| DOUBLE * doubles);
-    let ports = 3.0 * counted.contact_elements as f64;
-    let reduction = counted.reduction.map_or(0.0, |work| work.memory);
+    let ports = 3.0 * contact_elements(&inputs.recipe) as f64;
+    let reduction = reduction(&inputs.recipe).unwrap_or(0.0);
     let orders = inputs.recipe.response.as_ref().map(|r| &r.harmonics[..]);
     let beyond = orders.and_then(|orders| Harmonics::new(orders).ok());
     // Those tried for the error of what is left out are among them.
