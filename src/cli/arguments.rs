@@ -25,9 +25,10 @@ pub enum Command {
     ///
     /// The same command twice is right: a run continues from its last commit, and a finished one prints its summary again.
     Run(RunArguments),
-    /// Say what a scene will compute, why, and what it costs
+    /// Show what a scene will compute, why, and what it costs
     ///
-    /// The cost is rehearsed on coarser grids, in some seconds. A run that was planned computes the same as one that was not.
+    /// Memory, disk and unknowns are counted. FFT pairs and time are estimated from one run on a coarser grid, in some seconds. A run
+    /// computes the same with and without a plan.
     Plan {
         #[command(flatten)]
         scene: SceneArguments,
@@ -41,7 +42,7 @@ pub enum Command {
         #[arg(long, conflicts_with = "json")]
         graph: bool,
     },
-    /// Say all that is wrong with scenes, and what is doubtful, at once
+    /// Check scenes for errors and warnings
     ///
     /// Each error has its file and line, the key, its value, and what would be right. Nothing is computed. Ends with 2 if a scene has an
     /// error.
@@ -56,9 +57,9 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Compute a stage of a committed iteration again, from the tables of the run and the files that its scene names
+    /// Compute a stage of a committed iteration again
     ///
-    /// Says whether the tables are the same to the last bit. A table that a later stage writes again is computed on the way, by the
+    /// It reads the tables of the run and the files that its scene names, and says whether the tables are the same to the last bit. A table that a later stage writes again is computed on the way, by the
     /// stage that wrote it first. The run is not changed.
     Stage(StageArguments),
     /// Frequency, damping ratio and amplitude of the resonance over the level of the force
@@ -66,11 +67,14 @@ pub enum Command {
     /// Of the unworn joint of a scene, which is computed in memory, or of the joint as it is worn at an iteration of a run, which is not
     /// changed; of several in one table and one picture. Where friction cannot bound the amplitude any more, the curve ends and says so.
     Backbone(backbone::BackboneArguments),
-    /// Say how far a run is
+    /// Show the progress of a run, or list the runs of a folder
+    ///
+    /// Of a run: state, stage, cycles, last update, pace, time to go, and how to continue. Of a folder: a line per run.
     Status {
-        /// Folder of the run
-        run: PathBuf,
-        /// Print one JSON object
+        /// Folder of a run, or of runs
+        #[arg(default_value = "runs")]
+        folder: PathBuf,
+        /// Print one JSON object per run
         #[arg(long)]
         json: bool,
     },
@@ -89,53 +93,40 @@ pub enum Command {
         #[arg(long = "set", value_name = "KEY=VALUE")]
         sets: Vec<String>,
     },
-    /// List the runs of a folder: state, progress, worn volume
-    Ls {
-        /// The folder
-        #[arg(value_name = "FOLDER", default_value = "runs")]
-        folder: PathBuf,
-        /// Print one JSON object a run
-        #[arg(long)]
-        json: bool,
-    },
     /// Check every file of a run against its hash
     Verify {
         /// Folder of the run
         run: PathBuf,
     },
-    /// Measure what accuracy costs: run a scene's presets and single knobs, and compare them
+    /// Measure the cost of accuracy: run a scene's presets and single knobs
     ///
     /// Every variant is a run of its own under the folder, against the preset `reference`. Of several scenes, or a folder of them, the
     /// presets `fast` and `balanced` are held against `reference` by kind of motion. The same command goes on where it was stopped. Writes
     /// trade.parquet, trade.md, trade.svg and trade.html, and prints the tables.
     Trade(TradeArguments),
-    /// Run one scene many times with keys that vary: plan, run, collect and report, on one machine or on a cluster
+    /// Run one scene many times with keys that vary, on one machine or on a cluster
     Campaign {
         #[command(subcommand)]
         command: campaign::CampaignCommand,
     },
-    /// Run the paper's study, and hold its claims against it
+    /// Run the paper's study and check the paper's claims
     ///
     /// The lap joint at four roughnesses, with a hardness limit, and with the dynamic model updated more often, less often, never:
     /// 16 runs in the folder, their scenes in its `scenes`. The same command goes on where it was stopped. Writes claims.md and
     /// claims.parquet, and prints the claims with what was measured.
     Reproduce(ReproduceArguments),
-    /// Explain a key of a scene: what it means, what it may be, its default, an example
-    Explain {
-        /// A key, as `contact.normal_load`, or a section, as `contact`
-        key: String,
-        /// Print one JSON object
-        #[arg(long)]
-        json: bool,
-    },
-    /// Explain the tables of a run and their columns, or the keys of a scene
+    /// Explain a key of a scene or a table of a run, or search for a word
+    ///
+    /// A key, as `contact.normal_load`, a section, as `contact`, or a table, as `summary`, is explained. Any other word is searched for in
+    /// the names and texts of keys and columns. `scene` stands for all keys; without a word all tables are printed.
     Schema {
-        /// Name of a table, or `scene` for the keys of a scene; all tables without
-        table: Option<String>,
+        /// A key, a section, a table, or a word to search for
+        #[arg(value_name = "WORD")]
+        word: Option<String>,
         /// As Markdown, for a documentation
         #[arg(long)]
         markdown: bool,
-        /// Print one JSON object, by the names of tables or keys
+        /// Print one JSON object
         #[arg(long, conflicts_with = "markdown")]
         json: bool,
         /// Print the JSON Schema of scenes, for an editor
@@ -165,9 +156,9 @@ pub enum Command {
     ///
     /// Its free vibration, in SI units: nodes, hexahedra with incompatible modes, materials, sets, and a frequency step.
     Export(ExportArguments),
-    /// Say what is in the matrices of a finite-element program: masses, symmetry, likely units, natural frequencies
+    /// Describe the matrices of a finite-element program
     ///
-    /// Reads Matrix Market, Abaqus (matrix output, substructures), ANSYS (.full), CalculiX, Nastran (OUTPUT4, DMIG), NPY and NPZ, MATLAB, by
+    /// Prints masses, symmetry, likely units and natural frequencies. Reads Matrix Market, Abaqus (matrix output, substructures), ANSYS (.full), CalculiX, Nastran (OUTPUT4, DMIG), NPY and NPZ, MATLAB, by
     /// content. What belongs to a file and lies beside it is found. Frequencies are in hertz where the file's unit of time is the second.
     Inspect(inspect::InspectArguments),
     /// Put the summaries of several runs into one table

@@ -35,12 +35,13 @@ pub enum CliError {
     NoIteration(String),
     #[error("there is no run at {}; name the scene to begin it with", path.display())]
     NothingToRun { path: PathBuf },
-    #[error("{table} is no table; the tables are {known}; `scene` is for the keys of a scene")]
-    UnknownTable { table: String, known: String },
-    #[error("tables have no JSON Schema, but scenes: fretwear schema scene --json-schema")]
+    #[error("only scenes have a JSON Schema: run `fretwear schema scene --json-schema`")]
     NoJsonSchema,
-    #[error(transparent)]
-    UnknownKey(#[from] fretwear::scene::explain::UnknownKey),
+    #[error("{unknown}; nor is it a table: there are {tables}")]
+    UnknownWord {
+        unknown: fretwear::scene::explain::UnknownKey,
+        tables: String,
+    },
     #[error("{like} is no scene to begin from; there are {known}")]
     UnknownExample { like: String, known: String },
     #[error("cannot write {}: {source}", path.display())]
@@ -54,7 +55,7 @@ pub enum CliError {
         "{key} stands on no line of its own in the scene {like}; change it in the file that is written"
     )]
     NoLine { key: String, like: String },
-    #[error("there is no folder {}; `fretwear run SCENE` begins a run in runs/NAME", path.display())]
+    #[error("there is no run at {}, nor a folder of runs; `fretwear run SCENE` begins a run in runs/NAME", path.display())]
     NoFolder { path: PathBuf },
     #[error("cannot list {}: {source}", path.display())]
     Folder {
@@ -244,11 +245,10 @@ impl CliError {
             | CliError::NothingToRun { .. }
             | CliError::NoIteration(_)
             | CliError::NoFolder { .. }
-            | CliError::UnknownTable { .. }
             | CliError::UnknownExample { .. }
             | CliError::NoLine { .. }
             | CliError::NoJsonSchema
-            | CliError::UnknownKey(_)
+            | CliError::UnknownWord { .. }
             | CliError::NothingToExport { .. }
             | CliError::NotAFolder { .. }
             | CliError::NothingReduced { .. }

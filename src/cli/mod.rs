@@ -6,13 +6,13 @@ mod at_once;
 mod backbone;
 mod campaign;
 mod check;
+mod commands;
 #[cfg(feature = "polars")]
 mod compare;
 mod cost;
 mod doctor;
 mod edit;
 mod error;
-mod explain;
 mod export;
 mod export_reduced;
 mod export_vtu;
@@ -34,7 +34,7 @@ mod trade;
 use std::io::ErrorKind;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser};
+use clap::FromArgMatches;
 use clap_complete::Shell;
 
 use crate::terminal::{Results, say};
@@ -85,14 +85,15 @@ impl From<Exit> for ExitCode {
 fn completions(shell: Shell, out: &mut Results) -> Exit {
     // The generator panics where it cannot write, so that it writes into memory.
     let mut script = Vec::new();
-    clap_complete::generate(shell, &mut Cli::command(), "fretwear", &mut script);
+    clap_complete::generate(shell, &mut commands::command(), "fretwear", &mut script);
     write!(out, "{}", String::from_utf8_lossy(&script));
     Exit::Done
 }
 
 /// Runs the command that the arguments name.
 pub fn main() -> ExitCode {
-    let command = match Cli::try_parse() {
+    let matches = commands::command().try_get_matches();
+    let command = match matches.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli.command,
         Err(answer) => return answered(&answer),
     };
@@ -125,23 +126,21 @@ fn perform(command: Command, out: &mut Results) -> Result<Exit, CliError> {
         Command::Check { scenes, sets, json } => Ok(check::check(&scenes, &sets, json, out)),
         Command::Stage(arguments) => stage::stage(&arguments, out),
         Command::Backbone(arguments) => backbone::backbone(&arguments, out),
-        Command::Status { run, json } => status::status(&run, json, out),
+        Command::Status { folder, json } => status::status(&folder, json, out),
         Command::New { path, like, sets } => new::new(&path, like.as_deref(), &sets, out),
-        Command::Ls { folder, json } => new::list(&folder, json, out),
         Command::Verify { run } => show::verify(&run, out),
         Command::Trade(arguments) => trade::trade(&arguments, out),
         Command::Campaign { command } => campaign::campaign(&command, out),
         #[cfg(feature = "polars")]
         Command::Reproduce(arguments) => reproduce::reproduce(&arguments, out),
-        Command::Explain { key, json } => explain::explain(&key, json, out),
         Command::Schema {
-            table,
+            word,
             markdown,
             json,
             json_schema,
         } => {
             let form = schema::Form::of(markdown, json, json_schema);
-            schema::schema(table.as_deref(), form, out)
+            schema::schema(word.as_deref(), form, out)
         }
         Command::Doctor { dir, json } => doctor::doctor(&dir, json, out),
         Command::Completions { shell } => Ok(completions(shell, out)),

@@ -1,22 +1,15 @@
-//! `fretwear new` and `fretwear ls`: where a scene of one's own begins, and what runs there are.
+//! `fretwear new`: where a scene of one's own begins.
 
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::path::Path;
 
-use fretwear::report::{one_line_name, word};
+use fretwear::report::word;
 use fretwear::scene::{self, SceneError};
-use fretwear::stages::RunStatus;
-use fretwear::store::{RealFileSystem, RunReader};
-use fretwear::tables::typed::Summary;
 use serde_json::json;
 
-use super::report::worn;
-use super::status::state;
 use super::{CliError, Exit, edit};
-use crate::progress::grouped;
-use crate::terminal::{Results, is_asking, say};
+use crate::terminal::{Results, is_asking};
 
 /// A scene to begin from: its name, what it is, and its text with all comments.
 struct Example {
@@ -116,7 +109,7 @@ pub fn new(
     writeln!(out, "{name}: {}", example.about);
     writeln!(
         out,
-        "  change it:        its comments say what each key is; fretwear explain KEY says more"
+        "  change it:        its comments say what each key is; fretwear schema KEY says more"
     );
     writeln!(out, "  what it will do:  fretwear plan {name}");
     writeln!(out, "  run it:           fretwear run {name}");
@@ -185,100 +178,4 @@ pub fn examples() -> String {
         "Scenes to begin from:\n{}",
         lines.collect::<Vec<String>>().join("\n")
     )
-}
-
-/// One line a run of a folder.
-pub fn list(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
-    let unreadable = |source: io::Error| match source.kind() {
-        io::ErrorKind::NotFound => CliError::NoFolder {
-            path: folder.to_owned(),
-        },
-        _ => CliError::Folder {
-            path: folder.to_owned(),
-            source,
-        },
-    };
-    let mut roots: Vec<PathBuf> = fs::read_dir(folder)
-        .map_err(unreadable)?
-        .filter_map(|entry| entry.ok().map(|entry| entry.path()))
-        .filter(|path| path.join("run.json").exists() || path.join("run.copy.json").exists())
-        .collect();
-    roots.sort();
-    if !as_json && roots.is_empty() {
-        say(&format!("no run in {}", folder.display()));
-    }
-    for root in roots {
-        let name = one_line_name(&word(&root));
-        match line(&root) {
-            Ok(found) if as_json => out.json(&found),
-            Ok(found) => writeln!(
-                out,
-                "{name:<32} {:<8} {:>9}  {}",
-                found["state"].as_str().unwrap_or_default(),
-                found["wear_iteration"]
-                    .as_u64()
-                    .map_or("–".to_owned(), |k| format!("#{k}")),
-                found["words"].as_str().unwrap_or_default()
-            ),
-            Err(error) if as_json => {
-                out.json(&json!({ "run": root.display().to_string(), "error": error.to_string() }));
-            }
-            Err(error) => writeln!(out, "{name:<32} {}", one_line_name(&error.to_string())),
-        }
-    }
-    Ok(Exit::Done)
-}
-
-/// The first words of a message, on one line.
-fn short(message: &str) -> String {
-    const LONGEST: usize = 80;
-    let message = message.split_whitespace().collect::<Vec<&str>>().join(" ");
-    match message.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{} …", message[..end].trim_end()),
-        None => message,
-    }
-}
-
-fn line(root: &Path) -> Result<serde_json::Value, CliError> {
-    let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
-    let plan = reader.plan()?;
-    let recipe = scene::recipe_of_run(root, plan.as_ref(), &reader.scene_toml()?)?;
-    let standing = RunStatus::of(&reader, &recipe)?;
-    let summary = standing.wear_iteration.map(|k| reader.typed::<Summary>(k));
-    let summary = summary.transpose()?.unwrap_or_default();
-    let mut words = Vec::new();
-    if let Some(cycles) = standing.cycles {
-        words.push(format!(
-            "{} cycles, {:.0} %",
-            grouped(cycles),
-            100.0 * standing.part
-        ));
-    }
-    if let Some(volume) = summary.wear_volume {
-        words.push(worn(volume, summary.error_wear_volume));
-    }
-    // A title of several lines stays on the run's own.
-    let title = recipe
-        .title
-        .iter()
-        .flat_map(|title| title.split_whitespace());
-    words.push(title.collect::<Vec<&str>>().join(" "));
-    words.retain(|word| !word.is_empty());
-    let failure = reader.failure()?.map(|failure| failure.message);
-    words.extend(
-        failure
-            .as_ref()
-            .map(|failure| format!("failed: {}", short(failure))),
-    );
-    Ok(json!({
-        "run": root.display().to_string(),
-        "state": state(&standing, reader.holder()?),
-        "wear_iteration": standing.wear_iteration,
-        "cycles": standing.cycles,
-        "part_done": standing.part,
-        "wear_volume": summary.wear_volume,
-        "error_wear_volume": summary.error_wear_volume,
-        "failure": failure,
-        "words": words.join(", "),
-    }))
 }

@@ -1,13 +1,10 @@
 //! `fretwear schema`.
 
-use fretwear::scene::explain;
+use fretwear::scene::explain::{self, About, KeyAbout, SectionAbout};
 use fretwear::tables::{ColumnSchema, ColumnType, Place, Schema, TableName};
 use serde_json::{Map, Value, json};
 
-use super::{
-    CliError, Exit,
-    explain::{write_heading, write_section},
-};
+use super::{CliError, Exit};
 use crate::terminal::Results;
 
 /// In which form the schemas are printed.
@@ -36,44 +33,157 @@ impl Form {
     }
 }
 
-/// Prints what a table, or every table, is: its file, when it is written, and its columns.
-pub fn schema(table: Option<&str>, form: Form, out: &mut Results) -> Result<Exit, CliError> {
-    if table == Some("scene") {
-        write_scene(form, out);
+/// Prints what a word names: a table, a key or a section of a scene, a table and a section, or the keys and columns that speak of it.
+pub fn schema(word: Option<&str>, form: Form, out: &mut Results) -> Result<Exit, CliError> {
+    let Some(word) = word.filter(|word| *word != "scene") else {
+        match (word, form) {
+            (Some(_), _) => write_scene(form, out),
+            (None, Form::JsonSchema) => return Err(CliError::NoJsonSchema),
+            (None, Form::Json) => out.json(&Value::Object(tables_json(&TableName::ALL))),
+            (None, _) => TableName::ALL
+                .iter()
+                .for_each(|table| write_table(*table, form, out)),
+        }
         return Ok(Exit::Done);
-    }
+    };
     if form == Form::JsonSchema {
         return Err(CliError::NoJsonSchema);
     }
-    let known = || TableName::ALL.map(TableName::as_str).join(", ");
-    let tables = match table {
-        None => TableName::ALL.to_vec(),
-        Some(name) => vec![
-            TableName::from_name(name).ok_or_else(|| CliError::UnknownTable {
-                table: name.to_owned(),
-                known: known(),
-            })?,
-        ],
-    };
+    let table = TableName::from_name(word);
+    let about = explain::explain(word);
+    if let (None, Err(unknown)) = (table, &about) {
+        let found = Found::of(word);
+        if unknown.is_former || found.is_empty() {
+            return Err(CliError::UnknownWord {
+                unknown: unknown.clone(),
+                tables: TableName::ALL.map(TableName::as_str).join(", "),
+            });
+        }
+        found.write(word, form, out);
+        return Ok(Exit::Done);
+    }
+    let about = about.ok();
     if form == Form::Json {
-        let object: Map<String, Value> = tables
-            .iter()
-            .map(|table| {
-                let mut value = json!(table.schema());
-                value["file"] = json!(file(*table));
-                (table.as_str().to_owned(), value)
-            })
-            .collect();
+        let mut object = table.map_or_else(Map::new, |table| tables_json(&[table]));
+        object.extend(about.as_ref().map_or_else(Map::new, about_json));
         out.json(&Value::Object(object));
         return Ok(Exit::Done);
     }
-    for table in tables {
-        match form {
-            Form::Markdown => write_markdown(out, table),
-            _ => write_text(out, table),
+    if let Some(table) = table {
+        write_table(table, form, out);
+    }
+    match about {
+        None => (),
+        Some(About::Section(section)) if form == Form::Markdown => section_markdown(&section, out),
+        Some(About::Section(section)) => {
+            write_heading(out);
+            write_section(&section, out);
         }
+        Some(About::Key(key)) => write_key(&key, out),
     }
     Ok(Exit::Done)
+}
+
+/// Keys and columns that speak of a word.
+struct Found {
+    keys: Vec<KeyAbout>,
+    columns: Vec<(TableName, &'static ColumnSchema)>,
+}
+
+impl Found {
+    /// Those whose name or text contains each part of the words, in any case.
+    fn of(words: &str) -> Found {
+        let words = words.to_lowercase();
+        let speaks = |texts: &[&str]| {
+            let text = texts.join(" ").to_lowercase();
+            words.split_whitespace().all(|word| text.contains(word))
+        };
+        let sections = explain::sections().into_iter();
+        let keys = sections.flat_map(|section| section.keys);
+        let columns = TableName::ALL.into_iter().flat_map(|table| {
+            let columns = table.schema().columns.iter();
+            columns.map(move |column| (table, column))
+        });
+        Found {
+            keys: keys
+                .filter(|key| speaks(&[key.key, &key.meaning]))
+                .collect(),
+            columns: columns
+                .filter(|(_, column)| speaks(&[&column.name, &column.description]))
+                .collect(),
+        }
+    }
+
+    fn is_empty(&self) -> bool {
+        self.keys.is_empty() && self.columns.is_empty()
+    }
+
+    fn write(&self, word: &str, form: Form, out: &mut Results) {
+        let name =
+            |(table, column): &(TableName, &ColumnSchema)| format!("{table}.{}", column.name);
+        if form == Form::Json {
+            let keys = self.keys.iter().map(|key| (key.key.to_owned(), json!(key)));
+            let columns = self
+                .columns
+                .iter()
+                .map(|found| (name(found), json!(found.1)));
+            let [keys, columns] = [keys.collect(), columns.collect()].map(Value::Object);
+            out.json(&json!({ "word": word, "keys": keys, "columns": columns }));
+            return;
+        }
+        if !self.keys.is_empty() {
+            writeln!(
+                out,
+                "keys of a scene that speak of {word}; all about one: fretwear schema KEY"
+            );
+        }
+        for key in &self.keys {
+            writeln!(out, "    {:<32} {}", key.key, key.summary());
+        }
+        if !self.columns.is_empty() {
+            writeln!(
+                out,
+                "columns of tables that speak of {word}; all about one: fretwear schema TABLE"
+            );
+        }
+        for found in &self.columns {
+            let (unit, description) = (&found.1.unit, &found.1.description);
+            writeln!(out, "    {:<32} [{unit}] {description}", name(found));
+        }
+    }
+}
+
+fn tables_json(tables: &[TableName]) -> Map<String, Value> {
+    let object = |table: &TableName| {
+        let mut value = json!(table.schema());
+        value["file"] = json!(file(*table));
+        (table.as_str().to_owned(), value)
+    };
+    tables.iter().map(object).collect()
+}
+
+fn about_json(about: &About) -> Map<String, Value> {
+    let object = match about {
+        About::Key(key) => {
+            let mut object = json!(key);
+            object["key"] = json!(key.key);
+            object
+        }
+        About::Section(section) => {
+            let keys = section.keys.iter();
+            let keys: Map<String, Value> =
+                keys.map(|key| (key.key.to_owned(), json!(key))).collect();
+            json!({ "section": section.section, "meaning": section.meaning, "keys": keys })
+        }
+    };
+    object.as_object().cloned().unwrap_or_default()
+}
+
+fn write_table(table: TableName, form: Form, out: &mut Results) {
+    match form {
+        Form::Markdown => write_markdown(out, table),
+        _ => write_text(out, table),
+    }
 }
 
 /// The keys of a scene by sections.
@@ -89,17 +199,7 @@ fn write_scene(form: Form, out: &mut Results) {
         }
         Form::Markdown => {
             for section in &sections {
-                let name = match section.section.as_str() {
-                    "" => "top",
-                    name => name,
-                };
-                writeln!(out, "## `{name}`\n\n{}\n", section.meaning);
-                writeln!(out, "| key | type | default | meaning |\n|---|---|---|---|");
-                for key in &section.keys {
-                    let cells = [&key.kind, &key.default, &key.meaning].map(|text| cell(text));
-                    writeln!(out, "| `{}` | {} |", key.key, cells.join(" | "));
-                }
-                writeln!(out);
+                section_markdown(section, out);
             }
         }
         Form::Json => {
@@ -109,6 +209,74 @@ fn write_scene(form: Form, out: &mut Results) {
             out.json(&Value::Object(object));
         }
         Form::JsonSchema => writeln!(out, "{:#}", explain::json_schema()),
+    }
+}
+
+fn section_markdown(section: &SectionAbout, out: &mut Results) {
+    let name = match section.section.as_str() {
+        "" => "top",
+        name => name,
+    };
+    writeln!(out, "## `{name}`\n\n{}\n", section.meaning);
+    writeln!(out, "| key | type | default | meaning |\n|---|---|---|---|");
+    for key in &section.keys {
+        let cells = [&key.kind, &key.default, &key.meaning].map(|text| cell(text));
+        writeln!(out, "| `{}` | {} |", key.key, cells.join(" | "));
+    }
+    writeln!(out);
+}
+
+fn write_key(key: &KeyAbout, out: &mut Results) {
+    writeln!(out, "{}\n\n{}\n", key.key, key.meaning);
+    for (what, text) in [
+        ("type", key.kind.clone()),
+        ("default", key.default.clone()),
+        ("example", key.example.clone()),
+        ("only", key.only.join(", ")),
+        ("instead of", key.instead.join(", ")),
+    ] {
+        if !text.is_empty() {
+            writeln!(out, "    {what:<12}{text}");
+        }
+    }
+    let words = key.choices.iter().map(|choice| choice.word.len());
+    let width = words.max().unwrap_or(0) + 4;
+    for choice in &key.choices {
+        writeln!(
+            out,
+            "    {:<12}{:<width$}{}",
+            "",
+            format!("\"{}\"", choice.word),
+            choice.meaning
+        );
+    }
+}
+
+/// The columns of [`write_section`].
+fn write_heading(out: &mut Results) {
+    writeln!(out, "    {:<24}type; default", "key");
+    writeln!(
+        out,
+        "        meaning, in short; the whole of it: fretwear schema KEY\n"
+    );
+}
+
+/// One line a key with its type and default, and one with its meaning in short.
+fn write_section(section: &SectionAbout, out: &mut Results) {
+    match section.section.as_str() {
+        "" => writeln!(out, "{}", section.meaning),
+        name => writeln!(out, "[{name}] {}", section.meaning),
+    }
+    for key in &section.keys {
+        let below = key.key.strip_prefix(&section.section);
+        let name = match below.map(|name| name.trim_start_matches('.')) {
+            None | Some("") => key.key,
+            Some(name) => name,
+        };
+        writeln!(out, "    {name:<23} {}; {}", key.kind, key.default);
+        if key.meaning != section.meaning {
+            writeln!(out, "        {}", key.summary());
+        }
     }
 }
 

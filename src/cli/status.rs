@@ -1,22 +1,34 @@
 //! `fretwear status`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::{fs, io};
 
-use fretwear::report::continuation;
+use fretwear::report::{continuation, one_line_name, word};
 use fretwear::scene;
 use fretwear::stages::{RunCost, RunStatus, judged};
 use fretwear::store::{LockHolder, RealFileSystem, RunReader};
+use fretwear::tables::typed::Summary;
 use fretwear::tables::{Table, TableName};
 use serde_json::{Map, Value, json};
 
 use super::report::{row, worn, write_judged, write_summary};
 use super::{CliError, Exit, cost};
 use crate::progress::{duration, grouped};
-use crate::terminal::Results;
+use crate::terminal::{Results, say};
 
-/// Prints how far a run is, also while another process computes it.
-pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
+/// Prints how far a run is, also while another process computes it, or a line per run of a folder of runs.
+pub fn status(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
+    // A run that has lost its record is damaged, not a folder of runs.
+    let names = ["run.json", "run.copy.json", "iterations"];
+    let is_run = folder.is_file() || names.iter().any(|name| folder.join(name).exists());
+    match is_run {
+        true => of_run(folder, as_json, out),
+        false => list(folder, as_json, out),
+    }
+}
+
+fn of_run(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
     let plan = reader.plan()?;
     let recipe = scene::recipe_of_run(root, plan.as_ref(), &reader.scene_toml()?)?;
@@ -67,7 +79,7 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
 }
 
 /// Whether a run is being computed, is at its end, or waits to be continued.
-pub fn state(standing: &RunStatus, holder: Option<LockHolder>) -> &'static str {
+fn state(standing: &RunStatus, holder: Option<LockHolder>) -> &'static str {
     match (holder, standing.done) {
         (Some(_), _) => "running",
         (None, true) => "done",
@@ -191,4 +203,100 @@ fn write(
     if holder.is_none() && !standing.done {
         line("continue", continuation(root));
     }
+}
+
+/// Prints a line per run of a folder.
+fn list(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
+    let unreadable = |source: io::Error| match source.kind() {
+        io::ErrorKind::NotFound => CliError::NoFolder {
+            path: folder.to_owned(),
+        },
+        _ => CliError::Folder {
+            path: folder.to_owned(),
+            source,
+        },
+    };
+    let mut roots: Vec<PathBuf> = fs::read_dir(folder)
+        .map_err(unreadable)?
+        .filter_map(|entry| entry.ok().map(|entry| entry.path()))
+        .filter(|path| path.join("run.json").exists() || path.join("run.copy.json").exists())
+        .collect();
+    roots.sort();
+    if !as_json && roots.is_empty() {
+        say(&format!("no run in {}", folder.display()));
+    }
+    for root in roots {
+        let name = one_line_name(&word(&root));
+        match line(&root) {
+            Ok(found) if as_json => out.json(&found),
+            Ok(found) => writeln!(
+                out,
+                "{name:<32} {:<8} {:>9}  {}",
+                found["state"].as_str().unwrap_or_default(),
+                found["wear_iteration"]
+                    .as_u64()
+                    .map_or("–".to_owned(), |k| format!("#{k}")),
+                found["words"].as_str().unwrap_or_default()
+            ),
+            Err(error) if as_json => {
+                out.json(&json!({ "run": root.display().to_string(), "error": error.to_string() }));
+            }
+            Err(error) => writeln!(out, "{name:<32} {}", one_line_name(&error.to_string())),
+        }
+    }
+    Ok(Exit::Done)
+}
+
+/// The first words of a message, on one line.
+fn short(message: &str) -> String {
+    const LONGEST: usize = 80;
+    let message = message.split_whitespace().collect::<Vec<&str>>().join(" ");
+    match message.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{} …", message[..end].trim_end()),
+        None => message,
+    }
+}
+
+fn line(root: &Path) -> Result<serde_json::Value, CliError> {
+    let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
+    let plan = reader.plan()?;
+    let recipe = scene::recipe_of_run(root, plan.as_ref(), &reader.scene_toml()?)?;
+    let standing = RunStatus::of(&reader, &recipe)?;
+    let summary = standing.wear_iteration.map(|k| reader.typed::<Summary>(k));
+    let summary = summary.transpose()?.unwrap_or_default();
+    let mut words = Vec::new();
+    if let Some(cycles) = standing.cycles {
+        words.push(format!(
+            "{} cycles, {:.0} %",
+            grouped(cycles),
+            100.0 * standing.part
+        ));
+    }
+    if let Some(volume) = summary.wear_volume {
+        words.push(worn(volume, summary.error_wear_volume));
+    }
+    // A title of several lines stays on the run's own.
+    let title = recipe
+        .title
+        .iter()
+        .flat_map(|title| title.split_whitespace());
+    words.push(title.collect::<Vec<&str>>().join(" "));
+    words.retain(|word| !word.is_empty());
+    let failure = reader.failure()?.map(|failure| failure.message);
+    words.extend(
+        failure
+            .as_ref()
+            .map(|failure| format!("failed: {}", short(failure))),
+    );
+    Ok(json!({
+        "run": root.display().to_string(),
+        "state": state(&standing, reader.holder()?),
+        "wear_iteration": standing.wear_iteration,
+        "cycles": standing.cycles,
+        "part_done": standing.part,
+        "wear_volume": summary.wear_volume,
+        "error_wear_volume": summary.error_wear_volume,
+        "failure": failure,
+        "words": words.join(", "),
+    }))
 }

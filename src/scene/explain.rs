@@ -163,6 +163,8 @@ pub struct UnknownKey {
     pub nearest: Option<String>,
     /// Those of its section.
     pub known: Vec<String>,
+    /// Whether earlier scenes had the key.
+    pub is_former: bool,
 }
 
 /// What a key that is none may have been.
@@ -186,6 +188,7 @@ pub fn explain(name: &str) -> Result<About, UnknownKey> {
         None => Err(UnknownKey {
             name: name.to_owned(),
             nearest: keys::nearest_key(name),
+            is_former: keys::instead_of_former(name).is_some(),
             known: keys::children(keys::section_of(name))
                 .into_iter()
                 .map(str::to_owned)

@@ -80,7 +80,7 @@ pub enum StoreError {
         path: PathBuf,
     },
     /// A file in place of the folder of a run.
-    #[error("{} is a file, and a run is a folder; that of a scene is runs/NAME, and `fretwear ls` lists them", path.display())]
+    #[error("{} is a file, and a run is a folder; that of a scene is runs/NAME, and `fretwear status` lists them", path.display())]
     NoFolder {
         /// The file.
         path: PathBuf,

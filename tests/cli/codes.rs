@@ -29,7 +29,11 @@ fn usage() {
         &bench,
         &["schema", "nope"],
         USAGE,
-        &["nope is no table", "contact_field", "`scene`"],
+        &[
+            "nope: there is no such key",
+            "nor is it a table",
+            "contact_field",
+        ],
     );
     fails(
         &bench,
@@ -39,7 +43,7 @@ fn usage() {
     );
     fails(
         &bench,
-        &["explain", "contact.nomal_load"],
+        &["schema", "contact.nomal_load"],
         USAGE,
         &["contact.nomal_load: there is no such key; did you mean contact.normal_load?"],
     );
@@ -232,7 +236,12 @@ fn runs_that_are_not_there() {
         USAGE,
         &["small.toml is a file, and a run is a folder"],
     );
-    fails(&bench, &["ls"], USAGE, &["there is no folder runs"]);
+    fails(
+        &bench,
+        &["status"],
+        USAGE,
+        &["there is no run at runs, nor a folder of runs"],
+    );
     std::fs::create_dir(bench.path("other")).expect("made");
     bench.write("other/letter.txt", "hello");
     fails(

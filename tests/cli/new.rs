@@ -1,4 +1,4 @@
-//! `fretwear new` and `fretwear ls`.
+//! `fretwear new`, and the list of runs of `fretwear status`.
 
 use crate::support::{Bench, copy};
 
@@ -129,7 +129,7 @@ fn a_name_of_a_run_stays_on_its_line() {
     for record in ["run.json", "run.copy.json"] {
         std::fs::write(damaged.join(record), "{").expect("written");
     }
-    let listed = bench.done(&["ls"]).stdout();
+    let listed = bench.done(&["status"]).stdout();
     assert_eq!(listed.lines().count(), 3, "{listed}");
     for name in ["b\\nc   done   #9  all is well", "d\\te"] {
         assert!(listed.contains(name), "{listed}");
@@ -163,7 +163,7 @@ fn runs_are_listed_with_their_state() {
         "--quiet",
     ]);
     std::fs::create_dir_all(bench.path("runs/no_run")).expect("a folder");
-    let listed = bench.done(&["ls"]).stdout();
+    let listed = bench.done(&["status"]).stdout();
     let lines: Vec<&str> = listed.lines().collect();
     assert_eq!(lines.len(), 2, "{listed}");
     assert!(
@@ -178,11 +178,11 @@ fn runs_are_listed_with_their_state() {
         lines[0].contains("worn") && lines[0].contains('±'),
         "{listed}"
     );
-    let nowhere = bench.fretwear(&["ls", "nowhere"]);
+    let nowhere = bench.fretwear(&["status", "nowhere"]);
     assert_eq!(nowhere.code(), 2);
     assert!(
-        nowhere
-            .stderr()
-            .contains("there is no folder nowhere; `fretwear run SCENE` begins")
+        nowhere.stderr().contains(
+            "there is no run at nowhere, nor a folder of runs; `fretwear run SCENE` begins"
+        )
     );
 }

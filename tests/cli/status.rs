@@ -62,18 +62,16 @@ fn a_stopped_run_says_how_far_it_is_and_how_to_go_on() {
     // The pace is that of the last three steps, by the time that their stages took.
     let rate = number(&found["cycles_per_second"]);
     assert!(rate > 0.0);
-    let left = number(&found["seconds_left"]);
-    assert!(
-        (left * rate / (600_000.0 - cycles) - 1.0).abs() < 1e-9,
-        "{found}"
-    );
+    // The remaining time is estimated once a fifth of the run is done.
+    let left = &found["seconds_left"];
+    assert_eq!(left.is_null(), number(&found["part_done"]) < 0.2, "{found}");
     assert_eq!(found["continue"], "fretwear run --run a");
     let words = bench.done(&["status", "a"]).stdout();
     for part in [
         &format!("a: iteration {k}, stopped\n"),
         " of 600 000 cycles, worn ",
         " cycles/s of late, ",
-        " cycles to go, about ",
+        " cycles to go",
         "  continue     fretwear run --run a\n",
     ] {
         assert!(words.contains(part), "{part:?} in {words}");
@@ -201,11 +199,11 @@ fn a_failed_run_says_why() {
         words.contains(&format!("  failed       {message}\n")),
         "{words}"
     );
-    let line = bench.done(&["ls", "."]).stdout();
+    let line = bench.done(&["status", "."]).stdout();
     let begin: String = message.chars().take(40).collect();
     assert!(line.contains(&format!("failed: {begin}")), "{line}");
     assert_eq!(line.lines().count(), 1, "{line}");
-    let listed = bench.done(&["ls", ".", "--json"]).json();
+    let listed = bench.done(&["status", ".", "--json"]).json();
     assert_eq!(listed["failure"], message);
     // A message that was changed is none of the run.
     let file = bench.path("a/failure.json");

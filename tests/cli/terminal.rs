@@ -51,8 +51,8 @@ fn commands() -> Vec<(Vec<&'static str>, i32)> {
         (vec!["schema", "--json"], 0),
         (vec!["schema", "scene"], 0),
         (vec!["schema", "scene", "--json-schema"], 0),
-        (vec!["explain", "contact"], 0),
-        (vec!["explain", "contact.kn", "--json"], 0),
+        (vec!["schema", "contact"], 0),
+        (vec!["schema", "contact.kn", "--json"], 0),
         (vec!["completions", "bash"], 0),
         (vec!["completions", "zsh"], 0),
         (vec!["doctor", "new"], 0),
@@ -211,7 +211,7 @@ fn nothing_in_the_texts_of_others_is_obeyed() {
         (vec!["verify", HOSTILE], 0, false),
         (vec!["run", "key.toml", "--run", HOSTILE], 2, true),
         (vec!["schema", HOSTILE], 2, true),
-        (vec!["explain", HOSTILE], 2, true),
+        (vec!["schema", HOSTILE], 2, true),
     ];
     if cfg!(feature = "polars") {
         commands.push((vec!["compare", HOSTILE], 0, true));

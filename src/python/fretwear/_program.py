@@ -198,8 +198,9 @@ def run(
 def plan(scene: str | os.PathLike[str], *, set: Mapping[str, Value] | None = None, rehearsal: bool = True) -> dict[str, Any]:
     """What a scene will compute (`recipe`), why (`decisions`), what speaks against it (`warnings`), and what it costs (`cost`).
 
-    `cost` has wear iterations, FFT pairs and bytes of disk with their ranges, and bytes of memory; `seconds` is the time on this
-    machine. The rehearsal behind them takes some seconds; `rehearsal=False` leaves the cost out. `set` as in `run`. Raises Error.
+    `cost` has wear iterations, FFT pairs and bytes of disk with their ranges, and bytes of memory; `seconds["run"]` is the time on this
+    machine. They are None where a coarse run does not show them, and `cost["not_known"]` has the reason. The coarse run takes some
+    seconds; `rehearsal=False` leaves the cost out. `set` as in `run`. Raises Error.
     """
     without = [] if rehearsal else ["--no-rehearsal"]
     planned: dict[str, Any] = json.loads(call("plan", "--json", *without, *_sets(set), "--", os.fspath(scene)))
@@ -208,5 +209,10 @@ def plan(scene: str | os.PathLike[str], *, set: Mapping[str, Value] | None = Non
 
 def explain(key: str) -> dict[str, Any]:
     """What a key of a scene means, with its type, default and an example; of a section ("contact"), all of its keys. Raises Error."""
-    about: dict[str, Any] = json.loads(call("explain", "--json", "--", key))
+    about: dict[str, Any] = json.loads(call("schema", "--json", "--", key))
+    if "section" in about:
+        # A table of the same name is beside it.
+        return {name: about[name] for name in ("section", "meaning", "keys")}
+    if "key" not in about:
+        raise Error(f"{key}: there is no such key or section of a scene", 2)
     return about

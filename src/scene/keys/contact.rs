@@ -13,7 +13,7 @@ keys! {
     /// Coulomb's coefficient of friction [A §2c]. A joint of 0 bears no shear and does not wear.
     FRICTION_COEFFICIENT: Quantity = "contact.friction_coefficient", Rule("must be given where the joint moves, else none: no friction"),
         Quantity(Dimension::NONE, NOT_NEGATIVE, "0.6");
-    /// Static load that presses the bodies together: that of the bolt. With kn and kt it may be 0.
+    /// Static load that presses the bodies together: the preload of the bolt. With kn and kt it may be 0.
     NORMAL_LOAD: Quantity = "contact.normal_load", Rule("must be given, unless approach or gap is"),
         Quantity(Dimension::FORCE, POSITIVE, "30 kN");
     /// Approach of the bodies in place of normal_load, counted from height 0, positive when pressed together. Of a contact that does
