@@ -2,133 +2,157 @@
 //!
 //! A mistaken unit is wrong by a thousand or more. Bounds are so wide that a joint of any metal, ceramic or polymer passes; they judge
 //! nothing. Rules of thumb are of the order of what they estimate, not better. What is only rare has a remark, since it may be meant.
+//!
+//! [`table::TABLE`] has a row for each figure; [`formulas`] has the formulas that are too long for a row.
 
-mod body;
 mod face;
-mod rubbing;
-mod vibration;
+mod formulas;
+mod say;
+mod setup;
+mod table;
 
 use crate::recipe::{Check, Recipe};
 use crate::surface::prepare::Prepared;
-use crate::wear::{Channel, Motion};
-use face::Face;
+use crate::wear::Motion;
+use say::{Figure, Unit};
+use setup::Setup;
 
-/// A figure and its bounds; `hint` says which unit to look at where it is out of them.
-struct Bounded {
+/// A figure, its bounds, and what is said where it is out of them.
+#[derive(Clone, Copy)]
+struct Row {
     what: &'static str,
-    value: f64,
-    words: String,
-    bounds: [f64; 2],
-    /// Name and size of the unit in which bounds are told.
-    unit: (&'static str, f64),
-    key: &'static str,
+    /// None of a scene that has no such figure.
+    formula: fn(&Setup) -> Option<Figure>,
+    /// The keys to look at.
+    keys: &'static str,
+    /// The same where the heights are a map.
+    keys_of_map: Option<&'static str>,
+    /// Of the bounds, and of the figure if it has no text of its own.
+    unit: Unit,
+    bounds: Bounds,
+    /// Which unit to look at where the figure is out of its bounds.
     hint: &'static str,
-    /// What is usual, and what it means to be beyond it.
-    usual: Option<([f64; 2], &'static str)>,
+    usual: Option<Bounds>,
+    /// What it means to be beyond what is usual.
+    remark: &'static str,
+    /// The figure is listed only where it is out of its bounds.
+    only_beyond: bool,
 }
 
-/// A figure without unit and without anything to remark, for what is not said of one.
-const PLAIN: Bounded = Bounded {
-    what: "",
-    value: 0.0,
-    words: String::new(),
-    bounds: [f64::NEG_INFINITY, f64::INFINITY],
-    unit: ("", 1.0),
-    key: "",
-    hint: "",
-    usual: None,
-};
+/// Where a figure should be.
+#[derive(Clone, Copy)]
+enum Bounds {
+    AtLeast(f64),
+    AtMost(f64),
+    Between(f64, f64),
+    /// Between them, or zero, which says that there is none.
+    ZeroOr(f64, f64),
+    /// The least and the most of a scene.
+    Of(fn(&Setup) -> Option<[f64; 2]>),
+}
 
-impl Bounded {
-    fn check(self) -> Check {
-        let (key, hint, what, words) = (self.key, self.hint, self.what, &self.words);
-        let warning = self
-            .beyond(self.bounds)
-            .map(|beyond| format!("{key}: the {what} is {words}, and should be {beyond}: {hint}"));
-        let remark = self.usual.and_then(|(usual, meaning)| {
-            let beyond = self.beyond(usual).filter(|_| warning.is_none())?;
-            Some(format!(
-                "{key}: the {what} is {words}, and mostly {beyond}: {meaning}"
-            ))
-        });
-        Check {
-            what,
+/// The figures of a scene, in the order of the table.
+pub(super) fn checks(recipe: &Recipe, motion: &Motion, measured: Option<&Prepared>) -> Vec<Check> {
+    let setup = Setup::of(recipe, motion, measured);
+    let rows = table::TABLE.iter();
+    rows.filter_map(|row| row.check(&setup)).collect()
+}
+
+/// The beginning of a row; the methods below add its fields one by one.
+const fn row(what: &'static str) -> Row {
+    Row {
+        what,
+        formula: |_| None,
+        keys: "",
+        keys_of_map: None,
+        unit: say::NONE,
+        bounds: Bounds::Of(|_| None),
+        hint: "",
+        usual: None,
+        remark: "",
+        only_beyond: false,
+    }
+}
+
+impl Row {
+    const fn of(self, formula: fn(&Setup) -> Option<Figure>) -> Row {
+        Row { formula, ..self }
+    }
+
+    const fn keys(self, keys: &'static str) -> Row {
+        Row { keys, ..self }
+    }
+
+    const fn keys_of_map(self, keys: &'static str) -> Row {
+        let keys_of_map = Some(keys);
+        Row {
+            keys_of_map,
+            ..self
+        }
+    }
+
+    const fn unit(self, unit: Unit) -> Row {
+        Row { unit, ..self }
+    }
+
+    const fn bounds(self, bounds: Bounds) -> Row {
+        Row { bounds, ..self }
+    }
+
+    const fn hint(self, hint: &'static str) -> Row {
+        Row { hint, ..self }
+    }
+
+    const fn mostly(self, bounds: Bounds) -> Row {
+        let usual = Some(bounds);
+        Row { usual, ..self }
+    }
+
+    const fn remark(self, remark: &'static str) -> Row {
+        Row { remark, ..self }
+    }
+
+    const fn only_beyond(self) -> Row {
+        let only_beyond = true;
+        Row {
+            only_beyond,
+            ..self
+        }
+    }
+}
+
+impl Row {
+    fn check(&self, setup: &Setup) -> Option<Check> {
+        let figure = (self.formula)(setup)?;
+        let number = figure.value;
+        let beyond = |bounds: Bounds| self.unit.beyond(number, bounds.of(setup, number));
+        let keys_of_map = self.keys_of_map.filter(|_| setup.map.is_some());
+        let keys = figure.key.or(keys_of_map).unwrap_or(self.keys);
+        let value = figure.words(self.unit);
+        let found = format!("{keys}: the {} is {value}, and", self.what);
+        let warning =
+            beyond(self.bounds).map(|beyond| format!("{found} should be {beyond}: {}", self.hint));
+        let usual = self.usual.filter(|_| warning.is_none());
+        let remark = usual
+            .and_then(beyond)
+            .map(|beyond| format!("{found} mostly {beyond}: {}", self.remark));
+        (warning.is_some() || !self.only_beyond).then_some(Check {
+            what: self.what,
+            value,
             warning,
             remark,
-            value: self.words,
+        })
+    }
+}
+
+impl Bounds {
+    fn of(self, setup: &Setup, value: f64) -> [f64; 2] {
+        match self {
+            Bounds::AtLeast(least) => [least, f64::INFINITY],
+            Bounds::AtMost(most) => [f64::NEG_INFINITY, most],
+            Bounds::ZeroOr(_, most) if value == 0.0 => [0.0, most],
+            Bounds::Between(least, most) | Bounds::ZeroOr(least, most) => [least, most],
+            Bounds::Of(bounds) => bounds(setup).unwrap_or([f64::NEG_INFINITY, f64::INFINITY]),
         }
-    }
-
-    /// What the figure should be, where it is not.
-    fn beyond(&self, [least, most]: [f64; 2]) -> Option<String> {
-        let (symbol, size) = self.unit;
-        let bound = |value: f64| format!("{} {symbol}", short(value / size));
-        let told = match self.value {
-            v if v < least => format!("at least {}", bound(least)),
-            v if v > most => format!("at most {}", bound(most)),
-            _ => return None,
-        };
-        Some(told.trim_end().to_owned())
-    }
-}
-
-/// The figures of a scene, in the order in which a person would ask for them.
-pub(super) fn checks(recipe: &Recipe, motion: &Motion, measured: Option<&Prepared>) -> Vec<Check> {
-    let face = Face::of(recipe, measured);
-    let mut found = Vec::new();
-    found.extend(body::materials(recipe));
-    found.extend(body::dimensions(recipe));
-    found.extend(measured.into_iter().flat_map(face::map));
-    if let Some(face) = &face {
-        found.extend(face::heights(face, measured.is_some()));
-        found.extend(face::pressures(face));
-    }
-    found.extend(rubbing::friction(recipe));
-    let wears = recipe.wear.is_some();
-    found.extend(
-        face.iter()
-            .flat_map(|face| rubbing::moved(face, motion, wears)),
-    );
-    found.extend(vibration::vibration(recipe));
-    found.extend(rubbing::wear(recipe, face.as_ref(), motion));
-    found.into_iter().map(Bounded::check).collect()
-}
-
-/// Coefficient of friction of the joint, and its friction limit \[N\].
-fn limit(recipe: &Recipe) -> Option<(f64, f64)> {
-    if let Some(contact) = recipe.contact() {
-        let mu = contact.friction_coefficient?;
-        return Some((mu, mu * contact.normal_load));
-    }
-    let elements = recipe.elements()?;
-    let mu = elements.friction_coefficient;
-    let [_, _, normal_load] = elements.stiffness.given()?;
-    Some((mu, mu * normal_load))
-}
-
-/// Half range of the largest displacement \[m\], where that is given.
-fn half_range(motion: &Motion) -> Option<f64> {
-    let halves = motion.drive.iter().filter_map(half);
-    Some(halves.fold(0.0, f64::max)).filter(|half| *half > 0.0)
-}
-
-/// Half range of a displacement \[m\] or rotation \[rad\] that is given.
-fn half(channel: &Channel) -> Option<f64> {
-    match channel {
-        Channel::Displacement(values) => {
-            let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-            Some(0.5 * (most - least))
-        }
-        Channel::Force(_) => None,
-    }
-}
-
-/// Four significant digits.
-fn short(value: f64) -> String {
-    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
-    match rounded.abs() {
-        size if size == 0.0 || (1e-3..1e6).contains(&size) => format!("{rounded}"),
-        _ => format!("{rounded:e}"),
     }
 }

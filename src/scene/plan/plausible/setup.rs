@@ -1,0 +1,129 @@
+//! What the figures of a scene are computed from.
+
+use super::face::Face;
+use crate::material::Elastic;
+use crate::recipe::{Recipe, Response, Structure};
+use crate::structure::resonator::Resonator;
+use crate::surface::prepare::Prepared;
+use crate::wear::{Channel, Motion};
+
+/// Direction of the normal among those of an oscillator.
+pub const NORMAL: usize = 2;
+
+/// A scene and what several figures need of it.
+pub struct Setup<'a> {
+    pub recipe: &'a Recipe,
+    pub motion: &'a Motion,
+    pub map: Option<&'a Prepared>,
+    /// The bodies, where they are of one material.
+    pub both: Option<Elastic>,
+    /// The bodies, where they are not.
+    pub lower: Option<Elastic>,
+    pub upper: Option<Elastic>,
+    pub face: Option<Face<'a>>,
+    pub response: Option<&'a Response>,
+    pub resonator: Option<&'a Resonator>,
+    pub oscillator: Option<Oscillator>,
+}
+
+impl<'a> Setup<'a> {
+    pub fn of(recipe: &'a Recipe, motion: &'a Motion, map: Option<&'a Prepared>) -> Self {
+        let structure = recipe.structure.as_ref();
+        let resonator = structure.and_then(|structure| structure.source.resonator());
+        let response = recipe.response.as_ref();
+        let pair = recipe.contact().map(|contact| contact.bodies);
+        let alike = pair.filter(|pair| pair.lower == pair.upper);
+        let unlike = pair.filter(|pair| pair.lower != pair.upper);
+        let of_resonator = resonator.filter(|_| pair.is_none());
+        Setup {
+            recipe,
+            motion,
+            map,
+            both: alike
+                .map(|pair| pair.lower)
+                .or(of_resonator.map(|resonator| resonator.material.elastic)),
+            lower: unlike.map(|pair| pair.lower),
+            upper: unlike.map(|pair| pair.upper),
+            face: Face::of(recipe, map),
+            response,
+            resonator,
+            oscillator: structure
+                .zip(response)
+                .and_then(|(structure, response)| Oscillator::of(recipe, structure, response)),
+        }
+    }
+
+    /// Coefficient of friction of the joint, and its friction limit \[N\].
+    pub fn friction(&self) -> Option<[f64; 2]> {
+        if let Some(contact) = self.recipe.contact() {
+            let mu = contact.friction_coefficient?;
+            return Some([mu, mu * contact.normal_load]);
+        }
+        let elements = self.recipe.elements()?;
+        let mu = elements.friction_coefficient;
+        let [_, _, normal_load] = elements.stiffness.given()?;
+        Some([mu, mu * normal_load])
+    }
+
+    /// Stiffness of a contact along the normal and in the plane \[N/m\], where both are given.
+    pub fn springs(&self) -> Option<[f64; 2]> {
+        let [kn, kt, _] = self.recipe.elements()?.stiffness.given()?;
+        (kn > 0.0 && kt > 0.0).then_some([kn, kt])
+    }
+
+    /// Half range of the largest displacement \[m\], where that is given.
+    pub fn slid(&self) -> Option<f64> {
+        let halves = self.motion.drive.iter().filter_map(half_range);
+        Some(halves.fold(0.0, f64::max)).filter(|half| *half > 0.0)
+    }
+
+    /// Half range of the displacement of a corner \[m\], where a rotation is given.
+    pub fn turned(&self) -> Option<f64> {
+        let [x, y] = self.face?.surface.size;
+        let angle = self.motion.rotation.as_ref().and_then(half_range)?;
+        (angle > 0.0).then_some(angle * (0.5 * x.hypot(y)))
+    }
+}
+
+/// Half range of a displacement \[m\] or rotation \[rad\] that is given.
+fn half_range(channel: &Channel) -> Option<f64> {
+    match channel {
+        Channel::Displacement(values) => {
+            let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+            Some(0.5 * (most - least))
+        }
+        Channel::Force(_) => None,
+    }
+}
+
+/// An oscillator along the axis in which it is driven.
+#[derive(Clone, Copy)]
+pub struct Oscillator {
+    pub mass: f64,
+    damping: f64,
+    /// Of its springs, and of its contact if that sticks \[N/m\].
+    pub stiffness: f64,
+    pub contact: f64,
+}
+
+impl Oscillator {
+    fn of(recipe: &Recipe, structure: &Structure, response: &Response) -> Option<Self> {
+        let drive = response.forces.iter().find(|force| force.harmonic == 1);
+        let ground = response.base.map(|base| base.axis);
+        let axis = drive.map(|force| force.port.axis).or(ground)?;
+        let [mass, damping, stiffness] = structure.source.oscillator_along(axis)?;
+        let given = recipe.elements().and_then(|found| found.stiffness.given());
+        let contact = given.map_or(0.0, |[kn, kt, _]| if axis == NORMAL { kn } else { kt });
+        Some(Oscillator {
+            mass,
+            damping,
+            stiffness,
+            contact,
+        })
+    }
+
+    pub fn dashpot_ratio(&self) -> f64 {
+        0.5 * self.damping / (self.mass * (self.stiffness + self.contact)).sqrt()
+    }
+}

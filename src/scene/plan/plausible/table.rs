@@ -1,0 +1,358 @@
+//! The figures, in the order in which a person would ask for them.
+
+use super::Bounds::{self, AtLeast, AtMost, Between, Of, ZeroOr};
+use super::formulas::*;
+use super::say::*;
+use super::setup::Setup;
+use super::{Row, row};
+use crate::recipe::YIELDS;
+
+/// Dimensions of a structure: of a gap, and of a long arm.
+const DIMENSION: Bounds = Between(6e-3, 100.0);
+/// Stiffness of a contact that hardly touches, and of one that is glued.
+const OVER_BODY: Bounds = Between(0.01, 1e3);
+/// Cells that a motion may cross: heights stay opposite to the same heights as long as it is less than one.
+const CELL: Bounds = AtMost(1.0);
+/// Motion over what makes the joint slide: more than the most is no fretting.
+const MOTION: Bounds = Of(|setup| Some([least_motion(setup), 1e3]));
+/// Pull over what makes the joint slide.
+const PULL: Bounds = Of(|setup| Some([least_motion(setup), f64::INFINITY]));
+/// Least of all harmonic forces at resonance: below it contact elements that share one stiffness and load do not slip at any frequency.
+const NO_SLIP: f64 = 0.1;
+
+/// Below it nothing slips. What a partial slip dissipates goes as the cube of the motion, so that a joint that is to wear wears nothing
+/// from a larger bound on.
+fn least_motion(setup: &Setup) -> f64 {
+    match setup.recipe.wear {
+        Some(_) => 8e-3,
+        None => 1e-4,
+    }
+}
+
+const fn youngs_modulus(keys: &'static str) -> Row {
+    row("Young's modulus")
+        .keys(keys)
+        .unit(GPA)
+        // Gels and diamond.
+        .bounds(Between(1e4, 1.3e12))
+        .hint("GPa, MPa or Pa?")
+}
+
+const fn poisson_ratio(keys: &'static str) -> Row {
+    row("size of Poisson's ratio")
+        .keys(keys)
+        // Cork has zero.
+        .bounds(ZeroOr(0.01, 1.0))
+        .hint("metals have some 0.3, and 0 is none")
+}
+
+pub static TABLE: &[Row] = &[
+    youngs_modulus("material.youngs_modulus").of(|setup| number(setup.both?.youngs_modulus)),
+    poisson_ratio("material.poisson_ratio").of(|setup| poisson(setup.both?)),
+    youngs_modulus("material.lower.youngs_modulus").of(|setup| number(setup.lower?.youngs_modulus)),
+    poisson_ratio("material.lower.poisson_ratio").of(|setup| poisson(setup.lower?)),
+    youngs_modulus("material.upper.youngs_modulus").of(|setup| number(setup.upper?.youngs_modulus)),
+    poisson_ratio("material.upper.poisson_ratio").of(|setup| poisson(setup.upper?)),
+    row("density")
+        .of(|setup| number(setup.resonator?.material.density))
+        .keys("material.density")
+        .unit(KG_PER_M3)
+        // Foam and osmium.
+        .bounds(Between(20.0, 2.3e4))
+        .hint("kg/m^3 or g/cm^3?"),
+    row("speed of sound")
+        .of(speed_of_sound)
+        .keys("material.youngs_modulus, material.density")
+        .unit(M_PER_S)
+        // Rubber and diamond.
+        .bounds(Between(20.0, 2e4))
+        .hint("it is the root of E over density"),
+    row("stiffness of nodes at the joint over Young's modulus and their distance")
+        .of(node_stiffness)
+        .keys("structure.unit, material.youngs_modulus")
+        // 0.3 to 3 of boxes, more of flat ones, less where the rest was condensed; a thousand times more or less in a wrong unit.
+        .bounds(Between(0.04, 40.0))
+        .hint("t with mm and s, kg with m and s?"),
+    row("thinnest dimension of the structure over the side of the joint")
+        .of(|setup| dimension(setup, 0))
+        .bounds(DIMENSION)
+        .hint("mm, um or m? or joint.size, with which it is compared"),
+    row("longest dimension of the structure over the side of the joint")
+        .of(|setup| dimension(setup, LENGTHS - 1))
+        .bounds(DIMENSION)
+        .hint("mm, um or m? or joint.size, with which it is compared"),
+    row("number of points of the map along a side of the joint")
+        .of(points)
+        .keys("surface.spacing, joint.size")
+        .bounds(AtLeast(4.0))
+        .hint("so few points have no roughness; um or mm?")
+        .only_beyond(),
+    row("spacing of the map's points along x over that along y")
+        .of(aspect)
+        .keys("surface.spacing, joint.size")
+        .bounds(Between(0.5, 2.0))
+        .hint(
+            "the map states no spacing and is taken to cover the joint; \
+             are x and y exchanged? give surface.spacing",
+        )
+        .only_beyond(),
+    row("side of the joint")
+        .of(side)
+        .keys("joint.size")
+        .unit(MM)
+        .bounds(Between(1e-6, LONGEST_SIDE))
+        .hint("mm, um or m?"),
+    row("diameter of the hole over a cell")
+        .of(hole)
+        .keys("joint.hole.diameter")
+        .bounds(AtLeast(1.0))
+        .hint("it takes no cell; mm or um?"),
+    row("Rq")
+        .of(|setup| number(setup.face?.rq?))
+        .keys("surface.rq")
+        .keys_of_map("surface.unit")
+        .unit(UM)
+        .bounds(Of(rq_bounds))
+        .hint("um, nm or mm?"),
+    row("slope of the heights (root mean square)")
+        .of(|setup| number(setup.face?.slope?))
+        .keys("surface.rq, surface.correlation_length")
+        .keys_of_map("surface.unit, surface.spacing")
+        // Half spaces take slopes as small, and machined faces have some 0.01 to 0.2.
+        .bounds(AtMost(0.5))
+        .hint("heights are small against lengths: um and mm exchanged?")
+        .mostly(AtLeast(1e-4))
+        .remark("a face as flat as a mirror; um or nm?"),
+    row("highest cell above the others over their Rq")
+        .of(|setup| number(setup.face?.spike?))
+        .keys("surface.path")
+        // A Gaussian face has some 1.5, and a spike of an instrument any number.
+        .bounds(AtMost(10.0))
+        .hint(
+            "a spike of the instrument, or dust? it would carry the load alone; \
+             take it out of the map",
+        ),
+    row("cells of a correlation length")
+        .of(|setup| number(asperities(setup)?[0]))
+        .keys("surface.correlation_length, joint.grid")
+        .bounds(AtLeast(2.0))
+        .hint("an asperity is not resolved; a finer grid, or um in place of mm?"),
+    row("correlation lengths along a side")
+        .of(|setup| number(asperities(setup)?[1]))
+        .keys("surface.correlation_length")
+        // Fewer are no statistics.
+        .bounds(AtLeast(3.0))
+        .hint("the face has no more than a few asperities; m in place of mm?"),
+    row("mean pressure over the contact modulus")
+        .of(|setup| strain(setup.face?.mean_pressure()?, setup.face?.modulus()))
+        .keys("contact.normal_load, joint.size, material.youngs_modulus")
+        // A joint strained by more is no joint under a bolt, and with less the bodies hardly touch.
+        .bounds(Between(1e-10, 1e-2))
+        .hint("kN or N, mm or m, GPa or MPa?")
+        // 0.1 MPa on steel: less is rather a weight than a bolt.
+        .mostly(AtLeast(1e-6))
+        .remark("less than any bolt gives; kN or N, GPa or MPa?"),
+    row("number of cells that touch")
+        .of(touching)
+        .keys("contact.normal_load, joint.grid")
+        // Fewer do not resolve the contact, however light a load is meant to be.
+        .bounds(AtLeast(5.0))
+        .hint("N or kN? a contact of so few cells is not resolved"),
+    row("mean pressure over contact modulus and slope")
+        .of(|setup| number(closed(setup)?))
+        .keys("surface.rq, contact.normal_load")
+        // From 1 on most of the face touches, and from the bound on all of it.
+        .bounds(AtMost(5.0))
+        .hint(
+            "the load presses the faces flat, and the roughness alters nothing: um or nm, N or kN?",
+        )
+        .mostly(AtMost(2.0))
+        .remark("most of the face touches; um or nm, N or kN?"),
+    row("peak pressure of Hertz over the contact modulus")
+        .of(hertz_pressure)
+        .keys("contact.normal_load, surface.radius, material.youngs_modulus")
+        .bounds(AtMost(2.0 * YIELDS))
+        .hint("kN or N, mm or m, GPa or MPa?"),
+    row("diameter of Hertz's contact over the shorter side of the joint")
+        .of(|setup| over(2.0 * hertz_radius(setup)?, setup.face?.side(), MM))
+        .keys("surface.radius, joint.size")
+        .bounds(AtMost(1.0))
+        .hint("the contact reaches beyond the joint; mm or m?"),
+    row("cells of the radius of Hertz's contact")
+        .of(hertz_cells)
+        .keys("contact.normal_load, surface.radius, joint.size, joint.grid")
+        // As of the cells that touch.
+        .bounds(AtLeast(3.0))
+        .hint("the contact is not resolved; N or mN, mm or um?"),
+    row("approach over the shorter side of the joint")
+        .of(|setup| part(setup.face?.contact.approach?, setup.face?.side(), UM))
+        .keys("contact.approach, joint.size")
+        // The strain that it makes in the bodies.
+        .bounds(AtMost(1e-2))
+        .hint("um or mm?"),
+    row("cap of the pressure over the contact modulus")
+        .of(|setup| strain(setup.face?.contact.pressure_cap?, setup.face?.modulus()))
+        .keys("contact.pressure_cap")
+        .bounds(Between(1e-10, 0.5))
+        .hint("MPa or GPa? no pressure comes near it"),
+    row("stiffness of the bolt over that of bodies as wide as the joint")
+        .of(bolt)
+        .keys("contact.bolt_stiffness")
+        .bounds(Between(1e-6, 10.0))
+        .hint("N/um, N/nm or N/m?")
+        // A spring that holds the load may have less.
+        .mostly(AtLeast(1e-3))
+        .remark("rather a spring than a bolt; N/um or N/mm?"),
+    row("coefficient of friction")
+        .of(friction)
+        .keys("contact.friction_coefficient")
+        // Ice, and metals in vacuum and more.
+        .bounds(ZeroOr(0.01, 2.0))
+        .hint("a part, or percent?"),
+    row("pull over what friction holds")
+        .of(pull)
+        .keys("motion.force")
+        .bounds(PULL)
+        .hint("N, mN or kN?"),
+    row("pull over what friction holds")
+        .of(twist)
+        .keys("motion.moment")
+        .bounds(PULL)
+        .hint("N m or N mm?"),
+    row("mean load of the motion over that of the contact")
+        .of(mean_load)
+        .keys("motion.history, contact.normal_load")
+        // It is the same load.
+        .bounds(Between(0.02, 50.0))
+        .hint("N or kN?"),
+    row("motion over a cell")
+        .of(|setup| over(setup.slid()?, setup.face?.cell(), UM))
+        .keys("motion.amplitude, joint.grid")
+        .bounds(CELL)
+        .hint(
+            "slip is taken to be small: cells do not travel with it, \
+             and all wear is of the places that face each other at rest; um or mm?",
+        ),
+    row("motion over what makes the joint slide")
+        .of(|setup| over_some(setup.slid()?, onset(setup)?, UM))
+        .keys("motion.amplitude")
+        .bounds(MOTION)
+        .hint("far less moves nothing and wears nothing, far more is no fretting: um, mm or nm?"),
+    row("motion over a cell")
+        .of(|setup| over(setup.turned()?, setup.face?.cell(), UM))
+        .keys("motion.rotation, joint.grid")
+        .bounds(CELL)
+        .hint(
+            "slip is taken to be small: cells do not travel with it, \
+             and all wear is of the places that face each other at rest; rad, mrad or deg?",
+        ),
+    row("motion over what makes the joint slide")
+        .of(|setup| over_some(setup.turned()?, onset(setup)?, UM))
+        .keys("motion.rotation")
+        .bounds(MOTION)
+        .hint(
+            "far less turns nothing and wears nothing, far more is no fretting: rad, mrad or urad?",
+        ),
+    row("damping ratio")
+        .of(|setup| number(setup.response?.damping_ratio))
+        .keys("dynamics.damping_ratio")
+        // The best resonators in vacuum, with a quality of 1e5, and what hardly swings.
+        .bounds(ZeroOr(5e-6, 0.2))
+        .hint("a part, or percent?"),
+    row("damping ratio of the dashpots")
+        .of(dashpots)
+        .keys("structure.damping, structure.stiffness, structure.mass")
+        // Dashpots may be dampers.
+        .bounds(ZeroOr(5e-6, 0.7))
+        .hint("N s/m or N s/mm?"),
+    row("force over what friction holds")
+        .of(|setup| over(forces(setup)?[0], forces(setup)?[1], N))
+        .keys("dynamics.force, dynamics.base, contact.normal_load")
+        // Nothing slips at less, and no resonance multiplies as much.
+        .bounds(Between(1e-6, 10.0))
+        .hint("N, kN or mN?"),
+    row("force at resonance over what friction holds")
+        .of(at_resonance)
+        .keys("dynamics.force, dynamics.base, contact.normal_load")
+        // Of a rough face some asperities always slip.
+        .bounds(Of(|setup| match setup.recipe.surface() {
+            Some(_) => Some([1e-3, f64::INFINITY]),
+            None => Some([NO_SLIP, f64::INFINITY]),
+        }))
+        .hint("the joint does not slip at any frequency: N, kN or mN?")
+        .mostly(AtLeast(NO_SLIP))
+        .remark("the joint hardly slips and hardly wears; N, kN or mN?"),
+    row("tangential over normal stiffness of the contact")
+        .of(|setup| over(setup.springs()?[1], setup.springs()?[0], N_PER_UM))
+        .keys("contact.kt, contact.kn")
+        .bounds(Between(1e-2, 1e2))
+        .hint("N/um, N/nm or N/m?"),
+    row("stiffness of the contact over that of the springs")
+        .of(over_springs)
+        .keys("contact.kt, contact.kn, structure.stiffness")
+        .bounds(Between(2e-3, 500.0))
+        .hint("N/um, N/nm or N/m?"),
+    row("normal stiffness of the contact over that of a body as wide")
+        .of(|setup| over(setup.springs()?[0], body_stiffness(setup)?, N_PER_UM))
+        .keys("contact.kn")
+        .bounds(OVER_BODY)
+        .hint("N/um, N/nm or N/m?"),
+    row("tangential stiffness of the contact over that of a body as wide")
+        .of(|setup| over(setup.springs()?[1], body_stiffness(setup)?, N_PER_UM))
+        .keys("contact.kt")
+        .bounds(OVER_BODY)
+        .hint("N/um, N/nm or N/m?"),
+    row("frequency over the resonances of the oscillator")
+        .of(beside_oscillator)
+        .keys("dynamics.frequency, structure.mass, structure.stiffness")
+        .bounds(Between(0.125, 8.0))
+        .hint("no resonance is near: Hz or kHz, kg or g, N/m or N/um?"),
+    row("frequency over the first of a bar as long")
+        .of(beside_bar)
+        .keys("dynamics.frequency, structure, material")
+        .bounds(Between(1e-3, 30.0))
+        .hint("Hz or kHz, mm or m, kg or g?"),
+    row("mass")
+        .of(mass)
+        .keys("structure, material.density")
+        .unit(KG)
+        .bounds(Between(1e-6, 1e6))
+        .hint("kg or g, mm or m?"),
+    row("wear coefficient")
+        .of(|setup| number(setup.recipe.wear.as_ref()?.coefficient))
+        .keys("wear.coefficient")
+        .unit(UM3_PER_J)
+        // The hardest coatings, and what crumbles.
+        .bounds(Between(5e-18, 1e-12))
+        .hint(
+            "um^3/J, mm^3/J or m^3/J? steels have some 1e3 to 1e5 um^3/J; \
+             with wear.law = \"archard\" it is k/mu",
+        ),
+    row("number of cycles")
+        .of(|setup| number(setup.recipe.wear.as_ref()?.cycles? as f64))
+        .keys("wear.cycles")
+        // A hundred years of 300 a second.
+        .bounds(AtMost(1e12))
+        .hint("no machine makes as many"),
+    row("depth of a wear step over Rq")
+        .of(wear_step)
+        .keys("wear.depth_step")
+        .bounds(Between(1e-4, 5.0))
+        .hint("um, nm or mm?"),
+    row("worn depth at most, over Rq")
+        .of(worn)
+        .keys("wear.coefficient, wear.cycles, motion.amplitude")
+        // More is not wear of a joint.
+        .bounds(AtMost(1e4))
+        .hint("um^3/J, mm^3/J or m^3/J?")
+        .mostly(AtLeast(2e-3))
+        .remark("wear will hardly be seen; more cycles, um or nm?"),
+    row("depth of the volume asked for, over the side of the joint")
+        .of(asked_for)
+        .keys("wear.volume, joint.size")
+        // Wear alters faces, not bodies.
+        .bounds(AtMost(1e-2))
+        .hint("mm^3, um^3 or m^3?")
+        .mostly(Of(hundred_rq))
+        .remark("far more than the roughness is gone then; mm^3 or um^3?"),
+];
