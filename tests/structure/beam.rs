@@ -2,20 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use fretwear::material::{Elastic, Material};
 use fretwear::structure::StructureError;
 use fretwear::structure::assembly::{Spring, System};
 use fretwear::structure::element::Formulation;
 use fretwear::structure::mesh::Mesh;
 use fretwear::structure::modes::{ModeOptions, Modes, lowest, rigid_modes, shift};
 
-const STEEL: Material = Material {
-    elastic: Elastic {
-        youngs_modulus: 198.4e9,
-        poisson_ratio: 0.3,
-    },
-    density: 7949.0,
-};
+use super::STEEL;
+
 const SIZE: [f64; 3] = [0.4, 0.016, 0.022];
 
 fn modes_of(system: &System, options: &ModeOptions) -> Result<Modes, StructureError> {

@@ -7,14 +7,9 @@ use fretwear::structure::assembly::System;
 use fretwear::structure::element::{ElementMatrices, Formulation, matrices};
 use fretwear::structure::mesh::Mesh;
 
+use super::STEEL;
+
 const BOTH: [Formulation; 2] = [Formulation::Plain, Formulation::IncompatibleModes];
-const STEEL: Material = Material {
-    elastic: Elastic {
-        youngs_modulus: 198.4e9,
-        poisson_ratio: 0.3,
-    },
-    density: 7949.0,
-};
 const SHEAR: f64 = 198.4e9 / 2.6;
 /// Rounding of an element's 8 × 33 × 33 sums, relative to the largest number.
 const ROUNDING: f64 = 1e-12;

@@ -1,10 +1,11 @@
 //! Frequencies of matrices from elsewhere against closed forms, by the dense and by the sparse way.
 
-use std::collections::HashMap;
 use std::f64::consts::PI;
 
-use fretwear::structure::frequencies::lowest_frequencies;
+use fretwear::structure::frequencies::{Frequencies, lowest_frequencies};
 use fretwear::structure::matrices::{DOUBLE, Matrices, Triplets};
+
+use super::only_matrices;
 
 /// Springs of k between masses of m, in a row: ω = 2 √(k/m) sin(…).
 const K: f64 = 3e9;
@@ -19,20 +20,12 @@ fn matrices(size: usize, stiffness: Vec<(u32, u32, f64)>, mass: Vec<(u32, u32, f
         is_half: true,
         precision: DOUBLE,
     };
-    Matrices {
-        size,
-        dofs: None,
-        stiffness: Some(of(stiffness)),
-        mass: Some(of(mass)),
-        damping: None,
-        sets: HashMap::new(),
-        positions: HashMap::new(),
-        notes: Vec::new(),
-        outline: Vec::new(),
-        local_axes: Vec::new(),
-        unread: Vec::new(),
-        formats: Vec::new(),
-    }
+    only_matrices(of(stiffness), of(mass))
+}
+
+fn lowest(matrices: &Matrices, is_fixed: &[bool], count: usize) -> Frequencies {
+    let found = lowest_frequencies(matrices, is_fixed, count).expect("modes");
+    found.expect("both")
 }
 
 /// A chain of `count` masses, free at both ends; `between` massless points in each spring.
@@ -74,9 +67,7 @@ fn free_chains_with_and_without_massless_points() {
     // Dense below 450 rows, sparse above.
     for (count, between) in [(40, 0), (40, 3), (700, 0), (300, 2)] {
         let matrices = chain(count, between);
-        let found = lowest_frequencies(&matrices, &vec![false; matrices.size], 7)
-            .expect("modes")
-            .expect("both");
+        let found = lowest(&matrices, &vec![false; matrices.size], 7);
         assert_eq!(
             (found.rigid.len(), found.elastic.len(), found.is_singular),
             (1, 7, true),
@@ -92,9 +83,7 @@ fn chains_that_are_held_at_one_end() {
         let matrices = chain(count, between);
         let mut is_fixed = vec![false; matrices.size];
         is_fixed[0] = true;
-        let found = lowest_frequencies(&matrices, &is_fixed, 6)
-            .expect("modes")
-            .expect("both");
+        let found = lowest(&matrices, &is_fixed, 6);
         assert_eq!(
             (found.rigid.len(), found.fixed, found.is_singular),
             (0, 1, false),
@@ -118,9 +107,7 @@ fn many_loose_bodies() {
         }
         let all = matrices(bodies * count, stiffness, mass);
         let none = vec![false; all.size];
-        let found = lowest_frequencies(&all, &none, 3)
-            .expect("modes")
-            .expect("both");
+        let found = lowest(&all, &none, 3);
         assert_eq!((found.rigid.len(), found.elastic.len()), (bodies, 3));
         assert_near(&found.elastic, |_| free(count, 1));
     }
@@ -134,9 +121,7 @@ fn loose_rows_without_mass_are_left_out_or_steadied() {
     for matrix in [&mut matrices.stiffness, &mut matrices.mass] {
         matrix.as_mut().expect("both").size += 3;
     }
-    let found = lowest_frequencies(&matrices, &[false; 15], 4)
-        .expect("modes")
-        .expect("both");
+    let found = lowest(&matrices, &[false; 15], 4);
     assert_eq!((found.empty, found.rows, found.is_steadied), (3, 12, false));
     // Two of them joined to each other, and to nothing else: a body without mass.
     let stiffness = matrices.stiffness.as_mut().expect("K");
@@ -144,9 +129,7 @@ fn loose_rows_without_mass_are_left_out_or_steadied() {
     stiffness
         .entries
         .extend([(12, 12, K), (13, 13, K), (13, 12, -K)]);
-    let found = lowest_frequencies(&matrices, &[false; 15], 4)
-        .expect("modes")
-        .expect("both");
+    let found = lowest(&matrices, &[false; 15], 4);
     assert_eq!(
         (found.empty, found.rows, found.massless, found.is_steadied),
         (1, 14, 2, false)
@@ -164,9 +147,7 @@ fn loose_rows_without_mass_are_left_out_or_steadied() {
         (13, 0, -K),
     ];
     stiffness.entries.extend(pair);
-    let found = lowest_frequencies(&matrices, &[false; 15], 4)
-        .expect("modes")
-        .expect("both");
+    let found = lowest(&matrices, &[false; 15], 4);
     assert_eq!((found.empty, found.rows, found.massless), (1, 14, 0));
     assert!(found.is_singular);
     assert_near(&found.elastic, |mode| free(12, mode));
@@ -184,9 +165,7 @@ fn soft_springs_are_no_rigid_modes() {
         .expect("K")
         .entries
         .push((0, 0, soft));
-    let found = lowest_frequencies(&matrices, &[false; 25], 3)
-        .expect("modes")
-        .expect("both");
+    let found = lowest(&matrices, &[false; 25], 3);
     assert!(found.rigid.is_empty());
     let right = (soft / (M * count as f64)).sqrt() / (2.0 * PI);
     // The chain is not quite rigid on it.

@@ -16,6 +16,8 @@ use fretwear::structure::readers;
 use fretwear::structure::reduction::{ContactPorts, Reduced};
 use fretwear::structure::resonator::Resonator;
 
+use super::only_matrices;
+use super::reduction::coarse_resonator;
 use crate::support::Chance;
 
 /// Receptances of the reduced structure against direct solves, up to 0.12 of its highest kept frequency: what the series of the residual leaves.
@@ -95,20 +97,11 @@ fn matrices(blocks: &Blocks, unit: UnitSystem, turn: [[f64; 3]; 3]) -> Matrices 
     let at =
         |p: [f64; 3]| turn.map(|axis| (0..3).map(|d| axis[d] * p[d]).sum::<f64>() / unit.length);
     Matrices {
-        size: 3 * nodes,
         dofs: Some((0..3 * nodes).map(dof).collect()),
-        stiffness: Some(stiffness),
-        mass: Some(mass),
-        damping: None,
-        sets: HashMap::new(),
         positions: (blocks.positions.iter().enumerate())
             .map(|(n, p)| (n as i64 + 1, at(*p)))
             .collect(),
-        notes: Vec::new(),
-        outline: Vec::new(),
-        local_axes: Vec::new(),
-        unread: Vec::new(),
-        formats: Vec::new(),
+        ..only_matrices(stiffness, mass)
     }
 }
 
@@ -152,6 +145,37 @@ fn foot_and_pairs(blocks: &Blocks) -> (Vec<i64>, Vec<Pair>) {
     let foot = (1..=layer as i64).collect();
     let pairs = (0..layer).map(|n| ((lower + n) as i64 + 1, (lower - layer + n) as i64 + 1, None));
     (foot, pairs.collect())
+}
+
+/// The faces of both bodies as sets of nodes, which are asked for in small letters.
+fn as_sets(read: &mut Matrices, pairs: &[Pair]) -> Facing {
+    let top = pairs.iter().map(|pair| pair.0).collect();
+    let bottom = pairs.iter().map(|pair| pair.1).collect();
+    read.sets.insert("TOP".to_owned(), top);
+    read.sets.insert("BOTTOM".to_owned(), bottom);
+    Facing::Sets {
+        upper: "top".to_owned(),
+        lower: "bottom".to_owned(),
+    }
+}
+
+/// The joint of the blocks, which are held at the foot.
+fn on_foot(
+    read: &Matrices,
+    facing: &Facing,
+    size: [f64; 2],
+    elements: Option<[usize; 2]>,
+) -> Result<Imported, ImportError> {
+    let options = Options {
+        unit: UnitSystem::default(),
+        fixed: Some("1-30"),
+        facing,
+        wanted: &Wanted::default(),
+        size,
+        elements,
+        points: &[],
+    };
+    Imported::new(read, &options)
 }
 
 fn import(
@@ -451,16 +475,7 @@ fn resonator_from_matrices_is_the_resonator() {
     let geometry = Resonator {
         lap_cells: 15,
         half_depth_cells: 3,
-        block_cells: 3,
-        stub_cells: 1,
-        gap_cells: 1,
-        leaf_cells: 2,
-        window_cells: 4,
-        wall_cells: 2,
-        inner_cells: 2,
-        rim_cells: 2,
-        head_cells: 1,
-        ..Resonator::default()
+        ..coarse_resonator()
     };
     let model = geometry.mesh().expect("a mesh");
     let system =
@@ -469,21 +484,14 @@ fn resonator_from_matrices_is_the_resonator() {
         node: row as i64 / 3 + 1,
         direction: row as u32 % 3 + 1,
     };
+    let stiffness = entries(&[&system.stiffness], 1.0);
+    let mass = entries(&[&system.mass], 1.0);
     let matrices = Matrices {
-        size: system.size(),
         dofs: Some((0..system.size()).map(dof).collect()),
-        stiffness: Some(entries(&[&system.stiffness], 1.0)),
-        mass: Some(entries(&[&system.mass], 1.0)),
-        damping: None,
-        sets: HashMap::new(),
         positions: (model.mesh.nodes.iter().enumerate())
             .map(|(n, p)| (n as i64 + 1, *p))
             .collect(),
-        notes: Vec::new(),
-        outline: Vec::new(),
-        local_axes: Vec::new(),
-        unread: Vec::new(),
-        formats: Vec::new(),
+        ..only_matrices(stiffness, mass)
     };
     let mut pairs: Vec<(i64, i64, Option<f64>)> = (model.contacts.iter())
         .flat_map(|face| face.pairs)
@@ -552,26 +560,8 @@ fn weights_reproduce_what_is_linear_over_the_joint() {
             }
         }
     }
-    read.sets
-        .insert("TOP".to_owned(), pairs.iter().map(|p| p.0).collect());
-    read.sets
-        .insert("BOTTOM".to_owned(), pairs.iter().map(|p| p.1).collect());
-    let facing = Facing::Sets {
-        upper: "TOP".to_owned(),
-        lower: "BOTTOM".to_owned(),
-    };
-    let with = |elements: Option<[usize; 2]>| {
-        let options = Options {
-            unit: UnitSystem::default(),
-            fixed: Some("1-30"),
-            facing: &facing,
-            wanted: &Wanted::default(),
-            size: SIZE,
-            elements,
-            points: &[],
-        };
-        Imported::new(&read, &options)
-    };
+    let facing = as_sets(&mut read, &pairs);
+    let with = |elements: Option<[usize; 2]>| on_foot(&read, &facing, SIZE, elements);
     let refused = with(None);
     assert!(
         matches!(
@@ -678,23 +668,9 @@ fn one_face_may_be_larger_than_the_other() {
         .map(|p| p.0)
         .filter(|node| within(*node))
         .collect();
+    let facing = as_sets(&mut read, &pairs);
     read.sets.insert("TOP".to_owned(), top.clone());
-    read.sets
-        .insert("BOTTOM".to_owned(), pairs.iter().map(|p| p.1).collect());
-    let facing = Facing::Sets {
-        upper: "top".to_owned(),
-        lower: "bottom".to_owned(),
-    };
-    let options = Options {
-        unit: UnitSystem::default(),
-        fixed: Some("1-30"),
-        facing: &facing,
-        wanted: &Wanted::default(),
-        size: [x, y],
-        elements: None,
-        points: &[],
-    };
-    let imported = Imported::new(&read, &options).expect("a joint");
+    let imported = on_foot(&read, &facing, [x, y], None).expect("a joint");
     assert_eq!(imported.interface.array.counts, [3, 2]);
     let ports = imported.ports(ContactPorts::Nodes).expect("ports");
     assert_eq!(ports.contacts, top.len());
@@ -717,24 +693,8 @@ fn faces_that_do_not_meet_are_told() {
                 *at = [0, 1, 2].map(|d| at[d] + shift[d]);
             }
         }
-        read.sets
-            .insert("TOP".to_owned(), pairs.iter().map(|p| p.0).collect());
-        read.sets
-            .insert("BOTTOM".to_owned(), pairs.iter().map(|p| p.1).collect());
-        let facing = Facing::Sets {
-            upper: "top".to_owned(),
-            lower: "bottom".to_owned(),
-        };
-        let options = Options {
-            unit: UnitSystem::default(),
-            fixed: Some("1-30"),
-            facing: &facing,
-            wanted: &Wanted::default(),
-            size: SIZE,
-            elements: None,
-            points: &[],
-        };
-        Imported::new(&read, &options)
+        let facing = as_sets(&mut read, &pairs);
+        on_foot(&read, &facing, SIZE, None)
     };
     let notes = |shift| found(shift).expect("a joint").doubts.join("\n");
     assert!(!notes([0.0; 3]).contains("apart"));

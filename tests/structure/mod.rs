@@ -17,8 +17,38 @@ mod solids;
 mod superelement;
 mod ties;
 
+use std::collections::HashMap;
+
 use fretwear::linalg::{Matrix, SparseSymmetric};
+use fretwear::material::{Elastic, Material};
 use fretwear::structure::assembly::System;
+use fretwear::structure::matrices::{Matrices, Triplets};
+
+const STEEL: Material = Material {
+    elastic: Elastic {
+        youngs_modulus: 198.4e9,
+        poisson_ratio: 0.3,
+    },
+    density: 7949.0,
+};
+
+/// Stiffness and mass, of which nothing else is known.
+fn only_matrices(stiffness: Triplets, mass: Triplets) -> Matrices {
+    Matrices {
+        size: stiffness.size,
+        dofs: None,
+        stiffness: Some(stiffness),
+        mass: Some(mass),
+        damping: None,
+        sets: HashMap::new(),
+        positions: HashMap::new(),
+        notes: Vec::new(),
+        outline: Vec::new(),
+        local_axes: Vec::new(),
+        unread: Vec::new(),
+        formats: Vec::new(),
+    }
+}
 
 fn dense(matrix: &SparseSymmetric) -> Matrix {
     let mut full = Matrix::zeros(matrix.size(), matrix.size());

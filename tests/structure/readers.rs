@@ -33,14 +33,15 @@ fn numbers(value: &Value) -> Vec<f64> {
 }
 
 pub fn given(names: &[&str]) -> Matrices {
-    let inputs: Vec<Input> = names
-        .iter()
-        .map(|name| Input {
-            path: sample(name),
-            role: None,
-        })
-        .collect();
-    read(&inputs, None).unwrap_or_else(|error| panic!("{error}"))
+    read(&inputs(names), None).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn inputs(names: &[&str]) -> Vec<Input> {
+    let input = |name: &&str| Input {
+        path: sample(name),
+        role: None,
+    };
+    names.iter().map(input).collect()
 }
 
 fn dense(matrix: &Triplets) -> Matrix {
@@ -415,14 +416,8 @@ fn malformed_files_are_told_by_line_and_by_what_would_be_right() {
 #[test]
 fn files_that_do_not_belong_together_are_refused() {
     let said = |names: &[&str]| {
-        let inputs: Vec<Input> = names
-            .iter()
-            .map(|name| Input {
-                path: sample(name),
-                role: None,
-            })
-            .collect();
-        read(&inputs, None).expect_err("no structure").to_string()
+        let error = read(&inputs(names), None).expect_err("no structure");
+        error.to_string()
     };
     let two = said(&["coordinate_K.mtx", "general_K.mtx"]);
     assert!(

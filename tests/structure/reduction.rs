@@ -12,7 +12,7 @@ use fretwear::structure::reduction::{ContactPorts, Ports, Reduced, reduce};
 use fretwear::structure::resonator::{Facing, Resonator};
 
 /// A resonator of the same proportions with few cells.
-fn coarse_resonator() -> Resonator {
+pub fn coarse_resonator() -> Resonator {
     Resonator {
         lap_cells: 9,
         half_depth_cells: 2,

@@ -2,14 +2,9 @@
 
 use fretwear::surface::readers::{ReadOptions, ReadProblem, read};
 
+use super::AS_STATED;
 use super::malformed::{failure, says};
 use super::writers::file;
-
-const AS_STATED: ReadOptions = ReadOptions {
-    height_unit: None,
-    lateral_unit: None,
-    spacing: None,
-};
 
 /// 3 points along x, 2 along y \[m\], line by line.
 const LINES: [[f32; 3]; 2] = [[0.07, 0.08, 0.09], [-0.01, 0.02, 0.03]];

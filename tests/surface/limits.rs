@@ -6,17 +6,7 @@ use fretwear::surface::readers::{ReadOptions, ReadProblem, read};
 
 use super::malformed::{failure, says};
 use super::writers::{Sur, file, npy, sur, x3p_description, zip};
-
-const AS_STATED: ReadOptions = ReadOptions {
-    height_unit: None,
-    lateral_unit: None,
-    spacing: None,
-};
-
-const MICROMETRES: ReadOptions = ReadOptions {
-    height_unit: Some(1e-6),
-    ..AS_STATED
-};
+use super::{AS_STATED, MICROMETRES};
 
 /// Some times what such a file takes on a loaded machine; a time that goes with the square of its length is some ten times this.
 const SECONDS: f64 = 3.0;

@@ -3,18 +3,7 @@
 use fretwear::surface::readers::{ReadOptions, ReadProblem, read};
 
 use super::writers::{Sur, file, npy, sur, x3p_description, zip};
-
-const MICROMETRES: ReadOptions = ReadOptions {
-    height_unit: Some(1e-6),
-    lateral_unit: None,
-    spacing: None,
-};
-
-const AS_STATED: ReadOptions = ReadOptions {
-    height_unit: None,
-    lateral_unit: None,
-    spacing: None,
-};
+use super::{AS_STATED, MICROMETRES};
 
 /// The message of the failure, after checking that it names the file.
 pub fn failure(

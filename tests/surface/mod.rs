@@ -14,6 +14,20 @@ mod statistics;
 mod writers;
 
 use fretwear::grid::{Grid, Patch};
+use fretwear::surface::readers::ReadOptions;
+
+/// A file that states its units.
+const AS_STATED: ReadOptions = ReadOptions {
+    height_unit: None,
+    lateral_unit: None,
+    spacing: None,
+};
+
+/// A file that does not, with heights in micrometres.
+const MICROMETRES: ReadOptions = ReadOptions {
+    height_unit: Some(1e-6),
+    ..AS_STATED
+};
 
 /// A joint that is neither square nor of square cells.
 fn joint(cells: [usize; 2]) -> Grid {

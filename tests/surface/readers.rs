@@ -12,18 +12,7 @@ use parquet::file::metadata::{ParquetMetaDataReader, ParquetMetaDataWriter};
 use parquet::file::properties::WriterProperties;
 
 use super::writers::{Sur, file, npy, sur, x3p_description, zip};
-
-const MICROMETRES: ReadOptions = ReadOptions {
-    height_unit: Some(1e-6),
-    lateral_unit: None,
-    spacing: None,
-};
-
-const AS_STATED: ReadOptions = ReadOptions {
-    height_unit: None,
-    lateral_unit: None,
-    spacing: None,
-};
+use super::{AS_STATED, MICROMETRES};
 
 /// A product of a unit and a number against the number written out: one rounding.
 const ROUNDING: f64 = 1e-15;

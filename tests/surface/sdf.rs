@@ -2,14 +2,9 @@
 
 use fretwear::surface::readers::{ReadOptions, ReadProblem, read};
 
+use super::AS_STATED;
 use super::malformed::{failure, says};
 use super::writers::file;
-
-const AS_STATED: ReadOptions = ReadOptions {
-    height_unit: None,
-    lateral_unit: None,
-    spacing: None,
-};
 
 /// A product of a unit and a number against the number written out: one rounding.
 const ROUNDING: f64 = 1e-15;
