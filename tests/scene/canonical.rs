@@ -4,7 +4,7 @@ use std::fs;
 
 use fretwear::json::differences;
 
-use super::{CASE, Folder, case, case_with};
+use super::{CASE, case, case_with, scene_of};
 
 /// [`CASE`] in other units, another order and other words for the defaults.
 const SAME: &str = r#"title = "Another title"
@@ -40,9 +40,7 @@ preset = "balanced"
 
 #[test]
 fn equal_scenes_in_other_units_are_equal() {
-    let other = Folder::new()
-        .with("same.toml", SAME)
-        .scene("same.toml", &[]);
+    let other = scene_of(SAME, &[]);
     let case = case_with(&[]);
     assert_eq!(differences(&case.canonical(), &other.canonical()), []);
     assert_eq!(

@@ -1,6 +1,6 @@
 //! Faults of the vibration and of what follows from it, word for word.
 
-use super::{Folder, ROUGH, replaced};
+use super::{ROUGH, assert_faults, message_of};
 
 /// What is replaced in the rough joint, by what, and the message.
 const OF_DYNAMICS: &[(&str, &str, &str)] = &[
@@ -354,21 +354,14 @@ response_at = [0, 1e8]
 
 #[test]
 fn faults_of_dynamics() {
-    for (from, to, expected) in OF_DYNAMICS.iter().chain(OF_WEAR) {
-        let folder = Folder::new().with("case.toml", &replaced(ROUGH, from, to));
-        let faults = folder.faults("case.toml", &[]);
-        assert!(
-            faults.iter().any(|fault| fault == expected),
-            "{from} => {to}: {faults:#?}"
-        );
-    }
+    assert_faults(ROUGH, OF_DYNAMICS);
+    assert_faults(ROUGH, OF_WEAR);
 }
 
 #[test]
 fn an_update_in_one_word() {
-    let folder = Folder::new().with("case.toml", ROUGH);
     assert_eq!(
-        folder.message("case.toml", &["update=no"]),
+        message_of(ROUGH, &["update=no"]),
         r#"--set update=no: update = "no": must be "never" or a table such as { stiffness_change = 0.10 }"#
     );
 }
@@ -381,14 +374,12 @@ fn lists_of_too_many() {
         ("output.response_at", 10_001, 10_000),
     ] {
         let set = format!("{key}=[{}]", numbers(count));
-        let message = Folder::new()
-            .with("case.toml", ROUGH)
-            .message("case.toml", &[&set]);
+        let message = message_of(ROUGH, &[&set]);
         let end = format!(": {key} = (a list of {count}): must be a list of at most {limit}");
         assert!(message.ends_with(&end), "{message}");
     }
-    let message = Folder::new().with("case.toml", ROUGH).message(
-        "case.toml",
+    let message = message_of(
+        ROUGH,
         &["wear.volume=1 mm^3", "output.response_at=[0, 1e17]"],
     );
     assert!(

@@ -1,6 +1,6 @@
 //! Every fault, word for word: the message names the file and the line, the key, the value, and what would be right.
 
-use super::{Folder, edited};
+use super::{CASE, Folder, assert_faults, edited, message_of};
 
 /// What is replaced in the case, by what, and the message.
 const IN_FILE: &[(&str, &str, &str)] = &[
@@ -434,14 +434,7 @@ tolerance = 2",
 
 #[test]
 fn faults_in_a_file() {
-    for (from, to, expected) in IN_FILE {
-        let folder = Folder::new().with("case.toml", &edited(from, to));
-        let faults = folder.faults("case.toml", &[]);
-        assert!(
-            faults.iter().any(|fault| fault == expected),
-            "{from} => {to}: {faults:#?}"
-        );
-    }
+    assert_faults(CASE, IN_FILE);
 }
 
 #[test]
@@ -461,9 +454,7 @@ fn syntax() {
         ("seed = 3", "seed = 3 mm", "line 13"),
     ];
     for (from, to, line) in broken {
-        let message = Folder::new()
-            .with("case.toml", &edited(from, to))
-            .message("case.toml", &[]);
+        let message = message_of(&edited(from, to), &[]);
         assert!(
             message.starts_with("case.toml: is not valid TOML: ") && message.contains(line),
             "{message}"
@@ -495,17 +486,15 @@ fn what_is_no_file() {
     let message = folder.message("based.toml", &[]);
     assert!(message.contains("it is a pipe or a device"), "{message}");
     // A link to a file is one.
-    let folder = folder.with("case.toml", super::CASE);
+    let folder = folder.with("case.toml", CASE);
     std::os::unix::fs::symlink(folder.path("case.toml"), folder.path("link.toml")).expect("a link");
     folder.scene("link.toml", &[]);
 }
 
 #[test]
 fn a_file_of_too_many_bytes() {
-    let long = format!("{}# {}\n", super::CASE, "x".repeat(16 << 20));
-    let message = Folder::new()
-        .with("case.toml", &long)
-        .message("case.toml", &[]);
+    let long = format!("{CASE}# {}\n", "x".repeat(16 << 20));
+    let message = message_of(&long, &[]);
     assert!(
         message.starts_with("case.toml: cannot be read: it has 167")
             && message.ends_with("at most 16777216 are read"),
@@ -519,7 +508,7 @@ const SECONDS: u64 = 4;
 #[test]
 fn a_file_of_many_keys() {
     let keys: String = (0..60_000).map(|k| format!("k{k} = {k}\n")).collect();
-    let folder = Folder::new().with("case.toml", &format!("{}{keys}", super::CASE));
+    let folder = Folder::new().with("case.toml", &format!("{CASE}{keys}"));
     let begin = std::time::Instant::now();
     let faults = folder.faults("case.toml", &[]);
     assert!(begin.elapsed().as_secs() < SECONDS, "{:?}", begin.elapsed());
@@ -545,9 +534,7 @@ fn deep_nesting() {
         format!("a = {}{}", "[".repeat(deep), "]".repeat(deep)),
         format!("a = {}1{}", "{a=".repeat(deep), "}".repeat(deep)),
     ] {
-        let message = Folder::new()
-            .with("case.toml", &text)
-            .message("case.toml", &[]);
+        let message = message_of(&text, &[]);
         assert!(message.starts_with("case.toml: is not valid TOML: "));
     }
 }

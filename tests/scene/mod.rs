@@ -192,7 +192,36 @@ fn case() -> Folder {
 
 /// [`CASE`] with `--set`.
 fn case_with(sets: &[&str]) -> Scene {
-    case().scene("case.toml", sets)
+    scene_of(CASE, sets)
+}
+
+/// A scene that is written so.
+fn scene_of(text: &str, sets: &[&str]) -> Scene {
+    let folder = Folder::new().with("case.toml", text);
+    folder.scene("case.toml", sets)
+}
+
+/// What is wrong with a scene that is written so, each fault alone.
+fn faults_of(text: &str, sets: &[&str]) -> Vec<String> {
+    let folder = Folder::new().with("case.toml", text);
+    folder.faults("case.toml", sets)
+}
+
+/// The message that such a scene fails with.
+fn message_of(text: &str, sets: &[&str]) -> String {
+    let folder = Folder::new().with("case.toml", text);
+    folder.message("case.toml", sets)
+}
+
+/// Rows of what is replaced in a case, by what, and the message of a fault.
+fn assert_faults(case: &str, rows: &[(&str, &str, &str)]) {
+    for (from, to, expected) in rows {
+        let faults = faults_of(&replaced(case, from, to), &[]);
+        assert!(
+            faults.iter().any(|fault| fault == expected),
+            "{from} => {to}: {faults:#?}"
+        );
+    }
 }
 
 /// A scene with one text replaced by another.

@@ -1,6 +1,6 @@
 //! Faults on the command line and sections that are not there, word for word.
 
-use super::{CASE, Folder, case};
+use super::{CASE, case, message_of};
 
 /// What is set on the command line, and the message.
 const IN_SET: &[(&[&str], &str)] = &[
@@ -221,8 +221,7 @@ amplitude = ["5 um", "0 um"]"#,
 #[test]
 fn missing_sections() {
     for (section, expected) in LEFT_OUT {
-        let folder = Folder::new().with("case.toml", &without(section));
-        assert_eq!(folder.message("case.toml", &[]), *expected, "{section}");
+        assert_eq!(message_of(&without(section), &[]), *expected, "{section}");
     }
 }
 

@@ -1,6 +1,6 @@
 //! Faults of structures and their contacts, word for word.
 
-use super::{Folder, OSCILLATOR, ROUGH, SPRINGS, replaced};
+use super::{OSCILLATOR, ROUGH, SPRINGS, assert_faults};
 
 /// What is replaced in the rough joint, by what, and the message.
 const IN_ROUGH: &[(&str, &str, &str)] = &[
@@ -484,18 +484,7 @@ normal_load = "1 kN"
 
 #[test]
 fn faults_of_structures() {
-    for (case, rows) in [
-        (ROUGH, IN_ROUGH),
-        (SPRINGS, IN_SPRINGS),
-        (OSCILLATOR, IN_OSCILLATOR),
-    ] {
-        for (from, to, expected) in rows {
-            let folder = Folder::new().with("case.toml", &replaced(case, from, to));
-            let faults = folder.faults("case.toml", &[]);
-            assert!(
-                faults.iter().any(|fault| fault == expected),
-                "{from} => {to}: {faults:#?}"
-            );
-        }
-    }
+    assert_faults(ROUGH, IN_ROUGH);
+    assert_faults(SPRINGS, IN_SPRINGS);
+    assert_faults(OSCILLATOR, IN_OSCILLATOR);
 }

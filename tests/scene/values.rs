@@ -9,7 +9,7 @@ use fretwear::scene::{
 };
 use fretwear::wear::cycle::March;
 
-use super::{Folder, Sections, absolute, case, case_with, edited};
+use super::{Sections, absolute, case, case_with, edited, scene_of};
 
 #[test]
 fn a_case_with_its_defaults() {
@@ -90,9 +90,7 @@ fn one_body_may_differ() {
         "[surface]",
         "density = \"7949 kg/m^3\"\n[material.upper]\nyoungs_modulus = \"70 GPa\"\ndensity = \"2.7 g/cm^3\"\n[surface]",
     );
-    let scene = Folder::new()
-        .with("case.toml", &text)
-        .scene("case.toml", &[]);
+    let scene = scene_of(&text, &[]);
     let (lower, upper) = (scene.the_material().lower, scene.the_material().upper);
     assert_eq!(
         (lower.elastic.youngs_modulus, lower.density),
@@ -316,9 +314,7 @@ fn single_overrides_beat_the_preset() {
 #[test]
 fn a_run_may_stop_by_volume_alone() {
     let text = edited("cycles = 10_000_000", "volume = \"1 mm^3\"");
-    let scene = Folder::new()
-        .with("case.toml", &text)
-        .scene("case.toml", &[]);
+    let scene = scene_of(&text, &[]);
     let wear = scene.wear.expect("a [wear] section");
     assert_eq!((wear.cycles, wear.volume), (None, Some(1e-9)));
 }
@@ -368,9 +364,7 @@ fn a_periodic_joint_may_have_a_hole() {
 fn a_static_contact_needs_no_friction() {
     let text = edited("friction_coefficient = 0.6\n", "");
     let start = text.find("[motion]").expect("a motion");
-    let scene = Folder::new()
-        .with("case.toml", &text[..start])
-        .scene("case.toml", &[]);
+    let scene = scene_of(&text[..start], &[]);
     assert_eq!(scene.the_contact().friction_coefficient, None);
     assert_eq!((scene.motion, scene.wear), (None, None));
     // The case itself is not affected by its copy.

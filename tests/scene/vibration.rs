@@ -8,7 +8,7 @@ use fretwear::scene::{
     Rayleigh, Resonator, Scene, Stiffness, Structure, Update,
 };
 
-use super::{CASE, Folder, OSCILLATOR, ROUGH, SPRINGS, Sections, case_with};
+use super::{CASE, Folder, OSCILLATOR, ROUGH, SPRINGS, Sections, case_with, message_of, scene_of};
 
 /// Rounding of a natural frequency: a few operations.
 const ROUNDING: f64 = 1e-14;
@@ -26,12 +26,6 @@ kind = "resonator"
 force = { amplitude = "1000 N" }
 frequency = ["900 Hz", "1050 Hz"]
 "#;
-
-fn of(text: &str, sets: &[&str]) -> Scene {
-    Folder::new()
-        .with("case.toml", text)
-        .scene("case.toml", sets)
-}
 
 fn resonator(scene: &Scene) -> Resonator {
     match &scene.structure {
@@ -53,7 +47,7 @@ fn port(at: &str, axis: usize) -> Port {
 
 #[test]
 fn a_rough_joint_in_a_structure_with_its_defaults() {
-    let scene = of(ROUGH, &[]);
+    let scene = scene_of(ROUGH, &[]);
     let expected = Resonator {
         lap_length: 0.04,
         arm_height: 0.038,
@@ -73,7 +67,7 @@ fn a_rough_joint_in_a_structure_with_its_defaults() {
         (["fidelity.preset=reference"], Stiffness::Sliders),
     ] {
         assert_eq!(
-            of(ROUGH, &sets).the_contact().stiffness,
+            scene_of(ROUGH, &sets).the_contact().stiffness,
             expected,
             "{sets:?}"
         );
@@ -107,7 +101,7 @@ fn a_rough_joint_in_a_structure_with_its_defaults() {
 
 #[test]
 fn every_dimension_of_the_resonator_is_a_key() {
-    let scene = of(
+    let scene = scene_of(
         ROUGH,
         &[
             "joint.elements=[21, 21]",
@@ -173,7 +167,10 @@ fn every_dimension_of_the_resonator_is_a_key() {
 /// The hole of a resonator is that of its mesh, whether or not it is named, and so are the cells.
 #[test]
 fn the_hole_of_a_resonator_is_a_staircase() {
-    let (plain, named) = (of(ROUGH, &[]), of(ROUGH, &["joint.hole.diameter=11 mm"]));
+    let (plain, named) = (
+        scene_of(ROUGH, &[]),
+        scene_of(ROUGH, &["joint.hole.diameter=11 mm"]),
+    );
     assert_eq!(plain.canonical(), named.canonical());
     let rough = plain.rough().expect("a rough joint");
     let element = 0.04 * 0.038 / 361.0;
@@ -181,13 +178,13 @@ fn the_hole_of_a_resonator_is_a_staircase() {
     assert_eq!(rough.patch().cells(), 340 * 4 * 3);
     assert!((rough.patch().area() / (340.0 * element) - 1.0).abs() < ROUNDING);
     for set in ["joint.hole.diameter=8.6 mm", "joint.hole.diameter=12.6 mm"] {
-        of(ROUGH, &[set]);
+        scene_of(ROUGH, &[set]);
     }
 }
 
 #[test]
 fn given_stiffness_needs_no_surface_and_no_grid() {
-    let scene = of(SPRINGS, &[]);
+    let scene = scene_of(SPRINGS, &[]);
     assert_eq!((&scene.surface, scene.the_joint().grid), (&None, None));
     assert_eq!(scene.the_joint().elements, Some([19; 2]));
     let contact = scene.the_contact();
@@ -208,11 +205,11 @@ fn given_stiffness_needs_no_surface_and_no_grid() {
 #[test]
 fn a_contact_may_be_open_at_rest_and_without_friction() {
     let open = SPRINGS.replace("normal_load = \"30 kN\"", "gap = \"2 um\"");
-    let contact = of(&open, &[]).contact.expect("a contact");
+    let contact = scene_of(&open, &[]).contact.expect("a contact");
     assert_eq!(contact.normal_load, 0.0);
     assert_eq!(contact.given.map(|given| given.gap), Some(2e-6));
     let smooth = SPRINGS.replace("friction_coefficient = 0.6\n", "");
-    let contact = of(&smooth, &["contact.kt=0 N/um"])
+    let contact = scene_of(&smooth, &["contact.kt=0 N/um"])
         .contact
         .expect("a contact");
     assert_eq!(contact.friction_coefficient, None);
@@ -220,7 +217,7 @@ fn a_contact_may_be_open_at_rest_and_without_friction() {
         ["contact.friction_coefficient=0", "contact.normal_load=0 N"],
         ["contact.kn=0 N/um", "contact.normal_load=1 N"],
     ] {
-        of(SPRINGS, &sets);
+        scene_of(SPRINGS, &sets);
     }
 }
 
@@ -231,22 +228,20 @@ fn a_bolt_loosens_only_with_wear() {
     assert_eq!(case_with(&[set]).the_contact().bolt_stiffness, Some(5e8));
     let end = CASE.find("[motion]").expect("a motion");
     assert_eq!(
-        Folder::new()
-            .with("case.toml", &CASE[..end])
-            .message("case.toml", &[set]),
+        message_of(&CASE[..end], &[set]),
         "--set contact.bolt_stiffness=500 N/um: contact.bolt_stiffness = \"500 N/um\": it makes the load fall as the joint wears, and there is no [wear]; leave it out"
     );
 }
 
 #[test]
 fn without_contact_the_joint_is_bonded() {
-    let scene = of(BONDED, &[]);
+    let scene = scene_of(BONDED, &[]);
     assert!(scene.contact.is_none() && resonator(&scene).tied);
 }
 
 #[test]
 fn an_oscillator_with_its_defaults() {
-    let scene = of(OSCILLATOR, &[]);
+    let scene = scene_of(OSCILLATOR, &[]);
     let expected = Structure::Oscillator {
         springs: Vec::new(),
         mass: [1.0; 3],
@@ -258,7 +253,7 @@ fn an_oscillator_with_its_defaults() {
     let dynamics = dynamics(&scene);
     assert_eq!(dynamics.response, port("mass", 0));
     assert_eq!(dynamics.damping_ratio, 0.0);
-    let three = of(
+    let three = scene_of(
         OSCILLATOR,
         &[
             r#"structure.mass=["1 kg", "2000 g", "0.003 t"]"#,
@@ -284,17 +279,16 @@ fn rayleigh_damping() {
         stiffness: 2e-6,
     };
     for text in [OSCILLATOR, SPRINGS, ROUGH] {
-        let scene = of(text, &[set]);
+        let scene = scene_of(text, &[set]);
         assert_eq!(dynamics(&scene).rayleigh, Some(expected));
         assert_eq!(dynamics(&scene).damping_ratio, 0.0);
-        let both = of(text, &[set, "dynamics.damping_ratio=0.003"]);
+        let both = scene_of(text, &[set, "dynamics.damping_ratio=0.003"]);
         assert_eq!(dynamics(&both).rayleigh, Some(expected));
         assert_eq!(dynamics(&both).damping_ratio, 0.003);
         // No damping is none.
-        let nothing = of(text, &["dynamics.rayleigh.mass=0 1/s"]);
+        let nothing = scene_of(text, &["dynamics.rayleigh.mass=0 1/s"]);
         assert_eq!(dynamics(&nothing).rayleigh, None);
     }
-    let folder = Folder::new().with("case.toml", SPRINGS);
     for (set, message) in [
         (
             "dynamics.rayleigh.mass=-1 1/s",
@@ -305,7 +299,7 @@ fn rayleigh_damping() {
             r#"dynamics.rayleigh.stiffness: "2" has no unit; a time is wanted, such as "2 us" or "2 s" or "2 h""#,
         ),
     ] {
-        let found = folder.message("case.toml", &[set]);
+        let found = message_of(SPRINGS, &[set]);
         assert!(found.ends_with(message), "{found}");
     }
 }
@@ -320,7 +314,7 @@ stiffness = "4 N/um"
 #[test]
 fn a_ground_that_moves() {
     let base = r#"dynamics.base={ acceleration = "5 m/s^2", direction = "y", phase = "90 deg" }"#;
-    let scene = of(UNDRIVEN, &[base]);
+    let scene = scene_of(UNDRIVEN, &[base]);
     let expected = Base {
         motion: BaseMotion::Acceleration(5.0),
         axis: 1,
@@ -337,7 +331,7 @@ fn a_ground_that_moves() {
     // One or the other motion, beside forces too; a force of harmonic 1 is then the drive.
     let base = r#"base = { acceleration = "5 m/s^2", direction = "z", harmonic = 4 }"#;
     let text = format!("{OSCILLATOR}{base}\n");
-    let scene = of(&text, &["dynamics.base.displacement=2 um"]);
+    let scene = scene_of(&text, &["dynamics.base.displacement=2 um"]);
     let found = dynamics(&scene);
     assert_eq!(
         found
@@ -435,7 +429,7 @@ fn the_frequencies_of_an_oscillator() {
         ),
     ];
     for (text, sets, expected) in cases {
-        let found = dynamics(&of(text, &sets)).frequency;
+        let found = dynamics(&scene_of(text, &sets)).frequency;
         for (found, expected) in found.into_iter().zip(expected) {
             assert!(
                 (found / expected - 1.0).abs() < ROUNDING,
@@ -448,7 +442,7 @@ fn the_frequencies_of_an_oscillator() {
 #[test]
 fn forces_as_a_list() {
     let list = r#"dynamics.force=[{ amplitude = "5 N" }, { amplitude = "4 N", direction = "y", phase = "90 deg" }, { amplitude = "-3 N", direction = "z", harmonic = 0 }, { amplitude = "2 N", harmonic = 3 }]"#;
-    let scene = of(OSCILLATOR, &[list, "dynamics.harmonics=[3, 1, 0]"]);
+    let scene = scene_of(OSCILLATOR, &[list, "dynamics.harmonics=[3, 1, 0]"]);
     let dynamics = dynamics(&scene);
     let force = |amplitude, axis, phase, harmonic| Force {
         amplitude,
@@ -471,13 +465,13 @@ fn forces_as_a_list() {
         "[dynamics]\nforce = { amplitude = \"100 N\" }\n",
         "[[dynamics.force]]\namplitude = \"1 N\"\nharmonic = 2\n[[dynamics.force]]\namplitude = \"2 N\"\ndirection = \"z\"\n",
     );
-    let scene = of(&text, &[]);
+    let scene = scene_of(&text, &[]);
     assert_eq!(scene.dynamics.expect("dynamics").response, port("mass", 2));
 }
 
 #[test]
 fn what_else_a_response_may_be() {
-    let scene = of(
+    let scene = scene_of(
         ROUGH,
         &[
             "dynamics.response={ at = \"block\", direction = \"y\" }",
@@ -511,7 +505,7 @@ fn what_else_a_response_may_be() {
 
 #[test]
 fn updates_and_their_alternatives() {
-    let update = |sets: &[&str]| of(ROUGH, sets).update;
+    let update = |sets: &[&str]| scene_of(ROUGH, sets).update;
     assert_eq!(
         update(&["update.iterations=5"]),
         Some(Update::Iterations(5))
@@ -537,7 +531,7 @@ fn updates_and_their_alternatives() {
 
 #[test]
 fn samples_of_a_cycle_follow_the_preset_and_the_harmonics() {
-    let samples = |sets: &[&str]| of(ROUGH, sets).fidelity.aft_samples;
+    let samples = |sets: &[&str]| scene_of(ROUGH, sets).fidelity.aft_samples;
     for (preset, expected) in [
         ("paper", 32),
         ("fast", 32),
@@ -546,7 +540,7 @@ fn samples_of_a_cycle_follow_the_preset_and_the_harmonics() {
     ] {
         let set = format!("fidelity.preset={preset}");
         assert_eq!(samples(&[&set]), expected);
-        let oscillator = of(OSCILLATOR, &[&set]).fidelity.aft_samples;
+        let oscillator = scene_of(OSCILLATOR, &[&set]).fidelity.aft_samples;
         assert_eq!(oscillator, 8 * expected);
     }
     assert_eq!(samples(&["dynamics.harmonics=[0, 1, 50]"]), 500);
@@ -555,7 +549,7 @@ fn samples_of_a_cycle_follow_the_preset_and_the_harmonics() {
 
 #[test]
 fn harmonics_that_are_not_given_are_extended() {
-    let tolerance = |sets: &[&str]| of(ROUGH, sets).fidelity.harmonic_tolerance;
+    let tolerance = |sets: &[&str]| scene_of(ROUGH, sets).fidelity.harmonic_tolerance;
     for (preset, expected) in [
         ("paper", None),
         ("fast", Some(0.025)),
@@ -570,14 +564,16 @@ fn harmonics_that_are_not_given_are_extended() {
     }
     assert_eq!(tolerance(&["fidelity.tolerance=0.01"]), Some(0.005));
     // A linear vibration has nothing to extend.
-    let bonded = Folder::new().with("case.toml", crate::support::OSCILLATOR);
     assert_eq!(
-        bonded.message("case.toml", &["fidelity.harmonic_tolerance=0.01"]),
+        message_of(
+            crate::support::OSCILLATOR,
+            &["fidelity.harmonic_tolerance=0.01"]
+        ),
         "--set fidelity.harmonic_tolerance=0.01: fidelity.harmonic_tolerance = 0.01: without a [contact] the vibration is linear and has no more harmonics; leave it out"
     );
     // Those that are driven are among them from the beginning.
     let forces = r#"dynamics.force=[{ amplitude = "9 N" }, { amplitude = "5 N", harmonic = 5 }]"#;
-    let harmonics = of(OSCILLATOR, &[forces])
+    let harmonics = scene_of(OSCILLATOR, &[forces])
         .dynamics
         .expect("dynamics")
         .harmonics;
@@ -615,7 +611,7 @@ fn a_tangent_stiffness_drops_the_distribution() {
         "normal_load = \"30 kN\"",
         "normal_load = \"30 kN\"\nstiffness = \"total\"\ndistribution = \"uniform\"",
     );
-    let scene = of(&text, &["contact.stiffness=tangent"]);
+    let scene = scene_of(&text, &["contact.stiffness=tangent"]);
     assert_eq!(scene.the_contact().stiffness, Stiffness::Tangent);
 }
 
@@ -630,16 +626,19 @@ fn one_key_of_a_list_of_forces_cannot_be_changed() {
         folder.message("case.toml", &["dynamics.force.amplitude=5 N"]),
         "--set dynamics.force.amplitude=5 N: dynamics.force = { amplitude = \"5 N\" }: dynamics.force is a list of tables, which is replaced by a list only; give all of it"
     );
-    let scene = of(&text, &["dynamics.force=[{ amplitude = \"5 N\" }]"]);
+    let scene = scene_of(&text, &["dynamics.force=[{ amplitude = \"5 N\" }]"]);
     assert_eq!(dynamics(&scene).forces.len(), 1);
-    let single = of(OSCILLATOR, &["dynamics.force.amplitude=5 N"]);
+    let single = scene_of(OSCILLATOR, &["dynamics.force.amplitude=5 N"]);
     assert_eq!(dynamics(&single).forces[0].amplitude, 5.0);
 }
 
 #[test]
 fn differences_have_the_names_of_keys() {
     let changed = |text: &str, sets: &[&str]| -> Vec<String> {
-        let found = differences(&of(text, &[]).canonical(), &of(text, sets).canonical());
+        let found = differences(
+            &scene_of(text, &[]).canonical(),
+            &scene_of(text, sets).canonical(),
+        );
         found.into_iter().map(|d| d.key).collect()
     };
     for set in [
@@ -694,7 +693,8 @@ fn differences_have_the_names_of_keys() {
 /// Whatever the structure is built from is in that section of the canonical form, which stands for it in a key of stored results.
 #[test]
 fn the_canonical_structure_is_complete() {
-    let structure = |text: &str, sets: &[&str]| of(text, sets).canonical()["structure"].clone();
+    let structure =
+        |text: &str, sets: &[&str]| scene_of(text, sets).canonical()["structure"].clone();
     let plain = structure(ROUGH, &[]);
     for set in [
         "joint.size=[\"41 mm\", \"38 mm\"]",
@@ -716,8 +716,7 @@ fn the_document_of_a_vibrating_scene_loads_again() {
     for text in [ROUGH, SPRINGS, OSCILLATOR] {
         let list =
             "dynamics.force=[{ amplitude = \"5 N\" }, { amplitude = \"4 N\", harmonic = 2 }]";
-        let scene = of(text, &[list]);
-        let folder = Folder::new().with("case.toml", &scene.to_toml());
-        assert_eq!(folder.scene("case.toml", &[]), scene);
+        let scene = scene_of(text, &[list]);
+        assert_eq!(scene_of(&scene.to_toml(), &[]), scene);
     }
 }

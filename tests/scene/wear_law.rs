@@ -2,7 +2,7 @@
 
 use fretwear::scene::{LAW_BEGUN_WITH, lacks_wear_law};
 
-use super::{CASE, Folder, case_with, replaced};
+use super::{CASE, case_with, faults_of, replaced, scene_of};
 
 /// A quotient against the quotient of the same numbers in another unit: a few roundings.
 const ROUNDING: f64 = 1e-15;
@@ -39,6 +39,13 @@ fn coefficient(unit: &str, sets: &[&str]) -> f64 {
     case_with(&sets).wear.expect("wear").coefficient
 }
 
+/// [`CASE`] by Archard's law with another coefficient of friction.
+fn by_archard(friction: &str) -> String {
+    let text = replaced(CASE, "2e3 um^3/J\"", "2e-15 1/Pa\"\nlaw = \"archard\"");
+    let friction = format!("friction_coefficient = {friction}");
+    replaced(&text, "friction_coefficient = 0.6", &friction)
+}
+
 fn assert_is(found: f64, expected: f64, what: &str) {
     assert!(
         (found / expected - 1.0).abs() < ROUNDING,
@@ -49,25 +56,22 @@ fn assert_is(found: f64, expected: f64, what: &str) {
 #[test]
 fn a_unit_of_both_laws_needs_the_law() {
     for unit in OF_BOTH {
-        let text = replaced(CASE, "2e3 um^3/J", unit);
-        let faults = Folder::new()
-            .with("case.toml", &text)
-            .faults("case.toml", &[]);
+        let faults = faults_of(&replaced(CASE, "2e3 um^3/J", unit), &[]);
         let expected = format!(
             "case.toml, line 20: wear.coefficient = \"{unit}\": this unit is that of alpha (volume per dissipated energy) and of Archard's k (volume per load and slip); say which it is: wear.law = \"energy\", or wear.law = \"archard\" (alpha = k/mu)"
         );
         assert_eq!(faults, [expected]);
-        assert_is(coefficient(unit, &["wear.law=energy"]), 2e-15, unit);
-        assert_is(coefficient(unit, &["wear.law=archard"]), 2e-15 / 0.6, unit);
     }
 }
 
 #[test]
-fn a_unit_of_energy_is_one_unless_the_law_is_given() {
-    for unit in OF_ENERGY {
-        assert_is(coefficient(unit, &[]), 2e-15, unit);
+fn a_coefficient_is_that_of_the_law() {
+    for unit in OF_BOTH.iter().chain(&OF_ENERGY) {
         assert_is(coefficient(unit, &["wear.law=energy"]), 2e-15, unit);
         assert_is(coefficient(unit, &["wear.law=archard"]), 2e-15 / 0.6, unit);
+    }
+    for unit in OF_ENERGY {
+        assert_is(coefficient(unit, &[]), 2e-15, unit);
     }
 }
 
@@ -81,29 +85,13 @@ fn archards_coefficient_is_divided_by_the_friction_that_is_set() {
         assert_is(coefficient("2e-15 1/Pa", &sets), 2e-15 / mu, friction);
     }
     // In whatever place both stand.
-    let text = replaced(CASE, "2e3 um^3/J\"", "2e-15 1/Pa\"\nlaw = \"archard\"");
-    let text = replaced(
-        &text,
-        "friction_coefficient = 0.6",
-        "friction_coefficient = 0.25",
-    );
-    let scene = Folder::new()
-        .with("case.toml", &text)
-        .scene("case.toml", &[]);
+    let scene = scene_of(&by_archard("0.25"), &[]);
     assert_is(scene.wear.expect("wear").coefficient, 8e-15, "0.25");
 }
 
 #[test]
 fn archards_law_needs_friction() {
-    let text = replaced(CASE, "2e3 um^3/J\"", "2e-15 1/Pa\"\nlaw = \"archard\"");
-    let frictionless = replaced(
-        &text,
-        "friction_coefficient = 0.6",
-        "friction_coefficient = 0",
-    );
-    let faults = Folder::new()
-        .with("case.toml", &frictionless)
-        .faults("case.toml", &[]);
+    let faults = faults_of(&by_archard("0"), &[]);
     assert_eq!(
         faults,
         [
@@ -111,14 +99,7 @@ fn archards_law_needs_friction() {
         ]
     );
     // A friction that is wrong is the only fault.
-    let wrong = replaced(
-        &text,
-        "friction_coefficient = 0.6",
-        "friction_coefficient = -1",
-    );
-    let faults = Folder::new()
-        .with("case.toml", &wrong)
-        .faults("case.toml", &[]);
+    let faults = faults_of(&by_archard("-1"), &[]);
     assert_eq!(faults.len(), 1, "{faults:?}");
     assert!(
         faults[0].contains("contact.friction_coefficient"),
@@ -149,17 +130,16 @@ fn a_scene_by_archards_law_is_that_of_its_coefficient_per_energy() {
 #[test]
 fn only_what_a_stored_scene_leaves_open_is_taken_as_energy() {
     let open = replaced(CASE, "2e3 um^3/J", "2e-15 1/Pa");
-    assert!(lacks_wear_law(&open, &[]));
-    assert!(!lacks_wear_law(&open, &[LAW_BEGUN_WITH.to_owned()]));
-    assert!(!lacks_wear_law(&open, &["wear.law=archard".to_owned()]));
-    assert!(!lacks_wear_law(
-        &open,
-        &["wear.coefficient=2e3 um^3/J".to_owned()]
-    ));
-    assert!(!lacks_wear_law(CASE, &[]));
-    assert!(lacks_wear_law(
-        CASE,
-        &["wear.coefficient=2e-15 1/Pa".to_owned()]
-    ));
-    assert!(!lacks_wear_law("no TOML [", &[]));
+    for (text, sets, lacks) in [
+        (open.as_str(), &[][..], true),
+        (&open, &[LAW_BEGUN_WITH], false),
+        (&open, &["wear.law=archard"], false),
+        (&open, &["wear.coefficient=2e3 um^3/J"], false),
+        (CASE, &[], false),
+        (CASE, &["wear.coefficient=2e-15 1/Pa"], true),
+        ("no TOML [", &[], false),
+    ] {
+        let owned: Vec<String> = sets.iter().map(|set| set.to_string()).collect();
+        assert_eq!(lacks_wear_law(text, &owned), lacks, "{sets:?} on {text}");
+    }
 }
