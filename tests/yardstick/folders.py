@@ -1,12 +1,8 @@
 """Folders as tables, whatever their layout: of runs, campaigns, trades, backbones and comparisons.
 
-A comparison asks a folder for the tables there are and for one of them, by the wear iteration it belongs to and its name. How a
-format lays them out is the business of one class. A format that gathers, say, the one-row tables of all iterations in one
-history file needs another class here, which hands out the rows of one iteration under the name of their table, and a line in
-FORMATS; nothing else changes.
+A comparison asks a folder for the tables there are and for one of them, by the wear iteration it belongs to and its name. How a run lays
+them out is the business of one class.
 """
-
-import json
 
 import pyarrow.csv
 import pyarrow.parquet as pq
@@ -15,8 +11,8 @@ import pyarrow.parquet as pq
 ONCE = None
 
 
-class FolderPerIteration:
-    """`once/TABLE.parquet`, `iterations/wear_iteration=N/TABLE.parquet`: run format 1."""
+class TablesOfRun:
+    """`once/TABLE.parquet`, `iterations/wear_iteration=N/TABLE.parquet`; `history.parquet` says again what is in them."""
 
     def __init__(self, root):
         self.files = {(ONCE, path.stem): path for path in (root / "once").glob("*.parquet")}
@@ -33,17 +29,7 @@ class FolderPerIteration:
         return pq.ParquetFile(self.files[iteration, name]).read()
 
 
-class WithReference(FolderPerIteration):
-    """Run format 3. The unworn joint, which every start computed anew before, is kept; `history.parquet` says again what is in the
-    folders."""
-
-    ADDED = {(ONCE, "reference"), (ONCE, "reference_element")}
-
-    def tables(self):
-        return super().tables() - self.ADDED
-
-
-class TablesBelow(FolderPerIteration):
+class TablesBelow(TablesOfRun):
     """Every Parquet and CSV file below a folder, by its path in the folder."""
 
     # How columns of seconds begin, and those of a history that are about files.
@@ -59,16 +45,6 @@ class TablesBelow(FolderPerIteration):
         return table.drop_columns([column for column in table.column_names if column.startswith(self.UNCOMPARED)])
 
 
-# By the `format` of run.json.
-FORMATS = {1: FolderPerIteration, 2: FolderPerIteration, 3: WithReference}
-
-
 def open_run(root):
     """The tables of a run; of none where there is no run."""
-    record = root / "run.json"
-    if not record.exists():
-        return None
-    number = json.loads(record.read_text(encoding="utf-8"))["format"]
-    if number not in FORMATS:
-        raise SystemExit(f"{record}: run format {number}; tests/yardstick/folders.py knows {sorted(FORMATS)}")
-    return FORMATS[number](root)
+    return TablesOfRun(root) if (root / "run.json").exists() else None

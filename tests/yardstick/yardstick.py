@@ -2,7 +2,7 @@
 """Hold one build of the program to the results of another, to the bit.
 
     python tests/yardstick/yardstick.py OLD NEW [--full] [--case NAME] [--allow COLUMN=REL] [--new-table TABLE] [--json] [FOLDER]
-    python tests/yardstick/yardstick.py --self-test
+    python tests/yardstick/yardstick.py --self-test PROGRAM
 
 OLD and NEW are two fretwear programs. Both run every scene of `pipelines/`, made small unless `--full` is given, drawn scenes of
 every kind, structures as matrices and meshes, a campaign, a trade, a backbone and a comparison (scenes.py). Compared are every
@@ -16,8 +16,7 @@ part of the largest magnitude that it has in the same table; relative to itself,
 `--new-table TABLE` lets the new program write a table that the old one does not know.
 
 How a folder lays out its tables is known to folders.py alone. Wants pyarrow and numpy. Runs go into FOLDER and stay there;
-without it they are removed. `--self-test` doctors one of the runs in data/old_runs and other folders in every way that must be found, and
-needs no program.
+without it they are removed. `--self-test` doctors a small run of PROGRAM, and other folders, in every way that must be found.
 """
 
 import argparse
@@ -153,12 +152,12 @@ def main():
     parser.add_argument("--allow", action="append", default=[], metavar="COLUMN=REL", help="may differ by this part")
     parser.add_argument("--new-table", action="append", default=[], metavar="TABLE", help="may be there with NEW alone")
     parser.add_argument("--json", action="store_true", help="print one JSON object in place of the table")
-    parser.add_argument("--self-test", action="store_true", help="does it find what is doctored?")
+    parser.add_argument("--self-test", metavar="PROGRAM", help="does it find what is doctored in a run of this program?")
     arguments = parser.parse_args()
     if arguments.self_test:
         import self_test
 
-        return self_test.main()
+        return self_test.main(arguments.self_test)
     if not arguments.new:
         parser.error("give OLD and NEW, or --self-test")
     allowed = parse_allowed(arguments.allow) | {f"+{table}": 0.0 for table in arguments.new_table}
