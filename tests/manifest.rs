@@ -257,7 +257,7 @@ fn pages_in(folder: &str) -> Vec<String> {
 
 /// The README, the changelog, the book, and what stands beside data.
 fn pages() -> Vec<String> {
-    let folders = [".", "docs", "data", "data/old_runs"];
+    let folders = [".", "docs", "data"];
     folders.into_iter().flat_map(pages_in).collect()
 }
 

@@ -191,27 +191,9 @@ pub fn scene_of_run(run: &Path, sets: &[String]) -> Result<Option<Scene>, CliErr
         return Ok(None);
     };
     let load = |sets: &[String]| scene::load_kept(&path, &found.text, sets);
-    let mut sets = sets.to_vec();
-    if began_without_law(run, &found)? && scene::lacks_wear_law(&found.text, &sets) {
-        sets.push(scene::LAW_BEGUN_WITH.to_owned());
-        let (law, run) = (scene::LAW_BEGUN_WITH, run.display());
-        say(&format!(
-            "note: {law}, as {run} began: the scene does not give it, and the unit of wear.coefficient is that of both laws"
-        ));
-    }
-    match load(&sets) {
-        Ok(scene) => Ok(Some(going_on(scene, run, &sets, load).0)),
+    match load(sets) {
+        Ok(scene) => Ok(Some(going_on(scene, run, sets, load).0)),
         Err(source) if found.edited => Err(CliError::EditedScene { path, source }),
         Err(error) => Err(error.into()),
     }
-}
-
-/// Whether a run began before scenes had to give `wear.law`. An edit of its scene does not change that.
-fn began_without_law(run: &Path, found: &SceneOfRun) -> Result<bool, CliError> {
-    if !found.edited {
-        return Ok(scene::lacks_wear_law(&found.text, &[]));
-    }
-    let reader = RunReader::open(Arc::new(RealFileSystem), run)?;
-    let kept = reader.record().scene_toml.as_deref();
-    Ok(kept.is_some_and(|kept| scene::lacks_wear_law(kept, &[])))
 }

@@ -1,29 +1,11 @@
-//! Settings that a run began with and that its scene does not give: the accuracy, whose defaults change between versions, and the wear
-//! law, in scenes older than `wear.law`.
-
-use std::path::Path;
+//! The accuracy that a run began with, where its scene does not give it: defaults change between versions.
 
 use serde_json::Value;
 
 use super::Scene;
-use super::document::{Node, read_kept};
-use super::keys::cycles::{COEFFICIENT, LAW, WEAR_STEP_TOLERANCE};
+use super::keys::cycles::WEAR_STEP_TOLERANCE;
 use super::keys::fidelity::{ASKED, PRESET, WEAR_TOLERANCE};
 use crate::json::{as_read, differences};
-use crate::units::has_force;
-
-/// The wear law of stored scenes that do not give it and have to, as `key=value`: before `wear.law`, every coefficient was one per energy.
-pub const LAW_BEGUN_WITH: &str = "wear.law=energy";
-
-/// Whether a stored scene, with `sets`, has a wear coefficient whose unit is that of both laws, and gives no `wear.law`.
-pub fn lacks_wear_law(text: &str, sets: &[String]) -> bool {
-    read_kept(Path::new("scene.toml"), text, sets).is_ok_and(|tree| lacks_law(&tree))
-}
-
-/// As [`lacks_wear_law`], of the tree of a scene.
-pub(super) fn lacks_law(tree: &Node) -> bool {
-    tree.get(LAW.name).is_none() && tree.text(COEFFICIENT.name).is_some_and(has_force)
-}
 
 impl Scene {
     /// Keys of accuracy that this scene does not give and that were others as a run began, as `key=value`; `begun` is what its scene led to then, in

@@ -53,7 +53,6 @@ pub use crate::recipe::{
 pub use crate::structure::resonator::Resonator;
 pub use crate::surface::prepare::{Detrend, Fill};
 pub use crate::wear::Scheme;
-pub use begun::{LAW_BEGUN_WITH, lacks_wear_law};
 pub use canonical::{FOLLOWING_KEYS, means_something};
 pub use error::{Place, Problem, SceneError};
 pub use faults::MOST as MOST_FAULTS;
@@ -361,9 +360,7 @@ pub fn recipe_of_run(root: &Path, plan: Option<&Value>, text: &str) -> Result<Re
     if let Some(recipe) = kept.and_then(|recipe| Recipe::deserialize(recipe).ok()) {
         return Ok(recipe);
     }
-    let law = lacks_wear_law(text, &[]).then(|| LAW_BEGUN_WITH.to_owned());
-    let sets: Vec<String> = law.into_iter().collect();
-    let scene = load_kept(&root.join("scene.toml"), text, &sets)?;
+    let scene = load_kept(&root.join("scene.toml"), text, &[])?;
     Ok(plan::decide_without_files(&scene)?)
 }
 

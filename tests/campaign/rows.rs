@@ -544,31 +544,6 @@ fn a_folder_that_is_planned_is_not_collected() {
     bench.done(&["campaign", "collect", "--dir", "c"]);
 }
 
-#[test]
-fn rows_that_were_planned_without_a_wear_law_are_computed_by_energy() {
-    let unit = "[list]\nwear.coefficient = [\"2e-9 mm^3/(N mm)\", \"2e-15 1/Pa\"]\n";
-    // It has to be given where a campaign is planned.
-    let refused = bench(unit);
-    fails(
-        &refused,
-        &PLAN,
-        2,
-        &["row 0", "wear.coefficient", "wear.law = \"archard\""],
-    );
-    // Before, it was not.
-    let bench = planned(&format!("wear.law = \"energy\"\n{unit}"));
-    let about = fs::read_to_string(bench.path("c/campaign.json")).expect("a text");
-    let before = about.replace("law = \\\"energy\\\"\\n", "");
-    assert_ne!(before, about);
-    bench.write("c/campaign.json", before);
-    let said = bench.done(&["campaign", "run", "--dir", "c", "--index", "1", "-q"]);
-    let note = "note: wear.law=energy, as the rows were planned";
-    assert!(said.stderr().contains(note), "{}", said.stderr());
-    let said = bench.done(&["campaign", "run", "--dir", "c", "-q", "--jobs", "2"]);
-    assert_eq!(said.stderr().matches(note).count(), 1, "{}", said.stderr());
-    assert_eq!(status(&bench)["done"], 2);
-}
-
 /// Archard's coefficient is divided by the friction coefficient of each row.
 #[test]
 fn rows_by_archards_law_have_their_own_friction() {

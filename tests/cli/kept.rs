@@ -1,11 +1,6 @@
 //! What a run keeps for people: the scene as it was written, the log, and what has computed it.
 
 use std::fs;
-use std::sync::Arc;
-
-use fretwear::scene::Plan;
-use fretwear::stages::{self, Observer, Progress, RunOptions, Stage};
-use fretwear::store::{Opening, RealFileSystem};
 
 use crate::support::{Bench, SMALL, summary};
 
@@ -196,101 +191,4 @@ fn archards_law_wears_by_the_friction_coefficient_more() {
     }
     let kept = text(&bench, "archard/scene.toml");
     assert!(kept.contains("law = \"archard\""), "{kept}");
-}
-
-struct Silent;
-
-impl Observer for Silent {
-    fn opened(&self, _: &Opening) {}
-    fn notice(&self, _: &str) {}
-    fn stage(&self, _: Stage, _: u64) {}
-    fn committed(&self, _: &Progress) {}
-}
-
-/// A run of a scene that keeps no wear law, as they were before there was one.
-fn begun_without_law(bench: &Bench, root: &str) {
-    bench.write("law.toml", of_both_laws(""));
-    let sets = ["wear.law=energy", "wear.cycles=100_000"];
-    let mut inputs = Plan::of(&bench.scene("law.toml", &sets))
-        .expect("a plan")
-        .inputs;
-    let kept = inputs.identity.scene_toml.replace("law = \"energy\"\n", "");
-    assert_ne!(kept, inputs.identity.scene_toml);
-    inputs.identity.scene_toml = kept;
-    let options = RunOptions {
-        inputs: &inputs,
-        root: bench.path(root),
-        source: None,
-        until: None,
-        threads: 1,
-        cache: None,
-        file_system: Arc::new(RealFileSystem),
-        stop: &|commits| commits > 0,
-    };
-    stages::run(&options, &Silent).expect("a run");
-}
-
-#[test]
-fn a_run_that_began_without_a_wear_law_goes_on_by_energy_and_says_so() {
-    let bench = Bench::new();
-    begun_without_law(&bench, "a");
-    begun_without_law(&bench, "b");
-    begun_without_law(&bench, "c");
-    let note = |run: &str| format!("note: wear.law=energy, as {run} began");
-    // Its state, and the scene in a run from it.
-    bench.done(&["status", "a"]);
-    let from = bench
-        .done(&["run", "--from", "a@0", "--run", "d", "-q"])
-        .stderr();
-    assert!(from.contains(&note("a")), "{from}");
-    let gone_on = bench.done(&["run", "--run", "a", "-q"]).stderr();
-    assert!(gone_on.contains(&note("a")), "{gone_on}");
-    // From then on the run keeps the law.
-    assert!(text(&bench, "a/scene.toml").contains("law = \"energy\""));
-    let again = bench.done(&["run", "--run", "a", "-q", "--set", "wear.cycles=110_000"]);
-    assert!(
-        !again.stderr().contains("note: wear.law"),
-        "{}",
-        again.stderr()
-    );
-    bench.done(&["verify", "a"]);
-    // An edit of other keys alters nothing of that.
-    let edited = text(&bench, "b/scene.toml").replace("100000", "120000");
-    assert!(edited.contains("120000"), "{edited}");
-    bench.write("b/scene.toml", edited);
-    let gone_on = bench.done(&["run", "--run", "b", "-q"]).stderr();
-    assert!(gone_on.contains(&note("b")), "{gone_on}");
-    // Another law is another scene, and a scene from its own file has to give one.
-    let other = bench.fretwear(&["run", "--run", "c", "-q", "--set", "wear.law=archard"]);
-    assert_eq!(other.code(), 4, "{}", other.stderr());
-    assert!(
-        other.stderr().contains("`wear.coefficient` was"),
-        "{}",
-        other.stderr()
-    );
-    assert!(
-        !other.stderr().contains("note: wear.law"),
-        "{}",
-        other.stderr()
-    );
-    let own = bench.fretwear(&["run", "law.toml", "--run", "c", "-q"]);
-    assert_eq!(own.code(), 2, "{}", own.stderr());
-    assert!(
-        own.stderr().contains("say which it is: wear.law"),
-        "{}",
-        own.stderr()
-    );
-    // What is given on the command line is no stored scene.
-    bench.done(&[
-        "run",
-        "small.toml",
-        "--run",
-        "e",
-        "-q",
-        "--set",
-        "wear.cycles=1000",
-    ]);
-    let set = ["--set", "wear.coefficient=2e-9 mm^3/(N mm)"];
-    let set = bench.fretwear(&[&["run", "--run", "e", "-q"], &set[..]].concat());
-    assert_eq!(set.code(), 2, "{}", set.stderr());
 }

@@ -234,15 +234,6 @@ class Reading(Bench):
         middle = self.refused(None, ["hysteresis"], self.joint.table, "hysteresis", 1)
         self.assertIn(f"[0, {self.joint.latest}]", str(middle))
 
-    def test_runs_of_former_versions_are_read(self):
-        for folder in sorted((REPOSITORY / "data/old_runs").glob("*/*/run.json")):
-            run = fretwear.Run(folder.parent)
-            self.assertEqual(run.table("summary", "all")["wear_iteration"].to_pylist(), run.iterations)
-            self.assertEqual(len(run.history()) if (run.folder / "history.parquet").is_file() else 1 + run.latest, 1 + run.latest)
-            self.assertTrue(run.units("summary"))
-            if "contact_field" in {file.stem for file in run.folder.glob("iterations/*/*.parquet")}:
-                self.assertEqual(list(run.field("pressure").shape), run.scene["joint"]["grid"])
-
     def test_a_run_verifies_until_it_is_touched(self):
         self.joint.verify()
         shutil.copytree(self.joint.folder, "copy")

@@ -1,7 +1,5 @@
 //! Archard's coefficient and the one per energy: which unit says which, and what becomes of either.
 
-use fretwear::scene::{LAW_BEGUN_WITH, lacks_wear_law};
-
 use super::{CASE, case_with, faults_of, replaced, scene_of};
 
 /// A quotient against the quotient of the same numbers in another unit: a few roundings.
@@ -125,21 +123,4 @@ fn a_scene_by_archards_law_is_that_of_its_coefficient_per_energy() {
         friction.canonical().to_string()
     );
     assert_eq!(energy["wear"], archard.canonical()["wear"]);
-}
-
-#[test]
-fn only_what_a_stored_scene_leaves_open_is_taken_as_energy() {
-    let open = replaced(CASE, "2e3 um^3/J", "2e-15 1/Pa");
-    for (text, sets, lacks) in [
-        (open.as_str(), &[][..], true),
-        (&open, &[LAW_BEGUN_WITH], false),
-        (&open, &["wear.law=archard"], false),
-        (&open, &["wear.coefficient=2e3 um^3/J"], false),
-        (CASE, &[], false),
-        (CASE, &["wear.coefficient=2e-15 1/Pa"], true),
-        ("no TOML [", &[], false),
-    ] {
-        let owned: Vec<String> = sets.iter().map(|set| set.to_string()).collect();
-        assert_eq!(lacks_wear_law(text, &owned), lacks, "{sets:?} on {text}");
-    }
 }

@@ -6,7 +6,6 @@ mod date;
 mod faults;
 mod keys;
 mod lifecycle;
-mod old_formats;
 mod sibling;
 mod untrusted;
 

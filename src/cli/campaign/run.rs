@@ -8,7 +8,6 @@ use fretwear::campaign::{
     About, Campaign, CampaignError, Failure, Folder, KeepRuns, State, remove_run,
 };
 use fretwear::recipe::Durability;
-use fretwear::scene;
 use fretwear::stages::{self, Ending, Outcome, RunError, RunOptions};
 use fretwear::store::{
     Cache, FileSystem, History, LockAttempt, RealFileSystem, RunReader, StoreError,
@@ -89,21 +88,6 @@ pub fn run(arguments: &RunArguments, out: &mut Results) -> Result<Exit, CliError
         .into());
     }
     let rows: Vec<usize> = (first..=end).collect();
-    // Parsing the scene once per row would take minutes of a large campaign.
-    let scene_lacks_law = scene::lacks_wear_law(&about.scene, &[]);
-    let lacks_law = |row: &usize| {
-        let settings = &campaign.rows[*row].settings;
-        match settings.iter().any(|setting| setting.starts_with("wear")) {
-            true => scene::lacks_wear_law(&about.scene, settings),
-            false => scene_lacks_law,
-        }
-    };
-    if !arguments.attached && rows.iter().any(lacks_law) {
-        let law = scene::LAW_BEGUN_WITH;
-        say(&format!(
-            "note: {law}, as the rows were planned: their scenes do not give it, and the unit of wear.coefficient is that of both laws"
-        ));
-    }
     let tally = match (arguments.jobs, &rows[..]) {
         (Some(jobs), _) => jobs::run(arguments, &folder, &about, &campaign, &rows, jobs)?,
         (None, [index]) => match alone(arguments, &folder, &about, &campaign, *index)? {
@@ -345,11 +329,7 @@ fn compute(
     rows: Option<&Rows>,
 ) -> Result<Ended, CliError> {
     let planned = &campaign.rows[index];
-    let mut settings = planned.settings.clone();
-    if scene::lacks_wear_law(&about.scene, &settings) {
-        settings.push(scene::LAW_BEGUN_WITH.to_owned());
-    }
-    let plan = plan_of(folder, about, &settings)?;
+    let plan = plan_of(folder, about, &planned.settings)?;
     if content_key(&plan) != planned.content_key {
         return Err(CliError::RowChanged {
             reason: format!(

@@ -1,12 +1,12 @@
 //! `[motion]`, `[wear]` and `[update]`: what happens in a cycle, and over many of them.
 
 use super::{All, Body, Result, fidelity};
-use crate::scene::begun::lacks_law;
 use crate::scene::keys::{contact::KN, cycles::*, fidelity::WEAR_TOLERANCE};
 use crate::scene::reader::Reader;
 use crate::scene::{
     Boundary, Contact, Dynamics, Fidelity, Motion, Preset, Torsion, Transverse, Update, Wear,
 };
+use crate::units::has_force;
 
 /// Largest wear depth of an explicit step of the `paper` preset \[m\]: what [A §4a] takes at Rq 5 and 10 µm.
 const PAPER_DEPTH_STEP: f64 = 1e-7;
@@ -165,7 +165,7 @@ fn alpha(reader: &Reader<'_>, contact: Option<&Contact>) -> Result<f64> {
             )),
             friction => Ok(given / friction.unwrap_or(1.0)),
         },
-        None if lacks_law(reader.root) => Err(reader.conflict(
+        None if reader.root.text(COEFFICIENT.name).is_some_and(has_force) => Err(reader.conflict(
             &COEFFICIENT,
             "this unit is that of alpha (volume per dissipated energy) and of Archard's k (volume per load and slip); say which it is: wear.law = \"energy\", or wear.law = \"archard\" (alpha = k/mu)",
         )),
