@@ -183,6 +183,12 @@ fn the_program_is_small() {
     assert!(program.len() < MOST, "{} bytes", program.len());
 }
 
+#[test]
+fn the_python_module_reads_the_layout_that_the_program_writes() {
+    let number = format!("\nLAYOUT = {}\n", fretwear::store::LAYOUT);
+    assert!(read("src/python/fretwear/_folder.py").contains(&number));
+}
+
 /// Pages that the program makes: file, heading, what the page is for, and the arguments that print the rest.
 const MADE: [(&str, &str, &str, &[&str]); 2] = [
     (

@@ -4,6 +4,7 @@ use std::io;
 use std::path::PathBuf;
 
 use super::folder::KeepRuns;
+use crate::store::LAYOUT;
 use crate::tables::TableError;
 
 /// A campaign that cannot be planned, run or read.
@@ -103,19 +104,17 @@ pub enum CampaignError {
         /// As it would be now.
         now: KeepRuns,
     },
-    /// A folder of a later program.
+    /// A folder of another layout.
     #[error(
-        "{}: it has the layout {format}, and this program knows {known}; use the program that planned it, {program_version}",
+        "{} has layout {found}, made by fretwear {program_version}, and this program reads layout {LAYOUT} only; use the program that planned it, or plan the campaign in another folder",
         path.display()
     )]
-    Newer {
-        /// Its `campaign.json`.
+    OtherLayout {
+        /// The folder.
         path: PathBuf,
-        /// Its layout.
-        format: u32,
-        /// That of this program.
-        known: u32,
-        /// The program that planned it.
+        /// Number of its layout.
+        found: u64,
+        /// Version of the program that planned it.
         program_version: String,
     },
     /// A file of a campaign that is not as it was written.
@@ -216,7 +215,7 @@ impl CampaignError {
             CampaignError::NotACampaign { .. }
                 | CampaignError::Changed { .. }
                 | CampaignError::KeepChanged { .. }
-                | CampaignError::Newer { .. }
+                | CampaignError::OtherLayout { .. }
                 | CampaignError::NotAFolder { .. }
                 | CampaignError::Damaged { .. }
         )

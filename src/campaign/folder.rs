@@ -9,10 +9,8 @@ use serde::{Deserialize, Serialize};
 use super::error::CampaignError;
 use super::rows::{ENDED, FAILED, LOCKS, RUNS};
 use super::table::Campaign;
-use crate::store::{EntryKind, FileSystem, LockAttempt, LockGuard};
+use crate::store::{EntryKind, FileSystem, LAYOUT, LockAttempt, LockGuard};
 
-/// Version of the layout.
-const FORMAT: u32 = 2;
 /// Bytes of `campaign.json` at most: it holds the text of a scene.
 const LONGEST_ABOUT: u64 = 64 << 20;
 /// Bytes of a table at most.
@@ -48,8 +46,8 @@ pub struct Section {
 
 /// What every layout of `campaign.json` says.
 #[derive(Deserialize)]
-struct Layout {
-    format: u32,
+struct AnyLayout {
+    format: u64,
     program_version: String,
 }
 
@@ -84,7 +82,7 @@ impl About {
         sections: Vec<Section>,
     ) -> About {
         About {
-            format: FORMAT,
+            format: LAYOUT,
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
             title,
             scene_name,
@@ -204,32 +202,23 @@ impl Folder {
             Err(error) => return Err(io("read", &path)(error)),
         };
         // Before all else, which other layouts have otherwise.
-        if let Ok(Layout {
+        if let Ok(AnyLayout {
             format,
             program_version,
         }) = serde_json::from_slice(&bytes)
-            && format > FORMAT
+            && format != u64::from(LAYOUT)
         {
-            return Err(CampaignError::Newer {
-                path,
-                format,
-                known: FORMAT,
+            return Err(CampaignError::OtherLayout {
+                path: self.root.clone(),
+                found: format,
                 program_version,
             });
         }
-        let about: Result<About, _> = serde_json::from_slice(&bytes);
-        match about {
-            Ok(about) if about.format == FORMAT => Ok(Some(about)),
-            about => Err(CampaignError::Damaged {
-                path,
-                reason: format!(
-                    "it cannot be read{}; plan the campaign again in this folder",
-                    about
-                        .err()
-                        .map_or(String::new(), |error| format!(" ({error})"))
-                ),
-            }),
-        }
+        let about = serde_json::from_slice(&bytes);
+        about.map(Some).map_err(|error| CampaignError::Damaged {
+            path,
+            reason: format!("it cannot be read ({error}); plan the campaign again in this folder"),
+        })
     }
 
     fn table(&self) -> Result<Option<Campaign>, CampaignError> {

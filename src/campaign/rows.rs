@@ -15,6 +15,8 @@ use crate::store::{
 
 /// Bytes of a reason at most.
 const LONGEST_FAILURE: u64 = 1 << 20;
+/// Exit code of a process that failed for no reason that has a code of its own.
+const EXIT_FAILURE: u8 = 1;
 /// Digits of an index in names; a longer one has more.
 const DIGITS: usize = 6;
 
@@ -51,12 +53,7 @@ pub struct Failure {
     /// True if the next start tries it again: what failed was the machine, the disk, or a file that the scene names.
     pub again: bool,
     /// The exit code of its process.
-    #[serde(default = "failed")]
     pub code: u8,
-}
-
-fn failed() -> u8 {
-    1
 }
 
 impl Failure {
@@ -206,7 +203,7 @@ impl Folder {
             Ok(bytes) => Ok(Some(serde_json::from_slice(&bytes).unwrap_or_else(
                 |error| {
                     let message = format!("{} cannot be read: {error}", path.display());
-                    Failure::now(message, true, failed())
+                    Failure::now(message, true, EXIT_FAILURE)
                 },
             ))),
             Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use fretwear::report::trade::TradeError;
-use fretwear::scene::{InputError, KeptError, SceneError};
+use fretwear::scene::{InputError, SceneError};
 use fretwear::stages::RunError;
 use fretwear::store::StoreError;
 use fretwear::structure::StructureError;
@@ -19,8 +19,6 @@ pub enum CliError {
     Scene(#[from] SceneError),
     #[error(transparent)]
     Input(#[from] InputError),
-    #[error(transparent)]
-    Kept(#[from] KeptError),
     #[error(
         "{source}\n{} is not as the run wrote it: remove it, and the run goes on with the scene that run.json keeps",
         path.display()
@@ -233,7 +231,7 @@ impl CliError {
             CliError::Campaign(error) if error.is_damage_or_mismatch() => Exit::Damaged,
             #[cfg(not(feature = "polars"))]
             CliError::NoPolars => Exit::Scene,
-            CliError::Scene(_) | CliError::Input(_) | CliError::Kept(_) => Exit::Scene,
+            CliError::Scene(_) | CliError::Input(_) => Exit::Scene,
             CliError::Run(error) if error.is_not_converged() => Exit::NotConverged,
             CliError::Run(RunError::Store(error)) if error.is_damage_or_mismatch() => Exit::Damaged,
             CliError::Run(RunError::Store(

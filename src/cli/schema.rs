@@ -296,8 +296,7 @@ fn file(table: TableName) -> String {
 
 fn write_text(out: &mut Results, table: TableName) {
     let schema = table.schema();
-    let (name, version) = (&schema.name, schema.version);
-    writeln!(out, "{name} (version {version}): {}", schema.description);
+    writeln!(out, "{}: {}", schema.name, schema.description);
     writeln!(out, "    file     {}", file(table));
     writeln!(out, "    written  {}", schema.written);
     for column in &schema.columns {
@@ -323,7 +322,7 @@ fn write_text(out: &mut Results, table: TableName) {
 fn write_markdown(out: &mut Results, table: TableName) {
     let schema: &Schema = table.schema();
     writeln!(out, "## `{}`\n", schema.name);
-    writeln!(out, "{} Version {}.\n", schema.description, schema.version);
+    writeln!(out, "{}\n", schema.description);
     writeln!(out, "- file: `{}`", file(table));
     writeln!(out, "- written: {}\n", schema.written);
     writeln!(out, "| column | unit | type | quantity | meaning | |");

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::{fs, io};
 
+use fretwear::recipe::KeptPlan;
 use fretwear::report::{continuation, one_line_name, word};
-use fretwear::scene;
 use fretwear::stages::{RunCost, RunStatus, judged};
 use fretwear::store::{LockHolder, RealFileSystem, RunReader};
 use fretwear::tables::typed::Summary;
@@ -30,8 +30,7 @@ pub fn status(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, C
 
 fn of_run(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
-    let plan = reader.plan()?;
-    let recipe = scene::recipe_of_run(root, plan.as_ref(), &reader.scene_toml()?)?;
+    let KeptPlan { recipe, warnings } = reader.plan(KeptPlan::of)?;
     let standing = RunStatus::of(&reader, &recipe)?;
     let summary = standing
         .wear_iteration
@@ -45,7 +44,6 @@ fn of_run(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliErro
         .flat_map(|report| &report.damage)
         .map(ToString::to_string)
         .collect();
-    let warnings = plan.as_ref().and_then(|plan| plan["warnings"].as_array());
     if as_json {
         let mut object = summary.as_ref().map(row).unwrap_or_default();
         describe(&mut object, root, &standing, holder);
@@ -64,7 +62,7 @@ fn of_run(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliErro
         if damaged.is_empty() {
             write_judged(out, &judged(&reader, &recipe)?);
         }
-        for warning in warnings.into_iter().flatten().filter_map(Value::as_str) {
+        for warning in &warnings {
             writeln!(out, "warning: {warning}");
         }
         for damage in &damaged {
@@ -259,8 +257,7 @@ fn short(message: &str) -> String {
 
 fn line(root: &Path) -> Result<serde_json::Value, CliError> {
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
-    let plan = reader.plan()?;
-    let recipe = scene::recipe_of_run(root, plan.as_ref(), &reader.scene_toml()?)?;
+    let recipe = reader.plan(KeptPlan::of)?.recipe;
     let standing = RunStatus::of(&reader, &recipe)?;
     let summary = standing.wear_iteration.map(|k| reader.typed::<Summary>(k));
     let summary = summary.transpose()?.unwrap_or_default();

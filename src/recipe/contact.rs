@@ -46,7 +46,6 @@ pub struct Contact {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub structure_mesh: Option<StructureMesh>,
     /// Whether kn and kt are computed at every iteration.
-    #[serde(default = "super::yes", skip_serializing_if = "super::is_yes")]
     pub stiffness: bool,
     /// Relative error of a normal contact solve.
     pub normal_tolerance: f64,

@@ -12,6 +12,7 @@ mod cycle_fields;
 mod decision;
 mod elements;
 mod inputs;
+mod kept;
 mod parts;
 mod response;
 mod structure;
@@ -35,6 +36,7 @@ pub use cycle_fields::CycleFields;
 pub use decision::Decision;
 pub use elements::{ElementStiffness, Elements, Layout};
 pub use inputs::{Identity, Inputs};
+pub use kept::KeptPlan;
 pub use parts::Part;
 pub use response::{Base, BaseMotion, DampingBasis, Force, Port, Response};
 pub use structure::{Import, ImportFiles, JointSets, Structure, StructureSource};
@@ -60,7 +62,6 @@ pub struct Recipe {
     /// Bound that is asked for on the error bar of the worn volume; none: that of the other tolerances.
     pub asked_error: Option<f64>,
     /// Why the numbers of its parts that a preset has a say in are what they are, by their keys in a scene.
-    #[serde(default)]
     pub why: Reasons,
 }
 
@@ -105,12 +106,10 @@ pub struct Output {
     /// Indentation and hysteresis curves are written every so many iterations; 0: never.
     pub curves_every: u64,
     /// Whether the stiffness of the joint is wanted at every iteration.
-    #[serde(default = "yes", skip_serializing_if = "is_yes")]
     pub stiffness: bool,
     /// Cycles at which a forced response of the worn state is computed, without feeding it back.
     pub response_at: Vec<u64>,
     /// When what is written is on the disk.
-    #[serde(default, skip_serializing_if = "Durability::is_usual")]
     pub durability: Durability,
 }
 
@@ -123,23 +122,6 @@ pub enum Durability {
     Commit,
     /// Where the run ends or is stopped.
     End,
-}
-
-impl Durability {
-    /// What was always done before there was a choice: recipes say the other.
-    fn is_usual(&self) -> bool {
-        *self == Durability::Commit
-    }
-}
-
-/// What was always done before there was a choice.
-fn yes() -> bool {
-    true
-}
-
-/// Whether that was chosen: recipes say the rest.
-fn is_yes(choice: &bool) -> bool {
-    *choice
 }
 
 /// Which iterations are kept.

@@ -23,9 +23,6 @@ use crate::structure::outline::Outline;
 use crate::structure::reduction::{ContactPorts, Reduced};
 use crate::structure::resonator::Resonator;
 
-/// Modes of a resonator from which on its residual is that of earlier builds.
-const SAME_FROM: usize = 10;
-
 /// What vibrates.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Structure {
@@ -34,7 +31,6 @@ pub struct Structure {
     /// Elastic modes that are kept of it.
     pub modes: usize,
     /// What its contact elements are.
-    #[serde(default, skip_serializing_if = "ContactPorts::are_faces")]
     pub contact_ports: ContactPorts,
     /// The reasons.
     pub why: Reasons,
@@ -281,13 +277,6 @@ impl Structure {
     /// True of a structure that is reduced to modes before it vibrates.
     pub fn is_reduced(&self) -> bool {
         !self.source.is_oscillator()
-    }
-
-    /// What this version reduces otherwise than its earlier builds, whose reduction runs and caches may hold: the residual, which was that at the shift
-    /// of the modes where this is far from rest, as in files and with few modes. None of what is the same to the bit.
-    pub fn revision(&self) -> Option<&'static str> {
-        let has_few_modes = self.is_reduced() && self.modes < SAME_FROM;
-        (self.source.import().is_some() || has_few_modes).then_some("residual at rest")
     }
 
     /// The reduced structure and its outline; none of one that needs no reduction. `imported` has the matrices of one that comes from files.

@@ -56,7 +56,6 @@ pub enum Cells {
         /// Those of them that are in the hole.
         absent: Vec<[usize; 2]>,
         /// What a contact element is: one of these, or a node between them.
-        #[serde(default, skip_serializing_if = "ContactPorts::are_faces")]
         ports: ContactPorts,
     },
 }

@@ -170,8 +170,6 @@ fn columns() -> Vec<ColumnSchema> {
         description: description.to_owned(),
         sparse: false,
         optional: false,
-        retired: false,
-        recent: false,
         infinite: false,
     };
     let summary = TableName::Summary.schema();

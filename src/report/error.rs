@@ -7,7 +7,6 @@ use polars::error::PolarsError;
 use super::passed_over::PassedOver;
 use super::plot::PlotError;
 use super::text::continuation;
-use crate::scene::KeptError;
 use crate::store::{Damage, StoreError};
 use crate::tables::{TableError, TableName};
 
@@ -38,14 +37,6 @@ pub enum ReportError {
     NoneLeft {
         /// The folders, each with the reason.
         passed_over: Vec<PassedOver>,
-    },
-    /// The scene that a run keeps.
-    #[error("{}: the scene kept in the run cannot be read: {source}", run.display())]
-    Kept {
-        /// Folder of the run.
-        run: PathBuf,
-        /// What is wrong with it.
-        source: Box<KeptError>,
     },
     /// Tables that do not join.
     #[error("the tables `{table}` of {runs} cannot be read together: {source}")]
@@ -101,7 +92,6 @@ impl ReportError {
     pub fn is_damage_or_mismatch(&self) -> bool {
         match self {
             ReportError::Run { source, .. } => source.is_damage_or_mismatch(),
-            ReportError::Kept { .. } => true,
             ReportError::Empty { damage, .. } => !damage.is_empty(),
             ReportError::NoneLeft { passed_over } => {
                 passed_over.iter().any(PassedOver::is_damage_or_mismatch)

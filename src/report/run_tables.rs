@@ -4,13 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use polars::prelude::*;
-use serde_json::Value;
 
 use super::ReportError;
 use super::passed_over::{PassedOver, open_each};
 use super::scan::{ORDER, RUN, Scan, column};
-use crate::recipe::Recipe;
-use crate::scene;
+use crate::recipe::{KeptPlan, Recipe};
 use crate::store::{Damage, History, RealFileSystem, RunReader, RunRecord, StoreError};
 use crate::tables::{Table, TableName};
 
@@ -20,9 +18,7 @@ use crate::tables::{Table, TableName};
 pub struct RunTables {
     reader: RunReader,
     name: String,
-    recipe: Recipe,
-    scene_toml: String,
-    plan: Option<Value>,
+    plan: KeptPlan,
     iterations: Vec<u64>,
     latest: u64,
 }
@@ -31,29 +27,19 @@ impl RunTables {
     /// Opens the run in a folder.
     ///
     /// # Errors
-    /// [`ReportError::Run`] for a folder that is no readable run, [`ReportError::Empty`] for a run without an iteration,
-    /// [`ReportError::Kept`].
+    /// [`ReportError::Run`] for a folder that is no readable run, [`ReportError::Empty`] for a run without an iteration.
     pub fn open(root: &Path) -> Result<RunTables, ReportError> {
         let reader = open(root)?;
         let of_run = |source| ReportError::Run {
             run: root.to_owned(),
             source,
         };
-        let scene_toml = reader.scene_toml().map_err(of_run)?;
-        let plan = reader.plan().map_err(of_run)?;
-        let recipe = scene::recipe_of_run(root, plan.as_ref(), &scene_toml).map_err(|source| {
-            ReportError::Kept {
-                run: root.to_owned(),
-                source: Box::new(source),
-            }
-        })?;
+        let plan = reader.plan(KeptPlan::of).map_err(of_run)?;
         let iterations: Vec<u64> = reader.iterations().collect();
         Ok(RunTables {
             name: name_of(root),
             latest: iterations[iterations.len() - 1],
             reader,
-            recipe,
-            scene_toml,
             plan,
             iterations,
         })
@@ -80,23 +66,17 @@ impl RunTables {
 
     /// What the run was computed by.
     pub fn recipe(&self) -> &Recipe {
-        &self.recipe
+        &self.plan.recipe
     }
 
     /// The text of the scene as kept in the run.
     pub fn scene_toml(&self) -> &str {
-        &self.scene_toml
-    }
-
-    /// What was decided from the scene, the content of `plan.json`; `None` if it is not there or cannot be read.
-    pub fn plan(&self) -> Option<&Value> {
-        self.plan.as_ref()
+        &self.record().scene_toml
     }
 
     /// What was doubtful of the scene before it ran.
     pub fn warnings(&self) -> impl Iterator<Item = &str> {
-        let warnings = self.plan().and_then(|plan| plan["warnings"].as_array());
-        warnings.into_iter().flatten().filter_map(Value::as_str)
+        self.plan.warnings.iter().map(String::as_str)
     }
 
     /// What the run is and how it came about, the content of `run.json`.

@@ -38,7 +38,7 @@ impl Scan {
     /// pruned too. A damaged table outside the chain of commits, as `timing`, is passed over.
     ///
     /// # Errors
-    /// [`ReportError::Run`] for a table of another version and for one that was damaged since the run was opened,
+    /// [`ReportError::Run`] for a table that cannot be read, as one that was damaged since the run was opened,
     /// [`ReportError::Scan`].
     pub fn add(&mut self, order: usize, name: &str, reader: &RunReader) -> Result<(), ReportError> {
         let run = reader.path();

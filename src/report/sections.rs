@@ -195,8 +195,7 @@ fn provenance(runs: &[RunTables]) -> Section {
             ],
             vec!["threads".to_owned(), record.threads.to_string()],
         ];
-        let began = record.began.clone();
-        rows.extend(began.map(|began| vec!["begun".to_owned(), began]));
+        rows.push(vec!["begun".to_owned(), record.began.clone()]);
         let seed = record
             .seed
             .map(|seed| vec!["seed".to_owned(), seed.to_string()]);
@@ -211,11 +210,8 @@ fn provenance(runs: &[RunTables]) -> Section {
                 None => "from the beginning".to_owned(),
             };
             let how = format!(
-                "{}{from}, {}, {} threads {}",
-                start
-                    .began
-                    .as_ref()
-                    .map_or(String::new(), |began| format!("{began}, ")),
+                "{}, {from}, {}, {} threads {}",
+                start.began,
                 program(&start.program_version, start.program_commit.as_deref()),
                 start.threads,
                 start.changed_keys.join(", ")
@@ -242,15 +238,9 @@ fn program(version: &str, commit: Option<&str>) -> String {
 /// The scenes as their users wrote them; of a run that has no such file, as the program keeps it.
 fn scenes(runs: &[RunTables]) -> Section {
     let html = runs.iter().map(|run| {
-        let (file, text) = match run.reader().written_scene() {
-            Some(text) if run.record().scene_written.is_some() => {
-                ("the scene as it was written", text)
-            }
-            Some(text) => (
-                "scene.original.toml, which nothing verifies in a run this old",
-                text,
-            ),
-            None => ("scene.toml as kept in the run", run.scene_toml().to_owned()),
+        let (file, text) = match &run.record().scene_written {
+            Some(text) => ("the scene as it was written", text.as_str()),
+            None => ("scene.toml as kept in the run", run.scene_toml()),
         };
         let damage = match run.reader().written_scene_damage() {
             Ok(damage) => damage.map(|damage| damage.to_string()),
@@ -265,7 +255,7 @@ fn scenes(runs: &[RunTables]) -> Section {
         format!(
             "{damage}<details><summary>{}: {file}</summary>\n<pre>{}</pre></details>\n",
             escaped(run.name()),
-            escaped(&text)
+            escaped(text)
         )
     });
     Section {

@@ -33,14 +33,12 @@ pub mod variants;
 
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde::Serialize;
 
 use crate::contact::Pair;
 use crate::grid::{Grid, Patch};
 use crate::material::Elastic;
 use crate::model_update::{ContactElements, ModelUpdateError};
-use crate::recipe::Recipe;
 use crate::wear::cycle::March;
 
 pub use crate::contact::Boundary;
@@ -348,31 +346,6 @@ pub fn is_path(key: &str) -> bool {
 /// As for [`load`].
 pub fn load_kept(path: &Path, text: &str, sets: &[String]) -> Result<Scene, SceneError> {
     resolve::scene(&document::read_kept(path, text, sets)?, name_of(path))
-}
-
-/// The recipe of a run in a folder: what its plan keeps, else what the scene that it keeps leads to now. A run that was last started by
-/// an older program keeps none; the files that its scene names are not read again.
-///
-/// # Errors
-/// [`KeptError`] for a scene that this version does not know or cannot run.
-pub fn recipe_of_run(root: &Path, plan: Option<&Value>, text: &str) -> Result<Recipe, KeptError> {
-    let kept = plan.and_then(|plan| plan.get("recipe"));
-    if let Some(recipe) = kept.and_then(|recipe| Recipe::deserialize(recipe).ok()) {
-        return Ok(recipe);
-    }
-    let scene = load_kept(&root.join("scene.toml"), text, &[])?;
-    Ok(plan::decide_without_files(&scene)?)
-}
-
-/// A scene that a run keeps and that leads to no recipe.
-#[derive(Debug, thiserror::Error)]
-pub enum KeptError {
-    /// It cannot be read.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// It cannot be run.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
 }
 
 /// The scene in the file at `path` as it was written, comments too, for people: below its text stand, as comments, those of the files

@@ -8,7 +8,7 @@ use super::forced_response;
 use super::observer::Observer;
 use super::reads::Reads;
 use super::recompute::require_own;
-use super::runner::{Runner, committed};
+use super::runner::Runner;
 use super::solvers::{Solvers, given};
 use super::stage::Stage;
 use std::rc::Rc;
@@ -130,7 +130,7 @@ pub fn backbone_of_run(
     let read = stage.reads.iter().copied();
     let of_iteration = read.filter(|name| commit.table(name.as_str()).is_some());
     let tables: Tables = of_iteration
-        .map(|name| Ok((name, committed(reader, wear_iteration, name)?)))
+        .map(|name| Ok((name, reader.read(wear_iteration, name)?)))
         .collect::<Result<_, RunError>>()?;
     let read = [&tables, &Tables::new()];
     runner.reading(stage, wear_iteration, read, |reads, solvers| {

@@ -1,7 +1,7 @@
 //! The coarse trajectory beside the run's own.
 
 use super::RunError;
-use super::contact_state::{contact_of, let_move, there, worn_state};
+use super::contact_state::{contact_of, let_move, worn_state};
 use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
@@ -49,9 +49,8 @@ const STEPS: u64 = 2;
 fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let mut outputs = Outputs::default();
     let patch = solvers.joint(reads)?.patch.clone();
-    let before = reads.maybe_before::<typed::CoarseField>()?;
-    let Some(field) = before.filter(|field| field.own_wear_depth.is_some()) else {
-        // Both begin alike; so does what goes on from a run without a coarse trajectory, or with one of an earlier kind.
+    let Some(field) = reads.maybe_before::<typed::CoarseField>()? else {
+        // Both begin alike; so does what goes on from a run without a coarse trajectory.
         let own = own(reads, &patch)?;
         outputs.put(&field_of(&patch, &own, &own))?;
         let none = contact_of(&reads.recipe).stiffness.then_some(0.0);
@@ -209,23 +208,21 @@ fn states_of(
             // The cycles of both are marched from there.
             shear_x: Some(shear_x.clone()),
             shear_y: shear_y.clone(),
-            slip_path,
-            dissipation,
+            slip_path: Some(slip_path),
+            dissipation: Some(dissipation),
         };
         worn_state(&reads.recipe, patch, Some(wear), &fields, &cycle)
     };
-    let own =
-        |values: Option<Vec<f64>>, column| there(TableName::CoarseField, &values, column).cloned();
     Ok([
         state(
             field.wear_depth,
             field.pressure,
-            Some(field.slip_path),
-            Some(field.dissipation),
+            field.slip_path,
+            field.dissipation,
         )?,
         state(
-            own(field.own_wear_depth, "own_wear_depth")?,
-            own(field.own_pressure, "own_pressure")?,
+            field.own_wear_depth,
+            field.own_pressure,
             field.own_slip_path,
             field.own_dissipation,
         )?,
@@ -245,9 +242,9 @@ fn field_of(patch: &Patch, state: &WornState, own: &WornState) -> typed::CoarseF
         shear_y: shear.next(),
         slip_path: patch.gather(&cycle.slip_path),
         dissipation: patch.gather(&cycle.energy),
-        own_wear_depth: Some(patch.gather(&own.wear)),
-        own_pressure: Some(patch.gather(&own.pressure)),
-        own_slip_path: Some(patch.gather(&own.cycle.slip_path)),
-        own_dissipation: Some(patch.gather(&own.cycle.energy)),
+        own_wear_depth: patch.gather(&own.wear),
+        own_pressure: patch.gather(&own.pressure),
+        own_slip_path: patch.gather(&own.cycle.slip_path),
+        own_dissipation: patch.gather(&own.cycle.energy),
     }
 }

@@ -96,7 +96,7 @@ pub fn solution_of(row: &typed::StaticContact, fields: Fields) -> NormalSolution
         iterations: row.iterations as usize,
         rotation: or_zero([row.rotation_x, row.rotation_y]),
         load: row.normal_load,
-        moment: or_zero([row.moment_x, row.moment_y]),
+        moment: [row.moment_x, row.moment_y],
         error: row.error,
     }
 }

@@ -281,8 +281,6 @@ fn row(
         error_resonance_frequency: truncation.frequency,
         error_peak_amplitude: truncation.amplitude,
         error_friction_energy: truncation.friction_energy,
-        mean_motion_energy: None,
-        closure_energy: None,
         iterations: resonance.iterations as i64,
         active_elements: phase.active_elements() as i64,
         sticking_elements: count(ElementState::Stick),
@@ -347,7 +345,7 @@ fn cycle_table(cycle: &JointCycle) -> typed::JointCycle {
         moment_x: of(&cycle.moment, 0),
         moment_y: of(&cycle.moment, 1),
         moment_z: of(&cycle.moment, 2),
-        force_along: Some(cycle.force_along.clone()),
+        force_along: cycle.force_along.clone(),
     }
 }
 

@@ -213,25 +213,22 @@ fn put(
         friction_energy: of(|r| r.solution.energy.friction),
         viscous_energy: of(|r| r.solution.energy.viscous),
         active_elements: all.clone().map(|p| active(p) as i64).collect(),
-        peak_to_peak: Some(of(|r| r.peak_to_peak)),
-        converged: Some(all.clone().map(|p| p.response.is_some()).collect()),
-        found_by: Some(all.clone().map(|p| p.found_by.name().to_owned()).collect()),
-        residual: Some(all.clone().map(|p| p.residual).collect()),
-        branch: Some(
-            all.clone()
-                .map(|p| p.branch.map_or(-1, |b| b as i64))
-                .collect(),
-        ),
-        fold: Some(all.clone().map(|p| p.is_fold).collect()),
-        error_amplitude: Some(
-            all.clone()
-                .map(|p| p.response.as_ref().and_then(|r| r.error))
-                .collect(),
-        ),
-        error_friction_energy: Some(
-            all.map(|p| p.response.as_ref().and_then(|r| r.friction_error))
-                .collect(),
-        ),
+        peak_to_peak: of(|r| r.peak_to_peak),
+        converged: all.clone().map(|p| p.response.is_some()).collect(),
+        found_by: all.clone().map(|p| p.found_by.name().to_owned()).collect(),
+        residual: all.clone().map(|p| p.residual).collect(),
+        branch: all
+            .clone()
+            .map(|p| p.branch.map_or(-1, |b| b as i64))
+            .collect(),
+        fold: all.clone().map(|p| p.is_fold).collect(),
+        error_amplitude: all
+            .clone()
+            .map(|p| p.response.as_ref().and_then(|r| r.error))
+            .collect(),
+        error_friction_energy: all
+            .map(|p| p.response.as_ref().and_then(|r| r.friction_error))
+            .collect(),
     })
 }
 

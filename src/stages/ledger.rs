@@ -1,7 +1,7 @@
 //! The fine contact against the contact elements of the structure: what both say of the same quantity.
 
 use super::RunError;
-use super::contact_state::{compliance_of, contact_of};
+use super::contact_state::{compliance_of, contact_of, there};
 use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, smooth};
@@ -108,14 +108,14 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
             .sum::<f64>()
     };
     let half_range = |values: &[f64]| half_range(values.iter().copied());
-    // A response that an older program found has the force along x alone.
-    let force = match (&cycle.force_along, &joint.force_along) {
-        (Some(fine), Some(dynamic)) => [fine, dynamic],
-        _ => [&cycle.force_x, &joint.force_x],
-    };
+    let force_along = there(TableName::Cycle, &cycle.force_along, "force_along")?;
     let rows = [
         ("normal_load [N]", load, mean(&joint.normal_load)),
-        (FORCE, half_range(force[0]), half_range(force[1])),
+        (
+            FORCE,
+            half_range(force_along),
+            half_range(&joint.force_along),
+        ),
         (
             "displacement_x [m]",
             half_range(&cycle.displacement_x),

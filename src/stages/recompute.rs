@@ -7,11 +7,11 @@ use super::declaration::{Declaration, is_in};
 use super::list::STAGES;
 use super::moment::{Due, Moment};
 use super::observer::Observer;
-use super::runner::{Runner, committed, stages_in, writer_before};
+use super::runner::{Runner, if_there, stages_in, writer_before};
 use super::stage::{Stage, When};
 use crate::recipe::{Inputs, Recipe};
 use crate::store::RunReader;
-use crate::tables::{Table, TableName, Tables};
+use crate::tables::{TableName, Tables};
 
 /// A stage that was computed again.
 pub struct Recomputed {
@@ -142,7 +142,7 @@ impl Recomputation<'_> {
                 continue;
             }
             let table = match last_writer(self.recipe, k, name) == Some(writer.stage) {
-                true => self.committed(name)?,
+                true => if_there(self.reader, k, name)?,
                 false => self.again(writer)?.remove(&name),
             };
             tables.extend(table.map(|table| (name, table)));
@@ -150,15 +150,6 @@ impl Recomputation<'_> {
         let moment = Moment::of(self.recipe, k, &tables, &self.before)?;
         self.runner
             .compute(stage, k, moment.due, &tables, &self.before)
-    }
-
-    /// A table of the iteration; none where it was not due. What the cycle found is always there, if only in the summary.
-    fn committed(&self, name: TableName) -> Result<Option<Table>, RunError> {
-        let commit = self.reader.commit_of(self.wear_iteration)?;
-        let is_there = commit.table(name.as_str()).is_some() || name == TableName::FrettingCycle;
-        is_there
-            .then(|| committed(self.reader, self.wear_iteration, name))
-            .transpose()
     }
 
     fn again(&mut self, stage: &'static Declaration) -> Result<Tables, RunError> {

@@ -12,8 +12,10 @@ use super::run_cost::RunCost;
 use super::runner::Runner;
 use super::stage::{Stage, When};
 use crate::model_update::Criterion;
-use crate::recipe::{Durability, Inputs, Keep as KeepOf, Recipe};
-use crate::store::{Cache, FileSystem, Keep, RunIdentity, RunStore, UnsyncedFileSystem, sync_all};
+use crate::recipe::{Durability, Inputs, Keep as KeepOf, KeptPlan, Recipe};
+use crate::store::{
+    Cache, FileSystem, Keep, RunIdentity, RunStore, UnsyncedFileSystem, check_plan, sync_all,
+};
 use crate::tables::{Table, TableName, typed};
 
 /// Keys that cannot alter what is already computed: where a run stops, what it keeps, and when that is on the disk.
@@ -218,6 +220,7 @@ fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunEr
         Durability::Commit => options.file_system.clone(),
         Durability::End => Arc::new(UnsyncedFileSystem(options.file_system.clone())),
     };
+    check_plan(file_system.clone(), &options.root, KeptPlan::of)?;
     let (mut store, opening) = match &options.source {
         None => RunStore::create_or_open(file_system, &options.root, &identity)?,
         Some(source) => RunStore::create_sibling(

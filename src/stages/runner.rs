@@ -17,7 +17,7 @@ use super::run::identity_of;
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use crate::journal::INTERVAL;
-use crate::recipe::{Inputs, Part, Recipe, Structure};
+use crate::recipe::{Inputs, Part, Recipe};
 use crate::store::{Cache, Kept, Recompute, RunReader, RunStore, StageKey, StoreError};
 use crate::tables::{Provenance, Table, TableName, Tables, TypedTable, typed};
 
@@ -78,12 +78,6 @@ pub fn writer_before(
         .last()
 }
 
-/// The CPU times of as many rows as there are stages: none where a former version has not written them.
-fn cpu_seconds(timing: &mut typed::Timing) -> &mut Vec<Option<f64>> {
-    let rows = timing.seconds.len();
-    (timing.cpu_seconds).get_or_insert_with(|| vec![None; rows])
-}
-
 impl<'a> Runner<'a> {
     /// A runner that has computed nothing.
     pub fn new(inputs: &'a Inputs, threads: usize, observer: &'a dyn Observer) -> Runner<'a> {
@@ -125,7 +119,6 @@ impl<'a> Runner<'a> {
             let chosen = json!({ "samples": fields.samples, "cells": fields.cells });
             parameters.insert(Part::CycleFields.name().to_owned(), chosen);
         }
-        // Without them the key is that of a version that knows of none.
         let writes = stage.writes.iter().copied();
         let writes = writes.filter(|table| *table != TableName::CycleField || fields.is_some());
         let writes: Vec<TableName> = writes.collect();
@@ -133,10 +126,6 @@ impl<'a> Runner<'a> {
             // Another version may compute otherwise.
             let version = env!("CARGO_PKG_VERSION");
             parameters.insert("version".to_owned(), version.into());
-            let structure = recipe.structure.as_ref();
-            if let Some(revision) = structure.and_then(Structure::revision) {
-                parameters.insert("revision".to_owned(), revision.into());
-            }
         }
         let writer = |table: &TableName| {
             let writer = writer_before(recipe, wear_iteration, stage.stage, *table)?;
@@ -397,7 +386,7 @@ impl<'a> Runner<'a> {
                 Some(part) => format!("{}.{part}", stage.stage),
                 None => stage.stage.name().to_owned(),
             });
-            cpu_seconds(&mut self.timing).push(cost.spent.cpu_seconds);
+            self.timing.cpu_seconds.push(cost.spent.cpu_seconds);
             self.timing.seconds.push(cost.spent.seconds);
             self.timing.fft_pairs.push(cost.fft_pairs);
         }
@@ -413,16 +402,16 @@ impl<'a> Runner<'a> {
             stage: self.timing.stage[rows..].to_vec(),
             seconds: self.timing.seconds[rows..].to_vec(),
             fft_pairs: self.timing.fft_pairs[rows..].to_vec(),
-            cpu_seconds: (self.timing.cpu_seconds.as_ref()).map(|cpu| cpu[rows..].to_vec()),
+            cpu_seconds: self.timing.cpu_seconds[rows..].to_vec(),
         };
         Ok(cost.to_table()?)
     }
 
-    /// Counts what a stage cost that an earlier start computed. Those of former versions have not kept it.
+    /// Counts what a stage cost that an earlier start computed.
     fn adopt(&mut self, kept: &mut Tables) -> Result<(), RunError> {
         if let Some(cost) = kept.remove(&TableName::Timing) {
-            let mut cost = typed::Timing::of(&cost)?;
-            cpu_seconds(&mut self.timing).append(cpu_seconds(&mut cost));
+            let cost = typed::Timing::of(&cost)?;
+            self.timing.cpu_seconds.extend(cost.cpu_seconds);
             self.timing.stage.extend(cost.stage);
             self.timing.seconds.extend(cost.seconds);
             self.timing.fft_pairs.extend(cost.fft_pairs);
@@ -445,11 +434,7 @@ impl<'a> Runner<'a> {
         let names = names.into_iter().filter(|name| is_in(recipe, *name));
         let mut before = Tables::new();
         for name in names {
-            let table = match BEGUN_ANEW.contains(&name) {
-                true => if_there(reader, wear_iteration, name)?,
-                false => Some(committed(reader, wear_iteration, name)?),
-            };
-            before.extend(table.map(|table| (name, table)));
+            before.insert(name, reader.read(wear_iteration, name)?);
         }
         Ok(before)
     }
@@ -464,7 +449,7 @@ impl<'a> Runner<'a> {
         ];
         let inherited = of_wear
             .into_iter()
-            .map(|name| Ok((name, committed(reader, wear_iteration, name)?)));
+            .map(|name| Ok((name, reader.read(wear_iteration, name)?)));
         let inherited: Tables = inherited.collect::<Result<_, RunError>>()?;
         // The wear as it is, with no step to it, and the contact as a start.
         let no_step = typed::WearStep::default().to_table()?;
@@ -487,7 +472,8 @@ impl<'a> Runner<'a> {
         };
         tables.insert(TableName::Summary, summary.to_table()?);
         // What was uncertain of the wear that is inherited stays so.
-        for name in BEGUN_ANEW.into_iter().filter(|name| is_in(recipe, *name)) {
+        let coarse = [TableName::CoarseField, TableName::CoarseStep];
+        for name in coarse.into_iter().filter(|name| is_in(recipe, *name)) {
             let table = if_there(reader, wear_iteration, name)?;
             tables.extend(table.map(|table| (name, table)));
         }
@@ -603,11 +589,8 @@ fn written_again(recipe: &Recipe, wear_iteration: u64, stage: &Declaration) -> V
     written.filter(|table| later.contains(table)).collect()
 }
 
-/// Tables that a run of an earlier version does not have: what they hold begins anew.
-const BEGUN_ANEW: [TableName; 2] = [TableName::CoarseField, TableName::CoarseStep];
-
-/// A table of a committed iteration; none where it has none.
-fn if_there(
+/// A table of a committed iteration; none where it was not due, or the run that it is inherited from has none.
+pub fn if_there(
     reader: &RunReader,
     wear_iteration: u64,
     name: TableName,
@@ -615,31 +598,5 @@ fn if_there(
     match reader.read(wear_iteration, name) {
         Err(StoreError::NoTable { .. }) => Ok(None),
         found => Ok(Some(found?)),
-    }
-}
-
-/// A table of a committed iteration that its recipe has. Runs of earlier versions have what the cycle found in their summary alone, and
-/// have kept no resonances but that of the response in force.
-pub fn committed(
-    reader: &RunReader,
-    wear_iteration: u64,
-    name: TableName,
-) -> Result<Table, RunError> {
-    match reader.read(wear_iteration, name) {
-        Err(StoreError::NoTable { .. }) if name == TableName::FrettingCycle => {
-            let summary: typed::Summary = reader.typed(wear_iteration)?;
-            let row = typed::FrettingCycle {
-                dissipated_energy: summary.dissipated_energy.unwrap_or(0.0),
-                iterations: summary.tangential_iterations.unwrap_or(0),
-                error_tangential: summary.error_tangential.unwrap_or(0.0),
-                error_cycle: summary.error_cycle.unwrap_or(0.0),
-                fft_pairs: 0.0,
-            };
-            Ok(row.to_table()?)
-        }
-        Err(StoreError::NoTable { .. }) if name == TableName::Resonance => {
-            Ok(typed::Resonance::default().to_table()?)
-        }
-        found => Ok(found?),
     }
 }

@@ -131,8 +131,8 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         approach: solution.approach,
         rotation_x: rotation.map(|r| r[0]),
         rotation_y: rotation.map(|r| r[1]),
-        moment_x: Some(solution.moment[0]),
-        moment_y: Some(solution.moment[1]),
+        moment_x: solution.moment[0],
+        moment_y: solution.moment[1],
         kn: stiffness.map(|(kn, _)| kn),
         kt: stiffness.map(|(_, kt)| kt),
         error: solution.error,
@@ -140,7 +140,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         fft_pairs: solve_pairs + stiffness_pairs + curve_pairs,
         tangential_iterations: friction.as_ref().map(|f| f.steps as i64),
         error_tangential: friction.as_ref().map(|f| f.error),
-        undecided_cells: Some(undecided as i64),
+        undecided_cells: undecided as i64,
     })?;
     let predicted = predicted.map(|fields| fields.shear);
     if reads.wear_iteration == 0 {

@@ -119,8 +119,8 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
         approach: Some(contact.approach),
         rotation_x: contact.rotation_x,
         rotation_y: contact.rotation_y,
-        moment_x: contact.moment_x,
-        moment_y: contact.moment_y,
+        moment_x: Some(contact.moment_x),
+        moment_y: Some(contact.moment_y),
         kn: contact.kn,
         kt: contact.kt,
         mean_height: Some(shape.mean),
@@ -167,7 +167,7 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
         let cells = Cells {
             loaded: count(LOADED * largest),
             touching: count(0.0),
-            undecided: contact.undecided_cells.unwrap_or(0) as f64,
+            undecided: contact.undecided_cells as f64,
         };
         let sources = Sources {
             before,

@@ -5,7 +5,7 @@ use super::error::StoreError;
 use super::file_system::FileSystem;
 use super::files::Files;
 use super::key::StageKey;
-use super::sealed::{Seal, sealed};
+use super::sealed::sealed;
 use crate::tables::{Provenance, Table, TableName};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -43,7 +43,7 @@ impl Cache {
         let mut found = Vec::with_capacity(tables.len());
         for &table in tables {
             let key_path = folder.join(format!("{table}.json"));
-            match read_keyed(&self.files, &folder, &key_path, table, key, Seal::Required)?.0 {
+            match read_keyed(&self.files, &folder, &key_path, table, key)?.0 {
                 Kept::Valid(values) => found.push(values),
                 Kept::Stale(why) => return Ok(Kept::Stale(why)),
             }

@@ -5,7 +5,7 @@ use super::draft::KeyedEntry;
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::EntryKind;
 use super::files::{Files, Layout, iteration_of};
-use super::record::{Pruned, RunRecord};
+use super::record::Pruned;
 use super::sealed::read_sealed;
 use crate::tables::TableName;
 use std::collections::{BTreeMap, BTreeSet};
@@ -96,12 +96,7 @@ pub(super) fn folders(files: &Files, layout: &Layout) -> Result<BTreeSet<u64>, S
 ///
 /// A pruned iteration stands in the chain with the hashes that the history keeps of it. An iteration that is absent and was not
 /// pruned breaks the chain; of several in a row the first stands for all, since a stray folder may have any number.
-pub(super) fn walk(
-    files: &Files,
-    layout: &Layout,
-    record: &RunRecord,
-    past: &Past,
-) -> Result<Chain, StoreError> {
+pub(super) fn walk(files: &Files, layout: &Layout, past: &Past) -> Result<Chain, StoreError> {
     let pruned = &past.pruned;
     let mut present = folders(files, layout)?;
     present.retain(|wear_iteration| !pruned.contains_key(wear_iteration));
@@ -149,7 +144,7 @@ pub(super) fn walk(
             });
             None
         } else {
-            match Commit::read(files, layout, wear_iteration, record.seal())? {
+            match Commit::read(files, layout, wear_iteration)? {
                 Err(damage) => {
                     report.damage.push(damage);
                     None
@@ -213,11 +208,7 @@ fn check_files<'a>(
 }
 
 /// Verifies the tables of `once/`.
-pub(super) fn check_once(
-    files: &Files,
-    layout: &Layout,
-    record: &RunRecord,
-) -> Result<Vec<OnceReport>, StoreError> {
+pub(super) fn check_once(files: &Files, layout: &Layout) -> Result<Vec<OnceReport>, StoreError> {
     let folder = layout.once();
     let entries = files.list(&folder)?;
     // A table without its key file is as damaged as a key file without its table.
@@ -230,7 +221,7 @@ pub(super) fn check_once(
     let mut reports = Vec::new();
     for table in tables {
         let key_path = folder.join(format!("{table}.json"));
-        let damage = match read_sealed::<KeyedEntry>(files, &key_path, record.seal())? {
+        let damage = match read_sealed::<KeyedEntry>(files, &key_path)? {
             Err(damage) => Some(damage),
             Ok(keyed) => check_keyed(files, &folder, table, &keyed.entry)?,
         };

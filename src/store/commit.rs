@@ -2,14 +2,11 @@
 
 use super::error::{Damage, DamageKind, StoreError};
 use super::files::{Files, Layout};
-use super::sealed::{Seal, read_sealed};
+use super::sealed::read_sealed;
 use crate::json;
 use crate::tables::TableName;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-
-/// Version of the layout of `commit.json`.
-pub(super) const COMMIT_FORMAT: u32 = 1;
 
 /// One file of an iteration.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -45,8 +42,6 @@ impl TableEntry {
 /// The manifest of an iteration.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Commit {
-    /// Version of this layout.
-    pub format: u32,
     /// The iteration.
     pub wear_iteration: u64,
     /// Hash of the commit before, `None` for the first.
@@ -67,7 +62,6 @@ impl Commit {
         unchained: BTreeMap<String, TableEntry>,
     ) -> Commit {
         let mut commit = Commit {
-            format: COMMIT_FORMAT,
             wear_iteration,
             parent,
             tables,
@@ -101,7 +95,6 @@ impl Commit {
     /// The hash that the content gives.
     fn computed_hash(&self) -> String {
         json::hash(&serde_json::json!({
-            "format": self.format,
             "wear_iteration": self.wear_iteration,
             "parent": self.parent,
             "tables": self.tables,
@@ -113,20 +106,12 @@ impl Commit {
         files: &Files,
         layout: &Layout,
         wear_iteration: u64,
-        seal: Seal,
     ) -> Result<Result<Commit, Damage>, StoreError> {
         let path = layout.commit(wear_iteration);
-        let commit: Commit = match read_sealed(files, &path, seal)? {
+        let commit: Commit = match read_sealed(files, &path)? {
             Ok(commit) => commit,
             Err(damage) => return Ok(Err(damage)),
         };
-        if commit.format != COMMIT_FORMAT {
-            return Err(StoreError::Format {
-                path,
-                found: commit.format,
-                expected: COMMIT_FORMAT,
-            });
-        }
         let computed = commit.computed_hash();
         let kind = if commit.hash != computed {
             DamageKind::Hash {

@@ -6,7 +6,7 @@ use super::file_system::EntryKind;
 use super::files::{Files, Layout, hash};
 use super::key::StageKey;
 use super::parts;
-use super::sealed::{Seal, read_sealed, sealed};
+use super::sealed::{read_sealed, sealed};
 use crate::tables::{Provenance, Table, TableError, TableName, Tables, from_parquet, to_parquet};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -128,7 +128,7 @@ impl Draft {
             return Ok(Kept::Stale(Recompute::NotThere));
         }
         let damaged = |damage| Ok(Kept::Stale(Recompute::Damaged(damage)));
-        let of_stage: StageEntry = match read_sealed(&self.files, &key_path, Seal::Required)? {
+        let of_stage: StageEntry = match read_sealed(&self.files, &key_path)? {
             Ok(of_stage) => of_stage,
             Err(damage) => return damaged(damage),
         };
@@ -286,13 +286,12 @@ pub(super) fn read_keyed(
     key_path: &Path,
     table: TableName,
     key: &StageKey,
-    seal: Seal,
 ) -> Result<(Kept, Option<TableEntry>), StoreError> {
     let stale = |why| Ok((Kept::Stale(why), None));
     if !files.is_there(key_path)? {
         return stale(Recompute::NotThere);
     }
-    let keyed: KeyedEntry = match read_sealed(files, key_path, seal)? {
+    let keyed: KeyedEntry = match read_sealed(files, key_path)? {
         Ok(keyed) => keyed,
         Err(damage) => return stale(Recompute::Damaged(damage)),
     };
@@ -419,7 +418,7 @@ fn whole_stage(
     draft: &Path,
     key_path: &Path,
 ) -> Result<Option<(String, Vec<String>)>, StoreError> {
-    let Ok(of_stage) = read_sealed::<StageEntry>(files, key_path, Seal::Required)? else {
+    let Ok(of_stage) = read_sealed::<StageEntry>(files, key_path)? else {
         return Ok(None);
     };
     let stage = of_stage.key.stage();

@@ -1,6 +1,7 @@
 //! What can go wrong with a run on disk.
 
 use super::file_system::EntryKind;
+use super::record::LAYOUT;
 use crate::json::KeyChange;
 use crate::tables::TableError;
 use std::fmt::{self, Display};
@@ -88,15 +89,31 @@ pub enum StoreError {
     /// A file of the run does not verify.
     #[error("damaged run: {0}")]
     Damaged(Damage),
-    /// A run of another version of the folder's layout.
-    #[error("{} has layout version {found}; this program reads versions up to {expected}", path.display())]
-    Format {
-        /// The file that says so.
+    /// A run of another layout.
+    #[error(
+        "{} has layout {found}{}, and this program reads layout {LAYOUT} only; use the program that made the run, or begin another run in another folder",
+        path.display(), made_by(program_version.as_deref())
+    )]
+    OtherLayout {
+        /// The run.
         path: PathBuf,
-        /// Version found.
-        found: u32,
-        /// Latest version that this program reads.
-        expected: u32,
+        /// Number of its layout.
+        found: u64,
+        /// Version of the program that began it, if `run.json` says.
+        program_version: Option<String>,
+    },
+    /// A `plan.json` that is no plan of this program.
+    #[error(
+        "{} is no plan of this program: {reason}; if `fretwear verify` finds it damaged, `fretwear run` writes it again, else use the program that made it, fretwear {program_version}",
+        path.display()
+    )]
+    Plan {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+        /// Version of the program of the last start on record.
+        program_version: String,
     },
     /// An iteration that is not, or no longer, there.
     #[error("{} has no iteration {wear_iteration}; it has {}", path.display(), ranges(remaining))]
@@ -203,13 +220,13 @@ impl StoreError {
             | StoreError::NotARun { .. }
             | StoreError::NotPlain { .. }
             | StoreError::Damaged(_)
-            | StoreError::Format { .. }
+            | StoreError::OtherLayout { .. }
+            | StoreError::Plan { .. }
             | StoreError::UnfinishedSibling { .. }
             | StoreError::OtherOrigin { .. } => true,
             StoreError::Table { source, .. } => matches!(
                 **source,
-                TableError::Version { .. }
-                    | TableError::OtherTable { .. }
+                TableError::OtherTable { .. }
                     | TableError::NotOurs { .. }
                     | TableError::Parquet { .. }
             ),
@@ -294,6 +311,12 @@ fn kind(kind: EntryKind) -> &'static str {
 
 fn process(pid: Option<u32>) -> String {
     pid.map_or("another process".to_owned(), |pid| format!("process {pid}"))
+}
+
+fn made_by(version: Option<&str>) -> String {
+    version.map_or(String::new(), |version| {
+        format!(", made by fretwear {version}")
+    })
 }
 
 fn hash(hash: &Option<String>) -> &str {

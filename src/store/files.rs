@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// What must stay free beside the bytes to be written: the manifest, the folder entries and the journal of the system.
 const SPARE_BYTES: u64 = 1 << 20;
 
-/// Most bytes of a JSON or TOML file of a run: `run.json` of an older run with 300 000 pruned iterations has as many.
+/// Most bytes of a JSON or TOML file of a run: it may hold the text of a long scene.
 const LONGEST_METADATA: u64 = 64 << 20;
 
 /// Most bytes of a table: some ten columns of numbers on 8192 x 8192 cells, not compressed. Its commit may be a stranger's too, and say

@@ -67,7 +67,7 @@ pub struct StageCost {
     pub seconds: f64,
     /// Forward and inverse transform pairs.
     pub fft_pairs: f64,
-    /// CPU time of all threads \[s\]; none where an iteration does not tell it.
+    /// CPU time of all threads \[s\]; none where the system does not tell it of an iteration.
     pub cpu_seconds: Option<f64>,
 }
 
@@ -241,7 +241,7 @@ impl History {
         let series: [Vec<Option<f64>>; 3] = [
             known(&timing.seconds),
             known(&timing.fft_pairs),
-            timing.cpu_seconds.clone().unwrap_or_default(),
+            timing.cpu_seconds.clone(),
         ];
         for (prefix, values) in TIMING.into_iter().zip(series) {
             let mut sums: BTreeMap<&str, Option<f64>> = BTreeMap::new();
@@ -408,13 +408,14 @@ impl History {
                 bytes: bytes[k],
             });
         }
-        // A column that this version does not have any more is left out.
-        columns.retain(|name, values| {
+        for (name, values) in &columns {
             let known = KNOWN.iter().find(|known| known.name == *name);
             let kind = known.map(|known| known.column.kind);
             let kind = kind.or(is_timing(name).then_some(ColumnType::F64));
-            kind.is_some_and(|kind| is_of(values, kind))
-        });
+            if !kind.is_some_and(|kind| is_of(values, kind)) {
+                return Err(unreadable(format!("no history has such a column `{name}`")));
+            }
+        }
         Ok(History { links, columns })
     }
 }

@@ -2,6 +2,7 @@
 
 use super::commit::Commit;
 use super::error::list;
+use super::record::LAYOUT;
 use crate::json::{as_read, differences, hash};
 use crate::tables::TableName;
 use serde::{Deserialize, Serialize};
@@ -17,18 +18,15 @@ pub struct StageKey {
 }
 
 impl StageKey {
-    /// The key of a stage from its name, the tables it writes (their schema versions count), the parameters it reads and
-    /// the keys of the stages whose results it reads.
+    /// The key of a stage from its name, the tables it writes, the parameters it reads and the keys of the stages whose results it
+    /// reads. What another layout has is found under no key of this one.
     pub fn new(
         stage: &str,
         tables: &[TableName],
         parameters: &Value,
         upstream: &[&StageKey],
     ) -> StageKey {
-        let schemas: Map<String, Value> = tables
-            .iter()
-            .map(|table| (table.as_str().to_owned(), json!(table.schema().version)))
-            .collect();
+        let tables: Vec<&str> = tables.iter().map(|table| table.as_str()).collect();
         let mut above = Map::new();
         for key in upstream {
             let stage = key.stage();
@@ -42,7 +40,8 @@ impl StageKey {
         }
         let inputs = json!({
             "stage": stage,
-            "schemas": schemas,
+            "layout": LAYOUT,
+            "tables": tables,
             "parameters": parameters,
             "upstream": above,
         });

@@ -24,17 +24,14 @@ pub(super) struct ReadPast {
 }
 
 impl ReadPast {
-    /// Reads it. Older runs have what was pruned in `run.json`.
-    pub fn read(files: &Files, layout: &Layout, record: &RunRecord) -> Result<Self, StoreError> {
+    /// Reads it.
+    pub fn read(files: &Files, layout: &Layout) -> Result<Self, StoreError> {
         let found = history::read(files, layout)?;
-        let mut past = Past {
-            pruned: record.pruned.clone(),
-            lost: false,
-        };
+        let mut past = Past::default();
         match &found {
-            Found::Sound(history) => past.pruned.extend(history.pruned()),
+            Found::Sound(history) => past.pruned = history.pruned(),
             // A run that has pruned nothing may have been ended before its first row was written.
-            Found::Absent | Found::Damaged(_) => past.lost = record.has_history(),
+            Found::Absent | Found::Damaged(_) => past.lost = true,
         }
         Ok(ReadPast { past, found })
     }
@@ -113,13 +110,13 @@ pub(super) fn walk_beside_a_writer(files: &Files, layout: &Layout) -> Result<Loo
         let found = read_record(files, layout)?.ok_or_else(|| StoreError::NoRun {
             path: layout.root.clone(),
         })?;
-        let past = ReadPast::read(files, layout, &found.record)?;
+        let past = ReadPast::read(files, layout)?;
         Ok::<_, StoreError>((found.record, past))
     };
     let (mut record, mut past) = read()?;
     let mut looks = 1;
     loop {
-        let chain = chain::walk(files, layout, &record, &past.past)?;
+        let chain = chain::walk(files, layout, &past.past)?;
         let sound = chain.reports.iter().all(|report| report.damage.is_empty());
         if sound || looks == LOOKS {
             return Ok(Looked {

@@ -151,6 +151,8 @@ pub(super) fn lock(fs: Arc<dyn FileSystem>, root: &Path) -> Result<Locked, Store
         refuse_foreign(&files, &layout)?;
     }
     files.make_dir(root)?;
+    // A folder that is refused stays as it is: nothing is locked in it.
+    read_record(&files, &layout)?;
     let guard = files.lock(&layout.lock(), root)?;
     let record = read_record(&files, &layout)?;
     let mut unfinished = None;
@@ -222,16 +224,16 @@ fn write_identity(
     if let Some(written) = &record.scene_written {
         files.replace_if_different(&layout.written_scene(), written.as_bytes())?;
     }
-    record.scene_toml = Some(identity.scene_toml.clone());
+    record.scene_toml.clone_from(&identity.scene_toml);
     let plan = layout.plan();
     let bytes = json(&plan, &identity.plan)?;
-    record.plan_hash = Some(hash(&bytes));
+    record.plan_hash = hash(&bytes);
     files.replace_if_different(&plan, &bytes)?;
     let schemas = layout.schemas();
     let of_runs = TableName::ALL.iter().map(|table| table.schema());
     let of_runs = of_runs.filter(|schema| schema.place != Place::Beside);
     let bytes = json(&schemas, &of_runs.collect::<Vec<_>>())?;
-    record.schemas_hash = Some(hash(&bytes));
+    record.schemas_hash = hash(&bytes);
     files.replace_if_different(&schemas, &bytes)
 }
 
@@ -275,8 +277,7 @@ pub(super) fn resume(
             return Err(StoreError::SceneChanged {
                 path: layout.root,
                 keys: made(refused, &identity.following_keys),
-                edited: written.is_some()
-                    && record.scene_toml.is_some_and(|kept| written != Some(kept)),
+                edited: written.is_some_and(|written| written != record.scene_toml),
             });
         }
         let written = record.scene_written;
@@ -292,10 +293,10 @@ pub(super) fn resume(
     for folder in [layout.once(), layout.iterations(), layout.staging()] {
         files.make_dir(&folder)?;
     }
-    let past = ReadPast::read(&files, &layout, &record)?;
+    let past = ReadPast::read(&files, &layout)?;
     discard(&files, &layout, past.past.pruned.keys().copied())?;
 
-    let mut chain = chain::walk(&files, &layout, &record, &past.past)?;
+    let mut chain = chain::walk(&files, &layout, &past.past)?;
     opening.latest = chain.sound.keys().next_back().copied();
     let mut reports = std::mem::take(&mut chain.reports);
     for report in &mut reports {
@@ -350,7 +351,6 @@ pub(super) fn resume(
     if [rows_of_file, rows_agreeing] != [history.len(); 2] {
         history::write(files, layout, history)?;
     }
-    record.upgrade();
 
     let next = opening.latest.map_or(0, |latest| latest + 1);
     (opening.drafts_kept, opening.drafts_removed) = clean_staging(files, layout, next)?;
@@ -372,7 +372,7 @@ fn of_commit(version: &str, commit: Option<&str>) -> String {
 fn note_circumstances(record: &mut RunRecord, opening: &mut Opening, identity: &RunIdentity) {
     let (version, threads, machine) = record.circumstances();
     let this = Machine::this();
-    // What an older program or a package was built from is not known, and no change.
+    // What a package was built from is not known, and no change.
     let rebuilt = record
         .commit()
         .zip(COMMIT)
@@ -397,7 +397,7 @@ fn note_circumstances(record: &mut RunRecord, opening: &mut Opening, identity: &
     {
         record.continued.push(Continuation {
             wear_iteration: opening.latest,
-            began: Some(date::now()),
+            began: date::now(),
             program_version: identity.program_version.clone(),
             program_commit: COMMIT.map(str::to_owned),
             threads: identity.threads,

@@ -9,8 +9,8 @@ use super::files::{Files, Layout};
 use super::history::{History, is_in_history};
 use super::look::{Looked, walk_beside_a_writer};
 use super::record::{Failure, RunRecord};
-use super::record_file::{check_metadata, check_text, written_scene};
-use super::sealed::{Seal, read_sealed};
+use super::record_file::{check_metadata, check_text, read_plan};
+use super::sealed::read_sealed;
 use super::survey::survey;
 use crate::json::{as_read, differences, matches};
 use crate::tables::{Table, TableName, TypedTable, provenance_of, typed};
@@ -36,7 +36,7 @@ impl RunReader {
     ///
     /// # Errors
     /// [`StoreError::NoRun`], [`StoreError::NotPlain`] for a folder with links in it, [`StoreError::Damaged`] for a `run.json` that
-    /// neither reads nor has a copy that does, [`StoreError::Format`], [`StoreError::Io`].
+    /// neither reads nor has a copy that does, [`StoreError::OtherLayout`], [`StoreError::Io`].
     pub fn open(fs: Arc<dyn FileSystem>, root: &Path) -> Result<RunReader, StoreError> {
         let files = Files(fs);
         let layout = Layout {
@@ -80,10 +80,10 @@ impl RunReader {
         };
         for wear_iteration in history.len() as u64..=latest {
             let Some(commit) = self.commits.get(&wear_iteration) else {
-                // Pruned before there was a history, or its row is lost with the file.
-                let hash = self.record.pruned.get(&wear_iteration).map(|p| &p.hash);
-                let parent = || self.commits.get(&(wear_iteration + 1))?.parent.as_ref();
-                history.push_pruned(hash.or_else(parent).map_or("", String::as_str));
+                // It is pruned, and its row is lost with the file.
+                let next = self.commits.get(&(wear_iteration + 1));
+                let hash = next.and_then(|next| next.parent.as_deref());
+                history.push_pruned(hash.unwrap_or_default());
                 continue;
             };
             let mut tables = Vec::new();
@@ -117,44 +117,23 @@ impl RunReader {
         &self.record
     }
 
-    /// What was decided from the scene, the content of `plan.json`; `None` if it is not there or cannot be read.
+    /// What was decided from the scene: what `read` makes of the content of `plan.json`, or says why it is no plan.
     ///
     /// # Errors
-    /// [`StoreError::Io`].
-    pub fn plan(&self) -> Result<Option<Value>, StoreError> {
-        let path = self.layout.plan();
-        let bytes = self.files.read_metadata(&path)?.ok();
-        Ok(bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok()))
+    /// [`StoreError::Plan`], [`StoreError::Io`].
+    pub fn plan<P>(&self, read: impl FnOnce(&Value) -> Result<P, String>) -> Result<P, StoreError> {
+        read_plan(&self.files, &self.layout, &self.record, read)
     }
 
-    /// The scene that the run was last started with, as the text of a scene file: what `run.json` keeps of it, else `scene.toml`.
-    ///
-    /// # Errors
-    /// [`StoreError::Damaged`] if neither has it, [`StoreError::Io`].
-    pub fn scene_toml(&self) -> Result<String, StoreError> {
-        match &self.record.scene_toml {
-            Some(text) => Ok(text.clone()),
-            None => written_scene(&self.files, &self.layout)?.map_err(StoreError::Damaged),
-        }
-    }
-
-    /// The scene as its user wrote it, for people: what `run.json` keeps of it, and of a run without it what stands in the file, which
-    /// nothing verifies then. `None` where there is none that is text. Nothing is computed from it.
-    pub fn written_scene(&self) -> Option<String> {
-        let bytes = || {
-            let found = self.files.read_metadata(&self.layout.written_scene());
-            String::from_utf8(found.ok()?.ok()?).ok()
-        };
-        self.record.scene_written.clone().or_else(bytes)
-    }
-
-    /// What is wrong with the file of the scene as its user wrote it; `None` also where `run.json` does not keep what it was.
+    /// What is wrong with the file of the scene as its user wrote it; `None` also of a run whose scene no user wrote.
     ///
     /// # Errors
     /// [`StoreError::Io`].
     pub fn written_scene_damage(&self) -> Result<Option<Damage>, StoreError> {
-        let kept = self.record.scene_written.as_ref();
-        check_text(&self.files, self.layout.written_scene(), kept)
+        match &self.record.scene_written {
+            Some(kept) => check_text(&self.files, self.layout.written_scene(), kept),
+            None => Ok(None),
+        }
     }
 
     /// Why the last start failed; `None` if it did not, or the run goes on. What is no longer as it was written says nothing.
@@ -162,7 +141,7 @@ impl RunReader {
     /// # Errors
     /// [`StoreError::Io`].
     pub fn failure(&self) -> Result<Option<Failure>, StoreError> {
-        let found = read_sealed(&self.files, &self.layout.failure(), Seal::Required)?;
+        let found = read_sealed(&self.files, &self.layout.failure())?;
         Ok(found.ok())
     }
 
@@ -319,8 +298,8 @@ impl RunReader {
         if !self.files.is_there(&key_path)? {
             return Ok(None);
         }
-        let keyed: KeyedEntry = read_sealed(&self.files, &key_path, self.record.seal())?
-            .map_err(StoreError::Damaged)?;
+        let keyed: KeyedEntry =
+            read_sealed(&self.files, &key_path)?.map_err(StoreError::Damaged)?;
         let values =
             read_entry(&self.files, &folder, table, &keyed.entry)?.map_err(StoreError::Damaged)?;
         let path = folder.join(table.file_name());
@@ -333,7 +312,7 @@ impl RunReader {
     /// # Errors
     /// [`StoreError::Io`] if one that is there cannot be read.
     pub fn is_once_sound(&self) -> Result<bool, StoreError> {
-        let reports = chain::check_once(&self.files, &self.layout, &self.record)?;
+        let reports = chain::check_once(&self.files, &self.layout)?;
         Ok(reports.iter().all(|report| report.damage.is_none()))
     }
 
@@ -342,7 +321,7 @@ impl RunReader {
     /// # Errors
     /// [`StoreError::Io`] if one that is there cannot be read.
     pub fn verify_once(&self) -> Result<Vec<OnceReport>, StoreError> {
-        let mut reports = chain::check_once(&self.files, &self.layout, &self.record)?;
+        let mut reports = chain::check_once(&self.files, &self.layout)?;
         for report in reports.iter_mut().filter(|report| report.damage.is_none()) {
             report.damage = match self.read_once(report.table) {
                 Ok(_) => None,

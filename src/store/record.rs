@@ -1,26 +1,15 @@
 //! `run.json`: what a run is and how it came about.
 
 use super::date;
-use super::sealed::Seal;
 use crate::COMMIT;
 use crate::json::{flatten, hash, matches};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// Version of the layout of the run folder and of `run.json`. A run of an older version becomes one of this version
-/// when it is continued.
-pub(super) const RUN_FORMAT: u32 = 3;
-/// Runs of this version have JSON files without a hash at their end.
-const UNSEALED_FORMAT: u32 = 1;
-
-/// Whether the JSON files of a run of this version must have a hash at their end.
-pub(super) fn seal_of(format: u32) -> Seal {
-    match format {
-        UNSEALED_FORMAT => Seal::IfThere,
-        _ => Seal::Required,
-    }
-}
+/// Number of the layout of run folders, campaign folders and caches: their files, tables and recipes. Every change of one of these raises
+/// it, and folders of another number are rejected.
+pub const LAYOUT: u32 = 4;
 
 /// What the caller says a run is.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,7 +105,7 @@ pub struct Origin {
 }
 
 /// What remains of an iteration that was pruned: its place in the chain.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Pruned {
     /// Hash of its commit.
     pub hash: String,
@@ -130,12 +119,11 @@ pub struct Continuation {
     /// The iteration it continued from, `None` before the first.
     pub wear_iteration: Option<u64>,
     /// When that was, as [`RunRecord::began`].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub began: Option<String>,
+    pub began: String,
     /// Version of the program.
     pub program_version: String,
     /// As [`RunRecord::program_commit`].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub program_commit: Option<String>,
     /// Threads that computed.
     pub threads: usize,
@@ -157,16 +145,15 @@ pub struct Failure {
 /// The content of `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunRecord {
-    /// Version of this layout.
+    /// The [`LAYOUT`] of the run.
     pub format: u32,
     /// Version of the program that began the run.
     pub program_version: String,
     /// The commit that it was built from, with `-dirty` where its sources were changed; `None` if that is not known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub program_commit: Option<String>,
-    /// When the run began, as `2026-03-01T09:30:00Z`; `None` in a run that was begun before there was any.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub began: Option<String>,
+    /// When the run began, as `2026-03-01T09:30:00Z`.
+    pub began: String,
     /// Threads that it began with.
     pub threads: usize,
     /// The machine it began on.
@@ -179,75 +166,38 @@ pub struct RunRecord {
     pub origin: Option<Origin>,
     /// The starts that continued under other circumstances, in order.
     pub continued: Vec<Continuation>,
-    /// The iterations that were pruned, in a run that was last continued before there was a `history.parquet`.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub(super) pruned: BTreeMap<u64, Pruned>,
-    /// True of a run that has JSON files without a hash at their end, since it was begun before there were any.
-    #[serde(default, skip_serializing_if = "is_false")]
-    unsealed: bool,
     /// The scene as resolved.
     pub scene: Value,
-    /// The text of `scene.toml`, which has the paths of the scene's files too; `None` in a run that was last started before there
-    /// was any.
-    #[serde(default)]
-    pub scene_toml: Option<String>,
-    /// The text of `scene.original.toml`; `None` in a run whose scene was not written by a user, or that was last started before it was
-    /// kept here.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// The text of `scene.toml`, which has the paths of the scene's files too.
+    pub scene_toml: String,
+    /// The text of `scene.original.toml`; `None` in a run whose scene was not written by a user.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub scene_written: Option<String>,
-    /// Hash of `plan.json`, `None` likewise.
-    #[serde(default)]
-    pub plan_hash: Option<String>,
-    /// Hash of `schemas.json`, `None` likewise.
-    #[serde(default)]
-    pub schemas_hash: Option<String>,
-}
-
-fn is_false(flag: &bool) -> bool {
-    !flag
+    /// Hash of `plan.json`.
+    pub plan_hash: String,
+    /// Hash of `schemas.json`.
+    pub schemas_hash: String,
 }
 
 impl RunRecord {
     pub(super) fn new(identity: &RunIdentity, origin: Option<Origin>) -> RunRecord {
         RunRecord {
-            format: RUN_FORMAT,
+            format: LAYOUT,
             program_version: identity.program_version.clone(),
             program_commit: COMMIT.map(str::to_owned),
-            began: Some(date::now()),
+            began: date::now(),
             threads: identity.threads,
             machine: Machine::this(),
             seed: identity.seed,
             scene_hash: identity.scene_hash(),
             origin,
             continued: Vec::new(),
-            pruned: BTreeMap::new(),
-            unsealed: false,
             scene: identity.scene.clone(),
-            scene_toml: None,
+            scene_toml: String::new(),
             scene_written: None,
-            plan_hash: None,
-            schemas_hash: None,
+            plan_hash: String::new(),
+            schemas_hash: String::new(),
         }
-    }
-
-    /// Whether the JSON files of the run must have a hash at their end.
-    pub(super) fn seal(&self) -> Seal {
-        match self.unsealed {
-            true => Seal::IfThere,
-            false => seal_of(self.format),
-        }
-    }
-
-    /// True if what is pruned stands in a history, and not here.
-    pub(super) fn has_history(&self) -> bool {
-        self.format >= RUN_FORMAT
-    }
-
-    /// Makes it one of this version; what was pruned stands in the history by now.
-    pub(super) fn upgrade(&mut self) {
-        self.unsealed |= self.format == UNSEALED_FORMAT;
-        self.format = RUN_FORMAT;
-        self.pruned.clear();
     }
 
     /// The commit of the program of the last start that is on record.

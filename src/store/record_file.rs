@@ -3,8 +3,8 @@
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::FileSystem;
 use super::files::{Files, Layout, hash};
-use super::record::{RUN_FORMAT, RunRecord, seal_of};
-use super::sealed::{Seal, read_to_judge};
+use super::record::{LAYOUT, RunRecord};
+use super::sealed::read_to_judge;
 use super::survey::survey;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -17,75 +17,60 @@ pub(super) struct FoundRecord {
     pub damage: Option<Damage>,
 }
 
-/// Why a file does not say what a run is.
-enum RecordFault {
-    Damaged(Damage),
-    Format { path: PathBuf, found: u32 },
-}
-
 /// What `run.json` says, `None` if neither it nor its copy is there.
 pub(super) fn read_record(
     files: &Files,
     layout: &Layout,
 ) -> Result<Option<FoundRecord>, StoreError> {
-    let fault = match read_one_record(files, &layout.record())? {
+    let damage = match read_one_record(files, layout, &layout.record())? {
         Ok(record) => {
             let damage = None;
             return Ok(Some(FoundRecord { record, damage }));
         }
-        Err(fault) => fault,
+        Err(damage) => damage,
     };
-    match (read_one_record(files, &layout.record_copy())?, fault) {
-        (Ok(record), RecordFault::Damaged(damage)) => {
+    match read_one_record(files, layout, &layout.record_copy())? {
+        Ok(record) => {
             let damage = Some(damage);
             Ok(Some(FoundRecord { record, damage }))
         }
-        (
-            Err(RecordFault::Damaged(copy)),
-            RecordFault::Damaged(Damage {
-                kind: DamageKind::Missing,
-                ..
-            }),
-        ) if copy.kind == DamageKind::Missing => Ok(None),
-        (_, RecordFault::Damaged(damage)) => Err(StoreError::Damaged(damage)),
-        (_, RecordFault::Format { path, found }) => Err(StoreError::Format {
-            path,
-            found,
-            expected: RUN_FORMAT,
-        }),
+        Err(copy) => {
+            let kinds = [&damage.kind, &copy.kind];
+            match kinds.iter().all(|kind| **kind == DamageKind::Missing) {
+                true => Ok(None),
+                false => Err(StoreError::Damaged(damage)),
+            }
+        }
     }
 }
 
 fn read_one_record(
     files: &Files,
+    layout: &Layout,
     path: &Path,
-) -> Result<Result<RunRecord, RecordFault>, StoreError> {
+) -> Result<Result<RunRecord, Damage>, StoreError> {
+    // Another layout may lack what this one needs, its hash too: the number is looked at first.
+    let number = |value: &Value| value["format"].as_u64();
+    let ours = Some(u64::from(LAYOUT));
+    let value: Value = match read_to_judge(files, path, |value| number(value) == ours)? {
+        Ok(value) => value,
+        Err(damage) => return Ok(Err(damage)),
+    };
     let damaged = |reason: String| {
         let (path, kind) = (path.to_owned(), DamageKind::Unreadable { reason });
-        Ok(Err(RecordFault::Damaged(Damage { path, kind })))
+        Damage { path, kind }
     };
-    // Another version may lack what this one needs, its hash too: the version is looked at first.
-    let format_of = |value: &Value| value["format"].as_u64().and_then(|f| u32::try_from(f).ok());
-    let readable = |format: u32| (1..=RUN_FORMAT).contains(&format);
-    let value = read_to_judge(files, path, |value| match format_of(value) {
-        Some(format) if readable(format) => seal_of(format),
-        _ => Seal::IfThere,
-    })?;
-    let value: Value = match value {
-        Ok(value) => value,
-        Err(damage) => return Ok(Err(RecordFault::Damaged(damage))),
-    };
-    match format_of(&value) {
-        None => return damaged("no `format`".to_owned()),
-        Some(found) if !readable(found) => {
-            let path = path.to_owned();
-            return Ok(Err(RecordFault::Format { path, found }));
+    match number(&value) {
+        None => Ok(Err(damaged("no `format`".to_owned()))),
+        Some(found) if Some(found) != ours => Err(StoreError::OtherLayout {
+            path: layout.root.clone(),
+            found,
+            program_version: value["program_version"].as_str().map(str::to_owned),
+        }),
+        Some(_) => {
+            let record = serde_json::from_value(value);
+            Ok(record.map_err(|error| damaged(error.to_string())))
         }
-        Some(_) => (),
-    }
-    match serde_json::from_value(value) {
-        Ok(record) => Ok(Ok(record)),
-        Err(error) => damaged(error.to_string()),
     }
 }
 
@@ -99,53 +84,89 @@ pub(super) fn check_metadata(
 ) -> Result<Vec<Damage>, StoreError> {
     let mut damage = Vec::new();
     for path in [layout.record(), layout.record_copy()] {
-        if let Err(RecordFault::Damaged(found)) = read_one_record(files, &path)?
+        if let Err(found) = read_one_record(files, layout, &path)?
             && (found.kind != DamageKind::Missing || path == layout.record())
         {
             damage.push(found);
         }
     }
-    for (path, text) in [
-        (layout.scene(), &record.scene_toml),
-        (layout.written_scene(), &record.scene_written),
-    ] {
-        damage.extend(check_text(files, path, text.as_ref())?);
+    damage.extend(check_text(files, layout.scene(), &record.scene_toml)?);
+    if let Some(text) = &record.scene_written {
+        damage.extend(check_text(files, layout.written_scene(), text)?);
     }
-    for (path, expected) in [
-        (layout.plan(), &record.plan_hash),
-        (layout.schemas(), &record.schemas_hash),
-    ] {
-        damage.extend(check_hash(files, path, expected.clone())?);
-    }
+    damage.extend(check_hash(files, layout.plan(), &record.plan_hash)?);
+    damage.extend(check_hash(files, layout.schemas(), &record.schemas_hash)?);
     Ok(damage)
 }
 
-/// What is wrong with a file that has a text of `run.json`; nothing where that does not keep it.
+/// What is wrong with a file that has a text of `run.json`.
 pub(super) fn check_text(
     files: &Files,
     path: PathBuf,
-    kept: Option<&String>,
+    kept: &str,
 ) -> Result<Option<Damage>, StoreError> {
-    check_hash(files, path, kept.map(|text| hash(text.as_bytes())))
+    check_hash(files, path, &hash(kept.as_bytes()))
 }
 
-fn check_hash(
-    files: &Files,
-    path: PathBuf,
-    expected: Option<String>,
-) -> Result<Option<Damage>, StoreError> {
-    let Some(expected) = expected else {
-        return Ok(None);
-    };
+fn check_hash(files: &Files, path: PathBuf, expected: &str) -> Result<Option<Damage>, StoreError> {
     let found = match files.read_metadata(&path)? {
         Ok(bytes) => hash(&bytes),
         Err(damage) => return Ok(Some(damage)),
     };
     let kind = DamageKind::Hash {
-        expected: expected.clone(),
+        expected: expected.to_owned(),
         found: found.clone(),
     };
     Ok((found != expected).then_some(Damage { path, kind }))
+}
+
+/// What `read` makes of the plan of a run.
+///
+/// # Errors
+/// [`StoreError::Plan`] for a file that is not there, is no JSON, or of which `read` says why it is no plan.
+pub(super) fn read_plan<P>(
+    files: &Files,
+    layout: &Layout,
+    record: &RunRecord,
+    read: impl FnOnce(&Value) -> Result<P, String>,
+) -> Result<P, StoreError> {
+    let path = layout.plan();
+    let value = match files.read_metadata(&path)? {
+        Ok(bytes) => serde_json::from_slice(&bytes).map_err(|error| error.to_string()),
+        Err(damage) => Err(damage.kind.to_string()),
+    };
+    value
+        .and_then(|value| read(&value))
+        .map_err(|reason| StoreError::Plan {
+            path,
+            reason,
+            program_version: record.circumstances().0.to_owned(),
+        })
+}
+
+/// Checks that `read` makes something of the plan of a run, if there is a run and the plan is the one it wrote: a start writes a
+/// damaged one again.
+///
+/// # Errors
+/// Those of [`super::RunReader::open`], and [`StoreError::Plan`].
+pub fn check_plan<P>(
+    fs: Arc<dyn FileSystem>,
+    root: &Path,
+    read: impl FnOnce(&Value) -> Result<P, String>,
+) -> Result<(), StoreError> {
+    let files = Files(fs);
+    let layout = Layout {
+        root: root.to_owned(),
+    };
+    survey(&files, &layout)?;
+    match read_record(&files, &layout)? {
+        Some(FoundRecord { record, .. })
+            if check_hash(&files, layout.plan(), &record.plan_hash)?.is_none() =>
+        {
+            read_plan(&files, &layout, &record, read).map(|_| ())
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The scene of a run as its user goes on with it.
@@ -169,7 +190,7 @@ impl SceneOfRun {
         };
         survey(&files, &layout)?;
         let found = read_record(&files, &layout)?;
-        let kept = found.and_then(|found| found.record.scene_toml);
+        let kept = found.map(|found| found.record.scene_toml);
         match written_scene(&files, &layout)? {
             Ok(text) => {
                 let edited = kept.is_some_and(|kept| kept != text);

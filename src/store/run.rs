@@ -48,8 +48,8 @@ impl RunStore {
     /// # Errors
     /// [`StoreError::Locked`] if another process writes it; [`StoreError::SceneChanged`] if the scene differs in keys that are not
     /// free; [`StoreError::NotARun`] for a folder of something else; [`StoreError::UnfinishedSibling`] for one that
-    /// [`RunStore::create_sibling`] has to complete; [`StoreError::Damaged`] and [`StoreError::Format`] for a `run.json` that is
-    /// lost, unreadable or of another version; [`StoreError::Io`]. Damaged iterations are no error: see [`Opening`].
+    /// [`RunStore::create_sibling`] has to complete; [`StoreError::Damaged`] and [`StoreError::OtherLayout`] for a `run.json` that
+    /// is lost, unreadable or of another layout; [`StoreError::Io`]. Damaged iterations are no error: see [`Opening`].
     pub fn create_or_open(
         fs: Arc<dyn FileSystem>,
         root: &Path,
@@ -159,8 +159,7 @@ impl RunStore {
     pub fn once(&self, table: TableName, key: &StageKey) -> Result<Kept, StoreError> {
         let folder = self.layout().once();
         let key_path = folder.join(format!("{table}.json"));
-        let seal = self.reader.record.seal();
-        let kept = read_keyed(self.files(), &folder, &key_path, table, key, seal)?.0;
+        let kept = read_keyed(self.files(), &folder, &key_path, table, key)?.0;
         if let Kept::Valid(values) = &kept
             && let Err(damage) = check_cells(self.reader.cells(), &key_path, values)
         {
@@ -367,7 +366,7 @@ impl RunStore {
         }
         for (name, entry) in commit.tables.iter().chain(&commit.unchained) {
             if let Some(before) = parent.table(name)
-                && still_written(name, &before.columns) != still_written(name, &entry.columns)
+                && before.columns != entry.columns
             {
                 return Err(StoreError::ColumnsChanged {
                     table: name.clone(),
@@ -379,15 +378,4 @@ impl RunStore {
         }
         Ok(())
     }
-}
-
-/// Columns of a table but for those that are no longer written or no longer known, and those that earlier versions did not write.
-fn still_written<'a>(table: &str, columns: &'a [String]) -> Vec<&'a String> {
-    let schema = TableName::from_name(table).map(TableName::schema);
-    let may_differ = |name: &str| {
-        let column = schema.and_then(|schema| schema.column(name));
-        column.is_none_or(|column| column.retired || column.recent)
-    };
-    let columns = columns.iter();
-    columns.filter(|name| !may_differ(name)).collect()
 }

@@ -15,13 +15,6 @@ const BEFORE_HASH: &str = ",\n  \"seal\": \"";
 /// What stands after the hash.
 const AFTER_HASH: &str = "\"\n}\n";
 
-/// Whether a file must have its hash: those of runs that were begun before there were any have none.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Seal {
-    Required,
-    IfThere,
-}
-
 /// The readable JSON text of an object that has at least one key, with the hash of it at its end.
 pub(super) fn sealed(path: &Path, value: &impl Serialize) -> Result<Vec<u8>, StoreError> {
     let mut text = json(path, value)?;
@@ -37,16 +30,15 @@ pub(super) fn sealed(path: &Path, value: &impl Serialize) -> Result<Vec<u8>, Sto
 pub(super) fn read_sealed<T: DeserializeOwned>(
     files: &Files,
     path: &Path,
-    seal: Seal,
 ) -> Result<Result<T, Damage>, StoreError> {
-    read_to_judge(files, path, |_| seal)
+    read_to_judge(files, path, |_| true)
 }
 
-/// As [`read_sealed`], where what the object says decides whether it must have a hash.
+/// As [`read_sealed`], where what the object says decides whether it must have a hash: another layout may have none.
 pub(super) fn read_to_judge<T: DeserializeOwned>(
     files: &Files,
     path: &Path,
-    seal: impl FnOnce(&T) -> Seal,
+    must_have_hash: impl FnOnce(&T) -> bool,
 ) -> Result<Result<T, Damage>, StoreError> {
     let damage = |kind| Damage {
         path: path.to_owned(),
@@ -56,12 +48,12 @@ pub(super) fn read_to_judge<T: DeserializeOwned>(
         Ok(bytes) => bytes,
         Err(damage) => return Ok(Err(damage)),
     };
-    Ok(opened(&bytes, seal).map_err(damage))
+    Ok(opened(&bytes, must_have_hash).map_err(damage))
 }
 
 fn opened<T: DeserializeOwned>(
     bytes: &[u8],
-    seal: impl FnOnce(&T) -> Seal,
+    must_have_hash: impl FnOnce(&T) -> bool,
 ) -> Result<T, DamageKind> {
     let unreadable = |reason: String| DamageKind::Unreadable { reason };
     let text = str::from_utf8(bytes).map_err(|error| unreadable(error.to_string()))?;
@@ -78,7 +70,7 @@ fn opened<T: DeserializeOwned>(
         }
     }
     let value = serde_json::from_str(text).map_err(|error| unreadable(error.to_string()))?;
-    if parts.is_none() && seal(&value) == Seal::Required {
+    if parts.is_none() && must_have_hash(&value) {
         return Err(unreadable("the hash at its end is not there".to_owned()));
     }
     Ok(value)

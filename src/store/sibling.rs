@@ -163,14 +163,13 @@ fn copy(
     files.make_dir(&layout.once())?;
     files.make_dir(&layout.iterations())?;
 
-    for report in super::chain::check_once(files, &source.layout, &source.record)? {
+    for report in super::chain::check_once(files, &source.layout)? {
         // A damaged one is computed again.
         if report.damage.is_none() {
             let key_file = format!("{}.json", report.table);
             let (from, to) = (source.layout.once(), layout.once());
-            let seal = source.record.seal();
             let keyed: KeyedEntry =
-                read_sealed(files, &from.join(&key_file), seal)?.map_err(StoreError::Damaged)?;
+                read_sealed(files, &from.join(&key_file))?.map_err(StoreError::Damaged)?;
             copy_table(files, &from, &to, &keyed.entry)?;
             let key_path = to.join(&key_file);
             files.write_new(&key_path, &sealed(&key_path, &keyed)?)?;

@@ -156,18 +156,6 @@ pub enum TableError {
         /// Table wanted.
         expected: String,
     },
-    /// A file of another version of the schema.
-    #[error(
-        "the file holds version {found} of the table `{table}`; this program reads version {expected}"
-    )]
-    Version {
-        /// Name of the table.
-        table: String,
-        /// Version in the file.
-        found: u32,
-        /// Version of the schema.
-        expected: u32,
-    },
     /// Bytes that are not a readable Parquet file, or a table that Parquet cannot take.
     #[error("the Parquet of the table `{table}` failed: {source}")]
     Parquet {

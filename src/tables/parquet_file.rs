@@ -46,7 +46,6 @@ pub struct Provenance {
 #[derive(Debug, Serialize, Deserialize)]
 struct FileEntry {
     schema: String,
-    schema_version: u32,
     scene_hash: String,
     program_version: String,
     columns: BTreeMap<String, ColumnEntry>,
@@ -253,7 +252,7 @@ fn parquet_error(table: &str, source: ParquetError) -> TableError {
 /// The table in the bytes of a Parquet file.
 ///
 /// # Errors
-/// A [`TableError`] for bytes that are not Parquet, a file of another program, table or schema version, and a table that
+/// A [`TableError`] for bytes that are not Parquet, a file of another program or table, and a table that
 /// does not hold to the schema.
 pub fn from_parquet(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> {
     decoded(|| decode(bytes, expected)).map_err(|source| TableError::Parquet {
@@ -275,13 +274,6 @@ fn decode(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> 
         return Err(TableError::OtherTable {
             found: entry.schema,
             expected: expected.name.clone(),
-        });
-    }
-    if entry.schema_version != expected.version {
-        return Err(TableError::Version {
-            table: entry.schema,
-            found: entry.schema_version,
-            expected: expected.version,
         });
     }
     // Before anything is unpacked: a few bytes may announce any number of rows.
@@ -395,7 +387,6 @@ fn properties(table: &Table, provenance: &Provenance) -> Result<WriterProperties
     let schema = table.schema();
     let entry = FileEntry {
         schema: schema.name.clone(),
-        schema_version: schema.version,
         scene_hash: provenance.scene_hash.clone(),
         program_version: provenance.program_version.clone(),
         columns: table

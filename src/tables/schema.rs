@@ -70,12 +70,6 @@ pub struct ColumnSchema {
     /// No column where the scene lacks the physics.
     #[serde(default)]
     pub optional: bool,
-    /// Of older runs alone: no longer written, and left out where such a run goes on.
-    #[serde(default)]
-    pub retired: bool,
-    /// Not of older runs: one that goes on has it from then on.
-    #[serde(default)]
-    pub recent: bool,
     /// May be positive infinity, as a stiffness without compliance.
     #[serde(default)]
     pub infinite: bool,
@@ -92,8 +86,6 @@ impl ColumnSchema {
             description: String::new(),
             sparse: false,
             optional: false,
-            retired: false,
-            recent: false,
             infinite: false,
         }
     }
@@ -105,8 +97,6 @@ impl ColumnSchema {
 pub struct Schema {
     /// Name of the table and stem of its file.
     pub name: String,
-    /// Counts up when a column changes its name, type, unit or meaning.
-    pub version: u32,
     /// What a row is.
     pub description: String,
     /// Where its file is.

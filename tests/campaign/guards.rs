@@ -8,11 +8,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use fretwear::campaign::{Folder, State, remove_run};
-use fretwear::store::{LockAttempt, RealFileSystem};
+use fretwear::store::{LAYOUT, LockAttempt, RealFileSystem};
 
 use super::rows::{fails, status};
 use super::{GRID, PLAN, bench, planned};
-use crate::support::Bench;
+use crate::support::{Bench, every_file};
 
 fn history_alone(campaign: &str) -> Bench {
     let bench = bench(campaign);
@@ -122,12 +122,23 @@ fn results_are_those_of_the_plan() {
     bench.done(&PLAN);
     assert_eq!(fs::read(&table).expect("a table"), planned_table);
 
-    // A later program has written it: nothing is planned over it.
+    // A campaign of another layout is neither read nor planned over.
     let about = bench.path("c/campaign.json");
-    let later = "{\"format\": 3, \"program_version\": \"9.9.9\", \"else\": 1}";
     let whole = fs::read(&about).expect("a file");
-    fs::write(&about, later).expect("written");
-    fails(&bench, &PLAN, 4, &["layout 3", "9.9.9"]);
+    for other in [LAYOUT - 1, LAYOUT + 1] {
+        let text = format!("{{\"format\": {other}, \"program_version\": \"9.9.9\", \"else\": 1}}");
+        fs::write(&about, text).expect("written");
+        let before = every_file(&bench.path("c"));
+        let said = format!(
+            "c has layout {other}, made by fretwear 9.9.9, and this program reads layout {LAYOUT} only; use the program that planned it, or plan the campaign in another folder"
+        );
+        let said = [said.as_str()];
+        for command in ["run", "status", "collect"] {
+            fails(&bench, &["campaign", command, "--dir", "c"], 4, &said);
+        }
+        fails(&bench, &PLAN, 4, &said);
+        assert_eq!(every_file(&bench.path("c")), before);
+    }
     fs::write(&about, &whole).expect("put back");
 
     // Nor is all lost with what says what it is: the table does, and which runs are kept.

@@ -27,7 +27,7 @@ fn a_report_has_bands_sensitivities_and_failures() {
     let ended = bench.path("c/ended/000009.parquet");
     fs::remove_file(ended).expect("removed");
     fs::create_dir(bench.path("c/failed")).expect("a folder");
-    let failure = "{\"when\":\"now\",\"message\":\"it <b>broke\",\"again\":false}";
+    let failure = "{\"when\":\"now\",\"message\":\"it <b>broke\",\"again\":false,\"code\":1}";
     fs::write(bench.path("c/failed/000009.json"), failure).expect("written");
     let found = reported(&bench);
     assert_eq!(found["runs"], 23);

@@ -8,6 +8,7 @@ mod export;
 mod export_vtu;
 mod inspect;
 mod kept;
+mod layouts;
 mod new;
 mod outputs;
 mod pasted;

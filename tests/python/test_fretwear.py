@@ -6,6 +6,7 @@ The module and the program are those installed in this Python; or, with PYTHONPA
 those of the repository. Wants Python 3.11, for TOML, and pyarrow, numpy, pandas, polars and xarray.
 """
 
+import json
 import os
 import pickle
 import shutil
@@ -26,6 +27,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 from fretwear import _program
+from fretwear._folder import LAYOUT
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 
@@ -233,6 +235,17 @@ class Reading(Bench):
         self.refused(None, ["nothing", "wear_depth"], self.joint.field, "nothing")
         middle = self.refused(None, ["hysteresis"], self.joint.table, "hysteresis", 1)
         self.assertIn(f"[0, {self.joint.latest}]", str(middle))
+
+    def test_a_run_of_another_layout_is_rejected(self):
+        shutil.copytree(self.joint.folder, "copy")
+        record = Path("copy/run.json")
+        sound = json.loads(record.read_text(encoding="utf-8"))
+        for number in (LAYOUT - 1, LAYOUT + 1):
+            record.write_text(json.dumps(sound | {"format": number, "program_version": "9.9.9"}), encoding="utf-8")
+            said = [f"copy has layout {number}, made by fretwear 9.9.9", f"reads layout {LAYOUT} only", "another folder"]
+            self.refused(4, said, fretwear.Run, "copy")
+        record.write_text(json.dumps({"format": 1}), encoding="utf-8")
+        self.refused(4, ["copy has layout 1, and"], fretwear.Run, "copy")
 
     def test_a_run_verifies_until_it_is_touched(self):
         self.joint.verify()

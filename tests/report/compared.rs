@@ -99,23 +99,17 @@ fn a_report_shows_the_scene_as_it_was_written() {
     }
 }
 
-/// One that was begun before `run.json` kept the scene as it was written.
+/// A run whose scene no user wrote shows the scene that it keeps, and no file that was put beside it.
 #[test]
-fn an_older_run_shows_its_scene_with_a_word_of_caution() {
+fn a_run_of_a_scene_that_no_user_wrote_shows_the_one_it_keeps() {
     let folder = TempDir::new().unwrap();
-    let root = begin(&folder, "old", WORN, 1);
-    let scene = || {
-        let run = RunTables::open(&root).unwrap();
-        let html = Report::of(&[run]).unwrap().html();
-        between(&html, "<section id=\"scene\">", "</section>").to_owned()
-    };
-    assert!(scene().contains("scene.toml as kept in the run"));
-    std::fs::write(root.join("scene.original.toml"), "# of old\n").unwrap();
-    let old = scene();
-    assert!(
-        old.contains("# of old") && old.contains("nothing verifies"),
-        "{old}"
-    );
+    let root = begin(&folder, "made", WORN, 1);
+    std::fs::write(root.join("scene.original.toml"), "# of a stranger\n").unwrap();
+    let run = RunTables::open(&root).unwrap();
+    let html = Report::of(&[run]).unwrap().html();
+    let scene = between(&html, "<section id=\"scene\">", "</section>");
+    assert!(scene.contains("scene.toml as kept in the run"), "{scene}");
+    assert!(!scene.contains("of a stranger"), "{scene}");
 }
 
 /// The same number means another wear by another law.

@@ -496,34 +496,3 @@ fn a_damaged_history_loses_the_rows_of_pruned_iterations_alone() {
         assert_eq!(mended.row::<typed::WearStep>(5).expect("readable"), None);
     }
 }
-
-#[test]
-fn what_an_older_run_says_of_what_it_pruned_is_held_to_the_chain() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let root = folder.path().join("run");
-    let mut store = finished(&root, 3);
-    let all = hashes(&store);
-    store
-        .prune(&Keep {
-            every: None,
-            last: 1,
-            also: BTreeSet::new(),
-        })
-        .expect("pruned");
-    drop(store);
-    fs::remove_file(root.join("history.parquet")).expect("removed");
-    let path = root.join("run.json");
-    let text = fs::read_to_string(&path).expect("a file");
-    for (forged, latest) in [(false, 3), (true, 0)] {
-        let mut record: Value = serde_json::from_str(&text).expect("an object");
-        record.as_object_mut().expect("an object").remove("seal");
-        record["format"] = json!(1);
-        record["pruned"] = json!({
-            "1": { "hash": all[&1], "parent": all[&0] },
-            "2": { "hash": all[if forged { &1 } else { &2 }], "parent": all[&1] },
-        });
-        fs::write(&path, record.to_string()).expect("written");
-        let reader = RunStore::open_readonly(quick(), &root).expect("readable");
-        assert_eq!(reader.latest(), Some(latest), "forged: {forged}");
-    }
-}

@@ -94,6 +94,7 @@ fn timing(seconds: f64) -> Table {
         .column("stage", vec!["wear".to_owned()])
         .column("seconds", vec![seconds])
         .column("fft_pairs", vec![12.0])
+        .column("cpu_seconds", vec![Some(seconds)])
         .build()
         .expect("a timing")
 }

@@ -1,6 +1,7 @@
 //! A run folder of a stranger: nothing outside of it is read, written or removed, and nothing in it takes more than its share.
 
 use super::*;
+use crate::support::{sealed, unsealed};
 use fretwear::store::{DamageKind, EntryKind, RealFileSystem, RunReader};
 use std::time::{Duration, Instant};
 
@@ -147,7 +148,7 @@ fn no_name_leads_out_of_a_run() {
             let mut commit = unsealed(&path);
             commit[list][table]["file"] = json!(name);
             reseal_chain(&mut commit);
-            forge(&trap.root(), &path, commit);
+            fs::write(&path, sealed(&commit)).expect("written");
             let reader = look(&trap.root()).expect("readable");
             assert_eq!(reader.latest(), Some(1), "{name}");
             let report = reader.verify().expect("readable");
@@ -166,7 +167,7 @@ fn no_name_leads_out_of_a_run() {
         let path = trap.root().join("once/surface.json");
         let mut keyed = unsealed(&path);
         keyed["entry"]["file"] = json!(name);
-        forge(&trap.root(), &path, keyed);
+        fs::write(&path, sealed(&keyed)).expect("written");
         let report = look(&trap.root()).expect("readable").verify();
         assert!(report.expect("readable").once[0].damage.is_some());
         let (mut store, _) = start(&trap.root()).expect("a run");
@@ -180,22 +181,13 @@ fn no_name_leads_out_of_a_run() {
     let mut commit = unsealed(&path);
     commit["tables"]["../victim"] = commit["tables"]["cycle"].clone();
     reseal_chain(&mut commit);
-    forge(&trap.root(), &path, commit);
+    fs::write(&path, sealed(&commit)).expect("written");
     assert_eq!(look(&trap.root()).expect("readable").latest(), Some(1));
-}
-
-/// The object in a JSON file of a run, without the hash at its end.
-fn unsealed(path: &Path) -> Value {
-    let text = fs::read_to_string(path).expect("a file");
-    let mut value: Value = serde_json::from_str(&text).expect("an object");
-    value.as_object_mut().expect("an object").remove("seal");
-    value
 }
 
 /// Gives a forged commit the hash that its content has.
 fn reseal_chain(commit: &mut Value) {
     let counted = json!({
-        "format": commit["format"],
         "wear_iteration": commit["wear_iteration"],
         "parent": commit["parent"],
         "tables": commit["tables"],
@@ -215,14 +207,6 @@ fn in_order(value: Value) -> Value {
         Value::Array(items) => items.into_iter().map(in_order).collect(),
         other => other,
     }
-}
-
-/// Writes an object where no hash is asked for: into a run that says it is older than they are.
-fn forge(root: &Path, path: &Path, value: Value) {
-    fs::write(path, value.to_string()).expect("written");
-    let mut record = unsealed(&root.join("run.json"));
-    record["format"] = json!(1);
-    fs::write(root.join("run.json"), record.to_string()).expect("written");
 }
 
 /// Lengths are compared before anything is read: what has no end is not read to its end.
@@ -267,7 +251,7 @@ fn what_is_no_file_is_not_read() {
     let mut forged = unsealed(&commit);
     forged["tables"]["cycle"]["bytes"] = json!(1_u64 << 40);
     reseal_chain(&mut forged);
-    forge(&trap.root(), &commit, forged);
+    fs::write(&commit, sealed(&forged)).expect("written");
     let report = look(&trap.root()).expect("readable").verify();
     let damage = &report.expect("readable").commits[2].damage[0];
     assert!(damage.to_string().contains("no table has more"), "{damage}");

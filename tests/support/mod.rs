@@ -306,6 +306,44 @@ pub fn copy(from: &Path, to: &Path) {
     }
 }
 
+/// Every file below a folder with its content.
+pub fn every_file(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        match path.is_dir() {
+            true => files.extend(every_file(&path)),
+            false => drop(files.insert(path.clone(), fs::read(&path).expect("a file"))),
+        }
+    }
+    files
+}
+
+/// The object in a JSON file of a run, without the hash at its end.
+pub fn unsealed(path: &Path) -> Value {
+    let text = fs::read_to_string(path).expect("a file");
+    let mut value: Value = serde_json::from_str(&text).expect("an object");
+    value.as_object_mut().expect("an object").remove("seal");
+    value
+}
+
+/// The text of a JSON file of a run, with the hash at its end.
+pub fn sealed(value: &Value) -> String {
+    let text = serde_json::to_string_pretty(value).expect("an object") + "\n";
+    let seal = blake3::hash(text.as_bytes()).to_hex();
+    let open = text.strip_suffix("\n}\n").expect("an object with a key");
+    format!("{open},\n  \"seal\": \"{seal}\"\n}}\n")
+}
+
+/// Changes what `run.json` and its copy say, and their hashes.
+pub fn forge_record(root: &Path, change: impl Fn(&mut Value)) {
+    let mut record = unsealed(&root.join("run.json"));
+    change(&mut record);
+    for name in ["run.json", "run.copy.json"] {
+        fs::write(root.join(name), sealed(&record)).expect("written");
+    }
+}
+
 /// Flips one bit in the middle of a file.
 pub fn flip(path: &Path) {
     let mut bytes = fs::read(path).expect("a file");

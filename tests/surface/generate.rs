@@ -150,7 +150,7 @@ fn seeds_differ_and_threads_do_not() {
 
 #[test]
 fn the_stream_is_pinned() {
-    // A run of an older version is continued on the same surface, so these numbers never change.
+    // A run that another version began is continued on the same surface, so these numbers never change.
     let heights = random(&Patch::full(joint([24, 18])), &gaussian(1))
         .unwrap()
         .heights;

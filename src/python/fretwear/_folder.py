@@ -15,6 +15,11 @@ from fretwear._program import Error, call
 
 Library = Literal["arrow", "pandas", "polars"]
 
+#: Number of the layout of run folders, as the program has it.
+LAYOUT = 4
+#: Exit code of the program for a damaged or mismatched run.
+MISMATCHED = 4
+
 
 def _as(library: Library, table: pa.Table) -> Any:
     if library == "arrow":
@@ -34,18 +39,36 @@ def _units(file: Path) -> dict[str, str]:
 
 class Run:
     """A run by its folder, as `Run("runs/lap_joint")`. It holds the path alone: each call reads what is committed by then, so that a
-    run may be read while it goes on. Nothing is checked against its hash but by `verify`. Raises Error if there is no run."""
+    run may be read while it goes on. Nothing is checked against its hash but by `verify`. Raises Error if there is no run, or one of
+    another layout."""
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
         self.folder = Path(folder)
         if not (self.folder / "run.json").is_file():
             raise Error(f"there is no run at {self.folder}: run.json is missing")
+        record = self._record()
+        if (found := record.get("format")) != LAYOUT:
+            version = record.get("program_version")
+            made_by = f", made by fretwear {version}" if version else ""
+            raise Error(
+                f"{self.folder} has layout {found}{made_by}, and this module reads layout {LAYOUT} only; use the program that made the "
+                "run, or begin another run in another folder",
+                MISMATCHED,
+            )
 
     def __repr__(self) -> str:
         return f"Run({str(self.folder)!r})"
 
     def __fspath__(self) -> str:
         return str(self.folder)
+
+    def _record(self) -> dict[str, Any]:
+        file = self.folder / "run.json"
+        try:
+            record: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise Error(f"{file} cannot be read: {error}; `fretwear run` writes it again from its copy", MISMATCHED) from None
+        return record
 
     def _path(self, table: str, iteration: int) -> Path:
         return self.folder / "iterations" / f"wear_iteration={iteration}" / f"{table}.parquet"
@@ -84,7 +107,7 @@ class Run:
     def scene(self) -> dict[str, Any]:
         """The scene as it was resolved, by section and key: quantities are numbers in SI units, defaults are filled in, what the scene
         has not is None. `scene.toml` in the folder has it as text."""
-        scene: dict[str, Any] = json.loads((self.folder / "run.json").read_text(encoding="utf-8"))["scene"]
+        scene: dict[str, Any] = self._record()["scene"]
         return scene
 
     def table(self, table: str, iteration: int | Literal["all"] | None = None, library: Library = "arrow") -> Any:

@@ -183,8 +183,7 @@ pub fn measure(root: &Path) -> Result<Measured, StoreError> {
 fn seconds_of(timing: &typed::Timing) -> f64 {
     let own = |k: &usize| timing.stage[*k] != SHARED;
     let rows = || (0..timing.stage.len()).filter(own);
-    let cpu = timing.cpu_seconds.as_ref();
-    let cpu: Option<f64> = cpu.and_then(|cpu| rows().map(|k| cpu[k]).sum());
+    let cpu: Option<f64> = rows().map(|k| timing.cpu_seconds[k]).sum();
     cpu.unwrap_or_else(|| rows().map(|k| timing.seconds[k]).sum())
 }
 

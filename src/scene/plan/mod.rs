@@ -16,11 +16,13 @@ use serde_json::json;
 use super::Scene;
 use super::canonical::FOLLOWING_KEYS;
 use crate::model_update::ModelUpdateError;
-use crate::recipe::{Check, CycleError, Decision, Identity, Inputs, Joint, Reasons, Recipe, told};
+use crate::recipe::{
+    Check, CycleError, Decision, Identity, Inputs, Joint, KeptPlan, Reasons, Recipe, told,
+};
 use crate::surface::SurfaceError;
 use crate::wear::Motion;
 use files::Files;
-use rough::{Contents, motion_of};
+use rough::Contents;
 
 pub use files::{HistoryProblem, InputError};
 pub use stability::unstable_explicit_step;
@@ -248,6 +250,10 @@ impl Plan {
             .chain(implausible)
             .chain(doubts)
             .collect();
+        let kept = KeptPlan {
+            recipe: recipe.clone(),
+            warnings: warnings.clone(),
+        };
         Ok(Plan {
             inputs: Inputs {
                 identity: Identity {
@@ -255,7 +261,7 @@ impl Plan {
                     following: FOLLOWING_KEYS,
                     scene_toml: scene.to_toml(),
                     scene_written: None,
-                    plan: json!({ "recipe": recipe, "warnings": warnings }),
+                    plan: json!(kept),
                 },
                 motion: files.motion,
                 measured: files.measured,
@@ -267,16 +273,6 @@ impl Plan {
             warnings,
         })
     }
-}
-
-/// What a scene needs, as far as that does not depend on the files that it names.
-///
-/// # Errors
-/// As for [`Plan::of`], but for the files.
-pub(super) fn decide_without_files(scene: &Scene) -> Result<Recipe, PlanError> {
-    let motion = scene.contact.as_ref();
-    let motion = motion.map_or_else(|| Motion::none(0.0), |contact| motion_of(scene, contact));
-    decide(scene, &motion, &Contents::default())
 }
 
 /// Decides what a scene needs. `motion` is that of its `[motion]`.
