@@ -2,6 +2,7 @@
 //! its own (`cases.csv`): each value lies within the bar of its figure.
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use fretwear::tables::{Table, TableName};
@@ -46,12 +47,194 @@ fn known() -> Vec<Known> {
     records.collect()
 }
 
+/// A mass of a column.
+struct Mass {
+    /// Height \[m\].
+    z: f64,
+    /// Along x, y, z \[kg\].
+    mass: [f64; 3],
+    /// To the ground \[N/m\].
+    stiffness: [f64; 3],
+    /// To the ground, along x \[N s/m\].
+    damping: f64,
+}
+
+/// Equal columns of masses at the corners of a square array of boxes. A column has the share of all masses, springs and dashpots that its
+/// corner has of the area.
+struct Columns {
+    /// Boxes along x and along y.
+    boxes: usize,
+    masses: &'static [Mass],
+    /// Springs along x between two masses of a column \[N/m\].
+    springs: &'static [(usize, usize, f64)],
+    /// Which masses touch: the upper and the lower one.
+    touching: [usize; 2],
+    /// What makes the first masses of all columns one body along x: its stiffness against their mean \[N/m\].
+    tie: f64,
+}
+
+/// A mass with the same stiffness and mass along y and z.
+const fn mass(z: f64, mass: [f64; 2], stiffness: [f64; 2], damping: f64) -> Mass {
+    Mass {
+        z,
+        mass: [mass[0], mass[1], mass[1]],
+        stiffness: [stiffness[0], stiffness[1], stiffness[1]],
+        damping,
+    }
+}
+
+/// The structures of the cases that have matrices.
+const STRUCTURES: [(&str, Columns); 4] = [
+    (
+        "damper_49_elements",
+        Columns {
+            boxes: 7,
+            masses: &[
+                mass(0.0, [1.0, 1.0], [4e6, 4e7], 20.0),
+                mass(0.0, [1.0, 1.0], [6e10, 6e10], 0.0),
+            ],
+            springs: &[],
+            touching: [0, 1],
+            tie: 1e10,
+        },
+    ),
+    (
+        "free_mass",
+        Columns {
+            boxes: 1,
+            masses: &[
+                mass(0.0, [1.0, 0.1], [1e6, 1e8], 2.0),
+                mass(0.0, [0.1, 0.1], [0.0, 1e8], 0.0),
+            ],
+            springs: &[],
+            touching: [0, 1],
+            tie: 0.0,
+        },
+    ),
+    (
+        "lanchester",
+        Columns {
+            boxes: 1,
+            masses: &[
+                mass(0.0, [0.9, 0.9], [1e6, 1e9], 2.0),
+                mass(0.0, [0.09, 0.9], [0.0, 1e9], 0.0),
+                mass(0.06, [0.1, 0.9], [0.0, 1e9], 0.0),
+                mass(0.08, [0.01, 0.9], [0.0, 1e9], 0.0),
+            ],
+            springs: &[(0, 2, 1e10), (1, 3, 1e9)],
+            touching: [0, 1],
+            tie: 0.0,
+        },
+    ),
+    (
+        "two_mass_friction",
+        Columns {
+            boxes: 1,
+            masses: &[
+                mass(0.0, [0.02, 1.0], [0.0, 6400.0], 0.0),
+                mass(0.04, [1.0, 1.0], [600.0, 6400.0], 0.0),
+                mass(0.0, [1.0, 1.0], [2e10, 2e10], 0.0),
+            ],
+            springs: &[(0, 1, 40.0)],
+            touching: [0, 2],
+            tie: 0.0,
+        },
+    ),
+];
+
+impl Columns {
+    /// Side of the array \[m\].
+    const SIDE: f64 = 0.01;
+
+    /// Places of the columns \[m\], x fastest, and their shares of the area.
+    fn places(&self) -> Vec<([f64; 2], f64)> {
+        let n = self.boxes;
+        let reach = |k: usize| if k == 0 || k == n { 0.5 } else { 1.0 } / n as f64;
+        let at = |k: usize| Self::SIDE * k as f64 / n as f64;
+        let columns = (0..(n + 1) * (n + 1)).map(|c| (c % (n + 1), c / (n + 1)));
+        columns
+            .map(|(i, j)| ([at(i), at(j)], reach(i) * reach(j)))
+            .collect()
+    }
+
+    /// Writes the matrices, nodes and pairs of nodes. The first mass of each column comes first, then the second of each, and so on.
+    fn write(&self, folder: &Path) {
+        let places = self.places();
+        let node = |mass: usize, column: usize| mass * places.len() + column;
+        let nodes = self.masses.len() * places.len();
+        let matrix = |name: &str, entries: BTreeMap<(usize, usize), f64>| {
+            let mut text = "%%MatrixMarket matrix coordinate real symmetric\n".to_owned();
+            text += &format!("{} {} {}\n", 3 * nodes, 3 * nodes, entries.len());
+            for ((row, column), value) in entries {
+                text += &format!("{} {} {value:.16e}\n", row + 1, column + 1);
+            }
+            fs::write(folder.join(name), text).expect("a matrix");
+        };
+        let [mut m, mut k, mut c] = [const { BTreeMap::new() }; 3];
+        let mut add = |row: usize, column: usize, value: f64| {
+            *k.entry((row.max(column), row.min(column))).or_insert(0.0) += value;
+        };
+        let mut rows = "node,x,y,z\n".to_owned();
+        for (number, of) in self.masses.iter().enumerate() {
+            for (column, ([x, y], share)) in places.iter().enumerate() {
+                let node = node(number, column);
+                rows += &format!("{},{x},{y},{}\n", node + 1, of.z);
+                for axis in 0..3 {
+                    m.insert((3 * node + axis, 3 * node + axis), share * of.mass[axis]);
+                    add(3 * node + axis, 3 * node + axis, share * of.stiffness[axis]);
+                }
+                if of.damping > 0.0 {
+                    c.insert((3 * node, 3 * node), share * of.damping);
+                }
+            }
+        }
+        let [upper, lower] = self.touching;
+        let mut pairs = "upper_node,lower_node\n".to_owned();
+        for (column, (_, share)) in places.iter().enumerate() {
+            pairs += &format!("{},{}\n", node(upper, column) + 1, node(lower, column) + 1);
+            for &(from, to, stiffness) in self.springs {
+                let [from, to] = [from, to].map(|mass| 3 * node(mass, column));
+                add(from, from, share * stiffness);
+                add(to, to, share * stiffness);
+                add(from, to, -share * stiffness);
+            }
+            // tie · Σ w (u − ū)², with ū = Σ w u.
+            if self.tie > 0.0 {
+                add(3 * column, 3 * column, self.tie * share);
+                for (other, (_, part)) in places.iter().enumerate().take(column + 1) {
+                    add(3 * column, 3 * other, -self.tie * share * part);
+                }
+            }
+        }
+        matrix("M.mtx", m);
+        matrix("K.mtx", k);
+        matrix("C.mtx", c);
+        fs::write(folder.join("nodes.csv"), rows).expect("nodes");
+        fs::write(folder.join("pairs.csv"), pairs).expect("pairs");
+    }
+}
+
+/// The scene of a case in the bench, with the matrices of its structure.
+fn scene(bench: &Bench, case: &str) -> String {
+    let folder = bench.path(case);
+    let scene = folder.join("scene.toml");
+    if !scene.exists() {
+        fs::create_dir_all(&folder).expect("a folder");
+        let own = self::folder().join("cases").join(format!("{case}.toml"));
+        fs::copy(own, &scene).expect("the scene");
+        let structure = STRUCTURES.iter().find(|(name, _)| *name == case);
+        if let Some((_, columns)) = structure {
+            columns.write(&folder);
+        }
+    }
+    scene.display().to_string()
+}
+
 /// Runs a case, with rows at a frequency and beside it if one is given.
 fn run(bench: &Bench, known: &Known, name: &str) -> PathBuf {
-    let scene = folder().join("cases").join(&known.case).join("scene.toml");
     let mut arguments = vec![
         "run".to_owned(),
-        scene.display().to_string(),
+        scene(bench, &known.case),
         "--run".to_owned(),
         name.to_owned(),
     ];
@@ -153,8 +336,7 @@ fn published_values_of_many_harmonics_lie_within_their_bars() {
 #[test]
 fn a_mode_that_is_cut_off_is_told() {
     let bench = Bench::new();
-    let scene = folder().join("cases/lanchester/scene.toml");
-    let scene = scene.display().to_string();
+    let scene = scene(&bench, "lanchester");
     let did = bench.fretwear(&["run", &scene, "--run", "a"]);
     assert_eq!(did.code(), 2, "{}", did.stderr());
     assert!(
