@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use fretwear::dynamics::oscillator::mass_on_springs;
 use fretwear::dynamics::{
     Backbone, BackboneEnd, ContactElement, DynamicsError, ForcedPoint, FrictionLaw, Harmonics,
-    Levels, Load, Oscillator, Settings, Vibration, resonance_over,
+    Levels, Load, Oscillator, Vibration, resonance_over,
 };
 use fretwear::reference::{Jenkins, JenkinsOscillator};
 
@@ -19,20 +19,9 @@ const JENKINS: Jenkins = Jenkins {
 
 fn vibration(oscillator: &Oscillator, loads: Vec<Load>, samples: usize) -> Vibration {
     Vibration {
-        model: oscillator.model().expect("a right oscillator"),
-        loads,
-        response_port: 0,
-        harmonics: Harmonics::up_to(1),
-        settings: Settings {
-            samples,
-            ..Settings::default()
-        },
+        settings: super::samples(samples),
         // From below the sliding resonance along x to above the stuck one.
-        range: (4000.0, 7500.0),
-        points: None,
-        gauge: Default::default(),
-        journal: Default::default(),
-        inertial_loads: Vec::new(),
+        ..super::vibration(oscillator, 1, loads, (4000.0, 7500.0))
     }
 }
 
@@ -253,17 +242,10 @@ fn a_constant_force_is_not_scaled() {
 #[test]
 fn a_linear_structure_has_the_damping_ratio_of_its_mode() {
     let model = mass_on_springs([2.0, 1.0, 1.0], [30.0; 3], [8e6, 1e8, 1e8], 0);
+    let any = oscillator(FrictionLaw::Cone);
     let vibration = Vibration {
         model: model.expect("right"),
-        loads: drive(1.0),
-        response_port: 0,
-        harmonics: Harmonics::up_to(2),
-        settings: Settings::default(),
-        range: (1500.0, 2500.0),
-        points: None,
-        gauge: Default::default(),
-        journal: Default::default(),
-        inertial_loads: Vec::new(),
+        ..super::vibration(&any, 2, drive(1.0), (1500.0, 2500.0))
     };
     let balance = vibration.balance(Vec::new()).expect("right");
     let all = vibration

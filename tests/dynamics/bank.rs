@@ -4,16 +4,14 @@ use std::f64::consts::TAU;
 
 use fretwear::dynamics::aft::Workspace;
 use fretwear::dynamics::{
-    ContactElement, ElementState, FrictionLaw, Harmonics, Oscillator, Sampling, Settings, Slider,
+    ContactElement, ElementState, FrictionLaw, Harmonics, Sampling, Settings, Slider,
 };
 use proptest::prelude::*;
 
-use super::condensation::Joint;
-use super::element::{check_derivative, motion};
-use super::time_integration::{Friction, error, integrate};
-use super::{balance, changed, drive, element, oscillator};
+use super::condensation::{Joint, active_elements_are_enough};
+use super::element::motion;
+use super::{BOTH, balance, changed, drive, element, oscillator};
 
-const BOTH: [FrictionLaw; 2] = [FrictionLaw::Cone, FrictionLaw::Box];
 /// Force beyond the limit, over the limit, that is rounding.
 const ROUNDING: f64 = 1e-12;
 
@@ -115,26 +113,6 @@ fn evaluate(
 }
 
 #[test]
-fn jacobian_is_that_of_the_samples() {
-    for law in BOTH {
-        let full = bank(&element(law), 8);
-        let mut gaps = full.clone();
-        for slider in &mut gaps.sliders[5..] {
-            (slider.normal_load, slider.gap) = (0.0, 3e-7);
-        }
-        // Sticking, partly slipping, mostly sliding, sliders that open, lifting off.
-        for size in [2e-8, 2e-7, 1e-6, 1.5e-6, 2.3e-6, 6e-6] {
-            check_derivative(&full, &motion(size), &format!("{law:?} at {size}"));
-            check_derivative(
-                &gaps,
-                &motion(size),
-                &format!("{law:?} with gaps at {size}"),
-            );
-        }
-    }
-}
-
-#[test]
 fn equal_parts_are_the_whole() {
     let sampling = sampling(64);
     let mut work = sampling.workspace();
@@ -161,34 +139,6 @@ fn equal_parts_are_the_whole() {
             assert!((a.slip_path - b.slip_path).abs() <= 1e-12 * a.slip_path);
             let difference = (a.dissipated_energy - b.dissipated_energy).abs();
             assert!(difference <= 1e-12 * a.dissipated_energy);
-        }
-    }
-}
-
-/// Beside a slider that never closes, one slips as it does alone.
-#[test]
-fn sliders_do_not_know_of_each_other() {
-    let sampling = sampling(64);
-    for law in BOTH {
-        let one = element(law);
-        let mut two = one.clone();
-        two.sliders.push(Slider {
-            normal_load: 0.0,
-            gap: 1.0,
-            ..one.sliders[0]
-        });
-        for size in [1e-6, 1.5e-6, 2.3e-6, 6e-6] {
-            let displacement = sampling.synthesise(&motion(size));
-            let (a, b) = (one.cycle(&displacement), two.cycle(&displacement));
-            assert_eq!(a.state, b.state);
-            let energies = [a.dissipated_energy, b.dissipated_energy];
-            assert!((energies[0] - energies[1]).abs() <= ROUNDING * energies[0]);
-            for (a, b) in a.force.iter().zip(&b.force) {
-                assert!(
-                    (0..3).all(|d| (a[d] - b[d]).abs() < ROUNDING * 90.0),
-                    "{a:?} {b:?}"
-                );
-            }
         }
     }
 }
@@ -369,47 +319,6 @@ fn a_cycle_that_opens_does_not_know_where_it_begins() {
     }
 }
 
-#[test]
-fn oscillators_against_time_integration() {
-    for law in BOTH {
-        let mut oscillator = oscillator(law);
-        oscillator.element = bank(&oscillator.element, 6);
-        oscillator.damping = [700.0, 800.0, 900.0];
-        let omega = 5200.0;
-        let loads = [
-            Oscillator::load(0, 200.0, 0.0),
-            Oscillator::load(1, 160.0, -1.3),
-            Oscillator::load(2, 330.0, 0.6),
-        ];
-        let value = |t: f64| {
-            [
-                200.0 * (omega * t).cos(),
-                160.0 * (omega * t - 1.3).cos(),
-                330.0 * (omega * t + 0.6).cos(),
-            ]
-        };
-        let mut friction = Friction::of(&oscillator.element);
-        let (samples, change) = integrate(&oscillator, &mut friction, value, omega, (130, 10_000));
-        assert!(change < 1e-12, "transient {change}");
-        let errors = [1, 3, 7, 15].map(|highest| {
-            let settings = Settings {
-                samples: 256,
-                ..Settings::default()
-            };
-            let balance = balance(&oscillator, highest, &loads, settings);
-            let response = balance.solve(omega, None).unwrap_or_else(|e| panic!("{e}"));
-            assert!(response.energy.imbalance() < 1e-9);
-            error(balance.harmonics(), &response, &samples)
-        });
-        println!("{law:?}: {errors:?}");
-        assert!(
-            errors.windows(2).all(|pair| pair[1] < pair[0]),
-            "{errors:?}"
-        );
-        assert!(errors[3] < 2e-4, "{errors:?}");
-    }
-}
-
 /// A bank answers from the first newton on: its amplitude over the force falls steadily.
 #[test]
 fn a_bank_softens_from_the_start() {
@@ -430,51 +339,9 @@ fn a_bank_softens_from_the_start() {
 
 #[test]
 fn active_elements_alone_give_what_all_give() {
-    let plain = Settings::default();
-    let ways = [
-        Settings {
-            all_active: true,
-            dense_unknowns: 10_000,
-            ..plain
-        },
-        plain,
-        Settings {
-            dense_unknowns: 0,
-            ..plain
-        },
-    ];
     for law in BOTH {
         let mut joint = Joint::new(7, 5, law, 0.003);
         joint.elements.iter_mut().for_each(|e| *e = bank(e, 8));
-        for force in [2.0, 20.0, 90.0, 400.0] {
-            let balances = ways.map(|settings| joint.balance(force, settings));
-            let range = (TAU * 750.0, TAU * 1000.0);
-            let resonance = balances[1].phase_resonance(range, None);
-            let resonance = resonance.unwrap_or_else(|e| panic!("{force} N: {e}"));
-            for offset in [-0.01, -0.002, 0.0, 0.003] {
-                let omega = resonance.omega * (1.0 + offset);
-                let [all, others @ ..] = balances.each_ref().map(|balance| {
-                    let response = balance.solve(omega, None);
-                    response.unwrap_or_else(|e| panic!("{force} N: {e}"))
-                });
-                assert_eq!(all.active_elements(), joint.elements.len());
-                let contact = all.force.len();
-                fn largest(values: &[f64]) -> f64 {
-                    values.iter().fold(0.0, |m, v| m.max(v.abs()))
-                }
-                let sizes = [&all.displacement[..contact], &all.displacement].map(largest);
-                for other in others {
-                    assert!(other.energy.imbalance() < 1e-6, "{:?}", other.energy);
-                    for (k, (a, b)) in all.displacement.iter().zip(&other.displacement).enumerate()
-                    {
-                        let size = sizes[usize::from(k >= contact)];
-                        assert!(
-                            (a - b).abs() < 1e-8 * size,
-                            "{law:?}, {force} N: {a:e} {b:e}"
-                        );
-                    }
-                }
-            }
-        }
+        active_elements_are_enough(&joint, &[2.0, 20.0, 90.0, 400.0]);
     }
 }

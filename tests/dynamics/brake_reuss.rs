@@ -8,9 +8,7 @@
 use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
 
-use fretwear::dynamics::{
-    ContactElement, FrictionLaw, Harmonics, Levels, Oscillator, Settings, Slider, Vibration,
-};
+use fretwear::dynamics::{ContactElement, FrictionLaw, Levels, Oscillator, Slider, Vibration};
 use fretwear::reference::Jenkins;
 
 /// Displacements at which sliders begin to slide, in modal amplitudes: twelve a decade over those of the data and a decade beyond.
@@ -144,19 +142,8 @@ impl Bank {
             element: element.clone(),
         };
         let vibration = Vibration {
-            model: oscillator.model().expect("right"),
-            loads: vec![Oscillator::load(0, 1.0, 0.0)],
-            response_port: 0,
-            harmonics: Harmonics::up_to(1),
-            settings: Settings {
-                samples,
-                ..Settings::default()
-            },
-            range,
-            points: None,
-            gauge: Default::default(),
-            journal: Default::default(),
-            inertial_loads: Vec::new(),
+            settings: super::samples(samples),
+            ..super::vibration(&oscillator, 1, super::drive(1.0), range)
         };
         (vibration, element)
     }

@@ -1,13 +1,13 @@
 //! A joint of many elements: unknowns for the active ones only, by elimination or by Krylov, give what all unknowns give.
 
 use std::f64::consts::PI;
-use std::time::Instant;
 
 use fretwear::dynamics::{
-    ContactElement, FrictionLaw, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Settings,
-    Slider,
+    ContactElement, FrictionLaw, HarmonicBalance, Oscillator, Response, SecondOrder, Settings,
 };
 use fretwear::linalg::RowMatrix as Matrix;
+
+use super::{BOTH, balance_of, one_slider};
 
 /// A 7 kg mass on a soft leaf, and a lap that is held by its joint alone: rigid body motions, bending patterns and a local
 /// flexibility of the patch (a residual).
@@ -39,17 +39,9 @@ impl Joint {
         let total: f64 = shares.iter().sum();
         let elements: Vec<ContactElement> = shares
             .iter()
-            .map(|share| ContactElement {
-                springs: Vec::new(),
-                area: lx * ly / (nx * ny) as f64,
-                friction_coefficient: 0.6,
-                law,
-                sliders: vec![Slider {
-                    normal_load: 3e4 * share / total,
-                    gap: 0.0,
-                    tangential_stiffness: 1.0e10 / n as f64,
-                    normal_stiffness: 1.2e10 / n as f64,
-                }],
+            .map(|share| {
+                let stiffness = [1.0e10 / n as f64, 1.2e10 / n as f64];
+                one_slider(law, 0.6, 3e4 * share / total, stiffness)
             })
             .collect();
         // Coordinates: the mass along x; the lap along x, y, n and its three rotations; eight bending patterns.
@@ -150,21 +142,8 @@ impl Joint {
     }
 
     pub fn balance(&self, force: f64, settings: Settings) -> HarmonicBalance<ContactElement> {
-        let load = Load {
-            port: self.drive,
-            harmonic: 1,
-            cosine: force,
-            sine: 0.0,
-        };
-        let harmonics = Harmonics::up_to(3);
-        HarmonicBalance::new(
-            &self.model,
-            self.elements.clone(),
-            harmonics,
-            vec![load],
-            settings,
-        )
-        .unwrap_or_else(|error| panic!("{error}"))
+        let load = Oscillator::load(self.drive, force, 0.0);
+        balance_of(&self.model, &self.elements, 3, &[load], settings)
     }
 }
 
@@ -172,62 +151,53 @@ fn hertz(frequency: f64) -> f64 {
     2.0 * PI * frequency
 }
 
+/// Unknowns for the active elements alone, by elimination and by Krylov, give at and beside the resonance what all give.
+pub fn active_elements_are_enough(joint: &Joint, forces: &[f64]) {
+    let usual = Settings::default();
+    let all = Settings {
+        all_active: true,
+        dense_unknowns: 10_000,
+        ..usual
+    };
+    let krylov = Settings {
+        dense_unknowns: 0,
+        ..usual
+    };
+    for &force in forces {
+        let balances = [all, usual, krylov].map(|settings| joint.balance(force, settings));
+        let range = (hertz(750.0), hertz(1000.0));
+        let resonance = balances[1]
+            .phase_resonance(range, None)
+            .unwrap_or_else(|e| panic!("{force} N: {e}"));
+        for offset in [-0.01, -0.002, 0.0, 0.003] {
+            let omega = resonance.omega * (1.0 + offset);
+            let [all, others @ ..] = balances.each_ref().map(|balance| {
+                let response = balance.solve(omega, None);
+                response.unwrap_or_else(|e| panic!("{force} N: {e}"))
+            });
+            assert_eq!(all.active_elements(), joint.elements.len());
+            let contact = all.force.len();
+            fn largest(values: &[f64]) -> f64 {
+                values.iter().fold(0.0, |m, v| m.max(v.abs()))
+            }
+            let sizes = [&all.displacement[..contact], &all.displacement].map(largest);
+            for other in others {
+                assert!(other.energy.imbalance() < 1e-6, "{:?}", other.energy);
+                let pairs = all.displacement.iter().zip(&other.displacement);
+                for (k, (a, b)) in pairs.enumerate() {
+                    let size = sizes[usize::from(k >= contact)];
+                    assert!((a - b).abs() < 1e-8 * size, "{force} N: {a:e} {b:e}");
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn active_elements_alone_give_what_all_give() {
-    for law in [FrictionLaw::Cone, FrictionLaw::Box] {
+    for law in BOTH {
         let joint = Joint::new(7, 5, law, 0.003);
-        for force in [40.0, 90.0, 400.0] {
-            let plain = joint.balance(force, Settings::default());
-            let all = joint.balance(
-                force,
-                Settings {
-                    all_active: true,
-                    dense_unknowns: 10_000,
-                    ..Settings::default()
-                },
-            );
-            let krylov = joint.balance(
-                force,
-                Settings {
-                    dense_unknowns: 0,
-                    ..Settings::default()
-                },
-            );
-            let range = (hertz(750.0), hertz(1000.0));
-            let resonance = plain
-                .phase_resonance(range, None)
-                .unwrap_or_else(|e| panic!("{force} N: {e}"));
-            for offset in [-0.01, -0.002, 0.0, 0.003] {
-                let omega = resonance.omega * (1.0 + offset);
-                let [a, b, c] = [&plain, &all, &krylov].map(|balance| {
-                    balance
-                        .solve(omega, None)
-                        .unwrap_or_else(|e| panic!("{force} N: {e}"))
-                });
-                let scale = b.displacement.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-                let contact = b.displacement[..b.force.len()]
-                    .iter()
-                    .fold(0.0_f64, |m, v| m.max(v.abs()));
-                for (k, b) in b.displacement.iter().enumerate() {
-                    let size = if k < a.force.len() { contact } else { scale };
-                    for other in [&a, &c] {
-                        let difference = (other.displacement[k] - b).abs();
-                        assert!(
-                            difference < 1e-8 * size,
-                            "{law:?}, {force} N: {difference:e} of {size:e}"
-                        );
-                    }
-                }
-                assert!(b.active_elements() == joint.elements.len());
-                assert!(a.energy.imbalance() < 1e-6, "{:?}", a.energy);
-            }
-            println!(
-                "{law:?}, {force} N: {} of {} elements active at {:.3} Hz",
-                resonance.active_elements(),
-                joint.elements.len(),
-                resonance.frequency()
-            );
-        }
+        active_elements_are_enough(&joint, &[40.0, 90.0, 400.0]);
     }
 }
 
@@ -243,72 +213,16 @@ fn modes_and_residual_are_the_structure_they_come_from() {
         .expect("right")
         .with_reversed_ports(&normals)
         .with_reversed_ports(&normals);
-    let load = Load {
-        port: joint.drive,
-        harmonic: 1,
-        cosine: 400.0,
-        sine: 0.0,
-    };
+    let load = Oscillator::load(joint.drive, 400.0, 0.0);
     let [a, b] = [&joint.model, &modal].map(|model| {
-        let elements = joint.elements.clone();
-        HarmonicBalance::new(
-            model,
-            elements,
-            Harmonics::up_to(3),
-            vec![load],
-            Settings::default(),
-        )
-        .and_then(|balance| balance.solve(hertz(915.0), None))
-        .unwrap_or_else(|e| panic!("{e}"))
+        let balance = balance_of(model, &joint.elements, 3, &[load], Settings::default());
+        let response = balance.solve(hertz(915.0), None);
+        response.unwrap_or_else(|e| panic!("{e}"))
     });
     assert!(a.active_elements() > 0);
     let contact = |r: &Response| r.displacement[..r.force.len()].to_vec();
     let scale = contact(&a).iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     for (a, b) in contact(&a).iter().zip(&contact(&b)) {
         assert!((a - b).abs() < 1e-8 * scale, "{a} {b}");
-    }
-}
-
-#[test]
-#[ignore = "long: 7 seconds"]
-fn forced_responses_of_340_elements() {
-    let start = Instant::now();
-    let joint = Joint::new(19, 19, FrictionLaw::Cone, 0.003);
-    println!(
-        "{} elements, built in {:.2?}",
-        joint.elements.len(),
-        start.elapsed()
-    );
-    let mut warm = None;
-    for force in [10.0, 40.0, 70.0, 400.0] {
-        let start = Instant::now();
-        let balance = joint.balance(force, Settings::default());
-        let closed = start.elapsed();
-        let start = Instant::now();
-        let range = (hertz(750.0), hertz(1000.0));
-        let resonance = balance
-            .phase_resonance(range, warm.as_ref())
-            .unwrap_or_else(|e| panic!("{force} N: {e}"));
-        let tracked = start.elapsed();
-        let omegas: Vec<f64> = (0..61)
-            .map(|k| resonance.omega * (0.985 + 0.0005 * k as f64))
-            .collect();
-        let start = Instant::now();
-        let responses = balance
-            .forced_response(&omegas)
-            .unwrap_or_else(|e| panic!("{force} N: {e}"));
-        let swept = start.elapsed();
-        let iterations: usize = responses.iter().map(|r| r.iterations).sum();
-        let active = responses.iter().map(|r| r.active_elements()).max();
-        println!(
-            "{force} N: {:.3} Hz, {:?} active; closed {closed:.2?}, resonance {tracked:.2?} ({} its), 61 points {swept:.2?} ({iterations} its, up to {active:?} active)",
-            resonance.frequency(),
-            resonance.active_elements(),
-            resonance.iterations,
-        );
-        for response in &responses {
-            assert!(response.energy.imbalance() < 1e-6, "{:?}", response.energy);
-        }
-        warm = Some(resonance.start());
     }
 }

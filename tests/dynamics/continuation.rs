@@ -1,15 +1,15 @@
 //! Branches through turning points.
 
 use fretwear::dynamics::{
-    Continuation, ContinuationSettings, DynamicsError, FrictionLaw, HarmonicBalance, Harmonics,
-    Oscillator, Response, Settings,
+    ContactElement, Continuation, ContinuationSettings, DynamicsError, FrictionLaw,
+    HarmonicBalance, Oscillator, Response, Settings,
 };
 use fretwear::reference::Duffing;
 
-use super::{CubicSpring, balance, drive, oscillator};
+use super::{BOTH, balance, balance_of, cubic, drive, oscillator, samples, springs};
 
-fn collect<E: fretwear::dynamics::InterfaceElement>(
-    balance: &HarmonicBalance<E>,
+pub fn collect(
+    balance: &HarmonicBalance<ContactElement>,
     settings: ContinuationSettings,
 ) -> Vec<Response> {
     Continuation::new(balance, settings)
@@ -27,14 +27,8 @@ fn duffing_is_followed_through_both_turning_points() {
     };
     let model = oscillator(FrictionLaw::Cone).model().expect("right");
     let force = duffing.resonant_force(4e-5);
-    let balance = HarmonicBalance::new(
-        &model,
-        vec![CubicSpring(1.2e16)],
-        Harmonics::up_to(1),
-        drive(force),
-        Settings::default(),
-    )
-    .expect("right");
+    let hard = springs(vec![cubic(0, 1.2e16)]);
+    let balance = balance_of(&model, &[hard], 1, &drive(force), Settings::default());
     for (from, to) in [(4500.0, 7500.0), (7500.0, 4500.0)] {
         let branch = collect(&balance, ContinuationSettings::over(from, to, 0));
         let direction = f64::signum(to - from);
@@ -71,7 +65,7 @@ fn duffing_is_followed_through_both_turning_points() {
 
 #[test]
 fn friction_branch_is_the_response_at_its_frequencies() {
-    for law in [FrictionLaw::Cone, FrictionLaw::Box] {
+    for law in BOTH {
         let loads = [
             Oscillator::load(0, 120.0, 0.0),
             Oscillator::load(2, 60.0, 0.5),
@@ -111,10 +105,7 @@ fn a_gap_bends_the_resonance_over() {
         &oscillator,
         5,
         &[Oscillator::load(2, 20.0, 0.0)],
-        Settings {
-            samples: 256,
-            ..Settings::default()
-        },
+        samples(256),
     );
     let branch = collect(&balance, ContinuationSettings::over(5900.0, 8000.0, 2));
     let backwards = branch

@@ -5,9 +5,9 @@ use fretwear::dynamics::{
 };
 use fretwear::reference::Jenkins;
 
-use super::{CubicSpring, changed, element};
-
-const BOTH: [FrictionLaw; 2] = [FrictionLaw::Cone, FrictionLaw::Box];
+use super::bank::bank;
+use super::spring::stop;
+use super::{BOTH, changed, cubic, element};
 
 /// Coefficients (H 0–3) of an orbital motion with varying normal displacement; `size` scales it to the slip limit.
 pub fn motion(size: f64) -> Vec<f64> {
@@ -17,7 +17,7 @@ pub fn motion(size: f64) -> Vec<f64> {
     [x, y, n].concat().iter().map(|v| v * size).collect()
 }
 
-pub fn check_derivative<E: InterfaceElement>(element: &E, at: &[f64], what: &str) {
+fn check_derivative(element: &ContactElement, at: &[f64], what: &str) {
     let sampling = Sampling::new(Harmonics::up_to(3), 48).expect("enough samples");
     let mut work = sampling.workspace();
     let mut force = vec![0.0; 21];
@@ -48,20 +48,42 @@ pub fn check_derivative<E: InterfaceElement>(element: &E, at: &[f64], what: &str
 
 #[test]
 fn jacobian_is_that_of_the_samples() {
+    // Sticking, partly slipping, mostly sliding, lifting off; sliders of a bank open one after the other.
+    let sizes = [2e-8, 2e-7, 1e-6, 1.5e-6, 2e-6, 2.3e-6, 6e-6];
     for law in BOTH {
         let loaded = element(law);
-        // Sticking, partly slipping, mostly sliding, lifting off.
-        for size in [2e-7, 1e-6, 1.5e-6, 2.3e-6, 6e-6] {
-            check_derivative(&loaded, &motion(size), &format!("{law:?} at {size}"));
-        }
         let open = changed(&loaded, |slider| {
             (slider.normal_load, slider.gap) = (0.0, 4e-7);
         });
-        check_derivative(&open, &motion(2e-6), &format!("{law:?} with a gap"));
         let unloaded = changed(&loaded, |slider| slider.normal_load = 0.0);
-        check_derivative(&unloaded, &motion(2e-6), &format!("{law:?} without load"));
+        let full = bank(&loaded, 8);
+        let mut gaps = full.clone();
+        for slider in &mut gaps.sliders[5..] {
+            (slider.normal_load, slider.gap) = (0.0, 3e-7);
+        }
+        let beside_springs = ContactElement {
+            springs: vec![cubic(0, 2e15), cubic(2, -1e15), stop(1, 4e5, 2e-6)],
+            ..loaded.clone()
+        };
+        // What has no load has no force under a small motion.
+        let large = &sizes[4..];
+        for (what, element, sizes) in [
+            ("loaded", &loaded, &sizes[..]),
+            ("with a gap", &open, large),
+            ("without load", &unloaded, large),
+            ("a bank", &full, &sizes),
+            ("a bank with gaps", &gaps, &sizes),
+            ("beside springs", &beside_springs, &sizes),
+        ] {
+            for &size in sizes {
+                check_derivative(
+                    element,
+                    &motion(size),
+                    &format!("{what}, {law:?} at {size}"),
+                );
+            }
+        }
     }
-    check_derivative(&CubicSpring(1e18), &motion(1e-6), "cubic spring");
 }
 
 #[test]

@@ -1,11 +1,12 @@
 //! Sweeps, peaks and resonances where several responses exist.
 
 use fretwear::dynamics::{
-    ContactElement, Continuation, ContinuationSettings, DynamicsError, FrictionLaw,
-    HarmonicBalance, Oscillator, OverRange, Response, Settings, Slider, Vibration,
+    ContactElement, ContinuationSettings, DynamicsError, FrictionLaw, HarmonicBalance, Oscillator,
+    OverRange, Response, Settings, Vibration,
 };
 
-use super::{balance, oscillator};
+use super::continuation::collect;
+use super::{balance, changed, one_slider, oscillator, samples, swept, vibration};
 
 const TURN: f64 = 2.0 * std::f64::consts::PI;
 /// Two solutions of the same equations, each to a relative correction of 1e-10.
@@ -15,47 +16,27 @@ const BETWEEN_POINTS: f64 = 5e-3;
 
 /// 1 kg on a soft spring above a contact along the normal: pressed on by 10 N, or 1 mm away.
 fn bouncing(is_pressed: bool) -> Oscillator {
+    let pressed = one_slider(FrictionLaw::Cone, 0.3, 10.0, [1e4, 3e4]);
     Oscillator {
         mass: [1.0, 1.1, 1.0],
         damping: [4.0; 3],
         stiffness: [5e4; 3],
-        element: ContactElement {
-            springs: Vec::new(),
-            area: 1e-4,
-            friction_coefficient: 0.3,
-            law: FrictionLaw::Cone,
-            sliders: vec![Slider {
-                normal_load: if is_pressed { 10.0 } else { 0.0 },
-                gap: if is_pressed { 0.0 } else { 1e-3 },
-                tangential_stiffness: 1e4,
-                normal_stiffness: 3e4,
-            }],
+        element: match is_pressed {
+            true => pressed,
+            false => changed(&pressed, |slider| {
+                (slider.normal_load, slider.gap) = (0.0, 1e-3);
+            }),
         },
     }
 }
 
 fn along_the_normal(is_pressed: bool, force: f64) -> HarmonicBalance<ContactElement> {
-    let settings = Settings {
-        samples: 256,
-        ..Settings::default()
-    };
     let load = Oscillator::load(2, force, 0.0);
-    balance(&bouncing(is_pressed), 3, &[load], settings)
+    balance(&bouncing(is_pressed), 3, &[load], samples(256))
 }
 
 fn size(balance: &HarmonicBalance<ContactElement>, response: &Response) -> f64 {
     balance.amplitude(response, 2).expect("port 2").0
-}
-
-fn branch(
-    balance: &HarmonicBalance<ContactElement>,
-    from: f64,
-    to: f64,
-    port: usize,
-) -> Vec<Response> {
-    Continuation::new(balance, ContinuationSettings::over(from, to, port))
-        .and_then(Iterator::collect)
-        .unwrap_or_else(|error: DynamicsError| panic!("{error}"))
 }
 
 #[test]
@@ -65,14 +46,10 @@ fn sweeps_jump_at_the_folds() {
     let mut omegas: Vec<f64> = (0..61)
         .map(|k| from + (to - from) * k as f64 / 60.0)
         .collect();
-    let up = balance
-        .forced_response(&omegas)
-        .unwrap_or_else(|error| panic!("{error}"));
+    let up = swept(&balance, &omegas);
     omegas.reverse();
-    let down = balance
-        .forced_response(&omegas)
-        .unwrap_or_else(|error| panic!("{error}"));
-    let branch = branch(&balance, from, to, 2);
+    let down = swept(&balance, &omegas);
+    let branch = collect(&balance, ContinuationSettings::over(from, to, 2));
     // The first and the last time that the branch comes by: where sweeps up and down find themselves.
     let between = |pair: &&[Response], omega: f64| {
         let (a, b) = (pair[0].omega, pair[1].omega);
@@ -120,7 +97,7 @@ fn peaks_of_overhanging_branches() {
             let peak = balance
                 .peak(2, range, &resonance.start())
                 .unwrap_or_else(|error| panic!("{force} N: {error}"));
-            let branch = branch(&balance, range.0, range.1, 2);
+            let branch = collect(&balance, ContinuationSettings::over(range.0, range.1, 2));
             let top = branch.iter().map(|r| size(&balance, r)).fold(0.0, f64::max);
             let found = size(&balance, &peak);
             println!("{force} N, pressed {is_pressed}: {found:.6e}, of the branch {top:.6e}");
@@ -142,36 +119,15 @@ fn the_highest_of_several_peaks() {
     oscillator.mass = [1.0; 3];
     oscillator.damping = [60.0; 3];
     oscillator.stiffness = [4e6; 3];
-    oscillator.element = ContactElement {
-        springs: Vec::new(),
-        area: 1e-4,
-        friction_coefficient: 0.3,
-        law: FrictionLaw::Cone,
-        sliders: vec![Slider {
-            normal_load: 1000.0,
-            gap: 0.0,
-            tangential_stiffness: 6e6,
-            normal_stiffness: 8e6,
-        }],
-    };
-    let range = (TURN * 160.0, TURN * 750.0);
+    oscillator.element = one_slider(FrictionLaw::Cone, 0.3, 1000.0, [6e6, 8e6]);
+    let loads = vec![
+        Oscillator::load(0, 200.0, 0.0),
+        Oscillator::load(2, 3000.0, 0.5 * std::f64::consts::PI),
+    ];
     let vibration = Vibration {
-        model: oscillator.model().expect("right"),
-        loads: vec![
-            Oscillator::load(0, 200.0, 0.0),
-            Oscillator::load(2, 3000.0, 0.5 * std::f64::consts::PI),
-        ],
-        inertial_loads: Vec::new(),
-        response_port: 0,
-        harmonics: fretwear::dynamics::Harmonics::up_to(5),
-        settings: Settings {
-            samples: 256,
-            ..Settings::default()
-        },
-        range,
+        settings: samples(256),
         points: Some(61),
-        gauge: Default::default(),
-        journal: Default::default(),
+        ..vibration(&oscillator, 5, loads, (TURN * 160.0, TURN * 750.0))
     };
     let found = vibration.resolve_over_range(vec![oscillator.element.clone()], None);
     let OverRange { resolved, points } = found.unwrap_or_else(|error| panic!("{error}"));
@@ -210,18 +166,7 @@ fn a_branch_with_a_corner_has_all_frequencies() {
         mass: [2.513, 2.52, 1.788],
         damping: [38.401, 7.755, 11.796],
         stiffness: [268350.0, 120475.0, 375884.0],
-        element: ContactElement {
-            springs: Vec::new(),
-            area: 1e-4,
-            friction_coefficient: 0.31,
-            law: FrictionLaw::Box,
-            sliders: vec![Slider {
-                normal_load: 836.7,
-                gap: 0.0,
-                tangential_stiffness: 3150302.0,
-                normal_stiffness: 637879.0,
-            }],
-        },
+        element: one_slider(FrictionLaw::Box, 0.31, 836.7, [3150302.0, 637879.0]),
     };
     let loads = [
         Oscillator::load(0, 7.99, (-3.0_f64).to_radians()),
@@ -229,12 +174,8 @@ fn a_branch_with_a_corner_has_all_frequencies() {
         Oscillator::load(1, 18.96, (-82.0_f64).to_radians()),
     ];
     let range = (TURN * 31.21, TURN * 241.32);
-    let followed = |samples: usize| {
-        let settings = Settings {
-            samples,
-            ..Settings::default()
-        };
-        let balance = balance(&corner, 5, &loads, settings);
+    let followed = |count: usize| {
+        let balance = balance(&corner, 5, &loads, samples(count));
         let branch = balance
             .branch(ContinuationSettings::over(range.0, range.1, 0))
             .unwrap_or_else(|error| panic!("{error}"));

@@ -5,25 +5,12 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use fretwear::dynamics::forced_response::ForcedPoint;
-use fretwear::dynamics::{FrictionLaw, Harmonics, Oscillator, Settings, Vibration};
+use fretwear::dynamics::{FrictionLaw, Vibration};
 use fretwear::journal::Journal;
 
-use super::oscillator;
+use super::{drive, oscillator, vibration};
 
-fn vibration(oscillator: &Oscillator, points: Option<usize>) -> Vibration {
-    Vibration {
-        model: oscillator.model().expect("an oscillator"),
-        loads: vec![Oscillator::load(0, 120.0, 0.0)],
-        response_port: 0,
-        harmonics: Harmonics::up_to(3),
-        settings: Settings::default(),
-        range: (TAU * 700.0, TAU * 1100.0),
-        points,
-        gauge: Default::default(),
-        journal: Journal::default(),
-        inertial_loads: Vec::new(),
-    }
-}
+const RANGE: (f64, f64) = (TAU * 700.0, TAU * 1100.0);
 
 /// Points of a start that finds `kept`, how many results that is, and what it keeps itself.
 fn start(
@@ -78,7 +65,8 @@ fn an_interrupted_forced_response_goes_on() {
         goes_on(|journal| {
             let vibration = Vibration {
                 journal: journal.clone(),
-                ..vibration(&oscillator, points)
+                points,
+                ..vibration(&oscillator, 3, drive(120.0), RANGE)
             };
             let balance = vibration.balance(vec![oscillator.element.clone()]);
             let points = vibration.forced_response(&balance.expect("a balance"));
@@ -94,7 +82,7 @@ fn an_interrupted_search_ends_at_the_same_place() {
     goes_on(|journal| {
         let vibration = Vibration {
             journal: journal.clone(),
-            ..vibration(&oscillator, None)
+            ..vibration(&oscillator, 3, drive(120.0), RANGE)
         };
         let found = vibration.resolve_over_range(vec![oscillator.element.clone()], Some(0.005));
         found.expect("a resonance").points.expect("points")

@@ -4,12 +4,12 @@ use std::f64::consts::TAU;
 
 use fretwear::dynamics::oscillator::mass_on_springs;
 use fretwear::dynamics::{
-    ContactElement, DynamicsError, FrictionLaw, HarmonicBalance, Harmonics, Load, Oscillator,
-    Rayleigh, SecondOrder, Settings,
+    ContactElement, DynamicsError, FrictionLaw, HarmonicBalance, Load, Oscillator, Rayleigh,
+    SecondOrder, Settings,
 };
 use fretwear::linalg::RowMatrix as Matrix;
 
-use super::oscillator;
+use super::{balance_of, drive, oscillator};
 
 /// Rounding of a linear solve.
 const ROUNDING: f64 = 1e-10;
@@ -46,9 +46,7 @@ fn chain() -> SecondOrder {
 }
 
 fn balance(model: &SecondOrder, loads: &[Load]) -> HarmonicBalance<ContactElement> {
-    let harmonics = Harmonics::up_to(2);
-    let loads = loads.to_vec();
-    HarmonicBalance::new(model, Vec::new(), harmonics, loads, Settings::default()).unwrap()
+    balance_of(model, &[], 2, loads, Settings::default())
 }
 
 /// Cosine and sine of a linear oscillator's displacement along an axis under a force F cos(ωt).
@@ -130,12 +128,7 @@ fn a_ground_that_moves_by_a_given_displacement() {
     let (ground, phase) = (3e-6_f64, 0.4_f64);
     for axis in 0..3 {
         let factor = MASS[axis] * ground;
-        let load = Load {
-            port: axis,
-            harmonic: 1,
-            cosine: factor * phase.cos(),
-            sine: -factor * phase.sin(),
-        };
+        let load = Oscillator::load(axis, factor, phase);
         let balance = balance(&linear(), &[])
             .with_inertial_loads(&[load])
             .unwrap();
@@ -171,21 +164,10 @@ fn a_ground_that_moves_by_a_given_displacement() {
 #[test]
 fn a_moving_ground_under_a_slipping_contact() {
     let oscillator = oscillator(FrictionLaw::Cone);
-    let model = oscillator.model().unwrap();
     let ground = 2.2e-6;
-    let new = |loads: Vec<Load>| {
-        let elements = vec![oscillator.element.clone()];
-        HarmonicBalance::new(
-            &model,
-            elements,
-            Harmonics::up_to(3),
-            loads,
-            Settings::default(),
-        )
-        .unwrap()
-    };
-    let factor = Oscillator::load(0, oscillator.mass[0] * ground, 0.0);
-    let moving = new(Vec::new()).with_inertial_loads(&[factor]).unwrap();
+    let new = |loads: &[Load]| super::balance(&oscillator, 3, loads, Settings::default());
+    let factor = drive(oscillator.mass[0] * ground);
+    let moving = new(&[]).with_inertial_loads(&factor).unwrap();
     let range = (TAU * 800.0, TAU * 1150.0);
     let resonance = moving.phase_resonance(range, None).unwrap();
     assert!(resonance.energy.friction > 0.0 && resonance.energy.imbalance() < 1e-6);
@@ -195,7 +177,7 @@ fn a_moving_ground_under_a_slipping_contact() {
         1.03 * resonance.omega,
     ] {
         let force = oscillator.mass[0] * omega * omega * ground;
-        let driven = new(vec![Oscillator::load(0, force, 0.0)]);
+        let driven = new(&drive(force));
         let start = resonance.start();
         let found = moving.solve(omega, Some(&start)).unwrap();
         let expected = driven.solve(omega, Some(&start)).unwrap();

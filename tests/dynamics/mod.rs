@@ -24,25 +24,52 @@ mod truncation;
 mod unreduced;
 mod work_between_ends;
 
-use fretwear::dynamics::aft::{Closure, Derivative, Scratch};
 use fretwear::dynamics::{
-    ContactElement, DynamicsError, FrictionLaw, HarmonicBalance, Harmonics, InterfaceElement, Load,
-    Oscillator, Settings, Slider,
+    ContactElement, DynamicsError, FrictionLaw, HarmonicBalance, Harmonics, Load, Oscillator,
+    Response, SecondOrder, Settings, Slider, Spring, Vibration,
 };
 
-/// An element with stiffnesses of a joint, µ 0.6, preloaded.
-pub fn element(law: FrictionLaw) -> ContactElement {
+pub const BOTH: [FrictionLaw; 2] = [FrictionLaw::Cone, FrictionLaw::Box];
+
+/// An element of one loaded slider without a gap.
+pub fn one_slider(
+    law: FrictionLaw,
+    friction_coefficient: f64,
+    normal_load: f64,
+    [tangential_stiffness, normal_stiffness]: [f64; 2],
+) -> ContactElement {
     ContactElement {
         springs: Vec::new(),
         area: 4.2e-6,
-        friction_coefficient: 0.6,
+        friction_coefficient,
         law,
         sliders: vec![Slider {
-            normal_load: 90.0,
+            normal_load,
             gap: 0.0,
-            tangential_stiffness: 2.5e7,
-            normal_stiffness: 3.5e7,
+            tangential_stiffness,
+            normal_stiffness,
         }],
+    }
+}
+
+/// An element with stiffnesses of a joint, µ 0.6, preloaded.
+pub fn element(law: FrictionLaw) -> ContactElement {
+    one_slider(law, 0.6, 90.0, [2.5e7, 3.5e7])
+}
+
+/// An element of springs alone.
+pub fn springs(springs: Vec<Spring>) -> ContactElement {
+    ContactElement {
+        springs,
+        sliders: Vec::new(),
+        ..element(FrictionLaw::Cone)
+    }
+}
+
+pub fn cubic(direction: usize, stiffness: f64) -> Spring {
+    Spring::Cubic {
+        direction,
+        stiffness,
     }
 }
 
@@ -71,14 +98,50 @@ pub fn balance(
     settings: Settings,
 ) -> HarmonicBalance<ContactElement> {
     let model = oscillator.model().expect("a right oscillator");
-    HarmonicBalance::new(
-        &model,
-        vec![oscillator.element.clone()],
-        Harmonics::up_to(highest),
-        loads.to_vec(),
-        settings,
-    )
-    .unwrap_or_else(|error| panic!("{error}"))
+    let elements = std::slice::from_ref(&oscillator.element);
+    balance_of(&model, elements, highest, loads, settings)
+}
+
+/// The balance of a structure with harmonics 0 to `highest`.
+pub fn balance_of(
+    model: &SecondOrder,
+    elements: &[ContactElement],
+    highest: u32,
+    loads: &[Load],
+    settings: Settings,
+) -> HarmonicBalance<ContactElement> {
+    let (elements, loads) = (elements.to_vec(), loads.to_vec());
+    HarmonicBalance::new(model, elements, Harmonics::up_to(highest), loads, settings)
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// An oscillator whose response along x is looked for between two angular frequencies, with harmonics 0 to `highest`.
+pub fn vibration(
+    oscillator: &Oscillator,
+    highest: u32,
+    loads: Vec<Load>,
+    range: (f64, f64),
+) -> Vibration {
+    Vibration {
+        model: oscillator.model().expect("a right oscillator"),
+        loads,
+        response_port: 0,
+        harmonics: Harmonics::up_to(highest),
+        settings: Settings::default(),
+        range,
+        points: None,
+        gauge: Default::default(),
+        journal: Default::default(),
+        inertial_loads: Vec::new(),
+    }
+}
+
+/// So many samples of a cycle, and all else as usual.
+pub fn samples(samples: usize) -> Settings {
+    Settings {
+        samples,
+        ..Settings::default()
+    }
 }
 
 /// A load along x alone.
@@ -86,37 +149,8 @@ pub fn drive(amplitude: f64) -> Vec<Load> {
     vec![Oscillator::load(0, amplitude, 0.0)]
 }
 
-/// A cubic spring along x: an element without memory, to have a Duffing oscillator.
-pub struct CubicSpring(pub f64);
-
-impl InterfaceElement for CubicSpring {
-    fn check(&self, _: usize) -> Result<(), DynamicsError> {
-        Ok(())
-    }
-
-    fn reference_stiffness(&self) -> [f64; 3] {
-        [0.0; 3]
-    }
-
-    fn follows_reference(&self, displacement: &[[f64; 3]]) -> bool {
-        displacement.iter().all(|u| u[0] == 0.0)
-    }
-
-    fn sample(
-        &self,
-        displacement: &[[f64; 3]],
-        force: &mut [[f64; 3]],
-        derivative: Option<&mut Derivative<'_>>,
-        _: &mut Scratch,
-    ) -> Closure {
-        for (f, u) in force.iter_mut().zip(displacement) {
-            *f = [self.0 * u[0].powi(3), 0.0, 0.0];
-        }
-        if let Some(derivative) = derivative {
-            for (j, u) in displacement.iter().enumerate() {
-                derivative.add_stiffness_at(j, 0, 3.0 * self.0 * u[0].powi(2));
-            }
-        }
-        Closure::EXACT
-    }
+/// Responses at these angular frequencies, each of which there has to be.
+pub fn swept(balance: &HarmonicBalance<ContactElement>, omegas: &[f64]) -> Vec<Response> {
+    let found: Result<_, DynamicsError> = balance.sweep(omegas).into_iter().collect();
+    found.unwrap_or_else(|error| panic!("{error}"))
 }

@@ -5,45 +5,26 @@ use std::f64::consts::{PI, TAU};
 use fretwear::dynamics::forced_response::FoundBy;
 use fretwear::dynamics::{
     ContactElement, DynamicsError, FrictionLaw, Harmonics, Load, Oscillator, OverRange,
-    ResonanceKind, Settings, Slider, Vibration,
+    ResonanceKind, Spring, Vibration,
 };
 
-pub fn vibration(
+use super::{one_slider, samples, springs};
+
+fn vibration(
     oscillator: &Oscillator,
     loads: Vec<Load>,
     response_port: usize,
     range: (f64, f64),
 ) -> Vibration {
     Vibration {
-        model: oscillator.model().expect("an oscillator"),
-        loads,
         response_port,
-        harmonics: Harmonics::up_to(5),
-        settings: Settings {
-            samples: 256,
-            ..Settings::default()
-        },
-        range: (TAU * range.0, TAU * range.1),
-        points: None,
-        gauge: Default::default(),
-        journal: Default::default(),
-        inertial_loads: Vec::new(),
+        settings: samples(256),
+        ..super::vibration(oscillator, 5, loads, (TAU * range.0, TAU * range.1))
     }
 }
 
 fn element(normal_load: f64, kt: f64, kn: f64) -> ContactElement {
-    ContactElement {
-        springs: Vec::new(),
-        area: 0.0,
-        friction_coefficient: 0.3,
-        law: FrictionLaw::Cone,
-        sliders: vec![Slider {
-            normal_load,
-            gap: 0.0,
-            tangential_stiffness: kt,
-            normal_stiffness: kn,
-        }],
-    }
+    one_slider(FrictionLaw::Cone, 0.3, normal_load, [kt, kn])
 }
 
 fn light(element: ContactElement) -> Oscillator {
@@ -173,13 +154,10 @@ fn no_preload_has_a_response() {
 fn a_load_across_the_response_is_not_the_drive() {
     let mut oscillator = light(element(100.0, 1e5, 1e5));
     oscillator.stiffness = [1e6, 1e6, 1e8];
-    let load = |port, cosine| Load {
-        port,
-        harmonic: 1,
-        cosine,
-        sine: 0.0,
-    };
-    let (across, along) = (load(2, 1.0), load(0, 20.0));
+    let (across, along) = (
+        Oscillator::load(2, 1.0, 0.0),
+        Oscillator::load(0, 20.0, 0.0),
+    );
     let of = |loads| {
         let vibration = vibration(&oscillator, loads, 0, (100.0, 250.0));
         let resonance = over_range(&vibration, &oscillator.element)
@@ -240,15 +218,11 @@ fn what_nothing_moves_is_still() {
 fn harmonics_bring_their_samples() {
     /// What is left of the error of samples.
     const LEFT: f64 = 0.01;
-    let oscillator = light(ContactElement {
-        springs: vec![fretwear::dynamics::Spring::Stop {
-            direction: 0,
-            stiffness: 8e4,
-            gap: 1e-4,
-        }],
-        sliders: Vec::new(),
-        ..element(0.0, 0.0, 0.0)
-    });
+    let oscillator = light(springs(vec![Spring::Stop {
+        direction: 0,
+        stiffness: 8e4,
+        gap: 1e-4,
+    }]));
     let loads = vec![Oscillator::load(0, 4.0, 0.0)];
     let mut vibration = vibration(&oscillator, loads, 0, (20.0, 60.0));
     vibration.settings.samples = 64;

@@ -2,12 +2,9 @@
 
 use std::f64::consts::PI;
 
-use fretwear::dynamics::{
-    DynamicsError, FrictionLaw, HarmonicBalance, Harmonics, Response, Settings, Start,
-};
-use fretwear::reference::Duffing;
+use fretwear::dynamics::{DynamicsError, FrictionLaw, Response, Settings, Start};
 
-use super::{CubicSpring, balance, drive, oscillator};
+use super::{balance, drive, oscillator, samples};
 
 /// From below the sliding resonance along x to above the stuck one.
 const RANGE: (f64, f64) = (4000.0, 7500.0);
@@ -87,11 +84,12 @@ fn warm_tracking_needs_few_iterations() {
 fn peak_is_higher_than_its_neighbours() {
     for force in [0.5, 60.0, 150.0, 400.0] {
         // With 64 samples the amplitude has ripples of 4e-4, each with a top of its own.
-        let settings = Settings {
-            samples: 2048,
-            ..Settings::default()
-        };
-        let balance = balance(&oscillator(FrictionLaw::Cone), 3, &drive(force), settings);
+        let balance = balance(
+            &oscillator(FrictionLaw::Cone),
+            3,
+            &drive(force),
+            samples(2048),
+        );
         let resonance = balance
             .phase_resonance(RANGE, None)
             .unwrap_or_else(|e| panic!("{e}"));
@@ -121,40 +119,6 @@ fn peak_is_higher_than_its_neighbours() {
                 peak.omega
             );
         }
-    }
-}
-
-#[test]
-fn duffing_backbone() {
-    let oscillator = oscillator(FrictionLaw::Cone);
-    let duffing = Duffing {
-        mass: 1.5,
-        damping: 300.0,
-        stiffness: 4.0e7,
-        cubic: 1.2e16,
-    };
-    let model = oscillator.model().expect("right");
-    for amplitude in [1e-6, 1e-5, 4e-5] {
-        let force = duffing.resonant_force(amplitude);
-        let balance = HarmonicBalance::new(
-            &model,
-            vec![CubicSpring(1.2e16)],
-            Harmonics::up_to(1),
-            drive(force),
-            Settings::default(),
-        )
-        .expect("right");
-        let response = balance
-            .phase_resonance((4500.0, 12000.0), None)
-            .unwrap_or_else(|e| panic!("{e}"));
-        assert!(
-            (response.omega / duffing.backbone(amplitude) - 1.0).abs() < 1e-8,
-            "{} {}",
-            response.omega,
-            duffing.backbone(amplitude)
-        );
-        let (found, _) = balance.amplitude(&response, 0).expect("port 0");
-        assert!((found / amplitude - 1.0).abs() < 1e-8, "{found}");
     }
 }
 

@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 
 use fretwear::dynamics::cycle::joint_cycle;
 use fretwear::dynamics::{
-    ContactElement, Damping, DynamicsError, ElementState, FrictionLaw, HarmonicBalance, Harmonics,
-    LinearModel, Load, SecondOrder, Settings, Slider, reduced_model, reference_springs,
+    ContactElement, Damping, DynamicsError, ElementState, FrictionLaw, LinearModel, Load,
+    Oscillator, Response, SecondOrder, Settings, reduced_model, reference_springs,
 };
 use fretwear::linalg::{Matrix, SparseIndefinite};
 use fretwear::structure::assembly::{Spring, System};
@@ -14,6 +14,8 @@ use fretwear::structure::element::Formulation;
 use fretwear::structure::modes::ModeOptions;
 use fretwear::structure::reduction::{ContactPorts, Ports, Reduced, reduce};
 use fretwear::structure::resonator::{Resonator, ResonatorMesh};
+
+use super::{balance_of, one_slider, swept};
 
 /// A meshed resonator and its reduction.
 pub struct Whole {
@@ -59,16 +61,13 @@ pub fn elements(mesh: &ResonatorMesh) -> Vec<ContactElement> {
     let each = mesh.contacts.iter().map(|contact| {
         let share = contact.area / area;
         ContactElement {
-            springs: Vec::new(),
             area: contact.area,
-            friction_coefficient: 0.6,
-            law: FrictionLaw::Cone,
-            sliders: vec![Slider {
-                normal_load: 3e4 * share,
-                gap: 0.0,
-                tangential_stiffness: 1e10 * share,
-                normal_stiffness: 1.2e10 * share,
-            }],
+            ..one_slider(
+                FrictionLaw::Cone,
+                0.6,
+                3e4 * share,
+                [1e10 * share, 1.2e10 * share],
+            )
         }
     });
     each.collect()
@@ -76,12 +75,7 @@ pub fn elements(mesh: &ResonatorMesh) -> Vec<ContactElement> {
 
 /// A force in x at the middle of the far wall; the port follows those of the contact.
 pub fn far_wall(model: &SecondOrder, force: f64) -> Vec<Load> {
-    vec![Load {
-        port: model.contact_dofs(),
-        harmonic: 1,
-        cosine: force,
-        sine: 0.0,
-    }]
+    vec![Oscillator::load(model.contact_dofs(), force, 0.0)]
 }
 
 /// A small load sticks everywhere: displacements are those of the whole system with springs, in size and sign.
@@ -103,14 +97,8 @@ fn a_stuck_joint_moves_as_the_whole_structure_with_springs() {
         (model.contact_dofs(), model.ports()),
         (ports.contact_ports(), ports.contact_ports() + 3)
     );
-    let balance = HarmonicBalance::new(
-        &model,
-        elements,
-        Harmonics::up_to(1),
-        far_wall(&model, 1.0),
-        Settings::default(),
-    )
-    .unwrap();
+    let load = far_wall(&model, 1.0);
+    let balance = balance_of(&model, &elements, 1, &load, Settings::default());
 
     let springs: Vec<Spring> = ports.combinations[..ports.contact_ports()]
         .iter()
@@ -211,17 +199,11 @@ fn a_tied_joint_is_linear() {
         springs: Some(&[]),
     };
     let model = reduced_model(reduced, &ports, damping).unwrap();
-    let balance = HarmonicBalance::<ContactElement>::new(
-        &model,
-        Vec::new(),
-        Harmonics::up_to(3),
-        far_wall(&model, 500.0),
-        Settings::default(),
-    )
-    .unwrap();
+    let load = far_wall(&model, 500.0);
+    let balance = balance_of(&model, &[], 3, &load, Settings::default());
     // The breathing mode and its neighbours in the range.
     let omegas: Vec<f64> = (0..25).map(|k| TAU * (900.0 + 10.0 * k as f64)).collect();
-    for response in balance.forced_response(&omegas).unwrap() {
+    for response in swept(&balance, &omegas) {
         assert!(response.energy.imbalance() < 1e-10);
         assert_eq!(response.energy.friction, 0.0);
         let (real, imaginary) = reduced.receptance(response.omega, ratio);
@@ -287,30 +269,21 @@ fn joints_at_their_ends() {
     let model = reduced_model(reduced, &[drive], damping).unwrap();
     let port = model.contact_dofs();
     let positions: Vec<[f64; 2]> = whole.mesh.contacts.iter().map(|c| c.centre).collect();
-    let linear = HarmonicBalance::new(
-        &model,
-        base.clone(),
-        Harmonics::up_to(1),
-        far_wall(&model, 1e-3),
-        Settings::default(),
-    )
-    .and_then(|balance| balance.phase_resonance((TAU * 850.0, TAU * 1100.0), None))
-    .unwrap();
+    let usual = Settings::default();
+    let linear = balance_of(&model, &base, 1, &far_wall(&model, 1e-3), usual)
+        .phase_resonance((TAU * 850.0, TAU * 1100.0), None)
+        .unwrap();
     let omegas: Vec<f64> = (0..16)
         .map(|k| linear.omega * (0.985 + 0.0015 * f64::from(k)))
         .collect();
     let attempt = |what: &str, force: f64, change: &dyn Fn(&mut ContactElement)| {
         let mut elements = base.clone();
         elements.iter_mut().for_each(change);
-        let balance = HarmonicBalance::new(
-            &model,
-            elements,
-            Harmonics::up_to(3),
-            far_wall(&model, force),
-            Settings::default(),
-        )
-        .unwrap();
-        let responses = balance.forced_response(&omegas)?;
+        let balance = balance_of(&model, &elements, 3, &far_wall(&model, force), usual);
+        let responses: Vec<Response> = balance
+            .sweep(&omegas)
+            .into_iter()
+            .collect::<Result<_, _>>()?;
         let mut worst = ElementState::Stick;
         for response in &responses {
             assert!(
@@ -332,6 +305,9 @@ fn joints_at_their_ends() {
                     + balance.elements()[0].friction_coefficient * n * (1.0 + 1e-9);
                 assert!(tx.hypot(*ty) <= limit, "{what}, sample {j}");
             }
+            assert!(summary.least_displacement[0] <= summary.displacement[0]);
+            assert!(summary.displacement[0] <= summary.largest_displacement[0]);
+            assert!(summary.normal_load <= summary.largest_normal_load);
             worst = worst.max(summary.states.into_iter().max().unwrap());
         }
         let sizes: Vec<f64> = responses
@@ -349,18 +325,12 @@ fn joints_at_their_ends() {
     let (open, state) = sweep("gaps everywhere", 500.0, &free);
     assert_eq!(state, ElementState::Open);
     // Open everywhere is the structure without springs.
-    let bare = HarmonicBalance::<ContactElement>::new(
-        &SecondOrder {
-            contact_dofs: 0,
-            ..model.clone()
-        },
-        Vec::new(),
-        Harmonics::up_to(1),
-        far_wall(&model, 1.0),
-        Settings::default(),
-    )
-    .unwrap();
-    for (size, response) in open.iter().zip(bare.forced_response(&omegas).unwrap()) {
+    let structure = SecondOrder {
+        contact_dofs: 0,
+        ..model.clone()
+    };
+    let bare = balance_of(&structure, &[], 1, &far_wall(&model, 1.0), usual);
+    for (size, response) in open.iter().zip(swept(&bare, &omegas)) {
         let expected = bare.amplitude(&response, port).unwrap().0;
         assert!((size / expected - 1.0).abs() < 1e-9, "{size} {expected}");
     }
@@ -391,14 +361,7 @@ fn joints_at_their_ends() {
         e.sliders[0].normal_stiffness *= 1e3;
     });
     let error = {
-        let balance = HarmonicBalance::new(
-            &model,
-            base.clone(),
-            Harmonics::up_to(1),
-            far_wall(&model, 1.0),
-            Settings::default(),
-        )
-        .unwrap();
+        let balance = balance_of(&model, &base, 1, &far_wall(&model, 1.0), usual);
         let response = balance.solve(omegas[0], None).unwrap();
         joint_cycle(
             balance.elements(),
@@ -409,54 +372,4 @@ fn joints_at_their_ends() {
         .unwrap_err()
     };
     assert!(matches!(error, DynamicsError::Length { .. }), "{error}");
-}
-
-/// Unknowns for the active elements alone give what all unknowns give; the totals are those of the elements.
-#[test]
-fn active_elements_are_enough() {
-    let whole = whole(&coarse(), 20);
-    let elements = elements(&whole.mesh);
-    let springs = reference_springs(&elements);
-    let drive = whole.reduced.ports.of_point("far_wall", 0).unwrap();
-    let damping = Damping {
-        ratio: 0.003,
-        springs: Some(&springs),
-    };
-    let model = reduced_model(&whole.reduced, &[drive], damping).unwrap();
-    let solve = |all_active: bool| {
-        let settings = Settings {
-            all_active,
-            tolerance: 1e-11,
-            ..Settings::default()
-        };
-        let load = far_wall(&model, 150.0);
-        let harmonics = Harmonics::up_to(3);
-        let balance =
-            HarmonicBalance::new(&model, elements.clone(), harmonics, load, settings).unwrap();
-        let range = (TAU * 850.0, TAU * 1100.0);
-        let response = balance.phase_resonance(range, None).unwrap();
-        // Beside it, where part of the elements stick throughout.
-        let beside = TAU * (response.frequency() - 12.0).round();
-        let off = balance.solve(beside, Some(&response.start())).unwrap();
-        let summary = balance.joint_summary(&off);
-        (response.omega, off, summary)
-    };
-    let (few, all) = (solve(false), solve(true));
-    assert!((few.0 / all.0 - 1.0).abs() < 1e-9);
-    let largest = few.1.displacement[..few.1.force.len()]
-        .iter()
-        .fold(0.0_f64, |m, u| m.max(u.abs()));
-    for (a, b) in few.1.displacement.iter().zip(&all.1.displacement) {
-        assert!((a - b).abs() < 1e-8 * largest.max(b.abs()), "{a} {b}");
-    }
-    assert_eq!(all.1.active_elements(), elements.len());
-    println!("{} of {} active", few.1.active_elements(), elements.len());
-    assert!(few.1.active_elements() > 0);
-    assert_eq!(
-        few.2.count(ElementState::Slip) + few.2.count(ElementState::Stick),
-        elements.len()
-    );
-    assert!(few.2.least_displacement[0] <= few.2.displacement[0]);
-    assert!(few.2.displacement[0] <= few.2.largest_displacement[0]);
-    assert!(few.2.normal_load < few.2.largest_normal_load);
 }

@@ -2,35 +2,23 @@
 
 use std::f64::consts::{PI, TAU};
 
-use fretwear::dynamics::{
-    ContactElement, FrictionLaw, HarmonicBalance, Harmonics, Load, Oscillator, Sampling, Settings,
-    Spring,
-};
+use fretwear::dynamics::{Harmonics, Oscillator, Sampling, Spring};
+use fretwear::reference::Duffing;
+
+use super::element::motion;
+use super::{balance, cubic, drive, samples, springs};
 
 /// Undamped first resonance at 159.15 Hz.
-fn oscillator(springs: Vec<Spring>) -> Oscillator {
+fn oscillator(spring: Spring) -> Oscillator {
     Oscillator {
         mass: [1.0, 2.0, 3.0],
         damping: [2.0, 4.0, 6.0],
         stiffness: [1e6, 3e6, 5e6],
-        element: ContactElement {
-            area: 0.0,
-            friction_coefficient: 0.0,
-            law: FrictionLaw::Cone,
-            sliders: Vec::new(),
-            springs,
-        },
+        element: springs(vec![spring]),
     }
 }
 
-fn cubic(direction: usize, stiffness: f64) -> Spring {
-    Spring::Cubic {
-        direction,
-        stiffness,
-    }
-}
-
-fn stop(direction: usize, stiffness: f64, gap: f64) -> Spring {
+pub fn stop(direction: usize, stiffness: f64, gap: f64) -> Spring {
     Spring::Stop {
         direction,
         stiffness,
@@ -38,37 +26,28 @@ fn stop(direction: usize, stiffness: f64, gap: f64) -> Spring {
     }
 }
 
-fn balance(
-    oscillator: &Oscillator,
-    loads: Vec<Load>,
-    highest: u32,
-) -> HarmonicBalance<ContactElement> {
-    let settings = Settings {
-        samples: 512,
-        ..Settings::default()
-    };
-    let model = oscillator.model().expect("an oscillator");
-    let elements = vec![oscillator.element.clone()];
-    HarmonicBalance::new(&model, elements, Harmonics::up_to(highest), loads, settings)
-        .expect("a balance")
-}
-
-/// With the first harmonic alone m ω² = k + ¾ k₃ a² at the phase resonance, and c ω a = F.
+/// With the first harmonic alone.
 #[test]
 fn the_backbone_of_duffing_is_its_closed_form() {
     /// What Newton's method leaves.
     const LEFT: f64 = 1e-8;
     for k3 in [3e11, -1e10] {
-        let oscillator = oscillator(vec![cubic(0, k3)]);
+        let oscillator = oscillator(cubic(0, k3));
+        let exact = Duffing {
+            mass: 1.0,
+            damping: 2.0,
+            stiffness: 1e6,
+            cubic: k3,
+        };
         for force in [0.2, 1.0, 3.0] {
-            let balance = balance(&oscillator, vec![Oscillator::load(0, force, 0.0)], 1);
+            let balance = balance(&oscillator, 1, &drive(force), samples(512));
             let range = (TAU * 100.0, TAU * 400.0);
             let resonance = balance.phase_resonance(range, None).expect("a resonance");
             let (amplitude, _) = balance.amplitude(&resonance, 0).expect("an amplitude");
-            let square = (1e6 + 0.75 * k3 * amplitude * amplitude) / 1.0;
             let omega = resonance.omega;
-            assert!((omega * omega / square - 1.0).abs() < LEFT, "{omega}");
-            assert!((2.0 * omega * amplitude / force - 1.0).abs() < LEFT);
+            let square = (omega / exact.backbone(amplitude)).powi(2);
+            assert!((square - 1.0).abs() < LEFT, "{omega}");
+            assert!((exact.resonant_force(amplitude) / force - 1.0).abs() < LEFT);
         }
     }
 }
@@ -78,8 +57,8 @@ fn the_backbone_of_duffing_is_its_closed_form() {
 fn a_stop_without_a_gap_has_the_bilinear_frequency() {
     /// What the harmonics above 15 and the damping of 0.1 % leave.
     const LEFT: f64 = 2e-4;
-    let oscillator = oscillator(vec![stop(0, 3e6, 0.0)]);
-    let balance = balance(&oscillator, vec![Oscillator::load(0, 1.0, 0.0)], 15);
+    let oscillator = oscillator(stop(0, 3e6, 0.0));
+    let balance = balance(&oscillator, 15, &drive(1.0), samples(512));
     let range = (TAU * 150.0, TAU * 300.0);
     let resonance = balance.phase_resonance(range, None).expect("a resonance");
     let (first, second) = (1e3, 2e3);
@@ -88,57 +67,15 @@ fn a_stop_without_a_gap_has_the_bilinear_frequency() {
     assert!(error < LEFT, "{error:e}");
 }
 
-/// Coefficients of a motion along all directions, large against the gaps.
-fn motion(n: usize) -> Vec<f64> {
-    let wave = |k: usize| 1e-5 * ((k * k) as f64 * 1.7 + 0.3).sin();
-    (0..3 * n).map(wave).collect()
-}
-
-#[test]
-fn jacobians_of_springs_are_their_differences() {
-    /// Of a central difference; a sample between both sides of a kink would leave more.
-    const LEFT: f64 = 1e-6;
-    let element = ContactElement {
-        springs: vec![cubic(0, 2e15), cubic(2, -1e15), stop(1, 4e5, 2e-6)],
-        ..super::element(FrictionLaw::Cone)
-    };
-    let sampling = Sampling::new(Harmonics::up_to(3), 50).expect("samples");
-    let n = 7;
-    let mut work = sampling.workspace();
-    let u = motion(n);
-    let (mut force, mut jacobian) = (vec![0.0; 3 * n], vec![0.0; 9 * n * n]);
-    sampling.evaluate(&element, &u, &mut force, Some(&mut jacobian), &mut work);
-    let largest = jacobian.iter().fold(0.0_f64, |m, j| m.max(j.abs()));
-    for column in 0..3 * n {
-        let mut at = |shift: f64| {
-            let (mut moved, mut force) = (u.clone(), vec![0.0; 3 * n]);
-            moved[column] += shift;
-            sampling.evaluate(&element, &moved, &mut force, None, &mut work);
-            force
-        };
-        let step = 1e-10;
-        let (up, down) = (at(step), at(-step));
-        for row in 0..3 * n {
-            let difference = (up[row] - down[row]) / (2.0 * step);
-            let error = (jacobian[row * 3 * n + column] - difference).abs() / largest;
-            assert!(error < LEFT, "{row} {column}: {error:e}");
-        }
-    }
-}
-
 /// A cubic spring stores what it takes, however few the samples are.
 #[test]
 fn cubic_springs_do_no_work() {
     /// Rounding of the sums.
     const ROUNDING: f64 = 1e-13;
-    let element = ContactElement {
-        sliders: Vec::new(),
-        springs: vec![cubic(0, 2e15), cubic(2, -1e15)],
-        ..super::element(FrictionLaw::Cone)
-    };
+    let element = springs(vec![cubic(0, 2e15), cubic(2, -1e15)]);
     let harmonics = Harmonics::up_to(3);
     let sampling = Sampling::new(harmonics.clone(), 8).expect("samples");
-    let u = motion(7);
+    let u = motion(5e-6);
     let mut force = vec![0.0; 21];
     sampling.evaluate(&element, &u, &mut force, None, &mut sampling.workspace());
     let size = |row: &[f64]| row.iter().map(|v| v * v).sum::<f64>().sqrt();
@@ -154,11 +91,7 @@ fn a_sampled_stop_has_its_closed_form() {
     /// Of what samples leave.
     const LEFT: f64 = 1e-3;
     let (k, gap, a) = (4e5, 2e-6, 5e-6);
-    let element = ContactElement {
-        sliders: Vec::new(),
-        springs: vec![stop(1, k, gap)],
-        ..super::element(FrictionLaw::Cone)
-    };
+    let element = springs(vec![stop(1, k, gap)]);
     let harmonics = Harmonics::up_to(3);
     let sampling = Sampling::new(harmonics, 64).expect("samples");
     let (mut u, mut force) = (vec![0.0; 21], vec![0.0; 21]);

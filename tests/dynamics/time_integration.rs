@@ -2,25 +2,21 @@
 //! its own, marched until the transient is gone.
 
 use fretwear::dynamics::{
-    ContactElement, FrictionLaw, HarmonicBalance, Harmonics, Oscillator, Response, Settings,
+    ContactElement, FrictionLaw, HarmonicBalance, Harmonics, Load, Oscillator, Response, Settings,
+    Spring,
 };
 
-use super::{CubicSpring, balance, drive, oscillator};
-
-/// Force and tangent of a contact at displacement u, given what it remembers.
-pub trait Contact {
-    fn force(&self, u: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]);
-    fn remember(&mut self, u: [f64; 3]);
-}
+use super::bank::bank;
+use super::{BOTH, balance, cubic, drive, oscillator, samples, springs};
 
 /// A contact element that remembers where its sliders are.
-pub struct Friction<'a> {
+struct Friction<'a> {
     element: &'a ContactElement,
     positions: Vec<[f64; 2]>,
 }
 
 impl Friction<'_> {
-    pub fn of(element: &ContactElement) -> Friction<'_> {
+    fn of(element: &ContactElement) -> Friction<'_> {
         Friction {
             element,
             positions: vec![[0.0; 2]; element.sliders.len()],
@@ -73,9 +69,8 @@ impl Friction<'_> {
         }
         (force, tangent)
     }
-}
 
-impl Contact for Friction<'_> {
+    /// Force and tangent at displacement u, of sliders and cubic springs.
     fn force(&self, u: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
         let (mut force, mut tangent) = ([0.0; 3], [[0.0; 3]; 3]);
         for k in 0..self.positions.len() {
@@ -86,6 +81,17 @@ impl Contact for Friction<'_> {
                     tangent[i][j] += slope[i][j];
                 }
             }
+        }
+        for spring in &self.element.springs {
+            let Spring::Cubic {
+                direction: d,
+                stiffness,
+            } = *spring
+            else {
+                panic!("{spring:?}");
+            };
+            force[d] += stiffness * u[d].powi(3);
+            tangent[d][d] += 3.0 * stiffness * u[d] * u[d];
         }
         (force, tangent)
     }
@@ -99,26 +105,14 @@ impl Contact for Friction<'_> {
     }
 }
 
-struct Cubic(f64);
-
-impl Contact for Cubic {
-    fn force(&self, u: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
-        let mut tangent = [[0.0; 3]; 3];
-        tangent[0][0] = 3.0 * self.0 * u[0] * u[0];
-        ([self.0 * u[0].powi(3), 0.0, 0.0], tangent)
-    }
-
-    fn remember(&mut self, _: [f64; 3]) {}
-}
-
 /// Displacements over the last of `periods` cycles of `steps` each, and the change from the cycle before.
-pub fn integrate(
+fn integrate(
     oscillator: &Oscillator,
-    contact: &mut dyn Contact,
     load: impl Fn(f64) -> [f64; 3],
     omega: f64,
     (periods, steps): (usize, usize),
 ) -> (Vec<[f64; 3]>, f64) {
+    let mut contact = Friction::of(&oscillator.element);
     let h = 2.0 * std::f64::consts::PI / omega / steps as f64;
     let (mut u, mut v) = ([0.0; 3], [0.0; 3]);
     let start = load(0.0);
@@ -188,7 +182,7 @@ fn solve(mut m: [[f64; 3]; 3], mut r: [f64; 3]) -> [f64; 3] {
 }
 
 /// Largest difference of a response from samples over the cycle, relative to the largest displacement, without the means.
-pub fn error(harmonics: &Harmonics, response: &Response, samples: &[[f64; 3]]) -> f64 {
+fn error(harmonics: &Harmonics, response: &Response, samples: &[[f64; 3]]) -> f64 {
     let n = harmonics.coefficients();
     let mean = |d: usize| samples.iter().map(|s| s[d]).sum::<f64>() / samples.len() as f64;
     let means = [mean(0), mean(1), mean(2)];
@@ -205,42 +199,79 @@ pub fn error(harmonics: &Harmonics, response: &Response, samples: &[[f64; 3]]) -
     worst / largest
 }
 
-#[test]
-fn jenkins_oscillator() {
-    for law in [FrictionLaw::Cone, FrictionLaw::Box] {
-        let oscillator = oscillator(law);
-        let omega = 5800.0;
-        let force = 260.0;
-        let mut friction = Friction::of(&oscillator.element);
-        let (samples, change) = integrate(
-            &oscillator,
-            &mut friction,
-            |t| [force * (omega * t).cos(), 0.0, 0.0],
-            omega,
-            (220, 4000),
-        );
-        assert!(change < 1e-13, "transient {change}");
-        let mut errors = Vec::new();
-        for highest in [1, 3, 5, 9, 15] {
-            let settings = Settings {
-                samples: 2048,
-                ..Settings::default()
-            };
-            let balance = balance(&oscillator, highest, &drive(force), settings);
-            let response = balance.solve(omega, None).unwrap_or_else(|e| panic!("{e}"));
-            assert!(response.energy.friction > 0.3 * response.energy.input);
-            assert!(
-                response.energy.imbalance() < 1e-9,
-                "{}",
-                response.energy.imbalance()
+/// An oscillator at an angular frequency, and how it is marched.
+struct Case {
+    name: String,
+    oscillator: Oscillator,
+    /// Loads of the first harmonic.
+    loads: Vec<Load>,
+    omega: f64,
+    /// Periods, and steps of each.
+    marched: (usize, usize),
+    /// What the last period may differ from the one before it \[m\].
+    transient: f64,
+    /// Samples of the balance.
+    samples: usize,
+}
+
+impl Case {
+    /// Errors of balances with harmonics up to each of these, which have to fall from one to the next.
+    fn errors(
+        &self,
+        highest: &[u32],
+        check: impl Fn(u32, &HarmonicBalance<ContactElement>, &Response),
+    ) -> Vec<f64> {
+        let Case { name, omega, .. } = self;
+        let value = |t: f64| {
+            let mut force = [0.0; 3];
+            for load in &self.loads {
+                let (sin, cos) = (omega * t).sin_cos();
+                force[load.port] += load.cosine * cos + load.sine * sin;
+            }
+            force
+        };
+        let (steady, change) = integrate(&self.oscillator, value, *omega, self.marched);
+        assert!(change < self.transient, "{name}: transient {change}");
+        let error_with = |&highest: &u32| {
+            let balance = balance(
+                &self.oscillator,
+                highest,
+                &self.loads,
+                samples(self.samples),
             );
-            errors.push(error(balance.harmonics(), &response, &samples));
-        }
-        println!("Jenkins oscillator, {law:?}: {errors:?}");
+            let response = balance
+                .solve(*omega, None)
+                .unwrap_or_else(|e| panic!("{e}"));
+            let imbalance = response.energy.imbalance();
+            assert!(imbalance < 1e-9, "{name}: {imbalance}");
+            check(highest, &balance, &response);
+            error(balance.harmonics(), &response, &steady)
+        };
+        let errors: Vec<f64> = highest.iter().map(error_with).collect();
+        println!("{name}: {errors:?}");
         assert!(
             errors.windows(2).all(|pair| pair[1] < pair[0]),
-            "{errors:?}"
+            "{name}: {errors:?}"
         );
+        errors
+    }
+}
+
+#[test]
+fn jenkins_oscillator() {
+    for law in BOTH {
+        let case = Case {
+            name: format!("Jenkins oscillator, {law:?}"),
+            oscillator: oscillator(law),
+            loads: drive(260.0),
+            omega: 5800.0,
+            marched: (220, 4000),
+            transient: 1e-13,
+            samples: 2048,
+        };
+        let errors = case.errors(&[1, 3, 5, 9, 15], |_, _, response| {
+            assert!(response.energy.friction > 0.3 * response.energy.input);
+        });
         assert!(
             errors[4] < 2e-5 && errors[0] > 20.0 * errors[4],
             "{errors:?}"
@@ -248,107 +279,67 @@ fn jenkins_oscillator() {
     }
 }
 
+/// An orbit in the plane under a load along the normal, on one slider or a bank of six.
+fn orbit(law: FrictionLaw, sliders: usize, omega: f64, force: [f64; 3]) -> Case {
+    let mut oscillator = oscillator(law);
+    oscillator.damping = [700.0, 800.0, 900.0];
+    if sliders > 1 {
+        oscillator.element = bank(&oscillator.element, sliders);
+    }
+    let phases = [0.0, -1.3, 0.6];
+    Case {
+        name: format!("orbit of {force:?} N on {sliders} sliders, {law:?}"),
+        oscillator,
+        loads: (0..3)
+            .map(|axis| Oscillator::load(axis, force[axis], phases[axis]))
+            .collect(),
+        omega,
+        marched: (130, if sliders > 1 { 10_000 } else { 20_000 }),
+        transient: 1e-12,
+        samples: 256,
+    }
+}
+
 #[test]
 fn orbital_motion_with_varying_normal_load_and_with_separation() {
     // (force along n, whether it lifts off)
     for (normal, lifts) in [(60.0, false), (330.0, true)] {
-        for law in [FrictionLaw::Cone, FrictionLaw::Box] {
-            let mut oscillator = oscillator(law);
-            oscillator.damping = [700.0, 800.0, 900.0];
-            let omega = 5600.0;
-            let loads = [
-                Oscillator::load(0, 230.0, 0.0),
-                Oscillator::load(1, 260.0, -1.3),
-                Oscillator::load(2, normal, 0.6),
-            ];
-            let value = |t: f64| {
-                [
-                    230.0 * (omega * t).cos(),
-                    260.0 * (omega * t - 1.3).cos(),
-                    normal * (omega * t + 0.6).cos(),
-                ]
-            };
-            let mut friction = Friction::of(&oscillator.element);
-            let (samples, change) =
-                integrate(&oscillator, &mut friction, value, omega, (130, 20_000));
-            assert!(change < 1e-12, "transient {change}");
-            let mut errors = Vec::new();
-            for highest in [1, 3, 7, 15] {
-                let settings = Settings {
-                    samples: 256,
-                    ..Settings::default()
-                };
-                let balance = balance(&oscillator, highest, &loads, settings);
-                let response = balance.solve(omega, None).unwrap_or_else(|e| panic!("{e}"));
-                assert!(
-                    response.energy.imbalance() < 1e-9,
-                    "{}",
-                    response.energy.imbalance()
-                );
-                let cycle = &balance.element_cycles(&response, balance.sampling())[0];
+        for law in BOTH {
+            let case = orbit(law, 1, 5600.0, [230.0, 260.0, normal]);
+            let errors = case.errors(&[1, 3, 7, 15], |highest, balance, response| {
+                let cycle = &balance.element_cycles(response, balance.sampling())[0];
                 assert_eq!(cycle.force.iter().any(|f| f[2] == 0.0), lifts, "{highest}");
-                errors.push(error(balance.harmonics(), &response, &samples));
-            }
-            println!("orbit, {law:?}, lifts {lifts}: {errors:?}");
-            assert!(
-                errors.windows(2).all(|pair| pair[1] < pair[0]),
-                "{errors:?}"
-            );
+            });
             assert!(errors[3] < 1e-4, "{errors:?}");
         }
     }
 }
 
 #[test]
-fn cone_and_box_differ_on_an_orbit() {
-    let amplitude = |law| {
-        let oscillator = oscillator(law);
-        let loads = [
-            Oscillator::load(0, 230.0, 0.0),
-            Oscillator::load(1, 260.0, -1.3),
-        ];
-        let balance = balance(&oscillator, 5, &loads, Settings::default());
-        let response = balance
-            .solve(5600.0, None)
-            .unwrap_or_else(|e| panic!("{e}"));
-        balance.amplitude(&response, 0).expect("port 0").0
-    };
-    let (cone, square) = (amplitude(FrictionLaw::Cone), amplitude(FrictionLaw::Box));
-    let share = (cone - square).abs() / cone;
-    println!("cone {cone:.4e} m, box {square:.4e} m: {share:.3}");
-    assert!(share > 0.02 && share < 0.4, "{share}");
+fn orbital_motion_on_banks() {
+    for law in BOTH {
+        let case = orbit(law, 6, 5200.0, [200.0, 160.0, 330.0]);
+        let errors = case.errors(&[1, 3, 7, 15], |_, _, _| ());
+        assert!(errors[3] < 2e-4, "{errors:?}");
+    }
 }
 
 #[test]
 fn duffing_oscillator() {
-    let mut oscillator = oscillator(FrictionLaw::Cone);
-    oscillator.damping = [600.0; 3];
-    let cubic = 1.2e17;
-    let omega = 4700.0;
-    let force = 120.0;
-    let (samples, change) = integrate(
-        &oscillator,
-        &mut Cubic(cubic),
-        |t| [force * (omega * t).cos(), 0.0, 0.0],
-        omega,
-        (200, 8000),
-    );
-    assert!(change < 1e-12, "transient {change}");
-    let mut errors = Vec::new();
-    for highest in [1, 3, 5, 7] {
-        let model = oscillator.model().expect("right");
-        let balance = HarmonicBalance::new(
-            &model,
-            vec![CubicSpring(cubic)],
-            Harmonics::up_to(highest),
-            drive(force),
-            Settings::default(),
-        )
-        .expect("right");
-        let response = balance.solve(omega, None).unwrap_or_else(|e| panic!("{e}"));
-        errors.push(error(balance.harmonics(), &response, &samples));
-    }
-    println!("Duffing: {errors:?}");
+    let case = Case {
+        name: "Duffing".to_owned(),
+        oscillator: Oscillator {
+            damping: [600.0; 3],
+            element: springs(vec![cubic(0, 1.2e17)]),
+            ..oscillator(FrictionLaw::Cone)
+        },
+        loads: drive(120.0),
+        omega: 4700.0,
+        marched: (200, 8000),
+        transient: 1e-12,
+        samples: Settings::default().samples,
+    };
+    let errors = case.errors(&[1, 3, 5, 7], |_, _, _| ());
     assert!(
         errors[1] < 0.2 * errors[0] && errors[3] < 1e-5,
         "{errors:?}"

@@ -3,11 +3,10 @@
 use std::slice::from_ref;
 
 use fretwear::dynamics::{
-    ContactElement, FrictionLaw, Harmonics, Oscillator, SecondOrder, Settings, Truncation,
-    Vibration,
+    ContactElement, FrictionLaw, Harmonics, Oscillator, Truncation, Vibration,
 };
 
-use super::{drive, oscillator};
+use super::{BOTH, drive, oscillator, samples};
 
 /// From below the sliding resonance along x to above the stuck one.
 const RANGE: (f64, f64) = (4000.0, 7500.0);
@@ -17,21 +16,10 @@ const ALL: u32 = 63;
 const OWN: f64 = 2e-5;
 
 fn vibration(oscillator: &Oscillator, force: f64, harmonics: Harmonics) -> Vibration {
-    let model: SecondOrder = oscillator.model().expect("a right oscillator");
     Vibration {
-        model,
-        loads: drive(force),
-        inertial_loads: Vec::new(),
-        response_port: 0,
         harmonics,
-        settings: Settings {
-            samples: 16 * ALL as usize,
-            ..Settings::default()
-        },
-        range: RANGE,
-        points: None,
-        gauge: Default::default(),
-        journal: Default::default(),
+        settings: samples(16 * ALL as usize),
+        ..super::vibration(oscillator, 1, drive(force), RANGE)
     }
 }
 
@@ -61,7 +49,7 @@ fn off(found: [f64; 3], truth: [f64; 3]) -> [f64; 3] {
 #[test]
 fn estimates_hold_the_truth() {
     let sets = [&[0, 1][..], &[0, 1, 3], &[0, 1, 2, 3], &[0, 1, 3, 5]];
-    for law in [FrictionLaw::Cone, FrictionLaw::Box] {
+    for law in BOTH {
         let oscillator = oscillator(law);
         let elements = [oscillator.element.clone()];
         // Slip here and there, most of the time, nearly always.

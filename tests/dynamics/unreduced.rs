@@ -6,8 +6,7 @@
 use std::f64::consts::TAU;
 
 use fretwear::dynamics::{
-    ContactElement, Damping, HarmonicBalance, Harmonics, Load, Settings, reduced_model,
-    reference_springs,
+    Damping, HarmonicBalance, Harmonics, Load, Settings, reduced_model, reference_springs,
 };
 use fretwear::structure::assembly::{Spring, System};
 use fretwear::structure::element::Formulation;
@@ -82,11 +81,13 @@ fn off(resonator: &Resonator, range: [f64; 2]) -> Off {
             cosine: STUCK,
             sine: 0.0,
         };
-        HarmonicBalance::<ContactElement>::new(
+        let harmonics = Harmonics::new(harmonics).unwrap();
+        let loads = vec![load(port, harmonic)];
+        HarmonicBalance::new(
             &model,
             elements.clone(),
-            Harmonics::new(harmonics).unwrap(),
-            vec![load(port, harmonic)],
+            harmonics,
+            loads,
             Settings::default(),
         )
         .unwrap()
@@ -144,9 +145,8 @@ fn off(resonator: &Resonator, range: [f64; 2]) -> Off {
     off
 }
 
-#[test]
-fn a_coarse_resonator_and_its_harmonics() {
-    let off = off(&coarse(), [850.0, 1100.0]);
+fn hold(resonator: &Resonator, range: [f64; 2]) {
+    let off = off(resonator, range);
     assert!(off.resonance.abs() < 0.005, "{} Hz", off.resonance);
     assert!(off.flanks < 2e-3, "{:e}", off.flanks);
     // Pseudo-modes are Ritz vectors of static shapes: less good the nearer a harmonic is to the first mode left out.
@@ -156,12 +156,12 @@ fn a_coarse_resonator_and_its_harmonics() {
 }
 
 #[test]
+fn a_coarse_resonator_and_its_harmonics() {
+    hold(&coarse(), [850.0, 1100.0]);
+}
+
+#[test]
 #[ignore = "long: two reductions of the published resonator: a minute"]
 fn the_published_resonator_and_its_harmonics() {
-    let off = off(&Resonator::default(), [900.0, 1050.0]);
-    assert!(off.resonance.abs() < 0.005, "{} Hz", off.resonance);
-    assert!(off.flanks < 2e-3, "{:e}", off.flanks);
-    for (found, most) in off.harmonics.into_iter().zip([1e-3, 3e-3, 1e-2]) {
-        assert!(found < most, "{found:e}");
-    }
+    hold(&Resonator::default(), [900.0, 1050.0]);
 }
