@@ -59,8 +59,6 @@ pub trait InterfaceElement {
 pub struct Closure {
     /// Cycles marched.
     pub cycles: usize,
-    /// Samples of each; 0 of a force that is not sampled.
-    pub samples: usize,
     /// Change of the force from one cycle to the next, relative to its largest value.
     pub change: f64,
     /// That value \[N\].
@@ -71,7 +69,6 @@ impl Closure {
     /// That of a force without memory.
     pub const EXACT: Closure = Closure {
         cycles: 1,
-        samples: 0,
         change: 0.0,
         largest: 0.0,
     };
@@ -84,7 +81,6 @@ impl Closure {
         let largest = self.largest + other.largest;
         Closure {
             cycles: self.cycles.max(other.cycles),
-            samples: self.samples.max(other.samples),
             change: (self.change * self.largest + other.change * other.largest) / largest,
             largest,
         }

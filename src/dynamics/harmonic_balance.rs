@@ -365,18 +365,6 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// Responses at each of `omegas`, each from those before.
-    ///
-    /// Where there are several, it is that of the branch on which a sweep in the order of `omegas` arrives: where the branch turns
-    /// back before the next frequency, it is followed over its turning points to there, so that the sweep jumps where a slow
-    /// experiment does. Only what no branch leads to is looked for from the other end of the sweep and from the linear response.
-    ///
-    /// # Errors
-    /// That of the first point that has none.
-    pub fn forced_response(&self, omegas: &[f64]) -> Result<Vec<Response>, DynamicsError> {
-        self.sweep(omegas).into_iter().collect()
-    }
-
     /// Makes a load on `port` the drive, if there is one of harmonic 1: a phase resonance is that of what does work on the response.
     pub(super) fn driven_at(mut self, port: usize) -> Self {
         self.loads.sort_by_key(|load| load.port != port);

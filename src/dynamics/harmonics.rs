@@ -117,24 +117,6 @@ impl Harmonics {
         row
     }
 
-    /// Coefficients of the time derivative at the angular frequency `omega`: (a, b) becomes kω(b, −a).
-    ///
-    /// `coefficients` holds whole rows, one per quantity.
-    pub fn derivative(&self, coefficients: &[f64], omega: f64) -> Vec<f64> {
-        let mut out = vec![0.0; coefficients.len()];
-        let rows = out
-            .chunks_mut(self.coefficients())
-            .zip(coefficients.chunks(self.coefficients()));
-        for (out, row) in rows {
-            for (index, &order) in self.orders.iter().enumerate().skip(1) {
-                let (slot, rate) = (self.slot(index), f64::from(order) * omega);
-                out[slot] = rate * row[slot + 1];
-                out[slot + 1] = -rate * row[slot];
-            }
-        }
-        out
-    }
-
     /// Work ∮ f du over one period of the fundamental, π Σ k (a_f b_u − b_f a_u): that of `force` on `displacement` \[J\].
     ///
     /// Both are rows of the same length, one row per degree of freedom.

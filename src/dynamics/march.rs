@@ -93,10 +93,7 @@ impl March<'_> {
         if let Some(derivative) = derivative {
             self.differentiate(&steady, last, derivative, scratch);
         }
-        Closure {
-            samples: self.displacement.len(),
-            ..steady.closure
-        }
+        Closure { ..steady.closure }
     }
 
     /// The steady cycle of the displacements that end in `last`.
@@ -519,7 +516,6 @@ impl Lap {
                 change / largest
             },
             largest,
-            samples: 0,
         }
     }
 

@@ -7,7 +7,11 @@ use super::predictor::{REMEMBERED, foretold};
 use super::{DynamicsError, HarmonicBalance, Response, Start};
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
-    /// As [`Self::forced_response`], with the error of each point that has none; the sweep goes on from those before it.
+    /// Responses at each of `omegas`, each from those before, or the error of a point that has none.
+    ///
+    /// Where there are several, it is that of the branch on which a sweep in the order of `omegas` arrives: where the branch turns
+    /// back before the next frequency, it is followed over its turning points to there, so that the sweep jumps where a slow
+    /// experiment does. Only what no branch leads to is looked for from the other end of the sweep and from the linear response.
     pub fn sweep(&self, omegas: &[f64]) -> Vec<Result<Response, DynamicsError>> {
         let mut found: Vec<Response> = Vec::with_capacity(omegas.len());
         let mut points = Vec::with_capacity(omegas.len());
