@@ -1,12 +1,12 @@
-use fretwear::contact::normal::{self, Control, NormalOptions, NormalProblem, Rotation};
+use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
 use fretwear::contact::tangential::{
-    self, CellState, Drive, TangentialOptions, TangentialProblem, TangentialSolution,
+    self, CellState, Drive, TangentialOptions, TangentialSolution,
 };
 use fretwear::contact::{Boundary, ContactError, HalfSpace, Pair};
 use fretwear::grid::{ByAxis, Grid, Patch};
 use fretwear::reference::CattaneoMindlin;
 
-use super::{PAIR, distance, paraboloid, relative_l2};
+use super::{PAIR, distance, limit_of, moved_by, paraboloid, relative_l2, sheared};
 
 /// The sphere pressed on a grid whose contact radius is about sixteen cells, its apex off centre.
 struct Sphere {
@@ -30,21 +30,10 @@ impl Sphere {
         let patch = Patch::full(Grid::over([2.5 * a, 2.6 * a], [40, 33]));
         let mut half_space = HalfSpace::new(patch.grid, pair, Boundary::Free);
         let height = paraboloid(patch.grid, exact.radius, apex);
-        let problem = NormalProblem {
-            patch: &patch,
-            height: &height,
-            compliance: None,
-            control: Control::Load(exact.load),
-            rotation: Rotation::FIXED,
-            pressure_cap: None,
-        };
+        let problem = NormalProblem::new(&patch, &height, exact.load);
         let solution =
             normal::solve(&mut half_space, &problem, None, NormalOptions::default()).unwrap();
-        let limit = solution
-            .pressure
-            .iter()
-            .map(|p| exact.friction_coefficient * p)
-            .collect();
+        let limit = limit_of(exact.friction_coefficient, &solution.pressure);
         Sphere {
             exact,
             patch,
@@ -59,11 +48,7 @@ impl Sphere {
         previous: Option<&ByAxis<Vec<f64>>>,
         displacement: ByAxis<f64>,
     ) -> TangentialSolution {
-        let drive = displacement
-            .iter()
-            .map(|d| Drive::Displacement(*d))
-            .collect();
-        self.driven(previous, drive).unwrap()
+        self.driven(previous, moved_by(&displacement)).unwrap()
     }
 
     fn driven(
@@ -71,14 +56,7 @@ impl Sphere {
         previous: Option<&ByAxis<Vec<f64>>>,
         drive: ByAxis<Drive>,
     ) -> Result<TangentialSolution, ContactError> {
-        let problem = TangentialProblem {
-            patch: &self.patch,
-            limit: &self.limit,
-            previous,
-            drive: &drive,
-            rotation: None,
-            offset: None,
-        };
+        let problem = sheared(&self.patch, &self.limit, previous, &drive);
         let options = TangentialOptions {
             tolerance: 1e-6,
             ..TangentialOptions::default()

@@ -1,9 +1,9 @@
 use std::f64::consts::TAU;
 
-use fretwear::contact::{Boundary, HalfSpace, cell_integrals};
+use fretwear::contact::{Boundary, HalfSpace};
 use fretwear::grid::{Grid, Patch};
 
-use super::{PAIR, relative_l2};
+use super::{PAIR, influence, relative_l2};
 
 /// Even along x, odd along y, so that both kinds of highest wave number occur.
 const GRID: Grid = Grid {
@@ -33,30 +33,13 @@ fn both(term: impl Fn(f64, f64) -> f64) -> f64 {
 
 /// u = Σ K p over all pairs of cells of a free half space: order zz, xx, yy, xy.
 fn direct_free(which: usize, traction: &[f64]) -> Vec<f64> {
-    (0..GRID.len())
-        .map(|at| {
-            (0..GRID.len())
-                .map(|from| {
-                    let ((i, j), (k, l)) = (GRID.cell(at), GRID.cell(from));
-                    let (x, y) = (
-                        (i as f64 - k as f64) * GRID.dx,
-                        (j as f64 - l as f64) * GRID.dy,
-                    );
-                    let cell = cell_integrals(x, y, GRID.dx, GRID.dy);
-                    // Boussinesq: (1 − ν)/2πG r. Cerruti: ((1 − ν)/r + ν x²/r³)/2πG and ν xy/2πG r³.
-                    let round = both(|g, nu| (1.0 - nu) / (TAU * g));
-                    let lobed = both(|g, nu| nu / (TAU * g));
-                    let kernel = match which {
-                        0 => round * cell.inverse,
-                        1 => round * cell.inverse + lobed * cell.xx,
-                        2 => round * cell.inverse + lobed * cell.yy,
-                        _ => lobed * cell.xy,
-                    };
-                    kernel * traction[from]
-                })
-                .sum()
-        })
-        .collect()
+    let (row, column) = [(0, 0), (1, 1), (2, 2), (1, 2)][which];
+    let at = |at: usize| {
+        let terms = (0..GRID.len())
+            .map(|from| influence(PAIR, GRID, at, from)[row][column] * traction[from]);
+        terms.sum()
+    };
+    (0..GRID.len()).map(at).collect()
 }
 
 /// u = Σ K p of a periodic half space, a slow sum over wave numbers: order zz, xx, yy, xy.

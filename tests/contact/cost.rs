@@ -2,15 +2,12 @@
 //! got faster has its band moved.
 
 use fretwear::contact::normal::{self, NormalOptions, NormalProblem, NormalSolution};
-use fretwear::contact::tangential::{self, Drive, TangentialOptions, TangentialProblem};
-use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair, Shear, stiffness};
+use fretwear::contact::tangential::{self, Drive, TangentialOptions};
+use fretwear::contact::{Boundary, HalfSpace, Pair, Shear, stiffness};
 use fretwear::grid::{Grid, Patch};
 use fretwear::surface::generate::{RandomSurface, Spectrum, random};
 
-const STEEL: Elastic = Elastic {
-    youngs_modulus: 198.4e9,
-    poisson_ratio: 0.3,
-};
+use super::{STEEL, limit_of, sheared};
 
 /// The mean pressure of 30 kN on 40 x 30 mm.
 const MEAN: f64 = 25e6;
@@ -81,75 +78,61 @@ const CASES: [(f64, Boundary); 4] = [
     (0.5e-6, Boundary::Periodic),
 ];
 
-#[test]
-fn a_cold_start() {
-    for ((rq, boundary), expected) in CASES.into_iter().zip([15.0, 20.5, 29.0, 31.0]) {
-        let what = format!("cold, Rq {rq:e} m, {boundary:?}");
-        costs(&what, expected, |seed| {
-            let corner = Corner::new(seed, rq, boundary);
-            press(&mut corner.half_space(), &corner.problem(), None).0
-        });
-    }
+/// What another solve begins from, and which it is.
+#[derive(Debug, Clone, Copy)]
+enum Kind {
+    Cold,
+    /// Under a pressure cap: the hardness of the published case, and less on smoother joints, which do not reach it.
+    Capped,
+    /// After wear in proportion to the pressure, from the pressure before it.
+    Worn,
+    /// The implicit wear step: a compliance where there is slip, which is more where pressure is low, from the pressure before it.
+    Compliant,
 }
 
-#[test]
-fn a_pressure_cap() {
-    for ((rq, boundary), expected) in CASES.into_iter().zip([17.0, 20.0, 28.5, 33.0]) {
-        let what = format!("capped, Rq {rq:e} m, {boundary:?}");
-        costs(&what, expected, |seed| {
-            let corner = Corner::new(seed, rq, boundary);
+impl Kind {
+    fn pairs(self, mut corner: Corner, rq: f64) -> f64 {
+        let is_rough = rq > 1e-6;
+        let worn = if is_rough { 1e-7 } else { 1e-8 };
+        let mut half_space = corner.half_space();
+        if let Kind::Cold | Kind::Capped = self {
+            let cap = if is_rough { 600e6 } else { 100e6 };
             let problem = NormalProblem {
-                // The hardness of the published case; smoother joints do not reach it.
-                pressure_cap: Some(if rq > 1e-6 { 600e6 } else { 100e6 }),
+                pressure_cap: matches!(self, Kind::Capped).then_some(cap),
                 ..corner.problem()
             };
-            press(&mut corner.half_space(), &problem, None).0
-        });
+            return press(&mut half_space, &problem, None).0;
+        }
+        let (_, before) = press(&mut half_space, &corner.problem(), None);
+        let peak = before.pressure.iter().copied().fold(0.0, f64::max);
+        let shares = before.pressure.iter().map(|p| p / peak);
+        if let Kind::Worn = self {
+            let pairs = corner.height.iter_mut().zip(shares);
+            pairs.for_each(|(h, share)| *h -= worn * share);
+            return press(&mut half_space, &corner.problem(), Some(&before.pressure)).0;
+        }
+        let compliance: Vec<f64> = shares.map(|share| worn / peak * (1.0 - share)).collect();
+        let problem = NormalProblem {
+            compliance: Some(&compliance),
+            ..corner.problem()
+        };
+        press(&mut half_space, &problem, Some(&before.pressure)).0
     }
 }
 
-/// After wear of a tenth of a micrometre in proportion to the pressure, from the pressure before it.
 #[test]
-fn a_warm_start_after_wear() {
-    for ((rq, boundary), expected) in CASES.into_iter().zip([8.5, 9.5, 13.0, 15.0]) {
-        let what = format!("warm, Rq {rq:e} m, {boundary:?}");
-        costs(&what, expected, |seed| {
-            let mut corner = Corner::new(seed, rq, boundary);
-            let mut half_space = corner.half_space();
-            let (_, before) = press(&mut half_space, &corner.problem(), None);
-            let peak = before.pressure.iter().copied().fold(0.0, f64::max);
-            let worn = if rq > 1e-6 { 1e-7 } else { 1e-8 };
-            for (h, p) in corner.height.iter_mut().zip(&before.pressure) {
-                *h -= worn * p / peak;
-            }
-            press(&mut half_space, &corner.problem(), Some(&before.pressure)).0
-        });
-    }
-}
-
-/// The implicit wear step: a compliance where there is slip, from the pressure before it.
-#[test]
-fn a_compliance_of_wear() {
-    for ((rq, boundary), expected) in CASES.into_iter().zip([7.5, 9.0, 11.5, 14.0]) {
-        let what = format!("with compliance, Rq {rq:e} m, {boundary:?}");
-        costs(&what, expected, |seed| {
-            let corner = Corner::new(seed, rq, boundary);
-            let mut half_space = corner.half_space();
-            let (_, before) = press(&mut half_space, &corner.problem(), None);
-            let peak = before.pressure.iter().copied().fold(0.0, f64::max);
-            let worn = if rq > 1e-6 { 1e-7 } else { 1e-8 };
-            // More slip where pressure is low.
-            let compliance: Vec<f64> = before
-                .pressure
-                .iter()
-                .map(|p| worn / peak * (1.0 - p / peak))
-                .collect();
-            let problem = NormalProblem {
-                compliance: Some(&compliance),
-                ..corner.problem()
-            };
-            press(&mut half_space, &problem, Some(&before.pressure)).0
-        });
+fn normal_contacts() {
+    for (kind, expected) in [
+        (Kind::Cold, [15.0, 20.5, 29.0, 31.0]),
+        (Kind::Capped, [17.0, 20.0, 28.5, 33.0]),
+        (Kind::Worn, [8.5, 9.5, 13.0, 15.0]),
+        (Kind::Compliant, [7.5, 9.0, 11.5, 14.0]),
+    ] {
+        for ((rq, boundary), expected) in CASES.into_iter().zip(expected) {
+            let what = format!("{kind:?}, Rq {rq:e} m, {boundary:?}");
+            let pairs = |seed| kind.pairs(Corner::new(seed, rq, boundary), rq);
+            costs(&what, expected, pairs);
+        }
     }
 }
 
@@ -167,20 +150,13 @@ fn a_tangential_step() {
                 let corner = Corner::new(seed, rq, boundary);
                 let mut half_space = corner.half_space();
                 let (_, found) = press(&mut half_space, &corner.problem(), None);
-                let limit: Vec<f64> = found.pressure.iter().map(|p| 0.6 * p).collect();
+                let limit = limit_of(0.6, &found.pressure);
                 let force = 0.6 * 0.6 * found.load;
                 let drive = [0.8, 0.6][..axes]
                     .iter()
                     .map(|part| Drive::Force(part * force))
                     .collect();
-                let problem = TangentialProblem {
-                    patch: &corner.patch,
-                    limit: &limit,
-                    previous: None,
-                    drive: &drive,
-                    rotation: None,
-                    offset: None,
-                };
+                let problem = sheared(&corner.patch, &limit, None, &drive);
                 half_space.take_pairs();
                 let options = TangentialOptions::default();
                 let step = tangential::solve(&mut half_space, &problem, None, options);

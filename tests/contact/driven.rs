@@ -5,11 +5,12 @@ use std::f64::consts::PI;
 use fretwear::contact::tangential::{
     self, CellState, Drive, TangentialOptions, TangentialProblem, TangentialSolution,
 };
-use fretwear::contact::{Boundary, ContactError, Elastic, HalfSpace, Pair, cell_integrals};
+use fretwear::contact::{Boundary, ContactError, HalfSpace, Pair};
 use fretwear::grid::{ByAxis, Grid, Patch};
 use fretwear::reference::CircularPunch;
 
-use super::{PAIR, distance, relative_l2};
+use super::extremes::in_units_of;
+use super::{PAIR, distance, influence, moved_by, relative_l2, sheared};
 
 /// Of a circle of cells whose radius is that of its area: its rim is a staircase, and the moment has a³.
 const STAIRCASE: f64 = 1.5e-2;
@@ -26,38 +27,11 @@ const FORCE: f64 = 1e-9;
 
 type Field = ByAxis<Vec<f64>>;
 
-#[derive(Clone, Copy)]
-struct Step<'a> {
-    patch: &'a Patch,
-    limit: &'a [f64],
-    previous: Option<&'a Field>,
-    offset: Option<&'a Field>,
-}
-
-impl Step<'_> {
-    fn solve(
-        self,
-        half_space: &mut HalfSpace,
-        drive: &ByAxis<Drive>,
-        rotation: Option<Drive>,
-    ) -> Result<TangentialSolution, ContactError> {
-        let problem = TangentialProblem {
-            patch: self.patch,
-            limit: self.limit,
-            previous: self.previous,
-            drive,
-            rotation,
-            offset: self.offset,
-        };
-        tangential::solve(half_space, &problem, None, EXACT)
-    }
-}
-
-fn given(displacement: &[f64]) -> ByAxis<Drive> {
-    displacement
-        .iter()
-        .map(|d| Drive::Displacement(*d))
-        .collect()
+fn solve(
+    half_space: &mut HalfSpace,
+    problem: &TangentialProblem,
+) -> Result<TangentialSolution, ContactError> {
+    tangential::solve(half_space, problem, None, EXACT)
 }
 
 /// A grid small enough for a dense matrix, its limits uneven, some cells without contact.
@@ -79,31 +53,15 @@ fn uneven(pair: Pair, size: f64) -> (Patch, HalfSpace, Vec<f64>) {
     )
 }
 
-/// The compliance by sums over cell integrals, cell by cell: none of the solver's transforms.
-fn dense(grid: Grid, pair: Pair) -> Vec<Vec<[[f64; 2]; 2]>> {
-    let sum = |term: fn(&Elastic) -> f64| (term(&pair.lower) + term(&pair.upper)) / PI;
-    let a = sum(|m| (1.0 - m.poisson_ratio * m.poisson_ratio) / m.youngs_modulus);
-    let b = sum(|m| m.poisson_ratio * (1.0 + m.poisson_ratio) / m.youngs_modulus);
-    let centre = |c: usize| {
-        let (i, j) = grid.cell(c);
-        grid.centre(i, j)
-    };
-    let entry = |c: usize, k: usize| {
-        let ((x, y), (x1, y1)) = (centre(c), centre(k));
-        let cell = cell_integrals(x - x1, y - y1, grid.dx, grid.dy);
-        [
-            [a * cell.inverse + b * cell.xx, b * cell.xy],
-            [b * cell.xy, a * cell.inverse + b * cell.yy],
-        ]
-    };
-    (0..grid.len())
-        .map(|c| (0..grid.len()).map(|k| entry(c, k)).collect())
-        .collect()
-}
-
 /// Shear of a step whose cells are moved by `motion`: block by block, over and over, without a Newton step in it.
 fn relax(patch: &Patch, pair: Pair, limit: &[f64], previous: &Field, motion: &Field) -> Field {
-    let matrix = dense(patch.grid, pair);
+    let n = limit.len();
+    let block = |c: usize, k: usize| {
+        let [_, [_, xx, xy], [_, yx, yy]] = influence(pair, patch.grid, c, k);
+        [[xx, xy], [yx, yy]]
+    };
+    let row = |c: usize| (0..n).map(|k| block(c, k)).collect();
+    let matrix: Vec<Vec<[[f64; 2]; 2]>> = (0..n).map(row).collect();
     let mut shear: Field = vec![vec![0.0; limit.len()]; 2];
     for _ in 0..6000 {
         let mut moved = 0.0f64;
@@ -177,19 +135,12 @@ fn a_stuck_circle_twists_as_reissner_and_sagoci_have_it() {
             radius: (area / PI).sqrt(),
             pair,
         };
-        let step = Step {
-            patch: &patch,
-            limit: &limit,
-            previous: None,
-            offset: None,
+        let still = moved_by(&[0.0, 0.0]);
+        let step = TangentialProblem {
+            rotation: Some(Drive::Displacement(1e-6)),
+            ..sheared(&patch, &limit, None, &still)
         };
-        let turned = step
-            .solve(
-                &mut half_space,
-                &given(&[0.0, 0.0]),
-                Some(Drive::Displacement(1e-6)),
-            )
-            .unwrap();
+        let turned = solve(&mut half_space, &step).unwrap();
         let expected = 1e-6 * punch.torsional_stiffness();
         assert!(
             (turned.moment / expected - 1.0).abs() < STAIRCASE,
@@ -203,10 +154,13 @@ fn a_stuck_circle_twists_as_reissner_and_sagoci_have_it() {
                 .all(|f| f.abs() < 1e-6 * expected / punch.radius)
         );
         // The moment turns it as far, whether the centre is held or free.
-        for held in [given(&[0.0, 0.0]), vec![Drive::Force(0.0); 2]] {
-            let found = step
-                .solve(&mut half_space, &held, Some(Drive::Force(expected)))
-                .unwrap();
+        for held in [still.clone(), vec![Drive::Force(0.0); 2]] {
+            let by_moment = TangentialProblem {
+                drive: &held,
+                rotation: Some(Drive::Force(expected)),
+                ..step
+            };
+            let found = solve(&mut half_space, &by_moment).unwrap();
             assert!((found.rotation * turned.moment / (1e-6 * expected) - 1.0).abs() < SAME);
             assert!((found.moment / expected - 1.0).abs() < FORCE);
         }
@@ -224,31 +178,29 @@ fn partial_slip_under_force_and_moment_is_that_of_a_dense_solver() {
         &vec![vec![0.0; grid.len()]; 2],
         &rigid(grid, 3e-7, -1e-7, 2e-4),
     );
-    let step = Step {
-        patch: &patch,
-        limit: &limit,
-        previous: Some(&first),
-        offset: None,
-    };
     let (x, y, rotation) = (-4e-7, 2.2e-7, 5e-4);
     let field = rigid(grid, x, y, rotation);
     let expected = relax(&patch, PAIR, &limit, &first, &field);
     let [fx, fy, moment] = resultants(grid, &expected);
     let scale = limit.iter().sum::<f64>() * grid.cell_area();
     let drives = [
-        (given(&[x, y]), Drive::Displacement(rotation)),
+        (moved_by(&[x, y]), Drive::Displacement(rotation)),
         (
             vec![Drive::Force(fx), Drive::Displacement(y)],
             Drive::Displacement(rotation),
         ),
-        (given(&[x, y]), Drive::Force(moment)),
+        (moved_by(&[x, y]), Drive::Force(moment)),
         (
             vec![Drive::Force(fx), Drive::Force(fy)],
             Drive::Force(moment),
         ),
     ];
     for (drive, turn) in drives {
-        let found = step.solve(&mut half_space, &drive, Some(turn)).unwrap();
+        let step = TangentialProblem {
+            rotation: Some(turn),
+            ..sheared(&patch, &limit, Some(&first), &drive)
+        };
+        let found = solve(&mut half_space, &step).unwrap();
         for axis in 0..2 {
             let error = relative_l2(&found.shear[axis], &expected[axis]);
             assert!(error < SAME, "{drive:?} {turn:?}: {error:e}");
@@ -263,13 +215,12 @@ fn partial_slip_under_force_and_moment_is_that_of_a_dense_solver() {
         assert!(found.state.contains(&CellState::Slip) && found.state.contains(&CellState::Stick));
     }
     // The same motion as a field given on the cells.
-    let with_offset = Step {
+    let still = moved_by(&[0.0, 0.0]);
+    let with_offset = TangentialProblem {
         offset: Some(&field),
-        ..step
+        ..sheared(&patch, &limit, Some(&first), &still)
     };
-    let found = with_offset
-        .solve(&mut half_space, &given(&[0.0, 0.0]), None)
-        .unwrap();
+    let found = solve(&mut half_space, &with_offset).unwrap();
     assert!(relative_l2(&found.shear[0], &expected[0]) < SAME);
     assert!((found.rotation, &found.displacement) == (0.0, &vec![0.0, 0.0]));
 }
@@ -278,14 +229,9 @@ fn partial_slip_under_force_and_moment_is_that_of_a_dense_solver() {
 fn a_free_transverse_axis_carries_no_force() {
     let (patch, mut half_space, limit) = uneven(PAIR, 1e-4);
     let grid = patch.grid;
-    let step = Step {
-        patch: &patch,
-        limit: &limit,
-        previous: None,
-        offset: None,
-    };
     let drive = vec![Drive::Displacement(4e-7), Drive::Force(0.0)];
-    let found = step.solve(&mut half_space, &drive, None).unwrap();
+    let step = sheared(&patch, &limit, None, &drive);
+    let found = solve(&mut half_space, &step).unwrap();
     assert!(found.force[1].abs() < FORCE * found.force[0]);
     assert!(
         found.displacement[1].abs() > 1e-12,
@@ -301,40 +247,23 @@ fn a_free_transverse_axis_carries_no_force() {
 #[test]
 fn units_do_not_matter() {
     // Lengths times 1000, tractions and moduli over 1e6: newtons as they were.
-    let scaled = |m: Elastic| Elastic {
-        youngs_modulus: m.youngs_modulus * 1e-6,
-        ..m
-    };
-    let small = Pair {
-        lower: scaled(PAIR.lower),
-        upper: scaled(PAIR.upper),
-    };
+    let scaled = in_units_of(1e-6);
     let (patch, mut half_space, limit) = uneven(PAIR, 1e-4);
-    let (large_patch, mut large_half_space, _) = uneven(small, 1e-1);
+    let (large_patch, mut large_half_space, _) = uneven(scaled, 1e-1);
     let large_limit: Vec<f64> = limit.iter().map(|l| l * 1e-6).collect();
     let carried = limit.iter().sum::<f64>() * patch.grid.cell_area();
     let drive = vec![Drive::Force(0.5 * carried), Drive::Force(-0.2 * carried)];
     let moment = 0.2 * carried * 1e-4;
-    let one = Step {
-        patch: &patch,
-        limit: &limit,
-        previous: None,
-        offset: None,
-    }
-    .solve(&mut half_space, &drive, Some(Drive::Force(moment)))
-    .unwrap();
-    let other = Step {
-        patch: &large_patch,
-        limit: &large_limit,
-        previous: None,
-        offset: None,
-    }
-    .solve(
-        &mut large_half_space,
-        &drive,
-        Some(Drive::Force(1e3 * moment)),
-    )
-    .unwrap();
+    let small = TangentialProblem {
+        rotation: Some(Drive::Force(moment)),
+        ..sheared(&patch, &limit, None, &drive)
+    };
+    let large = TangentialProblem {
+        rotation: Some(Drive::Force(1e3 * moment)),
+        ..sheared(&large_patch, &large_limit, None, &drive)
+    };
+    let one = solve(&mut half_space, &small).unwrap();
+    let other = solve(&mut large_half_space, &large).unwrap();
     assert_eq!((one.steps, one.iterations), (other.steps, other.iterations));
     assert!((1e3 * one.displacement[0] / other.displacement[0] - 1.0).abs() < 1e-6);
     assert!((one.rotation / other.rotation - 1.0).abs() < 1e-6);
@@ -346,13 +275,11 @@ fn what_friction_cannot_carry_is_refused_with_numbers() {
     let (patch, mut half_space, limit) = uneven(PAIR, 1e-4);
     let carried = limit.iter().sum::<f64>() * patch.grid.cell_area();
     let mut solve = |limit: &[f64], drive: ByAxis<Drive>, rotation| {
-        Step {
-            patch: &patch,
-            limit,
-            previous: None,
-            offset: None,
-        }
-        .solve(&mut half_space, &drive, rotation)
+        let problem = TangentialProblem {
+            rotation,
+            ..sheared(&patch, limit, None, &drive)
+        };
+        solve(&mut half_space, &problem)
     };
     // The force is carried in any direction, not in two at once, and not with a moment beside it.
     let share = 0.9 * carried;
@@ -378,7 +305,7 @@ fn what_friction_cannot_carry_is_refused_with_numbers() {
     let frictionless = vec![0.0; limit.len()];
     let slid = solve(
         &frictionless,
-        given(&[1e-6, 0.0]),
+        moved_by(&[1e-6, 0.0]),
         Some(Drive::Displacement(1e-3)),
     )
     .unwrap();
@@ -398,7 +325,7 @@ fn what_friction_cannot_carry_is_refused_with_numbers() {
             ..
         })
     ));
-    let lame = solve(&limit, given(&[1e-6]), Some(Drive::Displacement(1e-3))).unwrap_err();
+    let lame = solve(&limit, moved_by(&[1e-6]), Some(Drive::Displacement(1e-3))).unwrap_err();
     assert!(lame.to_string().contains("rotation"), "{lame}");
     let endless = solve(
         &limit,

@@ -7,7 +7,7 @@ use fretwear::contact::{Boundary, ContactError, Elastic, HalfSpace, Pair};
 use fretwear::grid::{ByAxis, Grid, Patch};
 use proptest::prelude::*;
 
-use super::PAIR;
+use super::{PAIR, moved_by, sheared};
 
 /// Pairs of transforms an axis that a step takes at most, at a gap of 1e-4 or 1e-6: the worst of 13 000 cases of other seeds
 /// took 249, one in six hundred more than 160.
@@ -142,12 +142,8 @@ fn march(
         let limit: Vec<f64> = shape.iter().map(|l| l * step.load).collect();
         let (drive, rotation) = drive(step, &patch, &limit);
         let problem = TangentialProblem {
-            patch: &patch,
-            limit: &limit,
-            previous: shear.as_ref(),
-            drive: &drive,
             rotation,
-            offset: None,
+            ..sheared(&patch, &limit, shear.as_ref(), &drive)
         };
         let options = TangentialOptions {
             tolerance: case.tolerance,
@@ -190,7 +186,7 @@ proptest! {
             let [size, angle, _] = step.amount;
             let reach = 10f64.powf(size) * sliding(limit);
             let motion = [reach * f64::cos(angle), reach * f64::sin(angle)];
-            (motion[..axes].iter().map(|d| Drive::Displacement(*d)).collect(), None)
+            (moved_by(&motion[..axes]), None)
         })?;
         for cost in pairs {
             prop_assert!(cost <= WORST, "{cost} pairs");
@@ -235,17 +231,8 @@ fn shears_just_inside_their_limits_come_to_slip() {
             .map(|angle: &f64| limit.iter().map(|l| just * l * angle.sin()).collect())
             .collect();
         let reach = sliding(&limit) * [0.3, 1.0, 30.0][seed as usize % 3];
-        let problem = TangentialProblem {
-            patch: &patch,
-            limit: &limit,
-            previous: Some(&before),
-            drive: &vec![
-                Drive::Displacement(reach),
-                Drive::Displacement(1e-3 * reach),
-            ],
-            rotation: None,
-            offset: None,
-        };
+        let drive = moved_by(&[reach, 1e-3 * reach]);
+        let problem = sheared(&patch, &limit, Some(&before), &drive);
         tangential::solve(
             &mut half_space,
             &problem,

@@ -3,15 +3,12 @@
 use std::sync::Arc;
 
 use fretwear::contact::nodes::{Interpolation, NodalCompliance};
-use fretwear::contact::{Boundary, ContactError, Elastic, HalfSpace, Pair};
+use fretwear::contact::{Boundary, ContactError, HalfSpace, Pair};
 use fretwear::grid::Grid;
 use fretwear::linalg::Matrix;
 use fretwear::structure::half_space::FaceCompliance;
 
-const STEEL: Elastic = Elastic {
-    youngs_modulus: 198.4e9,
-    poisson_ratio: 0.3,
-};
+use super::STEEL;
 
 /// Rounding of a sum over a grid, relative to its largest term.
 const ROUNDING: f64 = 1e-12;
@@ -39,6 +36,27 @@ fn nodal(interpolation: Interpolation) -> NodalCompliance {
         xy: noise(n * n, 0.9).iter().map(|v| 1e-9 * v).collect(),
         interpolation,
     }
+}
+
+/// Half spaces without what the meshes of both have of them, for `counts` boxes along x and y and so thick ones \[m\].
+pub fn without_mesh(grid: Grid, counts: [usize; 2], thickness: &[f64]) -> HalfSpace {
+    let [lx, ly] = grid.size();
+    let sides = [lx / counts[0] as f64, ly / counts[1] as f64];
+    let mut mesh = FaceCompliance::new(STEEL, sides, thickness, counts).expect("a mesh");
+    mesh.add(&mesh.clone());
+    let [normal, xx, yy, xy] = mesh.matrices().map(|m| m.into_iter().map(|c| -c).collect());
+    let nodal = NodalCompliance {
+        interpolation: Interpolation::new(grid, counts),
+        normal,
+        xx,
+        yy,
+        xy,
+    };
+    let mut half_space = HalfSpace::new(grid, Pair::same(STEEL), Boundary::Free);
+    half_space
+        .set_nodal(Some(Arc::new(nodal)))
+        .expect("nodes of the grid");
+    half_space
 }
 
 /// S as a dense matrix, from the hat functions of the nodes.
@@ -190,21 +208,7 @@ fn what_a_mesh_leaves_of_a_half_space_is_positive_on_any_contact() {
     let (grid, counts) = (Grid::over([12e-3, 10e-3], [24, 20]), [6, 5]);
     let cells = grid.len();
     for layer in [2e-3, 6e-3] {
-        let mut mesh = FaceCompliance::new(STEEL, [2e-3; 2], &[layer; 5], counts).expect("a mesh");
-        mesh.add(&mesh.clone());
-        let [normal, xx, yy, xy] = mesh.matrices().map(|m| m.into_iter().map(|c| -c).collect());
-        let interpolation = Interpolation::new(grid, counts);
-        let left = NodalCompliance {
-            interpolation,
-            normal,
-            xx,
-            yy,
-            xy,
-        };
-        let mut half_space = HalfSpace::new(grid, Pair::same(STEEL), Boundary::Free);
-        half_space
-            .set_nodal(Some(Arc::new(left)))
-            .expect("nodes of the grid");
+        let mut half_space = without_mesh(grid, counts, &[layer; 5]);
         let column = |half_space: &mut HalfSpace, c: usize, tangential: bool| {
             let (mut unit, mut out) = (vec![0.0; cells], vec![0.0; cells]);
             unit[c] = 1.0;

@@ -1,14 +1,13 @@
 //! What tangential steps of one rough joint cost, held in bands: a solver that needs more pairs has become another one.
 
 use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
-use fretwear::contact::tangential::{
-    self, Drive, TangentialOptions, TangentialProblem, TangentialSolution,
-};
-use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair};
+use fretwear::contact::tangential::{self, Drive, TangentialOptions, TangentialSolution};
+use fretwear::contact::{Boundary, HalfSpace, Pair};
 use fretwear::grid::{ByAxis, Grid, Patch};
 
 use super::battery::waves;
 use super::random::Random;
+use super::{STEEL, limit_of, moved_by, sheared};
 
 const LOAD: f64 = 3e3;
 const FRICTION: f64 = 0.6;
@@ -21,17 +20,13 @@ struct Joint {
 
 /// A quarter of the cells in contact, in spots of a few cells.
 fn joint() -> Joint {
-    let steel = Elastic {
-        youngs_modulus: 198.4e9,
-        poisson_ratio: 0.3,
-    };
     let patch = Patch::full(Grid::over([10e-3, 7.5e-3], [60, 48]));
     let height = waves(patch.grid, &mut Random::new(7), 0.7e-6, [0.5e-3; 2]);
-    let mut half_space = HalfSpace::new(patch.grid, Pair::same(steel), Boundary::Free);
+    let mut half_space = HalfSpace::new(patch.grid, Pair::same(STEEL), Boundary::Free);
     let problem = NormalProblem::new(&patch, &height, LOAD);
     let contact = normal::solve(&mut half_space, &problem, None, NormalOptions::default());
     let pressure = contact.expect("a contact").pressure;
-    let limit: Vec<f64> = pressure.iter().map(|p| FRICTION * p).collect();
+    let limit = limit_of(FRICTION, &pressure);
     let share = limit.iter().filter(|l| **l > 0.0).count() as f64 / limit.len() as f64;
     assert!((0.15..0.5).contains(&share), "{share} in contact");
     Joint {
@@ -48,14 +43,7 @@ impl Joint {
         previous: Option<&ByAxis<Vec<f64>>>,
         drive: ByAxis<Drive>,
     ) -> (TangentialSolution, f64) {
-        let problem = TangentialProblem {
-            patch: &self.patch,
-            limit: &self.limit,
-            previous,
-            drive: &drive,
-            rotation: None,
-            offset: None,
-        };
+        let problem = sheared(&self.patch, &self.limit, previous, &drive);
         let options = TangentialOptions::default();
         self.half_space.take_pairs();
         let found = tangential::solve(&mut self.half_space, &problem, None, options);
@@ -86,10 +74,6 @@ fn along(axes: usize, amount: f64) -> ByAxis<f64> {
     }
 }
 
-fn drives(values: &[f64], drive: fn(f64) -> Drive) -> ByAxis<Drive> {
-    values.iter().map(|v| drive(*v)).collect()
-}
-
 #[test]
 fn steps_stay_within_their_pairs() {
     let mut joint = joint();
@@ -104,24 +88,24 @@ fn steps_stay_within_their_pairs() {
     for axes in [1, 2] {
         for (case, share, bands) in BANDS {
             let force = along(axes, share * sliding);
-            let (by_force, pairs) = joint.step(None, drives(&force, Drive::Force));
+            let forces = force.iter().map(|f| Drive::Force(*f)).collect();
+            let (by_force, pairs) = joint.step(None, forces);
             hold(
                 format!("{case}, {axes} axes, force"),
                 pairs,
                 bands[axes + 1],
             );
-            let displacement = drives(&by_force.displacement, Drive::Displacement);
+            let displacement = moved_by(&by_force.displacement);
             let (found, pairs) = joint.step(None, displacement);
             hold(format!("{case}, {axes} axes"), pairs, bands[axes - 1]);
             assert!((found.force[0] / force[0] - 1.0).abs() < 1e-3, "{case}");
             if share == 0.6 {
                 let back: Vec<f64> = by_force.displacement.iter().map(|d| -1.2 * d).collect();
-                let back = drives(&back, Drive::Displacement);
-                let (_, pairs) = joint.step(Some(&by_force.shear), back);
+                let (_, pairs) = joint.step(Some(&by_force.shear), moved_by(&back));
                 hold(format!("reversal, {axes} axes"), pairs, REVERSAL[axes - 1]);
             }
         }
-        let far = drives(&along(axes, 50e-6), Drive::Displacement);
+        let far = moved_by(&along(axes, 50e-6));
         let (found, pairs) = joint.step(None, far);
         hold(format!("sliding, {axes} axes"), pairs, SLIDING[axes - 1]);
         let force = found.force.iter().map(|f| f * f).sum::<f64>().sqrt();

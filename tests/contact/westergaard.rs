@@ -1,6 +1,6 @@
 use std::f64::consts::PI;
 
-use fretwear::contact::normal::{self, Control, NormalOptions, NormalProblem, Rotation};
+use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
 use fretwear::contact::{Boundary, HalfSpace};
 use fretwear::grid::{Grid, Patch};
 use fretwear::reference::{Westergaard, elastic};
@@ -48,14 +48,7 @@ fn compare(
         .map(|x| wave.amplitude * ((2.0 * PI * x / wave.wavelength).cos() - 1.0))
         .collect();
     let load = wave.mean_pressure * patch.area();
-    let problem = NormalProblem {
-        patch: &patch,
-        height: &height,
-        compliance: None,
-        control: Control::Load(load),
-        rotation: Rotation::FIXED,
-        pressure_cap: None,
-    };
+    let problem = NormalProblem::new(&patch, &height, load);
     let mut half_space = HalfSpace::new(grid, PAIR, Boundary::Periodic);
     let options = NormalOptions {
         tolerance: 1e-8,

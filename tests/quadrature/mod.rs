@@ -1,7 +1,7 @@
 //! Quadrature for tests: an independent way to the integrals that the crate has in closed form.
 
 /// Gauss-Legendre nodes and weights on \[-1, 1\].
-pub fn gauss_legendre(order: usize) -> Vec<(f64, f64)> {
+fn gauss_legendre(order: usize) -> Vec<(f64, f64)> {
     (0..order)
         .map(|k| {
             let mut x = (std::f64::consts::PI * (k as f64 + 0.75) / (order as f64 + 0.5)).cos();
@@ -51,6 +51,34 @@ pub fn integrate_annulus(inner: f64, outer: f64, f: impl Fn(f64, f64) -> f64) ->
             .sum();
         around * 2.0 * PI / ANGLES as f64 * r * half * phi.cos()
     })
+}
+
+/// ∫ of N functions of (x, y) over a rectangle about `centre`, in `panels`² panels of 10² nodes.
+pub fn integrate_rectangle<const N: usize>(
+    centre: (f64, f64),
+    size: (f64, f64),
+    panels: usize,
+    f: impl Fn(f64, f64) -> [f64; N],
+) -> [f64; N] {
+    let rule = gauss_legendre(10);
+    let nodes = |middle: f64, width: f64| -> Vec<(f64, f64)> {
+        let half = 0.5 * width / panels as f64;
+        let panel = |k: usize| middle - 0.5 * width + (2 * k + 1) as f64 * half;
+        let of_panel = |k| {
+            rule.iter()
+                .map(move |(t, w)| (panel(k) + half * t, half * w))
+        };
+        (0..panels).flat_map(of_panel).collect()
+    };
+    let mut sum = [0.0; N];
+    for &(px, wx) in &nodes(centre.0, size.0) {
+        for &(py, wy) in &nodes(centre.1, size.1) {
+            for (s, f) in sum.iter_mut().zip(f(px, py)) {
+                *s += wx * wy * f;
+            }
+        }
+    }
+    sum
 }
 
 #[test]
