@@ -320,11 +320,6 @@ impl HalfSpace {
         }
     }
 
-    /// True once kernels of the coupling are stored.
-    pub fn has_coupling(&self) -> bool {
-        self.coupling.is_some()
-    }
-
     fn build_coupling(
         &mut self,
         axes: usize,

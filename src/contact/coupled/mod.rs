@@ -108,8 +108,6 @@ pub struct CoupledSolution {
     pub normal: NormalSolution,
     /// Shear and slip. The counts are sums over the rounds.
     pub tangential: TangentialSolution,
-    /// Rounds of a normal and a tangential solve: 1 for bodies that are not coupled.
-    pub rounds: usize,
 }
 
 impl CoupledSolution {
@@ -261,11 +259,7 @@ fn uncoupled(
         start.map(|t| t.shear),
         options.tangential,
     )?;
-    Ok(CoupledSolution {
-        normal,
-        tangential,
-        rounds: 1,
-    })
+    Ok(CoupledSolution { normal, tangential })
 }
 
 /// Normal and tangential solves in turn until the joint conditions hold.
@@ -293,7 +287,7 @@ fn alternate(
     let mut counts = [0; 3];
     let mut error = f64::INFINITY;
     let mut least_gap = options.tangential.tolerance;
-    for round in 1..=options.max_rounds {
+    for _ in 0..options.max_rounds {
         for (c, h) in height.iter_mut().enumerate() {
             *h = problem.normal.height[c] - assumed[c];
         }
@@ -350,11 +344,7 @@ fn alternate(
         }
         if error <= tolerance {
             [normal.iterations, tangential.steps, tangential.iterations] = counts;
-            return Ok(CoupledSolution {
-                normal,
-                tangential,
-                rounds: round,
-            });
+            return Ok(CoupledSolution { normal, tangential });
         }
         mixing.next(&mut assumed, &change, |c| normal.pressure[c] > 0.0);
         pressure = Some(normal.pressure);

@@ -286,63 +286,6 @@ pub fn tangential_from(
     Ok(moved.stiffness(half_space.grid().cell_area()))
 }
 
-/// What follows freely, without a force or moment, while the bodies move along x by a unit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Following {
-    /// The displacement along y.
-    pub transverse: bool,
-    /// The rotation about z through the grid's centre.
-    pub rotation: bool,
-}
-
-/// kt along x over the cells of `set`, under shear in the plane, with what follows: one more solve for each.
-pub fn tangential_following(
-    half_space: &mut HalfSpace,
-    set: &[bool],
-    following: Following,
-) -> Result<Stiffness, ContactError> {
-    let grid = half_space.grid();
-    // The displacement field of each motion: along x, along y, and a turn that moves the corners by about a unit.
-    let arm = 0.5 * grid.size()[0].hypot(grid.size()[1]);
-    let field = |motion: usize, axis: usize, c: usize| {
-        let (i, j) = grid.cell(c);
-        let (x, y) = grid.centre(i, j);
-        match motion {
-            2 => [-y, x][axis] / arm,
-            _ => f64::from(u8::from(motion == axis)),
-        }
-    };
-    let motions: Vec<usize> = [
-        Some(0),
-        following.transverse.then_some(1),
-        following.rotation.then_some(2),
-    ]
-    .into_iter()
-    .flatten()
-    .collect();
-    let solve = |&motion: &usize| {
-        let given = |axis: usize, c: usize| field(motion, axis, c);
-        let sets = [set; 2];
-        linearise(
-            half_space,
-            &sets,
-            MIXED_TOLERANCE,
-            None,
-            Shear::InPlane.tractions(),
-            given,
-            compliance,
-            stiffness,
-        )
-    };
-    let moved = motions.iter().map(solve).collect::<Result<Vec<_>, _>>()?;
-    if moved.iter().any(|motion| motion.energy.is_infinite()) {
-        return tangential(half_space, set, Shear::InPlane);
-    }
-    Ok(followed(moved, grid.cell_area(), |motion, axis, c| {
-        field(motions[motion], axis, c)
-    }))
-}
-
 /// What moves by a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
