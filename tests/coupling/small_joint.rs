@@ -2,7 +2,7 @@
 
 use fretwear::contact::nodes::{Interpolation, NodalCompliance};
 use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
-use fretwear::contact::tangential::{self, Drive, TangentialOptions, TangentialProblem};
+use fretwear::contact::tangential::{self, TangentialOptions};
 use fretwear::contact::{Boundary, HalfSpace, Pair};
 use fretwear::grid::Patch;
 use fretwear::material::{Elastic, Material};
@@ -13,6 +13,7 @@ use fretwear::structure::mesh::Mesh;
 use fretwear::structure::reduction::{self, Ports};
 
 use super::truth::{Cycle, Truth};
+use crate::contact::{limit_of, moved_by, sheared};
 
 /// Steps from rest to the amplitude, as the truth has them.
 const STEPS: usize = 6;
@@ -109,15 +110,8 @@ fn cycle(
     let (mut before, mut shear) = (0.0, None);
     let (mut force, mut energy, mut wear) = (0.0, 0.0, vec![0.0; limit.len()]);
     for (number, place) in places.enumerate() {
-        let along = Drive::Displacement((place - before) * amplitude);
-        let problem = TangentialProblem {
-            patch,
-            limit,
-            previous: shear.as_ref(),
-            drive: &vec![along, Drive::Displacement(0.0)],
-            rotation: None,
-            offset: None,
-        };
+        let drive = moved_by(&[(place - before) * amplitude, 0.0]);
+        let problem = sheared(patch, limit, shear.as_ref(), &drive);
         let step = tangential::solve(half_space, &problem, None, TangentialOptions::default());
         let step = step.expect("a step");
         if number >= 3 * STEPS {
@@ -173,7 +167,7 @@ fn on_two_scales(
     let contact = normal::solve(half_space, &problem, None, NormalOptions::default());
     let pressure = contact.expect("a contact").pressure;
     let mu = truth.number("friction_coefficient");
-    let limit: Vec<f64> = pressure.iter().map(|p| mu * p).collect();
+    let limit = limit_of(mu, &pressure);
     let [ex, ey] = truth.elements();
     let mut element_load = vec![0.0; ex * ey];
     for (c, p) in pressure.iter().enumerate() {

@@ -1,4 +1,4 @@
-use fretwear::contact::normal::{self, Control, NormalOptions, NormalProblem, Rotation};
+use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
 use fretwear::contact::{Pair, stiffness};
 use fretwear::grid::{Grid, Patch};
 use fretwear::model_update::{
@@ -7,6 +7,7 @@ use fretwear::model_update::{
 use fretwear::reference::Hertz;
 
 use super::{STEEL, assert_close, half_space};
+use crate::contact::paraboloid;
 
 /// The preload of the published case \[N\].
 const LOAD: f64 = 30e3;
@@ -193,27 +194,14 @@ fn a_bolt_without_stiffness_keeps_its_load() {
 fn the_balance_holds_for_a_contact_that_is_solved() {
     let grid = Grid::over([4e-3, 3e-3], [50, 42]);
     let patch = Patch::full(grid);
-    let height: Vec<f64> = (0..grid.len())
-        .map(|c| {
-            let (i, j) = grid.cell(c);
-            let (x, y) = grid.centre(i, j);
-            -0.5 * (x * x + y * y) / 0.05
-        })
-        .collect();
+    let height = paraboloid(grid, 0.05, (0.0, 0.0));
     let mut half_space = half_space(grid);
     let options = NormalOptions {
         tolerance: 1e-9,
         ..NormalOptions::default()
     };
     let mut contact = |height: &[f64], load: f64| -> Result<Approach, ModelUpdateError> {
-        let problem = NormalProblem {
-            patch: &patch,
-            height,
-            compliance: None,
-            control: Control::Load(load),
-            rotation: Rotation::FIXED,
-            pressure_cap: None,
-        };
+        let problem = NormalProblem::new(&patch, height, load);
         let solution = normal::solve(&mut half_space, &problem, None, options).expect("contact");
         let set: Vec<bool> = solution.pressure.iter().map(|&p| p > 0.0).collect();
         let kn = stiffness::normal(&mut half_space, &set).expect("kn");

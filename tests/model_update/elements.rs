@@ -4,7 +4,7 @@ use fretwear::structure::reduction::{ContactPorts, Ports};
 use fretwear::structure::resonator::Resonator;
 use proptest::prelude::*;
 
-use super::{ROUNDING, assert_close, facings, noise, resonator, small};
+use super::{ROUNDING, assert_close, facings, noise, resonator, small, small_faces};
 
 /// The rectangle of a cell of `grid` about a centre, low and high corner \[m\].
 fn rectangle(grid: Grid, [x, y]: [f64; 2]) -> [[f64; 2]; 2] {
@@ -123,11 +123,7 @@ fn sums_and_gaps_are_those_of_a_double_loop() {
 #[test]
 fn elements_at_nodes_share_what_a_cell_bears_by_its_place_between_them() {
     let grid = Grid::over([6e-3, 4e-3], [17, 14]);
-    let faces: Vec<[usize; 2]> = (0..15)
-        .map(|c| [c / 3, c % 3])
-        .filter(|&c| c != [2, 1] && c != [4, 0])
-        .collect();
-    let elements = ContactElements::at_nodes(grid, [5, 3], &faces).expect("elements");
+    let elements = ContactElements::at_nodes(grid, [5, 3], &small_faces()).expect("elements");
     // 6 × 4 nodes without that of the corner; those around the hole in the middle have other faces.
     assert_eq!(elements.len(), 23);
     let area: f64 = elements.areas().iter().sum();

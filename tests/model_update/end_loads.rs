@@ -1,6 +1,8 @@
 //! The normal law of contact elements from their loads at both ends of a motion.
 
-use fretwear::model_update::{ElementParameters, EndLoads, Sliders};
+use fretwear::model_update::{ElementParameters, EndLoads};
+
+use super::sliders;
 
 /// Halving a range of 9 to 1 leaves a millionth of its logarithm.
 const SECANT: f64 = 2e-6;
@@ -16,20 +18,12 @@ const SLIDERS: [(usize, [f64; 4]); 6] = [
 ];
 
 fn laws() -> ElementParameters {
-    let mut sliders = Sliders::default();
-    for (element, [load, gap, kn, kt]) in SLIDERS {
-        sliders.element.push(element);
-        sliders.normal_load.push(load);
-        sliders.gap.push(gap);
-        sliders.kn.push(kn);
-        sliders.kt.push(kt);
-    }
     ElementParameters {
         normal_load: vec![100.0, 50.0, 0.0],
         gap: vec![0.0, 0.0, 2e-6],
         kn: vec![3e7, 5e7, 0.0],
         kt: vec![4e7, 4e7, 0.0],
-        sliders: Some(sliders),
+        sliders: Some(sliders(&SLIDERS)),
     }
 }
 

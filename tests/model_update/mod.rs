@@ -9,16 +9,12 @@ mod parameters;
 mod sliders;
 mod stiffness;
 
-use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair};
+use fretwear::contact::{Boundary, HalfSpace, Pair};
 use fretwear::grid::Grid;
-use fretwear::model_update::ContactElements;
+use fretwear::model_update::{ContactElements, Sliders};
 use fretwear::structure::resonator::{Facing, Resonator};
 
-/// Material of the published case.
-pub const STEEL: Elastic = Elastic {
-    youngs_modulus: 198.4e9,
-    poisson_ratio: 0.3,
-};
+pub use crate::contact::STEEL;
 
 /// Rounding of a sum over the cells of a grid, relative.
 pub const ROUNDING: f64 = 1e-12;
@@ -37,11 +33,24 @@ pub fn resonator(grid: Grid) -> ContactElements {
 /// 5 × 3 elements without the one in the middle and one at a corner, over 17 × 14 cells of 6 × 4 mm.
 pub fn small() -> ContactElements {
     let grid = Grid::over([6e-3, 4e-3], [17, 14]);
-    let cells: Vec<[usize; 2]> = (0..15)
-        .map(|c| [c / 3, c % 3])
-        .filter(|&c| c != [2, 1] && c != [4, 0])
-        .collect();
-    ContactElements::new(grid, [5, 3], &cells).expect("elements")
+    ContactElements::new(grid, [5, 3], &small_faces()).expect("elements")
+}
+
+pub fn small_faces() -> Vec<[usize; 2]> {
+    let faces = (0..15).map(|c| [c / 3, c % 3]);
+    faces.filter(|&c| c != [2, 1] && c != [4, 0]).collect()
+}
+
+/// Sliders from the element, load \[N\], gap \[m\], kn and kt \[N/m\] of each.
+pub fn sliders(of: &[(usize, [f64; 4])]) -> Sliders {
+    let column = |k: usize| of.iter().map(|(_, values)| values[k]).collect();
+    Sliders {
+        element: of.iter().map(|(element, _)| *element).collect(),
+        normal_load: column(0),
+        gap: column(1),
+        kn: column(2),
+        kt: column(3),
+    }
 }
 
 pub fn half_space(grid: Grid) -> HalfSpace {

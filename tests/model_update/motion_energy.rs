@@ -2,7 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use fretwear::model_update::{ElementParameters, Sliders, with_energy_of};
+use fretwear::model_update::{ElementParameters, with_energy_of};
+
+use super::sliders;
 
 const FRICTION: f64 = 0.5;
 /// Radius of the circle \[m\].
@@ -23,20 +25,14 @@ const SLIDERS: [[f64; 2]; 5] = [
 ];
 
 fn laws() -> ElementParameters {
-    let mut sliders = Sliders::default();
-    for (element, [load, kt]) in SLIDERS.into_iter().enumerate() {
-        sliders.element.push(element);
-        sliders.normal_load.push(load);
-        sliders.gap.push(0.0);
-        sliders.kn.push(3e7);
-        sliders.kt.push(kt);
-    }
+    let of = SLIDERS.map(|[load, kt]| [load, 0.0, 3e7, kt]);
+    let numbered: Vec<_> = of.into_iter().enumerate().collect();
     ElementParameters {
         normal_load: SLIDERS.map(|[load, _]| load).to_vec(),
         gap: vec![0.0; SLIDERS.len()],
         kn: vec![3e7; SLIDERS.len()],
         kt: SLIDERS.map(|[_, kt]| kt).to_vec(),
-        sliders: Some(sliders),
+        sliders: Some(sliders(&numbered)),
     }
 }
 

@@ -1,10 +1,11 @@
-use fretwear::contact::normal::{self, Control, NormalOptions, NormalProblem, Rotation};
+use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
 use fretwear::grid::Grid;
 use fretwear::model_update::{
     Compliance, ContactElements, Distribution, ElementParameters, Springs,
 };
 
 use super::{ROUNDING, assert_close, half_space, small};
+use crate::contact::paraboloid;
 
 const SPRINGS: Springs<'static> = Springs::Total {
     total: Compliance {
@@ -19,22 +20,9 @@ const SPRINGS: Springs<'static> = Springs::Total {
 fn an_element_has_load_or_a_gap() {
     let elements = small();
     let grid = elements.grid();
-    let height: Vec<f64> = (0..grid.len())
-        .map(|c| {
-            let (i, j) = grid.cell(c);
-            let (x, y) = grid.centre(i, j);
-            -0.5 * ((x + 2e-3).powi(2) + (y - 1e-3).powi(2)) / 0.3
-        })
-        .collect();
+    let height = paraboloid(grid, 0.3, (-2e-3, 1e-3));
     let load = 500.0;
-    let problem = NormalProblem {
-        patch: elements.patch(),
-        height: &height,
-        compliance: None,
-        control: Control::Load(load),
-        rotation: Rotation::FIXED,
-        pressure_cap: None,
-    };
+    let problem = NormalProblem::new(elements.patch(), &height, load);
     let solution = normal::solve(
         &mut half_space(grid),
         &problem,

@@ -1,17 +1,15 @@
 //! Laws of contact elements from the fine contact: their banks against the contact that they are taken from, and closed forms.
 
-use std::sync::Arc;
-
-use fretwear::contact::nodes::{Interpolation, NodalCompliance};
 use fretwear::contact::normal::{self, NormalOptions, NormalProblem, NormalSolution};
-use fretwear::contact::tangential::{self, Drive, TangentialOptions, TangentialProblem};
+use fretwear::contact::tangential::{self, TangentialOptions, TangentialProblem};
 use fretwear::contact::{HalfSpace, Shear};
 use fretwear::grid::{Grid, Patch};
-use fretwear::model_update::{ContactElements, ElementParameters, Laws, Loading, Sliders};
+use fretwear::model_update::{ContactElements, ElementParameters, Laws, Loading};
 use fretwear::reference::CattaneoMindlin;
-use fretwear::structure::half_space::FaceCompliance;
 
-use super::{ROUNDING, STEEL, assert_close, half_space, noise};
+use super::{ROUNDING, STEEL, assert_close, half_space, noise, sliders};
+use crate::contact::nodes::without_mesh;
+use crate::contact::{limit_of, moved_by, paraboloid, sheared};
 
 const FRICTION: f64 = 0.6;
 const LOAD: f64 = 40.0;
@@ -46,26 +44,7 @@ fn rough() -> (Grid, Vec<f64>) {
 
 /// A half space without what its mesh has.
 fn local(grid: Grid) -> HalfSpace {
-    let [lx, ly] = grid.size();
-    let sides = [lx / COUNTS[0] as f64, ly / COUNTS[1] as f64];
-    let mut mesh = FaceCompliance::new(STEEL, sides, &[1e-3; 3], COUNTS).expect("a mesh");
-    mesh.add(&mesh.clone());
-    let [normal, xx, yy, xy] = mesh
-        .matrices()
-        .map(|matrix| matrix.into_iter().map(|c| -c).collect());
-    let interpolation = Interpolation::new(grid, COUNTS);
-    let nodal = NodalCompliance {
-        interpolation,
-        normal,
-        xx,
-        yy,
-        xy,
-    };
-    let mut half_space = half_space(grid);
-    half_space
-        .set_nodal(Some(Arc::new(nodal)))
-        .expect("nodes of the grid");
-    half_space
+    without_mesh(grid, COUNTS, &[1e-3; 3])
 }
 
 fn nodes(grid: Grid) -> ContactElements {
@@ -131,20 +110,13 @@ fn banks_do_what_the_fine_contact_does() {
             }
         }
         assert!(laws.remainder < REMAINDER, "{:e}", laws.remainder);
-        let limit: Vec<f64> = contact.pressure.iter().map(|p| FRICTION * p).collect();
+        let limit = limit_of(FRICTION, &contact.pressure);
         for amplitude in [5e-8, 1.5e-7, 4e-7, 1e-6] {
             let drive = match shear {
-                Shear::AlongX => vec![Drive::Displacement(amplitude)],
-                Shear::InPlane => vec![Drive::Displacement(amplitude), Drive::Displacement(0.0)],
+                Shear::AlongX => moved_by(&[amplitude]),
+                Shear::InPlane => moved_by(&[amplitude, 0.0]),
             };
-            let problem = TangentialProblem {
-                patch: &patch,
-                limit: &limit,
-                previous: None,
-                drive: &drive,
-                rotation: None,
-                offset: None,
-            };
+            let problem = sheared(&patch, &limit, None, &drive);
             let step = tangential::solve(
                 &mut half_space,
                 &problem,
@@ -187,13 +159,7 @@ fn a_bank_of_a_sphere_is_cattaneo_and_mindlin_at_other_loads() {
     };
     let exact = at(100.0);
     let grid = Grid::over([1.1e-3, 1.0e-3], [96, 80]);
-    let height: Vec<f64> = (0..grid.len())
-        .map(|c| {
-            let (i, j) = grid.cell(c);
-            let (x, y) = grid.centre(i, j);
-            -(x * x + y * y) / (2.0 * exact.radius)
-        })
-        .collect();
+    let height = paraboloid(grid, exact.radius, (0.0, 0.0));
     let patch = Patch::full(grid);
     let mut half_space = HalfSpace::new(grid, pair, fretwear::contact::Boundary::Free);
     let problem = NormalProblem::new(&patch, &height, exact.load);
@@ -282,7 +248,7 @@ fn banks_of_a_motion_do_what_the_fine_contact_does_under_it() {
     let state = [&contact.pressure[..], &contact.gap[..]];
     let shear = Shear::InPlane;
     let laws = Laws::new(&mut half_space, &elements, state, FRICTION, None, shear).expect("laws");
-    let limit: Vec<f64> = contact.pressure.iter().map(|p| FRICTION * p).collect();
+    let limit = limit_of(FRICTION, &contact.pressure);
     for reach in [4e-8, 1.2e-7, 4e-7] {
         let reach: Vec<[f64; 2]> = elements
             .centres()
@@ -305,14 +271,10 @@ fn banks_of_a_motion_do_what_the_fine_contact_does_under_it() {
         let turn = parts.iter().position(|part| *part == 1.0).expect("the end");
         let mut solve = |part: f64| {
             let offset = offset(part);
-            let drive = vec![Drive::Displacement(0.0), Drive::Displacement(0.0)];
+            let drive = moved_by(&[0.0, 0.0]);
             let problem = TangentialProblem {
-                patch: &patch,
-                limit: &limit,
-                previous: None,
-                drive: &drive,
-                rotation: None,
                 offset: Some(&offset),
+                ..sheared(&patch, &limit, None, &drive)
             };
             let options = TangentialOptions::default();
             tangential::solve(&mut half_space, &problem, None, options).expect("a step")
@@ -369,13 +331,7 @@ fn what_lies_beyond_the_end_of_a_motion_does_not_stiffen_what_comes_before() {
         gap: vec![0.0],
         kn: vec![2e7],
         kt: vec![KT],
-        sliders: Some(Sliders {
-            element: vec![0],
-            normal_load: vec![load],
-            gap: vec![0.0],
-            kn: vec![2e7],
-            kt: vec![KT],
-        }),
+        sliders: Some(sliders(&[(0, [load, 0.0, 2e7, KT])])),
     };
     let reach = vec![[WAY, 0.0]];
     let parts = Loading::parts(&laws, &reach, FRICTION);

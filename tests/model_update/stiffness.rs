@@ -1,4 +1,4 @@
-use fretwear::contact::normal::{self, Control, NormalOptions, NormalProblem, Rotation};
+use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
 use fretwear::contact::stiffness::Stiffness;
 use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair, Shear};
 use fretwear::grid::{Grid, Patch};
@@ -59,14 +59,8 @@ fn elements_of_the_tangent_stiffness_sum_to_it() {
 fn tangent_elements_of_a_flat_bear_as_the_contact_solver_says() {
     let elements = small();
     let mut half_space = half_space(elements.grid());
-    let problem = NormalProblem {
-        patch: elements.patch(),
-        height: &vec![0.0; elements.grid().len()],
-        compliance: None,
-        control: Control::Load(500.0),
-        rotation: Rotation::FIXED,
-        pressure_cap: None,
-    };
+    let height = vec![0.0; elements.grid().len()];
+    let problem = NormalProblem::new(elements.patch(), &height, 500.0);
     let options = NormalOptions {
         tolerance: 1e-10,
         ..NormalOptions::default()

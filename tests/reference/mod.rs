@@ -9,20 +9,12 @@ mod punch;
 mod wear;
 mod westergaard;
 
-use fretwear::contact::{Elastic, Pair};
+use fretwear::contact::Pair;
 use fretwear::reference::{CattaneoMindlin, Hertz, elastic};
 
-/// Two different bodies, so that a formula that forgets one of them fails.
-pub const PAIR: Pair = Pair {
-    lower: Elastic {
-        youngs_modulus: 198.4e9,
-        poisson_ratio: 0.3,
-    },
-    upper: Elastic {
-        youngs_modulus: 71.0e9,
-        poisson_ratio: 0.34,
-    },
-};
+use crate::contact::STEEL;
+
+pub use crate::contact::PAIR;
 
 /// Closed forms against quadrature that converges geometrically: what is left is rounding.
 pub const QUADRATURE: f64 = 1e-10;
@@ -46,11 +38,8 @@ pub fn cattaneo_mindlin() -> CattaneoMindlin {
 
 #[test]
 fn a_pair_of_one_material_reduces_to_the_textbook_moduli() {
-    let (e, nu) = (198.4e9, 0.3);
-    let pair = Pair::same(Elastic {
-        youngs_modulus: e,
-        poisson_ratio: nu,
-    });
+    let (e, nu) = (STEEL.youngs_modulus, STEEL.poisson_ratio);
+    let pair = Pair::same(STEEL);
     let shear = e / (2.0 * (1.0 + nu));
     let close = |found: f64, expected: f64| (found / expected - 1.0).abs() < 1e-14;
     assert!(close(

@@ -6,7 +6,7 @@ use fretwear::contact::normal::Rotation;
 use fretwear::wear::cycle::{CycleSolution, March};
 use fretwear::wear::{Harmonic, Motion};
 
-use super::{FRICTION, LOAD, driven, joint, unworn};
+use super::{FRICTION, LOAD, driven, harmonic, joint, unworn};
 
 /// What the tolerances of [`super::EXACT`] leave in energies, forces and displacements.
 const SOLVER: f64 = 1e-5;
@@ -14,14 +14,6 @@ const SOLVER: f64 = 1e-5;
 const FREE: f64 = 1e-6;
 /// Half the side of the small joint [m].
 const LEVER: f64 = 2e-3;
-
-fn harmonic(amplitude: f64, is_force: bool) -> Harmonic {
-    Harmonic {
-        amplitude,
-        phase: 0.0,
-        is_force,
-    }
-}
 
 fn cycle(axes: &[Harmonic], rotation: Option<Harmonic>, march: March) -> CycleSolution {
     let motion = driven(axes, rotation);
@@ -134,9 +126,8 @@ fn free_rotations_leave_no_moment() {
 fn a_rotation_in_phase_is_straight() {
     let motion = |phase: f64| {
         let turn = Harmonic {
-            amplitude: 2e-4,
             phase,
-            is_force: false,
+            ..harmonic(2e-4, false)
         };
         driven(&[harmonic(1e-6, false); 2], Some(turn))
     };

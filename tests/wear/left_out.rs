@@ -16,10 +16,8 @@ fn motion(share: f64, order: f64) -> Motion {
     Motion {
         normal_load: load.collect(),
         drive: vec![Channel::Displacement(time.iter().map(wave(1.0)).collect())],
-        rotation: None,
-        by_order: false,
-        own: None,
         time,
+        ..Motion::none(1.0)
     }
 }
 

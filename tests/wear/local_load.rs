@@ -52,10 +52,9 @@ fn motion(approach: f64, samples: usize) -> Motion {
             time.iter().map(|t| REACH * wave(t)).collect(),
         )],
         normal_load: vec![LOAD; samples],
-        rotation: None,
-        by_order: false,
         own: Some(own),
         time,
+        ..Motion::none(LOAD)
     }
 }
 

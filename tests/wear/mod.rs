@@ -14,12 +14,14 @@ mod superposition;
 
 use fretwear::contact::normal::{NormalOptions, Rotation};
 use fretwear::contact::tangential::TangentialOptions;
-use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair};
+use fretwear::contact::{Boundary, HalfSpace, Pair};
 use fretwear::grid::{Grid, Patch};
 use fretwear::wear::cycle::March;
 use fretwear::wear::implicit::{Limits, Step, advance};
 use fretwear::wear::joint::{FrettingOptions, WornState};
 use fretwear::wear::{FrettingJoint, Harmonic, HarmonicMotion, Motion, WearLaw};
+
+use crate::contact::STEEL;
 
 /// Wear coefficient of the published case [m³/J].
 pub const COEFFICIENT: f64 = 2e-15;
@@ -50,6 +52,15 @@ pub const EXACT: FrettingOptions = FrettingOptions {
     extrapolate: true,
 };
 
+/// A displacement or a force that begins at its end.
+pub fn harmonic(amplitude: f64, is_force: bool) -> Harmonic {
+    Harmonic {
+        amplitude,
+        phase: 0.0,
+        is_force,
+    }
+}
+
 /// A motion of these channels under [`LOAD`], in 16 samples.
 pub fn driven(axes: &[Harmonic], rotation: Option<Harmonic>) -> Motion {
     let motion = HarmonicMotion {
@@ -62,10 +73,6 @@ pub fn driven(axes: &[Harmonic], rotation: Option<Harmonic>) -> Motion {
 
 /// A rough joint of 4 × 4 mm on 40 × 32 cells, its heights a fixed sum of waves with an amplitude near 1 µm.
 pub fn joint(motion: Motion, march: March) -> FrettingJoint {
-    let steel = Elastic {
-        youngs_modulus: 198.4e9,
-        poisson_ratio: 0.3,
-    };
     let grid = Grid::over([4e-3, 4e-3], [40, 32]);
     let waves = [
         (3.0, 1.0, 0.3),
@@ -83,7 +90,7 @@ pub fn joint(motion: Motion, march: March) -> FrettingJoint {
         waves.iter().map(|&wave| 0.6e-6 * angle(wave).cos()).sum()
     });
     FrettingJoint {
-        half_space: HalfSpace::new(grid, Pair::same(steel), Boundary::Free),
+        half_space: HalfSpace::new(grid, Pair::same(STEEL), Boundary::Free),
         patch: Patch::full(grid),
         height: height.collect(),
         rotation: Rotation::FIXED,

@@ -2,55 +2,45 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use fretwear::wear::{Channel, Motion};
 
-#[test]
-fn a_cosine_along_one_axis_is_straight_and_begins_at_its_end() {
-    let motion = Motion::harmonic(&[(5e-6, 0.0)], 30e3, 0.0, 32);
-    let straight = motion.straight().expect("straight");
-    assert_eq!((straight.top, straight.bottom), (0, 16));
-    assert_eq!(straight.end, vec![5e-6]);
-}
+const TOLERANCE: f64 = 0.01;
+const N: f64 = 30e3;
 
 #[test]
-fn axes_in_phase_are_straight_and_axes_out_of_phase_are_not() {
-    assert!(
-        Motion::harmonic(&[(5e-6, 0.4), (2e-6, 0.4)], 30e3, 0.0, 32)
-            .straight()
-            .is_some()
-    );
-    assert!(
-        Motion::harmonic(&[(5e-6, 0.0), (2e-6, FRAC_PI_2)], 30e3, 0.0, 32)
-            .straight()
-            .is_none()
-    );
-}
-
-#[test]
-fn a_changing_load_is_not_straight() {
-    let motion = Motion::harmonic(&[(5e-6, 0.0)], 30e3, 1e3, 32);
-    assert!(!motion.constant_load());
-    assert!(motion.straight().is_none());
-    assert!((motion.mean_load() - 30e3).abs() < 1e-9 * 30e3);
-}
-
-#[test]
-fn a_motion_with_a_mean_or_with_inner_turns_is_not_straight() {
+fn what_is_straight() {
+    let waves = |axes: &[(f64, f64)], load| Motion::harmonic(axes, N, load, 32);
     let series = |values: &[f64]| Motion {
         time: (0..values.len())
             .map(|k| k as f64 / values.len() as f64)
             .collect(),
         drive: vec![Channel::Displacement(values.to_vec())],
-        rotation: None,
         normal_load: vec![1.0; values.len()],
-        by_order: false,
-        own: None,
+        ..Motion::none(1.0)
     };
-    assert!(series(&[1.0, 0.0, -1.0, 0.0]).straight().is_some());
-    assert!(series(&[2.0, 1.0, 0.0, 1.0]).straight().is_none());
-    assert!(
-        series(&[1.0, 0.0, 0.5, -1.0, 0.0, 0.2])
-            .straight()
-            .is_none()
-    );
+    let varying = waves(&[(5e-6, 0.0)], 1e3);
+    assert!(!varying.constant_load());
+    assert!((varying.mean_load() - N).abs() < 1e-9 * N);
+    for (what, motion, is_straight) in [
+        ("a cosine", waves(&[(5e-6, 0.0)], 0.0), true),
+        ("in phase", waves(&[(5e-6, 0.4), (2e-6, 0.4)], 0.0), true),
+        (
+            "out of phase",
+            waves(&[(5e-6, 0.0), (2e-6, FRAC_PI_2)], 0.0),
+            false,
+        ),
+        ("a load that varies", varying, false),
+        ("ends about zero", series(&[1.0, 0.0, -1.0, 0.0]), true),
+        ("a mean", series(&[2.0, 1.0, 0.0, 1.0]), false),
+        (
+            "inner turns",
+            series(&[1.0, 0.0, 0.5, -1.0, 0.0, 0.2]),
+            false,
+        ),
+    ] {
+        assert_eq!(motion.straight().is_some(), is_straight, "{what}");
+    }
+    let straight = waves(&[(5e-6, 0.0)], 0.0).straight().expect("straight");
+    assert_eq!((straight.top, straight.bottom), (0, 16));
+    assert_eq!(straight.end, vec![5e-6]);
 }
 
 /// `samples` of a displacement along x and y and a load, as functions of the phase in 0..1.
@@ -62,21 +52,15 @@ fn sampled(samples: usize, at: impl Fn(f64) -> (f64, f64, f64)) -> Motion {
             Channel::Displacement(values.iter().map(|v| v.0).collect()),
             Channel::Displacement(values.iter().map(|v| v.1).collect()),
         ],
-        rotation: None,
         normal_load: values.iter().map(|v| v.2).collect(),
-        by_order: false,
-        own: None,
         time,
+        ..Motion::none(N)
     }
 }
-
-const TOLERANCE: f64 = 0.01;
-const N: f64 = 30e3;
 
 /// What amounts to two reversals, and what does not: each case just within the tolerance and just beyond it.
 #[test]
 fn what_amounts_to_two_reversals() {
-    use std::f64::consts::TAU;
     let c = |t: f64| (TAU * t).cos();
     let s = |t: f64| (TAU * t).sin();
     type Cycle<'a> = Box<dyn Fn(f64) -> (f64, f64, f64) + 'a>;

@@ -8,6 +8,7 @@ use fretwear::wear::cycle::{CycleSolution, March};
 use fretwear::wear::{Channel, FrettingJoint, Motion};
 
 use super::{EXACT, FRICTION, LOAD, joint, unworn};
+use crate::contact::STEEL;
 
 /// Numbers of samples, each twice the one before.
 const SAMPLES: [usize; 3] = [32, 64, 128];
@@ -32,8 +33,8 @@ fn one_cell(motion: Motion, extrapolate: bool) -> FrettingJoint {
     }
     let mut joint = joint(motion, March::Stepped);
     let body = Elastic {
-        youngs_modulus: 198.4e9,
         poisson_ratio: 0.0,
+        ..STEEL
     };
     joint.half_space = HalfSpace::new(grid, Pair::same(body), Boundary::Free);
     joint.height = vec![0.0; grid.len()];
@@ -154,10 +155,8 @@ fn an_odd_number_of_samples_is_marched_once() {
             Channel::Displacement(series(&|t| reach * (TAU * t).cos())),
             Channel::Displacement(series(&|t| reach * (TAU * t).sin())),
         ],
-        rotation: None,
         normal_load: vec![LOAD; ODD],
-        by_order: false,
-        own: None,
+        ..Motion::none(LOAD)
     };
     let exact = TAU * FRICTION * LOAD * (reach * reach - onset * onset).sqrt();
     let [second, first] = [true, false].map(|order| cycle(motion.clone(), order));
@@ -287,10 +286,8 @@ fn an_orbit_of_a_force_is_about_its_middle() {
     let motion = Motion {
         time: (0..32).map(|k| k as f64 / 32.0).collect(),
         drive: vec![force(0.0), force(-FRAC_PI_2)],
-        rotation: None,
         normal_load: vec![LOAD; 32],
-        by_order: false,
-        own: None,
+        ..Motion::none(LOAD)
     };
     let cycle = unworn(&mut joint(motion, March::Stepped)).cycle;
     let [first, last] = [0, 32].map(|k| &cycle.instants[k]);
@@ -339,10 +336,9 @@ fn history(share: f64, time: impl Fn(f64) -> f64) -> Motion {
     Motion {
         time: parts.iter().map(|t| time(*t)).collect(),
         drive: vec![along(0.0), along(-FRAC_PI_2)],
-        rotation: None,
         normal_load: vec![LOAD; PLACES],
         by_order: true,
-        own: None,
+        ..Motion::none(LOAD)
     }
 }
 

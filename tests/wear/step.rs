@@ -1,9 +1,12 @@
 use fretwear::wear::cycle::March;
 use fretwear::wear::explicit;
 use fretwear::wear::implicit::{Limits, advance, first_proposal};
+use fretwear::wear::joint::WornState;
 use fretwear::wear::{FrettingJoint, Motion, WearError, WearLaw};
 
-use super::{COEFFICIENT, LAW, LOAD, after, difference_l1, joint, unworn, wear_by_equal_steps};
+use super::{
+    COEFFICIENT, LAW, LOAD, after, difference_l1, joint, step_of, unworn, wear_by_equal_steps,
+};
 
 /// The order a second-order scheme must show, and how far a fit over a few halvings may be off.
 const ORDER: f64 = 2.0;
@@ -16,6 +19,30 @@ fn reversal(amplitude: f64) -> FrettingJoint {
         Motion::harmonic(&[(amplitude, 0.0), (0.0, 0.0)], LOAD, 0.0, 16),
         March::Reversal,
     )
+}
+
+/// Wears the unworn joint by steps of controlled error until so many cycles are done: its state, and the number of steps.
+fn wear(
+    joint: &mut FrettingJoint,
+    law: WearLaw,
+    tolerance: f64,
+    cycles: u64,
+) -> Result<(WornState, u64), WearError> {
+    let mut state = unworn(joint);
+    let mut proposal = first_proposal(joint, &state, law);
+    let (mut done, mut steps) = (0, 0);
+    while done < cycles {
+        let limits = Limits {
+            tolerance,
+            depth_step: None,
+            remaining: cycles - done,
+        };
+        let step = advance(joint, &state, law, proposal, limits)?;
+        (done, proposal, steps) = (done + step.cycles, step.proposal, steps + 1);
+        state = after(joint, step);
+    }
+    assert_eq!(done, cycles);
+    Ok((state, steps))
 }
 
 /// Amplitudes in partial and in gross slip, each with cycles that wear the joint well into its running-in.
@@ -64,20 +91,7 @@ fn controlled_steps_land_on_the_cycles_within_the_tolerance() {
         let mut joint = reversal(amplitude);
         let (truth, _) = wear_by_equal_steps(&mut joint, cycles, 64);
         for tolerance in [0.03, 0.003] {
-            let mut state = unworn(&mut joint);
-            let mut proposal = first_proposal(&joint, &state, LAW);
-            let mut done = 0;
-            while done < cycles {
-                let limits = Limits {
-                    tolerance,
-                    depth_step: None,
-                    remaining: cycles - done,
-                };
-                let step = advance(&mut joint, &state, LAW, proposal, limits).expect("wear step");
-                (done, proposal) = (done + step.cycles, step.proposal);
-                state = after(&mut joint, step);
-            }
-            assert_eq!(done, cycles);
+            let (state, _) = wear(&mut joint, LAW, tolerance, cycles).expect("wear steps");
             let error = difference_l1(&state.wear, &truth.wear);
             assert!(
                 error < 2.0 * tolerance,
@@ -91,12 +105,7 @@ fn controlled_steps_land_on_the_cycles_within_the_tolerance() {
 fn only_cells_that_slipped_in_contact_are_touched() {
     let mut joint = reversal(CASES[0].0);
     let state = unworn(&mut joint);
-    let limits = Limits {
-        tolerance: f64::INFINITY,
-        depth_step: None,
-        remaining: u64::MAX,
-    };
-    let step = advance(&mut joint, &state, LAW, 2e5, limits).expect("wear step");
+    let step = step_of(&mut joint, &state, 200_000);
     let worn: Vec<bool> = step.wear.iter().map(|&w| w > 0.0).collect();
     let next = after(&mut joint, step.clone());
     let mut counts = [0; 2];
@@ -123,12 +132,7 @@ fn the_step_wears_what_it_dissipates() {
     for (amplitude, _) in CASES {
         let mut joint = reversal(amplitude);
         let state = unworn(&mut joint);
-        let limits = Limits {
-            tolerance: f64::INFINITY,
-            depth_step: None,
-            remaining: u64::MAX,
-        };
-        let step = advance(&mut joint, &state, LAW, 4.0, limits).expect("wear step");
+        let step = step_of(&mut joint, &state, 4);
         let ratio = joint.volume(&step.wear) / (4.0 * COEFFICIENT * state.cycle.dissipation);
         // Four cycles of some 10⁵ change the rate by some 1e-4.
         assert!((ratio - 1.0).abs() < 1e-3, "amplitude {amplitude}: {ratio}");
@@ -168,7 +172,7 @@ fn short_explicit_steps_and_the_implicit_step_agree() {
             let cycle = joint
                 .cycle(&wear, &contact, Some(&state.cycle.shear))
                 .expect("cycle");
-            state = fretwear::wear::joint::WornState {
+            state = WornState {
                 wear,
                 pressure: contact.pressure,
                 cycle,
@@ -204,12 +208,7 @@ fn a_changing_load_wears_cells_that_the_mean_load_does_not_touch() {
     let motion = Motion::harmonic(&[(3e-6, 0.5)], LOAD, 0.5 * LOAD, 16);
     let mut joint = joint(motion, March::Stepped);
     let state = unworn(&mut joint);
-    let limits = Limits {
-        tolerance: f64::INFINITY,
-        depth_step: None,
-        remaining: u64::MAX,
-    };
-    let step = advance(&mut joint, &state, LAW, 100.0, limits).expect("wear step");
+    let step = step_of(&mut joint, &state, 100);
     let outside = (0..step.wear.len())
         .filter(|&c| state.pressure[c] == 0.0 && step.wear[c] > 0.0)
         .count();
@@ -241,15 +240,10 @@ fn cells_that_touch_for_a_part_of_the_cycle_wear_alike_in_long_steps() {
 
 #[test]
 fn steps_of_any_size_stay_finite_and_positive() {
-    for cycles in [1.0, 1e3, 1e6, 1e9, 1e12] {
+    for cycles in [0, 3, 6, 9, 12].map(|decade| 10_u64.pow(decade)) {
         let mut joint = reversal(CASES[1].0);
         let state = unworn(&mut joint);
-        let limits = Limits {
-            tolerance: f64::INFINITY,
-            depth_step: None,
-            remaining: u64::MAX,
-        };
-        let step = advance(&mut joint, &state, LAW, cycles, limits).expect("wear step");
+        let step = step_of(&mut joint, &state, cycles);
         assert!(
             step.wear.iter().all(|w| w.is_finite() && *w >= 0.0),
             "{cycles} cycles"
@@ -263,24 +257,13 @@ fn steps_of_any_size_stay_finite_and_positive() {
 #[test]
 fn coefficient_times_cycles_decides_or_a_single_cycle_is_refused() {
     const CYCLES: f64 = 1e8;
-    let limits = |cycles: u64| Limits {
-        tolerance: 0.015,
-        depth_step: None,
-        remaining: cycles,
-    };
     let worn = |factor: f64| -> Result<f64, WearError> {
         let law = WearLaw {
             coefficient: COEFFICIENT * factor,
         };
-        let mut left = (CYCLES / factor).round().max(1.0) as u64;
+        let cycles = (CYCLES / factor).round().max(1.0) as u64;
         let mut joint = reversal(CASES[1].0);
-        let mut state = unworn(&mut joint);
-        let mut proposal = first_proposal(&joint, &state, law);
-        while left > 0 {
-            let step = advance(&mut joint, &state, law, proposal, limits(left))?;
-            (left, proposal) = (left - step.cycles, step.proposal);
-            state = after(&mut joint, step);
-        }
+        let (state, _) = wear(&mut joint, law, 0.015, cycles)?;
         Ok(joint.volume(&state.wear))
     };
     let exact = worn(1.0).expect("the volume of steel");
@@ -305,19 +288,8 @@ fn wear_that_dies_out_comes_to_its_end() {
     joint.options.normal.tolerance = 1e-6;
     joint.options.tangential.tolerance = 1e-4;
     let cycles = 1_000_000_000_000;
-    let (mut state, mut done, mut steps) = (unworn(&mut joint), 0, 0);
-    let first = state.cycle.dissipation;
-    let mut proposal = first_proposal(&joint, &state, LAW);
-    while done < cycles {
-        let limits = Limits {
-            tolerance: 0.01,
-            depth_step: None,
-            remaining: cycles - done,
-        };
-        let step = advance(&mut joint, &state, LAW, proposal, limits).expect("wear step");
-        (done, proposal, steps) = (done + step.cycles, step.proposal, steps + 1);
-        state = after(&mut joint, step);
-    }
+    let first = unworn(&mut joint).cycle.dissipation;
+    let (state, steps) = wear(&mut joint, LAW, 0.01, cycles).expect("wear steps");
     assert!(
         state.cycle.dissipation < 1e-6 * first,
         "the motion of a stuck joint is not worn away: {} of {first}",
@@ -367,12 +339,7 @@ fn the_cycle_at_the_end_of_a_step_is_that_of_the_next_state() {
     let motion = Motion::harmonic(&[(0.5e-6, 0.0), (0.35e-6, 1.2)], LOAD, 0.0, 16);
     let mut joint = joint(motion, March::Stepped);
     let state = unworn(&mut joint);
-    let limits = Limits {
-        tolerance: f64::INFINITY,
-        depth_step: None,
-        remaining: u64::MAX,
-    };
-    let mut step = advance(&mut joint, &state, LAW, 100_000.0, limits).expect("a step");
+    let mut step = step_of(&mut joint, &state, 100_000);
     let end = step.end.take().expect("a cycle");
     let contact = joint.static_contact(&step.wear, Some(&step.contact.pressure));
     let contact = contact.expect("a contact");

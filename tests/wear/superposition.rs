@@ -5,9 +5,10 @@ use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair};
 use fretwear::grid::{Grid, Patch};
 use fretwear::reference::CattaneoMindlin;
 use fretwear::wear::cycle::{CycleSolution, March};
-use fretwear::wear::{FrettingJoint, Harmonic, Motion, WearError};
+use fretwear::wear::{FrettingJoint, Motion, WearError};
 
-use super::{EXACT, FRICTION, LOAD, difference, difference_l1, driven, joint, unworn};
+use super::{EXACT, FRICTION, LOAD, difference, difference_l1, driven, harmonic, joint, unworn};
+use crate::contact::STEEL;
 
 /// Partial slip of the rough joint: two fifths of the sliding force.
 const PARTIAL: f64 = 0.35e-6;
@@ -31,8 +32,8 @@ fn along_x(amplitude: f64, phase: f64) -> Motion {
 fn rough(motion: Motion, march: March, poisson_ratio: f64) -> CycleSolution {
     let mut joint = joint(motion, march);
     let body = Elastic {
-        youngs_modulus: 198.4e9,
         poisson_ratio,
+        ..STEEL
     };
     joint.half_space = HalfSpace::new(joint.patch.grid, Pair::same(body), Boundary::Free);
     unworn(&mut joint).cycle
@@ -42,8 +43,8 @@ fn rough(motion: Motion, march: March, poisson_ratio: f64) -> CycleSolution {
 fn a_sphere_frets_as_cattaneo_and_mindlin_have_it() {
     for poisson_ratio in [0.0, 0.3] {
         let body = Elastic {
-            youngs_modulus: 198.4e9,
             poisson_ratio,
+            ..STEEL
         };
         let exact = CattaneoMindlin {
             radius: 0.05,
@@ -123,16 +124,9 @@ fn its_error_says_that_it_is_an_approximation() {
 #[test]
 fn a_given_force_is_met() {
     let force = 0.4 * FRICTION * LOAD;
-    let motion = |amplitude| {
-        let harmonic = Harmonic {
-            amplitude,
-            phase: 0.0,
-            is_force: true,
-        };
-        driven(&[harmonic], None)
-    };
-    let found = rough(motion(force), March::Superposition, 0.3);
-    let exact = rough(motion(force), March::Reversal, 0.3);
+    let motion = driven(&[harmonic(force, true)], None);
+    let found = rough(motion.clone(), March::Superposition, 0.3);
+    let exact = rough(motion, March::Reversal, 0.3);
     assert!((found.instants[0].force[0] / force - 1.0).abs() < 1e-9);
     let displacement = found.instants[0].displacement[0] / exact.instants[0].displacement[0];
     assert!((displacement - 1.0).abs() < ROUGH_FORCE, "{displacement}");
@@ -157,11 +151,6 @@ fn the_phase_moves_the_start_and_nothing_else() {
 
 #[test]
 fn what_it_cannot_superpose_is_refused() {
-    let harmonic = |amplitude: f64, is_force: bool| Harmonic {
-        amplitude,
-        phase: 0.0,
-        is_force,
-    };
     let refused = |motion: Motion| {
         let mut joint = joint(motion, March::Superposition);
         let wear = vec![0.0; joint.patch.grid.len()];
