@@ -368,13 +368,14 @@ fn the_index_of_the_book_names_every_page() {
 
 /// Names that were removed, of commands, features and the like, and what users have in their place. A name counts as a whole word. Whoever
 /// removes something with a name of its own adds a row.
-const REMOVED: [(&str, &str); 7] = [
+const REMOVED: [(&str, &str); 8] = [
     ("object_store", "copy the folder (rsync, rclone)"),
     ("fretwear publish", "copy the folder (rsync, rclone)"),
     ("fretwear fetch", "copy the folder (rsync, rclone)"),
     ("fretwear validate", "fretwear doctor"),
     ("fretwear explain", "fretwear schema WORD"),
     ("fretwear ls", "fretwear status FOLDER"),
+    ("old_runs", "nothing: runs of another layout are rejected"),
     ("fretwear::validate", "fretwear::doctor::closed_forms"),
 ];
 

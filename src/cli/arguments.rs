@@ -16,8 +16,10 @@ pub struct Cli {
     pub command: Command,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done, 1 failure, 2 usage or scene, 3 not converged (the last commit is kept), \
-                          4 damaged or mismatched run, 75 stopped and resumable";
+const EXIT_CODES: &str = "\
+Exit codes:
+  0 done; 1 failure; 2 usage or scene; 3 not converged (the last commit is kept);
+  4 damaged or mismatched run; 75 stopped and resumable";
 
 #[derive(Subcommand)]
 pub enum Command {

@@ -66,7 +66,7 @@ fn a_run_of_another_layout_is_rejected_and_stays_as_it_is() {
             rejected(&bench, &command, &[&said]);
         }
         assert!(!bench.path("b").exists(), "a sibling was begun");
-        let listed = bench.done(&["ls", "."]).stdout();
+        let listed = bench.done(&["status", "."]).stdout();
         assert!(listed.contains("a has layout"), "{listed}");
     }
 }

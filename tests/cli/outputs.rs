@@ -274,7 +274,7 @@ fn schema_explains_every_key_of_a_scene() {
 fn a_word_of_both() {
     let bench = Bench::new();
     let said = bench.done(&["schema", "surface"]).stdout();
-    assert!(said.contains("surface (version 1): The unworn"), "{said}");
+    assert!(said.contains("surface: The unworn"), "{said}");
     assert!(said.contains("[surface] "), "{said}");
     let object = bench.done(&["schema", "surface", "--json"]).json();
     assert_eq!(object["surface"]["file"], "once/surface.parquet");
